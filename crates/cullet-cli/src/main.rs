@@ -1,0 +1,4 @@
+//! The program `cullet`.
+#![forbid(unsafe_code)]
+
+fn main() {}

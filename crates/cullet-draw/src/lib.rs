@@ -1,0 +1,2 @@
+//! The reference renderer.
+#![forbid(unsafe_code)]

@@ -1,0 +1,10 @@
+//! Loads models and makes scenes.
+#![forbid(unsafe_code)]
+
+mod error;
+mod load;
+mod model;
+
+pub use error::{ErrorKind, LoadError};
+pub use load::{LoadOptions, load};
+pub use model::{CameraNode, Cell, CellGraph, Material, Model, Portal, Up, Warning};

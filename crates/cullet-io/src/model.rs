@@ -1,0 +1,106 @@
+//! A model: a scene with names, materials and cameras.
+
+use cullet::{Handle, Projection, Scene, Transform};
+
+/// A scene, and what its file says beyond geometry.
+#[derive(Debug, Default)]
+pub struct Model {
+    /// What to call it: the file's name, or the built-in scene's.
+    pub name: String,
+    /// Meshes and instances, committed.
+    pub scene: Scene,
+    /// The name of each mesh, by its number.
+    pub mesh_names: Vec<String>,
+    /// The name of each instance, by the index of its handle.
+    pub instance_names: Vec<String>,
+    /// Materials; [`cullet::mesh::Part::material`] is an index into these.
+    pub materials: Vec<Material>,
+    /// Cameras, fixed or moving.
+    pub cameras: Vec<CameraNode>,
+    /// Rooms and openings, where the scene was made with them.
+    pub cells: CellGraph,
+    /// What was odd in the file but did not stop it.
+    pub warnings: Vec<Warning>,
+}
+
+impl Model {
+    /// The name of the instance of a handle.
+    #[must_use]
+    pub fn instance_name(&self, handle: Handle) -> &str {
+        self.instance_names.get(handle.index as usize).map_or("", String::as_str)
+    }
+}
+
+/// A material, as far as visibility and simple pictures care.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Its name.
+    pub name: String,
+    /// Linear base colour and alpha.
+    pub color: [f32; 4],
+}
+
+/// A camera of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraNode {
+    /// Its name.
+    pub name: String,
+    /// What it projects. The aspect is the file's, or 0 where the file leaves it to the viewport.
+    pub projection: Projection,
+    /// Where it is, at each key time in seconds: one key for a fixed camera. It looks along its −Z.
+    pub keys: Vec<(f64, Transform)>,
+}
+
+/// A convex room, here always a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// Its name.
+    pub name: String,
+    /// Lowest corner.
+    pub min: [f64; 3],
+    /// Highest corner.
+    pub max: [f64; 3],
+}
+
+/// An opening between two cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Portal {
+    /// The cells it joins, by number.
+    pub cells: [u32; 2],
+    /// Its corners, a planar convex polygon.
+    pub polygon: Vec<[f64; 3]>,
+}
+
+/// Cells and the portals between them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CellGraph {
+    /// The cells.
+    pub cells: Vec<Cell>,
+    /// The portals.
+    pub portals: Vec<Portal>,
+}
+
+/// Which axis of a file points up; the scene's is Y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Up {
+    /// +Y: nothing to do.
+    #[default]
+    Y,
+    /// +Z: (x, y, z) becomes (x, z, −y).
+    Z,
+}
+
+/// Something odd in a file that did not stop it: which item, and what about it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// The item: a line, a node, an accessor.
+    pub item: String,
+    /// What is odd about it, with the values.
+    pub message: String,
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.item, self.message)
+    }
+}

@@ -1,0 +1,1 @@
+//! Back-face culling of triangles.

@@ -1,0 +1,8 @@
+//! Frustum culling: boxes and spheres against the planes of a view.
+//!
+//! [`single`] answers for one thing and holds the `_ref` oracles, [`batch`] answers for many with SIMD,
+//! [`exact`] drops big boxes that the plane test keeps by mistake.
+
+pub mod batch;
+pub mod exact;
+pub mod single;

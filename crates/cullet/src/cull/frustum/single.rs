@@ -1,0 +1,1 @@
+//! Frustum tests of single things, and the slow oracles.

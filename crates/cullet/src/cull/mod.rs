@@ -1,0 +1,7 @@
+//! One room for each kind of culling. A room is plain functions over slices, usable with no scene; a
+//! small form prepared once per view; and a slow `_ref` twin beside each fast path.
+
+pub mod backface;
+pub mod degenerate;
+pub mod detail;
+pub mod frustum;

@@ -1,0 +1,156 @@
+//! The culler: runs the stages in order and says what is left.
+
+use fearless_simd::Level;
+use thiserror::Error;
+
+use crate::cull::detail::Detail;
+use crate::scene::{Handle, Scene, SceneError};
+use crate::view::View;
+use crate::visible::{Reason, Visible};
+
+/// How deep the answer goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Output {
+    /// Whole instances: [`Visible::whole`] alone.
+    Instances,
+    /// Instances, and clusters of those that straddle the frustum.
+    #[default]
+    Clusters,
+    /// Triangles of every visible instance, in [`Visible::triangles`].
+    Triangles,
+}
+
+/// Settings of culling; no state. The answer depends on the scene, the view and these alone.
+#[derive(Clone, Debug)]
+pub struct Culler {
+    /// Cull what is outside the frustum. Default on.
+    pub frustum: bool,
+    /// After the plane test, also test the frustum's corners against the faces of boxes that straddle:
+    /// drops big boxes near its corners, at some 50 ns a straddling box. Default off.
+    pub frustum_exact: bool,
+    /// Cull back faces of one-sided parts, where triangles are asked for. Default on.
+    pub backface: bool,
+    /// Cull triangles without area. Default on.
+    pub degenerate: bool,
+    /// Cull what is small on the screen: lossy, so off by default.
+    pub detail: Option<Detail>,
+    /// How deep the answer goes.
+    pub output: Output,
+    /// Fill [`Visible::reasons`]. Default off.
+    pub reasons: bool,
+    /// The SIMD level; the answer is the same at every level. Default: the best of the machine.
+    pub level: Level,
+    /// A clock in nanoseconds, for the times in the funnel. Default none: no times.
+    pub clock: Option<fn() -> u64>,
+}
+
+impl Default for Culler {
+    fn default() -> Self {
+        Self {
+            frustum: true,
+            frustum_exact: false,
+            backface: true,
+            degenerate: true,
+            detail: None,
+            output: Output::default(),
+            reasons: false,
+            level: Level::new(),
+            clock: None,
+        }
+    }
+}
+
+/// What a culler remembers of one view between frames: scratch memory and coherence. Dropping it costs
+/// time, never an answer.
+#[derive(Clone, Debug, Default)]
+pub struct ViewState {}
+
+/// Why a call to a culler is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum CullError {
+    /// One state and one result a view.
+    #[error("{views} views, but {states} states and {results} results")]
+    Counts {
+        /// How many views.
+        views: usize,
+        /// How many states.
+        states: usize,
+        /// How many results.
+        results: usize,
+    },
+    /// The handle names no instance.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// One step of an explanation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The stage asked.
+    pub stage: crate::visible::Stage,
+    /// Whether it dropped the instance.
+    pub dropped: bool,
+    /// What it measured, in words with numbers.
+    pub finding: String,
+}
+
+/// Why an instance is drawn or not: every stage it came to, with its numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Explanation {
+    /// Why it was dropped; `None` if it is drawn.
+    pub reason: Option<Reason>,
+    /// The stages, in order.
+    pub steps: Vec<Step>,
+}
+
+impl Culler {
+    /// Culls one scene for several views.
+    ///
+    /// # Errors
+    /// If there is not one state and one result for each view.
+    pub fn cull(
+        &self,
+        scene: &Scene,
+        views: &[View],
+        states: &mut [ViewState],
+        results: &mut [Visible],
+    ) -> Result<(), CullError> {
+        if states.len() != views.len() || results.len() != views.len() {
+            return Err(CullError::Counts {
+                views: views.len(),
+                states: states.len(),
+                results: results.len(),
+            });
+        }
+        for ((view, state), result) in views.iter().zip(states).zip(results) {
+            self.cull_one(scene, view, state, result);
+        }
+        Ok(())
+    }
+
+    /// Culls for one view.
+    pub fn cull_one(
+        &self,
+        scene: &Scene,
+        view: &View,
+        state: &mut ViewState,
+        result: &mut Visible,
+    ) {
+        let _ = (scene, view, state, result);
+    }
+
+    /// Replays the stages for one instance and says what each of them found.
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn explain(
+        &self,
+        scene: &Scene,
+        view: &View,
+        handle: Handle,
+    ) -> Result<Explanation, CullError> {
+        let _ = (scene.slot(handle)?, view);
+        Ok(Explanation::default())
+    }
+}

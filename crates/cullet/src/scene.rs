@@ -1,0 +1,491 @@
+//! A scene: meshes, and instances of them in dense slots.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use thiserror::Error;
+
+use crate::bounds::{Aabb, Boxes};
+use crate::mesh::Mesh;
+use crate::transform::Transform;
+
+/// The number of a mesh in its scene.
+pub type MeshId = u32;
+
+/// The caller's stable name for an instance: an index, and a generation that tells a removed instance
+/// from the one that took its index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Handle {
+    /// Index into the scene's handle table.
+    pub index: u32,
+    /// How often that index was reused.
+    pub generation: u32,
+}
+
+/// What is special about an instance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct InstanceFlags {
+    /// No stage but the layer mask may cull it.
+    pub always_visible: bool,
+    /// It never serves as an occluder.
+    pub no_occlusion: bool,
+    /// Both sides of its triangles are drawn, whatever its mesh says.
+    pub double_sided: bool,
+    /// It is blended, whatever its mesh says.
+    pub transparent: bool,
+}
+
+/// Bounds that the caller gives an instance in place of those of its mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum BoundsOverride {
+    /// The box of the mesh, transformed.
+    #[default]
+    Mesh,
+    /// There are no bounds: the instance is visible to every stage.
+    None,
+    /// This box in world space, relative to the scene's origin.
+    World(Aabb),
+    /// The box of the mesh, grown on every side by this distance in world units: for vertices that a
+    /// shader displaces.
+    Margin(f32),
+}
+
+/// What to add to a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// Which mesh.
+    pub mesh: MeshId,
+    /// Where.
+    pub transform: Transform,
+    /// In which layers; 0 is in none, so never drawn.
+    pub layers: u32,
+    /// What is special about it.
+    pub flags: InstanceFlags,
+    /// Its bounds.
+    pub bounds: BoundsOverride,
+}
+
+impl Instance {
+    /// An instance of `mesh` at `transform`, in layer 0 alone.
+    #[must_use]
+    pub fn new(mesh: MeshId, transform: Transform) -> Self {
+        Self {
+            mesh,
+            transform,
+            layers: 1,
+            flags: InstanceFlags::default(),
+            bounds: BoundsOverride::Mesh,
+        }
+    }
+}
+
+/// Why a scene refuses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The handle's instance was removed, or the handle is of another scene.
+    #[error("handle {0:?} names no instance of this scene")]
+    NoInstance(Handle),
+    /// There is no such mesh.
+    #[error("mesh {mesh} of {meshes}")]
+    NoMesh {
+        /// The mesh asked for.
+        mesh: MeshId,
+        /// How many there are.
+        meshes: usize,
+    },
+    /// Slots are u32.
+    #[error("a scene holds at most {0} instances")]
+    Full(u32),
+}
+
+/// What [`Scene::commit`] did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Commit {
+    /// The new slot of each old slot; `u32::MAX` where the instance was removed.
+    pub slot_of_old: Vec<u32>,
+    /// The scene's new order version.
+    pub order_version: u64,
+}
+
+const NO_SLOT: u32 = u32::MAX;
+
+/// Meshes shared by instances.
+///
+/// Instances live in **slots**, dense numbers that every hot array uses; a removed instance leaves an
+/// empty slot until [`commit`](Self::commit), the only call that moves instances between slots.
+/// A handle finds its slot, and a slot its handle, in O(1).
+#[derive(Debug)]
+pub struct Scene {
+    id: u64,
+    origin: [f64; 3],
+    order_version: u64,
+    change: u64,
+    meshes: Vec<Mesh>,
+    // By slot.
+    mesh: Vec<MeshId>,
+    transforms: Vec<Transform>,
+    layers: Vec<u32>,
+    flags: Vec<InstanceFlags>,
+    overrides: Vec<BoundsOverride>,
+    boxes: Boxes,
+    handles: Vec<Handle>,
+    // By handle index: generation and slot.
+    entries: Vec<(u32, u32)>,
+    free: Vec<u32>,
+    removed: u32,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Scene {
+    /// A scene of nothing, with its origin at zero.
+    #[must_use]
+    pub fn new() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        Self {
+            id: NEXT.fetch_add(1, Ordering::Relaxed),
+            origin: [0.0; 3],
+            order_version: 0,
+            change: 0,
+            meshes: Vec::new(),
+            mesh: Vec::new(),
+            transforms: Vec::new(),
+            layers: Vec::new(),
+            flags: Vec::new(),
+            overrides: Vec::new(),
+            boxes: Boxes::new(),
+            handles: Vec::new(),
+            entries: Vec::new(),
+            free: Vec::new(),
+            removed: 0,
+        }
+    }
+
+    /// Tells this scene from every other of the process.
+    #[must_use]
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// Rises whenever slots were permuted.
+    #[must_use]
+    pub fn order_version(&self) -> u64 {
+        self.order_version
+    }
+
+    /// Rises with every change of any instance.
+    #[must_use]
+    pub fn change_version(&self) -> u64 {
+        self.change
+    }
+
+    /// The point that bounds are relative to.
+    #[must_use]
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
+    /// Moves the origin, and with it the point around which f32 bounds are finest. O(instances).
+    /// World-space override boxes are relative to the origin, so they are shifted, and grow by their rounding.
+    pub fn rebase(&mut self, origin: [f64; 3]) {
+        let shift: [f64; 3] = std::array::from_fn(|a| self.origin[a] - origin[a]);
+        for o in &mut self.overrides {
+            if let BoundsOverride::World(b) = o {
+                let moved = |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + shift[a]);
+                *b = Aabb::rounded_out(moved(b.min), moved(b.max));
+            }
+        }
+        self.origin = origin;
+        (0..self.slot_count()).for_each(|slot| self.update_bounds(slot));
+        self.change += 1;
+    }
+
+    /// Adds a mesh that instances may share.
+    pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
+        self.meshes.push(mesh);
+        (self.meshes.len() - 1) as MeshId
+    }
+
+    /// All meshes.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// All meshes, to change their sidedness.
+    pub fn meshes_mut(&mut self) -> impl Iterator<Item = &mut Mesh> {
+        self.change += 1;
+        self.meshes.iter_mut()
+    }
+
+    /// Adds an instance, in a new slot.
+    ///
+    /// # Errors
+    /// If the mesh does not exist or the scene is full.
+    pub fn add(&mut self, instance: Instance) -> Result<Handle, SceneError> {
+        if instance.mesh as usize >= self.meshes.len() {
+            let meshes = self.meshes.len();
+            return Err(SceneError::NoMesh { mesh: instance.mesh, meshes });
+        }
+        let slot = self.slot_count();
+        if slot == NO_SLOT {
+            return Err(SceneError::Full(NO_SLOT));
+        }
+        let index = self.free.pop().unwrap_or_else(|| {
+            self.entries.push((0, NO_SLOT));
+            (self.entries.len() - 1) as u32
+        });
+        let entry = &mut self.entries[index as usize];
+        entry.1 = slot;
+        let handle = Handle { index, generation: entry.0 };
+        self.mesh.push(instance.mesh);
+        self.transforms.push(instance.transform);
+        self.layers.push(instance.layers);
+        self.flags.push(instance.flags);
+        self.overrides.push(instance.bounds);
+        self.handles.push(handle);
+        self.boxes.resize(slot as usize + 1);
+        self.update_bounds(slot);
+        self.change += 1;
+        Ok(handle)
+    }
+
+    /// Removes an instance. Its slot stays empty until [`commit`](Self::commit).
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn remove(&mut self, handle: Handle) -> Result<(), SceneError> {
+        let slot = self.slot(handle)?;
+        let entry = &mut self.entries[handle.index as usize];
+        *entry = (entry.0.wrapping_add(1), NO_SLOT);
+        self.free.push(handle.index);
+        self.layers[slot as usize] = 0;
+        self.flags[slot as usize] = InstanceFlags::default();
+        self.handles[slot as usize] = Handle { index: NO_SLOT, generation: 0 };
+        self.boxes.set(slot as usize, &Aabb::EMPTY);
+        self.removed += 1;
+        self.change += 1;
+        Ok(())
+    }
+
+    /// Moves an instance.
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn set_transform(
+        &mut self,
+        handle: Handle,
+        transform: Transform,
+    ) -> Result<(), SceneError> {
+        let slot = self.slot(handle)?;
+        self.transforms[slot as usize] = transform;
+        self.update_bounds(slot);
+        self.change += 1;
+        Ok(())
+    }
+
+    /// Sets the layers of an instance.
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn set_layers(&mut self, handle: Handle, layers: u32) -> Result<(), SceneError> {
+        let slot = self.slot(handle)?;
+        self.layers[slot as usize] = layers;
+        self.change += 1;
+        Ok(())
+    }
+
+    /// Sets the flags of an instance.
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn set_flags(&mut self, handle: Handle, flags: InstanceFlags) -> Result<(), SceneError> {
+        let slot = self.slot(handle)?;
+        self.flags[slot as usize] = flags;
+        self.change += 1;
+        Ok(())
+    }
+
+    /// Gives an instance bounds of the caller's.
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn set_bounds(&mut self, handle: Handle, bounds: BoundsOverride) -> Result<(), SceneError> {
+        let slot = self.slot(handle)?;
+        self.overrides[slot as usize] = bounds;
+        self.update_bounds(slot);
+        self.change += 1;
+        Ok(())
+    }
+
+    /// Closes the gaps that removed instances left, keeping the order. Returns where each slot went.
+    pub fn commit(&mut self) -> Commit {
+        let mut slot_of_old = Vec::with_capacity(self.handles.len());
+        let mut next = 0u32;
+        for old in 0..self.handles.len() {
+            if self.is_removed(old as u32) {
+                slot_of_old.push(NO_SLOT);
+                continue;
+            }
+            slot_of_old.push(next);
+            let new = next as usize;
+            if new != old {
+                self.mesh[new] = self.mesh[old];
+                self.transforms[new] = self.transforms[old];
+                self.layers[new] = self.layers[old];
+                self.flags[new] = self.flags[old];
+                self.overrides[new] = self.overrides[old];
+                self.handles[new] = self.handles[old];
+                self.entries[self.handles[new].index as usize].1 = next;
+            }
+            next += 1;
+        }
+        if next as usize != slot_of_old.len() {
+            let len = next as usize;
+            self.mesh.truncate(len);
+            self.transforms.truncate(len);
+            self.layers.truncate(len);
+            self.flags.truncate(len);
+            self.overrides.truncate(len);
+            self.handles.truncate(len);
+            self.boxes.resize(len);
+            (0..next).for_each(|slot| self.update_bounds(slot));
+            self.removed = 0;
+            self.order_version += 1;
+            self.change += 1;
+        }
+        Commit { slot_of_old, order_version: self.order_version }
+    }
+
+    /// How many slots there are, empty ones included.
+    #[must_use]
+    pub fn slot_count(&self) -> u32 {
+        self.handles.len() as u32
+    }
+
+    /// How many instances there are.
+    #[must_use]
+    pub fn instance_count(&self) -> u32 {
+        self.slot_count() - self.removed
+    }
+
+    /// The slots that hold an instance, ascending.
+    pub fn slots(&self) -> impl Iterator<Item = u32> {
+        (0..self.slot_count()).filter(|&s| !self.is_removed(s))
+    }
+
+    /// The slot of an instance.
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn slot(&self, handle: Handle) -> Result<u32, SceneError> {
+        match self.entries.get(handle.index as usize) {
+            Some(&(generation, slot)) if generation == handle.generation && slot != NO_SLOT => {
+                Ok(slot)
+            }
+            _ => Err(SceneError::NoInstance(handle)),
+        }
+    }
+
+    /// The handle of the instance in a slot; `None` for an empty slot or one beyond the last.
+    #[must_use]
+    pub fn handle(&self, slot: u32) -> Option<Handle> {
+        self.handles.get(slot as usize).copied().filter(|h| h.index != NO_SLOT)
+    }
+
+    /// Whether the slot's instance was removed.
+    #[must_use]
+    pub fn is_removed(&self, slot: u32) -> bool {
+        self.handles[slot as usize].index == NO_SLOT
+    }
+
+    /// The number of the mesh of a slot.
+    #[must_use]
+    pub fn mesh_id(&self, slot: u32) -> MeshId {
+        self.mesh[slot as usize]
+    }
+
+    /// The mesh of a slot.
+    #[must_use]
+    pub fn mesh(&self, slot: u32) -> &Mesh {
+        &self.meshes[self.mesh[slot as usize] as usize]
+    }
+
+    /// The transform of a slot.
+    #[must_use]
+    pub fn transform(&self, slot: u32) -> &Transform {
+        &self.transforms[slot as usize]
+    }
+
+    /// The layers of a slot; 0 for an empty one.
+    #[must_use]
+    pub fn layers(&self, slot: u32) -> u32 {
+        self.layers[slot as usize]
+    }
+
+    /// The flags of a slot.
+    #[must_use]
+    pub fn flags(&self, slot: u32) -> InstanceFlags {
+        self.flags[slot as usize]
+    }
+
+    /// The bounds of a slot, relative to the origin; [`Aabb::EVERYTHING`] where there are none.
+    #[must_use]
+    pub fn bounds(&self, slot: u32) -> Aabb {
+        self.world_box(slot as usize)
+    }
+
+    /// The bounds of all slots, made ready for batch tests.
+    #[must_use]
+    pub fn boxes(&self) -> &Boxes {
+        &self.boxes
+    }
+
+    /// Triangles of all instances, degenerate ones included.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        self.slots().map(|s| u64::from(self.mesh(s).triangle_count())).sum()
+    }
+
+    /// The box around all bounds that are finite, relative to the origin; empty if there are none.
+    #[must_use]
+    pub fn extent(&self) -> Aabb {
+        self.slots()
+            .map(|s| self.bounds(s))
+            .filter(Aabb::is_finite)
+            .fold(Aabb::EMPTY, |a, b| a.union(&b))
+    }
+
+    fn world_box(&self, slot: usize) -> Aabb {
+        let transformed = || {
+            self.transforms[slot]
+                .transform_box(&self.meshes[self.mesh[slot] as usize].bounds(), self.origin)
+        };
+        match self.overrides[slot] {
+            _ if !self.transforms[slot].is_finite() => Aabb::EVERYTHING,
+            BoundsOverride::None => Aabb::EVERYTHING,
+            BoundsOverride::Mesh => transformed(),
+            BoundsOverride::World(b) => b,
+            BoundsOverride::Margin(m) => {
+                let b = transformed();
+                let grow = |v: [f32; 3], by: f64| v.map(|v| f64::from(v) + by);
+                let m = f64::from(m);
+                if b.is_empty() || m.is_nan() {
+                    return if b.is_empty() { b } else { Aabb::EVERYTHING };
+                }
+                Aabb::rounded_out(grow(b.min, -m), grow(b.max, m))
+            }
+        }
+    }
+
+    fn update_bounds(&mut self, slot: u32) {
+        if !self.is_removed(slot) {
+            let b = self.world_box(slot as usize);
+            self.boxes.set(slot as usize, &b);
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! A view: eye, orientation, projection, viewport and layers; the frustum it sees; projected sizes.
+
+mod camera;
+mod frustum;
+mod project;
+
+pub use camera::{Camera, Projection};
+pub use frustum::{Frustum, FrustumPlane};
+pub use project::ScreenRect;
+
+use glam::{DMat4, DVec3, DVec4};
+use thiserror::Error;
+
+/// Which clip depth is near.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Depth {
+    /// 0 at the near plane, 1 at the far plane.
+    #[default]
+    Standard,
+    /// 1 at the near plane, 0 at the far plane: the better use of floating point.
+    Reversed,
+}
+
+/// The order in which the vertices of a front face are seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum FrontFace {
+    /// Counter-clockwise, as in OpenGL and glTF.
+    #[default]
+    CounterClockwise,
+    /// Clockwise.
+    Clockwise,
+}
+
+/// Which faces of one-sided meshes are culled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum CullFace {
+    /// No face.
+    None,
+    /// Faces seen from behind.
+    #[default]
+    Back,
+    /// Faces seen from the front, as shadow passes do.
+    Front,
+}
+
+/// Why a view cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ViewError {
+    /// A number is NaN or infinite.
+    #[error("{0} is not finite")]
+    NotFinite(&'static str),
+    /// The matrix has no inverse, so it shows no volume.
+    #[error("the view-projection matrix is singular (determinant {0:e})")]
+    Singular(f64),
+    /// The direction is zero, or `up` lies along it.
+    #[error("direction {direction:?} and up {up:?} span no plane")]
+    NoOrientation {
+        /// The direction given.
+        direction: [f64; 3],
+        /// The up vector given.
+        up: [f64; 3],
+    },
+    /// A projection with an empty or inverted range.
+    #[error("{what} is {value}; it must be {must}")]
+    Range {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What was expected.
+        must: &'static str,
+    },
+    /// A viewport with no pixel, or too many.
+    #[error("viewport {0}x{1} is not between 1x1 and 65536x65536")]
+    Viewport(u32, u32),
+}
+
+/// All that a culler needs to know of a camera.
+///
+/// World space is right-handed; a view looks along −Z of its own space; clip depth is 0..1, standard
+/// or reversed. Everything is f64, so that a world of 1e7 units stays exact enough.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    clip_from_world: DMat4,
+    eye: DVec4,
+    mirrored: bool,
+    depth: Depth,
+    viewport: [u32; 2],
+    /// Layers seen: an instance is drawn when it shares a bit.
+    pub layers: u32,
+    /// The winding that this view takes for front-facing.
+    pub front_face: FrontFace,
+    /// Which faces of one-sided meshes this view does not draw.
+    pub cull_face: CullFace,
+}
+
+impl View {
+    /// The view of `camera` on a viewport of `width` × `height` pixels.
+    ///
+    /// # Errors
+    /// If the camera's numbers make no view; the message names the number.
+    pub fn new(camera: &Camera, depth: Depth, viewport: [u32; 2]) -> Result<Self, ViewError> {
+        let m = camera.clip_from_world(depth)?;
+        Self::from_matrix(&m.to_cols_array(), depth, viewport)
+    }
+
+    /// The view of any invertible matrix, column-major, that takes world to clip space: perspective,
+    /// orthographic, off-centre, mirrored, with a finite or infinite far plane.
+    ///
+    /// # Errors
+    /// If a number is not finite, or the matrix is singular, or the viewport is empty.
+    pub fn from_matrix(
+        clip_from_world: &[f64; 16],
+        depth: Depth,
+        viewport: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        if !clip_from_world.iter().all(|v| v.is_finite()) {
+            return Err(ViewError::NotFinite("view-projection matrix"));
+        }
+        if viewport.iter().any(|&v| v == 0 || v > 65536) {
+            return Err(ViewError::Viewport(viewport[0], viewport[1]));
+        }
+        let m = DMat4::from_cols_array(clip_from_world);
+        let (eye, mirrored) =
+            homogeneous_eye(&m, depth).ok_or(ViewError::Singular(m.determinant()))?;
+        Ok(Self {
+            clip_from_world: m,
+            eye,
+            mirrored,
+            depth,
+            viewport,
+            layers: u32::MAX,
+            front_face: FrontFace::default(),
+            cull_face: CullFace::default(),
+        })
+    }
+
+    /// The same view for other layers.
+    #[must_use]
+    pub fn with_layers(mut self, layers: u32) -> Self {
+        self.layers = layers;
+        self
+    }
+
+    /// World to clip space, column-major.
+    #[must_use]
+    pub fn clip_from_world(&self) -> [f64; 16] {
+        self.clip_from_world.to_cols_array()
+    }
+
+    /// The homogeneous eye: (position, 1) in perspective; (unit direction from the scene towards the
+    /// viewer, 0) in orthographic. A triangle with outward plane n·x = d is front-facing iff
+    /// n·eye.xyz − d·eye.w > 0, in both.
+    #[must_use]
+    pub fn eye(&self) -> [f64; 4] {
+        self.eye.into()
+    }
+
+    /// Whether lines of sight are parallel.
+    #[must_use]
+    pub fn is_orthographic(&self) -> bool {
+        self.eye.w == 0.0
+    }
+
+    /// Whether the projection mirrors, so that windings on the screen are opposite to those seen from
+    /// the eye.
+    #[must_use]
+    pub fn is_mirrored(&self) -> bool {
+        self.mirrored
+    }
+
+    /// Which clip depth is near.
+    #[must_use]
+    pub fn depth(&self) -> Depth {
+        self.depth
+    }
+
+    /// Width and height in pixels.
+    #[must_use]
+    pub fn viewport(&self) -> [u32; 2] {
+        self.viewport
+    }
+
+    /// The frustum in world space, from the rows of the matrix.
+    #[must_use]
+    pub fn frustum(&self) -> Frustum {
+        Frustum::from_matrix(&self.clip_from_world, self.depth)
+    }
+}
+
+/// The point that the rows x, y and w of the matrix send to zero, and whether the projection mirrors.
+///
+/// It is the generalised cross product E of the three rows, and by Cauchy–Binet
+/// det[(x, y, w) of three points] = E·(n, −d) for the plane (n, d) of the three points: positive on the
+/// screen means counter-clockwise, so the sign of E also tells whether the projection mirrors.
+/// E is scaled to w = 1, or to a unit direction towards the viewer where the eye is at infinity.
+fn homogeneous_eye(m: &DMat4, depth: Depth) -> Option<(DVec4, bool)> {
+    let (x, y, z, w) = (m.row(0), m.row(1), m.row(2), m.row(3));
+    let minor = |i: usize, j: usize, k: usize| {
+        DVec3::new(x[i], x[j], x[k])
+            .cross(DVec3::new(y[i], y[j], y[k]))
+            .dot(DVec3::new(w[i], w[j], w[k]))
+    };
+    let e = DVec4::new(minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2));
+    // z·E is the determinant up to sign: where it is only rounding, the matrix flattens space.
+    let rounding = z.abs().dot(e.abs()) * 1e-15;
+    if !e.is_finite() || z.dot(e).abs() <= rounding {
+        return None;
+    }
+    if e.w != 0.0 {
+        return Some((e / e.w, e.w < 0.0));
+    }
+    // Lines of sight are parallel to E; the viewer is on the side where depth is nearer.
+    let nearer = match depth {
+        Depth::Standard => -z.dot(e),
+        Depth::Reversed => z.dot(e),
+    };
+    let direction = e.truncate().normalize() * nearer.signum();
+    Some((direction.extend(0.0), nearer < 0.0))
+}
