@@ -3,6 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::bounds::Aabb;
+use crate::exact;
 
 /// Any affine transform, mirrored and singular ones included: x ↦ linear · x + translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,26 +84,19 @@ impl Transform {
         self.linear_f64().determinant()
     }
 
-    /// The rank of the linear part: 3 ordinarily; 2 flattens to a plane, 1 to a line, 0 to a point.
-    /// Rank 0 and 1 are told exactly (products of two f32 are exact in f64); rank 2 is told where the
-    /// determinant is zero in f64. 0 where a number is not finite.
+    /// The rank of the linear part, exactly: 3 ordinarily, 2 flattens to a plane, 1 to a line, 0 to a
+    /// point. A transform with a number that is not finite is taken for 3, since it must keep
+    /// everything.
     #[must_use]
     pub fn rank(&self) -> u8 {
+        if !self.is_finite() || exact::determinant_sign(&self.linear) != 0 {
+            return 3;
+        }
         let m = self.linear_f64();
-        if !m.is_finite() {
-            return 0;
-        }
         let columns = [m.x_axis, m.y_axis, m.z_axis];
+        // Products of two f32 are exact in f64, and so is the sign of their difference.
         let minors = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| columns[i].cross(columns[j]));
-        if columns == [DVec3::ZERO; 3] {
-            0
-        } else if minors == [DVec3::ZERO; 3] {
-            1
-        } else if m.determinant() == 0.0 {
-            2
-        } else {
-            3
-        }
+        if minors != [DVec3::ZERO; 3] { 2 } else { u8::from(columns != [DVec3::ZERO; 3]) }
     }
 
     pub(crate) fn linear_f64(&self) -> DMat3 {
