@@ -76,6 +76,8 @@ pub struct Frame {
     pub depth: Vec<f64>,
     /// Blended and masked triangles of which a sample is not behind what is opaque; sorted, each once.
     pub blended: Vec<PixelId>,
+    /// For each of `blended`, the first pixel where that is so, by row and then column.
+    pub blended_at: Vec<[u32; 2]>,
     /// Fragments of each pixel; empty unless [`RenderOptions::count_layers`] is set.
     pub layers: Vec<u32>,
     /// Counts.
@@ -105,6 +107,13 @@ impl Frame {
             return PixelId::NONE;
         }
         self.ids[y as usize * self.width as usize + x as usize]
+    }
+
+    /// Fills in the blended triangles, from where each passed in each tile.
+    pub(crate) fn set_blended(&mut self, mut passed: Vec<(PixelId, [u32; 2])>) {
+        passed.sort_unstable_by_key(|&(id, [x, y])| (id, y, x));
+        passed.dedup_by_key(|p| p.0);
+        (self.blended, self.blended_at) = passed.into_iter().unzip();
     }
 
     /// Fills in the counts from `ids` and `layers`.

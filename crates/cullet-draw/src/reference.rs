@@ -41,6 +41,7 @@ pub(crate) fn render_samples(
         layers: vec![0; if count_layers { pixels } else { 0 }],
         ..Frame::default()
     };
+    let mut blended = Vec::new();
     for opaque in [true, false] {
         for slot in scene.slots() {
             let transform = scene.transform(slot);
@@ -62,13 +63,13 @@ pub(crate) fn render_samples(
                 let Some((surface, counter_clockwise)) = Surface::new(clip) else { continue };
                 if object.draws(counter_clockwise, part.two_sided || flags.double_sided) {
                     let id = PixelId { slot, triangle };
-                    draw(&mut frame, &surface, id, &lens, samples, opaque);
+                    let passed = draw(&mut frame, &surface, id, &lens, samples, opaque);
+                    blended.extend(passed.map(|at| (id, at)));
                 }
             }
         }
     }
-    frame.blended.sort_unstable();
-    frame.blended.dedup();
+    frame.set_blended(blended);
     frame.depth.iter_mut().for_each(|d| *d = lens.ndc_depth(*d));
     frame.count();
     frame
@@ -84,6 +85,7 @@ fn selected(selection: &Selection, slot: u32, triangle: u32) -> bool {
     }
 }
 
+/// Draws an opaque surface, or tests a blended one: the first sample where it passed.
 fn draw(
     frame: &mut Frame,
     surface: &Surface,
@@ -91,9 +93,9 @@ fn draw(
     lens: &Lens,
     samples: &Samples,
     opaque: bool,
-) {
+) -> Option<[u32; 2]> {
     let [low, high] = lens.range;
-    let mut passed = false;
+    let mut passed = None;
     for row in 0..frame.height {
         for column in 0..frame.width {
             let [x, y] = samples.at(column, row);
@@ -111,14 +113,14 @@ fn draw(
             }
             let held = frame.depth[at];
             if !opaque {
-                passed |= depth <= held;
+                if depth <= held {
+                    passed = passed.or(Some([column, row]));
+                }
             } else if depth < held || (depth == held && id < frame.ids[at]) {
                 frame.depth[at] = depth;
                 frame.ids[at] = id;
             }
         }
     }
-    if passed {
-        frame.blended.push(id);
-    }
+    passed
 }

@@ -229,19 +229,14 @@ impl Target {
         }
     }
 
-    /// Every owner of a sample and every blended triangle that passed one, with the sample; in no
-    /// particular order, and a triangle as often as it likes.
-    pub(crate) fn seen(&self) -> impl Iterator<Item = (PixelId, Option<[u32; 2]>)> {
-        let [width, height] = self.samples.size;
-        let owners = self.tiles.iter().flat_map(move |tile| {
-            let [x0, y0] = tile.origin();
-            let inside = move |(at, id): (usize, &PixelId)| {
-                let [x, y] = [x0 + at as u32 % TILE, y0 + at as u32 / TILE];
-                (x < width && y < height && *id != PixelId::NONE).then_some((*id, Some([x, y])))
-            };
-            tile.ids.iter().enumerate().filter_map(inside)
-        });
-        owners.chain(self.tiles.iter().flat_map(|t| t.passed.iter().map(|id| (*id, None))))
+    /// Every owner of a sample, and every blended triangle that passed one in some tile; in no
+    /// particular order, and some more than once.
+    pub(crate) fn seen(&self) -> impl Iterator<Item = (PixelId, [u32; 2])> {
+        self.tiles.iter().flat_map(|tile| {
+            let owner = |(at, id): (usize, &PixelId)| (*id, tile.sample(at));
+            let owners = tile.ids.iter().enumerate().filter(|(_, id)| **id != PixelId::NONE);
+            owners.map(owner).chain(tile.passed.iter().copied())
+        })
     }
 
     /// The frame of an image all of whose tiles were wanted.
@@ -272,10 +267,8 @@ impl Target {
                     frame.layers[to..to + columns].copy_from_slice(layers);
                 }
             }
-            frame.blended.extend_from_slice(&tile.passed);
         }
-        frame.blended.sort_unstable();
-        frame.blended.dedup();
+        frame.set_blended(self.tiles.into_iter().flat_map(|tile| tile.passed).collect());
         frame.count();
         frame
     }

@@ -36,8 +36,8 @@ pub(crate) struct Tile {
     farthest: [f64; BLOCKS * BLOCKS],
     /// Blocks whose `farthest` is out of date: too far, never too near.
     stale: u64,
-    /// Blended triangles that passed.
-    pub(crate) passed: Vec<PixelId>,
+    /// Blended triangles that passed, and the first sample (by row, then column) where each did.
+    pub(crate) passed: Vec<(PixelId, [u32; 2])>,
     /// Where its samples lie.
     sight: Sight,
 }
@@ -116,7 +116,7 @@ impl Tile {
     pub(crate) fn draw(&mut self, d: &Draw, range: [f64; 2]) {
         self.each(d, |tile, at, depth| {
             if !(depth >= range[0] && depth <= range[1]) {
-                return true;
+                return;
             }
             if let Some(n) = tile.layers.get_mut(at) {
                 *n += 1;
@@ -128,33 +128,37 @@ impl Tile {
                 let (column, row) = (at % TILE as usize / BLOCK, at / TILE as usize / BLOCK);
                 tile.stale |= 1 << (row * BLOCKS + column);
             }
-            true
         });
     }
 
     /// Tests a blended surface: it passes where it is not behind what is held.
     pub(crate) fn test(&mut self, d: &Draw, range: [f64; 2]) {
-        let mut passed = false;
+        let mut first = usize::MAX;
         self.each(d, |tile, at, depth| {
             if !(depth >= range[0] && depth <= range[1]) {
-                return true;
+                return;
             }
-            passed |= depth <= tile.depth[at];
             if let Some(n) = tile.layers.get_mut(at) {
                 *n += 1;
-                return true;
             }
-            !passed
+            if depth <= tile.depth[at] {
+                first = first.min(at);
+            }
         });
-        if passed {
-            self.passed.push(d.id);
+        if first < SAMPLES {
+            self.passed.push((d.id, self.sample(first)));
         }
     }
 
+    /// Column and row of a sample of the tile.
+    pub(crate) fn sample(&self, at: usize) -> [u32; 2] {
+        [self.origin[0] + at as u32 % TILE, self.origin[1] + at as u32 / TILE]
+    }
+
     /// Calls `f` with index and depth of every sample that the surface covers, but for blocks where
-    /// it is hidden; stops when `f` says false.
+    /// it is hidden.
     #[inline]
-    fn each(&mut self, d: &Draw, mut f: impl FnMut(&mut Self, usize, f64) -> bool) {
+    fn each(&mut self, d: &Draw, mut f: impl FnMut(&mut Self, usize, f64)) {
         let sight = std::mem::take(&mut self.sight);
         if sight.wide {
             self.each_of::<true>(d, &sight, &mut f);
@@ -169,7 +173,7 @@ impl Tile {
         &mut self,
         d: &Draw,
         sight: &Sight,
-        f: &mut impl FnMut(&mut Self, usize, f64) -> bool,
+        f: &mut impl FnMut(&mut Self, usize, f64),
     ) {
         let s = &d.surface;
         let ([x0, x1], [y0, y1]) = self.local(&d.rect);
@@ -182,8 +186,8 @@ impl Tile {
                         false => (sight.x[x as usize], sight.y[y as usize]),
                     };
                     let e = s.at(px, py);
-                    if s.covers(e) && !f(self, at, s.depth(e)) {
-                        return;
+                    if s.covers(e) {
+                        f(self, at, s.depth(e));
                     }
                 }
             }
@@ -211,8 +215,8 @@ impl Tile {
                     };
                     let Some((covered, depth)) = row_of(s, &xs, &ys) else { continue };
                     for c in cx0..=cx1 {
-                        if covered[c] && !f(self, first + c, depth[c]) {
-                            return;
+                        if covered[c] {
+                            f(self, first + c, depth[c]);
                         }
                     }
                 }
