@@ -4,6 +4,8 @@
 mod error;
 mod load;
 mod model;
+pub mod paths;
+pub mod scenes;
 
 pub use error::{ErrorKind, LoadError};
 pub use load::{LoadOptions, load};
