@@ -187,11 +187,16 @@ impl Occscn {
         Ok(())
     }
 
-    /// The box of a mesh's vertices, as the file has it: inside out if there are none.
-    fn mesh_box(&self, mesh: &MeshRange) -> [[f32; 3]; 2] {
+    /// The triangles of a mesh; none for an empty one, wherever it says it is.
+    fn triangles_of(&self, mesh: &MeshRange) -> &[[u32; 3]] {
         let first = mesh.first_triangle as usize;
+        self.triangles.get(first..first + mesh.triangle_count as usize).unwrap_or(&[])
+    }
+
+    /// The box of a mesh's vertices, as the file has it: zeros if there are none.
+    fn mesh_box(&self, mesh: &MeshRange) -> [[f32; 3]; 2] {
         let mut b = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-        for &v in self.triangles[first..first + mesh.triangle_count as usize].iter().flatten() {
+        for &v in self.triangles_of(mesh).as_flattened() {
             let p = self.vertices[v as usize];
             b = [
                 std::array::from_fn(|a| b[0][a].min(p[a])),
@@ -328,10 +333,7 @@ pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Mo
     builder.material("default", GREY);
     let mut compact = Compact::new(scene.vertices.len());
     for (i, mesh) in scene.meshes.iter().enumerate() {
-        let first = mesh.first_triangle as usize;
-        let triangles = first..first + mesh.triangle_count as usize;
-        let triangles = scene.triangles.get(triangles).unwrap_or(&[]);
-        let mut indices = triangles.as_flattened().to_vec();
+        let mut indices = scene.triangles_of(mesh).as_flattened().to_vec();
         let positions = compact.take(&scene.vertices, &mut indices);
         let data = MeshData { positions, indices, ..MeshData::default() };
         builder.mesh_instance(format!("mesh {i}"), data)?;

@@ -170,8 +170,12 @@ fn read_ascii(bytes: &[u8], start: usize, builder: &mut Builder<'_>) -> Result<(
             c.skip_comment();
         }
     }
-    if !corners.is_empty() {
-        return Err(c.error("the file ends inside a facet; it may be cut short"));
+    let open = solid.is_some();
+    if !corners.is_empty() || (open && triangles == 0) {
+        return Err(c.error("the file ends inside a solid; it may be cut short"));
+    }
+    if open {
+        builder.warn("file", "its last solid has no endsolid; it may be cut short");
     }
     finish(&mut solid, &mut triangles, builder)?;
     for (count, what) in [
