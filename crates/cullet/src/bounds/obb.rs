@@ -55,7 +55,11 @@ impl Obb {
         let middle = DVec3::from(b.center());
         let points: Vec<DVec3> =
             points.iter().map(|p| DVec3::from(p.map(f64::from)) - middle).collect();
-        Self::fit(&points, middle, 0.0).unwrap_or_else(|| Self::from(&b))
+        let aligned = Self::from(&b);
+        match Self::fit(&points, middle, 0.0) {
+            Some(fitted) if fitted.surface_area() < aligned.surface_area() => fitted,
+            _ => aligned,
+        }
     }
 
     /// A tight box around `points`, each given relative to `middle` and uncertain by `error` in each

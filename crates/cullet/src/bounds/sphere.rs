@@ -52,7 +52,8 @@ impl Sphere {
             return Self { center: points[0], radius: 0.0 };
         }
         let at = |p: &[f32; 3]| (DVec3::from(p.map(f64::from)) - middle) / unit;
-        let mut ball = Ball { center: DVec3::ZERO, square: 0.0 };
+        // Smaller than any ball of a point, which grows it.
+        let mut ball = Ball { center: DVec3::ZERO, square: -1.0 };
         let mut basis = Vec::with_capacity(5);
         for _ in 0..MAX_PASSES {
             let (mut far, mut square) = (DVec3::ZERO, -1.0);
