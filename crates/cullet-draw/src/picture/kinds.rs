@@ -2,9 +2,7 @@
 //! took it.
 
 use cullet::bounds::Aabb;
-use cullet::{
-    Camera, Culler, Depth, Output, Projection, Scene, Stage, View, ViewState, Visible,
-};
+use cullet::{Camera, Culler, Depth, Output, Projection, Scene, Stage, View, ViewState, Visible};
 use glam::DVec3;
 
 use super::Picture;
@@ -95,7 +93,8 @@ fn reach(scene: &Scene) -> f64 {
         return 1.0;
     }
     let limit = size(&extent) * 0.5;
-    let things = scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && size(b) < limit);
+    let things =
+        scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && size(b) < limit);
     let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
     size(if things.is_empty() { &extent } else { &things }).max(1e-6)
 }
@@ -138,8 +137,7 @@ impl<'a> TriangleFates<'a> {
         // A visible set gives reasons for whole instances; those of triangles are plain to see.
         let object = self.lens.object(self.scene.transform(id.slot));
         let corners = self.scene.mesh(id.slot).corners(t).map(|p| object.clip(p));
-        let two_sided =
-            self.surfaces.part(id).two_sided || self.scene.flags(id.slot).double_sided;
+        let two_sided = self.surfaces.part(id).two_sided || self.scene.flags(id.slot).double_sided;
         let faces_away = Surface::new(corners)
             .is_some_and(|(_, counter_clockwise)| !object.draws(counter_clockwise, two_sided));
         Fate::Dropped(Some(if faces_away { Stage::Backface } else { Stage::Frustum }))

@@ -28,7 +28,8 @@ pub fn depth_complexity(before: &Frame, after: Option<&Frame>) -> Picture {
     let most = frames.iter().flat_map(|f| &f.1).copied().max().unwrap_or(0).max(1);
     let share = |n: u32| f64::from(n).ln_1p() / f64::from(most).ln_1p();
     const GAP: u32 = 8;
-    let width: u32 = frames.iter().map(|f| f.0.width).sum::<u32>() + GAP * (frames.len() as u32 - 1);
+    let width: u32 =
+        frames.iter().map(|f| f.0.width).sum::<u32>() + GAP * (frames.len() as u32 - 1);
     let high = frames.iter().map(|f| f.0.height).max().unwrap_or(0);
     let mut picture = Picture::new(width, high + STRIP, PAPER);
     let mut left = 0;

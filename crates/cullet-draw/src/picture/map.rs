@@ -226,7 +226,8 @@ impl Map {
         // A ground or a sky may reach far beyond all that stands on it.
         let wide = |b: &Aabb| b.half_extent()[0].max(b.half_extent()[2]);
         let limit = wide(&extent) * 0.5;
-        let things = scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && wide(b) < limit);
+        let things =
+            scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && wide(b) < limit);
         let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
         if !things.is_empty() {
             extent = things;

@@ -25,12 +25,7 @@ const AMBIENT_RADIUS: f64 = 0.035;
 ///
 /// Cost: some 0.3 µs a pixel on one core.
 #[must_use]
-pub fn shaded(
-    scene: &Scene,
-    frame: &Frame,
-    view: &View,
-    material_colors: &[[f32; 4]],
-) -> Picture {
+pub fn shaded(scene: &Scene, frame: &Frame, view: &View, material_colors: &[[f32; 4]]) -> Picture {
     let surfaces = Surfaces::new(scene, &frame.ids);
     let color = |id: PixelId| {
         let part = surfaces.part(id);
@@ -165,8 +160,25 @@ impl Ambient {
             }
             openness(frame, points, [x, y], normal(at), &places[cx % 4 * 4 + cy % 4], radius)
         };
-        let cells = width * frame_height.div_ceil(step);
-        Self { step, width, open: (0..cells).into_par_iter().map(value).collect() }
+        let height = frame_height.div_ceil(step);
+        let raw: Vec<f64> = (0..width * height).into_par_iter().map(value).collect();
+        // The turns make a pattern of 4 × 4: a mean over as many, of the same instance, has none.
+        let slot = |cx: usize, cy: usize| frame.ids[cy * step * frame_width + cx * step].slot;
+        let smooth = |i: usize| {
+            let (cx, cy) = (i % width, i / width);
+            let own = slot(cx, cy);
+            let (mut sum, mut n) = (0.0, 0.0);
+            for y in cy.saturating_sub(1)..(cy + 3).min(height) {
+                for x in cx.saturating_sub(1)..(cx + 3).min(width) {
+                    if slot(x, y) == own {
+                        sum += raw[y * width + x];
+                        n += 1.0;
+                    }
+                }
+            }
+            sum / n
+        };
+        Self { step, width, open: (0..raw.len()).into_par_iter().map(smooth).collect() }
     }
 
     fn at(&self, x: usize, y: usize) -> f64 {
@@ -214,9 +226,8 @@ fn edge(frame: &Frame, [x, y]: [usize; 2]) -> f64 {
     let (width, height) = (frame.width as usize, frame.height as usize);
     let at = y * width + x;
     let own = frame.ids[at].slot;
-    let other = |x: usize, y: usize| {
-        x < width && y < height && frame.ids[y * width + x].slot != own
-    };
+    let other =
+        |x: usize, y: usize| x < width && y < height && frame.ids[y * width + x].slot != own;
     if other(x + 1, y) || other(x, y + 1) { 0.72 } else { 1.0 }
 }
 
