@@ -295,6 +295,10 @@ impl<'a> Reader<'a> {
                 builder.warn("file", format!("{count} {what}"));
             }
         }
+        let count = self.positions.len();
+        if self.triangles == 0 && count > 0 {
+            builder.warn("file", format!("its {count} vertices are in no face: a point cloud?"));
+        }
         let (count, first) = s.unknown;
         if count > 0 {
             let mut c = self.c.clone();

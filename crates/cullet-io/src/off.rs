@@ -60,6 +60,10 @@ pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Mo
             builder.warn("file", format!("{count} {what}"));
         }
     }
+    if indices.is_empty() && !positions.is_empty() {
+        let count = positions.len();
+        builder.warn("file", format!("its {count} vertices are in no face: a point cloud?"));
+    }
     if !indices.is_empty() {
         let data = MeshData { positions, indices, polygons, ..MeshData::default() };
         builder.mesh_instance(name.to_owned(), data)?;
@@ -96,7 +100,11 @@ fn read_header(c: &mut Cursor<'_>) -> Result<[u64; 2], ErrorKind> {
         let at = c.offset();
         let what = ["the number of vertices", "the number of faces"][k];
         let value = c.integer().and_then(|v| u64::try_from(v).ok());
-        *count = value.ok_or_else(|| c.expected(what))?;
+        let Some(value) = value else {
+            c.seek(at);
+            return Err(c.expected(what));
+        };
+        *count = value;
         let least = [LEAST_VERTEX, LEAST_FACE][k];
         // One byte more: the last row needs no line end.
         let most = (c.left() as u64 + 1) / least;
@@ -137,8 +145,11 @@ fn read_face(
     polygon: &mut Vec<u32>,
 ) -> Result<(), ErrorKind> {
     c.skip_space();
-    let count = c.integer().and_then(|v| u64::try_from(v).ok());
-    let count = count.ok_or_else(|| c.expected(&format!("the size of face {face}")))?;
+    let at = c.offset();
+    let Some(count) = c.integer().and_then(|v| u64::try_from(v).ok()) else {
+        c.seek(at);
+        return Err(c.expected(&format!("the size of face {face}")));
+    };
     polygon.clear();
     for _ in 0..count {
         c.skip_space();

@@ -1,12 +1,12 @@
 //! Small files written here, and every model of the data folder in these formats.
 
-mod common;
+mod formats_common;
 
 use std::fmt::Write as _;
 
-use common::{data, of};
 use cullet::mesh::Alpha;
 use cullet_io::{LoadOptions, Model, Up, load, load_bytes, occscn};
+use formats_common::{data, of};
 use proptest::prelude::*;
 
 /// Vertices, triangles and polygons of all meshes.
@@ -527,7 +527,7 @@ fn models_have_the_counts_of_their_table() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// One surface, written in every format, is one surface.
     #[test]

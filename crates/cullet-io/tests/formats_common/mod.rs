@@ -7,7 +7,7 @@ use cullet_io::{LoadOptions, Model, load_bytes};
 
 /// The folder of test models: `CULLET_DATA`, or `../shared/data` beside the workspace. Where there is
 /// none the test says that it is skipped; with `CULLET_REQUIRE_DATA=1` it fails instead.
-pub fn data() -> Option<PathBuf> {
+pub(crate) fn data() -> Option<PathBuf> {
     let folder = std::env::var_os("CULLET_DATA").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
         PathBuf::from,
@@ -22,6 +22,6 @@ pub fn data() -> Option<PathBuf> {
 }
 
 /// A model from memory that must load.
-pub fn of(name: &str, bytes: &[u8]) -> Model {
+pub(crate) fn of(name: &str, bytes: &[u8]) -> Model {
     load_bytes(name, bytes, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
