@@ -165,10 +165,13 @@ fn traps_of_other_suites_end_in_an_error_that_names_the_item() {
         ("assimp/IndexOutOfRange/IndexOutOfRange.gltf", "index 0 is 255, but there are 24"),
         ("assimp/IndexOutOfRange/AllIndicesOutOfRange.gltf", "index 0 is 65535"),
         ("assimp/IncorrectVertexArrays/Cube.gltf", "bufferView 2: 432 bytes at 504"),
-        ("tinygltf/integer-out-of-bounds.gltf", "asset"),
-        ("tinygltf/invalid-buffer-index.gltf", "asset"),
-        ("tinygltf/invalid-buffer-view-index.gltf", "asset"),
-        ("tinygltf/invalid-primitive-indices.gltf", "asset"),
+        (
+            "tinygltf/integer-out-of-bounds.gltf",
+            "bufferView 0: invalid value: floating point `1e+300`",
+        ),
+        ("tinygltf/invalid-buffer-index.gltf", "bufferView 1: names buffer 1 of 1"),
+        ("tinygltf/invalid-buffer-view-index.gltf", "bufferView 0: names buffer 0 of 0"),
+        ("tinygltf/invalid-primitive-indices.gltf", "bufferView 0: names buffer 0 of 0"),
         ("gltf-asset-generator/Compatibility/Compatibility_05.gltf", ""),
     ] {
         match load(&broken.join(file), &LoadOptions::default()) {
