@@ -83,6 +83,28 @@ impl Transform {
         self.linear_f64().determinant()
     }
 
+    /// The rank of the linear part: 3 ordinarily; 2 flattens to a plane, 1 to a line, 0 to a point.
+    /// Rank 0 and 1 are told exactly (products of two f32 are exact in f64); rank 2 is told where the
+    /// determinant is zero in f64. 0 where a number is not finite.
+    #[must_use]
+    pub fn rank(&self) -> u8 {
+        let m = self.linear_f64();
+        if !m.is_finite() {
+            return 0;
+        }
+        let columns = [m.x_axis, m.y_axis, m.z_axis];
+        let minors = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| columns[i].cross(columns[j]));
+        if columns == [DVec3::ZERO; 3] {
+            0
+        } else if minors == [DVec3::ZERO; 3] {
+            1
+        } else if m.determinant() == 0.0 {
+            2
+        } else {
+            3
+        }
+    }
+
     pub(crate) fn linear_f64(&self) -> DMat3 {
         let [x, y, z] = self.linear.map(|c| DVec3::from(c.map(f64::from)));
         DMat3::from_cols(x, y, z)

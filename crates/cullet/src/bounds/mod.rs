@@ -2,6 +2,7 @@
 
 mod aabb;
 mod batch;
+mod fit;
 mod obb;
 mod plane;
 mod sphere;

@@ -1,1 +1,5 @@
 //! Clipping: outcodes.
+
+pub mod outcode;
+
+pub use outcode::{ObjectRegion, Outcode, outcode_ref};
