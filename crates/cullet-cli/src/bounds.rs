@@ -1,7 +1,7 @@
 //! Boxes against spheres as bounds of instances: how many each keeps for nothing, and at what cost.
 
 use cullet::bounds::{Boxes, Sphere, Spheres};
-use cullet::cull::frustum::{CullPlanes, cull_boxes, cull_spheres};
+use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes, cull_spheres};
 use cullet::{Culler, Output, Scene, View, ViewState, Visible};
 
 use crate::record::BoundsRecord;
@@ -12,7 +12,7 @@ use crate::survey::clock;
 pub(crate) struct BoundsTest {
     boxes: Boxes,
     spheres: Spheres,
-    hits: Vec<u32>,
+    hits: Indices,
     state: ViewState,
     result: Visible,
 }
@@ -52,7 +52,7 @@ impl BoundsTest {
         (!spheres.is_empty()).then(|| Self {
             boxes,
             spheres: Spheres::from_slice(&spheres),
-            hits: Vec::new(),
+            hits: Indices::new(),
             state: ViewState::default(),
             result: Visible::default(),
         })
@@ -60,12 +60,12 @@ impl BoundsTest {
 
     /// Tests both against a view's frustum, and counts what a perfect bound would keep.
     pub(crate) fn measure(&mut self, scene: &Scene, view: &View, culler: &Culler) -> BoundsRecord {
-        let planes = CullPlanes::new(&view.frustum().relative_to(scene.origin()));
+        let planes = Planes::new(&view.frustum().relative_to(scene.origin()));
         let tested = self.boxes.len();
-        let mut time = |test: &mut dyn FnMut(&mut Vec<u32>)| {
+        let mut time = |test: &mut dyn FnMut(&mut Indices)| {
             // The first run warms the cache and grows the list; the better of two others is the time.
             test(&mut self.hits);
-            let run = |hits: &mut Vec<u32>, test: &mut dyn FnMut(&mut Vec<u32>)| {
+            let run = |hits: &mut Indices, test: &mut dyn FnMut(&mut Indices)| {
                 let start = clock();
                 test(hits);
                 clock() - start
@@ -74,9 +74,9 @@ impl BoundsTest {
             (self.hits.len() as u64, best as f64 / tested.max(1) as f64)
         };
         let (boxes, spheres) = (&self.boxes, &self.spheres);
-        let (boxes_kept, box_ns) = time(&mut |hits| cull_boxes(culler.level, boxes, &planes, hits));
+        let (boxes_kept, box_ns) = time(&mut |hits| cull_boxes(culler.level, &planes, boxes, hits));
         let (spheres_kept, sphere_ns) =
-            time(&mut |hits| cull_spheres(culler.level, spheres, &planes, hits));
+            time(&mut |hits| cull_spheres(culler.level, &planes, spheres, hits));
         let only_frustum = Culler {
             frustum: true,
             backface: false,

@@ -60,10 +60,8 @@ fn run(cli: &Cli) -> Outcome {
 
 fn run_bench(args: &BenchArgs, console: &Console) -> Outcome {
     let options = bench::BenchOptions { filter: args.filter.clone(), ..Default::default() };
-    let results = bench::run(&options);
-    if !console.json_on_stdout {
-        console.line(results.to_string());
-    }
+    console.line(bench::Measured::HEADING);
+    let results = bench::run_each(&options, &mut |measured| console.line(measured.to_string()));
     if let Some(path) = &args.json {
         write_json(path, &results)?;
     }
