@@ -28,6 +28,10 @@ impl Default for LoadOptions {
 /// # Errors
 /// If the file cannot be read, is of no known kind, or is invalid.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
-    let _ = options;
+    let bytes = std::fs::read(path).map_err(|e| ErrorKind::from(e).at(path))?;
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    if bytes.starts_with(b"glTF") || matches!(ending.as_deref(), Some("glb" | "gltf")) {
+        return crate::gltf::load(path, bytes, options);
+    }
     Err(ErrorKind::Unsupported("not a model".into()).at(path))
 }

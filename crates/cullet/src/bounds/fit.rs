@@ -256,6 +256,10 @@ fn drop_inner(points: &mut Vec<DVec2>) {
     }
     let mut polygon: Vec<DVec2> = far.iter().map(|f| f.1).collect();
     polygon.dedup();
+    // An edge of no length would call every point outer.
+    while polygon.len() > 1 && polygon.first() == polygon.last() {
+        polygon.pop();
+    }
     points.retain(|p| {
         (0..polygon.len()).any(|i| {
             let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);

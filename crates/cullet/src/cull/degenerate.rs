@@ -17,13 +17,6 @@ pub fn is_zero_area(corners: &[[f32; 3]; 3]) -> bool {
     is_collinear(corners)
 }
 
-/// The rank of the linear part of a transform, exactly: 3 keeps volumes, 2 flattens them, 1 or 0 leaves
-/// no area. A transform with a number that is not finite is taken for 3, since it must keep everything.
-#[must_use]
-pub fn rank(transform: &Transform) -> u8 {
-    Flattening::of(transform).rank
-}
-
 /// What an instance's transform does to areas, prepared for the triangles of its mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flattening {
@@ -58,7 +51,7 @@ impl Flattening {
         Self { rank: u8::from(columns.iter().flatten().any(|&v| v != 0.0)), ..full }
     }
 
-    /// The rank of the linear part, as [`rank`].
+    /// The rank of the linear part, as [`Transform::rank`].
     #[must_use]
     pub fn rank(&self) -> u8 {
         self.rank
@@ -151,17 +144,23 @@ mod tests {
         Transform { linear: columns, ..Transform::IDENTITY }
     }
 
+    /// By both ways to it.
+    fn rank(transform: Transform) -> u8 {
+        assert_eq!(transform.rank(), Flattening::of(&transform).rank());
+        transform.rank()
+    }
+
     #[test]
     fn ranks_are_exact() {
-        assert_eq!(rank(&Transform::IDENTITY), 3);
+        assert_eq!(rank(Transform::IDENTITY), 3);
         // Nearly singular, yet not: the determinant is 2^-46.
         let e = f32::EPSILON;
-        assert_eq!(rank(&linear([[1.0 + e, 1.0, 0.0], [1.0, 1.0 - e, 0.0], [0.0, 0.0, 1.0]])), 3);
-        assert_eq!(rank(&linear([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [0.0, 0.0, 1.0]])), 2);
-        assert_eq!(rank(&linear([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]])), 2);
-        assert_eq!(rank(&linear([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [3.0, 6.0, 9.0]])), 1);
-        assert_eq!(rank(&linear([[0.0; 3]; 3])), 0);
-        assert_eq!(rank(&linear([[f32::NAN; 3]; 3])), 3);
+        assert_eq!(rank(linear([[1.0 + e, 1.0, 0.0], [1.0, 1.0 - e, 0.0], [0.0, 0.0, 1.0]])), 3);
+        assert_eq!(rank(linear([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [0.0, 0.0, 1.0]])), 2);
+        assert_eq!(rank(linear([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]])), 2);
+        assert_eq!(rank(linear([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [3.0, 6.0, 9.0]])), 1);
+        assert_eq!(rank(linear([[0.0; 3]; 3])), 0);
+        assert_eq!(rank(linear([[f32::NAN; 3]; 3])), 3);
     }
 
     #[test]

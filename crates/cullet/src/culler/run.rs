@@ -6,12 +6,12 @@
 
 use super::{Culler, Output};
 use crate::bounds::Boxes;
-use crate::clip::outcode;
-use crate::cull::backface::{self, ObjectEye};
-use crate::cull::degenerate;
+use crate::clip::outcode::ObjectRegion;
+use crate::cull::backface::ObjectEye;
+use crate::cull::degenerate::Flattening;
 use crate::cull::frustum::batch::{self, PlaneSet};
 use crate::cull::frustum::exact::ExactFrustum;
-use crate::mesh::Mesh;
+use crate::mesh::{Cluster, Mesh};
 use crate::scene::Scene;
 use crate::view::{CullFace, Frustum, View};
 use crate::visible::{
@@ -45,6 +45,8 @@ pub(super) struct Pass<'a> {
     culler: &'a Culler,
     scene: &'a Scene,
     view: &'a View,
+    /// In world space, and relative to the scene's origin, as its boxes are.
+    world_frustum: Frustum,
     frustum: Frustum,
     scratch: &'a mut Scratch,
     result: &'a mut Visible,
@@ -61,8 +63,9 @@ impl<'a> Pass<'a> {
         scratch: &'a mut Scratch,
         result: &'a mut Visible,
     ) -> Self {
-        let frustum = view.frustum().relative_to(scene.origin());
-        Self { culler, scene, view, frustum, scratch, result, only: None, stage_began: 0 }
+        let world_frustum = view.frustum();
+        let frustum = world_frustum.relative_to(scene.origin());
+        Self { culler, scene, view, world_frustum, frustum, scratch, result, only: None, stage_began: 0 }
     }
 
     /// Restricts the pass to one slot.
@@ -272,7 +275,7 @@ impl<'a> Pass<'a> {
     }
 
     fn clusters_of(&mut self, slot: u32, mesh: &Mesh) -> u32 {
-        let planes = self.object_planes(slot);
+        let planes = PlaneSet::new(&self.world_frustum.to_object_space(self.scene.transform(slot)));
         let s = &mut *self.scratch;
         let (out, inn) = (&mut s.cluster_outside, &mut s.cluster_inside);
         batch::classify_boxes(self.culler.level, &planes, mesh.cluster_boxes(), out, inn);
@@ -299,19 +302,6 @@ impl<'a> Pass<'a> {
         kept
     }
 
-    fn object_planes(&self, slot: u32) -> PlaneSet {
-        PlaneSet::new(&self.object_frustum(slot))
-    }
-
-    /// The frustum in the space of an instance's mesh.
-    fn object_frustum(&self, slot: u32) -> Frustum {
-        let mut transform = *self.scene.transform(slot);
-        for axis in 0..3 {
-            transform.translation[axis] -= self.scene.origin()[axis];
-        }
-        self.frustum.to_object_space(&transform)
-    }
-
     /// Lists the triangles of all runs, those of straddling clusters by their outcodes.
     fn list_triangles(&mut self) {
         let scene = self.scene;
@@ -328,19 +318,13 @@ impl<'a> Pass<'a> {
             } else {
                 // Runs of a slot follow each other: its region is made once.
                 if region.as_ref().is_none_or(|(slot, _)| *slot != run.slot) {
-                    region = Some((run.slot, self.object_frustum(run.slot)));
+                    let transform = scene.transform(run.slot);
+                    region = Some((run.slot, ObjectRegion::new(&self.world_frustum, transform)));
                 }
-                let Some((_, frustum)) = &region else { continue };
-                let list = &mut self.result.triangles;
-                outcode::append_candidates(
-                    frustum,
-                    mesh.positions(),
-                    mesh.indices(),
-                    triangles.clone(),
-                    list,
-                );
+                let Some((_, region)) = &region else { continue };
+                let (positions, indices) = (mesh.positions(), mesh.indices());
+                region.keep_into(positions, indices, triangles.clone(), region.present(), list);
             }
-            let list = &mut self.result.triangles;
             entered += triangles.len() as u64;
             // Degenerate triangles are in no cluster; they go with the last run of their instance.
             let last = self.scratch.runs.get(i + 1).is_none_or(|next| next.slot != run.slot);
@@ -372,15 +356,26 @@ impl<'a> Pass<'a> {
         let (scene, view) = (self.scene, self.view);
         self.filter_triangles(Stage::Backface, |slot, triangles, kept| {
             let mesh = scene.mesh(slot);
-            let one_sided = !scene.flags(slot).double_sided
-                && mesh.parts().iter().any(|part| !part.two_sided);
-            let trusted = scene.is_rigid(slot)
-                && scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 0;
-            let eye = (one_sided && trusted)
-                .then(|| ObjectEye::new(view.eye(), scene.transform(slot)))
-                .flatten();
-            let Some(eye) = eye else { return false };
-            backface::append_kept(&eye, mesh, view.front_face, view.cull_face, triangles, kept);
+            let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
+            let two_sided = scene.flags(slot).double_sided || mesh.is_two_sided();
+            if exempt || two_sided || !scene.is_rigid(slot) {
+                return false;
+            }
+            let eye = ObjectEye::of_view(view, scene.transform(slot));
+            let mut rest = triangles;
+            for cluster in clusters_of_list(mesh, triangles) {
+                let end = cluster.first_triangle + cluster.triangle_count;
+                let (of_cluster, after) = rest.split_at(rest.partition_point(|&t| t < end));
+                rest = after;
+                if mesh.parts()[cluster.part as usize].two_sided {
+                    kept.extend_from_slice(of_cluster);
+                } else {
+                    let front = |t: &&u32| !eye.culls(&mesh.corners(**t));
+                    kept.extend(of_cluster.iter().filter(front));
+                }
+            }
+            // Degenerate triangles follow the last cluster; they have no back.
+            kept.extend_from_slice(rest);
             true
         });
     }
@@ -391,15 +386,14 @@ impl<'a> Pass<'a> {
         let scene = self.scene;
         self.filter_triangles(Stage::Degenerate, |slot, triangles, kept| {
             let mesh = scene.mesh(slot);
-            let transform = scene.transform(slot);
             let drawn = mesh.triangle_count() - mesh.degenerate_count();
-            let flattened = scene.is_rigid(slot) && transform.is_finite() && transform.rank() < 3;
+            let flattening = Flattening::of(scene.transform(slot));
+            let flattened = scene.is_rigid(slot) && flattening.rank() < 3;
             if !flattened && triangles.last().is_none_or(|&t| t < drawn) {
                 return false;
             }
             kept.extend(triangles.iter().copied().filter(|&t| {
-                t < drawn
-                    && !(flattened && degenerate::is_flattened(mesh.corners(t), transform))
+                t < drawn && !(flattened && flattening.flattens(&mesh.corners(t)))
             }));
             true
         });
@@ -504,6 +498,14 @@ fn triangles_of(mesh: &Mesh, run: Run) -> std::ops::Range<u32> {
     let Some(first) = clusters.first() else { return 0..0 };
     let last = clusters[run.cluster_count as usize - 1];
     first.first_triangle..last.first_triangle + last.triangle_count
+}
+
+/// The clusters from the one of the first triangle of an ascending list on.
+fn clusters_of_list<'m>(mesh: &'m Mesh, triangles: &[u32]) -> &'m [Cluster] {
+    let first = triangles.first().copied().unwrap_or(0);
+    let clusters = mesh.clusters();
+    let at = clusters.partition_point(|c| c.first_triangle + c.triangle_count <= first);
+    &clusters[at..]
 }
 
 /// The slots of the bits that are set in a word.

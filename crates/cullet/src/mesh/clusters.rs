@@ -22,7 +22,7 @@ impl Clustering {
     /// Triangles of each part along a Hilbert curve through their centres, cut whenever a cluster is
     /// full. Deterministic; O(n log n), some 0.1 µs a triangle.
     ///
-    /// A curve without jumps keeps the boxes small: on the models of the tests they have a fifth to a
+    /// A curve without jumps keeps the boxes small: on the models of the tests they have a quarter to a
     /// third less surface than along a Morton curve.
     ///
     /// # Errors

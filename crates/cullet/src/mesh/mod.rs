@@ -323,6 +323,12 @@ impl Mesh {
         self.topology().solid()
     }
 
+    /// Whether no part has a side that is not drawn.
+    #[must_use]
+    pub fn is_two_sided(&self) -> bool {
+        self.parts.iter().all(|part| part.two_sided)
+    }
+
     /// Declares every part one-sided or two-sided.
     pub fn set_two_sided(&mut self, two_sided: bool) {
         self.parts.iter_mut().for_each(|p| p.two_sided = two_sided);

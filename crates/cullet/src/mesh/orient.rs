@@ -3,12 +3,12 @@
 use super::Mesh;
 use super::nesting::Nesting;
 use super::surface::Surface;
-use super::topology::Pieces;
+use super::topology::{Joined, Pieces};
 
 /// What [`Mesh::oriented`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Repair {
-    /// Shells: pieces connected by edges once equal positions are welded.
+    /// Shells: pieces connected by edges of just two triangles, once equal positions are welded.
     pub shells: u32,
     /// Shells whose triangles disagreed and were made to agree.
     pub made_consistent: u32,
@@ -16,8 +16,8 @@ pub struct Repair {
     pub turned_outward: u32,
     /// Closed shells left inward, since they are cavities of another.
     pub cavities: u32,
-    /// Shells left as they were although they have misoriented edges: those with non-manifold edges,
-    /// and those that have only one side, like a Möbius strip.
+    /// Shells left as they were although they have misoriented edges, since they have only one side, like
+    /// a Möbius strip.
     pub left: u32,
     /// Triangles turned over.
     pub triangles_turned: u32,
@@ -25,9 +25,9 @@ pub struct Repair {
 
 /// Repairs the winding of a triangle list in place, by exchanging the last two corners of triangles.
 ///
-/// Each shell is treated by itself, once equal positions are welded:
-/// - A shell with an edge of more than two triangles, or with only one side, is **left alone**: it has
-///   no well-defined winding.
+/// Each shell is treated by itself: what edges of just two triangles connect, once equal positions are
+/// welded. Edges of more than two separate shells, so two blocks that touch along an edge are two shells.
+/// - A shell with only **one side** is left alone: no winding is right for it.
 /// - An **open** shell is made consistent; the side that more of its triangles had already wins (the
 ///   side of its first triangle at a tie). Which side is out is not known, so a consistent one stays.
 /// - A **closed** shell is made consistent likewise, and then outward by the sign of its volume; but if
@@ -39,7 +39,7 @@ pub struct Repair {
 /// shells.
 pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
     let mut surface = Surface::welded(positions, indices);
-    let mut pieces = Pieces::of(&surface);
+    let mut pieces = Pieces::of(&surface, Joined::ByManifoldEdges);
     let shells = pieces.facts.len();
     let mut repair = Repair { shells: shells as u32, ..Repair::default() };
     // First make each shell agree with itself, by turning the fewer.
@@ -49,14 +49,13 @@ pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
         balance[s as usize] += if odd[t] { 1 } else { -1 };
     }
     for f in &pieces.facts {
-        let well_defined = !(f.non_manifold || f.one_sided);
-        repair.made_consistent += u32::from(well_defined && f.misoriented);
-        repair.left += u32::from(!well_defined && f.misoriented);
+        repair.made_consistent += u32::from(!f.one_sided && f.misoriented);
+        repair.left += u32::from(f.one_sided);
     }
     pieces.facts.iter_mut().filter(|f| f.misoriented).for_each(|f| f.volume = 0.0);
     for (t, &s) in pieces.shell_of.iter().enumerate() {
         let (facts, s) = (&mut pieces.facts[s as usize], s as usize);
-        odd[t] = (odd[t] != (balance[s] > 0)) && !(facts.non_manifold || facts.one_sided);
+        odd[t] = (odd[t] != (balance[s] > 0)) && !facts.one_sided;
         if odd[t] {
             surface.corners[t].swap(1, 2);
         }
@@ -72,9 +71,7 @@ pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
         }
     }
     // Then turn closed shells outward, larger ones first: what holds a shell is larger than it.
-    let closed = |s: usize| {
-        !(pieces.facts[s].open || pieces.facts[s].non_manifold || pieces.facts[s].one_sided)
-    };
+    let closed = |s: usize| !(pieces.facts[s].open || pieces.facts[s].one_sided);
     let volume = |s: usize| pieces.facts[s].volume;
     let mut inward: Vec<u32> =
         (0..shells as u32).filter(|&s| closed(s as usize) && volume(s as usize) < 0.0).collect();

@@ -135,7 +135,7 @@ impl Topology {
     }
 
     fn of_surface(surface: &Surface<'_>) -> Self {
-        let pieces = Pieces::of(surface);
+        let pieces = Pieces::of(surface, Joined::ByEveryEdge);
         let nesting = Nesting::new(surface, &pieces.shell_of, pieces.facts.len());
         let inward_shells = (0..pieces.facts.len() as u32)
             .filter(|&s| pieces.facts[s as usize].is_inward())
@@ -208,6 +208,16 @@ impl ShellFacts {
     }
 }
 
+/// What holds a shell together.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Joined {
+    /// Every edge, whatever the number of its triangles.
+    ByEveryEdge,
+    /// Edges of two triangles. Edges of more separate shells, and a shell is open at one where its own
+    /// triangles do not cancel.
+    ByManifoldEdges,
+}
+
 /// The shells of a surface, and the counts of its edges.
 pub(super) struct Pieces {
     /// Edge counts; the rest is not filled in.
@@ -218,7 +228,7 @@ pub(super) struct Pieces {
 }
 
 impl Pieces {
-    pub(super) fn of(surface: &Surface<'_>) -> Self {
+    pub(super) fn of(surface: &Surface<'_>, joined: Joined) -> Self {
         let triangles = surface.corners.len();
         let mut counts = Topology::default();
         let mut shells = Shells::new(triangles);
@@ -243,15 +253,36 @@ impl Pieces {
                 }
                 _ => {
                     counts.non_manifold_edges += 1;
-                    marks[first] |= many;
-                    for other in &uses[1..] {
-                        // The parity at such an edge means nothing, and its shell is never turned.
-                        shells.join(first, other.triangle(), false);
+                    if joined == Joined::ByEveryEdge {
+                        marks[first] |= many;
+                        for other in &uses[1..] {
+                            // The parity at such an edge means nothing, and nobody asks for it.
+                            shells.join(first, other.triangle(), false);
+                        }
                     }
                 }
             }
         });
         let (count, shell_of) = shells.number();
+        if joined == Joined::ByManifoldEdges && counts.non_manifold_edges > 0 {
+            let mut of_shell = Vec::new();
+            for_each_edge(surface, |uses| {
+                if uses.len() < 3 {
+                    return;
+                }
+                of_shell.clear();
+                of_shell.extend(uses.iter().map(|u| {
+                    let t = u.triangle();
+                    (shell_of[t], if u.falling() == shells.find(t).1 { 1 } else { -1 }, t)
+                }));
+                of_shell.sort_unstable();
+                for own in of_shell.chunk_by(|a, b| a.0 == b.0) {
+                    if own.iter().map(|&(_, direction, _)| direction).sum::<i32>() != 0 {
+                        marks[own[0].2] |= open;
+                    }
+                }
+            });
+        }
         let mut facts = vec![ShellFacts::default(); count];
         let mut about = vec![None; count];
         for (t, &shell) in shell_of.iter().enumerate() {
