@@ -3,7 +3,8 @@
 
 use cullet::mesh::{Alpha, Part};
 use cullet::{
-    Camera, Depth, Instance, InstanceFlags, Mesh, MeshData, Projection, Scene, Transform, View,
+    Camera, Depth, Instance, InstanceFlags, Mesh, MeshData, Projection, Reason, Scene, Stage, Transform,
+    TriangleRange, View, Visible,
 };
 
 /// A generator of numbers that is the same everywhere.
@@ -294,4 +295,45 @@ fn divided(sub: u32) -> Mesh {
     }
     let part = Part { triangle_count: indices.len() as u32 / 3, ..Part::default() };
     mesh(positions, indices, vec![part])
+}
+
+/// A visible set as a frustum and back-face culler would make it, by the plainest of means.
+pub(crate) fn frustum_kept(scene: &Scene, view: &View) -> Visible {
+    let frustum = view.frustum();
+    let mut visible = Visible::default();
+    for slot in 0..scene.slot_count() {
+        let b = scene.bounds(slot);
+        let outside = cullet::view::FrustumPlane::ALL.into_iter().position(|plane| {
+            frustum.plane(plane).is_some_and(|plane| {
+                b.corners().iter().all(|c| plane.distance(c.map(f64::from)) > 1e-3)
+            })
+        });
+        let small = view.project_box(&b, scene.origin()).is_some_and(|r| r.width().max(r.height()) < 2.0);
+        let reason = match outside {
+            Some(plane) => Some(Reason { stage: Stage::Frustum, detail: plane as u8 }),
+            None => small.then_some(Reason { stage: Stage::Detail, detail: 0 }),
+        };
+        visible.reasons.push(reason);
+        if reason.is_none() {
+            let first = visible.triangles.len() as u32;
+            let mesh = scene.mesh(slot);
+            let t = scene.transform(slot);
+            let eye = view.eye();
+            let facing = |&i: &u32| {
+                let [a, b, c] = mesh.corners(i).map(|p| {
+                    std::array::from_fn::<f64, 3, _>(|r| {
+                        (0..3).map(|k| f64::from(t.linear[k][r]) * f64::from(p[k])).sum::<f64>()
+                            + t.translation[r]
+                    })
+                });
+                let plane = cullet::bounds::Plane::from_points(a, b, c);
+                mesh.parts()[0].two_sided
+                    || plane.is_none_or(|p| p.distance([eye[0], eye[1], eye[2]]) > -1e-9)
+            };
+            visible.triangles.extend((0..mesh.triangle_count()).filter(facing));
+            let count = visible.triangles.len() as u32 - first;
+            visible.triangle_ranges.push(TriangleRange { slot, first, count });
+        }
+    }
+    visible
 }
