@@ -5,6 +5,8 @@ mod error;
 mod gltf;
 mod load;
 mod model;
+pub mod paths;
+pub mod scenes;
 
 pub use error::{ErrorKind, LoadError};
 pub use gltf::load_gltf_from_memory;
