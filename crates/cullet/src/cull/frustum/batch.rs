@@ -29,6 +29,7 @@
 //! ```
 
 mod boxes;
+mod levels;
 mod output;
 mod planes;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
@@ -39,6 +40,7 @@ use fearless_simd::Level;
 
 use crate::bounds::{Aabb, BoxBlock, Boxes, Side, Sphere, SphereBlock, Spheres};
 
+pub use levels::levels;
 pub use output::Indices;
 pub use planes::Planes;
 
