@@ -1,7 +1,7 @@
 //! Pictures of views: what the renderer offers, put together for the page.
 
 use cullet::{Culler, View};
-use cullet_draw::{Picture, RenderOptions, Selection};
+use cullet_draw::Picture;
 use cullet_io::Model;
 
 use crate::survey::Seen;
@@ -50,43 +50,34 @@ pub(crate) fn of_view(
     }
     pictures.push(Titled {
         name: "map",
-        picture: cullet_draw::top_down(scene, view, &seen.result, owners, [960, 960]),
+        picture: cullet_draw::top_down(scene, view, &seen.result, owners, [1280, 960]),
         caption: "From above: the frustum, and every instance by what became of it.".into(),
         embed_px: 960,
         wide: false,
         thumbnail: seen.verification.is_none(),
     });
-    if featured && seen.verification.is_some() {
-        let size = view.viewport();
+    if let Some(v) = seen.verification.as_ref().filter(|_| featured) {
         pictures.push(Titled {
             name: "kinds",
-            picture: cullet_draw::kinds(scene, view, culler, size, &colors),
+            picture: cullet_draw::kinds(scene, view, culler, [1280, 960]),
             caption: "From outside: each dropped thing in the colour of what dropped it.".into(),
             embed_px: 960,
             wide: false,
             thumbnail: false,
         });
-        let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
-        let before = cullet_draw::render(scene, view, Selection::All, &options);
-        let after = cullet_draw::render(scene, view, Selection::Visible(&seen.result), &options);
-        // One scale for both, or the two could not be compared.
-        let most = before.stats.max_layers;
-        for (name, frame, when) in
-            [("depth-before", before, "before culling"), ("depth-after", after, "after it")]
-        {
-            let stats = frame.stats;
-            pictures.push(Titled {
-                name,
-                picture: cullet_draw::depth_complexity(&frame, most),
-                caption: format!(
-                    "How often each pixel is filled, {when}: {:.2} times on average, {} at the most.",
-                    stats.mean_layers, stats.max_layers
-                ),
-                embed_px: 640,
-                wide: false,
-                thumbnail: false,
-            });
-        }
+        let (before, after) = (v.before, v.after);
+        pictures.push(Titled {
+            name: "depth",
+            picture: cullet_draw::depth_complexity(&v.frame, Some(&v.culled_frame)),
+            caption: format!(
+                "How often each pixel is filled, before culling and after it: {:.2} and {:.2} times on \
+                 average, {} and {} at the most.",
+                before.mean_layers, after.mean_layers, before.max_layers, after.max_layers
+            ),
+            embed_px: 1280,
+            wide: true,
+            thumbnail: false,
+        });
     }
     pictures
 }

@@ -24,7 +24,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
     let colors = drawing::colors(&model);
     let options = RenderOptions { threads: args.view.threads, ..RenderOptions::default() };
     let picture: Picture = match args.kind {
-        PictureKind::Kinds => cullet_draw::kinds(scene, view, &culler, args.view.size, &colors),
+        PictureKind::Kinds => cullet_draw::kinds(scene, view, &culler, args.view.size),
         PictureKind::Shaded => {
             let frame = cullet_draw::render(scene, view, Selection::All, &options);
             cullet_draw::shaded(scene, &frame, view, &colors)
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
         PictureKind::Depth => {
             let options = RenderOptions { count_layers: true, ..options };
             let frame = cullet_draw::render(scene, view, Selection::All, &options);
-            cullet_draw::depth_complexity(&frame, frame.stats.max_layers)
+            cullet_draw::depth_complexity(&frame, None)
         }
         PictureKind::Map => {
             let mut result = Visible::default();
