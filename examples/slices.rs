@@ -1,7 +1,7 @@
 //! Frustum culling over one's own arrays: no scene, no engine to adopt.
 
 use cullet::bounds::{Aabb, Boxes};
-use cullet::cull::frustum::batch::{PlaneSet, cull_boxes};
+use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
 use cullet::{Camera, Depth, Level, Projection, View};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -20,8 +20,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let view = View::new(&camera, Depth::Standard, [1280, 720])?;
 
     // Once a frame: the planes; then one call fills a list that is reused from frame to frame.
-    let planes = PlaneSet::new(&view.frustum());
-    let mut visible = Vec::new();
+    let planes = Planes::new(&view.frustum());
+    let mut visible = Indices::new();
     cull_boxes(Level::new(), &planes, &boxes, &mut visible);
     println!("{} of {} boxes may be visible", visible.len(), boxes.len());
     Ok(())

@@ -533,7 +533,8 @@ impl Scene {
         let no_bounds = self.overrides[at] == BoundsOverride::None || !b.is_finite();
         set_bit(&mut self.exempt, slot, self.flags[at].always_visible || no_bounds || !finite);
         let flat = finite && self.transforms[at].rank() <= 1 && self.is_rigid(slot);
-        set_bit(&mut self.collapsed, slot, flat || self.mesh(slot).clusters().is_empty());
+        let nothing = self.mesh(slot).clusters().is_empty();
+        set_bit(&mut self.collapsed, slot, flat || nothing);
     }
 }
 

@@ -159,17 +159,17 @@ fn flags_layers_and_overrides_are_obeyed() {
     let mut scene = cullet::Scene::new();
     let mesh = scene.add_mesh(common::tetrahedron());
     let view = common::looking_down_z();
-    let behind = Transform::from_translation([0.0, 0.0, 50.0]);
+    let aside = Transform::from_translation([50.0, 0.0, -5.0]);
     let mut add = |instance: Instance| scene.add(instance).expect("the mesh exists");
-    let plain = add(Instance::new(mesh, behind));
+    let plain = add(Instance::new(mesh, aside));
     let always = add(Instance {
         flags: InstanceFlags { always_visible: true, ..InstanceFlags::default() },
-        ..Instance::new(mesh, behind)
+        ..Instance::new(mesh, aside)
     });
     let no_bounds =
-        add(Instance { bounds: BoundsOverride::None, ..Instance::new(mesh, behind) });
+        add(Instance { bounds: BoundsOverride::None, ..Instance::new(mesh, aside) });
     let wide =
-        add(Instance { bounds: BoundsOverride::Margin(60.0), ..Instance::new(mesh, behind) });
+        add(Instance { bounds: BoundsOverride::Margin(60.0), ..Instance::new(mesh, aside) });
     let nan = add(Instance::new(mesh, Transform::from_translation([f64::NAN, 0.0, 0.0])));
     let other_layer = add(Instance { layers: 2, ..Instance::new(mesh, Transform::IDENTITY) });
     let line = add(Instance::new(
@@ -185,7 +185,7 @@ fn flags_layers_and_overrides_are_obeyed() {
     assert_eq!(reason(plain).map(|r| r.stage), Some(Stage::Frustum));
     assert_eq!(
         reason(plain).map(|r| r.detail),
-        Some(cullet::view::FrustumPlane::Near as u8),
+        Some(cullet::view::FrustumPlane::Right as u8),
         "named for the plane"
     );
     for kept in [always, no_bounds, wide, nan, plate] {
@@ -232,7 +232,7 @@ fn removed_instances_leave_no_trace() {
 fn far_worlds_are_as_good_as_near_ones() {
     let mut rng = Rng(9);
     let offset = [1.0e7, -3.0e6, 2.0e7];
-    let mut differing = 0;
+    let (mut differing, mut all) = (0, 0);
     for _ in 0..40 {
         let seed = rng.next();
         let mut near_rng = Rng(seed);
@@ -248,11 +248,13 @@ fn far_worlds_are_as_good_as_near_ones() {
         far.rebase(offset);
         let (a, b) = (cull(&triangles(), &scene, &view), cull(&triangles(), &far, &far_view));
         let (a, b) = (common::listed(&a), common::listed(&b));
-        differing += a.symmetric_difference(&b).count();
+        differing += a.symmetric_difference(&b).count() as u64;
+        all += scene.triangle_count();
         for (slot, triangle) in common::visible_ref(&far, &far_view) {
             assert!(b.contains(&(slot, triangle)));
         }
     }
-    // Only what touches a plane within the rounding of 1e7 in f64 may differ.
-    assert!(differing <= 4, "{differing} triangles differ");
+    // What is within the rounding of 1e7 in f64 of a plane may differ: nearly flat instances mostly,
+    // whose back faces are then in doubt and kept.
+    assert!(differing * 200 < all, "{differing} of {all} triangles differ");
 }

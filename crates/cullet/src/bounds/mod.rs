@@ -15,5 +15,4 @@ pub use obb::Obb;
 pub use plane::{Plane, Side};
 pub use sphere::Sphere;
 
-pub(crate) use aabb::round_up;
 pub(crate) use plane::{ROUNDING, dot2, meet_homogeneous, unit};

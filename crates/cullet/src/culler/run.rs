@@ -5,11 +5,11 @@
 //! and its counts are its own.
 
 use super::{Culler, Output};
-use crate::bounds::Boxes;
+use crate::bounds::Side;
 use crate::clip::outcode::ObjectRegion;
 use crate::cull::backface::ObjectEye;
 use crate::cull::degenerate::Flattening;
-use crate::cull::frustum::batch::{self, PlaneSet};
+use crate::cull::frustum::batch::{self, Planes};
 use crate::cull::frustum::exact::ExactFrustum;
 use crate::mesh::{Cluster, Mesh};
 use crate::scene::Scene;
@@ -32,9 +32,9 @@ struct Run {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     alive: Vec<u64>,
-    outside: Vec<u64>,
+    visible: Vec<u64>,
     inside: Vec<u64>,
-    cluster_outside: Vec<u64>,
+    cluster_visible: Vec<u64>,
     cluster_inside: Vec<u64>,
     runs: Vec<Run>,
     kept: Vec<u32>,
@@ -161,34 +161,29 @@ impl<'a> Pass<'a> {
     fn frustum_of_instances(&mut self) {
         let entered = self.alive_count();
         let scene = self.scene;
-        let planes = PlaneSet::new(&self.frustum);
+        let planes = Planes::new(&self.frustum);
         let s = &mut *self.scratch;
+        reset(&mut s.visible, s.alive.len());
+        reset(&mut s.inside, s.alive.len());
         if let Some(slot) = self.only {
-            // The batch test of a batch of one: the same arithmetic, so the same answer.
-            let mut one = Boxes::new();
-            one.push_stored(scene.boxes(), slot as usize);
+            // The arithmetic of the batch test, so the same answer.
+            let side = planes.classify_box(&scene.bounds(slot));
             let (word, bit) = (slot as usize / 64, slot % 64);
-            for out in [&mut s.outside, &mut s.inside] {
-                out.clear();
-                out.resize(s.alive.len(), 0);
-            }
-            let (mut outside, mut inside) = (Vec::new(), Vec::new());
-            batch::classify_boxes(self.culler.level, &planes, &one, &mut outside, &mut inside);
-            s.outside[word] = outside[0] << bit;
-            s.inside[word] = inside[0] << bit;
+            s.visible[word] = u64::from(side != Side::Outside) << bit;
+            s.inside[word] = u64::from(side == Side::Inside) << bit;
         } else {
-            let level = self.culler.level;
-            batch::classify_boxes(level, &planes, scene.boxes(), &mut s.outside, &mut s.inside);
+            let (level, boxes) = (self.culler.level, scene.boxes());
+            batch::classify_boxes(level, &planes, boxes, 0, &mut s.visible, &mut s.inside);
         }
         let exact = self.culler.frustum_exact.then(|| ExactFrustum::new(&self.frustum));
         for word in 0..self.scratch.alive.len() {
             let s = &mut *self.scratch;
             let exempt = scene.exempt()[word];
             s.inside[word] |= exempt;
-            let mut dropped = s.alive[word] & s.outside[word] & !exempt;
+            let mut dropped = s.alive[word] & !s.visible[word] & !exempt;
             if let Some(exact) = &exact {
-                for slot in bits(word, s.alive[word] & !s.outside[word] & !s.inside[word]) {
-                    if exact.is_outside(&scene.bounds(slot)) {
+                for slot in bits(word, s.alive[word] & s.visible[word] & !s.inside[word]) {
+                    if exact.is_outside_beyond_planes(&scene.bounds(slot)) {
                         dropped |= 1 << (slot % 64);
                     }
                 }
@@ -196,8 +191,7 @@ impl<'a> Pass<'a> {
             s.alive[word] &= !dropped;
             if self.culler.reasons {
                 for slot in bits(word, dropped) {
-                    let plane = batch::first_rejecting(&planes, scene.boxes(), slot as usize);
-                    let detail = plane.unwrap_or(Reason::MIXED);
+                    let detail = planes.first_rejecting(scene.boxes(), slot as usize);
                     self.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
                 }
             }
@@ -275,15 +269,18 @@ impl<'a> Pass<'a> {
     }
 
     fn clusters_of(&mut self, slot: u32, mesh: &Mesh) -> u32 {
-        let planes = PlaneSet::new(&self.world_frustum.to_object_space(self.scene.transform(slot)));
+        let planes = Planes::new(&self.world_frustum.to_object_space(self.scene.transform(slot)));
         let s = &mut *self.scratch;
-        let (out, inn) = (&mut s.cluster_outside, &mut s.cluster_inside);
-        batch::classify_boxes(self.culler.level, &planes, mesh.cluster_boxes(), out, inn);
+        let boxes = mesh.cluster_boxes();
+        let (visible, inside) = (&mut s.cluster_visible, &mut s.cluster_inside);
+        reset(visible, batch::mask_words(boxes.len()));
+        reset(inside, visible.len());
+        batch::classify_boxes(self.culler.level, &planes, boxes, 0, visible, inside);
         let level = mesh.levels()[0];
         let mut kept = 0;
         for cluster in level.first_cluster..level.first_cluster + level.cluster_count {
             let (word, bit) = (cluster as usize / 64, cluster % 64);
-            if s.cluster_outside[word] >> bit & 1 == 1 {
+            if s.cluster_visible[word] >> bit & 1 == 0 {
                 continue;
             }
             kept += 1;
@@ -367,6 +364,9 @@ impl<'a> Pass<'a> {
                 let end = cluster.first_triangle + cluster.triangle_count;
                 let (of_cluster, after) = rest.split_at(rest.partition_point(|&t| t < end));
                 rest = after;
+                if of_cluster.is_empty() && rest.is_empty() {
+                    break;
+                }
                 if mesh.parts()[cluster.part as usize].two_sided {
                     kept.extend_from_slice(of_cluster);
                 } else {
@@ -490,6 +490,11 @@ impl<'a> Pass<'a> {
             r.triangle_count = r.triangles.len() as u64;
         }
     }
+}
+
+fn reset(words: &mut Vec<u64>, len: usize) {
+    words.clear();
+    words.resize(len, 0);
 }
 
 /// The triangles of a run: clusters follow each other in the mesh's order.

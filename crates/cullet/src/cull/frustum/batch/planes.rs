@@ -218,6 +218,16 @@ impl Planes {
         self.spheres(&block.0, 0)
     }
 
+    /// The number of the first plane that rejects box `index` of a batch, or
+    /// [`VISIBLE`](super::VISIBLE).
+    ///
+    /// # Panics
+    /// If `index` is not below the batch's length.
+    #[must_use]
+    pub fn first_rejecting(&self, boxes: &Boxes, index: usize) -> u8 {
+        self.rejecting_box(&boxes.blocks()[index / 16].0, index % 16)
+    }
+
     pub(super) fn box_planes(&self) -> &[BoxPlane] {
         &self.for_boxes[..self.count]
     }
