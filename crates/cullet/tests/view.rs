@@ -193,7 +193,7 @@ proptest! {
         let g = f.relative_to(origin.into());
         for ((_, a), (_, b)) in f.planes().zip(g.planes()) {
             let off = (a.distance(p) - b.distance(p - origin)).abs();
-            prop_assert!(off <= 1e-14 * (p.length() + origin.length()), "{:e}", off);
+            prop_assert!(off <= 1e-14 * (p.length() + origin.length() + a.d.abs()), "{:e}", off);
         }
     }
 
