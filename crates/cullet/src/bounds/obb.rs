@@ -38,7 +38,7 @@ impl Obb {
     /// Surface, not volume, is made small, because the chance that a box meets a plane or a view
     /// goes with it, and flat point sets still compare. No point gives [`Obb::EMPTY`]; a point that is not
     /// finite gives [`Obb::EVERYTHING`]. About 10 to 30 passes over the points, and a sort of those on
-    /// their outline.
+    /// their outline: some 0.3 to 0.8 µs a point, so a thing for loading, not for every frame.
     ///
     /// (Start: Larsson & Källberg, *Fast Computation of Tight-Fitting Oriented Bounding Boxes*, 2011, and
     /// the principal axes. Then each axis in turn is held and the smallest rectangle around it found:

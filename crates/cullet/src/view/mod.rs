@@ -274,7 +274,8 @@ fn homogeneous_eye(m: &DMat4, depth: Depth) -> Option<(DVec4, bool)> {
     let e = DVec4::new(p, -q, r, -s);
     // z·E is the determinant up to sign: where it is only rounding, the matrix flattens space.
     let rounding = z.abs().dot(DVec4::from(minors.map(|m| m.1))) * (ROUNDING * 0.5);
-    if !e.is_finite() || !(z.dot(e).abs() > rounding) {
+    let certain = z.dot(e).abs() > rounding;
+    if !(e.is_finite() && certain) {
         return None;
     }
     let position = e / e.w;

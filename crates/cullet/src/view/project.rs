@@ -90,7 +90,7 @@ impl View {
     /// finite, and where it is empty.
     ///
     /// An edge of the rectangle is a plane through the eye, x = k·w in clip space, that touches the sphere:
-    /// a quadratic for k, in any projection. (Mara & McGuire, *2D Polyhedral Bounds of a Clipped,
+    /// a quadratic for k, in any projection. (M. Mara & M. `McGuire`, *2D Polyhedral Bounds of a Clipped,
     /// Perspective-Projected 3D Sphere*, 2013, of which this is the case without clipping.)
     #[must_use]
     pub fn project_sphere(&self, sphere: &Sphere, origin: [f64; 3]) -> Option<ScreenRect> {
@@ -134,12 +134,10 @@ impl View {
             let root = grown * inner.sqrt();
             let middle = c * cw - square * row.dot(w);
             let slack = (c.abs() * cw + square * row.length() * w.length() + root) * 4.0 * ROUNDING;
-            if !(denominator > cw * cw * 1e-9) {
-                return None;
-            }
+            let far_enough = denominator > cw * cw * 1e-9;
             let (low, high) =
                 ((middle - root - slack) / denominator, (middle + root + slack) / denominator);
-            if !(low.is_finite() && high.is_finite()) {
+            if !(far_enough && low.is_finite() && high.is_finite()) {
                 return None;
             }
             self.extend(&mut rect, a, low, high);

@@ -56,8 +56,11 @@ impl View {
         let clip = self.clip_from_world * DVec3::from(point.into()).extend(1.0);
         let [width, height] = self.viewport.map(f64::from);
         let p = clip.truncate() / clip.w;
-        (clip.w > 0.0 && p.is_finite())
-            .then(|| [(p.x * 0.5 + 0.5) * width, (0.5 - p.y * 0.5) * height, p.z])
+        (clip.w > 0.0 && p.is_finite()).then_some([
+            (p.x * 0.5 + 0.5) * width,
+            (0.5 - p.y * 0.5) * height,
+            p.z,
+        ])
     }
 
     /// The planes that a column and a row of the screen come from: x = k·w and y = l·w in clip space.

@@ -4,11 +4,23 @@
 use cullet::{Camera, Depth, Projection, Transform, View};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
-/// Cases of a property: enough to meet each kind of projection many times, few enough for seconds.
+/// Cases of a property: enough to meet each kind of projection many times, few enough for seconds;
+/// always the same, unless `PROPTEST_CASES` asks for so many others.
 pub(crate) fn cases(n: u32) -> ProptestConfig {
-    // Nothing is written beside the sources; a failing case prints its own numbers.
-    ProptestConfig { cases: n, failure_persistence: None, ..ProptestConfig::default() }
+    let asked = std::env::var("PROPTEST_CASES").ok().and_then(|v| v.parse().ok());
+    let cases = asked.unwrap_or(n);
+    let rng_seed = if asked.is_some() { RngSeed::Random } else { RngSeed::Fixed(1) };
+    ProptestConfig {
+        cases,
+        rng_seed,
+        max_global_rejects: cases * 8,
+        max_local_rejects: 1 << 20,
+        // Nothing is written beside the sources; a failing case prints its own numbers.
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
 }
 
 pub(crate) fn vector(reach: f64) -> impl Strategy<Value = DVec3> {
