@@ -224,22 +224,29 @@ pub(super) fn fly(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera
         let free = own.find(|r| is_free(scene, &near[*r], tries[*r], clearance));
         eyes.push(tries[free.unwrap_or(last)]);
     }
-    // Ahead, or somewhat to a side where that shows more.
-    let far = eye * 20.0;
+    // Ahead; or somewhat to a side, where a wall is just ahead and that shows more.
+    let (blocked, far) = (eye * 4.0, eye * 20.0);
     let near = gather(scene, &boxes_around(&eyes, DVec3::splat(far), origin));
     let camera = |(i, t): (usize, &f64)| {
         let eye = eyes[i];
         let ahead = at(t + 0.15);
         let target = ahead.with_y((low.y + tall * 0.25).min(ahead.y));
-        let forward = (target - eye).normalize_or(along);
-        let best = [0.0, 0.08, -0.08, 0.16, -0.16].map(|turn: f64| {
+        // Down by twenty degrees at the most: steeper shows ground alone.
+        let to = target - eye;
+        let level = to.with_y(0.0).length();
+        let forward = to.with_y(to.y.clamp(-0.36 * level, 0.1 * level)).normalize_or(along);
+        let open = |direction: DVec3| sight(scene, &near[i], eye, direction, far);
+        let ahead = open(forward);
+        let aside = [0.08, -0.08, 0.16, -0.16].map(|turn: f64| {
             let (s, c) = sin_cos(turn);
             let [x, y, z] = forward.to_array();
-            let direction = DVec3::new(c * x + s * z, y, c * z - s * x);
-            let open = sight(scene, &near[i], eye, direction, far);
-            (open * (1.0 - 2.0 * turn.abs()), direction)
+            DVec3::new(c * x + s * z, y, c * z - s * x)
         });
-        let best = best.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a });
+        let best = aside
+            .into_iter()
+            .map(|d| (open(d), d))
+            .filter(|(open, _)| ahead < blocked && *open > ahead * 1.5)
+            .reduce(|a, b| if b.0 > a.0 { b } else { a });
         lens.look_along(eye, best.map_or(forward, |b| b.1))
     };
     Ok(steps.iter().enumerate().map(camera).collect())

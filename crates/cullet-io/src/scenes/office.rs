@@ -23,16 +23,16 @@ pub(super) const INFO: SceneInfo = SceneInfo {
             about: "rooms along each side of a corridor",
             default: 8,
             min: 1,
-            max: 500,
+            max: 100,
         },
         KeyInfo {
             name: "corridors",
             about: "corridors on a storey, each between two rows of rooms",
             default: 3,
             min: 1,
-            max: 200,
+            max: 50,
         },
-        KeyInfo { name: "floors", about: "storeys", default: 2, min: 1, max: 100 },
+        KeyInfo { name: "floors", about: "storeys", default: 2, min: 1, max: 20 },
         KeyInfo {
             name: "furniture",
             about: "pieces of furniture in each room, as far as they fit",
@@ -164,10 +164,7 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     let rooms = spec.get("rooms") as usize;
     let width = rooms as f64 * 4.5;
     let floors = spec.get("floors") as usize;
-    b.add(
-        ground,
-        fill([STAIRWELL - 12.0, -0.8, -12.0], [width + 12.0, -SLAB - 0.05, depth + 12.0]),
-    )?;
+    b.add(ground, fill([STAIRWELL - 4.0, -0.8, -4.0], [width + 4.0, -SLAB - 0.05, depth + 4.0]))?;
 
     let mut office = Office {
         b,
