@@ -54,7 +54,13 @@ pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> P
     let mut picture = light(scene, &frame, &from, &surfaces, color).halved();
     draw_frustum(&mut picture, scene, view, &from, &frame);
     let scale = if picture.width >= 900 { 2 } else { 1 };
-    let counts = counts(&fates);
+    let mut counts = counts(&fates);
+    let mut shown = frame.ids.clone();
+    shown.dedup();
+    let facing_away = Fate::Dropped(Some(Stage::Backface));
+    if shown.iter().any(|&id| id != PixelId::NONE && triangles.of(id) == facing_away) {
+        counts.push((facing_away, 0));
+    }
     let legend = Legend { at: [26, 26], scale, ink: INK, paper: PAPER };
     let widest = text_width("in no layer of the view", scale) + 56;
     let high = legend.height(counts.len()) + 14;
