@@ -78,7 +78,8 @@ pub(crate) fn footprint(
         nearest: f64::NEG_INFINITY,
         distance: if lens.parallel { z.middle - z.reach() } else { w_low.max(0.0) },
     };
-    if !(w_low > w.size * SLACK) {
+    // NaN is no distance in front of the eye either.
+    if w_low <= w.size * SLACK || w_low.is_nan() {
         return Some(everything);
     }
     let mut rect = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
@@ -207,7 +208,7 @@ fn crossing_rect(lens: &Lens, corners: &[Clip; 3], samples: &Samples) -> Option<
     let mut rect = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     for p in &polygon {
         // At the eye itself any direction may be meant.
-        if !(p[3] > size * 1e-9) {
+        if p[3] <= size * 1e-9 || p[3].is_nan() {
             return Some(samples.everything());
         }
         for a in 0..2 {

@@ -16,7 +16,8 @@ use crate::geometry::{Lens, Surface};
 use crate::render::render;
 
 /// Culls for `view`, stands behind it ([`fly_out`]) and draws the whole scene, each dropped thing in
-/// the colour of the kind of culling that took it, with the frustum and a legend. `size` is that of
+/// the colour of the kind of culling that took it, with the frustum, and a legend where it would cover
+/// less than a quarter. `size` is that of
 /// the picture, at least 320 × 200.
 ///
 /// Cost: the culling, two frames of the scene, and some 0.2 µs a pixel.
@@ -53,11 +54,20 @@ pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> P
     let mut picture = light(scene, &frame, &from, &surfaces, color).halved();
     draw_frustum(&mut picture, scene, view, &from, &frame);
     let scale = if picture.width >= 900 { 2 } else { 1 };
-    let counts = counts(&fates);
+    let mut counts = counts(&fates);
+    let mut shown = frame.ids.clone();
+    shown.dedup();
+    let facing_away = Fate::Dropped(Some(Stage::Backface));
+    if shown.iter().any(|&id| id != PixelId::NONE && triangles.of(id) == facing_away) {
+        counts.push((facing_away, 0));
+    }
     let legend = Legend { at: [26, 26], scale, ink: INK, paper: PAPER };
     let widest = text_width("in no layer of the view", scale) + 56;
-    picture.fill([12, 12], [widest, legend.height(counts.len()) + 14], PAPER, 0.86);
-    legend.draw(&mut picture, "the view and its culling", &counts);
+    let high = legend.height(counts.len()) + 14;
+    if widest * high * 4 < i64::from(picture.width) * i64::from(picture.height) {
+        picture.fill([12, 12], [widest, high], PAPER, 0.86);
+        legend.draw(&mut picture, "the view and its culling", &counts);
+    }
     picture
 }
 

@@ -47,12 +47,16 @@ pub fn depth_complexity(before: &Frame, after: Option<&Frame>) -> Picture {
         };
         let scale = text_scale(frame.width);
         let stats = &frame.stats;
-        let text = format!(
-            "{title}mean {:.2} layers, most {}, {} fragments",
-            stats.mean_layers,
-            stats.max_layers,
-            grouped(stats.fragments)
-        );
+        // As much of it as there is room for.
+        let mut text = format!("{title}mean {:.2}", stats.mean_layers);
+        for more in [
+            format!(" layers, most {}", stats.max_layers),
+            format!(", {} fragments", grouped(stats.fragments)),
+        ] {
+            if text_width(&text, scale) + text_width(&more, scale) < i64::from(frame.width) - 8 {
+                text += &more;
+            }
+        }
         let y = i64::from(high) + 8;
         picture.text([i64::from(left) + 8, y], &text, scale, INK);
         left += frame.width + GAP;

@@ -171,7 +171,8 @@ pub(crate) fn counts(fates: &[Option<Fate>]) -> Vec<(Fate, u64)> {
     runs.map(|run| (run[0], run.len() as u64)).collect()
 }
 
-/// A title, and a swatch, words and a count for each fate.
+/// A title, and a swatch, words and a count for each fate; a count of 0 stands for single triangles of
+/// instances that are kept.
 pub(crate) struct Legend {
     pub(crate) at: [i64; 2],
     pub(crate) scale: u32,
@@ -203,7 +204,10 @@ impl Legend {
             let left = x + side + dot * 5;
             picture.text([left, top], fate.label(), scale, self.ink);
             let percent = *n as f64 / total.max(1) as f64 * 100.0;
-            let text = format!("{}  {percent:.1} %", grouped(*n));
+            let text = match n {
+                0 => "single triangles".to_owned(),
+                n => format!("{}  {percent:.1} %", grouped(*n)),
+            };
             picture.text([left, top + line - dot], &text, scale, mix(self.ink, self.paper, 0.3));
             top += line * 5 / 2;
         }

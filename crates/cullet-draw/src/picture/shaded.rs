@@ -1,5 +1,7 @@
 //! The scene as a pleasant flat-shaded picture.
 
+use std::f64::consts::FRAC_PI_8;
+
 use cullet::{Scene, View};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -146,7 +148,7 @@ impl Ambient {
             .map(|turn| {
                 std::array::from_fn(|k| {
                     let r = radius * ((k as f64 + 0.5) / AMBIENT_SAMPLES as f64);
-                    let (s, c) = (f64::from(turn) * 0.392_7 + k as f64 * 2.399_963).sin_cos();
+                    let (s, c) = (f64::from(turn) * FRAC_PI_8 + k as f64 * 2.399_963).sin_cos();
                     [c * r, s * r]
                 })
             })

@@ -47,7 +47,7 @@ impl Space {
     /// `None` if it is not in front of the eye.
     pub(crate) fn project(&self, p: DVec3, size: [u32; 2]) -> Option<([f64; 2], f64)> {
         let c = self.to_clip * p.extend(1.0);
-        if !(c.w > 1e-9) {
+        if c.w <= 1e-9 || c.w.is_nan() {
             return None;
         }
         let [w, h] = size.map(f64::from);

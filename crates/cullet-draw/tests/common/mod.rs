@@ -221,6 +221,30 @@ pub(crate) fn scene(random: &mut Random) -> Scene {
     scene
 }
 
+/// The same scene and view elsewhere in the world, and at another scale: near 1e7, tiny, or huge.
+pub(crate) fn elsewhere(scene: &mut Scene, view: &View, random: &mut Random) -> View {
+    let scale = [1.0, 1e-5, 1e5][random.below(3) as usize];
+    let shift: [f64; 3] = std::array::from_fn(|_| random.range(-2e7, 2e7).round());
+    for slot in 0..scene.slot_count() {
+        let Some(handle) = scene.handle(slot) else { continue };
+        let mut t = *scene.transform(slot);
+        t.linear = t.linear.map(|c| c.map(|v| v * scale as f32));
+        t.translation = std::array::from_fn(|a| t.translation[a] * scale + shift[a]);
+        scene.set_transform(handle, t).unwrap();
+    }
+    let mut m = view.clip_from_world();
+    m[..12].iter_mut().for_each(|v| *v /= scale);
+    for row in 0..4 {
+        m[12 + row] -= (0..3).map(|c| m[c * 4 + row] * shift[c]).sum::<f64>();
+    }
+    let Ok(mut moved) = View::from_matrix(&m, view.depth(), view.viewport()) else {
+        return view.clone();
+    };
+    (moved.layers, moved.front_face, moved.cull_face) =
+        (view.layers, view.front_face, view.cull_face);
+    moved
+}
+
 /// A perspective view with +Y up.
 pub(crate) fn look(eye: [f64; 3], target: [f64; 3], viewport: [u32; 2]) -> View {
     let projection = Projection::Perspective {
