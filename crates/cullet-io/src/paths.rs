@@ -282,10 +282,9 @@ impl Lens {
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut endless = false;
         // The boxes made ready for culling are at hand; computing ten million again takes seconds.
-        let [x0, y0, z0, x1, y1, z1] = scene.boxes().streams();
         for s in 0..scene.slot_count() as usize {
-            let [a, b] = [[x0[s], y0[s], z0[s]], [x1[s], y1[s], z1[s]]]
-                .map(|v| DVec3::from(v.map(f64::from)));
+            let stored = scene.boxes().get(s);
+            let [a, b] = [stored.min, stored.max].map(|v| DVec3::from(v.map(f64::from)));
             if a.cmpgt(b).any() {
                 continue;
             }
