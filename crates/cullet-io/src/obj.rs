@@ -10,7 +10,7 @@ use cullet::mesh::{Alpha, MeshData, Part};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
 use crate::text::{Cursor, quote};
-use crate::{ErrorKind, LoadOptions, Model, mtl};
+use crate::{ErrorKind, LoadOptions, mtl};
 
 /// Triangles of one mesh with one material.
 #[derive(Debug, Default)]
@@ -74,18 +74,19 @@ struct Reader<'a> {
     skipped: Skipped,
 }
 
-pub(crate) fn load(
+pub(crate) fn read<'o>(
     name: &str,
     bytes: &[u8],
-    options: &LoadOptions,
+    options: &'o LoadOptions,
     folder: Option<&Path>,
-) -> Result<Model, ErrorKind> {
+) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
     let mut reader = Reader::new(bytes);
     reader.read(&builder)?;
     reader.warn(&mut builder);
     let library = reader.library(folder, &mut builder);
-    reader.build(name, &library, builder)
+    reader.build(name, &library, &mut builder)?;
+    Ok(builder)
 }
 
 impl<'a> Reader<'a> {
@@ -343,8 +344,8 @@ impl<'a> Reader<'a> {
         mut self,
         name: &str,
         library: &mtl::Library,
-        mut builder: Builder<'_>,
-    ) -> Result<Model, ErrorKind> {
+        builder: &mut Builder<'_>,
+    ) -> Result<(), ErrorKind> {
         let mut alphas = Vec::with_capacity(self.materials.names.len());
         for material in &self.materials.names {
             let found = library.get(material);
@@ -392,7 +393,7 @@ impl<'a> Reader<'a> {
             };
             builder.mesh_instance(shown, data)?;
         }
-        Ok(builder.finish())
+        Ok(())
     }
 }
 

@@ -10,7 +10,7 @@ use std::io::{self, Write};
 
 use cullet::bounds::Aabb;
 use cullet::mesh::MeshData;
-use cullet::{BoundsOverride, InstanceFlags, Transform};
+use cullet::{BoundsOverride, Instance, InstanceFlags, Transform};
 
 use crate::builder::{Builder, GREY};
 use crate::obj::Compact;
@@ -327,7 +327,11 @@ pub fn write(model: &Model, out: &mut impl Write) -> io::Result<()> {
 
 /// Each mesh is a mesh with an instance `mesh N`; each object an instance `object N` of one unit box,
 /// which never serves as an occluder and whose bounds are exactly the file's; each camera a view.
-pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
+pub(crate) fn read<'o>(
+    name: &str,
+    bytes: &[u8],
+    options: &'o LoadOptions,
+) -> Result<Builder<'o>, ErrorKind> {
     let scene = Occscn::parse(bytes)?;
     let mut builder = Builder::new(name, options);
     builder.material("default", GREY);
@@ -344,18 +348,14 @@ pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Mo
         for (i, &[min, max]) in scene.objects.iter().enumerate() {
             let scale = std::array::from_fn(|a| inner_extent(min[a], max[a]));
             let transform = Transform::from_scale_translation(scale, min.map(f64::from));
-            let handle = builder.instance(format!("object {i}"), unit, &transform, flags)?;
             let bounds = BoundsOverride::World(turned(min, max, options.up.unwrap_or_default()));
-            builder
-                .model
-                .scene
-                .set_bounds(handle, bounds)
-                .map_err(|e| ErrorKind::invalid(format!("object {i}"), e.to_string()))?;
+            let instance = Instance { flags, bounds, ..Instance::new(unit, transform) };
+            builder.instance(format!("object {i}"), instance)?;
         }
     }
     let up = builder.up();
     builder.model.views = scene.cameras.iter().enumerate().map(|(i, c)| view(i, c, &up)).collect();
-    Ok(builder.finish())
+    Ok(builder)
 }
 
 /// The greatest f32 extent that does not carry `min` beyond `max`: what is drawn stays in its bounds.

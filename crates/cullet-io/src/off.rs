@@ -6,7 +6,7 @@ use cullet::mesh::MeshData;
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
 use crate::text::Cursor;
-use crate::{ErrorKind, LoadOptions, Model};
+use crate::{ErrorKind, LoadOptions};
 
 /// Whether a word can begin an OFF file: `[ST][C][N][4][n]OFF`.
 pub(crate) fn is_keyword(word: &[u8]) -> bool {
@@ -21,7 +21,11 @@ pub(crate) fn is_keyword(word: &[u8]) -> bool {
 const LEAST_VERTEX: u64 = 6;
 const LEAST_FACE: u64 = 2;
 
-pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
+pub(crate) fn read<'o>(
+    name: &str,
+    bytes: &[u8],
+    options: &'o LoadOptions,
+) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
     builder.material("default", GREY);
     let mut c = Cursor::new(bytes);
@@ -68,7 +72,7 @@ pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Mo
         let data = MeshData { positions, indices, polygons, ..MeshData::default() };
         builder.mesh_instance(name.to_owned(), data)?;
     }
-    Ok(builder.finish())
+    Ok(builder)
 }
 
 /// The keyword and the counts of vertices and faces, held against the bytes left.

@@ -7,7 +7,7 @@ use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
 use crate::text::Cursor;
 use crate::weld::Welder;
-use crate::{ErrorKind, LoadOptions, Model};
+use crate::{ErrorKind, LoadOptions};
 
 /// Bytes before the first triangle of a binary file: 80 of comment, 4 of count.
 const HEADER: usize = 84;
@@ -26,7 +26,11 @@ fn stated(bytes: &[u8]) -> Option<u32> {
     bytes.get(80..HEADER)?.first_chunk().map(|b| u32::from_le_bytes(*b))
 }
 
-pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
+pub(crate) fn read<'o>(
+    name: &str,
+    bytes: &[u8],
+    options: &'o LoadOptions,
+) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
     builder.material("default", GREY);
     let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
@@ -38,7 +42,7 @@ pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Mo
     } else {
         read_binary(bytes, &mut builder)?;
     }
-    Ok(builder.finish())
+    Ok(builder)
 }
 
 fn read_binary(bytes: &[u8], builder: &mut Builder<'_>) -> Result<(), ErrorKind> {

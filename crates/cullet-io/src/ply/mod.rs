@@ -9,9 +9,13 @@ use self::header::{Element, Encoding, Header, Kind};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
 use crate::text::Cursor;
-use crate::{ErrorKind, LoadOptions, Model};
+use crate::{ErrorKind, LoadOptions};
 
-pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
+pub(crate) fn read<'o>(
+    name: &str,
+    bytes: &[u8],
+    options: &'o LoadOptions,
+) -> Result<Builder<'o>, ErrorKind> {
     let header = header::parse(bytes)?;
     let mut builder = Builder::new(name, options);
     builder.material("default", GREY);
@@ -20,14 +24,16 @@ pub(crate) fn load(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Mo
         Encoding::Ascii => {
             let mut c = Cursor::new(bytes);
             c.seek(body);
-            read(&header, Ascii { c }, &mut builder)?;
+            read_rows(&header, Ascii { c }, &mut builder)?;
         }
         Encoding::LittleEndian => {
-            read(&header, Binary::<false> { bytes, at: body }, &mut builder)?;
+            read_rows(&header, Binary::<false> { bytes, at: body }, &mut builder)?;
         }
-        Encoding::BigEndian => read(&header, Binary::<true> { bytes, at: body }, &mut builder)?,
+        Encoding::BigEndian => {
+            read_rows(&header, Binary::<true> { bytes, at: body }, &mut builder)?
+        }
     }
-    Ok(builder.finish())
+    Ok(builder)
 }
 
 /// The values of the body, one after the other. Every 32-bit integer and float is exact in f64.
@@ -179,7 +185,7 @@ impl<const BIG: bool> Values for Binary<'_, BIG> {
 }
 
 /// Reads all rows into one mesh.
-fn read(
+fn read_rows(
     header: &Header,
     mut values: impl Values,
     builder: &mut Builder<'_>,
