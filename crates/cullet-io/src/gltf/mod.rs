@@ -62,7 +62,7 @@ pub(crate) fn load(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result
 /// Loads a glTF or GLB that is all in `bytes`: buffers in files of their own are an error.
 ///
 /// # Errors
-/// As [`load`](crate::load).
+/// As [`load`](crate::load()).
 pub fn load_gltf_from_memory(bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
     decode(bytes, None, options)?.into_model()
 }
