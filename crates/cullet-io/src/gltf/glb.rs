@@ -74,7 +74,7 @@ pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKi
         if len > end - start {
             return bad(item, format!("declares {len} bytes, but {} are left", end - start));
         }
-        if len % 4 != 0 {
+        if !len.is_multiple_of(4) {
             return bad(item, format!("its length of {len} bytes is not a multiple of 4"));
         }
         let range = start..start + len;

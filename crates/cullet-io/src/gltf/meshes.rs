@@ -6,7 +6,7 @@ use std::rc::Rc;
 use cullet::MeshData;
 use cullet::mesh::Part;
 
-use super::accessor::{Accessors, Component};
+use super::accessor::{Accessor, Accessors, Component};
 use super::buffers::Buffers;
 use super::extensions;
 use super::json::{self, Integer, MeshItem, PrimitiveItem, Root};
@@ -159,7 +159,7 @@ fn primitive(
     }
     if item.extensions.draco.is_some() {
         // Accessors with views of their own are the fallback for who cannot read Draco.
-        let has_bytes = |i: usize| accessors.find(i).is_some_and(|a| a.has_bytes());
+        let has_bytes = |i: usize| accessors.find(i).is_some_and(Accessor::has_bytes);
         let fallback = has_bytes(positions) && item.indices.is_none_or(|i| has_bytes(i.index()));
         if !fallback {
             return Err(ErrorKind::Unsupported(extensions::draco()));

@@ -53,7 +53,7 @@ pub(super) fn check(
 ) -> Result<(), String> {
     let stride_ok = match (mode, filter) {
         (Mode::Attributes, Filter::None | Filter::Exponential) => {
-            stride % 4 == 0 && (4..=256).contains(&stride)
+            stride.is_multiple_of(4) && (4..=256).contains(&stride)
         }
         (Mode::Attributes, Filter::Octahedral) => stride == 4 || stride == 8,
         (Mode::Attributes, Filter::Quaternion) => stride == 8,
@@ -65,7 +65,7 @@ pub(super) fn check(
             "a byteStride of {stride} does not fit {mode:?} and filter {filter:?}"
         ));
     }
-    if mode == Mode::Triangles && count % 3 != 0 {
+    if mode == Mode::Triangles && !count.is_multiple_of(3) {
         return Err(format!("{count} indices do not make whole triangles"));
     }
     let least = match mode {
