@@ -23,9 +23,10 @@ fn gallery() {
         println!("{name}: {drawn:.2?}, with the file {:.2?}", start.elapsed());
     };
     let scene = city(24, 1, 4000);
-    for (name, eye, target) in
-        [("street", [0.0, 1.7, 200.0], [8.0, 6.0, 0.0]), ("above", [-60.0, 75.0, 260.0], [0.0, 5.0, 0.0])]
-    {
+    for (name, eye, target) in [
+        ("street", [0.0, 1.7, 200.0], [8.0, 6.0, 0.0]),
+        ("above", [-60.0, 75.0, 260.0], [0.0, 5.0, 0.0]),
+    ] {
         let view = look(eye, target, [1280, 720]);
         let start = Instant::now();
         let options = RenderOptions { scale: 2, ..RenderOptions::default() };
@@ -36,9 +37,17 @@ fn gallery() {
         let v = verify_visible(&scene, &view, frustum_kept(&scene, &view), &options);
         println!("verified in {:.2?}, {} lost", start.elapsed(), v.false_culls.len());
         let start = Instant::now();
-        save(&format!("{name}-map.png"), start, top_down(&scene, &view, &v.result, &v.seen, [1280, 900]));
+        save(
+            &format!("{name}-map.png"),
+            start,
+            top_down(&scene, &view, &v.result, &v.seen, [1280, 900]),
+        );
         let start = Instant::now();
-        save(&format!("{name}-layers.png"), start, depth_complexity(&v.frame, Some(&v.culled_frame)));
+        save(
+            &format!("{name}-layers.png"),
+            start,
+            depth_complexity(&v.frame, Some(&v.culled_frame)),
+        );
         let start = Instant::now();
         let from = fly_out(&scene, &view, [1280, 720]);
         save(&format!("{name}-kinds.png"), start, kinds_of(&scene, &view, &v.result, &from));

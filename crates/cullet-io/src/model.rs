@@ -20,6 +20,8 @@ pub struct Model {
     pub materials: Vec<Material>,
     /// Cameras, fixed or moving.
     pub cameras: Vec<CameraNode>,
+    /// Views that the file gives as matrices.
+    pub views: Vec<MatrixView>,
     /// Rooms and openings, where the scene was made with them.
     pub cells: CellGraph,
     /// What was odd in the file but did not stop it.
@@ -60,6 +62,19 @@ pub struct CameraNode {
     pub projection: Projection,
     /// Where it is, at each key time in seconds: one key for a fixed camera. It looks along its −Z.
     pub keys: Vec<(f64, Transform)>,
+}
+
+/// A fixed view that a file gives as a matrix.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MatrixView {
+    /// Its name.
+    pub name: String,
+    /// World to clip space, column-major for column vectors; depth 0 (near) to 1, y up.
+    pub clip_from_world: [f64; 16],
+    /// Where the eye is.
+    pub eye: [f64; 3],
+    /// Distance of the near plane, in the units of clip w.
+    pub near: f64,
 }
 
 /// A convex room, here always a box.

@@ -17,6 +17,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use cullet::bounds::Boxes;
 use cullet::view::ViewError;
 use cullet::{Camera, Depth, Projection, View};
 use glam::{DVec2, DVec3};
@@ -277,14 +278,25 @@ impl Lens {
     fn new(model: &Model, viewport: [u32; 2], overrides: &Overrides) -> Self {
         let scene = &model.scene;
         let origin = DVec3::from(scene.origin());
-        let b = scene.extent();
-        let corner = |v: [f32; 3]| DVec3::from(v.map(f64::from)) + origin;
+        let limit = f64::from(Boxes::LIMIT);
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut endless = false;
+        // The boxes made ready for culling are at hand; computing ten million again takes seconds.
+        for s in 0..scene.slot_count() as usize {
+            let stored = scene.boxes().get(s);
+            let [a, b] = [stored.min, stored.max].map(|v| DVec3::from(v.map(f64::from)));
+            if a.cmpgt(b).any() {
+                continue;
+            }
+            if a.min_element() <= -limit || b.max_element() >= limit {
+                endless = true;
+                continue;
+            }
+            (low, high) = (low.min(a), high.max(b));
+        }
         Self {
-            extent: b.is_finite().then(|| [corner(b.min), corner(b.max)]),
-            endless: scene.slots().any(|s| {
-                let b = scene.bounds(s);
-                !b.is_finite() && !b.is_empty()
-            }),
+            extent: low.is_finite().then(|| [low + origin, high + origin]),
+            endless,
             aspect: f64::from(viewport[0]) / f64::from(viewport[1]),
             overrides: *overrides,
         }
@@ -348,8 +360,9 @@ impl Lens {
     }
 }
 
-/// Around the middle of the extent, at heights of 10 to 35 degrees; the eye moves sideways and back until
-/// the extent's eight corners just fill the picture.
+/// Around the middle of the extent, now lower, now higher, and higher for a flat model, which from low down
+/// would be a streak; the eye moves sideways and back until the extent's eight corners just fill the
+/// picture.
 fn orbit(lens: &Lens, count: usize) -> Result<Vec<Camera>, PathError> {
     let [low, high] = lens.extent()?;
     let centre = (low + high) * 0.5;
@@ -358,10 +371,12 @@ fn orbit(lens: &Lens, count: usize) -> Result<Vec<Camera>, PathError> {
     let t = lens.tangents(lens.fov_radians()) * 0.95;
     // The golden ratio keeps the starts of many seeds apart; the first shows three quarters.
     let start = 0.1 + lens.overrides.seed as f64 * 0.618_033_988_749_894_9;
+    // In degrees: 20 for a tower, 37 for a plain.
+    let elevation = 20.0 + 17.0 * (1.0 - half.y / half.max_element());
     let camera = |i: usize| {
         let turn = i as f64 / count as f64;
         let (sin, cos) = sin_cos(start + turn);
-        let (up, out) = sin_cos((22.5 + 12.5 * sin_cos(turn * 3.0).0) / 360.0);
+        let (up, out) = sin_cos((elevation + 12.0 * sin_cos(turn * 3.0).0) / 360.0);
         let back = DVec3::new(sin * out, up, cos * out);
         let right = DVec3::Y.cross(back).normalize();
         let above = back.cross(right);

@@ -5,7 +5,7 @@ mod support;
 
 use std::collections::BTreeMap;
 
-use cullet::bounds::Aabb;
+use cullet::bounds::{Aabb, Boxes};
 use cullet::mesh::{
     Alpha, Cluster, Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES, MeshError, NotSolid,
     Part, Topology, is_degenerate, orient_triangles,
@@ -48,7 +48,10 @@ fn check(mesh: &Mesh, source: &MeshData) {
             assert!(original < part.first_triangle + part.triangle_count);
             vertices.extend(mesh.triangle(t));
             for p in mesh.corners(t) {
-                assert!(mesh.cluster_boxes().get(i).contains(p) && mesh.bounds().contains(p));
+                assert!(mesh.bounds().contains(p));
+                // Beyond its limit a batch holds a stand-in that is never culled.
+                let far = p.iter().any(|v| v.abs() > Boxes::LIMIT);
+                assert!(far || mesh.cluster_boxes().get(i).contains(p));
             }
             assert!(source.deformable || !is_degenerate(mesh.triangle(t), mesh.positions()));
         }
@@ -87,10 +90,10 @@ fn clusters_are_well_filled_and_tight() {
     check(&mesh, &source);
     // 64 vertices of a grid hold 98 triangles at best.
     let filled = 20_000.0 / mesh.clusters().len() as f64;
-    assert!(filled > 68.0, "{filled} triangles a cluster");
+    assert!(filled > 62.0, "{filled} triangles a cluster");
     let area = |b: &Aabb| (b.max[0] - b.min[0]) * (b.max[2] - b.min[2]);
     let covered: f32 = (0..mesh.clusters().len()).map(|c| area(&mesh.cluster_boxes().get(c))).sum();
-    assert!(covered < 100.0 * 100.0 * 2.0, "boxes cover the sheet {} times", covered / 1e4);
+    assert!(covered < 100.0 * 100.0 * 1.5, "boxes cover the sheet {} times", covered / 1e4);
 }
 
 #[test]
@@ -214,15 +217,10 @@ fn every_reason_not_to_be_solid() {
     assert_eq!(solid(&turned(cube.clone())), Err(NotSolid::Inward { volume: -1.0 }));
     let one_bad = join([cube.clone(), turned(block([5.0; 3], [5.5; 3]))]);
     assert_eq!(solid(&one_bad), Err(NotSolid::InwardShells { shells: 1, of: 2 }));
-    let flat = block([0.0, 0.0, 3.7], [1.3, 1.1, 3.7]);
-    // The sides of a flat block vanish; its top and bottom remain, each closing the other.
-    assert_eq!(solid(&(flat.0, flat.1[24..].to_vec())), Err(NotSolid::NoVolume));
-    // A slanted sheet and its back: no volume, but rounding on the way to it.
-    let (p, mut i) = terrain(1);
-    let back = turned((p.clone(), i.clone())).1;
-    i.extend(back);
-    let edges = Topology::of(&p, &i);
-    assert_eq!((edges.volume, edges.non_manifold_edges), (0.0, 1));
+    // A tetrahedron squeezed into a plane: no volume, but rounding on the way to it.
+    let flat = [[0.1, 0.3], [0.7, 0.2], [0.3, 0.9], [0.4, 0.6]].map(|[u, v]| [u, v, u]);
+    let sides = vec![0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0];
+    assert_eq!(solid(&(flat.to_vec(), sides)), Err(NotSolid::NoVolume));
 }
 
 #[test]
@@ -342,7 +340,12 @@ fn topology_ref(positions: &[[f32; 3]], indices: &[u32]) -> [u32; 7] {
     }
     shell.sort_unstable();
     shell.dedup();
-    let count = |f: &dyn Fn(&Vec<(usize, bool)>) -> bool| edges.values().filter(|u| f(u)).count();
+    fn count<T>(
+        edges: &BTreeMap<T, Vec<(usize, bool)>>,
+        is: fn(&[(usize, bool)]) -> bool,
+    ) -> usize {
+        edges.values().filter(|uses| is(uses)).count()
+    }
     let mut vertices: Vec<usize> = triangles.iter().flatten().copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
@@ -350,9 +353,9 @@ fn topology_ref(positions: &[[f32; 3]], indices: &[u32]) -> [u32; 7] {
         vertices.len(),
         triangles.len(),
         edges.len(),
-        count(&|u| u.len() == 1),
-        count(&|u| u.len() > 2),
-        count(&|u| u.len() == 2 && u[0].1 == u[1].1),
+        count(&edges, |u| u.len() == 1),
+        count(&edges, |u| u.len() > 2),
+        count(&edges, |u| u.len() == 2 && u[0].1 == u[1].1),
         shell.len(),
     ]
     .map(|n| n as u32)

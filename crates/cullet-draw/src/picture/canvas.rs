@@ -120,13 +120,7 @@ impl Picture {
     }
 
     /// Writes one line of text from its top left corner, in dots of `scale` pixels; returns its width.
-    pub(crate) fn text(
-        &mut self,
-        [x, y]: [i64; 2],
-        text: &str,
-        scale: u32,
-        color: [u8; 3],
-    ) -> i64 {
+    pub(crate) fn text(&mut self, [x, y]: [i64; 2], text: &str, scale: u32, color: [u8; 3]) -> i64 {
         let dot = i64::from(scale);
         let mut left = x;
         for c in text.chars() {

@@ -1,15 +1,14 @@
 //! A culling view seen from outside: everything it dropped in the colour of the kind of culling that
 //! took it.
 
-use cullet::{
-    Camera, Culler, Depth, Output, Projection, Scene, Stage, View, ViewState, Visible,
-};
+use cullet::bounds::Aabb;
+use cullet::{Camera, Culler, Depth, Output, Projection, Scene, Stage, View, ViewState, Visible};
 use glam::DVec3;
 
 use super::Picture;
 use super::canvas::text_width;
-use super::map::{Fate, counts, draw_legend, fates};
-use super::palette::{INK, PAPER, reason_color};
+use super::map::{Fate, Legend, counts, fates};
+use super::palette::{INK, PAPER};
 use super::shaded::{light, linear};
 use super::space::{Space, Surfaces};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
@@ -55,10 +54,10 @@ pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> P
     draw_frustum(&mut picture, scene, view, &from, &frame);
     let scale = if picture.width >= 900 { 2 } else { 1 };
     let counts = counts(&fates);
+    let legend = Legend { at: [26, 26], scale, ink: INK, paper: PAPER };
     let widest = text_width("in no layer of the view", scale) + 56;
-    let high = (counts.len() as i64 * 5 / 2 + 4) * 11 * i64::from(scale) + 20;
-    picture.fill([12, 12], [widest, high], PAPER, 0.86);
-    draw_legend(&mut picture, [26, 24], scale, "the view and its culling", "instances", &counts);
+    picture.fill([12, 12], [widest, legend.height(counts.len()) + 14], PAPER, 0.86);
+    legend.draw(&mut picture, "the view and its culling", &counts);
     picture
 }
 
@@ -86,10 +85,18 @@ pub fn fly_out(scene: &Scene, view: &View, size: [u32; 2]) -> View {
     View::new(&camera, Depth::Reversed, size).unwrap_or_else(|_| view.clone())
 }
 
-/// The radius of the scene.
+/// The radius of the scene, but for a ground or sky that reaches far beyond all else.
 fn reach(scene: &Scene) -> f64 {
+    let size = |b: &Aabb| DVec3::from(b.half_extent()).length();
     let extent = scene.extent();
-    if extent.is_empty() { 1.0 } else { DVec3::from(extent.half_extent()).length().max(1e-6) }
+    if extent.is_empty() {
+        return 1.0;
+    }
+    let limit = size(&extent) * 0.5;
+    let things =
+        scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && size(b) < limit);
+    let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
+    size(if things.is_empty() { &extent } else { &things }).max(1e-6)
 }
 
 /// What became of the triangles of instances that are kept.
@@ -130,8 +137,7 @@ impl<'a> TriangleFates<'a> {
         // A visible set gives reasons for whole instances; those of triangles are plain to see.
         let object = self.lens.object(self.scene.transform(id.slot));
         let corners = self.scene.mesh(id.slot).corners(t).map(|p| object.clip(p));
-        let two_sided =
-            self.surfaces.part(id).two_sided || self.scene.flags(id.slot).double_sided;
+        let two_sided = self.surfaces.part(id).two_sided || self.scene.flags(id.slot).double_sided;
         let faces_away = Surface::new(corners)
             .is_some_and(|(_, counter_clockwise)| !object.draws(counter_clockwise, two_sided));
         Fate::Dropped(Some(if faces_away { Stage::Backface } else { Stage::Frustum }))
@@ -177,6 +183,6 @@ fn draw_frustum(picture: &mut Picture, scene: &Scene, view: &View, from: &View, 
         .map(|k| (f64::from(k) * std::f64::consts::TAU / 24.0).sin_cos())
         .map(|(s, c)| [x + c * 5.0, y + s * 5.0])
         .collect();
-    picture.fill_convex(&ring, reason_color(None), 1.0);
+    picture.fill_convex(&ring, PAPER, 1.0);
     picture.outline(&ring, 1.6, INK, 1.0);
 }

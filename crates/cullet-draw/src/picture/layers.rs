@@ -6,7 +6,7 @@ use super::palette::{INK, PAPER, heat};
 use crate::frame::Frame;
 
 /// Height of the strip with the legend.
-const STRIP: u32 = 64;
+const STRIP: u32 = 72;
 
 /// A heat map of the fragments on each pixel, with a legend below: of one frame, or of the same view
 /// without culling (left) and with it (right).
@@ -28,7 +28,8 @@ pub fn depth_complexity(before: &Frame, after: Option<&Frame>) -> Picture {
     let most = frames.iter().flat_map(|f| &f.1).copied().max().unwrap_or(0).max(1);
     let share = |n: u32| f64::from(n).ln_1p() / f64::from(most).ln_1p();
     const GAP: u32 = 8;
-    let width: u32 = frames.iter().map(|f| f.0.width).sum::<u32>() + GAP * (frames.len() as u32 - 1);
+    let width: u32 =
+        frames.iter().map(|f| f.0.width).sum::<u32>() + GAP * (frames.len() as u32 - 1);
     let high = frames.iter().map(|f| f.0.height).max().unwrap_or(0);
     let mut picture = Picture::new(width, high + STRIP, PAPER);
     let mut left = 0;
@@ -56,7 +57,7 @@ pub fn depth_complexity(before: &Frame, after: Option<&Frame>) -> Picture {
         picture.text([i64::from(left) + 8, y], &text, scale, INK);
         left += frame.width + GAP;
     }
-    legend(&mut picture, i64::from(high) + 34, most, &share);
+    legend(&mut picture, i64::from(high) + 34, most, text_scale(width), &share);
     picture
 }
 
@@ -65,7 +66,7 @@ fn text_scale(width: u32) -> u32 {
     if width >= 760 { 2 } else { 1 }
 }
 
-fn legend(picture: &mut Picture, y: i64, most: u32, share: &dyn Fn(u32) -> f64) {
+fn legend(picture: &mut Picture, y: i64, most: u32, scale: u32, share: &dyn Fn(u32) -> f64) {
     let (left, right) = (8, i64::from(picture.width) - 9);
     let length = (right - left).max(1);
     for x in left..=right {
@@ -76,15 +77,15 @@ fn legend(picture: &mut Picture, y: i64, most: u32, share: &dyn Fn(u32) -> f64) 
     let mut n = 0;
     // The last tick is the greatest count; others leave it room.
     let last = most.to_string();
-    let last_left = right - text_width(&last, 1);
+    let last_left = right - text_width(&last, scale);
     loop {
         let at = left + (share(n) * length as f64).round() as i64;
         let label = n.to_string();
-        let from = (at - text_width(&label, 1) / 2).max(left);
-        if n < most && from > free && from + text_width(&label, 1) + 4 < last_left {
+        let from = (at - text_width(&label, scale) / 2).max(left);
+        if n < most && from > free && from + text_width(&label, scale) + 4 < last_left {
             picture.fill([at, y + 8], [1, 3], INK, 1.0);
-            picture.text([from, y + 13], &label, 1, INK);
-            free = from + text_width(&label, 1) + 4;
+            picture.text([from, y + 13], &label, scale, INK);
+            free = from + text_width(&label, scale) + 8;
         }
         if n >= most {
             break;
@@ -92,6 +93,6 @@ fn legend(picture: &mut Picture, y: i64, most: u32, share: &dyn Fn(u32) -> f64) 
         n = if n == 0 { 1 } else { n.saturating_mul(2) };
     }
     picture.fill([right, y + 8], [1, 3], INK, 1.0);
-    picture.text([last_left, y + 13], &last, 1, INK);
-    debug_assert!(y + 13 + text_height(1) <= i64::from(picture.height));
+    picture.text([last_left, y + 13], &last, scale, INK);
+    debug_assert!(y + 13 + text_height(scale) <= i64::from(picture.height));
 }

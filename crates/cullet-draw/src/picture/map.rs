@@ -1,11 +1,12 @@
 //! The scene from above, every instance coloured by what became of it.
 
+use cullet::bounds::Aabb;
 use cullet::{Scene, Stage, View, Visible};
 use glam::DVec3;
 
 use super::Picture;
 use super::canvas::{grouped, hull, text_height, text_width};
-use super::palette::{INK, PAPER, SEEN, UNSEEN, mix, reason_color, reason_label};
+use super::palette::{CHALK, NIGHT, SEEN, UNSEEN, mix, reason_color, reason_label};
 use super::space::Space;
 use crate::frame::PixelId;
 
@@ -23,7 +24,7 @@ impl Fate {
             Self::Seen => SEEN,
             Self::Unseen => UNSEEN,
             Self::Dropped(Some(stage)) => reason_color(Some(stage)),
-            Self::Dropped(None) => [0xC8, 0xC8, 0xC8],
+            Self::Dropped(None) => [0x60, 0x66, 0x6E],
         }
     }
 
@@ -87,10 +88,10 @@ pub fn top_down(
     let legend_width = (text_width("in no layer of the view", scale) + 60) as u32;
     let map = Map::new(scene, view, [width - legend_width.min(width / 2), height]);
 
-    let mut picture = Picture::new(width, height, PAPER);
+    let mut picture = Picture::new(width, height, NIGHT);
     let space = Space::new(view);
     let frustum = map.frustum(&space);
-    picture.fill_convex(&frustum, [0xFF, 0xF1, 0xC4], 0.75);
+    picture.fill_convex(&frustum, CHALK, 0.13);
 
     let mut places: Vec<(Fate, u32, Vec<[f64; 2]>)> = (0..)
         .zip(&fates)
@@ -119,10 +120,10 @@ pub fn top_down(
     for (fate, _, place) in &places {
         draw_place(&mut picture, place, *fate, area(place), is_ground(place));
     }
-    picture.outline(&frustum, 1.6, INK, 0.85);
+    picture.outline(&frustum, 1.6, CHALK, 0.9);
     if space.eye.w != 0.0 {
         let [x, y] = map.at(space.eye.truncate());
-        for (r, color) in [(5.5, PAPER), (4.0, INK)] {
+        for (r, color) in [(6.0, NIGHT), (4.5, CHALK)] {
             let circle: Vec<[f64; 2]> = (0..24)
                 .map(|k| (f64::from(k) * std::f64::consts::TAU / 24.0).sin_cos())
                 .map(|(s, c)| [x + c * r, y + s * r])
@@ -132,10 +133,11 @@ pub fn top_down(
     }
     // What the drawing spilled beyond the map.
     let [left, legend] = [map.size[0], width - map.size[0]].map(i64::from);
-    picture.fill([left, 0], [legend, i64::from(height)], PAPER, 1.0);
-    picture.fill([left, 0], [1, i64::from(height)], INK, 0.25);
+    picture.fill([left, 0], [legend, i64::from(height)], NIGHT, 1.0);
+    picture.fill([left, 0], [1, i64::from(height)], CHALK, 0.35);
     let counts = counts(&fates);
-    draw_legend(&mut picture, [left + 14, 14], scale, "seen from above", "instances", &counts);
+    let legend = Legend { at: [left + 16, 16], scale, ink: CHALK, paper: NIGHT };
+    legend.draw(&mut picture, "seen from above", &counts);
     picture
 }
 
@@ -143,8 +145,8 @@ fn draw_place(picture: &mut Picture, place: &[[f64; 2]], fate: Fate, area: f64, 
     let color = fate.color();
     if ground {
         // So large that it would drown the rest.
-        picture.fill_convex(place, color, 0.10);
-        picture.outline(place, 1.0, color, 0.9);
+        picture.fill_convex(place, color, 0.06);
+        picture.outline(place, 1.0, color, 0.6);
     } else if area < 5.0 {
         // A dot, at least.
         let middle = |axis: usize| {
@@ -156,7 +158,7 @@ fn draw_place(picture: &mut Picture, place: &[[f64; 2]], fate: Fate, area: f64, 
     } else {
         picture.fill_convex(place, color, 0.92);
         if area > 40.0 {
-            picture.outline(place, 0.8, mix(color, INK, 0.55), 0.6);
+            picture.outline(place, 0.8, mix(color, NIGHT, 0.6), 0.8);
         }
     }
 }
@@ -170,29 +172,41 @@ pub(crate) fn counts(fates: &[Option<Fate>]) -> Vec<(Fate, u64)> {
 }
 
 /// A title, and a swatch, words and a count for each fate.
-pub(crate) fn draw_legend(
-    picture: &mut Picture,
-    [x, y]: [i64; 2],
-    scale: u32,
-    title: &str,
-    unit: &str,
-    counts: &[(Fate, u64)],
-) {
-    let (dot, line) = (i64::from(scale), text_height(scale) + i64::from(scale) * 4);
-    picture.text([x, y], title, scale, INK);
-    let total: u64 = counts.iter().map(|c| c.1).sum();
-    picture.text([x, y + line], &format!("{} {unit}", grouped(total)), scale, INK);
-    let mut top = y + 3 * line;
-    for (fate, n) in counts {
-        let side = text_height(scale) + dot * 2;
-        picture.fill([x - dot, top - dot * 2], [side + dot * 2, side + dot * 2], INK, 0.5);
-        picture.fill([x, top - dot], [side, side], fate.color(), 1.0);
-        let left = x + side + dot * 5;
-        picture.text([left, top], fate.label(), scale, INK);
-        let percent = *n as f64 / total.max(1) as f64 * 100.0;
-        let text = format!("{}  {percent:.1} %", grouped(*n));
-        picture.text([left, top + line - dot], &text, scale, mix(INK, PAPER, 0.35));
-        top += line * 5 / 2;
+pub(crate) struct Legend {
+    pub(crate) at: [i64; 2],
+    pub(crate) scale: u32,
+    pub(crate) ink: [u8; 3],
+    pub(crate) paper: [u8; 3],
+}
+
+impl Legend {
+    fn line(&self) -> i64 {
+        text_height(self.scale) + i64::from(self.scale) * 4
+    }
+
+    /// How high it is with so many entries.
+    pub(crate) fn height(&self, entries: usize) -> i64 {
+        self.line() * (6 + 5 * entries as i64) / 2
+    }
+
+    pub(crate) fn draw(&self, picture: &mut Picture, title: &str, counts: &[(Fate, u64)]) {
+        let ([x, y], scale) = (self.at, self.scale);
+        let (dot, line) = (i64::from(scale), self.line());
+        picture.text([x, y], title, scale, self.ink);
+        let total: u64 = counts.iter().map(|c| c.1).sum();
+        picture.text([x, y + line], &format!("{} instances", grouped(total)), scale, self.ink);
+        let mut top = y + 3 * line;
+        for (fate, n) in counts {
+            let side = text_height(scale) + dot * 2;
+            picture.fill([x - dot, top - dot * 2], [side + dot * 2; 2], self.ink, 0.5);
+            picture.fill([x, top - dot], [side, side], fate.color(), 1.0);
+            let left = x + side + dot * 5;
+            picture.text([left, top], fate.label(), scale, self.ink);
+            let percent = *n as f64 / total.max(1) as f64 * 100.0;
+            let text = format!("{}  {percent:.1} %", grouped(*n));
+            picture.text([left, top + line - dot], &text, scale, mix(self.ink, self.paper, 0.3));
+            top += line * 5 / 2;
+        }
     }
 }
 
@@ -208,7 +222,16 @@ struct Map {
 impl Map {
     fn new(scene: &Scene, view: &View, size: [u32; 2]) -> Self {
         let origin = DVec3::from(scene.origin());
-        let extent = scene.extent();
+        let mut extent = scene.extent();
+        // A ground or a sky may reach far beyond all that stands on it.
+        let wide = |b: &Aabb| b.half_extent()[0].max(b.half_extent()[2]);
+        let limit = wide(&extent) * 0.5;
+        let things =
+            scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && wide(b) < limit);
+        let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
+        if !things.is_empty() {
+            extent = things;
+        }
         let (mut low, mut high) = match extent.is_empty() {
             true => (DVec3::splat(-1.0), DVec3::splat(1.0)),
             false => (

@@ -6,14 +6,18 @@
 use cullet::Stage;
 
 /// What is kept and owns a pixel.
-pub const SEEN: [u8; 3] = [0xE6, 0x9F, 0x00];
+pub const SEEN: [u8; 3] = [0xF6, 0xF2, 0xE8];
 /// What is kept though no pixel shows it: the price of being conservative.
-pub const UNSEEN: [u8; 3] = [0xF7, 0xDD, 0xA6];
+pub const UNSEEN: [u8; 3] = [0xE6, 0x9F, 0x00];
 /// What was lost though it is visible. No picture of a sound culler has it.
 pub const LOST: [u8; 3] = [0xFF, 0x00, 0x3C];
-/// The background of maps and legends.
+/// The background of maps.
+pub const NIGHT: [u8; 3] = [0x15, 0x19, 0x1F];
+/// Text and outlines on it.
+pub const CHALK: [u8; 3] = [0xE4, 0xE7, 0xEA];
+/// The background of light legends.
 pub const PAPER: [u8; 3] = [0xFB, 0xFA, 0xF7];
-/// Text and outlines on paper.
+/// Text and outlines on it.
 pub const INK: [u8; 3] = [0x22, 0x26, 0x2B];
 
 /// The colour of what a stage dropped; of what is kept and seen for `None`.
@@ -21,14 +25,14 @@ pub const INK: [u8; 3] = [0x22, 0x26, 0x2B];
 pub const fn reason_color(stage: Option<Stage>) -> [u8; 3] {
     match stage {
         None => SEEN,
-        Some(Stage::Layer) => [0x9A, 0x9A, 0x9A],
+        Some(Stage::Layer) => [0x8C, 0x93, 0x9B],
         Some(Stage::Frustum) => [0x56, 0xB4, 0xE9],
         Some(Stage::Portal) => [0x00, 0x9E, 0x73],
         Some(Stage::Detail) => [0xF0, 0xE4, 0x42],
         Some(Stage::Lod) => [0x00, 0x72, 0xB2],
         Some(Stage::Occlusion) => [0xD5, 0x5E, 0x00],
         Some(Stage::Backface) => [0xCC, 0x79, 0xA7],
-        Some(Stage::Degenerate) => [0x4A, 0x3B, 0x34],
+        Some(Stage::Degenerate) => [0x8A, 0x6A, 0x4F],
     }
 }
 

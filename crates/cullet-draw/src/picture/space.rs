@@ -132,8 +132,7 @@ impl<'a> Surfaces<'a> {
     pub(crate) fn normal(&self, id: PixelId) -> DVec3 {
         let Some(t) = self.triangle(id) else { return DVec3::ZERO };
         let corners = self.scene.mesh(id.slot).corners(t);
-        let [x, y, z] =
-            self.scene.transform(id.slot).linear.map(|c| DVec3::from(c.map(f64::from)));
+        let [x, y, z] = self.scene.transform(id.slot).linear.map(|c| DVec3::from(c.map(f64::from)));
         let m = DMat3::from_cols(x, y, z);
         let [a, b, c] = corners.map(|p| m * DVec3::from(p.map(f64::from)));
         (b - a).cross(c - a).normalize_or_zero()

@@ -3,8 +3,8 @@
 
 use cullet::mesh::{Alpha, Part};
 use cullet::{
-    Camera, Depth, Instance, InstanceFlags, Mesh, MeshData, Projection, Reason, Scene, Stage, Transform,
-    TriangleRange, View, Visible,
+    Camera, Depth, Instance, InstanceFlags, Mesh, MeshData, Projection, Reason, Scene, Stage,
+    Transform, TriangleRange, View, Visible,
 };
 
 /// A generator of numbers that is the same everywhere.
@@ -308,7 +308,8 @@ pub(crate) fn frustum_kept(scene: &Scene, view: &View) -> Visible {
                 b.corners().iter().all(|c| plane.distance(c.map(f64::from)) > 1e-3)
             })
         });
-        let small = view.project_box(&b, scene.origin()).is_some_and(|r| r.width().max(r.height()) < 2.0);
+        let small =
+            view.project_box(&b, scene.origin()).is_some_and(|r| r.width().max(r.height()) < 2.0);
         let reason = match outside {
             Some(plane) => Some(Reason { stage: Stage::Frustum, detail: plane as u8 }),
             None => small.then_some(Reason { stage: Stage::Detail, detail: 0 }),

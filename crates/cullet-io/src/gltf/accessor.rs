@@ -353,7 +353,8 @@ fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accesso
         component,
         size: column * (columns - 1) + rows * size,
         packed: column * columns,
-        align: if columns > 1 { size.max(4) } else { size },
+        align: size,
+        own_align: if columns > 1 { size.max(4) } else { size },
     };
     let run = match item.buffer_view {
         Some(view) => Some(run(view, item.byte_offset, count, &shape, true, buffers)?),
@@ -384,7 +385,10 @@ struct Shape {
     size: usize,
     /// Bytes from one to the next when tightly packed.
     packed: usize,
+    /// What the place in the buffer is a multiple of.
     align: usize,
+    /// What the accessor's own offset is a multiple of.
+    own_align: usize,
 }
 
 fn run(
@@ -404,16 +408,16 @@ fn run(
     }
     let offset = offset.map_or(0, Integer::index);
     let stride = view.stride.unwrap_or(shape.packed);
-    let (size, align) = (shape.size, shape.align);
+    let &Shape { size, align, own_align, .. } = shape;
     if stride < size {
         return Err(format!(
             "bufferView {index} has a byteStride of {stride}, less than the {size} bytes of an element"
         ));
     }
     let total = offset.saturating_add(view.start());
-    if !offset.is_multiple_of(align) || !total.is_multiple_of(align) {
+    if !offset.is_multiple_of(own_align) || !total.is_multiple_of(align) {
         return Err(format!(
-            "is misaligned: byteOffset {offset}, {total} in the buffer, not multiples of {align}"
+            "is misaligned: byteOffset {offset} must be a multiple of {own_align}, and {total}, the place in the buffer, of {align}"
         ));
     }
     let end =
@@ -441,7 +445,7 @@ fn sparse(
         .filter(|c| c.is_index())
         .ok_or_else(|| format!("indices are of type {}", s.indices.component_type.0))?;
     let size = component.size();
-    let index = Shape { component, size, packed: size, align: size };
+    let index = Shape { component, size, packed: size, align: size, own_align: size };
     let indices = run(s.indices.buffer_view, s.indices.byte_offset, count, &index, false, buffers)
         .map_err(|m| format!("indices: {m}"))?;
     let values = run(s.values.buffer_view, s.values.byte_offset, count, shape, false, buffers)

@@ -15,25 +15,21 @@ const READ: [&str; 6] = [
     "KHR_materials_pbrSpecularGlossiness",
 ];
 
-/// They say how surfaces look, what things mean, or how they move: not where triangles are.
-const HARMLESS_PREFIXES: [&str; 17] = [
-    "KHR_materials_",
-    "KHR_texture_",
-    "KHR_lights_",
-    "KHR_xmp",
-    "KHR_audio",
-    "KHR_techniques_",
-    "KHR_animation_",
-    "EXT_lights_",
-    "EXT_texture_",
-    "EXT_materials_",
-    "EXT_mesh_features",
-    "EXT_instance_features",
-    "EXT_feature_metadata",
-    "EXT_structural_metadata",
-    "ADOBE_materials_",
-    "MSFT_texture_",
-    "MSFT_packing_",
+/// They say how surfaces look, what things mean, or how they move, not where triangles are: whoever's
+/// they are, so the vendor before the first underscore does not count.
+const HARMLESS_PREFIXES: [&str; 12] = [
+    "materials_",
+    "texture_",
+    "lights_",
+    "xmp",
+    "audio",
+    "animation_",
+    "packing_",
+    "mesh_features",
+    "instance_features",
+    "feature_metadata",
+    "structural_metadata",
+    "property_",
 ];
 
 /// The same, by their whole names.
@@ -61,7 +57,9 @@ pub(super) fn check(required: &[String], notes: &mut Notes) -> Result<(), ErrorK
             continue;
         }
         let harmless = HARMLESS.contains(&name)
-            || HARMLESS_PREFIXES.iter().any(|prefix| name.starts_with(prefix));
+            || name
+                .split_once('_')
+                .is_some_and(|(_, rest)| HARMLESS_PREFIXES.iter().any(|p| rest.starts_with(p)));
         if harmless {
             notes.push(name, "is required but cannot change geometry, and is not read");
             continue;
@@ -103,11 +101,13 @@ mod tests {
         assert_eq!(judge("EXT_mesh_gpu_instancing"), Ok(0));
         assert_eq!(judge("KHR_texture_transform"), Ok(1));
         assert_eq!(judge("KHR_materials_unlit"), Ok(1));
+        assert_eq!(judge("ANYBODY_materials_velvet"), Ok(1));
     }
 
     #[test]
     fn the_rest_is_refused_by_name() {
         assert!(judge("KHR_draco_mesh_compression").unwrap_err().contains("gltf-transform"));
+        assert!(judge("materials_").is_err());
         assert!(judge("KHR_gaussian_splatting").unwrap_err().contains("KHR_gaussian_splatting"));
     }
 }

@@ -96,7 +96,10 @@ pub(super) fn place(
     if undrawn > 0 {
         notes.push(
             "meshes",
-            format!("{undrawn} of {} are not drawn by the scene", meshes.all.len()),
+            format!(
+                "{undrawn} of {} are not loaded: no node of the scene draws triangles of theirs",
+                meshes.all.len()
+            ),
         );
     }
     placed.placements.reserve_exact(total as usize);

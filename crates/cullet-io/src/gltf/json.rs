@@ -334,8 +334,7 @@ impl<'de> Deserialize<'de> for Float {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let raw = <&RawValue>::deserialize(deserializer)?;
         let number = raw.get().parse().map_err(|_| {
-            let shown: String = raw.get().chars().take(20).collect();
-            D::Error::custom(format!("expected a number, found {shown}"))
+            D::Error::custom(format!("expected a number, found {}", start(raw.get())))
         })?;
         Ok(Self(number))
     }
@@ -359,6 +358,11 @@ pub(super) fn parse(text: &[u8]) -> Result<Root<'_>, ErrorKind> {
     if text.trim_ascii().is_empty() {
         return Err(ErrorKind::invalid("JSON", "is empty"));
     }
+    // A derived struct would also take an array, field by field.
+    if !text.trim_ascii_start().starts_with('{') {
+        let found = start(text.trim_ascii_start());
+        return Err(ErrorKind::invalid("JSON", format!("expected an object, found {found}")));
+    }
     check_density(text)?;
     let root: Root<'_> =
         serde_json::from_str(text).map_err(|e| ErrorKind::invalid("JSON", e.to_string()))?;
@@ -366,13 +370,20 @@ pub(super) fn parse(text: &[u8]) -> Result<Root<'_>, ErrorKind> {
         return Err(ErrorKind::invalid("JSON", "`asset` is missing: this is no glTF"));
     };
     if !asset.version.starts_with("2.") {
-        let shown: String = asset.version.chars().take(20).collect();
+        let shown = start(&asset.version);
         return Err(ErrorKind::Unsupported(format!(
             "glTF version {shown:?}; only 2.x is read. Version 1.0 becomes 2.0 by \
              `gltf-pipeline -i in.gltf -o out.glb`"
         )));
     }
     Ok(root)
+}
+
+/// The start of a piece of JSON on one line, for a message.
+fn start(text: &str) -> String {
+    let head: String = text.chars().take(100).collect();
+    let words: Vec<&str> = head.split_whitespace().collect();
+    words.join(" ").chars().take(24).collect()
 }
 
 /// An object in memory takes up to some 200 bytes, but `{},` takes three in a file. Real files have
@@ -399,8 +410,7 @@ pub(super) fn item<'a, T: Deserialize<'a>>(
     let wrong = |message: String| ErrorKind::invalid(format!("{what} {index}"), message);
     // A derived struct would also take an array, field by field.
     if !raw.get().starts_with('{') {
-        let shown: String = raw.get().chars().take(20).collect();
-        return Err(wrong(format!("expected an object, found {shown}")));
+        return Err(wrong(format!("expected an object, found {}", start(raw.get()))));
     }
     serde_json::from_str(raw.get()).map_err(|e| {
         let message = e.to_string();

@@ -27,11 +27,12 @@ use std::path::Path;
 use cullet::{Mesh, MeshData, Scene, Transform};
 use glam::DAffine3;
 
-use crate::{CameraNode, ErrorKind, LoadError, LoadOptions, Material, Model};
+use crate::{CameraNode, ErrorKind, LoadOptions, Material, Model};
 use instances::Placement;
 use notes::Notes;
 
-/// Loads a glTF or GLB from the bytes of its file; `path` tells where its other files are.
+/// Loads a glTF or GLB from the bytes of its file; its other files are in `folder`, and an error where
+/// that is `None`.
 ///
 /// The scene that the file chooses is loaded (else its first, else every root node): one mesh for each
 /// mesh that a node draws, one instance for each drawing. Points and lines are skipped with a warning.
@@ -43,28 +44,24 @@ use notes::Notes;
 ///
 /// # Errors
 /// If the file is invalid, needs an extension that is not read, or passes a limit of `options`.
-pub(crate) fn load(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<Model, LoadError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
+pub(crate) fn load(
+    path: &Path,
+    bytes: Vec<u8>,
+    options: &LoadOptions,
+    folder: Option<&Path>,
+) -> Result<Model, ErrorKind> {
     let named_glb = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
     if named_glb && !bytes.starts_with(b"glTF") {
         let found = bytes.get(..4).unwrap_or(&bytes).escape_ascii();
         let message = format!("starts with \"{found}\", expected \"glTF\"");
-        return Err(ErrorKind::invalid("GLB header", message).at(path));
+        return Err(ErrorKind::invalid("GLB header", message));
     }
-    let decoded = decode(&bytes, Some(folder), options).map_err(|e| e.at(path))?;
+    let decoded = decode(&bytes, folder, options)?;
     // Freed before meshes are made: the peak is the greater of the two halves, not their sum.
     drop(bytes);
-    let mut model = decoded.into_model().map_err(|e| e.at(path))?;
+    let mut model = decoded.into_model()?;
     model.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(model)
-}
-
-/// Loads a glTF or GLB that is all in `bytes`: buffers in files of their own are an error.
-///
-/// # Errors
-/// As [`load`](crate::load).
-pub fn load_gltf_from_memory(bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
-    decode(bytes, None, options)?.into_model()
 }
 
 /// What was read, free of the file's bytes.

@@ -304,7 +304,7 @@ fn scene_roots(root: &Root<'_>, all: &[Node]) -> Result<Vec<u32>, ErrorKind> {
             Ok((0..all.len() as u32).filter(|&i| all[i as usize].parent.is_none()).collect())
         }
         None => {
-            Err(ErrorKind::invalid("JSON", format!("names scene {chosen} of {}", scenes.len())))
+            Err(ErrorKind::invalid("scene", format!("names scene {chosen} of {}", scenes.len())))
         }
     }
 }

@@ -50,15 +50,19 @@ fn embedded(rest: &str) -> Result<Vec<u8>, String> {
     let Some((head, payload)) = rest.split_once(',') else {
         return Err("its data URI has no comma before the data".into());
     };
-    let Some(kind) = head.strip_suffix(";base64") else {
-        return Err(format!("its data URI {:?} is not base64", shorten(head)));
+    let (kind, is_base64) = match head.strip_suffix(";base64") {
+        Some(kind) => (kind, true),
+        None => (head, false),
     };
     let known = ["application/octet-stream", "application/gltf-buffer"];
     if !known.iter().any(|k| kind.eq_ignore_ascii_case(k)) {
         let kind = shorten(kind);
         return Err(format!("its data URI is of type {kind:?}; a buffer's is {}", known[0]));
     }
-    base64(payload.as_bytes())
+    if is_base64 {
+        return base64(payload.as_bytes());
+    }
+    percent_bytes(payload).ok_or_else(|| "its data URI is not valid percent-encoding".into())
 }
 
 /// Decodes base64 (RFC 4648, standard alphabet, padded or not).
@@ -95,7 +99,12 @@ fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
     Ok(out)
 }
 
+/// The name of a file. A NUL is no part of any, and some systems stop reading there.
 fn percent_decode(text: &str) -> Option<String> {
+    String::from_utf8(percent_bytes(text)?).ok().filter(|name| !name.contains('\0'))
+}
+
+fn percent_bytes(text: &str) -> Option<Vec<u8>> {
     let mut out = Vec::with_capacity(text.len());
     let mut bytes = text.bytes();
     while let Some(b) = bytes.next() {
@@ -104,14 +113,9 @@ fn percent_decode(text: &str) -> Option<String> {
             continue;
         }
         let hex = |b: u8| char::from(b).to_digit(16);
-        let value = hex(bytes.next()?)? * 16 + hex(bytes.next()?)?;
-        // A NUL is no part of any file's name, and some systems stop reading there.
-        if value == 0 {
-            return None;
-        }
-        out.push(value as u8);
+        out.push((hex(bytes.next()?)? * 16 + hex(bytes.next()?)?) as u8);
     }
-    String::from_utf8(out).ok()
+    Some(out)
 }
 
 /// The start of a text, for a message.
@@ -178,6 +182,11 @@ mod tests {
         for text in ["A", "A===", "Zm9vA", "Zm-v", "Zm9v\n"] {
             assert!(data(text).is_err(), "{text}");
         }
+        assert_eq!(
+            read("data:application/gltf-buffer,%00a%fF"),
+            Ok(Source::Embedded(b"\0a\xff".to_vec()))
+        );
+        assert!(read("data:application/gltf-buffer,%0").is_err());
         assert!(read("data:").is_err());
         assert!(read("data:application/octet-stream;;base64,AA==").is_err());
         assert!(read("data:text/plain;base64,AA==").is_err());

@@ -24,12 +24,12 @@ pub(super) fn gather(scene: &Scene, queries: &[[DVec3; 2]]) -> Vec<Vec<u32>> {
         }
     }
     let meet = |[a, b]: &[DVec3; 2], [c, d]: &[DVec3; 2]| a.cmple(*d).all() && b.cmpge(*c).all();
-    let [x0, y0, z0, x1, y1, z1] = scene.boxes().streams();
-    for s in 0..scene.slot_count() as usize {
-        let b =
-            [[x0[s], y0[s], z0[s]], [x1[s], y1[s], z1[s]]].map(|v| DVec3::from(v.map(f64::from)));
-        let endless = |v: DVec3| v.abs().max_element() >= f64::from(cullet::bounds::Boxes::LIMIT);
-        if !meet(&b, &[low, high]) || endless(b[0]) || endless(b[1]) {
+    let origin = DVec3::from(scene.origin());
+    let endless = |v: f32| v.abs() >= cullet::bounds::Boxes::LIMIT;
+    for s in scene.slots() {
+        let stored = scene.boxes().get(s as usize);
+        let b = [stored.min, stored.max].map(|v| DVec3::from(v.map(f64::from)) + origin);
+        if !meet(&b, &[low, high]) || stored.min.into_iter().chain(stored.max).any(endless) {
             continue;
         }
         for z in cell(b[0].z, 2)..=cell(b[1].z, 2) {
@@ -37,8 +37,8 @@ pub(super) fn gather(scene: &Scene, queries: &[[DVec3; 2]]) -> Vec<Vec<u32>> {
                 for &q in &grid[z * SIDE + x] {
                     // An instance over several cells meets the same query in each, with no other
                     // instance in between.
-                    if meet(&b, &queries[q]) && found[q].last() != Some(&(s as u32)) {
-                        found[q].push(s as u32);
+                    if meet(&b, &queries[q]) && found[q].last() != Some(&s) {
+                        found[q].push(s);
                     }
                 }
             }

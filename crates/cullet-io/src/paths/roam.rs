@@ -5,11 +5,15 @@ use glam::{DVec2, DVec3};
 
 use super::free::{gather, heights, is_free, sight};
 use super::{Lens, PathError};
-use crate::Model;
 use crate::scenes::{Rng, sin_cos};
+use crate::{Cell, Model};
 
 /// Height of the eye above the ground, in metres, where the model may be in metres.
 const EYE: f64 = 1.7;
+/// Heights that a flight tries where its way is blocked.
+const RUNGS: usize = 12;
+/// How far to a side it tries at each of them, in heights of the eye.
+const ASIDE: [f64; 5] = [0.0, 0.6, -0.6, 1.2, -1.2];
 /// Directions looked at from each place of a walk.
 const DIRECTIONS: usize = 16;
 
@@ -80,11 +84,8 @@ fn places(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Place>, PathEr
             }));
         }
         let clearance = eye * 0.25;
-        let boxes: Vec<[DVec3; 2]> = stands
-            .iter()
-            .map(|(_, s)| [s.eye - clearance, s.eye + clearance].map(|v| v - origin))
-            .collect();
-        let near = gather(scene, &boxes);
+        let eyes: Vec<DVec3> = stands.iter().map(|(_, s)| s.eye).collect();
+        let near = gather(scene, &boxes_around(&eyes, DVec3::splat(clearance), origin));
         let mut taken = None;
         for ((i, place), slots) in stands.iter().zip(&near) {
             if taken != Some(*i) && is_free(scene, slots, place.eye, clearance) {
@@ -100,10 +101,14 @@ fn places(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Place>, PathEr
     let mut levels: Vec<f64> = free.iter().map(|p| p.ground).collect();
     levels.sort_by(f64::total_cmp);
     let ground = levels.get(levels.len() / 2).map_or(f64::INFINITY, |g| g + eye * 0.5);
-    let (mut chosen, above): (Vec<_>, Vec<_>) = free.into_iter().partition(|p| p.ground <= ground);
-    chosen.extend(above);
-    chosen.truncate(count);
-    Ok(chosen)
+    // Where the rooms of a model are known, a walk is through them first.
+    let indoors = |p: &Place| {
+        let within = |c: &Cell| (0..3).all(|k| c.min[k] <= p.eye[k] && p.eye[k] <= c.max[k]);
+        model.cells.cells.iter().any(within)
+    };
+    free.sort_by_key(|p| (!indoors(p), p.ground > ground));
+    free.truncate(count);
+    Ok(free)
 }
 
 /// Places of a walk in an order that goes from each to the nearest that is left.
@@ -132,14 +137,8 @@ pub(super) fn walk(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camer
         return around(lens, count, low.y + eye);
     }
     let far = eye * 20.0;
-    let boxes: Vec<[DVec3; 2]> = places
-        .iter()
-        .map(|p| {
-            [p.eye - DVec3::new(far, eye, far), p.eye + DVec3::new(far, eye, far)]
-                .map(|v| v - origin)
-        })
-        .collect();
-    let near = gather(scene, &boxes);
+    let eyes: Vec<DVec3> = places.iter().map(|p| p.eye).collect();
+    let near = gather(scene, &boxes_around(&eyes, DVec3::new(far, eye, far), origin));
     let mut cameras = Vec::with_capacity(count);
     // Directions by merit, for each place; a place that must serve again takes its next best.
     let ranked: Vec<Vec<DVec3>> = places
@@ -203,26 +202,50 @@ pub(super) fn fly(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera
     };
     let clearance = eye * 0.25;
     let steps: Vec<f64> = (0..count).map(|i| i as f64 / count as f64).collect();
-    // Where the way is blocked the eye goes up, in steps, to above everything.
-    const RUNGS: usize = 12;
+    // Where the way is blocked the eye goes a little to a side, or up, in steps, to above everything.
     let over = high.y + eye.max(tall * 0.05) + clearance;
-    let rung = |t: f64, r: usize| {
-        let p = at(t);
-        let top = over.max(p.y);
-        p.with_y(p.y + (top - p.y) * r as f64 / (RUNGS - 1) as f64)
-    };
-    let ladder: Vec<DVec3> = steps.iter().flat_map(|t| (0..RUNGS).map(|r| rung(*t, r))).collect();
-    let boxes: Vec<[DVec3; 2]> =
-        ladder.iter().map(|p| [*p - clearance, *p + clearance].map(|v| v - origin)).collect();
-    let near = gather(scene, &boxes);
+    let tries: Vec<DVec3> = steps
+        .iter()
+        .flat_map(|t| {
+            let p = at(*t);
+            let rise = over.max(p.y) - p.y;
+            (0..RUNGS * ASIDE.len()).map(move |i| {
+                let (rung, aside) = ((i / ASIDE.len()) as f64, ASIDE[i % ASIDE.len()]);
+                p + DVec3::Y * (rise * rung / (RUNGS - 1) as f64) + across * (aside * eye)
+            })
+        })
+        .collect();
+    let near = gather(scene, &boxes_around(&tries, DVec3::splat(clearance), origin));
+    let mut eyes = Vec::with_capacity(count);
+    for i in 0..count {
+        let mut own = i * RUNGS * ASIDE.len()..(i + 1) * RUNGS * ASIDE.len();
+        // The last is above all that has bounds.
+        let last = own.end - 1;
+        let free = own.find(|r| is_free(scene, &near[*r], tries[*r], clearance));
+        eyes.push(tries[free.unwrap_or(last)]);
+    }
+    // Ahead, or somewhat to a side where that shows more.
+    let far = eye * 20.0;
+    let near = gather(scene, &boxes_around(&eyes, DVec3::splat(far), origin));
     let camera = |(i, t): (usize, &f64)| {
-        let rungs = i * RUNGS..(i + 1) * RUNGS;
-        let free = rungs.clone().find(|r| is_free(scene, &near[*r], ladder[*r], clearance));
-        // The last rung is above all that has bounds.
-        let eye = ladder[free.unwrap_or(rungs.end - 1)];
+        let eye = eyes[i];
         let ahead = at(t + 0.15);
         let target = ahead.with_y((low.y + tall * 0.25).min(ahead.y));
-        lens.look_at(eye, target)
+        let forward = (target - eye).normalize_or(along);
+        let best = [0.0, 0.08, -0.08, 0.16, -0.16].map(|turn: f64| {
+            let (s, c) = sin_cos(turn);
+            let [x, y, z] = forward.to_array();
+            let direction = DVec3::new(c * x + s * z, y, c * z - s * x);
+            let open = sight(scene, &near[i], eye, direction, far);
+            (open * (1.0 - 2.0 * turn.abs()), direction)
+        });
+        let best = best.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a });
+        lens.look_along(eye, best.map_or(forward, |b| b.1))
     };
     Ok(steps.iter().enumerate().map(camera).collect())
+}
+
+/// Boxes about points, relative to the scene's origin.
+fn boxes_around(points: &[DVec3], half: DVec3, origin: DVec3) -> Vec<[DVec3; 2]> {
+    points.iter().map(|p| [*p - half - origin, *p + half - origin]).collect()
 }

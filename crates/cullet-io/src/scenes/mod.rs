@@ -42,7 +42,8 @@ pub fn is_builtin(text: &str) -> bool {
 /// Makes a built-in scene from its text, `name:key=value,...`; keys left out have their defaults.
 ///
 /// The same text gives the same scene, to the last bit of every position, on every machine. The name of
-/// the model is the shortest text that gives it again. Costs about 0.3 µs and 150 bytes an instance.
+/// the model is the shortest text that gives it again. Costs less than a microsecond and some 150 bytes
+/// an instance.
 ///
 /// # Errors
 /// If the text names no scene, or a key or value that the scene does not have; the message lists those

@@ -41,6 +41,13 @@ pub(super) const INFO: SceneInfo = SceneInfo {
             max: 50,
         },
         KeyInfo {
+            name: "roof",
+            about: "1 covers the top storey, 0 leaves it open, so that one looks in from above",
+            default: 0,
+            min: 0,
+            max: 1,
+        },
+        KeyInfo {
             name: "closed",
             about: "doors that are shut, in percent",
             default: 25,
@@ -187,9 +194,12 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
             office.b.add(stairs, Transform::from_translation(at))?;
         }
     }
-    let roof = floors as f64 * STOREY;
-    office.slab([STAIRWELL, 0.0], [HALL, STAIRWELL_DEPTH], roof)?;
-    office.slab([HALL, 0.0], [width, depth], roof)?;
+    // Cells stay what they are without a roof: what is seen over a wall is above all cells.
+    if spec.get("roof") == 1 {
+        let roof = floors as f64 * STOREY;
+        office.slab([STAIRWELL, 0.0], [HALL, STAIRWELL_DEPTH], roof)?;
+        office.slab([HALL, 0.0], [width, depth], roof)?;
+    }
     Ok(office.b.finish())
 }
 

@@ -13,9 +13,11 @@ pub(super) fn tight_axes(points: &[DVec3]) -> DMat3 {
     let mut candidates = Vec::new();
     candidates.extend(principal_axes(points));
     // Frames of far-apart points are compared on those points alone: there may be many.
-    candidates.extend(spanned_frames(&extremes).into_iter().min_by(|a, b| {
-        surface(a, &extremes).total_cmp(&surface(b, &extremes))
-    }));
+    candidates.extend(
+        spanned_frames(&extremes)
+            .into_iter()
+            .min_by(|a, b| surface(a, &extremes).total_cmp(&surface(b, &extremes))),
+    );
     for c in candidates {
         let s = surface(&c, points);
         if s < best.1 {
@@ -180,7 +182,8 @@ fn turned_about(axes: &DMat3, axis: usize, points: &[DVec3]) -> DMat3 {
     let (n, u, v) = (columns[axis], columns[(axis + 1) % 3], columns[(axis + 2) % 3]);
     let flat: Vec<DVec2> = points.iter().map(|p| DVec2::new(u.dot(*p), v.dot(*p))).collect();
     let heights = points.iter().map(|p| n.dot(*p));
-    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(t), h.max(t)));
+    let (low, high) =
+        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(t), h.max(t)));
     let hull = outline(flat);
     let mut best = (DVec2::X, f64::INFINITY);
     for i in 0..hull.len() {
@@ -242,9 +245,8 @@ fn drop_inner(points: &mut Vec<DVec2>) {
     if points.len() < 4 * SIDES {
         return;
     }
-    let directions: [DVec2; SIDES] = std::array::from_fn(|i| {
-        DVec2::from_angle(i as f64 * std::f64::consts::TAU / SIDES as f64)
-    });
+    let directions: [DVec2; SIDES] =
+        std::array::from_fn(|i| DVec2::from_angle(i as f64 * std::f64::consts::TAU / SIDES as f64));
     let mut far = [(f64::NEG_INFINITY, DVec2::ZERO); SIDES];
     for p in points.iter() {
         for (best, direction) in far.iter_mut().zip(directions) {

@@ -55,7 +55,11 @@ impl Obb {
         let middle = DVec3::from(b.center());
         let points: Vec<DVec3> =
             points.iter().map(|p| DVec3::from(p.map(f64::from)) - middle).collect();
-        Self::fit(&points, middle, 0.0).unwrap_or_else(|| Self::from(&b))
+        let aligned = Self::from(&b);
+        match Self::fit(&points, middle, 0.0) {
+            Some(fitted) if fitted.surface_area() < aligned.surface_area() => fitted,
+            _ => aligned,
+        }
     }
 
     /// A tight box around `points`, each given relative to `middle` and uncertain by `error` in each
@@ -94,11 +98,8 @@ impl Obb {
         for &p in points {
             half = half.max((inverse * (p - shift)).abs());
         }
-        let abs = DMat3::from_cols(
-            inverse.x_axis.abs(),
-            inverse.y_axis.abs(),
-            inverse.z_axis.abs(),
-        );
+        let abs =
+            DMat3::from_cols(inverse.x_axis.abs(), inverse.y_axis.abs(), inverse.z_axis.abs());
         // The points lie within |columns|·half of the centre; the centre and they are off by a few u
         // of their size.
         let size = half.max_element() * 3.0 + shift.abs().max_element();
@@ -124,8 +125,7 @@ impl Obb {
             && !flat;
         let b = if own {
             let unit = |a: DVec3| a / a.length();
-            let axes =
-                DMat3::from_cols(unit(edges.x_axis), unit(edges.y_axis), unit(edges.z_axis));
+            let axes = DMat3::from_cols(unit(edges.x_axis), unit(edges.y_axis), unit(edges.z_axis));
             Self::around(&corners, center, error, &axes)
         } else {
             Self::fit(&corners, center, error)
@@ -180,8 +180,7 @@ impl Obb {
     #[must_use]
     pub fn contains(&self, point: [f32; 3]) -> bool {
         let [x, y, z] = self.axes.map(|a| DVec3::from(a.map(f64::from)));
-        let offset =
-            DVec3::from(point.map(f64::from)) - DVec3::from(self.center.map(f64::from));
+        let offset = DVec3::from(point.map(f64::from)) - DVec3::from(self.center.map(f64::from));
         let t = DMat3::from_cols(x, y, z).inverse() * offset;
         t.abs().cmple(DVec3::from(self.half.map(f64::from))).all()
     }
@@ -285,7 +284,11 @@ mod tests {
     fn turned() -> Obb {
         // A square in x and y, standing on its corner.
         let h = std::f32::consts::FRAC_1_SQRT_2;
-        Obb { center: [2.0, 0.0, 0.0], axes: [[h, h, 0.0], [-h, h, 0.0], [0.0, 0.0, 1.0]], half: [1.0; 3] }
+        Obb {
+            center: [2.0, 0.0, 0.0],
+            axes: [[h, h, 0.0], [-h, h, 0.0], [0.0, 0.0, 1.0]],
+            half: [1.0; 3],
+        }
     }
 
     #[test]

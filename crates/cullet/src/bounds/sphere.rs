@@ -52,7 +52,8 @@ impl Sphere {
             return Self { center: points[0], radius: 0.0 };
         }
         let at = |p: &[f32; 3]| (DVec3::from(p.map(f64::from)) - middle) / unit;
-        let mut ball = Ball { center: DVec3::ZERO, square: 0.0 };
+        // Smaller than any ball of a point, which grows it.
+        let mut ball = Ball { center: DVec3::ZERO, square: -1.0 };
         let mut basis = Vec::with_capacity(5);
         for _ in 0..MAX_PASSES {
             let (mut far, mut square) = (DVec3::ZERO, -1.0);
@@ -138,7 +139,11 @@ impl Sphere {
             return *other;
         }
         // On the line of the centres, as far from a as half of what sticks out beyond it.
-        let t = if distance > 0.0 { (0.5 * (distance + s - r) / distance).clamp(0.0, 1.0) } else { 0.0 };
+        let t = if distance > 0.0 {
+            (0.5 * (distance + s - r) / distance).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         let center = (a + (b - a) * t).to_array().map(|v| v as f32);
         let c = DVec3::from(center.map(f64::from));
         Self { center, radius: grown((c.distance(a) + r).max(c.distance(b) + s)) }
@@ -198,9 +203,8 @@ impl From<&Obb> for Sphere {
             return Self::EVERYTHING;
         }
         // From the centre, where no large coordinate cancels.
-        let [x, y, z] = std::array::from_fn(|a| {
-            DVec3::from(b.axes[a].map(f64::from)) * f64::from(b.half[a])
-        });
+        let [x, y, z] =
+            std::array::from_fn(|a| DVec3::from(b.axes[a].map(f64::from)) * f64::from(b.half[a]));
         let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
         let reach = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
         Self { center: b.center, radius: grown(reach) }

@@ -1,7 +1,6 @@
 //! Meshes: checked on construction, cut into clusters by one permutation of their triangles.
 
 mod clusters;
-mod hilbert;
 mod nesting;
 mod orient;
 mod surface;

@@ -136,17 +136,16 @@ impl Topology {
 
     fn of_surface(surface: &Surface<'_>) -> Self {
         let pieces = Pieces::of(surface, Joined::ByEveryEdge);
-        let nesting = Nesting::new(surface, &pieces.shell_of, pieces.facts.len());
-        let inward_shells = (0..pieces.facts.len() as u32)
+        let inward: Vec<u32> = (0..pieces.facts.len() as u32)
             .filter(|&s| pieces.facts[s as usize].is_inward())
-            .filter(|&s| {
-                let others = |o: u32| {
-                    let facts = &pieces.facts[o as usize];
-                    i32::from(facts.is_oriented_solid())
-                };
-                nesting.winding_around(s, others) < 1
-            })
-            .count() as u32;
+            .collect();
+        let mut inward_shells = 0;
+        if !inward.is_empty() {
+            let nesting = Nesting::new(surface, &pieces.shell_of, pieces.facts.len());
+            let others = |o: u32| i32::from(pieces.facts[o as usize].is_oriented_solid());
+            let wrong = |&s: &u32| nesting.winding_around(s, others) < 1;
+            inward_shells = inward.into_iter().filter(wrong).count() as u32;
+        }
         Self {
             vertices: used_vertices(surface),
             triangles: surface.corners.len() as u32,

@@ -92,17 +92,18 @@ impl Projection {
             range("aspect", aspect, aspect > 0.0 && aspect.is_finite(), "positive and finite")?;
         }
         let ([left, right, bottom, top], near, far, perspective) = self.window();
-        let width = right - left;
-        let height = top - bottom;
-        range("window width", width, width != 0.0 && width.is_finite(), "finite and not 0")?;
-        range("window height", height, height != 0.0 && height.is_finite(), "finite and not 0")?;
+        // The window of a field of view is as wide as its near distance is: that comes first.
         range("near", near, near.is_finite(), "finite")?;
         if perspective {
             range("near", near, near > 0.0, "above 0")?;
         } else {
             range("far", far, far.is_finite(), "finite in an orthographic view")?;
         }
-        range("far", far, far > near, "beyond near")
+        range("far", far, far > near, "beyond near")?;
+        let width = right - left;
+        let height = top - bottom;
+        range("window width", width, width != 0.0 && width.is_finite(), "finite and not 0")?;
+        range("window height", height, height != 0.0 && height.is_finite(), "finite and not 0")
     }
 }
 

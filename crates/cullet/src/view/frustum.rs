@@ -141,26 +141,25 @@ impl Frustum {
             let noise = (a.truncate().length() + b.truncate().length()) * ROUNDING;
             // Plain length: rows that over- or underflow make no plane that could be trusted.
             let length = n.length();
-            (length > noise)
-                .then(|| Plane { normal: (n / length).into(), d: inside.w / length })
+            (length > noise).then(|| Plane { normal: (n / length).into(), d: inside.w / length })
         }));
         // A renderer compares two rounded rows (z ≤ w), and is off by their size, not by that of their
-        // difference: near the far plane 1e-16 in clip depth can be whole units of the scene. Each plane gives
-        // way by as much as that is at its farthest corner.
-        if let Some(corners) = corners::of(&f) {
-            for (i, (a, b)) in rows.into_iter().enumerate() {
-                let inside = (a + b).truncate().length();
-                if f.present >> i & 1 == 1 {
-                    let size = |p: DVec3| (a.abs() + b.abs()).dot(p.abs().extend(1.0));
-                    let on_plane = corners.iter().enumerate().filter(|(c, _)| corners::lies_on(*c, i));
-                    let give = on_plane
-                        .filter(|(_, c)| !c.at_infinity)
-                        .map(|(_, c)| size(c.point) * ROUNDING / inside)
-                        .fold(0.0, f64::max);
-                    if give.is_finite() {
-                        f.planes[i].d += give;
-                    }
-                }
+        // difference: near the far plane 1e-16 in clip depth can be whole units of the scene. A plane whose
+        // rows cancel gives way by as much as that is at its farthest corner; the tests allow for the rest.
+        for (i, (a, b)) in rows.into_iter().enumerate() {
+            let size = |v: DVec4| v.truncate().length();
+            let cancels = size(a) + size(b) > 4.0 * size(a + b);
+            if !cancels || f.present >> i & 1 == 0 {
+                continue;
+            }
+            let Some(corners) = corners::of(&f) else { break };
+            let give = (0..8)
+                .filter(|&c| corners::lies_on(c, i) && !corners[c].at_infinity)
+                .map(|c| (a.abs() + b.abs()).dot(corners[c].point.abs().extend(1.0)))
+                .fold(0.0, f64::max);
+            let give = give * ROUNDING / size(a + b);
+            if give.is_finite() {
+                f.planes[i].d += give;
             }
         }
         f
@@ -198,9 +197,8 @@ impl Frustum {
     /// on are not looked at. Rounded.
     #[must_use]
     pub fn corners(&self) -> Option<[[f64; 4]; 8]> {
-        corners::of(self).map(|all| {
-            all.map(|c| c.point.extend(if c.at_infinity { 0.0 } else { 1.0 }).into())
-        })
+        corners::of(self)
+            .map(|all| all.map(|c| c.point.extend(if c.at_infinity { 0.0 } else { 1.0 }).into()))
     }
 
     /// The same region for coordinates relative to `origin`. Each d is rounded once, however large the

@@ -60,8 +60,7 @@ impl View {
             let p = DVec3::from(c.map(f64::from));
             let clip: DVec4 = *m * (p + DVec3::from(origin)).extend(1.0);
             // What each number of `clip` may be off by.
-            let error =
-                sizes * (p.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
+            let error = sizes * (p.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
             let depth_error = match self.depth {
                 Depth::Standard => error.z,
                 Depth::Reversed => error.z + error.w,
@@ -76,7 +75,8 @@ impl View {
             }
             for a in 0..2 {
                 let at = clip[a] / clip.w;
-                let off = (error[a] + at.abs() * error.w) / (clip.w - error.w) + at.abs() * ROUNDING;
+                let off =
+                    (error[a] + at.abs() * error.w) / (clip.w - error.w) + at.abs() * ROUNDING;
                 self.extend(&mut rect, a, at - off, at + off);
             }
         }
@@ -100,8 +100,7 @@ impl View {
         let m = &self.clip_from_world;
         let local = DVec3::from(sphere.center.map(f64::from));
         let clip: DVec4 = *m * (local + DVec3::from(origin)).extend(1.0);
-        let error =
-            absolute(m) * (local.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
+        let error = absolute(m) * (local.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
         let [x, y, z, w] = std::array::from_fn(|i| m.row(i).truncate());
         let radius = f64::from(sphere.radius);
         let (nearest, near, near_error) = match self.depth {

@@ -1,5 +1,5 @@
 //! Random scenes and views, and an oracle of what a view can see, shared by the tests.
-#![allow(dead_code, reason = "each test uses a part of it")]
+#![allow(dead_code, unreachable_pub, reason = "each test uses a part of it")]
 
 use std::collections::BTreeSet;
 

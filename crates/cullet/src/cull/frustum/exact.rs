@@ -12,8 +12,8 @@
 use glam::DVec3;
 
 use crate::bounds::{Aabb, Plane, ROUNDING, Side, unit};
-use crate::view::corners::{self, Corner};
 use crate::view::Frustum;
+use crate::view::corners::{self, Corner};
 
 /// 32 planes of the frustum, 6 faces of a box, and both directions of 3 × 12 pairs of edges.
 const MAX_TESTS: usize = Frustum::MAX_PLANES + 6 + 72;

@@ -157,7 +157,10 @@ mod tests {
     fn inside_only_when_inside_all() {
         let f = unit_cube();
         assert_eq!(classify_sphere(&f, &Sphere::new([0.0; 3], 0.5)), (Side::Inside, None));
-        assert_eq!(classify_sphere(&f, &Sphere::new([0.6, 0.0, 0.0], 0.5)), (Side::Straddling, None));
+        assert_eq!(
+            classify_sphere(&f, &Sphere::new([0.6, 0.0, 0.0], 0.5)),
+            (Side::Straddling, None)
+        );
         let b = Aabb::new([-0.5; 3], [0.5; 3]);
         assert_eq!(classify_aabb(&f, &b), (Side::Inside, None));
         assert_eq!(classify_obb(&f, &Obb::from(&b)), (Side::Inside, None));
