@@ -92,7 +92,7 @@ Examples
 /// Which scene, and how to read it.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SceneArgs {
-    /// A file (glb, gltf, obj, ply, stl, off, bin), or a built-in scene: NAME or NAME:key=value,...
+    /// A file (glb, gltf, obj, ply, stl, off, occscn), or a built-in scene: NAME or NAME:key=value,...
     #[arg(default_value = "city")]
     pub(crate) scene: String,
     /// Which axis of the file points up [default: what the format says, else y]

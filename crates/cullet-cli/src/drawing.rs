@@ -1,7 +1,7 @@
 //! Pictures of views: what the renderer offers, put together for the page.
 
 use cullet::{Culler, View};
-use cullet_draw::Picture;
+use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::Model;
 
 use crate::survey::Seen;
@@ -50,36 +50,49 @@ pub(crate) fn of_view(
     }
     pictures.push(Titled {
         name: "map",
-        picture: cullet_draw::top_down(scene, view, &seen.result, owners, [1280, 960]),
+        picture: cullet_draw::top_down(scene, view, &seen.result, owners, [1280, 800]),
         caption: "From above: the frustum, and every instance by what became of it.".into(),
-        embed_px: 960,
-        wide: false,
+        embed_px: 1280,
+        wide: true,
         thumbnail: seen.verification.is_none(),
     });
-    if let Some(v) = seen.verification.as_ref().filter(|_| featured) {
+    if featured && seen.verification.is_some() {
         pictures.push(Titled {
             name: "kinds",
-            picture: cullet_draw::kinds(scene, view, culler, [1280, 960]),
+            picture: cullet_draw::kinds(scene, view, culler, [1280, 720]),
             caption: "From outside: each dropped thing in the colour of what dropped it.".into(),
-            embed_px: 960,
-            wide: false,
+            embed_px: 1280,
+            wide: true,
             thumbnail: false,
         });
-        let (before, after) = (v.before, v.after);
+        let small = half(view);
+        let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
+        let draw = |selection| cullet_draw::render(scene, &small, selection, &options);
+        let (before, after) = (draw(Selection::All), draw(Selection::Visible(&seen.result)));
         pictures.push(Titled {
             name: "depth",
-            picture: cullet_draw::depth_complexity(&v.frame, Some(&v.culled_frame)),
-            caption: format!(
-                "How often each pixel is filled, before culling and after it: {:.2} and {:.2} times on \
-                 average, {} and {} at the most.",
-                before.mean_layers, after.mean_layers, before.max_layers, after.max_layers
-            ),
-            embed_px: 1280,
+            picture: cullet_draw::depth_complexity(&before, Some(&after)),
+            caption: "How often each pixel is filled, before culling and after it, at half the size."
+                .into(),
+            embed_px: 1320,
             wide: true,
             thumbnail: false,
         });
     }
     pictures
+}
+
+/// The same view on half as many pixels each way: two such pictures stand side by side on a page with
+/// their legends still legible.
+fn half(view: &View) -> View {
+    let size = view.viewport().map(|v| (v / 2).max(1));
+    // The matrix made a view before, so it makes one again.
+    let Ok(mut small) = View::from_matrix(&view.clip_from_world(), view.depth(), size) else {
+        return view.clone();
+    };
+    (small.layers, small.front_face, small.cull_face) =
+        (view.layers, view.front_face, view.cull_face);
+    small
 }
 
 /// The picture, averaged down by a whole factor to at most `most` pixels of width.

@@ -60,8 +60,12 @@ fn run(cli: &Cli) -> Outcome {
 
 fn run_bench(args: &BenchArgs, console: &Console) -> Outcome {
     let options = bench::BenchOptions { filter: args.filter.clone(), ..Default::default() };
-    console.line(bench::Measured::HEADING);
-    let results = bench::run_each(&options, &mut |measured| console.line(measured.to_string()));
+    let results = if console.json_on_stdout {
+        bench::run(&options)
+    } else {
+        console.line(bench::Measured::HEADING);
+        bench::run_each(&options, &mut |measured| console.line(measured.to_string()))
+    };
     if let Some(path) = &args.json {
         write_json(path, &results)?;
     }

@@ -62,8 +62,15 @@ pub(crate) fn lead(summary: &Summary) -> String {
     let mut text = format!("Culling removes {} of all triangles", percent(culled, t.all));
     let mut best: Vec<(&str, u64)> = summary.removed.iter().map(|(k, v)| (*k, *v)).collect();
     best.sort_by_key(|b| std::cmp::Reverse(b.1));
-    if let Some((name, n)) = best.first() {
-        let _ = write!(text, ", {} of them because they are {}", percent(*n, culled), charts::stage_words(name));
+    match best[..] {
+        [] => {}
+        [(name, _)] => {
+            let _ = write!(text, ", each of them because it is {}", charts::stage_words(name));
+        }
+        [(name, n), ..] => {
+            let why = charts::stage_words(name);
+            let _ = write!(text, ", {} of them because they are {why}", percent(n, culled));
+        }
     }
     text.push('.');
     if let Some(tightness) = summary.tightness {
