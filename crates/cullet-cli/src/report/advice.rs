@@ -115,7 +115,10 @@ impl Context<'_, '_> {
                 format!(
                     "{} of {} triangles ({}) own a pixel: even a perfect culler would save only {}. \
                      Spend the time on cheaper triangles or fewer pixels instead.",
-                    per_view(visible), per_view(all), percent(visible, all), percent(all - visible, all)
+                    per_view(visible),
+                    per_view(all),
+                    percent(visible, all),
+                    percent(all - visible, all)
                 ),
             )
         } else {
@@ -124,7 +127,9 @@ impl Context<'_, '_> {
                 format!(
                     "{} triangles a view fill {} pixels: {:.0} pixels for each triangle. Drawing is \
                      bound by pixels here, not by triangles; culling whole instances is enough.",
-                    per_view(all), grouped(pixels), pixels as f64 * verified as f64 / all as f64
+                    per_view(all),
+                    grouped(pixels),
+                    pixels as f64 * verified as f64 / all as f64
                 ),
             )
         };
@@ -152,7 +157,8 @@ impl Context<'_, '_> {
             grouped(kept.saturating_sub(seen) / self.views as u64),
             grouped(kept / self.views as u64),
         );
-        let title = format!("{} of what is drawn after culling is still unseen", percent(hidden, drawn));
+        let title =
+            format!("{} of what is drawn after culling is still unseen", percent(hidden, drawn));
         Some(self.advice("hidden", title, text, hidden, Vec::new()))
     }
 
@@ -160,7 +166,8 @@ impl Context<'_, '_> {
         if self.summary.verified_views.len() != self.views {
             return None;
         }
-        let all = self.worst(|m| (m.views_seen == 0 && m.instances > 0).then(|| m.triangles * m.instances))?;
+        let all = self
+            .worst(|m| (m.views_seen == 0 && m.instances > 0).then(|| m.triangles * m.instances))?;
         let (meshes, _, names) = all;
         let drawn: u64 = meshes.iter().map(|m| m.drawn).sum();
         let instances: u64 = meshes.iter().map(|m| m.instances).sum();
@@ -205,7 +212,8 @@ impl Context<'_, '_> {
             shown(&names),
             grouped(sum / self.views as u64),
         );
-        let title = format!("{} two-sided for nothing", count(meshes.len(), "solid is", "solids are"));
+        let title =
+            format!("{} two-sided for nothing", count(meshes.len(), "solid is", "solids are"));
         Some(self.advice("two-sided-solid", title, text, sum, names))
     }
 
@@ -221,7 +229,10 @@ impl Context<'_, '_> {
             shown(&names),
         );
         let drawn = meshes.iter().map(|m| m.drawn).sum();
-        let title = format!("{} in every viewer", count(meshes.len(), "mesh loses faces", "meshes lose faces"));
+        let title = format!(
+            "{} in every viewer",
+            count(meshes.len(), "mesh loses faces", "meshes lose faces")
+        );
         Some(self.advice("wound-both-ways", title, text, drawn, names))
     }
 
@@ -248,7 +259,10 @@ impl Context<'_, '_> {
             grouped(triangles / self.views as u64),
             grouped(seen as u64),
         );
-        let title = format!("{} under {px} pixels", count(instances.len(), "instance is always", "instances are always"));
+        let title = format!(
+            "{} under {px} pixels",
+            count(instances.len(), "instance is always", "instances are always")
+        );
         let names = instances.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
         Some(self.advice("tiny", title, text, triangles, names))
     }
@@ -284,7 +298,10 @@ impl Context<'_, '_> {
             share * 100.0,
             grouped(sum / self.views as u64),
         );
-        let title = format!("{} from splitting", count(found.len(), "instance would gain", "instances would gain"));
+        let title = format!(
+            "{} from splitting",
+            count(found.len(), "instance would gain", "instances would gain")
+        );
         let names = found.iter().take(NAMES_KEPT).map(|f| name_of(self.model, f.2)).collect();
         Some(self.advice("straddles", title, text, sum, names))
     }
@@ -344,7 +361,10 @@ impl Context<'_, '_> {
     }
 
     /// Instances whose transform is `odd`.
-    fn transforms(&self, odd: impl Fn(&cullet::Transform) -> bool) -> Option<(usize, u64, Vec<String>)> {
+    fn transforms(
+        &self,
+        odd: impl Fn(&cullet::Transform) -> bool,
+    ) -> Option<(usize, u64, Vec<String>)> {
         let scene = &self.model.scene;
         let slots: Vec<u32> = scene.slots().filter(|&s| odd(scene.transform(s))).collect();
         let triangles = slots.iter().map(|&s| u64::from(scene.mesh(s).triangle_count())).sum();
@@ -389,4 +409,3 @@ impl Context<'_, '_> {
         Some(self.advice("singular", title, text, 0, names))
     }
 }
-

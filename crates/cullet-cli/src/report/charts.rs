@@ -60,7 +60,11 @@ pub(crate) fn shares(summary: &Summary) -> Vec<Share> {
     let visible = t.visible.unwrap_or(0);
     if summary.verified_views.len() == summary.views {
         let unseen = t.potentially_visible.saturating_sub(visible);
-        shares.push(Share { label: "drawn, never seen".into(), color: unseen_color(), count: unseen });
+        shares.push(Share {
+            label: "drawn, never seen".into(),
+            color: unseen_color(),
+            count: unseen,
+        });
         shares.push(Share { label: "visible".into(), color: visible_color(), count: visible });
     } else {
         let count = t.potentially_visible;
@@ -177,9 +181,7 @@ pub(crate) fn tightness(views: &[ViewRecord]) -> Option<String> {
         "<svg class=\"chart\" viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"Tightness of each view\">"
     );
     grid(&mut svg, left, top, plot, most, |v| format!("{v:.1}"));
-    let at = |i: usize, t: f64| {
-        (left + (i as f64 + 0.5) * step, top + plot.1 - t / most * plot.1)
-    };
+    let at = |i: usize, t: f64| (left + (i as f64 + 0.5) * step, top + plot.1 - t / most * plot.1);
     let one = at(0, 1.0).1;
     let _ = write!(
         svg,
@@ -189,11 +191,8 @@ pub(crate) fn tightness(views: &[ViewRecord]) -> Option<String> {
         left + plot.0,
         one - 5.0
     );
-    let points: Vec<String> = known
-        .iter()
-        .map(|&(i, t)| at(i, t))
-        .map(|(x, y)| format!("{x:.1},{y:.1}"))
-        .collect();
+    let points: Vec<String> =
+        known.iter().map(|&(i, t)| at(i, t)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
     let _ = write!(svg, "<polyline points=\"{}\" class=\"curve\"/>", points.join(" "));
     if known.len() <= 64 {
         for &(i, t) in &known {

@@ -106,7 +106,9 @@ fn badge(record: &Record) -> String {
         );
     }
     let views = if verified == 1 { "1 view".into() } else { format!("all {verified} views") };
-    format!("<span class=\"badge good\">Verified in {views} {samples}: nothing visible was lost</span>")
+    format!(
+        "<span class=\"badge good\">Verified in {views} {samples}: nothing visible was lost</span>"
+    )
 }
 
 /// The page. `changes` are lines against a baseline.
@@ -200,9 +202,9 @@ fn advice(out: &mut String, record: &Record) {
         out.push_str("<div class=\"panel\">Nothing was found worth changing.</div>");
     }
     for a in &record.summary.advice {
-        let _ = write!(
+        let _ = writeln!(
             out,
-            "<div class=\"advice\"><h3>{}</h3><p>{}</p></div>\n",
+            "<div class=\"advice\"><h3>{}</h3><p>{}</p></div>",
             escape(&a.title),
             escape(&a.text)
         );
@@ -255,17 +257,13 @@ fn views(out: &mut String, record: &Record) {
     out.push_str(&charts::columns(&record.views));
     out.push_str("<ul class=\"legend\">");
     for share in charts::shares(&record.summary).iter().rev() {
-        let _ = write!(
-            out,
-            "<li><i style=\"background:{}\"></i>{}</li>",
-            share.color, share.label
-        );
+        let _ = write!(out, "<li><i style=\"background:{}\"></i>{}</li>", share.color, share.label);
     }
     out.push_str("</ul></div>");
     if let Some(curve) = charts::tightness(&record.views) {
-        let _ = write!(
+        let _ = writeln!(
             out,
-            "<div class=\"panel\"><h3>Tightness: triangles left over triangles visible</h3>{curve}</div>\n"
+            "<div class=\"panel\"><h3>Tightness: triangles left over triangles visible</h3>{curve}</div>"
         );
     }
 }
