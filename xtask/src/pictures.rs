@@ -11,23 +11,46 @@ const FOLDER: &str = "docs/src/pictures";
 const PICTURES: &[(&str, &[&str])] = &[
     (
         "kinds.png",
-        &["picture", "kinds", "city", "--path", "walk", "--views", "8", "--view", "2", "--size", "1280x720"],
+        &[
+            "picture", "kinds", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
+            "1280x720",
+        ],
     ),
     (
         "city.png",
-        &["picture", "shaded", "city", "--path", "walk", "--views", "8", "--view", "2", "--size", "960x540"],
+        &[
+            "picture", "shaded", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
+            "960x540",
+        ],
     ),
     (
         "map.png",
-        &["picture", "map", "city", "--path", "walk", "--views", "8", "--view", "2", "--size", "960x720"],
+        &[
+            "picture", "map", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
+            "960x720",
+        ],
     ),
     (
         "depth.png",
-        &["picture", "depth", "city", "--path", "walk", "--views", "8", "--view", "2", "--size", "960x540"],
+        &[
+            "picture", "depth", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
+            "960x540",
+        ],
     ),
     (
         "backface.png",
-        &["picture", "kinds", "solids", "--no-frustum", "--views", "8", "--view", "1", "--size", "960x540"],
+        &[
+            "picture",
+            "kinds",
+            "solids",
+            "--no-frustum",
+            "--views",
+            "8",
+            "--view",
+            "1",
+            "--size",
+            "960x540",
+        ],
     ),
     (
         "solids.png",
@@ -36,8 +59,8 @@ const PICTURES: &[(&str, &[&str])] = &[
     (
         "detail.png",
         &[
-            "picture", "kinds", "city", "--detail", "12", "--path", "walk", "--views", "8", "--view", "2",
-            "--size", "1280x720",
+            "picture", "kinds", "city", "--detail", "12", "--path", "walk", "--views", "8",
+            "--view", "2", "--size", "1280x720",
         ],
     ),
 ];
@@ -48,7 +71,8 @@ pub(crate) fn draw() -> Done {
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for (file, args) in PICTURES {
         let out = folder.join(file);
-        let mut words = vec!["run", "--quiet", "--release", "--package", "cullet-cli", "--", "--quiet"];
+        let mut words =
+            vec!["run", "--quiet", "--release", "--package", "cullet-cli", "--", "--quiet"];
         words.extend_from_slice(args);
         let out = out.to_string_lossy();
         words.extend_from_slice(&["--out", &out]);

@@ -18,7 +18,15 @@ const STEPS: &[Step] = &[
     Step {
         name: "lints",
         run: || {
-            cargo(&["clippy", "--workspace", "--all-targets", "--profile", "checked", "--", "-Dwarnings"])
+            cargo(&[
+                "clippy",
+                "--workspace",
+                "--all-targets",
+                "--profile",
+                "checked",
+                "--",
+                "-Dwarnings",
+            ])
         },
     },
     Step { name: "docs", run: docs },
@@ -80,10 +88,20 @@ fn examples() -> Done {
         serde_json::from_str(&metadata).map_err(|e| format!("cargo metadata: {e}"))?;
     for package in metadata["packages"].as_array().into_iter().flatten() {
         for target in package["targets"].as_array().into_iter().flatten() {
-            let example = target["kind"].as_array().is_some_and(|k| k.iter().any(|k| k == "example"));
+            let example =
+                target["kind"].as_array().is_some_and(|k| k.iter().any(|k| k == "example"));
             let names = (package["name"].as_str(), target["name"].as_str());
             if let ((Some(package), Some(name)), true) = (names, example) {
-                cargo(&["run", "--quiet", "--profile", "checked", "-p", package, "--example", name])?;
+                cargo(&[
+                    "run",
+                    "--quiet",
+                    "--profile",
+                    "checked",
+                    "-p",
+                    package,
+                    "--example",
+                    name,
+                ])?;
             }
         }
     }

@@ -72,8 +72,9 @@ pub(crate) fn of_view(
         pictures.push(Titled {
             name: "depth",
             picture: cullet_draw::depth_complexity(&before, Some(&after)),
-            caption: "How often each pixel is filled, before culling and after it, at half the size."
-                .into(),
+            caption:
+                "How often each pixel is filled, before culling and after it, at half the size."
+                    .into(),
             embed_px: 1320,
             wide: true,
             thumbnail: false,

@@ -103,7 +103,11 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
         for m in defects.iter().take(shown) {
             let why = m.defect.as_deref().unwrap_or_default();
             let name = printable(&m.name);
-            console.line(format!("  {name:<width$}  {} triangles, {}: {why}", grouped(m.triangles), m.sides));
+            console.line(format!(
+                "  {name:<width$}  {} triangles, {}: {why}",
+                grouped(m.triangles),
+                m.sides
+            ));
         }
         more(console, defects.len(), shown);
     }

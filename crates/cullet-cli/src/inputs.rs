@@ -75,12 +75,8 @@ pub(crate) fn views(
     args: &ViewArgs,
     console: &Console,
 ) -> Result<Vec<View>, Failure> {
-    let overrides = Overrides {
-        fov_degrees: args.fov,
-        near: args.near,
-        far: args.far,
-        ..Overrides::default()
-    };
+    let overrides =
+        Overrides { fov_degrees: args.fov, near: args.near, far: args.far, ..Overrides::default() };
     let cameras = if let (Some(eye), Some(target)) = (args.eye, args.target) {
         vec![paths::look_at(model, eye, target, args.size, &overrides).map_err(Failure::usage)?]
     } else {

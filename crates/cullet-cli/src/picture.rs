@@ -15,7 +15,10 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
     let views = inputs::views(&model, &args.view, console)?;
     let Some(view) = views.get(args.index as usize) else {
         let last = views.len().saturating_sub(1);
-        return Err(Failure::usage(format!("--view {}: the path's last view is {last}", args.index)));
+        return Err(Failure::usage(format!(
+            "--view {}: the path's last view is {last}",
+            args.index
+        )));
     };
     let mut culler = inputs::culler(&args.cull);
     culler.output = Output::Triangles;

@@ -197,14 +197,13 @@ impl Summary {
     /// Sums over `views`; advice is left empty.
     pub(crate) fn of(views: &[ViewRecord]) -> Self {
         let sum = |part: fn(&ViewRecord) -> Counts| {
-            views.iter().map(part).fold(
-                Counts { visible: Some(0), ..Counts::default() },
-                |a, c| Counts {
+            views.iter().map(part).fold(Counts { visible: Some(0), ..Counts::default() }, |a, c| {
+                Counts {
                     all: a.all + c.all,
                     potentially_visible: a.potentially_visible + c.potentially_visible,
                     visible: a.visible.map(|v| v + c.visible.unwrap_or(0)),
-                },
-            )
+                }
+            })
         };
         let verified: Vec<&ViewRecord> = views.iter().filter(|v| v.verified).collect();
         let mut removed = BTreeMap::new();

@@ -10,9 +10,7 @@ use crate::exit::{Exit, Outcome};
 /// Runs the command.
 pub(crate) fn run(args: &ScenesArgs, console: &Console) -> Outcome {
     if let Some(path) = &args.json {
-        let key = |k: &scenes::KeyInfo| {
-            json!({"name": k.name, "about": k.about, "default": k.default, "min": k.min, "max": k.max})
-        };
+        let key = |k: &scenes::KeyInfo| json!({"name": k.name, "about": k.about, "default": k.default, "min": k.min, "max": k.max});
         let list: Vec<_> = scenes::list()
             .iter()
             .map(|s| {
@@ -36,6 +34,8 @@ pub(crate) fn run(args: &ScenesArgs, console: &Console) -> Outcome {
         }
         console.line("");
     }
-    console.line("Use them as NAME or NAME:key=value,... for example: cullet report city:seed=3,cells=40");
+    console.line(
+        "Use them as NAME or NAME:key=value,... for example: cullet report city:seed=3,cells=40",
+    );
     Ok(Exit::Fine)
 }

@@ -296,9 +296,8 @@ pub(crate) fn planes(view: &View) -> ([f64; 3], Option<f64>, Option<f64>) {
     use cullet::view::FrustumPlane::{Far, Near};
     let frustum = view.frustum();
     let eye = view.eye();
-    let distance = |p: &cullet::bounds::Plane| {
-        (0..3).map(|a| p.normal[a] * eye[a]).sum::<f64>() - p.d
-    };
+    let distance =
+        |p: &cullet::bounds::Plane| (0..3).map(|a| p.normal[a] * eye[a]).sum::<f64>() - p.d;
     let near = frustum.plane(Near);
     let back = near.map_or([0.0, 0.0, 1.0], |p| p.normal);
     let perspective = eye[3] != 0.0;
@@ -332,11 +331,7 @@ fn facing_away(model: &Model, view: &View, slot: u32, triangles: &[u32]) -> u64 
         let [a, b, c] = mesh.corners(t).map(world);
         let sub = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
         let (u, v) = (sub(b, a), sub(c, a));
-        let n = [
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        ];
+        let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
         let facing: f64 = (0..3).map(|i| n[i] * (eye[i] - a[i] * eye[3])).sum();
         sign * facing < 0.0
     };

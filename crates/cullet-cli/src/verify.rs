@@ -96,10 +96,9 @@ fn print_view(console: &Console, view: &ViewRecord) {
 
 /// A loss in a line: where, what, which stage, why.
 fn loss_text(loss: &Loss) -> String {
-    let what = loss.triangle.map_or_else(
-        || "seen by the jittered samples".to_owned(),
-        |t| format!("triangle {t}"),
-    );
+    let what = loss
+        .triangle
+        .map_or_else(|| "seen by the jittered samples".to_owned(), |t| format!("triangle {t}"));
     format!(
         "view {} pixel {},{}: “{}” {what}, dropped by {} ({})",
         loss.view,

@@ -115,7 +115,10 @@ impl Context<'_, '_> {
                 format!(
                     "{} of {} triangles ({}) own a pixel: even a perfect culler would save only {}. \
                      Spend the time on cheaper triangles or fewer pixels instead.",
-                    per_view(visible), per_view(all), percent(visible, all), percent(all - visible, all)
+                    per_view(visible),
+                    per_view(all),
+                    percent(visible, all),
+                    percent(all - visible, all)
                 ),
             )
         } else {
@@ -124,7 +127,9 @@ impl Context<'_, '_> {
                 format!(
                     "{} triangles a view fill {} pixels: {:.0} pixels for each triangle. Drawing is \
                      bound by pixels here, not by triangles; culling whole instances is enough.",
-                    per_view(all), grouped(pixels), pixels as f64 * verified as f64 / all as f64
+                    per_view(all),
+                    grouped(pixels),
+                    pixels as f64 * verified as f64 / all as f64
                 ),
             )
         };
@@ -152,7 +157,8 @@ impl Context<'_, '_> {
             grouped(kept.saturating_sub(seen) / self.views as u64),
             grouped(kept / self.views as u64),
         );
-        let title = format!("{} of what is drawn after culling is still unseen", percent(hidden, drawn));
+        let title =
+            format!("{} of what is drawn after culling is still unseen", percent(hidden, drawn));
         Some(self.advice("hidden", title, text, hidden, Vec::new()))
     }
 
@@ -160,13 +166,14 @@ impl Context<'_, '_> {
         if self.summary.verified_views.len() != self.views {
             return None;
         }
-        let all = self.worst(|m| (m.views_seen == 0 && m.instances > 0).then(|| m.triangles * m.instances))?;
+        let all = self
+            .worst(|m| (m.views_seen == 0 && m.instances > 0).then(|| m.triangles * m.instances))?;
         let (meshes, _, names) = all;
         let drawn: u64 = meshes.iter().map(|m| m.drawn).sum();
         let instances: u64 = meshes.iter().map(|m| m.instances).sum();
         let text = format!(
-            "{} ({} in all) own no pixel in any of the {}: {}. Even so {} of their triangles are drawn \
-             a view. If the views are typical, they can go, or be loaded later.",
+            "{} ({}) without a pixel in any of the {}: {}. Even so {} of their triangles are drawn a \
+             view. If the views are typical, they can go, or be loaded later.",
             count(meshes.len(), "mesh", "meshes"),
             count(instances as usize, "instance", "instances"),
             count(self.views, "view", "views"),
@@ -182,16 +189,18 @@ impl Context<'_, '_> {
             self.worst(|m| (m.defect.is_some() && m.facing_away > 0).then_some(m.facing_away))?;
         let first = meshes[0];
         let text = format!(
-            "{} triangles a view face away and are drawn all the same, because their mesh is no solid, so \
-             both its sides may be seen. The most: “{}”, {}, {} a view. Closed and wound outward, \
+            "{} triangles a view face away and are drawn all the same: their mesh is no solid, so both its \
+             sides may be seen. The most: “{}”, {}, {} a view. Closed and wound outward, \
              back-face culling would take them; if their backs are never seen, --one-sided says so.",
             grouped(sum / self.views as u64),
             first.name,
             first.defect.as_deref().unwrap_or_default(),
             grouped(first.facing_away / self.views as u64),
         );
-        let title =
-            format!("{} lose back-face culling by a defect", count(meshes.len(), "mesh", "meshes"));
+        let title = format!(
+            "{} back-face culling by a defect",
+            count(meshes.len(), "mesh loses", "meshes lose")
+        );
         Some(self.advice("open-mesh", title, text, sum, names))
     }
 
@@ -205,7 +214,8 @@ impl Context<'_, '_> {
             shown(&names),
             grouped(sum / self.views as u64),
         );
-        let title = format!("{} two-sided for nothing", count(meshes.len(), "solid is", "solids are"));
+        let title =
+            format!("{} two-sided for nothing", count(meshes.len(), "solid is", "solids are"));
         Some(self.advice("two-sided-solid", title, text, sum, names))
     }
 
@@ -221,7 +231,10 @@ impl Context<'_, '_> {
             shown(&names),
         );
         let drawn = meshes.iter().map(|m| m.drawn).sum();
-        let title = format!("{} in every viewer", count(meshes.len(), "mesh loses faces", "meshes lose faces"));
+        let title = format!(
+            "{} in every viewer",
+            count(meshes.len(), "mesh loses faces", "meshes lose faces")
+        );
         Some(self.advice("wound-both-ways", title, text, drawn, names))
     }
 
@@ -241,14 +254,16 @@ impl Context<'_, '_> {
             return None;
         }
         let text = format!(
-            "{} never wider or higher than {px} pixels in any view, yet have {} triangles a \
-             view; {} of them ever own a pixel. --detail {px} drops such things, which is lossy: try it and \
-             look.",
+            "{} never wider or higher than {px} pixels, with {} triangles a view; of these instances {} \
+             ever own a pixel. --detail {px} drops such things. That is lossy: try it and look.",
             count(instances.len(), "instance drawn is", "instances drawn are"),
             grouped(triangles / self.views as u64),
             grouped(seen as u64),
         );
-        let title = format!("{} under {px} pixels", count(instances.len(), "instance is always", "instances are always"));
+        let title = format!(
+            "{} under {px} pixels",
+            count(instances.len(), "instance is always", "instances are always")
+        );
         let names = instances.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
         Some(self.advice("tiny", title, text, triangles, names))
     }
@@ -273,7 +288,7 @@ impl Context<'_, '_> {
         let t = self.survey.slots[slot as usize];
         let sum: u64 = found.iter().map(|f| f.0).sum();
         let text = format!(
-            "{} the frustum's edge in at least four of five views that draw them. “{}” ({} triangles) does \
+            "{} the frustum's edge in at least four of five views that draw it. “{}” ({} triangles) does \
              in {} of {}, with {:.0} % of its clusters outside on average. Split into smaller instances, \
              some {} triangles a view would go by whole instances instead of by clusters.",
             count(found.len(), "large instance straddles", "large instances straddle"),
@@ -284,7 +299,10 @@ impl Context<'_, '_> {
             share * 100.0,
             grouped(sum / self.views as u64),
         );
-        let title = format!("{} from splitting", count(found.len(), "instance would gain", "instances would gain"));
+        let title = format!(
+            "{} from splitting",
+            count(found.len(), "instance would gain", "instances would gain")
+        );
         let names = found.iter().take(NAMES_KEPT).map(|f| name_of(self.model, f.2)).collect();
         Some(self.advice("straddles", title, text, sum, names))
     }
@@ -293,9 +311,9 @@ impl Context<'_, '_> {
         let (meshes, sum, names) =
             self.worst(|m| (m.degenerate > 0).then_some(m.degenerate * m.instances.max(1)))?;
         let text = format!(
-            "{} triangles have no area (repeated corners, or all on one line), in {}: {}. They never show; \
-             an exporter that drops them makes the file smaller.",
-            grouped(sum),
+            "{} no area (corners that repeat, or all on one line), in {}: {}. What has no area never \
+             shows; an exporter that drops it makes the file smaller.",
+            count(sum as usize, "triangle has", "triangles have"),
             count(meshes.len(), "mesh", "meshes"),
             shown(&names),
         );
@@ -307,9 +325,9 @@ impl Context<'_, '_> {
         let (meshes, sum, names) =
             self.worst(|m| (m.duplicate > 0).then_some(m.duplicate * m.instances.max(1)))?;
         let text = format!(
-            "{} triangles have the same three corners as another of their mesh, in {}: {}. They are \
-             drawn twice, and flicker where their materials differ.",
-            grouped(sum),
+            "{} the same three corners as another of the same mesh, in {}: {}. Such a place is drawn \
+             twice, and flickers where the materials differ.",
+            count(sum as usize, "triangle has", "triangles have"),
             count(meshes.len(), "mesh", "meshes"),
             shown(&names),
         );
@@ -333,7 +351,7 @@ impl Context<'_, '_> {
         let names: Vec<String> =
             twins.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
         let text = format!(
-            "{} of the same mesh and in the same place as another: {}. They add {} triangles that \
+            "{} in the same place as another one of the same mesh: {}. They add {} triangles that \
              can never be told apart from their twins.",
             count(twins.len(), "instance is", "instances are"),
             shown(&names),
@@ -344,7 +362,10 @@ impl Context<'_, '_> {
     }
 
     /// Instances whose transform is `odd`.
-    fn transforms(&self, odd: impl Fn(&cullet::Transform) -> bool) -> Option<(usize, u64, Vec<String>)> {
+    fn transforms(
+        &self,
+        odd: impl Fn(&cullet::Transform) -> bool,
+    ) -> Option<(usize, u64, Vec<String>)> {
         let scene = &self.model.scene;
         let slots: Vec<u32> = scene.slots().filter(|&s| odd(scene.transform(s))).collect();
         let triangles = slots.iter().map(|&s| u64::from(scene.mesh(s).triangle_count())).sum();
@@ -389,4 +410,3 @@ impl Context<'_, '_> {
         Some(self.advice("singular", title, text, 0, names))
     }
 }
-

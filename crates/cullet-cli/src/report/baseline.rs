@@ -53,7 +53,9 @@ pub(crate) fn changes(record: &Record, old: &Value) -> Vec<String> {
     count("triangles visible", &t["visible"], s.triangles.visible);
     count("false culls", &was["false_culls"], Some(s.false_culls));
     for row in was["stages"].as_array().into_iter().flatten() {
-        let (Some(name), Some(unit)) = (row["name"].as_str(), row["unit"].as_str()) else { continue };
+        let (Some(name), Some(unit)) = (row["name"].as_str(), row["unit"].as_str()) else {
+            continue;
+        };
         let now = s.stages.iter().find(|r| r.name == name && r.unit == unit);
         count(&format!("{name}, {unit} left"), &row["out"], now.map(|r| r.left));
         if now.is_none() {
@@ -65,12 +67,8 @@ pub(crate) fn changes(record: &Record, old: &Value) -> Vec<String> {
     {
         lines.push(format!("tightness: {was:.3} → {now:.3}"));
     }
-    let kinds: Vec<&str> = was["advice"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(|a| a["kind"].as_str())
-        .collect();
+    let kinds: Vec<&str> =
+        was["advice"].as_array().into_iter().flatten().filter_map(|a| a["kind"].as_str()).collect();
     for a in s.advice.iter().filter(|a| !kinds.contains(&a.kind)) {
         lines.push(format!("new advice: {}", a.title));
     }

@@ -30,7 +30,12 @@ impl Export {
     }
 
     /// Adds a view: each instance is either visible or dropped.
-    pub(crate) fn add(&mut self, model: &Model, view: &View, result: &Visible) -> Result<(), Failure> {
+    pub(crate) fn add(
+        &mut self,
+        model: &Model,
+        view: &View,
+        result: &Visible,
+    ) -> Result<(), Failure> {
         self.write(model, view, result).map_err(|e| Failure::write(&self.path, &e))
     }
 
@@ -61,7 +66,9 @@ impl Export {
         write!(self.file, "],\"dropped\":[")?;
         let mut first = true;
         for slot in scene.slots() {
-            let Some(reason) = result.reasons.get(slot as usize).copied().flatten() else { continue };
+            let Some(reason) = result.reasons.get(slot as usize).copied().flatten() else {
+                continue;
+            };
             let mut item = identity(model, scene, slot);
             item["stage"] = json!(reason.stage.name());
             item["reason"] = json!(reason_text(reason));

@@ -198,7 +198,15 @@ mod tests {
 
     #[test]
     fn mistakes_are_named() {
-        let bad = ["tightness", "tight>3", "tightness>", "tightness>x", "all>baseline+5", ">3", "all>nan"];
+        let bad = [
+            "tightness",
+            "tight>3",
+            "tightness>",
+            "tightness>x",
+            "all>baseline+5",
+            ">3",
+            "all>nan",
+        ];
         for text in bad {
             assert!(FailIf::parse(text).unwrap_err().contains("KEY OP VALUE"), "{text}");
         }

@@ -214,8 +214,7 @@ impl<'a> Report<'a> {
         let meshes = meshes::with_tallies(&self.facts, &self.survey.meshes);
         let size = self.args.view.size;
         let pixels = u64::from(size[0]) * u64::from(size[1]);
-        summary.advice =
-            advice::advise(&self.survey, &summary, &meshes, pixels, self.args.tiny);
+        summary.advice = advice::advise(&self.survey, &summary, &meshes, pixels, self.args.tiny);
         Record {
             schema: SCHEMA,
             scene: meshes::scene_record(self.model, &self.facts),

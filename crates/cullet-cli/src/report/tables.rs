@@ -44,7 +44,11 @@ pub(crate) fn losses(out: &mut String, views: &[ViewRecord]) {
     }
     out.push_str("</tbody></table></div>");
     if all.len() > LOSSES_SHOWN {
-        let _ = write!(out, "<p>and {} more, in report.json</p>", grouped((all.len() - LOSSES_SHOWN) as u64));
+        let _ = write!(
+            out,
+            "<p>and {} more, in report.json</p>",
+            grouped((all.len() - LOSSES_SHOWN) as u64)
+        );
     }
 }
 
@@ -83,7 +87,9 @@ pub(crate) fn bounds(out: &mut String, s: &Summary) {
          <th class=\"n\">Cost of a test</th></tr></thead><tbody>"
     );
     let views = s.views.max(1) as u64;
-    for (name, kept, ns) in [("Box", b.boxes_kept, b.box_ns), ("Sphere", b.spheres_kept, b.sphere_ns)] {
+    for (name, kept, ns) in
+        [("Box", b.boxes_kept, b.box_ns), ("Sphere", b.spheres_kept, b.sphere_ns)]
+    {
         let false_keeps = kept.saturating_sub(b.in_frustum);
         let _ = write!(
             out,
@@ -133,7 +139,11 @@ pub(crate) fn meshes(out: &mut String, record: &Record) {
     out.push_str("</tbody></table></div>\n");
     let more = record.meshes.len().saturating_sub(MESHES_SHOWN);
     if more > 0 {
-        let _ = write!(out, "<p class=\"kicker\">and {} more, in report.json</p>", grouped(more as u64));
+        let _ = write!(
+            out,
+            "<p class=\"kicker\">and {} more, in report.json</p>",
+            grouped(more as u64)
+        );
     }
 }
 
@@ -148,7 +158,8 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
          <th class=\"n\">Out</th><th class=\"n\">Taken</th><th class=\"n\">Time a view</th></tr></thead><tbody>",
     );
     for r in &s.stages {
-        let ms = r.ms.map_or_else(|| "–".into(), |ms| format!("{:.3} ms", ms / s.views.max(1) as f64));
+        let ms =
+            r.ms.map_or_else(|| "–".into(), |ms| format!("{:.3} ms", ms / s.views.max(1) as f64));
         let _ = write!(
             out,
             "<tr><td><i class=\"swatch\" style=\"background:{}\"></i>{}</td><td>{}</td>{}{}<td class=\"n\">{}\
@@ -175,10 +186,8 @@ pub(crate) fn views(out: &mut String, views: &[ViewRecord]) {
     );
     let number = |v: Option<f64>| v.map_or_else(|| "–".into(), |v| format!("{v:.4}"));
     for v in views {
-        let eye = v.eye.map_or_else(
-            || "parallel".into(),
-            |e| e.map(|c| format!("{c:.1}")).join(", "),
-        );
+        let eye =
+            v.eye.map_or_else(|| "parallel".into(), |e| e.map(|c| format!("{c:.1}")).join(", "));
         let _ = write!(
             out,
             "<tr><td class=\"n\">{}</td><td>{eye}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>{}{}\
