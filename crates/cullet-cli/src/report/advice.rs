@@ -245,7 +245,7 @@ impl Context<'_, '_> {
         for slot in scene.slots() {
             let t = self.survey.slots[slot as usize];
             if t.kept > 0 && f64::from(t.largest_px) < px {
-                triangles += u64::from(scene.mesh(slot).triangle_count()) * u64::from(t.kept);
+                triangles += u64::from(t.drawn);
                 seen += usize::from(t.seen > 0);
                 instances.push(slot);
             }
