@@ -23,7 +23,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let eye = [0.0, 3.0, 20.0 - 15.0 * f64::from(frame)];
         let lens =
             Projection::Perspective { fov_y_radians: 0.8, aspect: 1.5, near: 0.1, far: 120.0 };
-        let camera = Camera { eye, direction: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0], projection: lens };
+        let camera =
+            Camera { eye, direction: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0], projection: lens };
         let view = View::new(&camera, Depth::Reversed, [1280, 720])?;
         culler.cull_one(&scene, &view, &mut state, &mut visible);
         println!("frame {frame}: {} of 1000 instances", visible.instance_count);

@@ -36,8 +36,7 @@ fn steady_state_allocates_nothing() {
     let scene = random_scene(&mut rng, 60);
     let views: Vec<View> = (0..20).map(|_| random_view(&mut rng)).collect();
     for output in [Output::Instances, Output::Clusters, Output::Triangles] {
-        let culler =
-            Culler { output, reasons: true, frustum_exact: true, ..Culler::default() };
+        let culler = Culler { output, reasons: true, frustum_exact: true, ..Culler::default() };
         let mut state = ViewState::default();
         let mut result = Visible::default();
         for view in &views {

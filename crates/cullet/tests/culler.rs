@@ -166,10 +166,8 @@ fn flags_layers_and_overrides_are_obeyed() {
         flags: InstanceFlags { always_visible: true, ..InstanceFlags::default() },
         ..Instance::new(mesh, aside)
     });
-    let no_bounds =
-        add(Instance { bounds: BoundsOverride::None, ..Instance::new(mesh, aside) });
-    let wide =
-        add(Instance { bounds: BoundsOverride::Margin(60.0), ..Instance::new(mesh, aside) });
+    let no_bounds = add(Instance { bounds: BoundsOverride::None, ..Instance::new(mesh, aside) });
+    let wide = add(Instance { bounds: BoundsOverride::Margin(60.0), ..Instance::new(mesh, aside) });
     let nan = add(Instance::new(mesh, Transform::from_translation([f64::NAN, 0.0, 0.0])));
     let other_layer = add(Instance { layers: 2, ..Instance::new(mesh, Transform::IDENTITY) });
     let line = add(Instance::new(
@@ -205,7 +203,7 @@ fn removed_instances_leave_no_trace() {
         let view = random_view(&mut rng);
         let handles: Vec<Handle> = scene.slots().filter_map(|s| scene.handle(s)).collect();
         let (gone, stay): (Vec<Handle>, Vec<Handle>) =
-            handles.into_iter().partition(|_| rng.next() % 3 == 0);
+            handles.into_iter().partition(|_| rng.next().is_multiple_of(3));
         for &h in &gone {
             scene.remove(h).expect("it is there");
             assert!(scene.remove(h).is_err(), "removed twice");
@@ -214,10 +212,8 @@ fn removed_instances_leave_no_trace() {
         let commit = scene.commit();
         let after = cull(&triangles(), &scene, &view);
         assert_eq!(before.triangles, after.triangles);
-        let moved: Vec<u32> = common::slots(&before)
-            .into_iter()
-            .map(|s| commit.slot_of_old[s as usize])
-            .collect();
+        let moved: Vec<u32> =
+            common::slots(&before).into_iter().map(|s| commit.slot_of_old[s as usize]).collect();
         assert_eq!(moved, common::slots(&after));
         assert!(gone.iter().all(|&h| scene.slot(h).is_err()));
         assert!(stay.iter().all(|&h| {

@@ -4,7 +4,12 @@ use cullet::Projection;
 use cullet::mesh::Alpha;
 use serde_json::{Value, json};
 
-use crate::{ErrorKind, LoadOptions, Model, Up, load_gltf_from_memory};
+use crate::{ErrorKind, LoadOptions, Model, Up};
+
+/// Loads a file that is all in memory.
+fn load_gltf_from_memory(bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
+    super::decode(bytes, None, options)?.into_model()
+}
 
 /// A GLB under construction.
 struct Builder {

@@ -30,7 +30,7 @@ pub(crate) fn read<'o>(
             read_rows(&header, Binary::<false> { bytes, at: body }, &mut builder)?;
         }
         Encoding::BigEndian => {
-            read_rows(&header, Binary::<true> { bytes, at: body }, &mut builder)?
+            read_rows(&header, Binary::<true> { bytes, at: body }, &mut builder)?;
         }
     }
     Ok(builder)

@@ -105,7 +105,9 @@ impl Culler {
                         .min_by(|a, b| a.0.total_cmp(&b.0))
                         .map_or_else(String::new, |(depth, number)| {
                             let plane = plane_name(number);
-                            format!("reaches {depth:.6} units inside of the {plane} plane, its nearest")
+                            format!(
+                                "reaches {depth:.6} units inside of the {plane} plane, its nearest"
+                            )
                         }),
                 }
             }
@@ -130,8 +132,7 @@ fn plane_name(number: usize) -> String {
 
 /// How far the box reaches to the inner side of a plane; negative when it is outside.
 fn depth_inside(plane: &Plane, b: &Aabb) -> f64 {
-    let inner = std::array::from_fn(|a| {
-        f64::from(if plane.normal[a] > 0.0 { b.min[a] } else { b.max[a] })
-    });
+    let inner =
+        std::array::from_fn(|a| f64::from(if plane.normal[a] > 0.0 { b.min[a] } else { b.max[a] }));
     -plane.distance(inner)
 }

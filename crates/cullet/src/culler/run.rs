@@ -65,7 +65,17 @@ impl<'a> Pass<'a> {
     ) -> Self {
         let world_frustum = view.frustum();
         let frustum = world_frustum.relative_to(scene.origin());
-        Self { culler, scene, view, world_frustum, frustum, scratch, result, only: None, stage_began: 0 }
+        Self {
+            culler,
+            scene,
+            view,
+            world_frustum,
+            frustum,
+            scratch,
+            result,
+            only: None,
+            stage_began: 0,
+        }
     }
 
     /// Restricts the pass to one slot.
@@ -392,9 +402,11 @@ impl<'a> Pass<'a> {
             if !flattened && triangles.last().is_none_or(|&t| t < drawn) {
                 return false;
             }
-            kept.extend(triangles.iter().copied().filter(|&t| {
-                t < drawn && !(flattened && flattening.flattens(&mesh.corners(t)))
-            }));
+            kept.extend(
+                triangles.iter().copied().filter(|&t| {
+                    t < drawn && !(flattened && flattening.flattens(&mesh.corners(t)))
+                }),
+            );
             true
         });
     }
@@ -468,7 +480,8 @@ impl<'a> Pass<'a> {
                     let Run { slot, first_cluster, cluster_count, .. } = *run;
                     match r.partial.last_mut() {
                         Some(d)
-                            if d.slot == slot && d.first_cluster + d.cluster_count == first_cluster =>
+                            if d.slot == slot
+                                && d.first_cluster + d.cluster_count == first_cluster =>
                         {
                             d.cluster_count += cluster_count;
                         }

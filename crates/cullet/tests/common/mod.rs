@@ -9,7 +9,7 @@ use cullet::{
     Transform, View, Visible,
 };
 
-/// SplitMix64.
+/// `SplitMix64`.
 pub struct Rng(pub u64);
 
 impl Rng {
@@ -71,8 +71,9 @@ pub fn blob(rng: &mut Rng) -> Mesh {
                 std::f64::consts::TAU * f64::from(j) / f64::from(segments),
             );
             let r = rng.range(0.8, 1.2);
-            positions
-                .push([r * a.sin() * b.cos(), r * a.cos(), r * a.sin() * b.sin()].map(|v| v as f32));
+            positions.push(
+                [r * a.sin() * b.cos(), r * a.cos(), r * a.sin() * b.sin()].map(|v| v as f32),
+            );
         }
     }
     let mut indices = Vec::new();
@@ -148,7 +149,14 @@ fn random_camera(rng: &mut Rng) -> Camera {
             near,
             far,
         },
-        1 => Projection::OffCentre { left: x - w, right: x + w, bottom: y - h, top: y + h, near, far },
+        1 => Projection::OffCentre {
+            left: x - w,
+            right: x + w,
+            bottom: y - h,
+            top: y + h,
+            near,
+            far,
+        },
         _ => {
             let (w, h) = (rng.range(1.0, 15.0), rng.range(1.0, 15.0));
             Projection::Orthographic {
@@ -182,7 +190,7 @@ pub fn random_view(rng: &mut Rng) -> View {
     let choice = rng.next();
     let camera = random_camera(rng);
     let view = View::new(&camera, depth(choice), [640, 480]).expect("a good camera");
-    if choice % 3 == 0 {
+    if choice.is_multiple_of(3) {
         let mut m = view.clip_from_world();
         (0..4).for_each(|c| m[c * 4] = -m[c * 4]);
         let mirrored = View::from_matrix(&m, depth(choice), [640, 480]).expect("a good matrix");
@@ -203,20 +211,15 @@ pub fn view_and_moved(rng: &mut Rng, offset: [f64; 3]) -> (View, View) {
 }
 
 pub fn looking_down_z() -> View {
-    let projection = Projection::Perspective {
-        fov_y_radians: 1.0,
-        aspect: 1.0,
-        near: 0.1,
-        far: 100.0,
-    };
+    let projection =
+        Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
     let camera = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], projection);
     View::new(&camera, Depth::Standard, [100, 100]).expect("a good camera")
 }
 
 /// All slots of an answer, as they come.
 pub fn slots(v: &Visible) -> Vec<u32> {
-    let mut slots: Vec<u32> =
-        v.whole.iter().flat_map(|r| r.first..r.first + r.count).collect();
+    let mut slots: Vec<u32> = v.whole.iter().flat_map(|r| r.first..r.first + r.count).collect();
     let mut partial: Vec<u32> = v.partial.iter().map(|d| d.slot).collect();
     partial.dedup();
     slots.extend(partial);
@@ -228,9 +231,7 @@ pub fn listed_in_order(v: &Visible) -> Vec<(u32, u32)> {
     v.triangle_ranges
         .iter()
         .flat_map(|r| {
-            v.triangles[r.first as usize..(r.first + r.count) as usize]
-                .iter()
-                .map(|&t| (r.slot, t))
+            v.triangles[r.first as usize..(r.first + r.count) as usize].iter().map(|&t| (r.slot, t))
         })
         .collect()
 }
@@ -261,7 +262,9 @@ pub fn visible_ref(scene: &Scene, view: &View) -> Vec<(u32, u32)> {
             let part = mesh
                 .parts()
                 .iter()
-                .find(|p| (p.first_triangle..p.first_triangle + p.triangle_count).contains(&original))
+                .find(|p| {
+                    (p.first_triangle..p.first_triangle + p.triangle_count).contains(&original)
+                })
                 .expect("every triangle has a part");
             let one_sided = !part.two_sided && !scene.flags(slot).double_sided;
             let [a, b, c] = corners.map(|v| [v[0], v[1], v[3]]);

@@ -167,7 +167,7 @@ fn signs<S: Simd, const INSIDE: bool, const V: usize>(
                     + (load::<S>(simd, &rows[q], at % 16) * b
                         + load::<S>(simd, &rows[r], at % 16) * c);
                 let signed = if INSIDE { d - sum } else { sum + d };
-                negative[v] = negative[v] | bits::<S>(signed);
+                negative[v] |= bits::<S>(signed);
             }
         }
         for v in 0..V {

@@ -95,7 +95,7 @@ impl Test for Each<'_> {
                 } else {
                     S::f32s::splat(simd, plane.d) - (t - r)
                 };
-                negative = negative | bits::<S>(signed);
+                negative |= bits::<S>(signed);
             }
             word |= negative.simd_ge(S::i32s::splat(simd, 0)).to_bitmask() << start;
         }
