@@ -129,7 +129,7 @@ pub(crate) struct ViewArgs {
     /// How many views along the path
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) views: u32,
-    /// orbit, walk, fly, <file:PATH> or camera:NAME
+    /// One of orbit, walk, fly, `file:PATH`, `camera:NAME`
     #[arg(long, default_value = "orbit")]
     pub(crate) path: String,
     /// One view, from this point

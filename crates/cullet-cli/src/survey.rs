@@ -22,6 +22,8 @@ pub(crate) struct SlotTally {
     pub(crate) straddled: u32,
     /// Over those views, the sum of the share of its clusters that were outside.
     pub(crate) outside: f32,
+    /// Triangles drawn over all views; stays at the most that fits.
+    pub(crate) drawn: u32,
     /// The longer side of its largest screen rectangle, in pixels; infinite where it came too near.
     pub(crate) largest_px: f32,
 }
@@ -154,6 +156,7 @@ impl<'m> Survey<'m> {
             let slot = range.slot as usize;
             let tally = &mut self.slots[slot];
             tally.kept += 1;
+            tally.drawn = tally.drawn.saturating_add(range.count);
             if tally.largest_px.is_finite() {
                 let rect = view.project_box(&scene.bounds(range.slot), scene.origin());
                 let px = rect.map_or(f64::INFINITY, |r| r.width().max(r.height()));
@@ -264,9 +267,17 @@ fn removed(model: &Model, result: &Visible) -> BTreeMap<&'static str, u64> {
     let mut by_stage: BTreeMap<Stage, u64> = BTreeMap::new();
     for slot in scene.slots() {
         let Some(reason) = result.reasons.get(slot as usize).copied().flatten() else { continue };
-        if !matches!(reason.stage, Stage::Frustum | Stage::Backface | Stage::Degenerate) {
-            *by_stage.entry(reason.stage).or_default() +=
-                u64::from(scene.mesh(slot).triangle_count());
+        let mesh = scene.mesh(slot);
+        let whole = match reason.stage {
+            Stage::Frustum | Stage::Backface => false,
+            // Instances that collapse go whole; of others the stage takes triangles, counted below.
+            Stage::Degenerate => {
+                mesh.clusters().is_empty() || scene.transform(slot).determinant() == 0.0
+            }
+            _ => true,
+        };
+        if whole {
+            *by_stage.entry(reason.stage).or_default() += u64::from(mesh.triangle_count());
         }
     }
     for row in &result.funnel.rows {

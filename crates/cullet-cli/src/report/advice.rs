@@ -172,8 +172,8 @@ impl Context<'_, '_> {
         let drawn: u64 = meshes.iter().map(|m| m.drawn).sum();
         let instances: u64 = meshes.iter().map(|m| m.instances).sum();
         let text = format!(
-            "{} ({} in all) own no pixel in any of the {}: {}. Even so {} of their triangles are drawn \
-             a view. If the views are typical, they can go, or be loaded later.",
+            "{} ({}) without a pixel in any of the {}: {}. Even so {} of their triangles are drawn a \
+             view. If the views are typical, they can go, or be loaded later.",
             count(meshes.len(), "mesh", "meshes"),
             count(instances as usize, "instance", "instances"),
             count(self.views, "view", "views"),
@@ -189,16 +189,18 @@ impl Context<'_, '_> {
             self.worst(|m| (m.defect.is_some() && m.facing_away > 0).then_some(m.facing_away))?;
         let first = meshes[0];
         let text = format!(
-            "{} triangles a view face away and are drawn all the same, because their mesh is no solid, so \
-             both its sides may be seen. The most: “{}”, {}, {} a view. Closed and wound outward, \
+            "{} triangles a view face away and are drawn all the same: their mesh is no solid, so both its \
+             sides may be seen. The most: “{}”, {}, {} a view. Closed and wound outward, \
              back-face culling would take them; if their backs are never seen, --one-sided says so.",
             grouped(sum / self.views as u64),
             first.name,
             first.defect.as_deref().unwrap_or_default(),
             grouped(first.facing_away / self.views as u64),
         );
-        let title =
-            format!("{} lose back-face culling by a defect", count(meshes.len(), "mesh", "meshes"));
+        let title = format!(
+            "{} back-face culling by a defect",
+            count(meshes.len(), "mesh loses", "meshes lose")
+        );
         Some(self.advice("open-mesh", title, text, sum, names))
     }
 
@@ -243,7 +245,7 @@ impl Context<'_, '_> {
         for slot in scene.slots() {
             let t = self.survey.slots[slot as usize];
             if t.kept > 0 && f64::from(t.largest_px) < px {
-                triangles += u64::from(scene.mesh(slot).triangle_count()) * u64::from(t.kept);
+                triangles += u64::from(t.drawn);
                 seen += usize::from(t.seen > 0);
                 instances.push(slot);
             }
@@ -252,9 +254,8 @@ impl Context<'_, '_> {
             return None;
         }
         let text = format!(
-            "{} never wider or higher than {px} pixels in any view, yet have {} triangles a \
-             view; {} of them ever own a pixel. --detail {px} drops such things, which is lossy: try it and \
-             look.",
+            "{} never wider or higher than {px} pixels, with {} triangles a view; of these instances {} \
+             ever own a pixel. --detail {px} drops such things. That is lossy: try it and look.",
             count(instances.len(), "instance drawn is", "instances drawn are"),
             grouped(triangles / self.views as u64),
             grouped(seen as u64),
@@ -287,7 +288,7 @@ impl Context<'_, '_> {
         let t = self.survey.slots[slot as usize];
         let sum: u64 = found.iter().map(|f| f.0).sum();
         let text = format!(
-            "{} the frustum's edge in at least four of five views that draw them. “{}” ({} triangles) does \
+            "{} the frustum's edge in at least four of five views that draw it. “{}” ({} triangles) does \
              in {} of {}, with {:.0} % of its clusters outside on average. Split into smaller instances, \
              some {} triangles a view would go by whole instances instead of by clusters.",
             count(found.len(), "large instance straddles", "large instances straddle"),
@@ -310,9 +311,9 @@ impl Context<'_, '_> {
         let (meshes, sum, names) =
             self.worst(|m| (m.degenerate > 0).then_some(m.degenerate * m.instances.max(1)))?;
         let text = format!(
-            "{} triangles have no area (repeated corners, or all on one line), in {}: {}. They never show; \
-             an exporter that drops them makes the file smaller.",
-            grouped(sum),
+            "{} no area (corners that repeat, or all on one line), in {}: {}. What has no area never \
+             shows; an exporter that drops it makes the file smaller.",
+            count(sum as usize, "triangle has", "triangles have"),
             count(meshes.len(), "mesh", "meshes"),
             shown(&names),
         );
@@ -324,9 +325,9 @@ impl Context<'_, '_> {
         let (meshes, sum, names) =
             self.worst(|m| (m.duplicate > 0).then_some(m.duplicate * m.instances.max(1)))?;
         let text = format!(
-            "{} triangles have the same three corners as another of their mesh, in {}: {}. They are \
-             drawn twice, and flicker where their materials differ.",
-            grouped(sum),
+            "{} the same three corners as another of the same mesh, in {}: {}. Such a place is drawn \
+             twice, and flickers where the materials differ.",
+            count(sum as usize, "triangle has", "triangles have"),
             count(meshes.len(), "mesh", "meshes"),
             shown(&names),
         );
@@ -350,7 +351,7 @@ impl Context<'_, '_> {
         let names: Vec<String> =
             twins.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
         let text = format!(
-            "{} of the same mesh and in the same place as another: {}. They add {} triangles that \
+            "{} in the same place as another one of the same mesh: {}. They add {} triangles that \
              can never be told apart from their twins.",
             count(twins.len(), "instance is", "instances are"),
             shown(&names),

@@ -97,7 +97,7 @@ pub(crate) fn funnel(summary: &Summary) -> String {
             svg,
             "<text x=\"{:.1}\" y=\"{middle}\" class=\"label\" text-anchor=\"end\">{}</text>\
              <rect x=\"{left}\" y=\"{y}\" width=\"{:.2}\" height=\"28\" class=\"rest\"/>\
-             <rect x=\"{x:.2}\" y=\"{y}\" width=\"{bar:.2}\" height=\"28\" fill=\"{}\"/>\
+             <rect x=\"{x:.2}\" y=\"{y}\" width=\"{bar:.2}\" height=\"28\" fill=\"{}\" class=\"bar\"/>\
              <text x=\"{:.1}\" y=\"{middle}\" class=\"value\">{}</text>\
              <text x=\"{:.1}\" y=\"{middle}\" class=\"dim\">{}</text>",
             left - 12.0,
@@ -122,6 +122,7 @@ pub(crate) fn columns(views: &[ViewRecord]) -> String {
     let step = plot.0 / views.len().max(1) as f64;
     // Without a gap where columns are but a few pixels wide.
     let gap = if step > 8.0 { 2.0 } else { 0.0 };
+    let visible = visible_color();
     let mut svg = format!(
         "<svg class=\"chart\" viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"What became of the \
          triangles of each view\">"
@@ -155,8 +156,10 @@ pub(crate) fn columns(views: &[ViewRecord]) -> String {
             y -= bar;
             let _ = write!(
                 svg,
-                "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{:.2}\" height=\"{bar:.2}\" fill=\"{color}\"/>",
-                (step - gap).max(0.5)
+                "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{:.2}\" height=\"{bar:.2}\" fill=\"{color}\"{}/>",
+                (step - gap).max(0.5),
+                // What is visible is nearly white, so it needs an edge on white paper.
+                if color == visible { " class=\"bar\"" } else { "" }
             );
         }
         svg.push_str("</g>");
@@ -180,7 +183,10 @@ pub(crate) fn tightness(views: &[ViewRecord]) -> Option<String> {
     let mut svg = format!(
         "<svg class=\"chart\" viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"Tightness of each view\">"
     );
-    grid(&mut svg, left, top, plot, most, |v| format!("{v:.1}"));
+    grid(&mut svg, left, top, plot, most, |v| match most {
+        20.0.. => short(v as u64),
+        _ => format!("{v:.1}"),
+    });
     let at = |i: usize, t: f64| (left + (i as f64 + 0.5) * step, top + plot.1 - t / most * plot.1);
     let one = at(0, 1.0).1;
     let _ = write!(

@@ -47,11 +47,13 @@ pub(crate) fn headline(summary: &Summary) -> String {
         );
     };
     let waste = t.all.saturating_sub(visible);
+    let share = percent(visible, t.all);
+    // "under 0.1 %" says by itself how little it is.
+    let only = if share.starts_with("under") { "" } else { "only " };
     format!(
-        "{} of {} triangles a view are drawn for nothing: only {} can be seen.",
+        "{} of {} triangles a view are drawn for nothing: {only}{share} can be seen.",
         grouped(waste / views),
         grouped(t.all / views),
-        percent(visible, t.all)
     )
 }
 
@@ -76,10 +78,16 @@ pub(crate) fn lead(summary: &Summary) -> String {
     if let Some(tightness) = summary.tightness {
         let _ = write!(
             text,
-            " What is left is {tightness:.2} times what is visible, where 1 would be perfect."
+            " What is left is {} times what is visible, where 1 would be perfect.",
+            times(tightness)
         );
     }
     text
+}
+
+/// A ratio with as many digits as say something.
+fn times(ratio: f64) -> String {
+    if ratio >= 100.0 { grouped(ratio.round() as u64) } else { format!("{ratio:.2}") }
 }
 
 fn badge(record: &Record) -> String {
@@ -172,7 +180,7 @@ fn figures(out: &mut String, s: &Summary) {
         row.push((grouped(v / verified), "own a pixel, a view".into()));
     }
     if let Some(x) = s.tightness {
-        row.push((format!("{x:.2}×"), "tightness: left over visible".into()));
+        row.push((format!("{}×", times(x)), "tightness: left over visible".into()));
     }
     row.push((grouped(s.false_culls), "false culls".into()));
     out.push_str("<div class=\"figures\">");
