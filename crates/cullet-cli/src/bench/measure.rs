@@ -48,7 +48,7 @@ fn sum<S: Simd>(simd: S, floats: &[f32]) -> f32 {
     let mut chunks = floats.chunks_exact(SUMS * lanes);
     for chunk in &mut chunks {
         for (i, sum) in sums.iter_mut().enumerate() {
-            *sum = *sum + S::f32s::from_slice(simd, &chunk[i * lanes..(i + 1) * lanes]);
+            *sum += S::f32s::from_slice(simd, &chunk[i * lanes..(i + 1) * lanes]);
         }
     }
     let mut total = chunks.remainder().iter().sum::<f32>();
