@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Writes the small seeds of fuzz/seeds, one folder for each target."""
 
+import base64
+import json
 import struct
 from pathlib import Path
 
@@ -86,5 +88,33 @@ def occscn() -> None:
     put("occscn", "nothing", b"OCCSCN01" + u32(0, 0, 0, 0, 0, 0))
 
 
-for make in (obj, ply, stl, off, occscn):
+def gltf() -> None:
+    body = b"".join(f32(*p) for p in SQUARE) + struct.pack("<6H", 0, 1, 2, 0, 2, 3)
+    uri = "data:application/octet-stream;base64," + base64.b64encode(body).decode()
+    document = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"children": [1], "scale": [-1, 2, 1]}, {"mesh": 0, "translation": [1, 2, 3]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [{"doubleSided": True, "alphaMode": "MASK"}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+            {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 12},
+        ],
+        "buffers": [{"byteLength": len(body), "uri": uri}],
+    }
+    put("gltf", "embedded", json.dumps(document))
+    del document["buffers"][0]["uri"]
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = u32(len(text)) + b"JSON" + text + u32(len(body)) + b"BIN\0" + body
+    put("gltf", "binary", b"glTF" + u32(2, 12 + len(chunks)) + chunks)
+
+
+for make in (obj, ply, stl, off, occscn, gltf):
     make()

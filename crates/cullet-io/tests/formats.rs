@@ -120,17 +120,20 @@ fn concave_polygons_cover_what_they_should() {
 
 #[test]
 fn sides_follow_solids_unless_told() {
-    for (name, text) in [("cube.obj", CUBE), ("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")] {
+    let doubled = CUBE.replace("f ", "f 1 2 3\nf 3 2 1\nf ").replacen("f 1 2 3\nf 3 2 1\n", "", 1);
+    for (name, text, solid) in [
+        ("cube.obj", CUBE, true),
+        ("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", false),
+        ("doubled.obj", &doubled, false),
+    ] {
         let two_sided = |option| {
             let options = LoadOptions { two_sided: option, ..LoadOptions::default() };
             let model = load_bytes(name, text.as_bytes(), &options).unwrap();
-            let mesh = &model.scene.meshes()[0];
-            (mesh.parts()[0].two_sided, mesh.solid().is_err())
+            model.scene.meshes()[0].parts()[0].two_sided
         };
-        let (auto, open) = two_sided(None);
-        assert_eq!(auto, open, "{name}");
-        assert!(two_sided(Some(true)).0, "{name}");
-        assert!(!two_sided(Some(false)).0, "{name}");
+        assert_eq!(two_sided(None), !solid, "{name}");
+        assert!(two_sided(Some(true)), "{name}");
+        assert!(!two_sided(Some(false)), "{name}");
     }
 }
 
@@ -494,35 +497,37 @@ fn files_that_are_none_of_these() {
     assert!(error.contains("FBX2glTF -b -i \"house.fbx\" -o \"house.glb\""), "{error}");
 }
 
-/// Vertices and triangles of the README's table, and polygons where it has them.
-const MODELS: &[(&str, usize, usize, usize)] = &[
-    ("stanford-bunny/bun_zipper.ply", 35_947, 69_451, 69_451),
-    ("stanford-bunny/bun_zipper_res2.ply", 8_171, 16_301, 16_301),
-    ("stanford-bunny/bun_zipper_res3.ply", 1_889, 3_851, 3_851),
-    ("stanford-bunny/bun_zipper_res4.ply", 453, 948, 948),
-    ("stanford-bunny/bunny-closed-7k.off", 3_485, 6_966, 6_966),
-    ("happy-buddha/buddha-100k.obj", 49_950, 100_000, 100_000),
-    ("armadillo/armadillo.obj", 43_243, 86_482, 86_482),
-    ("classic-meshes/spot.obj", 2_930, 5_856, 5_856),
-    ("classic-meshes/cow.obj", 2_903, 5_804, 5_804),
-    ("classic-meshes/fandisk.obj", 6_475, 12_946, 12_946),
-    ("classic-meshes/rocker-arm.obj", 10_044, 20_088, 20_088),
-    ("classic-meshes/teapot.obj", 3_644, 6_320, 6_320),
-    ("classic-meshes/suzanne.obj", 507, 968, 500),
-    ("classic-meshes/beetle.obj", 1_148, 2_053, 2_053),
-    ("classic-meshes/woody.obj", 694, 1_267, 1_267),
-    ("crytek-sponza/crytek-sponza.ply", 184_402, 262_267, 262_267),
-    ("broken/truck-misoriented.obj", 2_956, 4_770, 4_770),
+/// Vertices and triangles of the README's table, polygons where it has them, and whether it is closed.
+const MODELS: &[(&str, usize, usize, usize, bool)] = &[
+    ("stanford-bunny/bun_zipper.ply", 35_947, 69_451, 69_451, false),
+    ("stanford-bunny/bun_zipper_res2.ply", 8_171, 16_301, 16_301, false),
+    ("stanford-bunny/bun_zipper_res3.ply", 1_889, 3_851, 3_851, false),
+    ("stanford-bunny/bun_zipper_res4.ply", 453, 948, 948, false),
+    ("stanford-bunny/bunny-closed-7k.off", 3_485, 6_966, 6_966, true),
+    ("happy-buddha/buddha-100k.obj", 49_950, 100_000, 100_000, false),
+    ("armadillo/armadillo.obj", 43_243, 86_482, 86_482, true),
+    ("classic-meshes/spot.obj", 2_930, 5_856, 5_856, true),
+    ("classic-meshes/cow.obj", 2_903, 5_804, 5_804, true),
+    ("classic-meshes/fandisk.obj", 6_475, 12_946, 12_946, true),
+    ("classic-meshes/rocker-arm.obj", 10_044, 20_088, 20_088, true),
+    ("classic-meshes/teapot.obj", 3_644, 6_320, 6_320, false),
+    ("classic-meshes/suzanne.obj", 507, 968, 500, false),
+    ("classic-meshes/beetle.obj", 1_148, 2_053, 2_053, false),
+    ("classic-meshes/woody.obj", 694, 1_267, 1_267, false),
+    ("crytek-sponza/crytek-sponza.ply", 184_402, 262_267, 262_267, false),
+    ("broken/truck-misoriented.obj", 2_956, 4_770, 4_770, false),
 ];
 
 #[test]
 fn models_have_the_counts_of_their_table() {
     let Some(folder) = data() else { return };
-    for &(file, vertices, triangles, polygons) in MODELS {
+    for &(file, vertices, triangles, polygons, closed) in MODELS {
         let model = load(&folder.join(file), &LoadOptions::default()).unwrap();
         assert_eq!(counts(&model), [vertices, triangles, polygons], "{file}");
         assert_eq!(model.scene.instance_count(), 1, "{file}");
         assert_eq!(model.scene.triangle_count(), triangles as u64, "{file}");
+        let part = model.scene.meshes()[0].parts()[0];
+        assert_eq!(part.two_sided, !closed, "{file}");
     }
 }
 

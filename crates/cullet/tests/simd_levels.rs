@@ -285,6 +285,23 @@ proptest! {
         check_spheres(&f, &s);
     }
 
+    // A sphere that reaches just as far as the farthest of its planes, to the last bit of its radius.
+    #[test]
+    fn spheres_that_touch(
+        f in view_frustum(),
+        centers in prop::collection::vec([-60.0f32..60.0, -60.0f32..60.0, -60.0f32..60.0], 64),
+    ) {
+        let touching: Vec<_> = centers
+            .into_iter()
+            .map(|center| {
+                let distance = |p: &Plane| p.distance(center.map(f64::from));
+                let farthest = f.planes().map(|(_, p)| distance(p)).fold(f64::MIN, f64::max);
+                Sphere { center, radius: (farthest.abs() as f32).next_up() }
+            })
+            .collect();
+        check_spheres(&f, &touching);
+    }
+
     // A corner that lies on a plane, up to the rounding of f64, is on the knife's edge.
     #[test]
     fn boxes_on_a_plane(

@@ -44,7 +44,10 @@ pub use levels::levels;
 pub use output::Indices;
 pub use planes::Planes;
 
-use output::{Count, List, Mask};
+use output::expand;
+
+/// Words that are tested before they are made a list: 32768 items, whose mask stays close.
+const WORDS_AT_ONCE: usize = 512;
 
 /// The value of [`reject_boxes`] for what no plane rejects.
 pub const VISIBLE: u8 = u8::MAX;
@@ -84,10 +87,16 @@ macro_rules! batch_tests {
         pub fn $list(level: Level, planes: &Planes, batch: &$batch, out: &mut [u32]) -> usize {
             let bound = list_bound(batch.len());
             assert!(out.len() >= bound, "a list of {} entries where {bound} may be", out.len());
-            let mut list = List { out, len: 0 };
-            let words = (0, mask_words(batch.len()));
-            $kind::visible(level, planes, (batch.blocks(), batch.len()), words, &mut list);
-            list.len
+            let blocks = (batch.blocks(), batch.len());
+            let mut len = 0;
+            let mut words = [0; WORDS_AT_ONCE];
+            let all = mask_words(batch.len());
+            for first in (0..all).step_by(WORDS_AT_ONCE) {
+                let words = &mut words[..WORDS_AT_ONCE.min(all - first)];
+                $kind::visible(level, planes, blocks, first, words);
+                len += expand(level, words, (first * 64) as u32, &mut out[len..]);
+            }
+            len
         }
 
         #[doc = concat!("Sets bit i of `words` where one of the ", $what, " is visible: bit 0 of")]
@@ -101,18 +110,21 @@ macro_rules! batch_tests {
             first_word: usize,
             words: &mut [u64],
         ) {
-            let range = (first_word, first_word + words.len());
-            let mut mask = Mask { first: first_word, words };
-            $kind::visible(level, planes, (batch.blocks(), batch.len()), range, &mut mask);
+            $kind::visible(level, planes, (batch.blocks(), batch.len()), first_word, words);
         }
 
         #[doc = concat!("How many of the ", $what, " are visible.")]
         #[must_use]
         pub fn $count(level: Level, planes: &Planes, batch: &$batch) -> usize {
-            let mut count = Count(0);
-            let words = (0, mask_words(batch.len()));
-            $kind::visible(level, planes, (batch.blocks(), batch.len()), words, &mut count);
-            count.0
+            let mut words = [0; WORDS_AT_ONCE];
+            let all = mask_words(batch.len());
+            let mut count = 0;
+            for first in (0..all).step_by(WORDS_AT_ONCE) {
+                let words = &mut words[..WORDS_AT_ONCE.min(all - first)];
+                $mask(level, planes, batch, first, words);
+                count += words.iter().map(|w| w.count_ones() as usize).sum::<usize>();
+            }
+            count
         }
 
         #[doc = concat!("Where each of the ", $what, " lies: sets its bit in `visible` unless it is")]
@@ -174,21 +186,20 @@ macro_rules! batch_tests {
         /// so what is tested more than once is better kept in a batch.
         pub fn $slice(level: Level, planes: &Planes, items: &[$item], visible: &mut Indices) {
             visible.fill(list_bound(items.len()), |out| {
-                let mut list = List { out, len: 0 };
                 // As many as stay in the nearest cache between being prepared and being tested.
                 const AT_ONCE: usize = 256;
                 let mut blocks: [$block; AT_ONCE / 16] = bytemuck::Zeroable::zeroed();
+                let mut words = [0; AT_ONCE / 64];
+                let mut len = 0;
                 for (chunk, part) in items.chunks(AT_ONCE).enumerate() {
                     for (i, item) in part.iter().enumerate() {
                         blocks[i / 16].set(i % 16, item);
                     }
-                    let start = list.len;
-                    let words = (0, mask_words(part.len()));
-                    $kind::visible(level, planes, (&blocks, part.len()), words, &mut list);
-                    let offset = (chunk * AT_ONCE) as u32;
-                    list.out[start..list.len].iter_mut().for_each(|index| *index += offset);
+                    let words = &mut words[..mask_words(part.len())];
+                    $kind::visible(level, planes, (&blocks, part.len()), 0, words);
+                    len += expand(level, words, (chunk * AT_ONCE) as u32, &mut out[len..]);
                 }
-                list.len
+                len
             });
         }
 

@@ -4,7 +4,6 @@ use bytemuck::Zeroable;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 
-use super::output::{Mask, Sink};
 use super::planes::{BoxPlane, Planes};
 use crate::bounds::BoxBlock;
 
@@ -21,22 +20,22 @@ pub(super) fn valid(len: usize, index: usize) -> u64 {
     }
 }
 
-/// Tests words `first..last` of a batch of `len` boxes.
+/// The visible boxes of words `first..` of a batch of `len`.
 pub(super) fn visible(
     level: Level,
     planes: &Planes,
     (blocks, len): (&[BoxBlock], usize),
-    (first, last): (usize, usize),
-    sink: &mut impl Sink,
+    first: usize,
+    visible: &mut [u64],
 ) {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if let (Some(simd), Some(six)) = (level.as_avx512(), &planes.six) {
-        super::six::visible(simd, six, (blocks, len), (first, last), sink);
+        super::six::visible(simd, six, (blocks, len), first, visible);
         return;
     }
     dispatch!(level, simd => {
         let mut test = Outside { planes: planes.box_planes() };
-        run(simd, &mut test, (blocks, len), (first, last), sink);
+        run(simd, &mut test, (blocks, len), first, visible);
     });
 }
 
@@ -50,10 +49,9 @@ pub(super) fn inside(
     visible: &[u64],
     inside: &mut [u64],
 ) {
-    let last = first + visible.len();
     dispatch!(level, simd => {
         let mut test = Inside { planes: planes.box_planes(), visible, first };
-        run(simd, &mut test, (blocks, len), (first, last), &mut Mask { first, words: inside });
+        run(simd, &mut test, (blocks, len), first, inside);
     });
 }
 
@@ -103,19 +101,34 @@ fn run<S: Simd>(
     simd: S,
     test: &mut impl Test,
     (blocks, len): (&[BoxBlock], usize),
-    (first, last): (usize, usize),
-    sink: &mut impl Sink,
+    first: usize,
+    words: &mut [u64],
 ) {
-    let whole = (len / 64).clamp(first, last);
-    let (full, _) = blocks.as_chunks::<BLOCKS>();
-    for (i, chunk) in full[first.min(full.len())..whole.min(full.len())].iter().enumerate() {
-        let word = test.word(simd, first + i, chunk);
-        sink.word(simd, first + i, word);
+    let (full, rest) = parts(blocks, len, first, words);
+    for (i, (chunk, word)) in full.enumerate() {
+        *word = test.word(simd, first + i, chunk);
     }
-    for index in whole..last {
-        let word = test.word(simd, index, &padded(blocks, index)) & valid(len, index);
-        sink.word(simd, index, word);
+    for (index, word) in rest {
+        *word = test.word(simd, index, &padded(blocks, index)) & valid(len, index);
     }
+}
+
+/// Splits words `first..` of a mask into those whose sixty-four items are all there, with their blocks,
+/// and the rest, with their numbers.
+#[inline(always)]
+pub(super) fn parts<'a, T>(
+    blocks: &'a [T],
+    len: usize,
+    first: usize,
+    words: &'a mut [u64],
+) -> (
+    impl Iterator<Item = (&'a [T; BLOCKS], &'a mut u64)>,
+    impl Iterator<Item = (usize, &'a mut u64)>,
+) {
+    let whole = (len / 64).clamp(first, first + words.len());
+    let (now, later) = words.split_at_mut(whole - first);
+    let chunks = &blocks.as_chunks::<BLOCKS>().0;
+    (chunks[first.min(chunks.len())..].iter().zip(now), (whole..).zip(later))
 }
 
 /// The blocks of a word that the batch does not fill.

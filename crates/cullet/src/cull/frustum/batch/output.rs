@@ -1,8 +1,9 @@
-//! What becomes of the answer: a mask, a list of indices, or a count.
+//! From the mask to a list of indices.
 
 use std::ops::Deref;
 
 use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, u32x8};
 
 /// A list of indices that keeps its memory from call to call.
 ///
@@ -38,50 +39,15 @@ impl Deref for Indices {
     }
 }
 
-/// Takes the answer, sixty-four items a word, a set bit for each visible one.
-pub(super) trait Sink {
-    /// `index` counts words from the start of the batch; each comes once, in order.
-    fn word<S: Simd>(&mut self, simd: S, index: usize, visible: u64);
-}
-
-/// Keeps the words, from word `first` on.
-pub(super) struct Mask<'a> {
-    pub(super) first: usize,
-    pub(super) words: &'a mut [u64],
-}
-
-impl Sink for Mask<'_> {
-    #[inline(always)]
-    fn word<S: Simd>(&mut self, _: S, index: usize, visible: u64) {
-        self.words[index - self.first] = visible;
-    }
-}
-
-/// Counts.
-pub(super) struct Count(pub(super) usize);
-
-impl Sink for Count {
-    #[inline(always)]
-    fn word<S: Simd>(&mut self, _: S, _: usize, visible: u64) {
-        self.0 += visible.count_ones() as usize;
-    }
-}
-
-/// Writes the numbers of the set bits. `out` holds 64 entries a word.
-pub(super) struct List<'a> {
-    pub(super) out: &'a mut [u32],
-    pub(super) len: usize,
-}
-
-/// The positions of the set bits of a byte, a byte each.
-static POSITIONS: [u64; 256] = {
-    let mut table = [0; 256];
+/// The positions of the set bits of a byte, then zeros.
+static POSITIONS: [[u32; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
     let mut byte = 0;
     while byte < 256 {
         let (mut bit, mut found) = (0, 0);
         while bit < 8 {
             if byte >> bit & 1 == 1 {
-                table[byte] |= (bit as u64) << (8 * found);
+                table[byte][found] = bit;
                 found += 1;
             }
             bit += 1;
@@ -91,34 +57,41 @@ static POSITIONS: [u64; 256] = {
     table
 };
 
-impl Sink for List<'_> {
-    // Whole vectors are stored and overlap: the next store begins at the end of what counts. Storing
-    // under a mask, or compressing into memory, is microcoded on Zen 4 and ten times slower.
-    #[inline(always)]
-    fn word<S: Simd>(&mut self, simd: S, index: usize, visible: u64) {
-        let out = &mut self.out[self.len..self.len + 64];
-        let base = (index * 64) as u32;
-        let mut n = 0;
+/// Writes the numbers of the set bits of `words`, whose first bit is number `base`, to `out`, which
+/// holds 64 entries a word; returns how many there are.
+///
+/// Whole vectors are stored and overlap: the next begins at the end of what counts. Storing under a
+/// mask, or compressing into memory, is microcoded on Zen 4 and ten times slower. A pass of its own over
+/// some words is faster than doing this as each word is found, which costs the tests registers.
+pub(super) fn expand(level: Level, words: &[u64], base: u32, out: &mut [u32]) -> usize {
+    dispatch!(level, simd => expand_with(simd, words, base, out))
+}
+
+#[inline(always)]
+fn expand_with<S: Simd>(simd: S, words: &[u64], base: u32, out: &mut [u32]) -> usize {
+    let mut len = 0;
+    for (index, &bits) in words.iter().enumerate() {
+        let out = &mut out[len..len + 64];
+        let base = base + (index * 64) as u32;
+        // Counted afresh for each part and not added up: no part waits for the one before.
         if S::u32s::LEN == 16 {
             for part in 0..4 {
-                let bits = visible >> (16 * part) & 0xffff;
+                let n = (bits & ((1 << (16 * part)) - 1)).count_ones() as usize;
                 let numbers = iota(simd) + (base + 16 * part);
-                numbers.compress(mask::<S>(simd, bits)).store_slice(&mut out[n..n + 16]);
-                n += bits.count_ones() as usize;
+                let mask = S::mask32s::from_bitmask(simd, bits >> (16 * part) & 0xffff);
+                numbers.compress(mask).store_slice(&mut out[n..n + 16]);
             }
         } else {
             for part in 0..8 {
-                let byte = (visible >> (8 * part)) as u8;
-                let positions = POSITIONS[usize::from(byte)].to_le_bytes();
-                let out: &mut [u32] = &mut out[n..n + 8];
-                for (o, p) in out.iter_mut().zip(positions) {
-                    *o = u32::from(p) + (base + 8 * part);
-                }
-                n += byte.count_ones() as usize;
+                let n = (bits & ((1 << (8 * part)) - 1)).count_ones() as usize;
+                let byte = usize::from((bits >> (8 * part)) as u8);
+                let positions = u32x8::from_slice(simd, &POSITIONS[byte]);
+                (positions + (base + 8 * part)).store_slice(&mut out[n..n + 8]);
             }
         }
-        self.len += n;
+        len += bits.count_ones() as usize;
     }
+    len
 }
 
 #[inline(always)]
@@ -127,9 +100,4 @@ fn iota<S: Simd>(simd: S) -> S::u32s {
         simd,
         &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15][..S::u32s::LEN],
     )
-}
-
-#[inline(always)]
-fn mask<S: Simd>(simd: S, bits: u64) -> S::mask32s {
-    S::mask32s::from_bitmask(simd, bits)
 }

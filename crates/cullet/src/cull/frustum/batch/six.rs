@@ -9,23 +9,22 @@
 use fearless_simd::prelude::*;
 use fearless_simd::x86::Avx512;
 
-use super::boxes::{BLOCKS, bits, load, padded, valid};
-use super::output::Sink;
+use super::boxes::{BLOCKS, bits, load, padded, parts, valid};
 use super::planes::{BoxPlane, Six};
 use crate::bounds::BoxBlock;
 
-pub(super) fn visible<K: Sink>(
+pub(super) fn visible(
     simd: Avx512,
     six: &Six,
     batch: (&[BoxBlock], usize),
-    range: (usize, usize),
-    sink: &mut K,
+    first: usize,
+    words: &mut [u64],
 ) {
     macro_rules! arms {
         ($($left:literal: $($right:literal)*;)*) => {
             match six.pattern {
                 $($(p if p == $left | $right << 3 => {
-                    compiled::<K, { $left | $right << 3 }>(simd, six, batch, range, sink);
+                    compiled::<{ $left | $right << 3 }>(simd, six, batch, first, words);
                 })*)*
                 p => unreachable!("sides are sorted by pattern, yet this is {p}"),
             }
@@ -43,16 +42,16 @@ pub(super) fn visible<K: Sink>(
     );
 }
 
-fn compiled<K: Sink, const PATTERN: usize>(
+fn compiled<const PATTERN: usize>(
     simd: Avx512,
     six: &Six,
     batch: (&[BoxBlock], usize),
-    range: (usize, usize),
-    sink: &mut K,
+    first: usize,
+    words: &mut [u64],
 ) {
     simd.vectorize(
         #[inline(always)]
-        || run::<_, K, PATTERN>(simd, six, batch, range, sink),
+        || run::<_, PATTERN>(simd, six, batch, first, words),
     );
 }
 
@@ -64,12 +63,12 @@ fn constants<S: Simd>(simd: S, p: &BoxPlane) -> Constants<S> {
 }
 
 #[inline(always)]
-fn run<S: Simd, K: Sink, const PATTERN: usize>(
+fn run<S: Simd, const PATTERN: usize>(
     simd: S,
     six: &Six,
     (blocks, len): (&[BoxBlock], usize),
-    (first, last): (usize, usize),
-    sink: &mut K,
+    first: usize,
+    words: &mut [u64],
 ) {
     let [far, near, left, right, bottom, top] = &six.planes;
     // One after the other: a closure over them would not be compiled for this level.
@@ -82,16 +81,13 @@ fn run<S: Simd, K: Sink, const PATTERN: usize>(
         constants(simd, top),
     ];
     let rows = [far.rows, near.rows, bottom.rows, top.rows];
-    let whole = (len / 64).clamp(first, last);
-    let (full, _) = blocks.as_chunks::<BLOCKS>();
-    for (i, chunk) in full[first.min(full.len())..whole.min(full.len())].iter().enumerate() {
-        let word = word::<S, PATTERN>(simd, &constants, &rows, chunk);
-        sink.word(simd, first + i, word);
+    let (full, rest) = parts(blocks, len, first, words);
+    for (chunk, out) in full {
+        *out = word::<S, PATTERN>(simd, &constants, &rows, chunk);
     }
-    for index in whole..last {
+    for (index, out) in rest {
         let chunk = padded(blocks, index);
-        let word = word::<S, PATTERN>(simd, &constants, &rows, &chunk) & valid(len, index);
-        sink.word(simd, index, word);
+        *out = word::<S, PATTERN>(simd, &constants, &rows, &chunk) & valid(len, index);
     }
 }
 

@@ -3,26 +3,25 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 
-use super::boxes::{BLOCKS, bits, load, padded, valid};
-use super::output::{Mask, Sink};
+use super::boxes::{BLOCKS, bits, load, padded, parts, valid};
 use super::planes::{Planes, SharedSides, SidePair, SpherePlane};
 use crate::bounds::SphereBlock;
 
-/// Tests words `first..last` of a batch of `len` spheres.
+/// The visible spheres of words `first..` of a batch of `len`.
 pub(super) fn visible(
     level: Level,
     planes: &Planes,
     (blocks, len): (&[SphereBlock], usize),
-    (first, last): (usize, usize),
-    sink: &mut impl Sink,
+    first: usize,
+    visible: &mut [u64],
 ) {
     match &planes.shared {
         Some(sides) => dispatch!(level, simd => {
-            run(simd, &Shared { sides }, (blocks, len), (first, last), sink);
+            run(simd, &Shared::new(simd, sides), (blocks, len), first, visible);
         }),
         None => dispatch!(level, simd => {
             let test = Each { planes: planes.sphere_planes(), inside: false };
-            run(simd, &test, (blocks, len), (first, last), sink);
+            run(simd, &test, (blocks, len), first, visible);
         }),
     }
 }
@@ -36,36 +35,32 @@ pub(super) fn inside(
     visible: &[u64],
     inside: &mut [u64],
 ) {
-    let last = first + visible.len();
     dispatch!(level, simd => {
         let test = Each { planes: planes.sphere_planes(), inside: true };
-        run(simd, &test, (blocks, len), (first, last), &mut Mask { first, words: inside });
+        run(simd, &test, (blocks, len), first, inside);
     });
     inside.iter_mut().zip(visible).for_each(|(i, v)| *i &= v);
 }
 
 /// A test of sixty-four spheres: bits of those that pass.
-trait Test {
-    fn word<S: Simd>(&self, simd: S, blocks: &[SphereBlock; BLOCKS]) -> u64;
+trait Test<S: Simd> {
+    fn word(&self, simd: S, blocks: &[SphereBlock; BLOCKS]) -> u64;
 }
 
 #[inline(always)]
 fn run<S: Simd>(
     simd: S,
-    test: &impl Test,
+    test: &impl Test<S>,
     (blocks, len): (&[SphereBlock], usize),
-    (first, last): (usize, usize),
-    sink: &mut impl Sink,
+    first: usize,
+    words: &mut [u64],
 ) {
-    let whole = (len / 64).clamp(first, last);
-    let (full, _) = blocks.as_chunks::<BLOCKS>();
-    for (i, chunk) in full[first.min(full.len())..whole.min(full.len())].iter().enumerate() {
-        let word = test.word(simd, chunk);
-        sink.word(simd, first + i, word);
+    let (full, rest) = parts(blocks, len, first, words);
+    for (chunk, word) in full {
+        *word = test.word(simd, chunk);
     }
-    for index in whole..last {
-        let word = test.word(simd, &padded(blocks, index)) & valid(len, index);
-        sink.word(simd, index, word);
+    for (index, word) in rest {
+        *word = test.word(simd, &padded(blocks, index)) & valid(len, index);
     }
 }
 
@@ -75,9 +70,9 @@ struct Each<'a> {
     inside: bool,
 }
 
-impl Test for Each<'_> {
+impl<S: Simd> Test<S> for Each<'_> {
     #[inline(always)]
-    fn word<S: Simd>(&self, simd: S, blocks: &[SphereBlock; BLOCKS]) -> u64 {
+    fn word(&self, simd: S, blocks: &[SphereBlock; BLOCKS]) -> u64 {
         let lanes = S::f32s::LEN;
         let mut word = 0;
         for start in (0..64).step_by(lanes) {
@@ -89,7 +84,7 @@ impl Test for Each<'_> {
             let r = load::<S>(simd, r, start % 16);
             let mut negative = S::i32s::splat(simd, 0);
             for plane in self.planes {
-                let t = dot::<S>(simd, &plane.n, x, y, z);
+                let t = dot::<S>(&splat(simd, &plane.n), x, y, z);
                 let signed = if self.inside {
                     S::f32s::splat(simd, plane.inside) - (t + r)
                 } else {
@@ -104,45 +99,81 @@ impl Test for Each<'_> {
 }
 
 #[inline(always)]
-fn dot<S: Simd>(simd: S, n: &[f32; 3], x: S::f32s, y: S::f32s, z: S::f32s) -> S::f32s {
-    x * S::f32s::splat(simd, n[0])
-        + (y * S::f32s::splat(simd, n[1]) + z * S::f32s::splat(simd, n[2]))
+fn splat<S: Simd>(simd: S, n: &[f32; 3]) -> [S::f32s; 3] {
+    [S::f32s::splat(simd, n[0]), S::f32s::splat(simd, n[1]), S::f32s::splat(simd, n[2])]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(n: &[S::f32s; 3], x: S::f32s, y: S::f32s, z: S::f32s) -> S::f32s {
+    x * n[0] + (y * n[1] + z * n[2])
 }
 
 /// The sides of a view that opposite planes share: eleven products where each plane alone takes
 /// eighteen.
-struct Shared<'a> {
-    sides: &'a SharedSides,
+struct Shared<S: Simd> {
+    f: [S::f32s; 3],
+    far: S::f32s,
+    near: S::f32s,
+    pairs: [Pair<S>; 2],
 }
 
-impl Test for Shared<'_> {
+struct Pair<S: Simd> {
+    h: [S::f32s; 3],
+    m: S::f32s,
+    k: S::f32s,
+    o: S::f32s,
+}
+
+impl<S: Simd> Shared<S> {
+    // Made before the loop: a store of the answer might change `sides` for all the compiler knows, and
+    // it would be read again for every vector.
     #[inline(always)]
-    fn word<S: Simd>(&self, simd: S, blocks: &[SphereBlock; BLOCKS]) -> u64 {
+    fn new(simd: S, sides: &SharedSides) -> Self {
+        let [a, b] = &sides.pairs;
+        Self {
+            f: splat(simd, &sides.f),
+            far: S::f32s::splat(simd, sides.far),
+            near: S::f32s::splat(simd, sides.near),
+            pairs: [Pair::new(simd, a), Pair::new(simd, b)],
+        }
+    }
+}
+
+impl<S: Simd> Pair<S> {
+    #[inline(always)]
+    fn new(simd: S, pair: &SidePair) -> Self {
+        let [m, k, o] = splat(simd, &[pair.m, pair.k, pair.o]);
+        Self { h: splat(simd, &pair.h), m, k, o }
+    }
+
+    /// How far outside the farther of two opposite sides.
+    #[inline(always)]
+    fn distance(&self, x: S::f32s, y: S::f32s, z: S::f32s, p: S::f32s) -> S::f32s {
+        let across = (dot::<S>(&self.h, x, y, z) - self.m).abs();
+        across - p * self.k - self.o
+    }
+}
+
+impl<S: Simd> Test<S> for Shared<S> {
+    #[inline(always)]
+    fn word(&self, simd: S, blocks: &[SphereBlock; BLOCKS]) -> u64 {
         let lanes = S::f32s::LEN;
-        let SharedSides { f, far, near, pairs: [a, b] } = self.sides;
+        let [a, b] = &self.pairs;
         let mut word = 0;
-        for start in (0..64).step_by(lanes) {
+        let mut start = 0;
+        while start < 64 {
             let [x, y, z, r] = &blocks[start / 16].0;
             let x = load::<S>(simd, x, start % 16);
             let y = load::<S>(simd, y, start % 16);
             let z = load::<S>(simd, z, start % 16);
             let r = load::<S>(simd, r, start % 16);
-            let p = dot::<S>(simd, f, x, y, z);
-            let a = side::<S>(simd, a, dot::<S>(simd, &a.h, x, y, z), p);
-            let b = side::<S>(simd, b, dot::<S>(simd, &b.h, x, y, z), p);
-            let far = p - S::f32s::splat(simd, *far);
-            let near = S::f32s::splat(simd, *near) - p;
+            let p = dot::<S>(&self.f, x, y, z);
+            let side = a.distance(x, y, z, p).max(b.distance(x, y, z, p));
             // No NaN can be here, so any order of the four is the same.
-            let farthest = a.max(b).max(far.max(near));
-            word |= farthest.simd_le(r).to_bitmask() << start;
+            let end = (p - self.far).max(self.near - p);
+            word |= side.max(end).simd_le(r).to_bitmask() << start;
+            start += lanes;
         }
         word
     }
-}
-
-/// How far outside the farther of two opposite sides.
-#[inline(always)]
-fn side<S: Simd>(simd: S, pair: &SidePair, h: S::f32s, p: S::f32s) -> S::f32s {
-    let across = (h - S::f32s::splat(simd, pair.m)).abs();
-    across - p * S::f32s::splat(simd, pair.k) - S::f32s::splat(simd, pair.o)
 }
