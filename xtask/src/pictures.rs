@@ -7,62 +7,18 @@ use crate::tools::{Done, cargo_program, command, root, run};
 /// Where pictures lie, from the root.
 const FOLDER: &str = "docs/src/pictures";
 
-/// A picture's file, and the command line that draws it.
-const PICTURES: &[(&str, &[&str])] = &[
-    (
-        "kinds.png",
-        &[
-            "picture", "kinds", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
-            "1280x720",
-        ],
-    ),
-    (
-        "city.png",
-        &[
-            "picture", "shaded", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
-            "960x540",
-        ],
-    ),
-    (
-        "map.png",
-        &[
-            "picture", "map", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
-            "960x720",
-        ],
-    ),
-    (
-        "depth.png",
-        &[
-            "picture", "depth", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
-            "960x540",
-        ],
-    ),
+/// A picture's file, and what follows `cullet picture` to draw it.
+const PICTURES: &[(&str, &str)] = &[
+    ("kinds.png", "kinds city --path walk --views 8 --view 2 --size 1280x720"),
+    ("city.png", "shaded city --path fly --views 12 --view 4 --size 960x540"),
+    ("map.png", "map city --path walk --views 8 --view 2 --size 960x720"),
+    ("depth.png", "depth city --path fly --views 12 --view 4 --size 960x540"),
     (
         "backface.png",
-        &[
-            "picture",
-            "kinds",
-            "solids",
-            "--no-frustum",
-            "--views",
-            "8",
-            "--view",
-            "1",
-            "--size",
-            "960x540",
-        ],
+        "kinds city:cells=8,objects=60 --no-frustum --path walk --views 8 --view 5 --size 960x540",
     ),
-    (
-        "solids.png",
-        &["picture", "shaded", "solids", "--views", "8", "--view", "1", "--size", "960x540"],
-    ),
-    (
-        "detail.png",
-        &[
-            "picture", "kinds", "city", "--detail", "12", "--path", "walk", "--views", "8",
-            "--view", "2", "--size", "1280x720",
-        ],
-    ),
+    ("solids.png", "shaded solids --views 8 --view 1 --size 960x540"),
+    ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 960x540"),
 ];
 
 /// Draws them all again.
@@ -71,9 +27,8 @@ pub(crate) fn draw() -> Done {
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for (file, args) in PICTURES {
         let out = folder.join(file);
-        let mut words =
-            vec!["run", "--quiet", "--release", "--package", "cullet-cli", "--", "--quiet"];
-        words.extend_from_slice(args);
+        let mut words = vec!["run", "--quiet", "--release", "--package", "cullet-cli", "--"];
+        words.extend(["--quiet", "picture"].into_iter().chain(args.split(' ')));
         let out = out.to_string_lossy();
         words.extend_from_slice(&["--out", &out]);
         run(command(&cargo_program(), &words))?;

@@ -112,11 +112,11 @@ fn limit(text: &str) -> Option<Limit> {
         let number: f64 = text.parse().ok()?;
         return number.is_finite().then_some(Limit::Number(number));
     };
-    let rest = rest.trim();
+    let rest: String = rest.split_whitespace().collect();
     if rest.is_empty() {
         return Some(Limit::Baseline(1.0));
     }
-    let percent: f64 = rest.strip_suffix('%')?.trim().parse().ok()?;
+    let percent: f64 = rest.strip_suffix('%')?.parse().ok()?;
     let signed = rest.starts_with(['+', '-']) && percent.is_finite();
     signed.then(|| Limit::Baseline(1.0 + percent / 100.0))
 }
