@@ -216,7 +216,8 @@ fn view_frustum() -> impl Strategy<Value = Frustum> {
 fn any_frustum() -> impl Strategy<Value = Frustum> {
     let plane = (vector(1.0), -20.0..20.0)
         .prop_map(|(n, d)| Plane::new(n, d).normalized().filter(|_| d < 15.0));
-    let six = [plane.clone(), plane.clone(), plane.clone(), plane.clone(), plane.clone(), plane.clone()];
+    let six =
+        [plane.clone(), plane.clone(), plane.clone(), plane.clone(), plane.clone(), plane.clone()];
     let more = prop_oneof![2 => Just(0..1), 1 => Just(0..27)]
         .prop_flat_map(move |count| prop::collection::vec(plane.clone(), count));
     (six, more).prop_map(|(six, more)| {
