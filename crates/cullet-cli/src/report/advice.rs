@@ -172,11 +172,11 @@ impl Context<'_, '_> {
         let drawn: u64 = meshes.iter().map(|m| m.drawn).sum();
         let instances: u64 = meshes.iter().map(|m| m.instances).sum();
         let text = format!(
-            "{} ({}) without a pixel in any of the {}: {}. Even so {} of their triangles are drawn a \
-             view. If the views are typical, they can go, or be loaded later.",
-            count(meshes.len(), "mesh", "meshes"),
-            count(instances as usize, "instance", "instances"),
+            "{} no pixel in any of the {} ({}): {}. Even so {} of their triangles are drawn a view. If \
+             the views are typical, they can go, or be loaded later.",
+            count(meshes.len(), "mesh owns", "meshes own"),
             count(self.views, "view", "views"),
+            count(instances as usize, "instance", "instances"),
             shown(&names),
             grouped(drawn / self.views as u64),
         );
