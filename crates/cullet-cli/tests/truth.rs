@@ -1,0 +1,108 @@
+//! The project's conscience: every built-in scene and every model of the test data is drawn with and
+//! without culling, nothing visible may be lost, and culling must stay as good as it was recorded.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use serde_json::Value;
+
+/// Verifies a scene in four small views and returns its summary.
+fn verify(scene: &str, path: &str) -> Value {
+    let out = Command::new(env!("CARGO_BIN_EXE_cullet"))
+        .args(["verify", scene, "--path", path, "--views", "4", "--size", "480x270"])
+        .args(["--json", "-", "--quiet"])
+        .output()
+        .unwrap();
+    let error = String::from_utf8_lossy(&out.stderr);
+    assert_eq!(out.status.code(), Some(0), "{scene} on {path}: {error}");
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(json["summary"]["false_culls"], 0, "{scene} on {path}");
+    json["summary"].clone()
+}
+
+/// Fails where more than `most` percent of all triangles are kept, or none is seen.
+fn check(scene: &str, path: &str, most: f64) {
+    let summary = verify(scene, path);
+    let count = |what: &str| summary["triangles"][what].as_f64().unwrap();
+    let kept = 100.0 * count("potentially_visible") / count("all");
+    assert!(count("visible") > 0.0, "{scene} on {path} shows nothing");
+    assert!(kept <= most, "{scene} on {path}: {kept:.1} % kept, recorded {most} %");
+}
+
+#[test]
+fn built_in_scenes() {
+    // Percent of all triangles that were kept when this was written, and 1 more.
+    for (scene, most) in [
+        ("city:objects=5000,cells=40", [50.0, 22.0, 24.0]),
+        ("solids", [51.0, 18.0, 21.0]),
+        ("office", [53.0, 23.0, 18.0]),
+        ("forest:n=20000", [60.0, 22.0, 26.0]),
+    ] {
+        for (path, most) in ["orbit", "walk", "fly"].into_iter().zip(most) {
+            check(scene, path, most);
+        }
+    }
+}
+
+/// Where the test data is; `None` after saying so where it is absent and need not be there.
+fn data() -> Option<PathBuf> {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
+    let folder = PathBuf::from(std::env::var("CULLET_DATA").unwrap_or_else(|_| beside.into()));
+    if folder.join("README.md").exists() {
+        return Some(folder);
+    }
+    assert!(
+        std::env::var("CULLET_REQUIRE_DATA").is_err(),
+        "CULLET_REQUIRE_DATA is set, but there is no data in {}",
+        folder.display()
+    );
+    println!("skipped: no test data in {} (set CULLET_DATA)", folder.display());
+    None
+}
+
+/// Models, and the percent of triangles kept on an orbit: about half of what is one-sided; all of what
+/// is two-sided, since an orbit leaves nothing outside of the frustum.
+const MODELS: &[(&str, f64)] = &[
+    ("cad-2cylinder/2CylinderEngine.glb", 46.0),
+    ("cad-satellite/FM1_satellite.glb", 50.0),
+    ("city-delft/delft.glb", 82.0),
+    ("city-rotterdam/delfshaven.glb", 53.0),
+    ("city-rotterdam/original-gltf/3-20-DELFSHAVEN.gltf", 49.0),
+    ("duplex-bim/duplex-spaces.glb", 47.0),
+    ("duplex-bim/duplex.glb", 46.0),
+    ("intel-castle/intel-castle.glb", 52.0),
+    ("room-godot/room.glb", 49.0),
+    ("armadillo/armadillo.obj", 47.0),
+    ("broken/truck-misoriented.obj", 100.0),
+    ("classic-meshes/beetle.obj", 100.0),
+    ("classic-meshes/cow.obj", 45.0),
+    ("classic-meshes/fandisk.obj", 51.0),
+    ("classic-meshes/rocker-arm.obj", 43.0),
+    ("classic-meshes/spot.obj", 43.0),
+    ("classic-meshes/suzanne.obj", 100.0),
+    ("classic-meshes/teapot.obj", 100.0),
+    ("classic-meshes/woody.obj", 100.0),
+    ("happy-buddha/buddha-100k.obj", 100.0),
+    ("crytek-sponza/crytek-sponza.ply", 100.0),
+    ("stanford-bunny/bun_zipper.ply", 100.0),
+    ("stanford-bunny/bun_zipper_res2.ply", 100.0),
+    ("stanford-bunny/bun_zipper_res3.ply", 100.0),
+    ("stanford-bunny/bun_zipper_res4.ply", 100.0),
+    ("stanford-bunny/bunny-closed-7k.off", 42.0),
+];
+
+#[test]
+fn models() {
+    let Some(data) = data() else { return };
+    for (file, most) in MODELS {
+        check(&data.join(file).to_string_lossy(), "orbit", *most);
+    }
+    // From inside, where most is behind the eye or out of sight.
+    for (file, most) in [
+        ("intel-castle/intel-castle.glb", 60.0),
+        ("duplex-bim/duplex.glb", 60.0),
+        ("crytek-sponza/crytek-sponza.ply", 60.0),
+    ] {
+        check(&data.join(file).to_string_lossy(), "fly", most);
+    }
+}
