@@ -99,9 +99,9 @@ fn models() {
     }
     // From inside, where most is behind the eye or out of sight.
     for (file, most) in [
-        ("intel-castle/intel-castle.glb", 60.0),
-        ("duplex-bim/duplex.glb", 60.0),
-        ("crytek-sponza/crytek-sponza.ply", 60.0),
+        ("intel-castle/intel-castle.glb", 25.0),
+        ("duplex-bim/duplex.glb", 18.0),
+        ("crytek-sponza/crytek-sponza.ply", 6.5),
     ] {
         check(&data.join(file).to_string_lossy(), "fly", most);
     }

@@ -78,7 +78,7 @@ pub(crate) fn funnel(summary: &Summary) -> String {
     let all = summary.triangles.all;
     let views = summary.views.max(1) as u64;
     let shares = shares(summary);
-    let (row, left, width) = (40.0, 190.0, 560.0);
+    let (row, left, width) = (40.0, 190.0, 530.0);
     let height = row * shares.len() as f64 + 8.0;
     let mut svg = format!(
         "<svg class=\"funnel\" viewBox=\"0 0 960 {height}\" role=\"img\" aria-label=\"What became of the \
@@ -106,7 +106,7 @@ pub(crate) fn funnel(summary: &Summary) -> String {
             share.color,
             left + width + 16.0,
             percent(share.count, all),
-            left + width + 100.0,
+            left + width + 126.0,
             grouped(share.count / views),
         );
     }
