@@ -67,6 +67,7 @@ pub(crate) fn with_tallies(facts: &[MeshRecord], tallies: &[MeshTally]) -> Vec<M
 pub(crate) fn scene_record(model: &Model, facts: &[MeshRecord]) -> SceneRecord {
     let scene = &model.scene;
     let extent = scene.extent();
+    let world = |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + scene.origin()[a]);
     SceneRecord {
         name: model.name.clone(),
         meshes: facts.len() as u64,
@@ -77,7 +78,7 @@ pub(crate) fn scene_record(model: &Model, facts: &[MeshRecord]) -> SceneRecord {
         solids: facts.iter().filter(|m| m.solid).count() as u64,
         materials: model.materials.len() as u64,
         cameras: model.cameras.len() as u64,
-        extent: (!extent.is_empty()).then_some([extent.min, extent.max]),
+        extent: (!extent.is_empty()).then(|| [world(extent.min), world(extent.max)]),
         warnings: model.warnings.iter().map(ToString::to_string).collect(),
     }
 }

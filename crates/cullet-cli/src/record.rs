@@ -35,7 +35,7 @@ pub(crate) struct SceneRecord {
     pub(crate) solids: u64,
     pub(crate) materials: u64,
     pub(crate) cameras: u64,
-    pub(crate) extent: Option<[[f32; 3]; 2]>,
+    pub(crate) extent: Option<[[f64; 3]; 2]>,
     pub(crate) warnings: Vec<String>,
 }
 

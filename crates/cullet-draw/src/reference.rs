@@ -79,8 +79,10 @@ fn selected(selection: &Selection, slot: u32, triangle: u32) -> bool {
     match selection {
         Selection::All => true,
         Selection::Visible(visible) => visible.triangle_ranges.iter().any(|r| {
-            let entries = r.first as usize..r.first as usize + r.count as usize;
-            r.slot == slot && visible.triangles.get(entries).is_some_and(|t| t.contains(&triangle))
+            // A range that reaches beyond the list means what of it is there.
+            let end = (r.first as usize + r.count as usize).min(visible.triangles.len());
+            let entries = visible.triangles.get(r.first as usize..end);
+            r.slot == slot && entries.is_some_and(|t| t.contains(&triangle))
         }),
     }
 }

@@ -49,7 +49,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
             Some(path.parent().unwrap_or(Path::new(""))),
         )
     };
-    read().map_err(|kind| kind.at(path))
+    read().map(rebased).map_err(|kind| kind.at(path))
 }
 
 /// Loads a model from memory. `name` stands for the file's name in messages, and its ending helps to
@@ -60,7 +60,20 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
 /// As [`load`].
 pub fn load_bytes(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Model, LoadError> {
     let path = Path::new(name);
-    decode(path, bytes.into(), options, None).map_err(|kind| kind.at(path))
+    decode(path, bytes.into(), options, None).map(rebased).map_err(|kind| kind.at(path))
+}
+
+/// Moves the scene's origin to the middle of a model that lies far from zero, as maps do, so that the
+/// bounds of its instances, which are f32, stay tight.
+fn rebased(mut model: Model) -> Model {
+    let extent = model.scene.extent();
+    let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let centre = extent.center();
+    if !extent.is_empty() && length(centre) > 8.0 * length(extent.half_extent()) {
+        // Whole numbers, so that differences of coordinates stay exact.
+        model.scene.rebase(centre.map(f64::round));
+    }
+    model
 }
 
 /// `folder` is where files named by the model are looked for; `None` opens no file.

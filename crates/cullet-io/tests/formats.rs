@@ -568,3 +568,16 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn the_origin_follows_a_model_that_is_far_away() {
+    let obj = |x: f64| format!("v {x} 0 0\nv {} 0 0\nv {x} 1 0\nf 1 2 3\n", x + 4.0);
+    let load = |text: String| {
+        let options = cullet_io::LoadOptions::default();
+        cullet_io::load_bytes("far.obj", text.as_bytes(), &options).unwrap().scene
+    };
+    assert_eq!(load(obj(3.0)).origin(), [0.0; 3]);
+    let far = load(obj(4_000_000.0));
+    assert_eq!(far.origin(), [4_000_002.0, 1.0, 0.0].map(|v: f64| v.round()));
+    assert!(far.extent().half_extent()[0] < 2.001, "bounds stay tight");
+}

@@ -24,11 +24,10 @@ pub(super) fn gather(scene: &Scene, queries: &[[DVec3; 2]]) -> Vec<Vec<u32>> {
         }
     }
     let meet = |[a, b]: &[DVec3; 2], [c, d]: &[DVec3; 2]| a.cmple(*d).all() && b.cmpge(*c).all();
-    let origin = DVec3::from(scene.origin());
     let endless = |v: f32| v.abs() >= cullet::bounds::Boxes::LIMIT;
     for s in scene.slots() {
         let stored = scene.boxes().get(s as usize);
-        let b = [stored.min, stored.max].map(|v| DVec3::from(v.map(f64::from)) + origin);
+        let b = [stored.min, stored.max].map(|v| DVec3::from(v.map(f64::from)));
         if !meet(&b, &[low, high]) || stored.min.into_iter().chain(stored.max).any(endless) {
             continue;
         }
