@@ -1,7 +1,9 @@
 //! The culler: runs the stages in order and says what is left.
 
 mod explain;
+mod instances;
 mod run;
+mod triangles;
 
 pub use explain::{Explanation, Step};
 

@@ -2,110 +2,13 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use thiserror::Error;
-
 use crate::bounds::{Aabb, Boxes};
 use crate::mesh::Mesh;
 use crate::transform::Transform;
 
-/// The number of a mesh in its scene.
-pub type MeshId = u32;
+mod instance;
 
-/// The caller's stable name for an instance: an index, and a generation that tells a removed instance
-/// from the one that took its index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Handle {
-    /// Index into the scene's handle table.
-    pub index: u32,
-    /// How often that index was reused.
-    pub generation: u32,
-}
-
-/// What is special about an instance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct InstanceFlags {
-    /// No stage but the layer mask may cull it.
-    pub always_visible: bool,
-    /// It never serves as an occluder.
-    pub no_occlusion: bool,
-    /// Both sides of its triangles are drawn, whatever its mesh says.
-    pub double_sided: bool,
-    /// It is blended, whatever its mesh says.
-    pub transparent: bool,
-}
-
-/// Bounds that the caller gives an instance in place of those of its mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum BoundsOverride {
-    /// The box of the mesh, transformed.
-    #[default]
-    Mesh,
-    /// There are no bounds: the instance is visible to every stage.
-    None,
-    /// This box in world space, relative to the scene's origin.
-    World(Aabb),
-    /// The box of the mesh, grown on every side by this distance in world units: for vertices that a
-    /// shader displaces.
-    Margin(f32),
-}
-
-/// What to add to a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Instance {
-    /// Which mesh.
-    pub mesh: MeshId,
-    /// Where.
-    pub transform: Transform,
-    /// In which layers; 0 is in none, so never drawn.
-    pub layers: u32,
-    /// What is special about it.
-    pub flags: InstanceFlags,
-    /// Its bounds.
-    pub bounds: BoundsOverride,
-}
-
-impl Instance {
-    /// An instance of `mesh` at `transform`, in layer 0 alone.
-    #[must_use]
-    pub fn new(mesh: MeshId, transform: Transform) -> Self {
-        Self {
-            mesh,
-            transform,
-            layers: 1,
-            flags: InstanceFlags::default(),
-            bounds: BoundsOverride::Mesh,
-        }
-    }
-}
-
-/// Why a scene refuses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// The handle's instance was removed, or the handle is of another scene.
-    #[error("handle {0:?} names no instance of this scene")]
-    NoInstance(Handle),
-    /// There is no such mesh.
-    #[error("mesh {mesh} of {meshes}")]
-    NoMesh {
-        /// The mesh asked for.
-        mesh: MeshId,
-        /// How many there are.
-        meshes: usize,
-    },
-    /// Slots are u32.
-    #[error("a scene holds at most {0} instances")]
-    Full(u32),
-}
-
-/// What [`Scene::commit`] did.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Commit {
-    /// The new slot of each old slot; `u32::MAX` where the instance was removed.
-    pub slot_of_old: Vec<u32>,
-    /// The scene's new order version.
-    pub order_version: u64,
-}
+pub use instance::{BoundsOverride, Commit, Handle, Instance, InstanceFlags, MeshId, SceneError};
 
 const NO_SLOT: u32 = u32::MAX;
 

@@ -1,0 +1,161 @@
+//! The stages of triangles: a list that each stage shortens in place.
+
+use super::run::{Pass, triangles_of};
+use crate::clip::outcode::ObjectRegion;
+use crate::cull::backface::ObjectEye;
+use crate::cull::degenerate::Flattening;
+use crate::mesh::{Cluster, Mesh};
+use crate::visible::{Reason, Stage, TriangleRange, Unit};
+
+impl Pass<'_> {
+    /// Lists the triangles of all runs, those of straddling clusters by their outcodes.
+    pub(super) fn list_triangles(&mut self) {
+        let scene = self.scene;
+        let (mut entered, mut left) = (0, 0);
+        let mut region = None;
+        for i in 0..self.scratch.runs.len() {
+            let run = self.scratch.runs[i];
+            let mesh = scene.mesh(run.slot);
+            let triangles = triangles_of(mesh, run);
+            let list = &mut self.result.triangles;
+            let before = list.len();
+            if run.inside {
+                list.extend(triangles.clone());
+            } else {
+                // Runs of a slot follow each other: its region is made once.
+                if region.as_ref().is_none_or(|(slot, _)| *slot != run.slot) {
+                    let transform = scene.transform(run.slot);
+                    region = Some((run.slot, ObjectRegion::new(&self.world_frustum, transform)));
+                }
+                let Some((_, region)) = &region else { continue };
+                let (positions, indices) = (mesh.positions(), mesh.indices());
+                region.keep_into(positions, indices, triangles.clone(), region.present(), list);
+            }
+            entered += triangles.len() as u64;
+            // Degenerate triangles are in no cluster; they go with the last run of their instance.
+            let last = self.scratch.runs.get(i + 1).is_none_or(|next| next.slot != run.slot);
+            if last {
+                let count = mesh.triangle_count();
+                let degenerate = count - mesh.degenerate_count()..count;
+                entered += degenerate.len() as u64;
+                list.extend(degenerate);
+            }
+            let count = (list.len() - before) as u32;
+            left += u64::from(count);
+            match self.result.triangle_ranges.last_mut() {
+                Some(range) if range.slot == run.slot => range.count += count,
+                _ => self.result.triangle_ranges.push(TriangleRange {
+                    slot: run.slot,
+                    first: before as u32,
+                    count,
+                }),
+            }
+        }
+        if self.culler.frustum {
+            self.row(Stage::Frustum, Unit::Triangles, entered, left);
+            self.drop_empty_ranges(Stage::Frustum);
+        }
+    }
+
+    /// Drops back faces (or front faces) of one-sided parts.
+    pub(super) fn backfaces(&mut self) {
+        let (scene, view) = (self.scene, self.view);
+        self.filter_triangles(Stage::Backface, |slot, triangles, kept| {
+            let mesh = scene.mesh(slot);
+            let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
+            let two_sided = scene.flags(slot).double_sided || mesh.is_two_sided();
+            if exempt || two_sided || !scene.is_rigid(slot) {
+                return false;
+            }
+            let eye = ObjectEye::of_view(view, scene.transform(slot));
+            let mut rest = triangles;
+            for cluster in clusters_of_list(mesh, triangles) {
+                let end = cluster.first_triangle + cluster.triangle_count;
+                let (of_cluster, after) = rest.split_at(rest.partition_point(|&t| t < end));
+                rest = after;
+                if of_cluster.is_empty() && rest.is_empty() {
+                    break;
+                }
+                if mesh.parts()[cluster.part as usize].two_sided {
+                    kept.extend_from_slice(of_cluster);
+                } else {
+                    let front = |t: &&u32| !eye.culls(&mesh.corners(**t));
+                    kept.extend(of_cluster.iter().filter(front));
+                }
+            }
+            // Degenerate triangles follow the last cluster; they have no back.
+            kept.extend_from_slice(rest);
+            true
+        });
+    }
+
+    /// Drops triangles without area: those found when the mesh was made, and those that a flattening
+    /// transform makes.
+    pub(super) fn degenerate_triangles(&mut self) {
+        let scene = self.scene;
+        self.filter_triangles(Stage::Degenerate, |slot, triangles, kept| {
+            let mesh = scene.mesh(slot);
+            let drawn = mesh.triangle_count() - mesh.degenerate_count();
+            let flattening = Flattening::of(scene.transform(slot));
+            let flattened = scene.is_rigid(slot) && flattening.rank() < 3;
+            if !flattened && triangles.last().is_none_or(|&t| t < drawn) {
+                return false;
+            }
+            kept.extend(
+                triangles.iter().copied().filter(|&t| {
+                    t < drawn && !(flattened && flattening.flattens(&mesh.corners(t)))
+                }),
+            );
+            true
+        });
+    }
+
+    /// Runs a triangle stage over every range in place. The closure appends what it keeps, or returns
+    /// `false` to keep all.
+    fn filter_triangles(
+        &mut self,
+        stage: Stage,
+        mut keep: impl FnMut(u32, &[u32], &mut Vec<u32>) -> bool,
+    ) {
+        let entered = self.result.triangles.len() as u64;
+        let r = &mut *self.result;
+        let kept = &mut self.scratch.kept;
+        let mut write = 0;
+        for range in &mut r.triangle_ranges {
+            let read = range.first as usize..(range.first + range.count) as usize;
+            kept.clear();
+            let count = if keep(range.slot, &r.triangles[read.clone()], kept) {
+                r.triangles[write..write + kept.len()].copy_from_slice(kept);
+                kept.len()
+            } else {
+                r.triangles.copy_within(read.clone(), write);
+                read.len()
+            };
+            *range = TriangleRange { slot: range.slot, first: write as u32, count: count as u32 };
+            write += count;
+        }
+        r.triangles.truncate(write);
+        self.row(stage, Unit::Triangles, entered, write as u64);
+        self.drop_empty_ranges(stage);
+    }
+
+    /// Forgets instances of which a stage left no triangle.
+    fn drop_empty_ranges(&mut self, stage: Stage) {
+        let reasons = &mut self.result.reasons;
+        let detail = if stage == Stage::Frustum { Reason::MIXED } else { 0 };
+        self.result.triangle_ranges.retain(|range| {
+            if range.count == 0 && !reasons.is_empty() {
+                reasons[range.slot as usize] = Some(Reason { stage, detail });
+            }
+            range.count > 0
+        });
+    }
+}
+
+/// The clusters from the one of the first triangle of an ascending list on.
+fn clusters_of_list<'m>(mesh: &'m Mesh, triangles: &[u32]) -> &'m [Cluster] {
+    let first = triangles.first().copied().unwrap_or(0);
+    let clusters = mesh.clusters();
+    let at = clusters.partition_point(|c| c.first_triangle + c.triangle_count <= first);
+    &clusters[at..]
+}
