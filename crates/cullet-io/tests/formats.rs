@@ -573,8 +573,8 @@ proptest! {
 fn the_origin_follows_a_model_that_is_far_away() {
     let obj = |x: f64| format!("v {x} 0 0\nv {} 0 0\nv {x} 1 0\nf 1 2 3\n", x + 4.0);
     let load = |text: String| {
-        let options = cullet_io::LoadOptions::default();
-        cullet_io::load_bytes("far.obj", text.as_bytes(), &options).unwrap().scene
+        let options = LoadOptions::default();
+        load_bytes("far.obj", text.as_bytes(), &options).unwrap().scene
     };
     assert_eq!(load(obj(3.0)).origin(), [0.0; 3]);
     let far = load(obj(4_000_000.0));
