@@ -95,7 +95,7 @@ pub enum SceneError {
     Full(u32),
 }
 
-/// What [`Scene::commit`] did.
+/// What [`Scene::commit`](super::Scene::commit) did.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Commit {
     /// The new slot of each old slot; `u32::MAX` where the instance was removed.
