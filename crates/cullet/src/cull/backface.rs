@@ -1,1 +1,0 @@
-//! Back-face culling of triangles.

@@ -1,0 +1,10 @@
+//! Back-face culling.
+
+mod mask;
+mod mask_cull;
+
+pub use mask::{
+    BackfaceMask, MaskError, MaskGrid, MaskUse, NormalMask, NormalMasks, ViewCone,
+    corner_directions,
+};
+pub use mask_cull::{append_unmasked, count_masked, cull_masked, cull_masked_ref};
