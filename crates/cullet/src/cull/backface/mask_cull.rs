@@ -120,7 +120,7 @@ fn fill_rows<S: Simd>(
                 if *row != [0; 16] {
                     // Offsets of another row wrap to 16 or more, for which the look-up gives 0.
                     let index = offset - u8x16::splat(simd, number as u8 * 16);
-                    found = found | u8x16::from_slice(simd, row).swizzle_dyn_precise(index);
+                    found |= u8x16::from_slice(simd, row).swizzle_dyn_precise(index);
                 }
             }
             let culled = (found & u8x16::from_slice(simd, &bit[at])).simd_gt(u8x16::splat(simd, 0));
