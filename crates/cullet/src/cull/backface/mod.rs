@@ -10,3 +10,5 @@ pub use mask::{
 };
 pub use mask_cull::{append_unmasked, count_masked, cull_masked, cull_masked_ref};
 pub use quantised::{Planes8, Planes16};
+
+pub mod cluster;
