@@ -1,3 +1,42 @@
-//! Everything that CI does, runnable by hand.
+//! Everything that CI does, runnable by hand: `cargo xtask test | pictures | bench | demo`.
+#![forbid(unsafe_code)]
 
-fn main() {}
+mod pictures;
+mod steps;
+mod tools;
+
+use std::process::ExitCode;
+
+const HELP: &str = "\
+cargo xtask test       everything CI checks: format, lints, docs, tests at every SIMD level, examples
+cargo xtask test NAME  only the steps whose name contains NAME
+cargo xtask pictures   draws the pictures of README and docs again
+cargo xtask bench      cullet bench, then the criterion benches
+cargo xtask demo       the README's two commands, in a fresh clone of this repository";
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    let done = match args[..] {
+        ["test"] => steps::test(""),
+        ["test", name] => steps::test(name),
+        ["pictures"] => pictures::draw(),
+        ["bench"] => steps::bench(),
+        ["demo"] => steps::demo(),
+        [] | ["help" | "--help" | "-h"] => {
+            println!("{HELP}");
+            return ExitCode::SUCCESS;
+        }
+        _ => {
+            eprintln!("xtask: unknown: {}\n{HELP}", args.join(" "));
+            return ExitCode::from(2);
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,4 +1,90 @@
-//! The program `cullet`.
+//! The program `cullet`: reports what a scene draws for nothing.
 #![forbid(unsafe_code)]
 
-fn main() {}
+mod args;
+mod bench;
+mod bounds;
+mod console;
+mod drawing;
+mod exit;
+mod info;
+mod inputs;
+mod meshes;
+mod parse;
+mod picture;
+mod record;
+mod report;
+mod scenes;
+mod survey;
+mod verify;
+
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{BenchArgs, Cli, Command};
+use console::{Console, write_json};
+use exit::{Exit, Outcome};
+
+fn main() -> ExitCode {
+    // Wrong command lines end here with code 2, --help and --version with 0.
+    let cli = Cli::parse();
+    std::panic::set_hook(Box::new(report_panic));
+    console::watch_interrupts();
+    let outcome = catch_unwind(AssertUnwindSafe(|| run(&cli)));
+    let exit = match outcome {
+        Ok(Ok(exit)) => exit,
+        Ok(Err(failure)) => {
+            let _ = writeln!(std::io::stderr().lock(), "error: {}", failure.message);
+            failure.exit
+        }
+        Err(_) => Exit::Internal,
+    };
+    exit.into()
+}
+
+fn run(cli: &Cli) -> Outcome {
+    let console = |json: &Option<std::path::PathBuf>| Console::new(cli.quiet, json.as_deref());
+    match &cli.command {
+        Command::Report(args) => report::run(args, &console(&args.json)),
+        Command::Verify(args) => verify::run(args, &console(&args.json)),
+        Command::Info(args) => info::run(args, &console(&args.json)),
+        Command::Scenes(args) => scenes::run(args, &console(&args.json)),
+        Command::Bench(args) => run_bench(args, &console(&args.json)),
+        Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
+    }
+}
+
+fn run_bench(args: &BenchArgs, console: &Console) -> Outcome {
+    let options = bench::BenchOptions { filter: args.filter.clone(), ..Default::default() };
+    let results = if console.json_on_stdout {
+        bench::run(&options)
+    } else {
+        console.line(bench::Measured::HEADING);
+        bench::run_each(&options, &mut |measured| console.line(measured.to_string()))
+    };
+    if let Some(path) = &args.json {
+        write_json(path, &results)?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// A fault of ours: says where, and what to send.
+fn report_panic(info: &std::panic::PanicHookInfo) {
+    let what = info.payload_as_str().unwrap_or("no message");
+    let at = info.location().map_or_else(String::new, |l| {
+        let file = Path::new(l.file()).components().rev().take(2).collect::<Vec<_>>();
+        let file: Vec<_> = file.iter().rev().map(|c| c.as_os_str().to_string_lossy()).collect();
+        format!(" ({}:{})", file.join("/"), l.line())
+    });
+    let _ = writeln!(
+        std::io::stderr().lock(),
+        "internal error: {what}{at}\nThis is a fault of cullet {}, not of your input. Please report it \
+         with the command line{}.",
+        env!("CARGO_PKG_VERSION"),
+        std::env::args().nth(1).map_or_else(String::new, |c| format!(" (cullet {c} ...)"))
+    );
+}

@@ -1,2 +1,62 @@
-//! The reference renderer.
+//! The reference renderer of `cullet`: the exact visible set, the proof that culling lost nothing of
+//! it, and pictures.
+//!
+//! ```
+//! use cullet::{Camera, Depth, Instance, Mesh, MeshData, Projection, Scene, Transform, View};
+//! use cullet_draw::{RenderOptions, Selection, render};
+//!
+//! let mut scene = Scene::new();
+//! let triangle = scene.add_mesh(Mesh::new(MeshData {
+//!     positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+//!     indices: vec![0, 1, 2],
+//!     ..MeshData::default()
+//! })?);
+//! scene.add(Instance::new(triangle, Transform::IDENTITY))?;
+//! let projection =
+//!     Projection::Perspective { fov_y_radians: 1.0, aspect: 1.5, near: 0.1, far: f64::INFINITY };
+//! let camera = Camera::look_at([0.0, 0.0, 4.0], [0.0; 3], projection);
+//! let view = View::new(&camera, Depth::Reversed, [96, 64])?;
+//! let frame = render(&scene, &view, Selection::All, &RenderOptions::default());
+//! assert_eq!(frame.visible().len(), 1);
+//! assert_eq!(frame.id(48, 32).slot, 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What a frame is
+//!
+//! All is f64. A vertex in clip space is the view's matrix times the transform, both in f64, times the
+//! f32 vertex; nothing is snapped, and no clipping moves an edge. A pixel has one sample. A triangle
+//! covers it where its three homogeneous edge functions are positive, or zero on a top or left edge, and
+//! where its depth is within 0..1; an edge is evaluated in one order of its vertices, so that two
+//! triangles that share it agree bit for bit, and each sample on it belongs to just one of them. The
+//! nearest triangle owns the pixel; of equally near ones, that with the lowest slot and then the lowest
+//! original triangle. One-sided parts are drawn from their front alone, as the view and the transform
+//! (mirrored ones too) define it. Blended and masked triangles hide nothing: they are tested against
+//! the opaque ones, and each that is not behind them somewhere is in [`Frame::blended`].
+//!
+//! The result depends on neither the order of drawing, nor the number of threads, nor on what is skipped
+//! because it is hidden or off the screen; [`render_ref`], which skips nothing, returns the same frame.
+//! None of the engine's cullers takes part in it.
+//!
+//! # The proof
+//!
+//! [`verify`] draws a view with and without culling and compares the owners of all pixels, then looks
+//! for dropped instances at N × N jittered samples a pixel.
 #![forbid(unsafe_code)]
+
+mod bounds;
+mod frame;
+mod geometry;
+pub mod picture;
+mod prepare;
+mod reference;
+mod render;
+mod sample;
+mod tile;
+mod verify;
+
+pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
+pub use picture::{Picture, depth_complexity, fly_out, kinds, kinds_of, palette, shaded, top_down};
+pub use reference::render_ref;
+pub use render::render;
+pub use verify::{FalseCull, Verification, VerifyOptions, verify, verify_visible};

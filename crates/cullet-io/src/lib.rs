@@ -1,10 +1,24 @@
 //! Loads models and makes scenes.
 #![forbid(unsafe_code)]
 
+mod builder;
 mod error;
+mod format;
+mod gltf;
 mod load;
 mod model;
+mod mtl;
+mod obj;
+pub mod occscn;
+mod off;
+pub mod paths;
+mod ply;
+mod polygon;
+pub mod scenes;
+mod stl;
+mod text;
+mod weld;
 
 pub use error::{ErrorKind, LoadError};
-pub use load::{LoadOptions, load};
-pub use model::{CameraNode, Cell, CellGraph, Material, Model, Portal, Up, Warning};
+pub use load::{LoadOptions, load, load_bytes};
+pub use model::{CameraNode, Cell, CellGraph, Material, MatrixView, Model, Portal, Up, Warning};

@@ -1,5 +1,7 @@
 //! A model: a scene with names, materials and cameras.
 
+use std::borrow::Cow;
+
 use cullet::{Handle, Projection, Scene, Transform};
 
 /// A scene, and what its file says beyond geometry.
@@ -11,12 +13,15 @@ pub struct Model {
     pub scene: Scene,
     /// The name of each mesh, by its number.
     pub mesh_names: Vec<String>,
-    /// The name of each instance, by the index of its handle.
+    /// The name of each instance, by the index of its handle; empty where names are made up from the
+    /// meshes', as for a scene of millions.
     pub instance_names: Vec<String>,
     /// Materials; [`cullet::mesh::Part::material`] is an index into these.
     pub materials: Vec<Material>,
     /// Cameras, fixed or moving.
     pub cameras: Vec<CameraNode>,
+    /// Views that the file gives as matrices.
+    pub views: Vec<MatrixView>,
     /// Rooms and openings, where the scene was made with them.
     pub cells: CellGraph,
     /// What was odd in the file but did not stop it.
@@ -24,10 +29,18 @@ pub struct Model {
 }
 
 impl Model {
-    /// The name of the instance of a handle.
+    /// The name of the instance of a handle: its own, or its mesh's with the handle's index (`oak 12`)
+    /// where it has none. A handle that names no instance has the name `instance 12`.
     #[must_use]
-    pub fn instance_name(&self, handle: Handle) -> &str {
-        self.instance_names.get(handle.index as usize).map_or("", String::as_str)
+    pub fn instance_name(&self, handle: Handle) -> Cow<'_, str> {
+        if let Some(name) = self.instance_names.get(handle.index as usize).filter(|n| !n.is_empty())
+        {
+            return Cow::Borrowed(name);
+        }
+        let mesh = self.scene.slot(handle).ok().and_then(|slot| {
+            self.mesh_names.get(self.scene.mesh_id(slot) as usize).filter(|n| !n.is_empty())
+        });
+        Cow::Owned(format!("{} {}", mesh.map_or("instance", String::as_str), handle.index))
     }
 }
 
@@ -51,6 +64,19 @@ pub struct CameraNode {
     pub keys: Vec<(f64, Transform)>,
 }
 
+/// A fixed view that a file gives as a matrix.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MatrixView {
+    /// Its name.
+    pub name: String,
+    /// World to clip space, column-major for column vectors; depth 0 (near) to 1, y up.
+    pub clip_from_world: [f64; 16],
+    /// Where the eye is.
+    pub eye: [f64; 3],
+    /// Distance of the near plane, in the units of clip w.
+    pub near: f64,
+}
+
 /// A convex room, here always a box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
@@ -69,6 +95,10 @@ pub struct Portal {
     pub cells: [u32; 2],
     /// Its corners, a planar convex polygon.
     pub polygon: Vec<[f64; 3]>,
+    /// The instance that fills the opening when shut: a door's leaf.
+    pub door: Option<Handle>,
+    /// Whether that door is shut, so that nothing is seen through.
+    pub closed: bool,
 }
 
 /// Cells and the portals between them.

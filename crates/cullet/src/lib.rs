@@ -6,6 +6,7 @@ pub mod bounds;
 pub mod clip;
 pub mod cull;
 mod culler;
+mod exact;
 pub mod mesh;
 mod scene;
 mod transform;

@@ -128,6 +128,10 @@ pub struct Scene {
     flags: Vec<InstanceFlags>,
     overrides: Vec<BoundsOverride>,
     boxes: Boxes,
+    // One bit a slot: no stage but the layer mask may cull it.
+    exempt: Vec<u64>,
+    // One bit a slot: it has no triangle with an area.
+    collapsed: Vec<u64>,
     handles: Vec<Handle>,
     // By handle index: generation and slot.
     entries: Vec<(u32, u32)>,
@@ -158,6 +162,8 @@ impl Scene {
             flags: Vec::new(),
             overrides: Vec::new(),
             boxes: Boxes::new(),
+            exempt: Vec::new(),
+            collapsed: Vec::new(),
             handles: Vec::new(),
             entries: Vec::new(),
             free: Vec::new(),
@@ -200,7 +206,7 @@ impl Scene {
             }
         }
         self.origin = origin;
-        (0..self.slot_count()).for_each(|slot| self.update_bounds(slot));
+        (0..self.slot_count()).for_each(|slot| self.update_slot(slot));
         self.change += 1;
     }
 
@@ -248,8 +254,8 @@ impl Scene {
         self.flags.push(instance.flags);
         self.overrides.push(instance.bounds);
         self.handles.push(handle);
-        self.boxes.resize(slot as usize + 1);
-        self.update_bounds(slot);
+        self.resize_slot_data();
+        self.update_slot(slot);
         self.change += 1;
         Ok(handle)
     }
@@ -267,6 +273,8 @@ impl Scene {
         self.flags[slot as usize] = InstanceFlags::default();
         self.handles[slot as usize] = Handle { index: NO_SLOT, generation: 0 };
         self.boxes.set(slot as usize, &Aabb::EMPTY);
+        set_bit(&mut self.exempt, slot, false);
+        set_bit(&mut self.collapsed, slot, false);
         self.removed += 1;
         self.change += 1;
         Ok(())
@@ -283,7 +291,7 @@ impl Scene {
     ) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         self.transforms[slot as usize] = transform;
-        self.update_bounds(slot);
+        self.update_slot(slot);
         self.change += 1;
         Ok(())
     }
@@ -306,6 +314,7 @@ impl Scene {
     pub fn set_flags(&mut self, handle: Handle, flags: InstanceFlags) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         self.flags[slot as usize] = flags;
+        self.update_slot(slot);
         self.change += 1;
         Ok(())
     }
@@ -317,7 +326,7 @@ impl Scene {
     pub fn set_bounds(&mut self, handle: Handle, bounds: BoundsOverride) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         self.overrides[slot as usize] = bounds;
-        self.update_bounds(slot);
+        self.update_slot(slot);
         self.change += 1;
         Ok(())
     }
@@ -352,8 +361,8 @@ impl Scene {
             self.flags.truncate(len);
             self.overrides.truncate(len);
             self.handles.truncate(len);
-            self.boxes.resize(len);
-            (0..next).for_each(|slot| self.update_bounds(slot));
+            self.resize_slot_data();
+            (0..next).for_each(|slot| self.update_slot(slot));
             self.removed = 0;
             self.order_version += 1;
             self.change += 1;
@@ -445,6 +454,28 @@ impl Scene {
         &self.boxes
     }
 
+    /// One bit a slot: instances that no stage but the layer mask may cull, because they are flagged
+    /// so, have no bounds, or have a transform that is not finite.
+    #[must_use]
+    pub fn exempt(&self) -> &[u64] {
+        &self.exempt
+    }
+
+    /// One bit a slot: instances without a triangle that has an area, because their mesh has none or
+    /// their transform flattens everything to a line or a point.
+    #[must_use]
+    pub fn collapsed(&self) -> &[u64] {
+        &self.collapsed
+    }
+
+    /// Whether the instance is drawn just as its mesh says, so that its clusters and triangles may be
+    /// culled on their own. Not so where the caller gave bounds (a shader may move the vertices) or
+    /// the mesh can deform.
+    #[must_use]
+    pub fn is_rigid(&self, slot: u32) -> bool {
+        self.overrides[slot as usize] == BoundsOverride::Mesh && !self.mesh(slot).is_deformable()
+    }
+
     /// Triangles of all instances, degenerate ones included.
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
@@ -461,31 +492,53 @@ impl Scene {
     }
 
     fn world_box(&self, slot: usize) -> Aabb {
-        let transformed = || {
-            self.transforms[slot]
-                .transform_box(&self.meshes[self.mesh[slot] as usize].bounds(), self.origin)
+        let transform = &self.transforms[slot];
+        let mesh = || {
+            let b = self.meshes[self.mesh[slot] as usize].bounds();
+            // A mesh without a drawable triangle is somewhere all the same: at its own origin.
+            let b = if b.is_empty() { Aabb::new([0.0; 3], [0.0; 3]) } else { b };
+            transform.transform_box(&b, self.origin)
         };
         match self.overrides[slot] {
-            _ if !self.transforms[slot].is_finite() => Aabb::EVERYTHING,
+            _ if !transform.is_finite() => Aabb::EVERYTHING,
             BoundsOverride::None => Aabb::EVERYTHING,
-            BoundsOverride::Mesh => transformed(),
+            BoundsOverride::Mesh => mesh(),
             BoundsOverride::World(b) => b,
+            BoundsOverride::Margin(m) if m.is_nan() => Aabb::EVERYTHING,
             BoundsOverride::Margin(m) => {
-                let b = transformed();
-                let grow = |v: [f32; 3], by: f64| v.map(|v| f64::from(v) + by);
+                let b = mesh();
                 let m = f64::from(m);
-                if b.is_empty() || m.is_nan() {
-                    return if b.is_empty() { b } else { Aabb::EVERYTHING };
-                }
+                let grow = |v: [f32; 3], by: f64| v.map(|v| f64::from(v) + by);
                 Aabb::rounded_out(grow(b.min, -m), grow(b.max, m))
             }
         }
     }
 
-    fn update_bounds(&mut self, slot: u32) {
-        if !self.is_removed(slot) {
-            let b = self.world_box(slot as usize);
-            self.boxes.set(slot as usize, &b);
-        }
+    fn resize_slot_data(&mut self) {
+        let slots = self.handles.len();
+        self.boxes.resize(slots);
+        self.exempt.resize(slots.div_ceil(64), 0);
+        self.collapsed.resize(slots.div_ceil(64), 0);
     }
+
+    /// Recomputes what is derived from a slot's transform, flags and override.
+    fn update_slot(&mut self, slot: u32) {
+        if self.is_removed(slot) {
+            return;
+        }
+        let at = slot as usize;
+        let b = self.world_box(at);
+        self.boxes.set(at, &b);
+        let finite = self.transforms[at].is_finite();
+        let no_bounds = self.overrides[at] == BoundsOverride::None || !b.is_finite();
+        set_bit(&mut self.exempt, slot, self.flags[at].always_visible || no_bounds || !finite);
+        let flat = finite && self.transforms[at].rank() <= 1 && self.is_rigid(slot);
+        let nothing = self.mesh(slot).clusters().is_empty();
+        set_bit(&mut self.collapsed, slot, flat || nothing);
+    }
+}
+
+fn set_bit(words: &mut [u64], bit: u32, value: bool) {
+    let word = &mut words[bit as usize / 64];
+    *word = *word & !(1 << (bit % 64)) | u64::from(value) << (bit % 64);
 }

@@ -1,28 +1,114 @@
-//! Boxes and spheres in batches: one stream per coordinate, made ready for the conservative tests of
+//! Boxes and spheres in batches, made ready for the conservative tests of
 //! [`cull::frustum`](crate::cull::frustum).
 //!
-//! What is stored is never tighter than what was given. Each coordinate is moved outward by eight
-//! units in its last place (and a box with a NaN or infinite coordinate becomes [`Boxes::LIMIT`] in
-//! every direction), because that is just what makes an f32 plane test conservative: the rounding
-//! error of n·x is at most 3.1 u Σ|nᵢ||xᵢ| (u = 2⁻²⁴), rounding the plane's normal to f32 adds one u
-//! more, and moving each xᵢ by 8u|xᵢ| away from the plane is worth 8u Σ|nᵢ||xᵢ|. So the tests need no
-//! error term, and a stored box can give no NaN.
+//! Items lie in blocks of sixteen: one row of sixteen numbers a coordinate, rows of one block side by
+//! side, each row one cache line. A test reads them in one stream, and no vector load crosses a line.
+//! A box is kept as −min and max, so that a plane test has no negative coefficient and picks a row
+//! where it would have picked a sign.
+//!
+//! What is stored is never tighter than what was given, and just so much wider that the f32 tests need
+//! no error term. With u = 2⁻²⁴: a plane test sums |n|·y over three axes, where y is −min or max, as
+//! y₀ + (b·y₁ + c·y₂), the plane being scaled so that the first coefficient is 1. Rounding b and c to
+//! f32, two products and two sums lose at most 4u Σ|n||y|, and 2⁻¹⁴⁵ where a product underflows.
+//! [`Boxes::set`] moves every coordinate outward by at least 14u|y| + 2⁻¹²⁷, worth 14u Σ|n||y| + 2⁻¹²⁷
+//! to the sum. Comparing the sum with the offset is exact. The stored sum is therefore never below the
+//! exact sum of the box that was given, and what is culled is outside. The same growth serves the test
+//! for inside, whose sum takes the other corner.
+
+use bytemuck::{Pod, Zeroable};
 
 use super::{Aabb, Sphere};
 
-/// A growable batch of axis-aligned boxes, as six streams.
+/// How many items a block holds: the lanes of the widest vector there is.
+pub(crate) const LANES: usize = 16;
+
+/// Sixteen boxes: rows −min x, y, z, then max x, y, z.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(crate) struct BoxBlock(pub(crate) [[f32; LANES]; 6]);
+
+/// Sixteen spheres: rows x, y, z and radius.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(crate) struct SphereBlock(pub(crate) [[f32; LANES]; 4]);
+
+/// 2⁻²⁰ = 16 u: 14 u are promised, the rest pays for the rounding of the widening itself.
+const BOX_STEP: f32 = 1.0 / (1 << 20) as f32;
+
+/// 2⁻¹⁹ = 32 u: the shared form of the sphere test loses up to 17 u, see `cull::frustum::batch`.
+const SPHERE_STEP: f32 = 1.0 / (1 << 19) as f32;
+
+impl BoxBlock {
+    /// Stores a box in a lane, widened.
+    pub(crate) fn set(&mut self, lane: usize, b: &Aabb) {
+        let numbers = || b.min.iter().chain(&b.max);
+        // A NaN means keep, whatever the other numbers say; so it is asked for first.
+        let rows = if numbers().any(|v| v.is_nan()) {
+            [Boxes::LIMIT; 6]
+        } else if b.is_empty() {
+            [-Boxes::LIMIT; 6]
+        } else if numbers().any(|v| v.abs() >= Boxes::LIMIT) {
+            [Boxes::LIMIT; 6]
+        } else {
+            let ([x, y, z], [p, q, r]) = (b.min, b.max);
+            [-x, -y, -z, p, q, r].map(widen)
+        };
+        for (row, v) in self.0.iter_mut().zip(rows) {
+            row[lane] = v;
+        }
+    }
+
+    fn get(&self, lane: usize) -> Aabb {
+        let at = |row: usize| self.0[row][lane];
+        Aabb { min: [-at(0), -at(1), -at(2)], max: [at(3), at(4), at(5)] }
+    }
+}
+
+impl SphereBlock {
+    /// Stores a sphere in a lane, its radius grown.
+    pub(crate) fn set(&mut self, lane: usize, s: &Sphere) {
+        let beyond = |v: f32| v.is_nan() || v.abs() >= Boxes::LIMIT;
+        let whole = beyond(s.radius) || s.center.iter().any(|&v| beyond(v));
+        let (center, radius) = if s.radius < 0.0 {
+            ([0.0; 3], -Spheres::REACH)
+        } else if whole {
+            ([0.0; 3], Spheres::REACH)
+        } else {
+            let reach = s.center.iter().map(|v| v.abs()).sum::<f32>() + s.radius;
+            // 33/32: the rounding of this line itself.
+            let growth = reach * (SPHERE_STEP * (33.0 / 32.0)) + f32::MIN_POSITIVE;
+            (s.center, (s.radius + growth).next_up())
+        };
+        for axis in 0..3 {
+            self.0[axis][lane] = center[axis];
+        }
+        self.0[3][lane] = radius;
+    }
+
+    fn get(&self, lane: usize) -> Sphere {
+        let at = |row: usize| self.0[row][lane];
+        Sphere { center: [at(0), at(1), at(2)], radius: at(3) }
+    }
+}
+
+/// Moves a coordinate outward by 16u|v|: it is positive that way, as −min and max are.
+fn widen(v: f32) -> f32 {
+    v + (v.abs() * BOX_STEP + f32::MIN_POSITIVE)
+}
+
+/// A growable batch of axis-aligned boxes.
+///
+/// 24 bytes a box, in blocks of sixteen. Boxes are stored a little larger than given (one part in a
+/// million), which is what makes the tests of a batch conservative.
 #[derive(Clone, Debug, Default)]
 pub struct Boxes {
-    pub(crate) streams: [Vec<f32>; 6],
+    blocks: Vec<BoxBlock>,
     len: usize,
 }
 
-/// Streams are padded to a multiple of this many entries, the widest vector there is.
-pub(crate) const LANES: usize = 16;
-
 impl Boxes {
-    /// Coordinates beyond this size, or not finite, are stored as this size: such a box is kept by
-    /// every frustum that reaches less far. Chosen so that no plane test can overflow.
+    /// A box with a coordinate of this size or more, or a coordinate that is not finite, is stored as
+    /// ±this in every direction: no frustum culls it. Chosen so that no plane test can overflow.
     pub const LIMIT: f32 = 1e18;
 
     /// An empty batch.
@@ -53,7 +139,7 @@ impl Boxes {
 
     /// Forgets all boxes, keeps the memory.
     pub fn clear(&mut self) {
-        self.streams.iter_mut().for_each(Vec::clear);
+        self.blocks.clear();
         self.len = 0;
     }
 
@@ -74,58 +160,61 @@ impl Boxes {
 
     /// Sets the number of boxes; new ones are points at the origin until they are set.
     pub fn resize(&mut self, len: usize) {
-        let padded = len.next_multiple_of(LANES);
-        for s in &mut self.streams {
-            s.resize(padded, 0.0);
+        self.blocks.resize(len.div_ceil(LANES), BoxBlock::zeroed());
+        // Lanes that a shorter batch leaves behind would come back as they were when it grows again.
+        if len < self.len
+            && let Some(block) = self.blocks.get_mut(len / LANES)
+        {
+            block.0.iter_mut().for_each(|row| row[len % LANES..].fill(0.0));
         }
         self.len = len;
     }
 
-    /// Replaces box `index`. A box with a NaN coordinate becomes the whole of space; an empty box stays
-    /// empty, which means that no answer about it matters to the caller.
+    /// Replaces box `index`. A box with a NaN or infinite coordinate becomes the whole of space; an
+    /// empty box stays empty, and every frustum that has a plane culls it.
     ///
     /// # Panics
     /// If `index` is not below [`len`](Self::len).
     pub fn set(&mut self, index: usize, b: &Aabb) {
         assert!(index < self.len, "box {index} of a batch of {}", self.len);
-        let nan = b.min.iter().chain(&b.max).any(|v| v.is_nan());
-        let b = if nan { &Aabb::EVERYTHING } else { b };
-        for axis in 0..3 {
-            self.streams[axis][index] = widen(b.min[axis], -1.0);
-            self.streams[axis + 3][index] = widen(b.max[axis], 1.0);
-        }
+        self.blocks[index / LANES].set(index % LANES, b);
     }
 
     /// Box `index` as it is stored, a little larger than it was given.
+    ///
+    /// # Panics
+    /// If `index` is not below [`len`](Self::len).
     #[must_use]
     pub fn get(&self, index: usize) -> Aabb {
-        let at = |s: usize| self.streams[s][index];
-        Aabb { min: [at(0), at(1), at(2)], max: [at(3), at(4), at(5)] }
+        assert!(index < self.len, "box {index} of a batch of {}", self.len);
+        self.blocks[index / LANES].get(index % LANES)
     }
 
-    /// The six streams, min x, y, z then max x, y, z, each of [`len`](Self::len) entries.
+    /// The numbers as they lie in memory: for each sixteen boxes, sixteen of −min x, of −min y, of
+    /// −min z, of max x, of max y, of max z; lanes past the last box are zero.
     #[must_use]
-    pub fn streams(&self) -> [&[f32]; 6] {
-        std::array::from_fn(|s| &self.streams[s][..self.len])
+    pub fn as_floats(&self) -> &[f32] {
+        bytemuck::cast_slice(&self.blocks)
+    }
+
+    pub(crate) fn blocks(&self) -> &[BoxBlock] {
+        &self.blocks
     }
 }
 
-/// 2^-20 = 16 u: 8 u for the tests and as much to cover the rounding of the widening itself.
-const RELATIVE_STEP: f32 = 1.0 / (1 << 20) as f32;
-
-/// Moves `v` by 8u|v| in the direction of `sign`, within ±[`Boxes::LIMIT`].
-fn widen(v: f32, sign: f32) -> f32 {
-    (v + sign * (v.abs() * RELATIVE_STEP + f32::MIN_POSITIVE)).clamp(-Boxes::LIMIT, Boxes::LIMIT)
-}
-
-/// A growable batch of spheres, as four streams.
+/// A growable batch of spheres: 16 bytes each, in blocks of sixteen, stored a little larger than given
+/// (two parts in a million of the radius and of the distance from the origin).
 #[derive(Clone, Debug, Default)]
 pub struct Spheres {
-    pub(crate) streams: [Vec<f32>; 4],
+    blocks: Vec<SphereBlock>,
     len: usize,
 }
 
 impl Spheres {
+    /// The radius that stands for the whole of space, and, negated, for an empty sphere: more than any
+    /// plane's distance from any point within [`Boxes::LIMIT`].
+    const REACH: f32 = 8.0 * Boxes::LIMIT;
+
     /// An empty batch.
     #[must_use]
     pub fn new() -> Self {
@@ -136,10 +225,7 @@ impl Spheres {
     #[must_use]
     pub fn from_slice(spheres: &[Sphere]) -> Self {
         let mut batch = Self::new();
-        batch.resize(spheres.len());
-        for (i, s) in spheres.iter().enumerate() {
-            batch.set(i, s);
-        }
+        batch.extend_from_slice(spheres);
         batch
     }
 
@@ -155,37 +241,107 @@ impl Spheres {
         self.len == 0
     }
 
+    /// Forgets all spheres, keeps the memory.
+    pub fn clear(&mut self) {
+        self.blocks.clear();
+        self.len = 0;
+    }
+
+    /// Appends spheres.
+    pub fn extend_from_slice(&mut self, spheres: &[Sphere]) {
+        let first = self.len;
+        self.resize(first + spheres.len());
+        for (i, s) in spheres.iter().enumerate() {
+            self.set(first + i, s);
+        }
+    }
+
+    /// Appends one sphere.
+    pub fn push(&mut self, s: &Sphere) {
+        self.resize(self.len + 1);
+        self.set(self.len - 1, s);
+    }
+
     /// Sets the number of spheres; new ones are points at the origin until they are set.
     pub fn resize(&mut self, len: usize) {
-        let padded = len.next_multiple_of(LANES);
-        for s in &mut self.streams {
-            s.resize(padded, 0.0);
+        self.blocks.resize(len.div_ceil(LANES), SphereBlock::zeroed());
+        // Lanes that a shorter batch leaves behind would come back as they were when it grows again.
+        if len < self.len
+            && let Some(block) = self.blocks.get_mut(len / LANES)
+        {
+            block.0.iter_mut().for_each(|row| row[len % LANES..].fill(0.0));
         }
         self.len = len;
     }
 
-    /// Replaces sphere `index`; one that is not finite becomes the whole of space. The radius grows by
-    /// what the test may lose to rounding: 16 u of the centre's distance and of the radius itself.
+    /// Replaces sphere `index`. One that is not finite, or reaches [`Boxes::LIMIT`], becomes the whole
+    /// of space; one with a negative radius is empty, and every frustum that has a plane culls it.
     ///
     /// # Panics
     /// If `index` is not below [`len`](Self::len).
     pub fn set(&mut self, index: usize, sphere: &Sphere) {
         assert!(index < self.len, "sphere {index} of a batch of {}", self.len);
-        let finite = sphere.center.iter().all(|v| v.is_finite() && v.abs() < Boxes::LIMIT)
-            && sphere.radius.is_finite();
-        let (center, radius) =
-            if finite { (sphere.center, sphere.radius) } else { ([0.0; 3], Boxes::LIMIT) };
-        let reach = center.iter().map(|v| v.abs()).sum::<f32>();
-        for axis in 0..3 {
-            self.streams[axis][index] = center[axis];
-        }
-        self.streams[3][index] = widen(radius + reach * RELATIVE_STEP, 1.0);
+        self.blocks[index / LANES].set(index % LANES, sphere);
     }
 
     /// Sphere `index` as it is stored, a little larger than it was given.
+    ///
+    /// # Panics
+    /// If `index` is not below [`len`](Self::len).
     #[must_use]
     pub fn get(&self, index: usize) -> Sphere {
-        let at = |s: usize| self.streams[s][index];
-        Sphere { center: [at(0), at(1), at(2)], radius: at(3) }
+        assert!(index < self.len, "sphere {index} of a batch of {}", self.len);
+        self.blocks[index / LANES].get(index % LANES)
+    }
+
+    /// The numbers as they lie in memory: for each sixteen spheres, sixteen of x, of y, of z, of the
+    /// radius; lanes past the last sphere are zero.
+    #[must_use]
+    pub fn as_floats(&self) -> &[f32] {
+        bytemuck::cast_slice(&self.blocks)
+    }
+
+    pub(crate) fn blocks(&self) -> &[SphereBlock] {
+        &self.blocks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stored_boxes_hold_the_given_ones() {
+        for v in [0.0, 1e-40, -1e-30, 1.0, -123.456, 9.9e17, -9.9e17] {
+            let given = Aabb::new([v; 3], [v; 3]);
+            let got = Boxes::from_slice(&[given]).get(0);
+            assert!(got.min[0] < v && v < got.max[0], "{v:e} in {got:?}");
+        }
+    }
+
+    #[test]
+    fn odd_boxes_become_everything_or_stay_empty() {
+        let limit = Boxes::LIMIT;
+        let mut odd = Aabb::new([0.0; 3], [1.0; 3]);
+        odd.max[1] = f32::NAN;
+        let infinite = Aabb::new([f32::INFINITY; 3], [f32::INFINITY; 3]);
+        let batch = Boxes::from_slice(&[odd, Aabb::EVERYTHING, infinite, Aabb::EMPTY]);
+        for i in 0..3 {
+            assert_eq!(batch.get(i), Aabb::new([-limit; 3], [limit; 3]), "box {i}");
+        }
+        assert!(batch.get(3).is_empty());
+        // What was read back can be stored again.
+        let again = Boxes::from_slice(&[batch.get(0), batch.get(3)]);
+        assert_eq!(again.get(0), batch.get(0));
+        assert!(again.get(1).is_empty());
+    }
+
+    #[test]
+    fn a_batch_that_shrank_grows_with_points_at_the_origin() {
+        let mut batch = Boxes::from_slice(&[Aabb::new([1.0; 3], [2.0; 3]); 20]);
+        batch.resize(3);
+        batch.resize(20);
+        assert_eq!(batch.get(3).max, [0.0; 3]);
+        assert!(batch.get(2).max[0] >= 2.0);
     }
 }

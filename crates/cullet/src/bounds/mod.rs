@@ -2,12 +2,17 @@
 
 mod aabb;
 mod batch;
+mod fit;
 mod obb;
 mod plane;
 mod sphere;
 
 pub use aabb::Aabb;
+pub(crate) use aabb::{round_down, round_up};
+pub(crate) use batch::{BoxBlock, SphereBlock};
 pub use batch::{Boxes, Spheres};
 pub use obb::Obb;
 pub use plane::{Plane, Side};
 pub use sphere::Sphere;
+
+pub(crate) use plane::{ROUNDING, dot2, meet_homogeneous, unit};

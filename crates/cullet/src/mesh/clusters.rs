@@ -18,70 +18,50 @@ pub struct Clustering {
 }
 
 impl Clustering {
-    /// Triangles of each part in the Morton order of their centres, cut whenever a cluster is full.
-    #[must_use]
-    pub fn spatial(data: &MeshData) -> Self {
-        let mut result = Self::default();
-        let mut keyed: Vec<(u32, u32)> = Vec::new();
-        // The cluster that last used a vertex, plus one.
-        let mut used_by = vec![0u32; data.positions.len()];
-        let triangle = |t: u32| {
-            let i = t as usize * 3;
-            [data.indices[i], data.indices[i + 1], data.indices[i + 2]]
+    /// Triangles of each part split in two by the middle of their centres along the longest axis, until
+    /// each piece fits a cluster; within a cluster they keep their order. Degenerate triangles are left
+    /// out, unless the mesh can deform. Deterministic; O(n log n), some 0.1 µs a triangle.
+    ///
+    /// Cutting a space-filling curve where a cluster is full was tried and takes as long: along a Hilbert
+    /// curve clusters are 7 to 16 % fewer, but their boxes have 1.5 to 2.3 times the surface, along a
+    /// Morton curve 2.2 to 3.5 times (bunny, armadillo, buddha, a ball). On soups of many small pieces
+    /// (Sponza) the curve makes a third fewer clusters.
+    ///
+    /// # Errors
+    /// As [`Mesh::new`](super::Mesh::new).
+    pub fn spatial(data: &MeshData) -> Result<Self, MeshError> {
+        super::check(data)?;
+        Ok(Self::of_checked(data))
+    }
+
+    pub(super) fn of_checked(data: &MeshData) -> Self {
+        let whole = [super::whole(data.indices.len() / 3)];
+        let parts = if data.parts.is_empty() { &whole } else { data.parts.as_slice() };
+        let mut builder = Builder {
+            data,
+            result: Self {
+                order: Vec::with_capacity(data.indices.len() / 3),
+                clusters: Vec::new(),
+            },
+            used_by: vec![0; data.positions.len()],
+            stamp: 0,
         };
-        for (part_index, part) in data.parts.iter().enumerate() {
-            let range = part.first_triangle..part.first_triangle + part.triangle_count;
-            let centre = |t: u32| {
-                let [a, b, c] = triangle(t).map(|v| data.positions[v as usize]);
-                // Thirds are taken first: the sum of three large coordinates might overflow.
-                std::array::from_fn::<f32, 3, _>(|i| a[i] / 3.0 + b[i] / 3.0 + c[i] / 3.0)
-            };
-            let drawn = range
-                .clone()
-                .filter(|&t| data.deformable || !is_degenerate(triangle(t), &data.positions));
-            let mut bounds = crate::bounds::Aabb::EMPTY;
-            keyed.clear();
-            for t in drawn {
-                let c = centre(t);
-                bounds = bounds.union(&crate::bounds::Aabb::new(c, c));
-                keyed.push((0, t));
-            }
-            for (key, t) in &mut keyed {
-                *key = morton(centre(*t), &bounds);
-            }
-            keyed.sort_unstable();
-            let mut open = Cluster {
-                first_triangle: result.order.len() as u32,
-                triangle_count: 0,
-                part: part_index as u32,
-            };
-            let mut vertices = 0;
-            for &(_, t) in &keyed {
-                let stamp = result.clusters.len() as u32 + 1;
-                let fresh = fresh_vertices(triangle(t), &used_by, stamp);
-                let full = open.triangle_count as usize == MAX_CLUSTER_TRIANGLES
-                    || vertices + fresh > MAX_CLUSTER_VERTICES;
-                if full {
-                    result.clusters.push(open);
-                    open.first_triangle += open.triangle_count;
-                    open.triangle_count = 0;
-                    vertices = 0;
+        let largest = parts.iter().map(|p| p.triangle_count as usize).max();
+        let mut centred = Vec::with_capacity(largest.unwrap_or_default());
+        for (number, part) in parts.iter().enumerate() {
+            centred.clear();
+            for t in part.first_triangle..part.first_triangle + part.triangle_count {
+                let corners = builder.triangle(t);
+                if data.deformable || !is_degenerate(corners, &data.positions) {
+                    let [a, b, c] = corners.map(|v| data.positions[v as usize]);
+                    // Thirds are taken first: the sum of three large coordinates might overflow.
+                    let centre = std::array::from_fn(|i| a[i] / 3.0 + b[i] / 3.0 + c[i] / 3.0);
+                    centred.push((centre, t));
                 }
-                let stamp = result.clusters.len() as u32 + 1;
-                for v in triangle(t) {
-                    if used_by[v as usize] != stamp {
-                        used_by[v as usize] = stamp;
-                        vertices += 1;
-                    }
-                }
-                open.triangle_count += 1;
-                result.order.push(t);
             }
-            if open.triangle_count > 0 {
-                result.clusters.push(open);
-            }
+            builder.split(number as u32, &mut centred);
         }
-        result
+        builder.result
     }
 
     /// Checks a clustering that came from elsewhere against the data it is for.
@@ -145,26 +125,78 @@ impl Clustering {
     }
 }
 
-fn fresh_vertices(triangle: [u32; 3], used_by: &[u32], stamp: u32) -> usize {
-    let [a, b, c] = triangle;
-    let fresh = |v: u32| usize::from(used_by[v as usize] != stamp);
-    // Indices may repeat where a mesh can deform.
-    fresh(a) + fresh(b) * usize::from(b != a) + fresh(c) * usize::from(c != a && c != b)
+/// How many triangles a split aims at: a compact piece of a regular mesh has about half as many
+/// vertices, and a ragged edge of twenty more. With 72 or 88 the test models end in more clusters.
+const TARGET: usize = 80;
+
+struct Builder<'a> {
+    data: &'a MeshData,
+    result: Clustering,
+    /// The stamp of the piece that last used a vertex.
+    used_by: Vec<u32>,
+    stamp: u32,
 }
 
-/// 30-bit Morton code of a point in a box: ten bits an axis, on the box's own scale.
-fn morton(p: [f32; 3], bounds: &crate::bounds::Aabb) -> u32 {
-    let cell = |axis: usize| {
-        let (low, high) = (f64::from(bounds.min[axis]), f64::from(bounds.max[axis]));
-        let t = (f64::from(p[axis]) - low) / (high - low);
-        // A flat box gives NaN, which casts to 0.
-        ((t * 1024.0) as u32).min(1023)
-    };
-    let spread = |mut v: u32| {
-        v = (v | v << 16) & 0x0300_00FF;
-        v = (v | v << 8) & 0x0300_F00F;
-        v = (v | v << 4) & 0x030C_30C3;
-        (v | v << 2) & 0x0924_9249
-    };
-    spread(cell(0)) | spread(cell(1)) << 1 | spread(cell(2)) << 2
+impl Builder<'_> {
+    fn triangle(&self, t: u32) -> [u32; 3] {
+        let i = t as usize * 3;
+        [self.data.indices[i], self.data.indices[i + 1], self.data.indices[i + 2]]
+    }
+
+    /// Makes clusters of some triangles of a part, given with their centres.
+    fn split(&mut self, part: u32, piece: &mut [([f32; 3], u32)]) {
+        if self.close(part, piece) {
+            return;
+        }
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for (c, _) in piece.iter() {
+            for a in 0..3 {
+                low[a] = if c[a] < low[a] { c[a] } else { low[a] };
+                high[a] = if c[a] > high[a] { c[a] } else { high[a] };
+            }
+        }
+        let side = |a: usize| high[a] - low[a];
+        let axis =
+            if side(0) >= side(1).max(side(2)) { 0 } else { 1 + usize::from(side(2) > side(1)) };
+        // At the middle, but so that both sides make whole clusters.
+        let clusters = piece.len().div_ceil(TARGET).max(2);
+        let middle = clusters / 2 * piece.len() / clusters;
+        // Ties by number, so that the two halves are the same sets whatever the selection does inside.
+        let order = |x: &([f32; 3], u32), y: &([f32; 3], u32)| {
+            x.0[axis].total_cmp(&y.0[axis]).then(x.1.cmp(&y.1))
+        };
+        piece.select_nth_unstable_by(middle, order);
+        let (low, high) = piece.split_at_mut(middle);
+        self.split(part, low);
+        self.split(part, high);
+    }
+
+    /// Makes a piece one cluster, if it keeps the limits. An empty piece makes none.
+    fn close(&mut self, part: u32, piece: &mut [([f32; 3], u32)]) -> bool {
+        if piece.len() > MAX_CLUSTER_TRIANGLES {
+            return false;
+        }
+        self.stamp += 1;
+        let mut vertices = 0;
+        for &(_, t) in piece.iter() {
+            for v in self.triangle(t) {
+                let user = &mut self.used_by[v as usize];
+                vertices += usize::from(*user != self.stamp);
+                *user = self.stamp;
+            }
+        }
+        if vertices > MAX_CLUSTER_VERTICES {
+            return false;
+        }
+        piece.sort_unstable_by_key(|p| p.1);
+        if !piece.is_empty() {
+            self.result.clusters.push(Cluster {
+                first_triangle: self.result.order.len() as u32,
+                triangle_count: piece.len() as u32,
+                part,
+            });
+        }
+        self.result.order.extend(piece.iter().map(|p| p.1));
+        true
+    }
 }

@@ -1,9 +1,14 @@
 //! Meshes: checked on construction, cut into clusters by one permutation of their triangles.
 
 mod clusters;
+mod nesting;
+mod orient;
+mod surface;
 mod topology;
+mod weld;
 
 pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
+pub use orient::{Repair, orient_triangles};
 pub use topology::{NotSolid, Topology};
 
 use thiserror::Error;
@@ -128,7 +133,7 @@ pub enum MeshError {
 ///
 /// Triangles are permuted once, when the mesh is made; [`original_triangle`](Self::original_triangle)
 /// leads back, and every triangle number that is shown or drawn is the original one. Degenerate
-/// triangles (repeated indices, or an area that is exactly zero in f64, on a mesh that cannot deform)
+/// triangles (repeated indices, or an area that is exactly zero, on a mesh that cannot deform)
 /// are kept at the end of the order, in no cluster: nothing ever draws them.
 #[derive(Clone, Debug)]
 pub struct Mesh {
@@ -150,10 +155,11 @@ impl Mesh {
     ///
     /// # Errors
     /// If an index is out of range, a position is not finite, or a count does not fit.
-    pub fn new(data: MeshData) -> Result<Self, MeshError> {
-        let data = check(data)?;
-        let clustering = Clustering::spatial(&data);
-        Self::assemble(data, &clustering)
+    pub fn new(mut data: MeshData) -> Result<Self, MeshError> {
+        check(&data)?;
+        complete_parts(&mut data);
+        let clustering = Clustering::of_checked(&data);
+        Ok(Self::assemble(data, clustering))
     }
 
     /// A mesh with the clusters of the caller.
@@ -161,54 +167,54 @@ impl Mesh {
     /// # Errors
     /// As [`Mesh::new`], and if `clustering` does not hold every triangle that is not degenerate just
     /// once, in clusters within the limits that do not cross a part.
-    pub fn with_clusters(data: MeshData, clustering: &Clustering) -> Result<Self, MeshError> {
-        let data = check(data)?;
+    pub fn with_clusters(mut data: MeshData, clustering: &Clustering) -> Result<Self, MeshError> {
+        check(&data)?;
+        complete_parts(&mut data);
         clustering.validate(&data)?;
-        Self::assemble(data, clustering)
+        Ok(Self::assemble(data, clustering.clone()))
     }
 
-    fn assemble(data: MeshData, clustering: &Clustering) -> Result<Self, MeshError> {
+    /// Both must have been checked. Takes what it can over instead of copying: the only new large
+    /// allocation is the permuted index list, so that loading stays within thrice the geometry.
+    fn assemble(data: MeshData, clustering: Clustering) -> Self {
         let MeshData { positions, indices, parts, polygons, deformable } = data;
-        let triangle = |t: u32| {
-            let i = t as usize * 3;
-            [indices[i], indices[i + 1], indices[i + 2]]
-        };
+        let Clustering { order: mut original_triangle, clusters } = clustering;
         let triangles = indices.len() / 3;
-        let mut original_triangle = clustering.order.clone();
         let drawn = original_triangle.len();
         if drawn < triangles {
             let mut clustered = vec![false; triangles];
-            clustering.order.iter().for_each(|&t| clustered[t as usize] = true);
+            original_triangle.iter().for_each(|&t| clustered[t as usize] = true);
+            original_triangle.reserve_exact(triangles - drawn);
             original_triangle.extend((0..triangles as u32).filter(|&t| !clustered[t as usize]));
         }
-        let permuted: Vec<u32> = original_triangle.iter().flat_map(|&t| triangle(t)).collect();
-        let mut cluster_boxes = Boxes::new();
-        let mut bounds = Aabb::EMPTY;
-        for c in &clustering.clusters {
-            let first = c.first_triangle as usize * 3;
-            let mut b = Aabb::EMPTY;
-            for &v in &permuted[first..first + c.triangle_count as usize * 3] {
-                let p = positions[v as usize];
-                b = b.union(&Aabb::new(p, p));
-            }
-            cluster_boxes.push(&b);
-            bounds = bounds.union(&b);
+        let mut permuted = Vec::with_capacity(indices.len());
+        for &t in &original_triangle {
+            permuted.extend_from_slice(&indices[t as usize * 3..][..3]);
         }
-        let levels =
-            vec![Level { first_cluster: 0, cluster_count: clustering.clusters.len() as u32 }];
-        Ok(Self {
+        drop(indices);
+        let mut bounds = Aabb::EMPTY;
+        let mut boxes = Vec::with_capacity(clusters.len());
+        for c in &clusters {
+            let corners =
+                &permuted[c.first_triangle as usize * 3..][..c.triangle_count as usize * 3];
+            let b = box_of(corners, &positions);
+            bounds = bounds.union(&b);
+            boxes.push(b);
+        }
+        let levels = vec![Level { first_cluster: 0, cluster_count: clusters.len() as u32 }];
+        Self {
             polygons: if polygons == 0 { triangles as u32 } else { polygons },
             degenerate: (triangles - drawn) as u32,
-            clusters: clustering.clusters.clone(),
+            clusters,
             indices: permuted,
             positions,
             original_triangle,
             parts,
-            cluster_boxes,
+            cluster_boxes: Boxes::from_slice(&boxes),
             levels,
             bounds,
             deformable,
-        })
+        }
     }
 
     /// Vertex positions, as they were given.
@@ -296,14 +302,16 @@ impl Mesh {
         self.deformable
     }
 
-    /// What the welded surface is like; see [`Topology`]. Costs a sort of the edges, so keep the answer.
+    /// What the welded surface is like, all parts joined; see [`Topology::of`] for the cost, and keep the
+    /// answer.
     #[must_use]
     pub fn topology(&self) -> Topology {
         Topology::of(&self.positions, &self.indices)
     }
 
     /// Whether this is a solid in the sense of the project, or the first reason why it is not:
-    /// closed, manifold, consistently wound outward, of non-zero volume, and opaque in every part.
+    /// closed, manifold, consistently wound outward, of non-zero volume, and opaque in every part. Judged
+    /// on the whole mesh, with all its parts joined. Costs as [`Mesh::topology`].
     ///
     /// # Errors
     /// The reason.
@@ -314,25 +322,59 @@ impl Mesh {
         self.topology().solid()
     }
 
+    /// Whether no part has a side that is not drawn.
+    #[must_use]
+    pub fn is_two_sided(&self) -> bool {
+        self.parts.iter().all(|part| part.two_sided)
+    }
+
     /// Declares every part one-sided or two-sided.
     pub fn set_two_sided(&mut self, two_sided: bool) {
         self.parts.iter_mut().for_each(|p| p.two_sided = two_sided);
     }
 }
 
-/// Whether a triangle covers nothing: repeated indices, or an area that is exactly zero in f64.
+/// The box around the vertices of a part of an index list.
+fn box_of(indices: &[u32], positions: &[[f32; 3]]) -> Aabb {
+    // Coordinates are finite, so plain comparisons do; they compile to one instruction each.
+    let mut b = Aabb::EMPTY;
+    for &v in indices {
+        let p = positions[v as usize];
+        for axis in 0..3 {
+            b.min[axis] = if p[axis] < b.min[axis] { p[axis] } else { b.min[axis] };
+            b.max[axis] = if p[axis] > b.max[axis] { p[axis] } else { b.max[axis] };
+        }
+    }
+    b
+}
+
+/// Whether a triangle covers nothing: repeated indices, or an area that is exactly zero (found without
+/// rounding, so a triangle that is merely thin is never one). NaN coordinates are not zero.
+///
+/// # Panics
+/// If an index is not below the number of positions.
 #[must_use]
 pub fn is_degenerate(triangle: [u32; 3], positions: &[[f32; 3]]) -> bool {
     let [a, b, c] = triangle;
-    if a == b || b == c || c == a {
-        return true;
-    }
-    let [a, b, c] = [a, b, c].map(|v| glam::DVec3::from(positions[v as usize].map(f64::from)));
-    (b - a).cross(c - a) == glam::DVec3::ZERO
+    a == b
+        || b == c
+        || c == a
+        || crate::exact::is_collinear(&triangle.map(|v| positions[v as usize]))
 }
 
-/// Checks the data and completes its parts.
-fn check(mut data: MeshData) -> Result<MeshData, MeshError> {
+/// A mesh without parts has one, opaque and two-sided.
+fn complete_parts(data: &mut MeshData) {
+    if data.parts.is_empty() {
+        data.parts.push(whole(data.indices.len() / 3));
+    }
+}
+
+fn whole(triangles: usize) -> Part {
+    Part { triangle_count: triangles as u32, two_sided: true, ..Part::default() }
+}
+
+/// Checks everything that later code relies on.
+fn check(data: &MeshData) -> Result<(), MeshError> {
     // Triangle numbers and index positions are u32 all through.
     const LIMIT: usize = (u32::MAX / 3) as usize;
     let triangles = data.indices.len() / 3;
@@ -351,13 +393,6 @@ fn check(mut data: MeshData) -> Result<MeshData, MeshError> {
     if let Some(at) = data.indices.iter().position(|&i| i as usize >= vertices) {
         return Err(MeshError::Index { at, index: data.indices[at], vertices });
     }
-    if data.parts.is_empty() {
-        data.parts.push(Part {
-            triangle_count: triangles as u32,
-            two_sided: true,
-            ..Part::default()
-        });
-    }
     let mut expected = 0u32;
     for (i, part) in data.parts.iter().enumerate() {
         let end = part.first_triangle as usize + part.triangle_count as usize;
@@ -367,14 +402,10 @@ fn check(mut data: MeshData) -> Result<MeshData, MeshError> {
         }
         expected = end as u32;
     }
-    if expected as usize != triangles {
+    if !data.parts.is_empty() && expected as usize != triangles {
         let part = data.parts.len();
-        return Err(MeshError::Parts {
-            part,
-            first: expected,
-            expected: triangles as u32,
-            triangles,
-        });
+        let (first, expected) = (expected, triangles as u32);
+        return Err(MeshError::Parts { part, first, expected, triangles });
     }
-    Ok(data)
+    Ok(())
 }

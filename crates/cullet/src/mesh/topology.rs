@@ -1,6 +1,10 @@
 //! What a surface is like once equal positions are welded: closed, manifold, consistently wound?
 
+use glam::DVec3;
 use thiserror::Error;
+
+use super::nesting::Nesting;
+use super::surface::{Shells, Surface, for_each_edge};
 
 /// Why a mesh is not a solid; the first reason found, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -39,6 +43,14 @@ pub enum NotSolid {
         /// The signed volume.
         volume: f64,
     },
+    /// Some shells are wound inward though they are no cavities of others.
+    #[error("{shells} of its {of} shells are wound inward and are not cavities")]
+    InwardShells {
+        /// How many.
+        shells: u32,
+        /// Of how many shells in all.
+        of: u32,
+    },
     /// It encloses nothing.
     #[error("it encloses no volume")]
     NoVolume,
@@ -61,19 +73,40 @@ pub struct Topology {
     pub misoriented_edges: u32,
     /// Pieces connected by edges.
     pub shells: u32,
-    /// Signed volume, about the middle of the surface: positive when wound outward.
+    /// Shells that are closed, manifold and consistently wound, but inward, and no cavity of another
+    /// shell: the space around them is not inside anything.
+    pub inward_shells: u32,
+    /// Signed volume in cubed units of the mesh, about the middle of the surface: positive when wound
+    /// outward. Exactly 0 where it cannot be told from rounding.
     pub volume: f64,
 }
 
 impl Topology {
-    /// The topology of a triangle list.
+    /// The topology of a triangle list once equal positions are welded (−0 equals 0).
+    ///
+    /// Triangles whose corners are not three different positions are ignored, and so are those with an
+    /// index out of range and indices that make no whole triangle. Triangles of zero area with three
+    /// different corners count: they close gaps. Expected O(n), about 0.2 µs a triangle.
     #[must_use]
     pub fn of(positions: &[[f32; 3]], indices: &[u32]) -> Self {
-        let _ = (positions, indices);
-        Self::default()
+        Self::of_surface(&Surface::welded(positions, indices))
     }
 
-    /// Whether the surface bounds a solid, opacity apart, or the first reason why not.
+    /// The topology of a triangle list as it is indexed: equal positions stay different vertices, so
+    /// the seams of a model with texture coordinates count as boundaries. Otherwise as [`Topology::of`].
+    #[must_use]
+    pub fn of_indices(positions: &[[f32; 3]], indices: &[u32]) -> Self {
+        Self::of_surface(&Surface::indexed(positions, indices))
+    }
+
+    /// Every edge is of just two triangles.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.boundary_edges == 0 && self.non_manifold_edges == 0
+    }
+
+    /// Whether the surface bounds a solid, opacity apart, or the first reason why not, in the order of
+    /// [`NotSolid`].
     ///
     /// # Errors
     /// The reason.
@@ -81,6 +114,186 @@ impl Topology {
         if self.triangles == 0 {
             return Err(NotSolid::Empty);
         }
-        Ok(())
+        if self.boundary_edges > 0 {
+            return Err(NotSolid::Open { edges: self.boundary_edges });
+        }
+        if self.non_manifold_edges > 0 {
+            return Err(NotSolid::NonManifold { edges: self.non_manifold_edges });
+        }
+        if self.misoriented_edges > 0 {
+            return Err(NotSolid::Misoriented { edges: self.misoriented_edges });
+        }
+        if self.volume < 0.0 {
+            return Err(NotSolid::Inward { volume: self.volume });
+        }
+        if self.inward_shells > 0 {
+            let (shells, of) = (self.inward_shells, self.shells);
+            return Err(NotSolid::InwardShells { shells, of });
+        }
+        // Positions that are not finite end here too: their volume is NaN.
+        if self.volume > 0.0 { Ok(()) } else { Err(NotSolid::NoVolume) }
+    }
+
+    fn of_surface(surface: &Surface<'_>) -> Self {
+        let pieces = Pieces::of(surface, Joined::ByEveryEdge);
+        let inward: Vec<u32> = (0..pieces.facts.len() as u32)
+            .filter(|&s| pieces.facts[s as usize].is_inward())
+            .collect();
+        let mut inward_shells = 0;
+        if !inward.is_empty() {
+            let nesting = Nesting::new(surface, &pieces.shell_of, pieces.facts.len());
+            let others = |o: u32| i32::from(pieces.facts[o as usize].is_oriented_solid());
+            let wrong = |&s: &u32| nesting.winding_around(s, others) < 1;
+            inward_shells = inward.into_iter().filter(wrong).count() as u32;
+        }
+        Self {
+            vertices: used_vertices(surface),
+            triangles: surface.corners.len() as u32,
+            shells: pieces.facts.len() as u32,
+            inward_shells,
+            volume: volume(surface),
+            ..pieces.counts
+        }
+    }
+}
+
+fn used_vertices(surface: &Surface<'_>) -> u32 {
+    let mut used = vec![false; surface.positions.len()];
+    surface.corners.iter().flatten().for_each(|&v| used[v as usize] = true);
+    used.into_iter().map(u32::from).sum()
+}
+
+/// Signed volume about the middle, 0 if rounding might have made it.
+fn volume(surface: &Surface<'_>) -> f64 {
+    let points = || surface.corners.iter().flatten().map(|&v| surface.positions[v as usize]);
+    let bounds =
+        points().fold(crate::bounds::Aabb::EMPTY, |b, p| b.union(&crate::bounds::Aabb::new(p, p)));
+    let middle = DVec3::from(bounds.center());
+    rounded_volume((0..surface.corners.len()).map(|t| surface.volume6(t, middle)))
+}
+
+/// A sixth of the sum of the terms, or 0 where the rounding of the sum might be all of it.
+fn rounded_volume(terms: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut size, mut count) = (0.0, 0.0, 0.0);
+    for t in terms {
+        sum += t;
+        size += f64::abs(t);
+        count += 1.0;
+    }
+    // Each addition errs by at most half an epsilon of the sum so far; each term by a few of its own.
+    let error = size * (count + 16.0) * f64::EPSILON;
+    if sum.abs() <= error { 0.0 } else { sum / 6.0 }
+}
+
+/// What the edges say of one shell.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ShellFacts {
+    pub(super) open: bool,
+    pub(super) non_manifold: bool,
+    pub(super) misoriented: bool,
+    /// No choice of sides makes all its edges agree: a Möbius strip.
+    pub(super) one_sided: bool,
+    /// As it is wound; about a point of its own. Of use for closed shells only.
+    pub(super) volume: f64,
+}
+
+impl ShellFacts {
+    fn is_oriented_solid(&self) -> bool {
+        !(self.open || self.non_manifold || self.misoriented)
+    }
+
+    fn is_inward(&self) -> bool {
+        self.is_oriented_solid() && self.volume < 0.0
+    }
+}
+
+/// What holds a shell together.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Joined {
+    /// Every edge, whatever the number of its triangles.
+    ByEveryEdge,
+    /// Edges of two triangles. Edges of more separate shells, and a shell is open at one where its own
+    /// triangles do not cancel.
+    ByManifoldEdges,
+}
+
+/// The shells of a surface, and the counts of its edges.
+pub(super) struct Pieces {
+    /// Edge counts; the rest is not filled in.
+    pub(super) counts: Topology,
+    pub(super) shells: Shells,
+    pub(super) shell_of: Vec<u32>,
+    pub(super) facts: Vec<ShellFacts>,
+}
+
+impl Pieces {
+    pub(super) fn of(surface: &Surface<'_>, joined: Joined) -> Self {
+        let triangles = surface.corners.len();
+        let mut counts = Topology::default();
+        let mut shells = Shells::new(triangles);
+        // What is amiss at a triangle's edges, for its shell once that is known.
+        let mut marks = vec![0u8; triangles];
+        let [open, many, turned, twisted] = [1u8, 2, 4, 8];
+        for_each_edge(surface, |uses| {
+            counts.edges += 1;
+            let first = uses[0].triangle();
+            match uses {
+                [_] => {
+                    counts.boundary_edges += 1;
+                    marks[first] |= open;
+                }
+                [a, b] => {
+                    let odd = a.falling() == b.falling();
+                    counts.misoriented_edges += u32::from(odd);
+                    marks[first] |= if odd { turned } else { 0 };
+                    if !shells.join(first, b.triangle(), odd) {
+                        marks[first] |= twisted;
+                    }
+                }
+                _ => {
+                    counts.non_manifold_edges += 1;
+                    if joined == Joined::ByEveryEdge {
+                        marks[first] |= many;
+                        for other in &uses[1..] {
+                            // The parity at such an edge means nothing, and nobody asks for it.
+                            shells.join(first, other.triangle(), false);
+                        }
+                    }
+                }
+            }
+        });
+        let (count, shell_of) = shells.number();
+        if joined == Joined::ByManifoldEdges && counts.non_manifold_edges > 0 {
+            let mut of_shell = Vec::new();
+            for_each_edge(surface, |uses| {
+                if uses.len() < 3 {
+                    return;
+                }
+                of_shell.clear();
+                of_shell.extend(uses.iter().map(|u| {
+                    let t = u.triangle();
+                    (shell_of[t], if u.falling() == shells.find(t).1 { 1 } else { -1 }, t)
+                }));
+                of_shell.sort_unstable();
+                for own in of_shell.chunk_by(|a, b| a.0 == b.0) {
+                    if own.iter().map(|&(_, direction, _)| direction).sum::<i32>() != 0 {
+                        marks[own[0].2] |= open;
+                    }
+                }
+            });
+        }
+        let mut facts = vec![ShellFacts::default(); count];
+        let mut about = vec![None; count];
+        for (t, &shell) in shell_of.iter().enumerate() {
+            let f = &mut facts[shell as usize];
+            f.open |= marks[t] & open != 0;
+            f.non_manifold |= marks[t] & many != 0;
+            f.misoriented |= marks[t] & turned != 0;
+            f.one_sided |= marks[t] & twisted != 0;
+            let about: &mut Option<DVec3> = &mut about[shell as usize];
+            let about = about.get_or_insert_with(|| surface.points(t)[0].map(f64::from).into());
+            f.volume += surface.volume6(t, *about) / 6.0;
+        }
+        Self { counts, shells, shell_of, facts }
     }
 }

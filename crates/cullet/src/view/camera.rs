@@ -3,7 +3,7 @@
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::{Depth, Frustum, ViewError};
-use crate::bounds::Plane;
+use crate::bounds::{Plane, unit};
 
 /// A projection, in the units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,17 +92,18 @@ impl Projection {
             range("aspect", aspect, aspect > 0.0 && aspect.is_finite(), "positive and finite")?;
         }
         let ([left, right, bottom, top], near, far, perspective) = self.window();
-        let width = right - left;
-        let height = top - bottom;
-        range("window width", width, width != 0.0 && width.is_finite(), "finite and not 0")?;
-        range("window height", height, height != 0.0 && height.is_finite(), "finite and not 0")?;
+        // The window of a field of view is as wide as its near distance is: that comes first.
         range("near", near, near.is_finite(), "finite")?;
         if perspective {
             range("near", near, near > 0.0, "above 0")?;
         } else {
             range("far", far, far.is_finite(), "finite in an orthographic view")?;
         }
-        range("far", far, far > near, "beyond near")
+        range("far", far, far > near, "beyond near")?;
+        let width = right - left;
+        let height = top - bottom;
+        range("window width", width, width != 0.0 && width.is_finite(), "finite and not 0")?;
+        range("window height", height, height != 0.0 && height.is_finite(), "finite and not 0")
     }
 }
 
@@ -129,17 +130,44 @@ impl Camera {
     ) -> Self {
         let eye = eye.into();
         let direction = DVec3::from(target.into()) - DVec3::from(eye);
-        let along_y = direction.normalize_or_zero().y.abs() > 0.9999;
+        let along_y = unit(direction).is_some_and(|d| d.y.abs() > 0.9999);
         let up = if along_y { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
         Self { eye, direction: direction.into(), up, projection }
     }
 
+    /// The same camera with another up.
+    #[must_use]
+    pub fn with_up(mut self, up: impl Into<[f64; 3]>) -> Self {
+        self.up = up.into();
+        self
+    }
+
+    /// The unit axes right, up and back of the camera, the axes of camera space: right is
+    /// direction × up, and a view looks along −back.
+    ///
+    /// # Errors
+    /// If a number is not finite, or direction and up span no plane.
+    pub fn basis(&self) -> Result<[[f64; 3]; 3], ViewError> {
+        self.check()?;
+        let m = self.axes()?;
+        Ok([m.x_axis.into(), m.y_axis.into(), m.z_axis.into()])
+    }
+
+    /// `point` in camera space: relative to the eye, along right, up and back.
+    ///
+    /// # Errors
+    /// As [`basis`](Self::basis).
+    pub fn to_camera_space(&self, point: impl Into<[f64; 3]>) -> Result<[f64; 3], ViewError> {
+        self.check()?;
+        let offset = DVec3::from(point.into()) - DVec3::from(self.eye);
+        Ok((self.axes()?.transpose() * offset).into())
+    }
+
     /// The unit axes right, up and back of the camera: right is direction × up.
     fn axes(&self) -> Result<DMat3, ViewError> {
-        let (direction, up) = (DVec3::from(self.direction), DVec3::from(self.up));
         let error = ViewError::NoOrientation { direction: self.direction, up: self.up };
-        let forward = direction.try_normalize().ok_or(error)?;
-        let right = up.try_normalize().map(|up| forward.cross(up)).ok_or(error)?;
+        let forward = unit(self.direction.into()).ok_or(error)?;
+        let right = unit(self.up.into()).map(|up| forward.cross(up)).ok_or(error)?;
         let right = if right.length() > 1e-9 { right.normalize() } else { return Err(error) };
         Ok(DMat3::from_cols(right, right.cross(forward), -forward))
     }
@@ -164,19 +192,18 @@ impl Camera {
         let (w, h) = (right - left, top - bottom);
         let x_shift = (right + left) / w;
         let y_shift = (top + bottom) / h;
-        // Depth as a row (z factor, constant) for 0 at near; reversed is w − depth.
-        let (z, c) = if !perspective {
-            (-1.0 / (far - near), -near / (far - near))
-        } else if far.is_infinite() {
-            (-1.0, -near)
-        } else {
-            (-far / (far - near), -near * far / (far - near))
+        // Depth as a row (z factor, constant). The reversed one is w − depth, written out: subtracting would
+        // lose the far plane's digits, which are what reversed depth is for.
+        let span = far - near;
+        let (z, c) = match (perspective, depth, far.is_infinite()) {
+            (true, Depth::Standard, true) => (-1.0, -near),
+            (true, Depth::Standard, false) => (-far / span, -near * (far / span)),
+            (true, Depth::Reversed, true) => (0.0, near),
+            (true, Depth::Reversed, false) => (near / span, near * (far / span)),
+            (false, Depth::Standard, _) => (-1.0 / span, -near / span),
+            (false, Depth::Reversed, _) => (1.0 / span, far / span),
         };
         let w_row = if perspective { (-1.0, 0.0) } else { (0.0, 1.0) };
-        let (z, c) = match depth {
-            Depth::Standard => (z, c),
-            Depth::Reversed => (w_row.0 - z, w_row.1 - c),
-        };
         let project = if perspective {
             DMat4::from_cols(
                 DVec4::new(2.0 * near / w, 0.0, 0.0, 0.0),
@@ -196,42 +223,57 @@ impl Camera {
     }
 
     /// The frustum by the geometric construction of the lectures: the corners of the near window, and
-    /// planes spanned by the eye and its edges. Normals point out, all six.
+    /// planes spanned by the eye and its edges. Normals point out, all six. It equals the
+    /// [`View::frustum`](super::View::frustum) of this camera but for rounding.
     ///
     /// # Errors
     /// If the camera's numbers make no view.
     pub fn frustum(&self) -> Result<Frustum, ViewError> {
         self.check()?;
-        let axes = self.axes()?;
+        Ok(self.projection.planes(&self.axes()?, self.eye.into()))
+    }
+}
+
+impl Projection {
+    /// The frustum in camera space: the eye at the origin, right along +X, up along +Y, looking along −Z.
+    ///
+    /// # Errors
+    /// If the numbers make no view.
+    pub fn frustum(&self) -> Result<Frustum, ViewError> {
+        self.check()?;
+        Ok(self.planes(&DMat3::IDENTITY, DVec3::ZERO))
+    }
+
+    fn planes(&self, axes: &DMat3, eye: DVec3) -> Frustum {
         let (r, u, back) = (axes.x_axis, axes.y_axis, axes.z_axis);
-        let forward = -back;
-        let eye = DVec3::from(self.eye);
-        let ([left, right, bottom, top], near, far, perspective) = self.projection.window();
-        // A window given right to left mirrors the picture, not the volume.
-        let (left, right) = (left.min(right), left.max(right));
-        let (bottom, top) = (bottom.min(top), bottom.max(top));
-        let corner = |x: f64, y: f64| eye + forward * near + r * x + u * y;
+        let ([left, right, bottom, top], near, far, perspective) = self.window();
+        // Corners are relative to the eye: subtracting it again far from the origin would cost digits.
+        let corner = |x: f64, y: f64| r * x + u * y - back * near;
         // The direction of the line of sight through a point of the near window.
-        let sight = |p: DVec3| if perspective { p - eye } else { forward };
+        let sight = |p: DVec3| if perspective { p } else { -back };
+        let mirrored = (right < left) != (top < bottom);
         let side = |p: DVec3, q: DVec3| {
             // p to q runs counter-clockwise around the window as the viewer sees it, so
-            // sight × (q − p) points away from its inside.
-            let n = sight(p).cross(q - p).normalize();
-            Plane { normal: n.into(), d: n.dot(p) }
+            // sight × (q − p) points away from its inside. A window given right to left, or top to
+            // bottom, is run around clockwise.
+            let out = sight(p).cross(q - p).normalize() * if mirrored { -1.0 } else { 1.0 };
+            // In perspective the plane goes through the eye: out · p is 0.
+            let d = out.dot(eye) + if perspective { 0.0 } else { out.dot(p) };
+            Plane { normal: out.into(), d }
         };
         let (lb, rb) = (corner(left, bottom), corner(right, bottom));
         let (rt, lt) = (corner(right, top), corner(left, top));
         let at = |distance: f64, n: DVec3| Plane {
             normal: n.into(),
-            d: n.dot(eye + forward * distance),
+            d: n.dot(eye) - n.dot(back) * distance,
         };
-        Ok(Frustum::from_planes([
+        Frustum::from_planes([
             Some(side(lt, lb)),
             Some(side(rb, rt)),
             Some(side(lb, rb)),
             Some(side(rt, lt)),
             Some(at(near, back)),
-            far.is_finite().then(|| at(far, forward)),
-        ]))
+            far.is_finite().then(|| at(far, -back)),
+        ])
     }
 }

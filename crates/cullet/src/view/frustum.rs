@@ -1,9 +1,12 @@
 //! The frustum: a convex region of planes that point out.
 
 use glam::{DMat4, DVec3, DVec4};
+use thiserror::Error;
 
 use super::Depth;
-use crate::bounds::Plane;
+use super::corners;
+use crate::bounds::{Plane, ROUNDING, dot2};
+use crate::transform::Transform;
 
 /// The name of a plane of a frustum. Its number is what reasons and outcodes carry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -35,9 +38,31 @@ impl FrustumPlane {
     }
 }
 
+/// Why a frustum refuses a plane.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FrustumError {
+    /// All 32 bits are taken.
+    #[error(
+        "a frustum has room for {limit} planes, numbers 0 to 5 being the view's own; \
+         leave out the planes that reject least"
+    )]
+    Full {
+        /// The most planes there may be.
+        limit: usize,
+    },
+    /// The normal has no direction, or a number is not finite.
+    #[error("{0:?} is no plane: its normal must be finite and not zero, its d finite")]
+    NoPlane(Plane),
+}
+
 /// Up to [`Frustum::MAX_PLANES`] half-spaces n·x ≤ d with outward unit normals. The first six are the
 /// view's own, each at the number of its [`FrustumPlane`]; a missing one (a far plane at infinity)
-/// keeps its number and rejects nothing.
+/// keeps its number and rejects nothing. More, with numbers from 6, may be added: a portal's edges, a
+/// section plane.
+///
+/// A frustum made from a [`View`](super::View) is never smaller than the volume the view's matrix shows, nor
+/// than what a renderer that works in f64 lets through after rounding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frustum {
     planes: [Plane; Self::MAX_PLANES],
@@ -49,39 +74,95 @@ impl Frustum {
     /// The most planes that a region may have: one bit each in a u32.
     pub const MAX_PLANES: usize = 32;
 
-    /// The region within six planes; `None` for one that is not there.
+    /// The region without planes, which rejects nothing.
+    #[must_use]
+    pub fn everything() -> Self {
+        Self::from_planes([None; 6])
+    }
+
+    /// The region within six planes, each taken as it is; `None` for one that is not there. A plane
+    /// with a number that is not finite, or with a zero normal, counts as not there: it proves nothing.
     #[must_use]
     pub fn from_planes(planes: [Option<Plane>; 6]) -> Self {
         let mut f = Self { planes: [Plane::default(); Self::MAX_PLANES], present: 0 };
         for (i, plane) in planes.into_iter().enumerate() {
             if let Some(plane) = plane {
-                f.planes[i] = plane;
-                f.present |= 1 << i;
+                f.set(i, plane);
             }
         }
         f
+    }
+
+    fn set(&mut self, i: usize, plane: Plane) {
+        if plane.is_finite() && plane.normal != [0.0; 3] {
+            self.planes[i] = plane;
+            self.present |= 1 << i;
+        }
+    }
+
+    /// Adds one more half-space, normalised, and returns its number, the lowest free one from 6 on.
+    ///
+    /// # Errors
+    /// If all 26 numbers are taken, or the plane's normal has no direction, or a number is not finite.
+    pub fn push(&mut self, plane: Plane) -> Result<usize, FrustumError> {
+        let normalized = plane.normalized().ok_or(FrustumError::NoPlane(plane))?;
+        let number = (6..Self::MAX_PLANES)
+            .find(|i| self.present >> i & 1 == 0)
+            .ok_or(FrustumError::Full { limit: Self::MAX_PLANES })?;
+        self.set(number, normalized);
+        Ok(number)
+    }
+
+    /// The same region cut by one more half-space; see [`push`](Self::push).
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn with_plane(mut self, plane: Plane) -> Result<Self, FrustumError> {
+        self.push(plane)?;
+        Ok(self)
     }
 
     /// The planes of a matrix that takes world to clip space, by its rows (Gribb & Hartmann, *Fast
     /// Extraction of Viewing Frustum Planes*, 2001), turned to point out.
     pub(super) fn from_matrix(m: &DMat4, depth: Depth) -> Self {
         let (x, y, z, w) = (m.row(0), m.row(1), m.row(2), m.row(3));
-        let (near, far) = match depth {
-            Depth::Standard => (z, w - z),
-            Depth::Reversed => (w - z, z),
+        let zero = DVec4::ZERO;
+        // What is inside has a non-negative value in every row: the sum of these two.
+        let rows = match depth {
+            Depth::Standard => [(w, x), (w, -x), (w, y), (w, -y), (z, zero), (w, -z)],
+            Depth::Reversed => [(w, x), (w, -x), (w, y), (w, -y), (w, -z), (z, zero)],
         };
-        // What is inside has a non-negative value in every row; the outward plane is its negation.
-        let outward = |inside: DVec4, size: f64| {
+        let mut f = Self::from_planes(rows.map(|(a, b)| {
+            let inside = a + b;
             let n = -inside.truncate();
+            // Where nothing but the rounding of the two rows is left of the normal, the plane is at
+            // infinity: what direction remains is noise. Dropping a plane errs towards keep, so the threshold
+            // may be generous; 16 u costs a far plane only beyond 1e14 times the distance of the near one.
+            let noise = (a.truncate().length() + b.truncate().length()) * ROUNDING;
+            // Plain length: rows that over- or underflow make no plane that could be trusted.
             let length = n.length();
-            // Where nothing but rounding is left of the normal, the plane is at infinity.
-            (length > size * 1e-14)
-                .then(|| Plane { normal: (n / length).into(), d: inside.w / length })
-        };
-        let sizes = [w + x, w - x, w + y, w - y, near, far].map(|row| {
-            outward(row, w.truncate().length() + z.truncate().length().min(x.truncate().length()))
-        });
-        Self::from_planes(sizes)
+            (length > noise).then(|| Plane { normal: (n / length).into(), d: inside.w / length })
+        }));
+        // A renderer compares two rounded rows (z ≤ w), and is off by their size, not by that of their
+        // difference: near the far plane 1e-16 in clip depth can be whole units of the scene. A plane whose
+        // rows cancel gives way by as much as that is at its farthest corner; the tests allow for the rest.
+        for (i, (a, b)) in rows.into_iter().enumerate() {
+            let size = |v: DVec4| v.truncate().length();
+            let cancels = size(a) + size(b) > 4.0 * size(a + b);
+            if !cancels || f.present >> i & 1 == 0 {
+                continue;
+            }
+            let Some(corners) = corners::of(&f) else { break };
+            let give = (0..8)
+                .filter(|&c| corners::lies_on(c, i) && !corners[c].at_infinity)
+                .map(|c| (a.abs() + b.abs()).dot(corners[c].point.abs().extend(1.0)))
+                .fold(0.0, f64::max);
+            let give = give * ROUNDING / size(a + b);
+            if give.is_finite() {
+                f.planes[i].d += give;
+            }
+        }
+        f
     }
 
     /// The planes that exist, with their numbers.
@@ -101,12 +182,61 @@ impl Frustum {
         self.present
     }
 
-    /// The same region for coordinates relative to `origin`.
+    /// Whether `point` is inside every plane or on it, by f64 arithmetic. NaN is inside: nothing rejects it.
+    #[must_use]
+    pub fn contains(&self, point: impl Into<[f64; 3]>) -> bool {
+        let p = point.into();
+        !self.planes().any(|(_, plane)| plane.distance(p) > 0.0)
+    }
+
+    /// The eight corners as homogeneous points: (x, y, z, 1), or (direction, 0) for the far corners of
+    /// a frustum without a far plane. Bit 0, 1, 2 of the index choose the right, top, far side.
+    ///
+    /// `None` where a side or the near plane is missing, or where the planes do not make the six sides of
+    /// such a body (a view whose far plane is behind its eye, planes that are almost parallel). Planes from 6
+    /// on are not looked at. Rounded.
+    #[must_use]
+    pub fn corners(&self) -> Option<[[f64; 4]; 8]> {
+        corners::of(self)
+            .map(|all| all.map(|c| c.point.extend(if c.at_infinity { 0.0 } else { 1.0 }).into()))
+    }
+
+    /// The same region for coordinates relative to `origin`. Each d is rounded once, however large the
+    /// origin is.
     #[must_use]
     pub fn relative_to(&self, origin: [f64; 3]) -> Self {
-        let mut f = self.clone();
-        for p in &mut f.planes {
-            p.d -= DVec3::from(p.normal).dot(DVec3::from(origin));
+        let mut f = Self { present: 0, ..self.clone() };
+        for (i, plane) in self.planes() {
+            f.set(i, plane.relative_to(origin));
+        }
+        f
+    }
+
+    /// The same region in the space of an object that `transform` (relative to the same origin as the
+    /// frustum) puts into the world: x is in it iff its image is in the frustum. Normals go by the transpose of
+    /// the linear part, so mirrored, sheared and singular transforms are right, and are made unit
+    /// again: distances are in units of the object.
+    ///
+    /// Each number is computed in twice the precision of f64 and rounded once. A plane whose normal
+    /// vanishes (a transform flattened along it) or drowns in rounding is left out and so rejects nothing: the
+    /// object's box in the world is what such a plane can be tested with. A transform that is not finite gives
+    /// a region without planes.
+    #[must_use]
+    pub fn to_object_space(&self, transform: &Transform) -> Self {
+        let mut f = Self::everything();
+        if !transform.is_finite() {
+            return f;
+        }
+        for (i, plane) in self.planes() {
+            let columns = transform.linear.map(|c| dot2(plane.normal, c.map(f64::from), 0.0));
+            let normal = DVec3::from(columns.map(|c| c.0));
+            let error = columns.iter().map(|c| c.1).fold(0.0, f64::max);
+            let length = normal.length();
+            if error > length * ROUNDING {
+                continue;
+            }
+            let d = -dot2(plane.normal, transform.translation, -plane.d).0;
+            f.set(i, Plane { normal: (normal / length).into(), d: d / length });
         }
         f
     }

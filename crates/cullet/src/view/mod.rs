@@ -1,15 +1,20 @@
 //! A view: eye, orientation, projection, viewport and layers; the frustum it sees; projected sizes.
 
 mod camera;
+pub(crate) mod corners;
 mod frustum;
 mod project;
+mod ray;
 
 pub use camera::{Camera, Projection};
-pub use frustum::{Frustum, FrustumPlane};
+pub use frustum::{Frustum, FrustumError, FrustumPlane};
 pub use project::ScreenRect;
+pub use ray::Ray;
 
 use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;
+
+use crate::bounds::ROUNDING;
 
 /// Which clip depth is near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -105,8 +110,51 @@ impl View {
         Self::from_matrix(&m.to_cols_array(), depth, viewport)
     }
 
+    /// A perspective view from `eye` to `target`, +Y up, that fills the viewport; `far` may be infinite.
+    /// Depth is standard. For more say [`Camera`] and [`View::new`].
+    ///
+    /// # Errors
+    /// If the numbers make no view; the message names the number.
+    pub fn perspective(
+        eye: impl Into<[f64; 3]>,
+        target: impl Into<[f64; 3]>,
+        fov_y_radians: f64,
+        near: f64,
+        far: f64,
+        viewport: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        let [width, height] = check_viewport(viewport)?;
+        let aspect = width / height;
+        let projection = Projection::Perspective { fov_y_radians, aspect, near, far };
+        Self::new(&Camera::look_at(eye, target, projection), Depth::Standard, viewport)
+    }
+
+    /// An orthographic view from `eye` towards `target`, +Y up, `height` units high and as wide as the
+    /// viewport asks; `near` may be negative. Depth is standard.
+    ///
+    /// # Errors
+    /// If the numbers make no view; the message names the number.
+    pub fn orthographic(
+        eye: impl Into<[f64; 3]>,
+        target: impl Into<[f64; 3]>,
+        height: f64,
+        near: f64,
+        far: f64,
+        viewport: [u32; 2],
+    ) -> Result<Self, ViewError> {
+        let [columns, rows] = check_viewport(viewport)?;
+        let (x, y) = (height * 0.5 * columns / rows, height * 0.5);
+        let projection =
+            Projection::Orthographic { left: -x, right: x, bottom: -y, top: y, near, far };
+        Self::new(&Camera::look_at(eye, target, projection), Depth::Standard, viewport)
+    }
+
     /// The view of any invertible matrix, column-major, that takes world to clip space: perspective,
-    /// orthographic, off-centre, mirrored, with a finite or infinite far plane.
+    /// orthographic, off-centre, mirrored, with a finite or infinite far plane, times any factor.
+    ///
+    /// What is seen is what a graphics card keeps: −w ≤ x ≤ w, −w ≤ y ≤ w, 0 ≤ z ≤ w. A matrix is refused as
+    /// singular where rounding hides the sign of its determinant: 1e17 units from the origin there is no
+    /// room in f64 for a near plane at 0.1, so let matrix and scene share an origin near the eye.
     ///
     /// # Errors
     /// If a number is not finite, or the matrix is singular, or the viewport is empty.
@@ -118,9 +166,7 @@ impl View {
         if !clip_from_world.iter().all(|v| v.is_finite()) {
             return Err(ViewError::NotFinite("view-projection matrix"));
         }
-        if viewport.iter().any(|&v| v == 0 || v > 65536) {
-            return Err(ViewError::Viewport(viewport[0], viewport[1]));
-        }
+        check_viewport(viewport)?;
         let m = DMat4::from_cols_array(clip_from_world);
         let (eye, mirrored) =
             homogeneous_eye(&m, depth).ok_or(ViewError::Singular(m.determinant()))?;
@@ -147,6 +193,12 @@ impl View {
     #[must_use]
     pub fn clip_from_world(&self) -> [f64; 16] {
         self.clip_from_world.to_cols_array()
+    }
+
+    /// Clip space to world, column-major: the inverse of [`clip_from_world`](Self::clip_from_world), rounded.
+    #[must_use]
+    pub fn world_from_clip(&self) -> [f64; 16] {
+        self.clip_from_world.inverse().to_cols_array()
     }
 
     /// The homogeneous eye: (position, 1) in perspective; (unit direction from the scene towards the
@@ -189,6 +241,13 @@ impl View {
     }
 }
 
+fn check_viewport(viewport: [u32; 2]) -> Result<[f64; 2], ViewError> {
+    if viewport.iter().any(|&v| v == 0 || v > 65536) {
+        return Err(ViewError::Viewport(viewport[0], viewport[1]));
+    }
+    Ok(viewport.map(f64::from))
+}
+
 /// The point that the rows x, y and w of the matrix send to zero, and whether the projection mirrors.
 ///
 /// It is the generalised cross product E of the three rows, and by Cauchy–Binet
@@ -196,20 +255,32 @@ impl View {
 /// screen means counter-clockwise, so the sign of E also tells whether the projection mirrors.
 /// E is scaled to w = 1, or to a unit direction towards the viewer where the eye is at infinity.
 fn homogeneous_eye(m: &DMat4, depth: Depth) -> Option<(DVec4, bool)> {
-    let (x, y, z, w) = (m.row(0), m.row(1), m.row(2), m.row(3));
+    // Each row to about unit size: a positive factor changes neither the eye nor a sign, and products
+    // of four tiny or huge numbers would leave f64.
+    let row = |i: usize| m.row(i) / m.row(i).abs().max_element();
+    let (x, y, z, w) = (row(0), row(1), row(2), row(3));
+    // A minor, and the sum of its terms' sizes, which its rounding error is relative to.
     let minor = |i: usize, j: usize, k: usize| {
-        DVec3::new(x[i], x[j], x[k])
-            .cross(DVec3::new(y[i], y[j], y[k]))
-            .dot(DVec3::new(w[i], w[j], w[k]))
+        let [a, b, c] = [x, y, w].map(|r| DVec3::new(r[i], r[j], r[k]));
+        let sizes = DVec3::new(
+            (b.y * c.z).abs() + (b.z * c.y).abs(),
+            (b.z * c.x).abs() + (b.x * c.z).abs(),
+            (b.x * c.y).abs() + (b.y * c.x).abs(),
+        );
+        (a.dot(b.cross(c)), a.abs().dot(sizes))
     };
-    let e = DVec4::new(minor(1, 2, 3), -minor(0, 2, 3), minor(0, 1, 3), -minor(0, 1, 2));
+    let minors = [minor(1, 2, 3), minor(0, 2, 3), minor(0, 1, 3), minor(0, 1, 2)];
+    let [p, q, r, s] = minors.map(|m| m.0);
+    let e = DVec4::new(p, -q, r, -s);
     // z·E is the determinant up to sign: where it is only rounding, the matrix flattens space.
-    let rounding = z.abs().dot(e.abs()) * 1e-15;
-    if !e.is_finite() || z.dot(e).abs() <= rounding {
+    let rounding = z.abs().dot(DVec4::from(minors.map(|m| m.1))) * (ROUNDING * 0.5);
+    let certain = z.dot(e).abs() > rounding;
+    if !(e.is_finite() && certain) {
         return None;
     }
-    if e.w != 0.0 {
-        return Some((e / e.w, e.w < 0.0));
+    let position = e / e.w;
+    if e.w != 0.0 && position.is_finite() {
+        return Some((position, e.w < 0.0));
     }
     // Lines of sight are parallel to E; the viewer is on the side where depth is nearer.
     let nearer = match depth {

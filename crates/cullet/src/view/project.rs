@@ -2,8 +2,8 @@
 
 use glam::{DMat4, DVec3, DVec4};
 
-use super::View;
-use crate::bounds::Aabb;
+use super::{Depth, View};
+use crate::bounds::{Aabb, ROUNDING, Sphere};
 
 /// A rectangle on the screen, in pixels from the top left corner; it may reach beyond the viewport.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,33 +26,139 @@ impl ScreenRect {
     pub fn height(&self) -> f64 {
         self.max[1] - self.min[1]
     }
+
+    /// Whether a point of the screen is in the rectangle, its edges included.
+    #[must_use]
+    pub fn contains(&self, pixel: [f64; 2]) -> bool {
+        (0..2).all(|a| self.min[a] <= pixel[a] && pixel[a] <= self.max[a])
+    }
+
+    /// The part of the rectangle that is on a viewport; `None` if there is none.
+    #[must_use]
+    pub fn clipped(&self, viewport: [u32; 2]) -> Option<Self> {
+        let min = self.min.map(|v| v.max(0.0));
+        let max = std::array::from_fn(|a| self.max[a].min(f64::from(viewport[a])));
+        (min[0] <= max[0] && min[1] <= max[1]).then_some(Self { min, max })
+    }
 }
 
 impl View {
-    /// The rectangle around the projection of a box given relative to `origin`; `None` where the box
-    /// reaches in front of the near plane or behind the eye, or is not finite: its size has no bound.
+    /// The rectangle around the projection of a box given relative to `origin`, never smaller than it:
+    /// rounded outward.
+    ///
+    /// `None` where the box reaches in front of the near plane or behind the eye, where its size has no
+    /// bound; where it is not finite; and where it is empty.
     #[must_use]
     pub fn project_box(&self, b: &Aabb, origin: [f64; 3]) -> Option<ScreenRect> {
-        let m = DMat4::from_cols_array(&self.clip_from_world());
-        let [width, height] = self.viewport().map(f64::from);
+        if b.is_empty() || !b.is_finite() {
+            return None;
+        }
+        let m = &self.clip_from_world;
+        let sizes = absolute(m);
         let mut rect = ScreenRect { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
         for c in b.corners() {
-            let p = DVec3::from(c.map(f64::from)) + DVec3::from(origin);
-            let clip: DVec4 = m * p.extend(1.0);
-            let nearest = match self.depth() {
-                super::Depth::Standard => clip.z,
-                super::Depth::Reversed => clip.w - clip.z,
+            let p = DVec3::from(c.map(f64::from));
+            let clip: DVec4 = *m * (p + DVec3::from(origin)).extend(1.0);
+            // What each number of `clip` may be off by.
+            let error = sizes * (p.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
+            let depth_error = match self.depth {
+                Depth::Standard => error.z,
+                Depth::Reversed => error.z + error.w,
             };
-            if !(clip.w > 0.0 && nearest >= 0.0 && clip.is_finite()) {
+            let nearest = match self.depth {
+                Depth::Standard => clip.z,
+                Depth::Reversed => clip.w - clip.z,
+            };
+            let proved = clip.w > 2.0 * error.w && nearest >= -depth_error && clip.is_finite();
+            if !proved {
                 return None;
             }
-            let at =
-                [(clip.x / clip.w * 0.5 + 0.5) * width, (0.5 - clip.y / clip.w * 0.5) * height];
             for a in 0..2 {
-                rect.min[a] = rect.min[a].min(at[a]);
-                rect.max[a] = rect.max[a].max(at[a]);
+                let at = clip[a] / clip.w;
+                let off =
+                    (error[a] + at.abs() * error.w) / (clip.w - error.w) + at.abs() * ROUNDING;
+                self.extend(&mut rect, a, at - off, at + off);
             }
         }
         Some(rect)
     }
+
+    /// The rectangle around the projection of a sphere given relative to `origin`: its four edges
+    /// touch the sphere's outline wherever on the screen it is, but for outward rounding.
+    ///
+    /// `None` where the sphere reaches in front of the near plane or behind the eye, where it is not
+    /// finite, and where it is empty.
+    ///
+    /// An edge of the rectangle is a plane through the eye, x = k·w in clip space, that touches the sphere:
+    /// a quadratic for k, in any projection. (M. Mara & M. `McGuire`, *2D Polyhedral Bounds of a Clipped,
+    /// Perspective-Projected 3D Sphere*, 2013, of which this is the case without clipping.)
+    #[must_use]
+    pub fn project_sphere(&self, sphere: &Sphere, origin: [f64; 3]) -> Option<ScreenRect> {
+        if sphere.is_empty() || !sphere.is_finite() {
+            return None;
+        }
+        let m = &self.clip_from_world;
+        let local = DVec3::from(sphere.center.map(f64::from));
+        let clip: DVec4 = *m * (local + DVec3::from(origin)).extend(1.0);
+        let error = absolute(m) * (local.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
+        let [x, y, z, w] = std::array::from_fn(|i| m.row(i).truncate());
+        let radius = f64::from(sphere.radius);
+        let (nearest, near, near_error) = match self.depth {
+            Depth::Standard => (clip.z, z, error.z),
+            Depth::Reversed => (clip.w - clip.z, w - z, error.w + error.z),
+        };
+        // Proved to be on this side of the eye with digits to spare: the outline of a sphere that
+        // almost touches the plane of the eye is almost infinite.
+        let behind_eye = clip.w - radius * w.length() - error.w;
+        let proved = behind_eye > clip.w * 1e-9
+            && nearest - radius * near.length() >= -near_error
+            && clip.is_finite();
+        if !proved {
+            return None;
+        }
+        let mut rect = ScreenRect { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
+        for (a, row) in [x, y].into_iter().enumerate() {
+            let (c, cw) = (clip[a], clip.w);
+            // A centre off by `error` is a centre where it was computed and a larger radius: no plane
+            // x = k·w has a normal row − k·w shorter than `slope`, no edge a k beyond `reach`.
+            let reach = (c.abs() + radius * row.length() + error[a]) / behind_eye;
+            let slope =
+                if w == DVec3::ZERO { row.length() } else { row.cross(w).length() / w.length() };
+            let grown = radius * (1.0 + ROUNDING) + (error[a] + reach * error.w) / slope;
+            // (c − k·cw)² = r²|row − k·w|², solved for k; the discriminant is written so that it does not
+            // cancel: r²(|row·cw − w·c|² − r²|row × w|²).
+            let square = grown * grown;
+            let denominator = cw * cw - square * w.length_squared();
+            let across = (row * cw - w * c).length_squared();
+            let inner = (across - square * row.cross(w).length_squared()).max(0.0);
+            let root = grown * inner.sqrt();
+            let middle = c * cw - square * row.dot(w);
+            let slack = (c.abs() * cw + square * row.length() * w.length() + root) * 4.0 * ROUNDING;
+            let far_enough = denominator > cw * cw * 1e-9;
+            let (low, high) =
+                ((middle - root - slack) / denominator, (middle + root + slack) / denominator);
+            if !(far_enough && low.is_finite() && high.is_finite()) {
+                return None;
+            }
+            self.extend(&mut rect, a, low, high);
+        }
+        Some(rect)
+    }
+
+    /// Stretches `rect` along an axis over `low`..`high` in device coordinates, rounding outward.
+    fn extend(&self, rect: &mut ScreenRect, axis: usize, low: f64, high: f64) {
+        let size = f64::from(self.viewport[axis]);
+        let (low, high) = match axis {
+            0 => ((low * 0.5 + 0.5) * size, (high * 0.5 + 0.5) * size),
+            // Pixels count down from the top.
+            _ => ((0.5 - high * 0.5) * size, (0.5 - low * 0.5) * size),
+        };
+        let slack = |v: f64| (v.abs() + size) * ROUNDING;
+        rect.min[axis] = rect.min[axis].min(low - slack(low));
+        rect.max[axis] = rect.max[axis].max(high + slack(high));
+    }
+}
+
+fn absolute(m: &DMat4) -> DMat4 {
+    DMat4::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs(), m.w_axis.abs())
 }

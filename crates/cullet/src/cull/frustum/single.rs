@@ -1,1 +1,182 @@
 //! Frustum tests of single things, and the slow oracles.
+//!
+//! The fast forms answer with proof: [`Side::Outside`] only where no point of the thing can be inside,
+//! [`Side::Inside`] only where none can be outside, both in f64 with a bound of its rounding. What is neither is
+//! [`Side::Straddling`], which means *keep*. The `_ref` forms are the textbook's loops in plain f64, to be read
+//! first; they may differ from the fast forms only where a thing touches a plane to within rounding.
+//!
+//! None of them is exact for big things: a box beside a corner of the frustum may be outside without
+//! being outside of any one plane. See [`exact`](super::exact).
+
+use crate::bounds::{Aabb, Obb, Plane, Side, Sphere};
+use crate::view::Frustum;
+
+/// Where a sphere lies, and the number of the first plane that rejects it. O(planes), early out.
+///
+/// Empty is outside, with no plane to blame; NaN or infinite is straddling.
+#[must_use]
+pub fn classify_sphere(frustum: &Frustum, sphere: &Sphere) -> (Side, Option<u8>) {
+    classify(frustum, sphere.is_empty(), sphere.is_finite(), |plane| sphere.side(plane))
+}
+
+/// Where an axis-aligned box lies, and the number of the first plane that rejects it. O(planes), early
+/// out.
+///
+/// Empty is outside, with no plane to blame; NaN is straddling; an infinite side counts as what it is, but
+/// such a box is never inside.
+///
+/// ```
+/// use cullet::bounds::{Aabb, Side};
+/// use cullet::cull::frustum::single::classify_aabb;
+/// use cullet::view::{FrustumPlane, View};
+///
+/// let view = View::perspective([0.0, 0.0, 5.0], [0.0; 3], 1.0, 0.1, 100.0, [640, 480])?;
+/// let behind = Aabb::new([-1.0, -1.0, 6.0], [1.0, 1.0, 8.0]);
+/// let (side, plane) = classify_aabb(&view.frustum(), &behind);
+/// assert_eq!((side, plane), (Side::Outside, Some(FrustumPlane::Near as u8)));
+/// # Ok::<(), cullet::view::ViewError>(())
+/// ```
+#[must_use]
+pub fn classify_aabb(frustum: &Frustum, b: &Aabb) -> (Side, Option<u8>) {
+    classify(frustum, b.is_empty(), b.is_finite(), |plane| b.side(plane))
+}
+
+/// Where an oriented box lies, and the number of the first plane that rejects it. O(planes), early
+/// out.
+///
+/// Empty is outside, with no plane to blame; NaN or infinite is straddling.
+#[must_use]
+pub fn classify_obb(frustum: &Frustum, b: &Obb) -> (Side, Option<u8>) {
+    classify(frustum, b.is_empty(), b.is_finite(), |plane| b.side(plane))
+}
+
+fn classify(
+    frustum: &Frustum,
+    empty: bool,
+    finite: bool,
+    side: impl Fn(&Plane) -> Side,
+) -> (Side, Option<u8>) {
+    if empty {
+        return (Side::Outside, None);
+    }
+    let mut inside = finite;
+    for (number, plane) in frustum.planes() {
+        match side(plane) {
+            Side::Outside => return (Side::Outside, Some(number as u8)),
+            Side::Straddling => inside = false,
+            Side::Inside => {}
+        }
+    }
+    (if inside { Side::Inside } else { Side::Straddling }, None)
+}
+
+/// The lecture's loop, literally: the planes in camera space, out at the first plane that the sphere is
+/// wholly outside of, inside only when it is inside of all.
+///
+/// `camera_space` is [`Projection::frustum`](crate::view::Projection::frustum), `center` is the sphere's centre
+/// by [`Camera::to_camera_space`](crate::view::Camera::to_camera_space). Plain f64; NaN is straddling.
+#[must_use]
+pub fn classify_sphere_ref(camera_space: &Frustum, center: [f64; 3], radius: f64) -> Side {
+    let mut inside_of = 0;
+    let mut planes = 0;
+    for (_, plane) in camera_space.planes() {
+        planes += 1;
+        let distance = plane.distance(center);
+        if distance > radius {
+            return Side::Outside;
+        }
+        if distance < -radius {
+            inside_of += 1;
+        }
+    }
+    if inside_of == planes { Side::Inside } else { Side::Straddling }
+}
+
+/// All eight corners against every plane: outside where one plane has all of them outside, inside where
+/// all planes have all of them inside. Plain f64; NaN is straddling.
+#[must_use]
+pub fn classify_aabb_ref(frustum: &Frustum, b: &Aabb) -> Side {
+    classify_corners_ref(frustum, &b.corners().map(|c| c.map(f64::from)))
+}
+
+/// As [`classify_aabb_ref`], for an oriented box.
+#[must_use]
+pub fn classify_obb_ref(frustum: &Frustum, b: &Obb) -> Side {
+    classify_corners_ref(frustum, &b.corners())
+}
+
+fn classify_corners_ref(frustum: &Frustum, corners: &[[f64; 3]; 8]) -> Side {
+    let mut inside = true;
+    for (_, plane) in frustum.planes() {
+        if corners.iter().all(|&c| plane.distance(c) > 0.0) {
+            return Side::Outside;
+        }
+        inside &= corners.iter().all(|&c| plane.distance(c) < 0.0);
+    }
+    if inside { Side::Inside } else { Side::Straddling }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::{Camera, FrustumPlane, Projection};
+
+    fn unit_cube() -> Frustum {
+        let p = Projection::Orthographic {
+            left: -1.0,
+            right: 1.0,
+            bottom: -1.0,
+            top: 1.0,
+            near: -1.0,
+            far: 1.0,
+        };
+        Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], p).frustum().unwrap()
+    }
+
+    #[test]
+    fn each_plane_of_a_cube_rejects_what_is_beyond_it() {
+        let f = unit_cube();
+        let beyond = [
+            (FrustumPlane::Left, [-3.0, 0.0, 0.0]),
+            (FrustumPlane::Right, [3.0, 0.0, 0.0]),
+            (FrustumPlane::Bottom, [0.0, -3.0, 0.0]),
+            (FrustumPlane::Top, [0.0, 3.0, 0.0]),
+            (FrustumPlane::Near, [0.0, 0.0, 3.0]),
+            (FrustumPlane::Far, [0.0, 0.0, -3.0]),
+        ];
+        for (plane, c) in beyond {
+            let expected = (Side::Outside, Some(plane as u8));
+            let b = Aabb::new(c.map(|v| v - 1.0), c.map(|v| v + 1.0));
+            assert_eq!(classify_aabb(&f, &b), expected);
+            assert_eq!(classify_obb(&f, &Obb::from(&b)), expected);
+            assert_eq!(classify_sphere(&f, &Sphere::new(c, 1.0)), expected);
+        }
+    }
+
+    #[test]
+    fn inside_only_when_inside_all() {
+        let f = unit_cube();
+        assert_eq!(classify_sphere(&f, &Sphere::new([0.0; 3], 0.5)), (Side::Inside, None));
+        assert_eq!(
+            classify_sphere(&f, &Sphere::new([0.6, 0.0, 0.0], 0.5)),
+            (Side::Straddling, None)
+        );
+        let b = Aabb::new([-0.5; 3], [0.5; 3]);
+        assert_eq!(classify_aabb(&f, &b), (Side::Inside, None));
+        assert_eq!(classify_obb(&f, &Obb::from(&b)), (Side::Inside, None));
+    }
+
+    #[test]
+    fn empty_nan_and_infinite_things() {
+        for f in [unit_cube(), Frustum::everything()] {
+            assert_eq!(classify_aabb(&f, &Aabb::EMPTY), (Side::Outside, None));
+            assert_eq!(classify_obb(&f, &Obb::EMPTY), (Side::Outside, None));
+            assert_eq!(classify_sphere(&f, &Sphere::EMPTY), (Side::Outside, None));
+            assert_eq!(classify_aabb(&f, &Aabb::EVERYTHING), (Side::Straddling, None));
+            assert_eq!(classify_obb(&f, &Obb::EVERYTHING), (Side::Straddling, None));
+            assert_eq!(classify_sphere(&f, &Sphere::EVERYTHING), (Side::Straddling, None));
+            let nan = Aabb::new([f32::NAN, 9.0, 9.0], [9.0; 3]);
+            assert_eq!(classify_aabb(&f, &nan), (Side::Straddling, None));
+        }
+    }
+}

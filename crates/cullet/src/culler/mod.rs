@@ -1,12 +1,17 @@
 //! The culler: runs the stages in order and says what is left.
 
+mod explain;
+mod run;
+
+pub use explain::{Explanation, Step};
+
 use fearless_simd::Level;
 use thiserror::Error;
 
 use crate::cull::detail::Detail;
-use crate::scene::{Handle, Scene, SceneError};
+use crate::scene::{Scene, SceneError};
 use crate::view::View;
-use crate::visible::{Reason, Visible};
+use crate::visible::Visible;
 
 /// How deep the answer goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -60,10 +65,12 @@ impl Default for Culler {
     }
 }
 
-/// What a culler remembers of one view between frames: scratch memory and coherence. Dropping it costs
-/// time, never an answer.
+/// What a culler remembers of one view between frames: scratch memory and, later, coherence. Dropping
+/// it costs time, never an answer.
 #[derive(Clone, Debug, Default)]
-pub struct ViewState {}
+pub struct ViewState {
+    scratch: run::Scratch,
+}
 
 /// Why a call to a culler is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -84,28 +91,8 @@ pub enum CullError {
     Scene(#[from] SceneError),
 }
 
-/// One step of an explanation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Step {
-    /// The stage asked.
-    pub stage: crate::visible::Stage,
-    /// Whether it dropped the instance.
-    pub dropped: bool,
-    /// What it measured, in words with numbers.
-    pub finding: String,
-}
-
-/// Why an instance is drawn or not: every stage it came to, with its numbers.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Explanation {
-    /// Why it was dropped; `None` if it is drawn.
-    pub reason: Option<Reason>,
-    /// The stages, in order.
-    pub steps: Vec<Step>,
-}
-
 impl Culler {
-    /// Culls one scene for several views.
+    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would.
     ///
     /// # Errors
     /// If there is not one state and one result for each view.
@@ -129,7 +116,8 @@ impl Culler {
         Ok(())
     }
 
-    /// Culls for one view.
+    /// Culls for one view. The result ascends by slot. Allocates nothing once `state` and `result` have
+    /// grown to what the scene needs.
     pub fn cull_one(
         &self,
         scene: &Scene,
@@ -137,20 +125,6 @@ impl Culler {
         state: &mut ViewState,
         result: &mut Visible,
     ) {
-        let _ = (scene, view, state, result);
-    }
-
-    /// Replays the stages for one instance and says what each of them found.
-    ///
-    /// # Errors
-    /// If the handle names no instance.
-    pub fn explain(
-        &self,
-        scene: &Scene,
-        view: &View,
-        handle: Handle,
-    ) -> Result<Explanation, CullError> {
-        let _ = (scene.slot(handle)?, view);
-        Ok(Explanation::default())
+        run::Pass::new(self, scene, view, &mut state.scratch, result).run();
     }
 }

@@ -1,0 +1,319 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::parse;
+
+const ABOUT: &str =
+    "Finds what a 3D scene draws for nothing, and proves that nothing visible was lost";
+
+const EXAMPLES: &str = "\
+Examples
+  cullet report                              the built-in city: a page with pictures, figures, advice
+  cullet report model.glb --out page/        the same for your own model
+  cullet report model.glb --path walk --views 32 --size 1920x1080
+  cullet report model.glb --eye 0,2,9 --target 0,1,0 --fov 60
+                                             one view of your choice
+  cullet report model.glb --detail 2         also drop what stays under 2 pixels (lossy)
+  cullet report model.glb --baseline old/report.json --fail-if 'tightness>3'
+                                             for CI: what changed, and exit code 5 if too loose
+  cullet verify model.glb                    only the proof: culled and unculled images must agree
+  cullet info model.glb                      what is in a file, and what is wrong with it
+  cullet scenes                              the built-in scenes and their settings
+  cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
+  cullet bench                               frustum tests against this machine's streaming rate
+
+Exit codes
+  0 fine        1 something visible was culled      2 wrong command line
+  3 input unreadable or invalid     4 over a limit      5 a --fail-if holds
+  70 internal error                 130 interrupted, with a valid report of what was done";
+
+/// The whole command line.
+#[derive(Debug, Parser)]
+#[command(name = "cullet", version, about = ABOUT, after_help = EXAMPLES, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    /// Print nothing but results and errors
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Write a page that says what is drawn for nothing, and why
+    #[command(after_help = REPORT_HELP)]
+    Report(Box<ReportArgs>),
+    /// Draw every view with and without culling and compare the images
+    #[command(after_help = VERIFY_HELP)]
+    Verify(Box<VerifyArgs>),
+    /// Say what is in a scene, and what is wrong with it
+    Info(InfoArgs),
+    /// List the built-in scenes and their settings
+    Scenes(ScenesArgs),
+    /// Measure the frustum tests against this machine's streaming rate
+    Bench(BenchArgs),
+    /// Draw one picture of one view
+    #[command(after_help = PICTURE_HELP)]
+    Picture(Box<PictureArgs>),
+}
+
+const REPORT_HELP: &str = "\
+Writes into --out: index.html (one file, opens offline), report.json, views.csv and pictures.
+Each view's part is written as it is finished; Ctrl-C finishes the current view and leaves a valid
+report.
+
+--fail-if EXPR is KEY OP VALUE: KEY is tightness, false_culls, all, potentially_visible, visible or
+culled_percent; OP is one of > >= < <= == !=; VALUE a number, or, with --baseline, 'baseline',
+'baseline+5%' or 'baseline-5%'. Examples: 'tightness>3', 'potentially_visible>baseline+2%'.
+
+A --path is orbit (around the scene), walk (through it at eye height), fly (over and through it),
+file:PATH (a JSON list of cameras) or camera:NAME (a camera of the file, over its animation).";
+
+const VERIFY_HELP: &str = "\
+Draws every view with and without culling, and demands that each pixel be owned by the same triangle
+of the same instance. With --samples 4 it also looks for instances that own one of 4x4 jittered
+samples a pixel and were dropped. Every loss is printed with its view, instance, stage and reason,
+and the exit code is 1.";
+
+const PICTURE_HELP: &str = "\
+kinds   the scene from outside, each dropped thing coloured by the kind of culling that took it
+shaded  the view itself
+depth   how often each pixel is covered
+map     from above: the frustum, and every instance coloured by what became of it
+
+Examples
+  cullet picture kinds --out kinds.png
+  cullet picture map city:seed=3 --path walk --view 2 --views 4";
+
+/// Which scene, and how to read it.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// A file (glb, gltf, obj, ply, stl, off, occscn), or a built-in scene: NAME or NAME:key=value,...
+    #[arg(default_value = "city")]
+    pub(crate) scene: String,
+    /// Which axis of the file points up [default: what the format says, else y]
+    #[arg(long, value_enum)]
+    pub(crate) up: Option<UpAxis>,
+    /// Take every triangle for one-sided, whatever the file says
+    #[arg(long, conflicts_with = "two_sided")]
+    pub(crate) one_sided: bool,
+    /// Take every triangle for two-sided: nothing is back-face culled
+    #[arg(long)]
+    pub(crate) two_sided: bool,
+    /// Refuse files with more triangles than this (exit code 4)
+    #[arg(long, value_name = "N")]
+    pub(crate) max_triangles: Option<u64>,
+}
+
+/// The axis that points up.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum UpAxis {
+    /// +Y
+    Y,
+    /// +Z
+    Z,
+}
+
+/// Which views.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Views")]
+pub(crate) struct ViewArgs {
+    /// Pixels of a view
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
+    pub(crate) size: [u32; 2],
+    /// How many views along the path
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) views: u32,
+    /// orbit, walk, fly, <file:PATH> or camera:NAME
+    #[arg(long, default_value = "orbit")]
+    pub(crate) path: String,
+    /// One view, from this point
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "target")]
+    pub(crate) eye: Option<[f64; 3]>,
+    /// One view, looking at this point
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "eye")]
+    pub(crate) target: Option<[f64; 3]>,
+    /// Vertical field of view, in degrees [default: the path's own, else 60]
+    #[arg(long, value_name = "DEGREES", value_parser = parse::angle)]
+    pub(crate) fov: Option<f64>,
+    /// Distance of the near plane [default: fits the scene]
+    #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
+    pub(crate) near: Option<f64>,
+    /// Distance of the far plane, or inf [default: fits the scene]
+    #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
+    pub(crate) far: Option<f64>,
+    /// Seed of the jittered samples
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Threads that draw; 0 is one for each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) threads: usize,
+}
+
+/// Which kinds of culling.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Culling")]
+pub(crate) struct CullArgs {
+    /// Also drop what stays under PX pixels on the screen (lossy: may cost visible pixels)
+    #[arg(long, value_name = "PX", value_parser = parse::pixels)]
+    pub(crate) detail: Option<f64>,
+    /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
+    #[arg(long, value_enum, default_value_t = DetailMeasure::Sides)]
+    pub(crate) detail_by: DetailMeasure,
+    /// Keep what is outside the frustum
+    #[arg(long)]
+    pub(crate) no_frustum: bool,
+    /// Keep back faces
+    #[arg(long)]
+    pub(crate) no_backface: bool,
+    /// Keep triangles without area
+    #[arg(long)]
+    pub(crate) no_degenerate: bool,
+    /// Test big boxes at the frustum's corners exactly
+    #[arg(long)]
+    pub(crate) exact_frustum: bool,
+}
+
+/// How detail culling measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DetailMeasure {
+    /// Width and height both under the threshold
+    Sides,
+    /// Area under the threshold
+    Area,
+    /// Diagonal under the threshold
+    Diameter,
+}
+
+/// `cullet report`
+#[derive(Debug, Args)]
+pub(crate) struct ReportArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
+    #[command(flatten)]
+    pub(crate) cull: CullArgs,
+    /// Verify with N x N jittered samples a pixel; 1 is off
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) samples: u32,
+    /// Folder to write into
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    pub(crate) out: PathBuf,
+    /// Also write report.json here; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+    /// An older report.json: print what changed
+    #[arg(long, value_name = "PATH")]
+    pub(crate) baseline: Option<PathBuf>,
+    /// End with exit code 5 if this holds; may be given several times
+    #[arg(long, value_name = "EXPR")]
+    pub(crate) fail_if: Vec<String>,
+    /// Write what each view keeps and drops, with names, handles and reasons
+    #[arg(long, value_name = "PATH")]
+    pub(crate) export: Option<PathBuf>,
+    /// Seconds for verification where a view has over 5e7 triangles
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = parse::seconds)]
+    pub(crate) verify_seconds: f64,
+    /// What counts as tiny in the advice, in pixels
+    #[arg(long, value_name = "PX", default_value_t = 4.0, value_parser = parse::pixels)]
+    pub(crate) tiny: f64,
+}
+
+/// `cullet verify`
+#[derive(Debug, Args)]
+pub(crate) struct VerifyArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
+    #[command(flatten)]
+    pub(crate) cull: CullArgs,
+    /// N x N jittered samples a pixel; 1 is off
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) samples: u32,
+    /// Write the result as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// `cullet info`
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// List every mesh and warning, not only the first ones
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Write the result as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// `cullet scenes`
+#[derive(Debug, Args)]
+pub(crate) struct ScenesArgs {
+    /// Write the list as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// `cullet bench`
+#[derive(Debug, Args)]
+pub(crate) struct BenchArgs {
+    /// Only workloads whose name contains this
+    pub(crate) filter: Option<String>,
+    /// Write the results as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// `cullet picture`
+#[derive(Debug, Args)]
+pub(crate) struct PictureArgs {
+    /// What to draw
+    #[arg(value_enum)]
+    pub(crate) kind: PictureKind,
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
+    #[command(flatten)]
+    pub(crate) cull: CullArgs,
+    /// Which view of the path, from 0
+    #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
+    pub(crate) index: u32,
+    /// The PNG to write [default: KIND.png]
+    #[arg(long, value_name = "PATH")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PictureKind {
+    /// Each dropped thing in the colour of the kind of culling that took it
+    Kinds,
+    /// The view itself
+    Shaded,
+    /// How often each pixel is covered
+    Depth,
+    /// From above, with the frustum
+    Map,
+}
+
+impl PictureKind {
+    /// Its name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Kinds => "kinds",
+            Self::Shaded => "shaded",
+            Self::Depth => "depth",
+            Self::Map => "map",
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! What people see: lines, progress bars, and Ctrl-C.
+
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::exit::{Exit, Failure};
+
+/// Where lines for people go, and whether they are wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Console {
+    /// Results and errors only.
+    pub(crate) quiet: bool,
+    /// The standard output carries JSON, so lines for people go to standard error.
+    pub(crate) json_on_stdout: bool,
+}
+
+impl Console {
+    /// A console; `json` is where JSON is asked for.
+    pub(crate) fn new(quiet: bool, json: Option<&Path>) -> Self {
+        Self { quiet, json_on_stdout: json.is_some_and(|p| p == Path::new("-")) }
+    }
+
+    /// A line of the result.
+    pub(crate) fn line(&self, text: impl AsRef<str>) {
+        let text = text.as_ref();
+        // A reader that has gone (`| head`) is no fault of ours.
+        let _ = if self.json_on_stdout {
+            if self.quiet { Ok(()) } else { writeln!(std::io::stderr().lock(), "{text}") }
+        } else {
+            writeln!(std::io::stdout().lock(), "{text}")
+        };
+    }
+
+    /// A line that `--quiet` silences.
+    pub(crate) fn note(&self, text: impl AsRef<str>) {
+        if !self.quiet {
+            let _ = writeln!(std::io::stderr().lock(), "{}", text.as_ref());
+        }
+    }
+
+    /// A bar over `length` steps of `what`.
+    pub(crate) fn progress(&self, what: &'static str, length: u64) -> Progress {
+        let shown = !self.quiet && std::io::stderr().is_terminal();
+        Progress { what, length, done: 0, start: Instant::now(), shown, bar: None }
+    }
+}
+
+/// Writes JSON to a file, or to the standard output for `-`.
+pub(crate) fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(value)
+        .map_err(|e| Failure { exit: Exit::Internal, message: format!("JSON: {e}") })?;
+    text.push('\n');
+    if path == Path::new("-") {
+        let _ = std::io::stdout().lock().write_all(text.as_bytes());
+        return Ok(());
+    }
+    std::fs::write(path, text).map_err(|e| Failure::write(path, &e))
+}
+
+/// A progress bar that appears only once the work is seen to take more than two seconds.
+#[derive(Debug)]
+pub(crate) struct Progress {
+    what: &'static str,
+    length: u64,
+    done: u64,
+    start: Instant,
+    shown: bool,
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    /// Work shorter than this needs no bar.
+    const PATIENCE: Duration = Duration::from_secs(2);
+
+    /// One step is done.
+    pub(crate) fn step(&mut self) {
+        self.done += 1;
+        if !self.shown {
+            return;
+        }
+        let whole = self.start.elapsed().mul_f64(self.length as f64 / self.done as f64);
+        if self.bar.is_none() && whole > Self::PATIENCE {
+            let bar = ProgressBar::new(self.length).with_elapsed(self.start.elapsed());
+            let template = "{msg} {wide_bar} {pos}/{len}, {eta} left";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar.set_message(self.what);
+            self.bar = Some(bar);
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_position(self.done);
+        }
+    }
+
+    /// Removes the bar.
+    pub(crate) fn finish(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// From now on the first Ctrl-C asks to stop after the current view, and a second one stops at once.
+pub(crate) fn watch_interrupts() {
+    // Where no handler can be set, Ctrl-C ends the program as it would have without one.
+    let _ = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(Exit::Interrupted as u8));
+        }
+        let _ = writeln!(
+            std::io::stderr().lock(),
+            "\nstopping after this view; Ctrl-C again stops at once"
+        );
+    });
+}
+
+/// Whether Ctrl-C was pressed.
+pub(crate) fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// A number with thin groups of thousands, for people: `1 234 567`.
+pub(crate) fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut text = String::with_capacity(digits.len() * 4 / 3);
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            // A narrow no-break space: groups stay on one line and never read as two numbers.
+            text.push('\u{202f}');
+        }
+        text.push(c);
+    }
+    text
+}
+
+/// `part` of `whole` in per cent, with one digit where that says more than none; 0 for 0 of 0.
+pub(crate) fn percent(part: u64, whole: u64) -> String {
+    if whole == 0 {
+        return "0 %".into();
+    }
+    let p = part as f64 / whole as f64 * 100.0;
+    // "100 %" and "0 %" are claims about every one, so near misses keep a digit.
+    if part == whole || part == 0 || (10.0..99.0).contains(&p) {
+        format!("{p:.0} %")
+    } else if p < 0.1 {
+        "under 0.1 %".into()
+    } else if p > 99.9 {
+        "over 99.9 %".into()
+    } else {
+        format!("{p:.1} %")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped_by_thousands() {
+        let plain = |n| grouped(n).replace('\u{202f}', " ");
+        assert_eq!(plain(0), "0");
+        assert_eq!(plain(999), "999");
+        assert_eq!(plain(1000), "1 000");
+        assert_eq!(plain(1234567), "1 234 567");
+    }
+
+    #[test]
+    fn per_cent_never_rounds_to_all_or_nothing() {
+        assert_eq!(percent(1, 1), "100 %");
+        assert_eq!(percent(0, 0), "0 %");
+        assert_eq!(percent(999_999, 1_000_000), "over 99.9 %");
+        assert_eq!(percent(1, 1_000_000), "under 0.1 %");
+        assert_eq!(percent(1, 2), "50 %");
+        assert_eq!(percent(995, 1000), "99.5 %");
+    }
+}

@@ -1,0 +1,139 @@
+//! Pictures of views: what the renderer offers, put together for the page.
+
+use cullet::{Culler, View};
+use cullet_draw::{Picture, RenderOptions, Selection};
+use cullet_io::Model;
+
+use crate::survey::Seen;
+
+/// A picture with its words.
+#[derive(Debug)]
+pub(crate) struct Titled {
+    /// Part of the file's name.
+    pub(crate) name: &'static str,
+    pub(crate) picture: Picture,
+    pub(crate) caption: String,
+    /// How wide it is where the page carries it, at the most.
+    pub(crate) embed_px: u32,
+    pub(crate) wide: bool,
+    /// Whether it stands for its view in the gallery.
+    pub(crate) thumbnail: bool,
+}
+
+/// The colours of a model's materials.
+pub(crate) fn colors(model: &Model) -> Vec<[f32; 4]> {
+    model.materials.iter().map(|m| m.color).collect()
+}
+
+/// The pictures of a view: the view and its map, and for the one that is shown large also the depth
+/// complexity before and after, and the scene coloured by kinds.
+pub(crate) fn of_view(
+    model: &Model,
+    view: &View,
+    culler: &Culler,
+    seen: &Seen,
+    featured: bool,
+) -> Vec<Titled> {
+    let scene = &model.scene;
+    let colors = colors(model);
+    let mut pictures = Vec::new();
+    let owners = seen.verification.as_ref().map_or(&[][..], |v| &v.seen);
+    if let Some(v) = &seen.verification {
+        pictures.push(Titled {
+            name: "shaded",
+            picture: cullet_draw::shaded(scene, &v.frame, view, &colors),
+            caption: "The view itself, drawn by the reference renderer.".into(),
+            embed_px: 1280,
+            wide: true,
+            thumbnail: true,
+        });
+    }
+    pictures.push(Titled {
+        name: "map",
+        picture: cullet_draw::top_down(scene, view, &seen.result, owners, [1280, 800]),
+        caption: "From above: the frustum, and every instance by what became of it.".into(),
+        embed_px: 1280,
+        wide: true,
+        thumbnail: seen.verification.is_none(),
+    });
+    if featured && seen.verification.is_some() {
+        pictures.push(Titled {
+            name: "kinds",
+            picture: cullet_draw::kinds(scene, view, culler, [1280, 720]),
+            caption: "From outside: each dropped thing in the colour of what dropped it.".into(),
+            embed_px: 1280,
+            wide: true,
+            thumbnail: false,
+        });
+        let small = half(view);
+        let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
+        let draw = |selection| cullet_draw::render(scene, &small, selection, &options);
+        let (before, after) = (draw(Selection::All), draw(Selection::Visible(&seen.result)));
+        pictures.push(Titled {
+            name: "depth",
+            picture: cullet_draw::depth_complexity(&before, Some(&after)),
+            caption:
+                "How often each pixel is filled, before culling and after it, at half the size."
+                    .into(),
+            embed_px: 1320,
+            wide: true,
+            thumbnail: false,
+        });
+    }
+    pictures
+}
+
+/// The same view on half as many pixels each way: two such pictures stand side by side on a page with
+/// their legends still legible.
+fn half(view: &View) -> View {
+    let size = view.viewport().map(|v| (v / 2).max(1));
+    // The matrix made a view before, so it makes one again.
+    let Ok(mut small) = View::from_matrix(&view.clip_from_world(), view.depth(), size) else {
+        return view.clone();
+    };
+    (small.layers, small.front_face, small.cull_face) =
+        (view.layers, view.front_face, view.cull_face);
+    small
+}
+
+/// The picture, averaged down by a whole factor to at most `most` pixels of width.
+pub(crate) fn shrink(picture: &Picture, most: u32) -> Picture {
+    let factor = picture.width.div_ceil(most.max(1)).max(1);
+    let (width, height) = ((picture.width / factor).max(1), (picture.height / factor).max(1));
+    let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
+    for y in 0..height {
+        for x in 0..width {
+            for c in 0..3 {
+                let mut sum = 0u32;
+                let mut n = 0;
+                for dy in 0..factor.min(picture.height) {
+                    for dx in 0..factor.min(picture.width) {
+                        let at = (y * factor + dy) as usize * picture.width as usize
+                            + (x * factor + dx) as usize;
+                        sum += u32::from(picture.rgb[at * 3 + c]);
+                        n += 1;
+                    }
+                }
+                rgb.push(((sum + n / 2) / n) as u8);
+            }
+        }
+    }
+    Picture { width, height, rgb }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shrinking_averages_and_keeps_small_pictures() {
+        let rgb = vec![0, 0, 0, 100, 100, 100, 200, 200, 200, 100, 100, 100];
+        let p = Picture { width: 2, height: 2, rgb };
+        let small = shrink(&p, 1);
+        assert_eq!((small.width, small.height, &small.rgb[..]), (1, 1, &[100, 100, 100][..]));
+        assert_eq!(shrink(&p, 2).rgb, p.rgb);
+        let flat = Picture { width: 4, height: 1, rgb: vec![7; 12] };
+        let small = shrink(&flat, 2);
+        assert_eq!((small.width, small.height, small.rgb.len()), (2, 1, 6));
+    }
+}

@@ -1,0 +1,140 @@
+//! `cullet info`: what is in a scene, and what is wrong with it.
+
+use serde::Serialize;
+
+use crate::args::InfoArgs;
+use crate::console::{Console, grouped, write_json};
+use crate::exit::{Exit, Outcome};
+use crate::inputs;
+use crate::meshes;
+use crate::record::{MeshRecord, SCHEMA, SceneRecord};
+
+const SHOWN: usize = 20;
+
+#[derive(Serialize)]
+struct InfoRecord<'a> {
+    schema: u32,
+    scene: &'a SceneRecord,
+    cameras: Vec<&'a str>,
+    cells: usize,
+    portals: usize,
+    mirrored_instances: u64,
+    non_finite_instances: u64,
+    singular_instances: u64,
+    meshes: &'a [MeshRecord],
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
+    let silent = Console { quiet: true, ..*console };
+    // Warnings are part of the result here, so loading need not print them too.
+    let model = inputs::load(&args.scene, &silent)?;
+    let facts = meshes::facts(&model);
+    let record = meshes::scene_record(&model, &facts);
+    let scene = &model.scene;
+    let transforms = |odd: fn(&cullet::Transform) -> bool| {
+        scene.slots().filter(|&s| odd(scene.transform(s))).count() as u64
+    };
+    let info = InfoRecord {
+        schema: SCHEMA,
+        scene: &record,
+        cameras: model.cameras.iter().map(|c| c.name.as_str()).collect(),
+        cells: model.cells.cells.len(),
+        portals: model.cells.portals.len(),
+        mirrored_instances: transforms(|t| t.is_finite() && t.determinant() < 0.0),
+        non_finite_instances: transforms(|t| !t.is_finite()),
+        singular_instances: transforms(|t| t.is_finite() && t.determinant() == 0.0),
+        meshes: &facts,
+    };
+    print(args, console, &info);
+    if let Some(path) = &args.json {
+        write_json(path, &info)?;
+    }
+    Ok(Exit::Fine)
+}
+
+fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
+    let s = info.scene;
+    let shown = if args.all { usize::MAX } else { SHOWN };
+    console.line(&s.name);
+    let row = |what: &str, value: String| console.line(format!("  {what:<12}{value}"));
+    row("instances", grouped(s.instances));
+    row("meshes", format!("{}, of which {} are solids", grouped(s.meshes), grouped(s.solids)));
+    let polygons = match s.polygons == s.triangles {
+        true => String::new(),
+        false => format!(" from {} polygons", grouped(s.polygons)),
+    };
+    row(
+        "triangles",
+        format!("{}{polygons} ({} stored)", grouped(s.triangles), grouped(s.unique_triangles)),
+    );
+    if let Some([min, max]) = s.extent {
+        let size: Vec<String> = (0..3).map(|a| format!("{:.3}", max[a] - min[a])).collect();
+        row("size", format!("{} (x × y × z)", size.join(" × ")));
+    }
+    row("materials", grouped(s.materials));
+    if info.cells > 0 {
+        row("cells", format!("{}, with {} portals", info.cells, info.portals));
+    }
+    if !info.cameras.is_empty() {
+        let names: Vec<&str> = info.cameras.iter().take(shown.min(8)).copied().collect();
+        row("cameras", format!("{}: {}", info.cameras.len(), names.join(", ")));
+    }
+    let odd = [
+        (info.mirrored_instances, "mirrored"),
+        (info.non_finite_instances, "with a transform that is not finite"),
+        (info.singular_instances, "scaled to nothing along an axis"),
+    ];
+    for (n, what) in odd.iter().filter(|o| o.0 > 0) {
+        row("note", format!("{} instances are {what}", grouped(*n)));
+    }
+    let degenerate: u64 = info.meshes.iter().map(|m| m.degenerate).sum();
+    let duplicate: u64 = info.meshes.iter().map(|m| m.duplicate).sum();
+    for (n, what) in [(degenerate, "have no area"), (duplicate, "are there twice")] {
+        if n > 0 {
+            row("note", format!("{} stored triangles {what}", grouped(n)));
+        }
+    }
+    let defects: Vec<&MeshRecord> = info.meshes.iter().filter(|m| m.defect.is_some()).collect();
+    if !defects.is_empty() {
+        console.line(format!("\nMeshes that are no solid ({}):", grouped(defects.len() as u64)));
+        let width = defects.iter().take(shown).map(|m| m.name.chars().count()).max();
+        let width = width.unwrap_or(0).min(40);
+        for m in defects.iter().take(shown) {
+            let why = m.defect.as_deref().unwrap_or_default();
+            let name = printable(&m.name);
+            console.line(format!(
+                "  {name:<width$}  {} triangles, {}: {why}",
+                grouped(m.triangles),
+                m.sides
+            ));
+        }
+        more(console, defects.len(), shown);
+    }
+    if !s.warnings.is_empty() {
+        console.line(format!("\nWarnings ({}):", s.warnings.len()));
+        s.warnings.iter().take(shown).for_each(|w| console.line(format!("  {}", printable(w))));
+        more(console, s.warnings.len(), shown);
+    }
+}
+
+fn more(console: &Console, count: usize, shown: usize) {
+    if count > shown {
+        console.line(format!("  and {} more; --all lists them", grouped((count - shown) as u64)));
+    }
+}
+
+/// Names come from files: without control characters they cannot command a terminal.
+fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_cannot_command_a_terminal() {
+        assert_eq!(printable("a\x1b[31mb\n"), "a\u{fffd}[31mb\u{fffd}");
+    }
+}

@@ -1,0 +1,358 @@
+//! What `report.json` and `verify --json` say of a run: plain data, serialised as it stands.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// The number of the format; raised only when a key changes its meaning or goes.
+pub(crate) const SCHEMA: u32 = 1;
+
+/// The whole of `report.json`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Record {
+    pub(crate) schema: u32,
+    pub(crate) scene: SceneRecord,
+    pub(crate) settings: Settings,
+    pub(crate) views: Vec<ViewRecord>,
+    pub(crate) summary: Summary,
+    /// Meshes, those that waste the most first.
+    pub(crate) meshes: Vec<MeshRecord>,
+    /// False where Ctrl-C stopped the run before its last view.
+    pub(crate) complete: bool,
+}
+
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct SceneRecord {
+    pub(crate) name: String,
+    pub(crate) meshes: u64,
+    pub(crate) instances: u64,
+    /// Triangles of all instances, degenerate ones included.
+    pub(crate) triangles: u64,
+    /// Triangles stored, each mesh once.
+    pub(crate) unique_triangles: u64,
+    pub(crate) polygons: u64,
+    /// Meshes that are solids.
+    pub(crate) solids: u64,
+    pub(crate) materials: u64,
+    pub(crate) cameras: u64,
+    pub(crate) extent: Option<[[f32; 3]; 2]>,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// How the run was asked for.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Settings {
+    pub(crate) path: String,
+    pub(crate) size: [u32; 2],
+    pub(crate) samples: u32,
+    pub(crate) seed: u64,
+    /// Names of the stages that were on, with their threshold where they have one.
+    pub(crate) culling: Vec<String>,
+    pub(crate) version: &'static str,
+}
+
+/// Counts of triangles. `visible` is null for a view that was not verified.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Counts {
+    pub(crate) all: u64,
+    pub(crate) potentially_visible: u64,
+    pub(crate) visible: Option<u64>,
+}
+
+/// One stage and unit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct StageRecord {
+    pub(crate) name: &'static str,
+    pub(crate) unit: &'static str,
+    #[serde(rename = "in")]
+    pub(crate) entered: u64,
+    #[serde(rename = "out")]
+    pub(crate) left: u64,
+    pub(crate) ms: Option<f64>,
+}
+
+/// How often pixels were covered.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct DepthRecord {
+    pub(crate) fragments: u64,
+    pub(crate) covered_pixels: u64,
+    /// Mean over the pixels that are covered at all.
+    pub(crate) mean_layers: f64,
+    pub(crate) max_layers: u32,
+    /// Triangles submitted over pixels of the view.
+    pub(crate) primitives_per_pixel: f64,
+}
+
+/// Boxes against spheres as bounds of instances, in one view.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct BoundsRecord {
+    pub(crate) tested: u64,
+    pub(crate) boxes_kept: u64,
+    pub(crate) spheres_kept: u64,
+    /// Instances with a triangle that the frustum's triangle test keeps: what a perfect bound keeps.
+    pub(crate) in_frustum: u64,
+    pub(crate) box_ns: f64,
+    pub(crate) sphere_ns: f64,
+}
+
+/// Something visible that was dropped.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Loss {
+    pub(crate) view: usize,
+    pub(crate) instance: String,
+    pub(crate) handle: [u32; 2],
+    /// Null for an instance that only the jittered samples see.
+    pub(crate) triangle: Option<u32>,
+    pub(crate) pixel: [u32; 2],
+    pub(crate) stage: Option<&'static str>,
+    pub(crate) reason: String,
+}
+
+/// One view.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ViewRecord {
+    pub(crate) index: usize,
+    /// Null for parallel lines of sight.
+    pub(crate) eye: Option<[f64; 3]>,
+    pub(crate) direction: [f64; 3],
+    pub(crate) near: Option<f64>,
+    /// Null where the far plane is at infinity.
+    pub(crate) far: Option<f64>,
+    pub(crate) stages: Vec<StageRecord>,
+    pub(crate) triangles: Counts,
+    pub(crate) instances: Counts,
+    /// Triangles that each stage took, whether alone or with its whole cluster or instance.
+    pub(crate) removed: BTreeMap<&'static str, u64>,
+    pub(crate) tightness: Option<f64>,
+    pub(crate) verified: bool,
+    pub(crate) false_culls: u64,
+    pub(crate) losses: Vec<Loss>,
+    pub(crate) depth_before: Option<DepthRecord>,
+    pub(crate) depth_after: Option<DepthRecord>,
+    pub(crate) bounds: Option<BoundsRecord>,
+    pub(crate) seconds: f64,
+}
+
+/// Sums over the views.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Summary {
+    pub(crate) views: usize,
+    pub(crate) verified_views: Vec<usize>,
+    pub(crate) triangles: Counts,
+    pub(crate) instances: Counts,
+    pub(crate) removed: BTreeMap<&'static str, u64>,
+    /// Potentially visible over visible triangles, in the views that were verified.
+    pub(crate) tightness: Option<f64>,
+    pub(crate) false_culls: u64,
+    pub(crate) stages: Vec<StageRecord>,
+    pub(crate) depth_before: Option<DepthRecord>,
+    pub(crate) depth_after: Option<DepthRecord>,
+    pub(crate) bounds: Option<BoundsRecord>,
+    pub(crate) advice: Vec<Advice>,
+}
+
+/// What could be done, with the figures it rests on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Advice {
+    /// Which kind of advice; stable, for scripts.
+    pub(crate) kind: &'static str,
+    /// What was found, in a line.
+    pub(crate) title: String,
+    /// What follows from it, with figures.
+    pub(crate) text: String,
+    /// Triangles a view that it is about, for ordering.
+    pub(crate) triangles_per_view: f64,
+    /// The meshes or instances it names.
+    pub(crate) names: Vec<String>,
+}
+
+/// One mesh, over all views.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct MeshRecord {
+    pub(crate) mesh: u32,
+    pub(crate) name: String,
+    pub(crate) triangles: u64,
+    pub(crate) polygons: u64,
+    pub(crate) instances: u64,
+    pub(crate) solid: bool,
+    /// Why it is not a solid.
+    pub(crate) defect: Option<String>,
+    /// one-sided, two-sided or mixed.
+    pub(crate) sides: &'static str,
+    /// Edges along which its two triangles are wound against each other.
+    pub(crate) misoriented: u32,
+    pub(crate) degenerate: u64,
+    pub(crate) duplicate: u64,
+    pub(crate) views_kept: u32,
+    pub(crate) views_seen: u32,
+    /// Triangles drawn over all views.
+    pub(crate) drawn: u64,
+    /// Of them, those that own a pixel.
+    pub(crate) visible: u64,
+    /// Triangles drawn though they face away, because both their sides are drawn.
+    pub(crate) facing_away: u64,
+}
+
+impl Summary {
+    /// Sums over `views`; advice is left empty.
+    pub(crate) fn of(views: &[ViewRecord]) -> Self {
+        let sum = |part: fn(&ViewRecord) -> Counts| {
+            views.iter().map(part).fold(Counts { visible: Some(0), ..Counts::default() }, |a, c| {
+                Counts {
+                    all: a.all + c.all,
+                    potentially_visible: a.potentially_visible + c.potentially_visible,
+                    visible: a.visible.map(|v| v + c.visible.unwrap_or(0)),
+                }
+            })
+        };
+        let verified: Vec<&ViewRecord> = views.iter().filter(|v| v.verified).collect();
+        let mut removed = BTreeMap::new();
+        let mut stages: Vec<StageRecord> = Vec::new();
+        for view in views {
+            for (&name, n) in &view.removed {
+                *removed.entry(name).or_default() += n;
+            }
+            for s in &view.stages {
+                match stages.iter_mut().find(|t| (t.name, t.unit) == (s.name, s.unit)) {
+                    Some(t) => {
+                        t.entered += s.entered;
+                        t.left += s.left;
+                        t.ms = t.ms.zip(s.ms).map(|(a, b)| a + b);
+                    }
+                    None => stages.push(*s),
+                }
+            }
+        }
+        let (drawn, seen) = verified.iter().fold((0, 0), |(d, s), v| {
+            (d + v.triangles.potentially_visible, s + v.triangles.visible.unwrap_or(0))
+        });
+        Self {
+            views: views.len(),
+            verified_views: verified.iter().map(|v| v.index).collect(),
+            triangles: sum(|v| v.triangles),
+            instances: sum(|v| v.instances),
+            removed,
+            tightness: tightness(drawn, seen),
+            false_culls: views.iter().map(|v| v.false_culls).sum(),
+            stages,
+            depth_before: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_before)),
+            depth_after: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_after)),
+            bounds: BoundsRecord::sum(views.iter().filter_map(|v| v.bounds)),
+            advice: Vec::new(),
+        }
+    }
+}
+
+/// |S'| / |S|; nothing where nothing is visible.
+pub(crate) fn tightness(potentially_visible: u64, visible: u64) -> Option<f64> {
+    (visible > 0).then(|| potentially_visible as f64 / visible as f64)
+}
+
+impl DepthRecord {
+    fn mean(views: impl Iterator<Item = Self>) -> Option<Self> {
+        let mut n = 0u32;
+        let mut sum = Self::default();
+        for v in views {
+            n += 1;
+            sum.fragments += v.fragments;
+            sum.covered_pixels += v.covered_pixels;
+            // Weighted by the pixels they are means over, so that an empty view does not pull it down.
+            sum.mean_layers += v.mean_layers * v.covered_pixels as f64;
+            sum.max_layers = sum.max_layers.max(v.max_layers);
+            sum.primitives_per_pixel += v.primitives_per_pixel;
+        }
+        if sum.covered_pixels > 0 {
+            sum.mean_layers /= sum.covered_pixels as f64;
+        }
+        sum.primitives_per_pixel /= f64::from(n.max(1));
+        (n > 0).then_some(sum)
+    }
+}
+
+impl BoundsRecord {
+    fn sum(views: impl Iterator<Item = Self>) -> Option<Self> {
+        let mut n = 0u32;
+        let mut sum = Self::default();
+        for v in views {
+            n += 1;
+            sum.tested += v.tested;
+            sum.boxes_kept += v.boxes_kept;
+            sum.spheres_kept += v.spheres_kept;
+            sum.in_frustum += v.in_frustum;
+            sum.box_ns += v.box_ns;
+            sum.sphere_ns += v.sphere_ns;
+        }
+        sum.box_ns /= f64::from(n.max(1));
+        sum.sphere_ns /= f64::from(n.max(1));
+        (n > 0).then_some(sum)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(index: usize, all: u64, drawn: u64, visible: Option<u64>) -> ViewRecord {
+        let triangles = Counts { all, potentially_visible: drawn, visible };
+        ViewRecord {
+            index,
+            eye: None,
+            direction: [0.0, 0.0, -1.0],
+            near: None,
+            far: None,
+            stages: vec![StageRecord {
+                name: "frustum",
+                unit: "instances",
+                entered: all,
+                left: drawn,
+                ms: Some(1.0),
+            }],
+            triangles,
+            instances: triangles,
+            removed: BTreeMap::from([("frustum", all - drawn)]),
+            tightness: None,
+            verified: visible.is_some(),
+            false_culls: 0,
+            losses: Vec::new(),
+            depth_before: None,
+            depth_after: None,
+            bounds: None,
+            seconds: 0.0,
+        }
+    }
+
+    #[test]
+    fn the_summary_sums_over_views() {
+        let s = Summary::of(&[view(0, 100, 40, Some(10)), view(1, 100, 20, Some(10))]);
+        let expected = Counts { all: 200, potentially_visible: 60, visible: Some(20) };
+        assert_eq!(s.triangles, expected);
+        assert_eq!(s.tightness, Some(3.0));
+        assert_eq!(s.removed["frustum"], 140);
+        assert_eq!((s.stages.len(), s.stages[0].entered, s.stages[0].ms), (1, 200, Some(2.0)));
+    }
+
+    #[test]
+    fn tightness_is_over_the_verified_views_alone() {
+        let s = Summary::of(&[view(0, 100, 40, Some(10)), view(1, 100, 90, None)]);
+        assert_eq!(s.tightness, Some(4.0));
+        assert_eq!(s.verified_views, [0]);
+        assert_eq!(s.triangles.potentially_visible, 130);
+    }
+
+    #[test]
+    fn nothing_visible_has_no_tightness() {
+        assert_eq!(Summary::of(&[view(0, 5, 0, Some(0))]).tightness, None);
+        assert_eq!(Summary::of(&[]).tightness, None);
+    }
+
+    #[test]
+    fn the_keys_of_the_schema_are_there() {
+        let json = serde_json::to_value(view(3, 9, 6, Some(2))).unwrap();
+        assert_eq!(json["index"], 3);
+        assert_eq!(json["stages"][0]["in"], 9);
+        assert_eq!(json["stages"][0]["out"], 6);
+        assert_eq!(json["stages"][0]["ms"], 1.0);
+        assert_eq!(json["triangles"]["potentially_visible"], 6);
+        assert_eq!(json["false_culls"], 0);
+    }
+}

@@ -1,0 +1,411 @@
+//! Advice: what the tallies say could be done. Every sentence is made of figures of this run; a finding
+//! that is not there gives no sentence.
+
+use cullet_io::Model;
+
+use crate::console::{grouped, percent};
+use crate::record::{Advice, MeshRecord, Summary};
+use crate::survey::{Survey, name_of};
+
+/// Names given in a text; all of them, up to [`NAMES_KEPT`], are in the record.
+const NAMES_SHOWN: usize = 3;
+const NAMES_KEPT: usize = 100;
+
+/// Everything worth saying, what concerns the most triangles first.
+pub(crate) fn advise(
+    survey: &Survey,
+    summary: &Summary,
+    meshes: &[MeshRecord],
+    pixels: u64,
+    tiny_px: f64,
+) -> Vec<Advice> {
+    let views = survey.views.len();
+    if views == 0 {
+        return Vec::new();
+    }
+    let ctx = Context { survey, model: survey.model, summary, meshes, views, tiny_px };
+    let mut advice: Vec<Advice> = [
+        ctx.does_not_pay(pixels),
+        ctx.hidden(),
+        ctx.unseen_meshes(),
+        ctx.lost_backfaces(),
+        ctx.solid_but_two_sided(),
+        ctx.wound_both_ways(),
+        ctx.tiny(),
+        ctx.straddlers(),
+        ctx.degenerate(),
+        ctx.duplicate_triangles(),
+        ctx.duplicate_instances(),
+        ctx.mirrored(),
+        ctx.not_finite(),
+        ctx.flat(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    advice.sort_by(|a, b| b.triangles_per_view.total_cmp(&a.triangles_per_view));
+    advice
+}
+
+struct Context<'a, 'm> {
+    survey: &'a Survey<'m>,
+    model: &'m Model,
+    summary: &'a Summary,
+    meshes: &'a [MeshRecord],
+    views: usize,
+    tiny_px: f64,
+}
+
+/// `one mesh`, `2 meshes`
+fn count(n: usize, one: &str, many: &str) -> String {
+    if n == 1 { format!("1 {one}") } else { format!("{} {many}", grouped(n as u64)) }
+}
+
+/// The first names, quoted, and how many more there are.
+fn shown(names: &[String]) -> String {
+    let first: Vec<String> = names.iter().take(NAMES_SHOWN).map(|n| format!("“{n}”")).collect();
+    let more = names.len().saturating_sub(NAMES_SHOWN);
+    let list = first.join(", ");
+    if more > 0 { format!("{list} and {} more", grouped(more as u64)) } else { list }
+}
+
+impl Context<'_, '_> {
+    fn advice(
+        &self,
+        kind: &'static str,
+        title: String,
+        text: String,
+        triangles: u64,
+        mut names: Vec<String>,
+    ) -> Advice {
+        names.truncate(NAMES_KEPT);
+        let triangles_per_view = triangles as f64 / self.views as f64;
+        Advice { kind, title, text, triangles_per_view, names }
+    }
+
+    /// Meshes picked by a figure, the greatest first; its sum, and their names.
+    fn worst(
+        &self,
+        pick: impl Fn(&MeshRecord) -> Option<u64>,
+    ) -> Option<(Vec<&MeshRecord>, u64, Vec<String>)> {
+        let mut found: Vec<(u64, &MeshRecord)> =
+            self.meshes.iter().filter_map(|m| pick(m).map(|n| (n, m))).collect();
+        found.sort_by_key(|(n, m)| (std::cmp::Reverse(*n), m.mesh));
+        let sum = found.iter().map(|(n, _)| n).sum();
+        let names = found.iter().map(|(_, m)| m.name.clone()).collect();
+        (!found.is_empty()).then(|| (found.into_iter().map(|(_, m)| m).collect(), sum, names))
+    }
+
+    fn does_not_pay(&self, pixels: u64) -> Option<Advice> {
+        let t = self.summary.triangles;
+        let visible = t.visible.filter(|_| !self.summary.verified_views.is_empty())?;
+        let verified = self.summary.verified_views.len() as u64;
+        let all = t.all / self.views as u64 * verified;
+        // Where four in five are visible, no culler can save more than the fifth.
+        let nearly_all = visible * 5 >= all * 4;
+        // A triangle for each hundred pixels costs less to draw than to think about.
+        let few = all * 100 < pixels * verified;
+        if !(nearly_all || few) || all == 0 {
+            return None;
+        }
+        let per_view = |n: u64| grouped(n / verified);
+        let (title, text) = if nearly_all {
+            (
+                "Culling does not pay on these views".to_owned(),
+                format!(
+                    "{} of {} triangles ({}) own a pixel: even a perfect culler would save only {}. \
+                     Spend the time on cheaper triangles or fewer pixels instead.",
+                    per_view(visible),
+                    per_view(all),
+                    percent(visible, all),
+                    percent(all - visible, all)
+                ),
+            )
+        } else {
+            (
+                "The scene is small against its pixels".to_owned(),
+                format!(
+                    "{} triangles a view fill {} pixels: {:.0} pixels for each triangle. Drawing is \
+                     bound by pixels here, not by triangles; culling whole instances is enough.",
+                    per_view(all),
+                    grouped(pixels),
+                    pixels as f64 * verified as f64 / all as f64
+                ),
+            )
+        };
+        Some(self.advice("does-not-pay", title, text, 0, Vec::new()))
+    }
+
+    fn hidden(&self) -> Option<Advice> {
+        let (mut drawn, mut visible) = (0, 0);
+        for v in self.survey.views.iter().filter(|v| v.verified) {
+            drawn += v.triangles.potentially_visible;
+            visible += v.triangles.visible.unwrap_or(0);
+        }
+        let hidden = drawn.saturating_sub(visible);
+        if hidden * 4 < drawn || drawn == 0 {
+            return None;
+        }
+        let unseen = self.summary.instances;
+        let (kept, seen) = (unseen.potentially_visible, unseen.visible.unwrap_or(0));
+        let text = format!(
+            "{} of the {} triangles still drawn a view own no pixel: they lie behind others, between \
+             pixel centres, or at the frustum's edge. {} of {} instances drawn are not seen at all; \
+             occlusion culling is what would take them.",
+            grouped(hidden / self.views as u64),
+            grouped(drawn / self.views as u64),
+            grouped(kept.saturating_sub(seen) / self.views as u64),
+            grouped(kept / self.views as u64),
+        );
+        let title =
+            format!("{} of what is drawn after culling is still unseen", percent(hidden, drawn));
+        Some(self.advice("hidden", title, text, hidden, Vec::new()))
+    }
+
+    fn unseen_meshes(&self) -> Option<Advice> {
+        if self.summary.verified_views.len() != self.views {
+            return None;
+        }
+        let all = self
+            .worst(|m| (m.views_seen == 0 && m.instances > 0).then(|| m.triangles * m.instances))?;
+        let (meshes, _, names) = all;
+        let drawn: u64 = meshes.iter().map(|m| m.drawn).sum();
+        let instances: u64 = meshes.iter().map(|m| m.instances).sum();
+        let text = format!(
+            "{} ({} in all) own no pixel in any of the {}: {}. Even so {} of their triangles are drawn \
+             a view. If the views are typical, they can go, or be loaded later.",
+            count(meshes.len(), "mesh", "meshes"),
+            count(instances as usize, "instance", "instances"),
+            count(self.views, "view", "views"),
+            shown(&names),
+            grouped(drawn / self.views as u64),
+        );
+        let title = format!("{} never seen", count(meshes.len(), "mesh is", "meshes are"));
+        Some(self.advice("unseen-mesh", title, text, drawn, names))
+    }
+
+    fn lost_backfaces(&self) -> Option<Advice> {
+        let (meshes, sum, names) =
+            self.worst(|m| (m.defect.is_some() && m.facing_away > 0).then_some(m.facing_away))?;
+        let first = meshes[0];
+        let text = format!(
+            "{} triangles a view face away and are drawn all the same, because their mesh is no solid, so \
+             both its sides may be seen. The most: “{}”, {}, {} a view. Closed and wound outward, \
+             back-face culling would take them; if their backs are never seen, --one-sided says so.",
+            grouped(sum / self.views as u64),
+            first.name,
+            first.defect.as_deref().unwrap_or_default(),
+            grouped(first.facing_away / self.views as u64),
+        );
+        let title =
+            format!("{} lose back-face culling by a defect", count(meshes.len(), "mesh", "meshes"));
+        Some(self.advice("open-mesh", title, text, sum, names))
+    }
+
+    fn solid_but_two_sided(&self) -> Option<Advice> {
+        let (meshes, sum, names) =
+            self.worst(|m| (m.solid && m.facing_away > 0).then_some(m.facing_away))?;
+        let text = format!(
+            "{} declared two-sided though solid, where no back can ever be seen: {}. One-sided, they would \
+             draw {} triangles a view less.",
+            count(meshes.len(), "mesh is", "meshes are"),
+            shown(&names),
+            grouped(sum / self.views as u64),
+        );
+        let title =
+            format!("{} two-sided for nothing", count(meshes.len(), "solid is", "solids are"));
+        Some(self.advice("two-sided-solid", title, text, sum, names))
+    }
+
+    fn wound_both_ways(&self) -> Option<Advice> {
+        let one_sided = |m: &MeshRecord| m.sides != "two-sided" && m.misoriented > 0;
+        let (meshes, edges, names) =
+            self.worst(|m| one_sided(m).then_some(u64::from(m.misoriented)))?;
+        let text = format!(
+            "{} one-sided, yet wound both ways along {}: {}. Any viewer that culls back \
+             faces loses some of their faces. Repair the winding, or declare them two-sided.",
+            count(meshes.len(), "mesh is", "meshes are"),
+            count(edges as usize, "edge", "edges"),
+            shown(&names),
+        );
+        let drawn = meshes.iter().map(|m| m.drawn).sum();
+        let title = format!(
+            "{} in every viewer",
+            count(meshes.len(), "mesh loses faces", "meshes lose faces")
+        );
+        Some(self.advice("wound-both-ways", title, text, drawn, names))
+    }
+
+    fn tiny(&self) -> Option<Advice> {
+        let scene = &self.model.scene;
+        let px = self.tiny_px;
+        let (mut instances, mut triangles, mut seen) = (Vec::new(), 0u64, 0usize);
+        for slot in scene.slots() {
+            let t = self.survey.slots[slot as usize];
+            if t.kept > 0 && f64::from(t.largest_px) < px {
+                triangles += u64::from(scene.mesh(slot).triangle_count()) * u64::from(t.kept);
+                seen += usize::from(t.seen > 0);
+                instances.push(slot);
+            }
+        }
+        if instances.is_empty() {
+            return None;
+        }
+        let text = format!(
+            "{} never wider or higher than {px} pixels in any view, yet have {} triangles a \
+             view; {} of them ever own a pixel. --detail {px} drops such things, which is lossy: try it and \
+             look.",
+            count(instances.len(), "instance drawn is", "instances drawn are"),
+            grouped(triangles / self.views as u64),
+            grouped(seen as u64),
+        );
+        let title = format!(
+            "{} under {px} pixels",
+            count(instances.len(), "instance is always", "instances are always")
+        );
+        let names = instances.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
+        Some(self.advice("tiny", title, text, triangles, names))
+    }
+
+    fn straddlers(&self) -> Option<Advice> {
+        let scene = &self.model.scene;
+        // Fewer triangles than a few clusters hold are cheaper to draw than to split.
+        const LEAST_TRIANGLES: u32 = 500;
+        let mut found: Vec<(u64, f32, u32)> = scene
+            .slots()
+            .filter_map(|slot| {
+                let t = self.survey.slots[slot as usize];
+                let often = t.kept >= 2 && t.straddled * 5 >= t.kept * 4;
+                let n = scene.mesh(slot).triangle_count();
+                let share = t.outside / t.straddled.max(1) as f32;
+                (often && n >= LEAST_TRIANGLES && share >= 0.25)
+                    .then(|| ((f64::from(n) * f64::from(t.outside)) as u64, share, slot))
+            })
+            .collect();
+        found.sort_by_key(|&(n, _, slot)| (std::cmp::Reverse(n), slot));
+        let &(_, share, slot) = found.first()?;
+        let t = self.survey.slots[slot as usize];
+        let sum: u64 = found.iter().map(|f| f.0).sum();
+        let text = format!(
+            "{} the frustum's edge in at least four of five views that draw them. “{}” ({} triangles) does \
+             in {} of {}, with {:.0} % of its clusters outside on average. Split into smaller instances, \
+             some {} triangles a view would go by whole instances instead of by clusters.",
+            count(found.len(), "large instance straddles", "large instances straddle"),
+            name_of(self.model, slot),
+            grouped(u64::from(scene.mesh(slot).triangle_count())),
+            t.straddled,
+            t.kept,
+            share * 100.0,
+            grouped(sum / self.views as u64),
+        );
+        let title = format!(
+            "{} from splitting",
+            count(found.len(), "instance would gain", "instances would gain")
+        );
+        let names = found.iter().take(NAMES_KEPT).map(|f| name_of(self.model, f.2)).collect();
+        Some(self.advice("straddles", title, text, sum, names))
+    }
+
+    fn degenerate(&self) -> Option<Advice> {
+        let (meshes, sum, names) =
+            self.worst(|m| (m.degenerate > 0).then_some(m.degenerate * m.instances.max(1)))?;
+        let text = format!(
+            "{} triangles have no area (repeated corners, or all on one line), in {}: {}. They never show; \
+             an exporter that drops them makes the file smaller.",
+            grouped(sum),
+            count(meshes.len(), "mesh", "meshes"),
+            shown(&names),
+        );
+        let title = format!("{} without area", count(sum as usize, "triangle is", "triangles are"));
+        Some(self.advice("degenerate", title, text, sum * self.views as u64, names))
+    }
+
+    fn duplicate_triangles(&self) -> Option<Advice> {
+        let (meshes, sum, names) =
+            self.worst(|m| (m.duplicate > 0).then_some(m.duplicate * m.instances.max(1)))?;
+        let text = format!(
+            "{} triangles have the same three corners as another of their mesh, in {}: {}. They are \
+             drawn twice, and flicker where their materials differ.",
+            grouped(sum),
+            count(meshes.len(), "mesh", "meshes"),
+            shown(&names),
+        );
+        let title = format!("{} there twice", count(sum as usize, "triangle is", "triangles are"));
+        Some(self.advice("duplicate", title, text, sum * self.views as u64, names))
+    }
+
+    fn duplicate_instances(&self) -> Option<Advice> {
+        let scene = &self.model.scene;
+        let key = |slot: u32| {
+            let t = scene.transform(slot);
+            let linear = t.linear.map(|c| c.map(f32::to_bits));
+            (scene.mesh_id(slot), linear, t.translation.map(f64::to_bits))
+        };
+        let mut first = std::collections::HashSet::new();
+        let twins: Vec<u32> = scene.slots().filter(|&s| !first.insert(key(s))).collect();
+        if twins.is_empty() {
+            return None;
+        }
+        let triangles: u64 = twins.iter().map(|&s| u64::from(scene.mesh(s).triangle_count())).sum();
+        let names: Vec<String> =
+            twins.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
+        let text = format!(
+            "{} of the same mesh and in the same place as another: {}. They add {} triangles that \
+             can never be told apart from their twins.",
+            count(twins.len(), "instance is", "instances are"),
+            shown(&names),
+            grouped(triangles),
+        );
+        let title = format!("{} there twice", count(twins.len(), "instance is", "instances are"));
+        Some(self.advice("duplicate-instance", title, text, triangles * self.views as u64, names))
+    }
+
+    /// Instances whose transform is `odd`.
+    fn transforms(
+        &self,
+        odd: impl Fn(&cullet::Transform) -> bool,
+    ) -> Option<(usize, u64, Vec<String>)> {
+        let scene = &self.model.scene;
+        let slots: Vec<u32> = scene.slots().filter(|&s| odd(scene.transform(s))).collect();
+        let triangles = slots.iter().map(|&s| u64::from(scene.mesh(s).triangle_count())).sum();
+        let names = slots.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
+        (!slots.is_empty()).then_some((slots.len(), triangles, names))
+    }
+
+    fn mirrored(&self) -> Option<Advice> {
+        let (n, _, names) = self.transforms(|t| t.is_finite() && t.determinant() < 0.0)?;
+        let text = format!(
+            "{} by a negative scale: {}. The winding of their triangles turns round; cullet \
+             allows for it, but a renderer that does not shows them inside out.",
+            count(n, "instance is mirrored", "instances are mirrored"),
+            shown(&names),
+        );
+        let title = format!("{} mirrored", count(n, "transform is", "transforms are"));
+        Some(self.advice("mirrored", title, text, 0, names))
+    }
+
+    fn not_finite(&self) -> Option<Advice> {
+        let (n, triangles, names) = self.transforms(|t| !t.is_finite())?;
+        let text = format!(
+            "{} a NaN or infinite number in the transform: {}. Nothing can be said of where they are, so \
+             every view keeps their {} triangles.",
+            count(n, "instance has", "instances have"),
+            shown(&names),
+            grouped(triangles),
+        );
+        let title = format!("{} not finite", count(n, "transform is", "transforms are"));
+        Some(self.advice("not-finite", title, text, triangles * self.views as u64, names))
+    }
+
+    fn flat(&self) -> Option<Advice> {
+        let (n, triangles, names) = self.transforms(|t| t.is_finite() && t.determinant() == 0.0)?;
+        let text = format!(
+            "{} scaled to nothing along some axis: {}. What is left of their {} triangles has no volume.",
+            count(n, "instance is", "instances are"),
+            shown(&names),
+            grouped(triangles),
+        );
+        let title = format!("{} singular", count(n, "transform is", "transforms are"));
+        Some(self.advice("singular", title, text, 0, names))
+    }
+}

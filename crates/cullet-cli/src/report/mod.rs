@@ -1,0 +1,313 @@
+//! `cullet report`: the page, its figures and its pictures.
+
+mod advice;
+mod baseline;
+mod charts;
+mod export;
+mod fail_if;
+mod html;
+mod page;
+mod tables;
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use cullet::View;
+use cullet_draw::VerifyOptions;
+use cullet_io::Model;
+use serde_json::Value;
+
+use crate::args::ReportArgs;
+use crate::console::{Console, grouped, interrupted, percent, write_json};
+use crate::drawing;
+use crate::exit::{Exit, Failure, Outcome};
+use crate::inputs;
+use crate::meshes;
+use crate::record::{MeshRecord, Record, SCHEMA, Settings, Summary, ViewRecord};
+use crate::survey::{Seen, Survey};
+use export::Export;
+use fail_if::FailIf;
+use page::{Gallery, Image};
+
+/// Above this a view takes so long to draw that only some are verified.
+const MOST_TRIANGLES_VERIFIED: u64 = 50_000_000;
+/// More pictures than this make the folder and the page heavy.
+const MOST_PICTURES: usize = 16;
+/// While views are being done, the page is written again no oftener than this.
+const REWRITE: Duration = Duration::from_secs(3);
+
+/// Runs the command.
+pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
+    let fail_ifs = args
+        .fail_if
+        .iter()
+        .map(|text| FailIf::parse(text).map_err(Failure::usage))
+        .collect::<Result<Vec<_>, _>>()?;
+    if args.baseline.is_none() && fail_ifs.iter().any(FailIf::needs_baseline) {
+        return Err(Failure::usage("--fail-if compares with the baseline, so give --baseline too"));
+    }
+    let baseline = args.baseline.as_deref().map(baseline::read).transpose()?;
+    let start = Instant::now();
+    let model = inputs::load(&args.scene, console)?;
+    let views = inputs::views(&model, &args.view, console)?;
+    std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
+    let facts = meshes::facts(&model);
+    let mut report = Report::new(args, &model, facts, baseline.as_ref(), console)?;
+    let mut progress = console.progress("views", views.len() as u64);
+    for view in &views {
+        report.add(view, views.len())?;
+        progress.step();
+        if interrupted() {
+            break;
+        }
+    }
+    progress.finish();
+    let complete = report.survey.views.len() == views.len();
+    let record = report.finish(complete)?;
+    if let Some(path) = &args.json {
+        write_json(path, &record)?;
+    }
+    let summary = &record.summary;
+    print_summary(console, &record, &args.out, start.elapsed());
+    if let Some(old) = &baseline {
+        baseline::changes(&record, old).iter().for_each(|line| console.line(format!("  {line}")));
+    }
+    if !complete {
+        return Ok(Exit::Interrupted);
+    }
+    if summary.false_culls > 0 {
+        return Ok(Exit::FalseCull);
+    }
+    let crossed: Vec<String> =
+        fail_ifs.iter().filter_map(|f| f.holds(summary, baseline.as_ref())).collect();
+    crossed.iter().for_each(|line| console.line(line));
+    Ok(if crossed.is_empty() { Exit::Fine } else { Exit::FailIf })
+}
+
+struct Report<'a> {
+    args: &'a ReportArgs,
+    model: &'a Model,
+    survey: Survey<'a>,
+    facts: Vec<MeshRecord>,
+    baseline: Option<&'a Value>,
+    gallery: Gallery,
+    csv: File,
+    export: Option<Export>,
+    verify_time: Duration,
+    verify_last: Duration,
+    written: Option<Instant>,
+}
+
+impl<'a> Report<'a> {
+    fn new(
+        args: &'a ReportArgs,
+        model: &'a Model,
+        facts: Vec<MeshRecord>,
+        baseline: Option<&'a Value>,
+        console: &Console,
+    ) -> Result<Self, Failure> {
+        let options = VerifyOptions {
+            samples: args.samples,
+            seed: args.view.seed,
+            threads: args.view.threads,
+            count_layers: true,
+        };
+        let mut survey = Survey::new(model, inputs::culler(&args.cull), options);
+        survey.compare_bounds();
+        let path = args.out.join("views.csv");
+        let fail = |e: std::io::Error| Failure::write(&path, &e);
+        let mut csv = File::create(&path).map_err(fail)?;
+        writeln!(csv, "{CSV_HEAD}").map_err(fail)?;
+        let export = args.export.as_deref().map(|p| Export::create(p, model)).transpose()?;
+        if model.scene.triangle_count() > MOST_TRIANGLES_VERIFIED {
+            console.note(format!(
+                "{} triangles a view: verifying as many views as fit {} s (--verify-seconds)",
+                grouped(model.scene.triangle_count()),
+                args.verify_seconds
+            ));
+        }
+        Ok(Self {
+            args,
+            model,
+            survey,
+            facts,
+            baseline,
+            gallery: Gallery::default(),
+            csv,
+            export,
+            verify_time: Duration::ZERO,
+            verify_last: Duration::ZERO,
+            written: None,
+        })
+    }
+
+    /// Whether the next view is verified: always, but for scenes so large that time must be shared out.
+    fn verifies(&self) -> bool {
+        if self.model.scene.triangle_count() <= MOST_TRIANGLES_VERIFIED {
+            return true;
+        }
+        let budget = Duration::from_secs_f64(self.args.verify_seconds.min(1e9));
+        // The next view is expected to take as long as the last one did.
+        budget > Duration::ZERO && self.verify_time + self.verify_last <= budget
+    }
+
+    fn add(&mut self, view: &View, views: usize) -> Result<(), Failure> {
+        let index = self.survey.views.len();
+        let verify = self.verifies();
+        let start = Instant::now();
+        let seen = self.survey.add(view, verify);
+        if verify {
+            self.verify_last = start.elapsed();
+            self.verify_time += self.verify_last;
+        }
+        if index.is_multiple_of(views.div_ceil(MOST_PICTURES)) {
+            self.pictures(index, view, &seen)?;
+        }
+        if let Some(export) = &mut self.export {
+            export.add(self.model, view, &seen.result)?;
+        }
+        let row = csv_row(&self.survey.views[index]);
+        let path = self.args.out.join("views.csv");
+        writeln!(self.csv, "{row}").map_err(|e| Failure::write(&path, &e))?;
+        if self.written.is_none_or(|at| at.elapsed() > REWRITE) {
+            // Not yet complete: whatever ends the run now, the report on disk is valid.
+            self.write(false)?;
+            self.written = Some(Instant::now());
+        }
+        Ok(())
+    }
+
+    fn pictures(&mut self, index: usize, view: &View, seen: &Seen) -> Result<(), Failure> {
+        let featured = self.gallery.large.is_empty();
+        let pictures = drawing::of_view(self.model, view, &self.survey.culler, seen, featured);
+        for p in pictures {
+            let file = format!("view-{index:03}-{}.png", p.name);
+            let path = self.args.out.join(&file);
+            std::fs::write(&path, p.picture.to_png()).map_err(|e| Failure::write(&path, &e))?;
+            let embed = |most: u32, caption: String, wide: bool| {
+                let small = drawing::shrink(&p.picture, most);
+                Image {
+                    file: file.clone(),
+                    data: html::data_uri(&small.to_png()),
+                    size: [small.width, small.height],
+                    caption,
+                    wide,
+                }
+            };
+            if featured {
+                self.gallery.featured = index;
+                self.gallery.large.push(embed(p.embed_px, p.caption.clone(), p.wide));
+            }
+            if p.thumbnail {
+                self.gallery.thumbs.push(embed(320, format!("view {index}"), false));
+            }
+        }
+        Ok(())
+    }
+
+    fn record(&self, complete: bool) -> Record {
+        let views = self.survey.views.clone();
+        let mut summary = Summary::of(&views);
+        let meshes = meshes::with_tallies(&self.facts, &self.survey.meshes);
+        let size = self.args.view.size;
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        summary.advice = advice::advise(&self.survey, &summary, &meshes, pixels, self.args.tiny);
+        Record {
+            schema: SCHEMA,
+            scene: meshes::scene_record(self.model, &self.facts),
+            settings: Settings {
+                path: inputs::path_words(&self.args.view),
+                size,
+                samples: self.args.samples,
+                seed: self.args.view.seed,
+                culling: inputs::culling_words(&self.args.cull),
+                version: env!("CARGO_PKG_VERSION"),
+            },
+            views,
+            summary,
+            meshes,
+            complete,
+        }
+    }
+
+    fn write(&self, complete: bool) -> Result<Record, Failure> {
+        let record = self.record(complete);
+        let changes = self.baseline.map_or_else(Vec::new, |old| baseline::changes(&record, old));
+        let page = page::page(&record, &self.gallery, &changes);
+        replace(&self.args.out.join("index.html"), page.as_bytes())?;
+        let mut json = serde_json::to_vec_pretty(&record)
+            .map_err(|e| Failure { exit: Exit::Internal, message: format!("JSON: {e}") })?;
+        json.push(b'\n');
+        replace(&self.args.out.join("report.json"), &json)?;
+        Ok(record)
+    }
+
+    fn finish(mut self, complete: bool) -> Result<Record, Failure> {
+        let record = self.write(complete)?;
+        self.export.take().map_or(Ok(()), Export::finish)?;
+        Ok(record)
+    }
+}
+
+/// Writes beside the file and renames, so that whoever reads it never finds half of it.
+fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let fail = |e: std::io::Error| Failure::write(path, &e);
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = PathBuf::from(beside);
+    std::fs::write(&beside, bytes).map_err(fail)?;
+    std::fs::rename(&beside, path).map_err(fail)
+}
+
+const CSV_HEAD: &str = "view,eye_x,eye_y,eye_z,triangles_all,triangles_potentially_visible,triangles_visible,\
+tightness,instances_all,instances_potentially_visible,instances_visible,false_culls,mean_layers_before,\
+mean_layers_after,max_layers_before,max_layers_after,seconds";
+
+fn csv_row(v: &ViewRecord) -> String {
+    let mut row = v.index.to_string();
+    let mut cell = |value: Option<String>| {
+        let _ = write!(row, ",{}", value.unwrap_or_default());
+    };
+    (0..3).for_each(|a| cell(v.eye.map(|e| e[a].to_string())));
+    cell(Some(v.triangles.all.to_string()));
+    cell(Some(v.triangles.potentially_visible.to_string()));
+    cell(v.triangles.visible.map(|n| n.to_string()));
+    cell(v.tightness.map(|t| t.to_string()));
+    cell(Some(v.instances.all.to_string()));
+    cell(Some(v.instances.potentially_visible.to_string()));
+    cell(v.instances.visible.map(|n| n.to_string()));
+    cell(Some(v.false_culls.to_string()));
+    cell(v.depth_before.map(|d| d.mean_layers.to_string()));
+    cell(v.depth_after.map(|d| d.mean_layers.to_string()));
+    cell(v.depth_before.map(|d| d.max_layers.to_string()));
+    cell(v.depth_after.map(|d| d.max_layers.to_string()));
+    cell(Some(format!("{:.4}", v.seconds)));
+    row
+}
+
+fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration) {
+    let s = &record.summary;
+    console.line(page::headline(s));
+    console.line(page::lead(s));
+    let t = s.triangles;
+    for (name, n) in &s.removed {
+        console.line(format!("  {name:<11} takes {:>9} of all triangles", percent(*n, t.all)));
+    }
+    console.line(match (s.false_culls, s.verified_views.len()) {
+        (0, 0) => "  not verified".into(),
+        (0, n) if n == s.views => format!("  verified in {n} views: nothing visible was lost"),
+        (0, n) => format!("  verified in {n} of {} views: nothing visible was lost", s.views),
+        (n, _) => format!("  {} VISIBLE THINGS WERE LOST: see the page", grouped(n)),
+    });
+    for a in s.advice.iter().take(5) {
+        console.line(format!("  advice: {}", a.title));
+    }
+    if !record.complete {
+        console.line("  stopped early: the report holds the views done so far");
+    }
+    let page = out.join("index.html");
+    console.line(format!("{} written in {:.1} s", page.display(), time.as_secs_f64()));
+}

@@ -1,0 +1,207 @@
+//! The tables of the page.
+
+use std::fmt::Write;
+
+use super::charts::{short, stage_color};
+use super::html::escape;
+use crate::console::{grouped, percent};
+use crate::record::{DepthRecord, Record, Summary, ViewRecord};
+
+/// More rows than this are left to report.json: a page of a thousand meshes helps nobody.
+const MESHES_SHOWN: usize = 60;
+const LOSSES_SHOWN: usize = 100;
+
+fn n(value: u64) -> String {
+    let zero = if value == 0 { " zero" } else { "" };
+    format!("<td class=\"n{zero}\">{}</td>", grouped(value))
+}
+
+/// What was lost, if anything was.
+pub(crate) fn losses(out: &mut String, views: &[ViewRecord]) {
+    let all: Vec<_> = views.iter().flat_map(|v| &v.losses).collect();
+    if all.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h2>Visible, but dropped</h2><p class=\"sub\">Each of these owns a pixel or a sample in the picture \
+         drawn without culling, and is missing from what culling left.</p><div class=\"scroll\"><table><thead>\
+         <tr><th class=\"n\">View</th><th>Instance</th><th class=\"n\">Triangle</th><th>Pixel</th><th>Stage</th>\
+         <th>Reason</th></tr></thead><tbody>",
+    );
+    for l in all.iter().take(LOSSES_SHOWN) {
+        let _ = write!(
+            out,
+            "<tr><td class=\"n\">{}</td><td class=\"name\">{}</td><td class=\"n\">{}</td><td>{}, {}</td>\
+             <td>{}</td><td>{}</td></tr>",
+            l.view,
+            escape(&l.instance),
+            l.triangle.map_or_else(|| "whole".into(), |t| t.to_string()),
+            l.pixel[0],
+            l.pixel[1],
+            l.stage.unwrap_or("–"),
+            escape(&l.reason)
+        );
+    }
+    out.push_str("</tbody></table></div>");
+    if all.len() > LOSSES_SHOWN {
+        let _ = write!(
+            out,
+            "<p>and {} more, in report.json</p>",
+            grouped((all.len() - LOSSES_SHOWN) as u64)
+        );
+    }
+}
+
+/// Depth complexity before and after.
+pub(crate) fn depth(out: &mut String, s: &Summary) {
+    let (Some(before), Some(after)) = (s.depth_before, s.depth_after) else { return };
+    out.push_str(
+        "<h2>How often each pixel is filled</h2><p class=\"sub\">Depth complexity: the triangles that cover a \
+         pixel, whichever of them wins. Before culling, and after.</p><div class=\"scroll\"><table><thead><tr>\
+         <th></th><th class=\"n\">Before</th><th class=\"n\">After</th></tr></thead><tbody>",
+    );
+    let mut row = |what: &str, value: &dyn Fn(&DepthRecord) -> String| {
+        let _ = write!(
+            out,
+            "<tr><td>{what}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
+            value(&before),
+            value(&after)
+        );
+    };
+    row("Layers on a covered pixel, mean", &|d| format!("{:.2}", d.mean_layers));
+    row("Layers on a pixel, most", &|d| d.max_layers.to_string());
+    row("Fragments, all views", &|d| short(d.fragments));
+    row("Triangles submitted for each pixel", &|d| format!("{:.3}", d.primitives_per_pixel));
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// Boxes against spheres.
+pub(crate) fn bounds(out: &mut String, s: &Summary) {
+    let Some(b) = s.bounds else { return };
+    let _ = write!(
+        out,
+        "<h2>Boxes or spheres?</h2><p class=\"sub\">Both bounds of every instance against the frustum of every \
+         view. A false keep is an instance kept though none of its triangles is in the frustum.</p>\
+         <div class=\"scroll\"><table><thead><tr><th>Bound</th><th class=\"n\">Kept, a view</th>\
+         <th class=\"n\">False keeps, a view</th><th class=\"n\">Share of all instances</th>\
+         <th class=\"n\">Cost of a test</th></tr></thead><tbody>"
+    );
+    let views = s.views.max(1) as u64;
+    for (name, kept, ns) in
+        [("Box", b.boxes_kept, b.box_ns), ("Sphere", b.spheres_kept, b.sphere_ns)]
+    {
+        let false_keeps = kept.saturating_sub(b.in_frustum);
+        let _ = write!(
+            out,
+            "<tr><td>{name}</td>{}{}<td class=\"n\">{}</td><td class=\"n\">{ns:.2} ns</td></tr>",
+            n(kept / views),
+            n(false_keeps / views),
+            percent(false_keeps, b.tested)
+        );
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// Meshes, those that waste the most first.
+pub(crate) fn meshes(out: &mut String, record: &Record) {
+    let views = record.summary.views;
+    let _ = write!(
+        out,
+        "<h2>Meshes</h2><p class=\"sub\">{} of {} are solid. Ordered by triangles drawn for nothing after \
+         culling.</p><div class=\"scroll\"><table><thead><tr><th>Mesh</th><th class=\"n\">Triangles</th>\
+         <th class=\"n\">Instances</th><th class=\"n\">Seen in views</th><th class=\"n\">Drawn, a view</th>\
+         <th class=\"n\">Visible, a view</th><th>Solid?</th></tr></thead><tbody>",
+        grouped(record.scene.solids),
+        grouped(record.scene.meshes),
+    );
+    let per_view = |v: u64| n(v / views.max(1) as u64);
+    let verified = record.summary.verified_views.len();
+    for m in record.meshes.iter().take(MESHES_SHOWN) {
+        let seen = match m.views_seen {
+            _ if verified == 0 => "<td class=\"n\">–</td>".to_owned(),
+            0 => "<td class=\"n hot\">none</td>".to_owned(),
+            s => format!("<td class=\"n\">{s} of {verified}</td>"),
+        };
+        let solid = match &m.defect {
+            None => "yes".to_owned(),
+            Some(why) => format!("<span class=\"why\">no: {}</span>", escape(why)),
+        };
+        let _ = write!(
+            out,
+            "<tr><td class=\"name\">{}</td>{}{}{seen}{}{}<td>{solid}</td></tr>",
+            escape(&m.name),
+            n(m.triangles),
+            n(m.instances),
+            per_view(m.drawn),
+            per_view(m.visible),
+        );
+    }
+    out.push_str("</tbody></table></div>\n");
+    let more = record.meshes.len().saturating_sub(MESHES_SHOWN);
+    if more > 0 {
+        let _ = write!(
+            out,
+            "<p class=\"kicker\">and {} more, in report.json</p>",
+            grouped(more as u64)
+        );
+    }
+}
+
+/// What each stage was given and left.
+pub(crate) fn stages(out: &mut String, s: &Summary) {
+    if s.stages.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h2>Stages</h2><p class=\"sub\">Sums over the views, in the order in which they run.</p>\
+         <div class=\"scroll\"><table><thead><tr><th>Stage</th><th>Counts</th><th class=\"n\">In</th>\
+         <th class=\"n\">Out</th><th class=\"n\">Taken</th><th class=\"n\">Time a view</th></tr></thead><tbody>",
+    );
+    for r in &s.stages {
+        let ms =
+            r.ms.map_or_else(|| "–".into(), |ms| format!("{:.3} ms", ms / s.views.max(1) as f64));
+        let _ = write!(
+            out,
+            "<tr><td><i class=\"swatch\" style=\"background:{}\"></i>{}</td><td>{}</td>{}{}<td class=\"n\">{}\
+             </td><td class=\"n\">{ms}</td></tr>",
+            stage_color(r.name),
+            r.name,
+            r.unit,
+            n(r.entered),
+            n(r.left),
+            percent(r.entered.saturating_sub(r.left), r.entered),
+        );
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// Every view, folded away.
+pub(crate) fn views(out: &mut String, views: &[ViewRecord]) {
+    out.push_str(
+        "<details><summary>All views as a table</summary><div class=\"scroll\"><table><thead><tr>\
+         <th class=\"n\">View</th><th>Eye</th><th class=\"n\">Near</th><th class=\"n\">Far</th>\
+         <th class=\"n\">Triangles</th><th class=\"n\">Left</th><th class=\"n\">Visible</th>\
+         <th class=\"n\">Tightness</th><th class=\"n\">False culls</th><th class=\"n\">Instances left</th></tr>\
+         </thead><tbody>",
+    );
+    let number = |v: Option<f64>| v.map_or_else(|| "–".into(), |v| format!("{v:.4}"));
+    for v in views {
+        let eye =
+            v.eye.map_or_else(|| "parallel".into(), |e| e.map(|c| format!("{c:.1}")).join(", "));
+        let _ = write!(
+            out,
+            "<tr><td class=\"n\">{}</td><td>{eye}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>{}{}\
+             <td class=\"n\">{}</td><td class=\"n\">{}</td>{}{}</tr>",
+            v.index,
+            number(v.near),
+            v.far.map_or_else(|| "∞".into(), |f| format!("{f:.1}")),
+            n(v.triangles.all),
+            n(v.triangles.potentially_visible),
+            v.triangles.visible.map_or_else(|| "–".into(), grouped),
+            v.tightness.map_or_else(|| "–".into(), |t| format!("{t:.2}")),
+            n(v.false_culls),
+            n(v.instances.potentially_visible),
+        );
+    }
+    out.push_str("</tbody></table></div></details>\n");
+}

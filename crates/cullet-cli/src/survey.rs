@@ -1,0 +1,347 @@
+//! Culls and verifies view after view, and keeps the tallies that the page and its advice rest on.
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+use std::time::Instant;
+
+use cullet::{Culler, Output, Reason, Stage, View, ViewState, Visible};
+use cullet_draw::{FrameStats, PixelId, Verification, VerifyOptions};
+use cullet_io::Model;
+
+use crate::bounds::BoundsTest;
+use crate::record::{Counts, DepthRecord, Loss, StageRecord, ViewRecord, tightness};
+
+/// What all views together did to one instance.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SlotTally {
+    /// Views in which something of it was drawn.
+    pub(crate) kept: u32,
+    /// Views in which it owned a pixel.
+    pub(crate) seen: u32,
+    /// Views in which it was drawn in part, because it straddles the frustum.
+    pub(crate) straddled: u32,
+    /// Over those views, the sum of the share of its clusters that were outside.
+    pub(crate) outside: f32,
+    /// The longer side of its largest screen rectangle, in pixels; infinite where it came too near.
+    pub(crate) largest_px: f32,
+}
+
+/// What all views together did to one mesh.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct MeshTally {
+    pub(crate) instances: u64,
+    pub(crate) kept: u32,
+    pub(crate) seen: u32,
+    pub(crate) drawn: u64,
+    pub(crate) visible: u64,
+    pub(crate) facing_away: u64,
+    last_kept: Option<usize>,
+    last_seen: Option<usize>,
+}
+
+/// A run over views.
+#[derive(Debug)]
+pub(crate) struct Survey<'m> {
+    pub(crate) model: &'m Model,
+    pub(crate) culler: Culler,
+    pub(crate) options: VerifyOptions,
+    pub(crate) slots: Vec<SlotTally>,
+    pub(crate) meshes: Vec<MeshTally>,
+    pub(crate) views: Vec<ViewRecord>,
+    bounds: Option<BoundsTest>,
+    state: ViewState,
+}
+
+/// What one view left behind, for pictures and exports.
+#[derive(Debug)]
+pub(crate) struct Seen {
+    /// What is drawn.
+    pub(crate) result: Visible,
+    /// The proof, where the view was verified.
+    pub(crate) verification: Option<Verification>,
+}
+
+/// Nanoseconds since the first call.
+pub(crate) fn clock() -> u64 {
+    static START: OnceLock<Instant> = OnceLock::new();
+    START.get_or_init(Instant::now).elapsed().as_nanos() as u64
+}
+
+impl<'m> Survey<'m> {
+    /// Ready for the first view.
+    pub(crate) fn new(model: &'m Model, mut culler: Culler, options: VerifyOptions) -> Self {
+        culler.output = Output::Triangles;
+        culler.reasons = true;
+        culler.clock = Some(clock);
+        let scene = &model.scene;
+        let mut meshes = vec![MeshTally::default(); scene.meshes().len()];
+        scene.slots().for_each(|s| meshes[scene.mesh_id(s) as usize].instances += 1);
+        Self {
+            model,
+            culler,
+            options,
+            slots: vec![SlotTally::default(); scene.slot_count() as usize],
+            meshes,
+            views: Vec::new(),
+            bounds: None,
+            state: ViewState::default(),
+        }
+    }
+
+    /// Also compares boxes with spheres in every view.
+    pub(crate) fn compare_bounds(&mut self) {
+        self.bounds = BoundsTest::new(&self.model.scene);
+    }
+
+    /// Culls one view, verifies it if asked, and adds it to the tallies.
+    pub(crate) fn add(&mut self, view: &View, verify: bool) -> Seen {
+        let start = Instant::now();
+        let scene = &self.model.scene;
+        let index = self.views.len();
+        let mut seen = if verify {
+            let mut v =
+                cullet_draw::verify(scene, view, &self.culler, &mut self.state, &self.options);
+            let result = std::mem::take(&mut v.result);
+            Seen { result, verification: Some(v) }
+        } else {
+            let mut result = Visible::default();
+            self.culler.cull_one(scene, view, &mut self.state, &mut result);
+            Seen { result, verification: None }
+        };
+        self.tally_drawn(view, index, &seen.result);
+        let proof = seen.verification.as_mut();
+        let seen_instances = proof.as_ref().map(|v| self.tally_seen(index, &v.seen));
+        let proof = proof.map(|v| &*v);
+        let all = scene.triangle_count();
+        let drawn = seen.result.triangle_count;
+        let visible = proof.map(|v| v.visible);
+        let losses: Vec<Loss> = proof.map_or_else(Vec::new, |v| self.losses(index, v));
+        let pixels = view.viewport().iter().map(|&v| u64::from(v)).product();
+        let (direction, near, far) = planes(view);
+        let eye = view.eye();
+        self.views.push(ViewRecord {
+            index,
+            eye: (eye[3] != 0.0).then_some([eye[0], eye[1], eye[2]]),
+            direction,
+            near,
+            far,
+            stages: stages(&seen.result),
+            triangles: Counts { all, potentially_visible: drawn, visible },
+            instances: Counts {
+                all: u64::from(scene.instance_count()),
+                potentially_visible: seen.result.instance_count,
+                visible: seen_instances,
+            },
+            removed: removed(self.model, &seen.result),
+            tightness: visible.and_then(|v| tightness(drawn, v)),
+            verified: proof.is_some(),
+            false_culls: losses.len() as u64,
+            losses,
+            depth_before: proof.map(|v| depth(&v.before, all, pixels)),
+            depth_after: proof.map(|v| depth(&v.after, drawn, pixels)),
+            bounds: self.bounds.as_mut().map(|b| b.measure(scene, view, &self.culler)),
+            seconds: start.elapsed().as_secs_f64(),
+        });
+        seen
+    }
+
+    fn tally_drawn(&mut self, view: &View, index: usize, result: &Visible) {
+        let scene = &self.model.scene;
+        for range in &result.triangle_ranges {
+            if range.count == 0 {
+                continue;
+            }
+            let slot = range.slot as usize;
+            let tally = &mut self.slots[slot];
+            tally.kept += 1;
+            if tally.largest_px.is_finite() {
+                let rect = view.project_box(&scene.bounds(range.slot), scene.origin());
+                let px = rect.map_or(f64::INFINITY, |r| r.width().max(r.height()));
+                tally.largest_px = tally.largest_px.max(px as f32);
+            }
+            let triangles = &result.triangles[range.first as usize..][..range.count as usize];
+            let mesh = &mut self.meshes[scene.mesh_id(range.slot) as usize];
+            mesh.drawn += u64::from(range.count);
+            mesh.facing_away += facing_away(self.model, view, range.slot, triangles);
+            if mesh.last_kept.replace(index) != Some(index) {
+                mesh.kept += 1;
+            }
+        }
+        for part in result.partial.chunk_by(|a, b| a.slot == b.slot) {
+            let slot = part[0].slot;
+            let inside: u32 = part.iter().map(|r| r.cluster_count).sum();
+            let clusters = scene.mesh(slot).clusters().len().max(1);
+            let tally = &mut self.slots[slot as usize];
+            tally.straddled += 1;
+            tally.outside += 1.0 - inside as f32 / clusters as f32;
+        }
+    }
+
+    /// Adds the owners of pixels; returns how many instances there are among them.
+    fn tally_seen(&mut self, index: usize, seen: &[PixelId]) -> u64 {
+        let mut instances = 0;
+        for one in seen.chunk_by(|a, b| a.slot == b.slot) {
+            instances += 1;
+            self.slots[one[0].slot as usize].seen += 1;
+            let mesh = &mut self.meshes[self.model.scene.mesh_id(one[0].slot) as usize];
+            mesh.visible += one.len() as u64;
+            if mesh.last_seen.replace(index) != Some(index) {
+                mesh.seen += 1;
+            }
+        }
+        instances
+    }
+
+    fn losses(&self, view: usize, v: &Verification) -> Vec<Loss> {
+        let loss = |f: &cullet_draw::FalseCull| {
+            let handle = self.model.scene.handle(f.slot);
+            Loss {
+                view,
+                instance: name_of(self.model, f.slot),
+                handle: handle.map_or([u32::MAX, 0], |h| [h.index, h.generation]),
+                triangle: f.triangle,
+                pixel: f.pixel,
+                stage: f.reason.map(|r| r.stage.name()),
+                reason: f.reason.map_or_else(|| "part of it is drawn".into(), reason_text),
+            }
+        };
+        v.false_culls.iter().map(loss).collect()
+    }
+}
+
+/// The name of a slot's instance; its slot where it has none.
+pub(crate) fn name_of(model: &Model, slot: u32) -> String {
+    let name = model.scene.handle(slot).map(|h| model.instance_name(h)).unwrap_or_default();
+    if name.is_empty() { format!("instance {slot}") } else { name.to_string() }
+}
+
+/// The name of a mesh; its number where it has none.
+pub(crate) fn mesh_name(model: &Model, mesh: u32) -> String {
+    match model.mesh_names.get(mesh as usize) {
+        Some(name) if !name.is_empty() => name.clone(),
+        _ => format!("mesh {mesh}"),
+    }
+}
+
+/// A reason in words.
+pub(crate) fn reason_text(reason: Reason) -> String {
+    match reason.stage {
+        Stage::Layer => "in no layer of the view".into(),
+        Stage::Frustum if reason.detail == Reason::MIXED => {
+            "outside the frustum, its parts by different planes".into()
+        }
+        Stage::Frustum => {
+            let plane = cullet::view::FrustumPlane::ALL.get(usize::from(reason.detail));
+            plane.map_or_else(
+                || format!("outside plane {} of the frustum", reason.detail),
+                |p| format!("outside the {} plane of the frustum", p.name()),
+            )
+        }
+        Stage::Portal => "not seen through any portal".into(),
+        Stage::Detail => "too small on the screen".into(),
+        Stage::Lod => "another level of detail stands for it".into(),
+        Stage::Occlusion => "behind something".into(),
+        Stage::Backface => "every triangle faces away".into(),
+        Stage::Degenerate => "without area".into(),
+    }
+}
+
+fn stages(result: &Visible) -> Vec<StageRecord> {
+    let row = |r: &cullet::FunnelRow| StageRecord {
+        name: r.stage.name(),
+        unit: r.unit.name(),
+        entered: r.entered,
+        left: r.left,
+        ms: r.nanoseconds.map(|ns| ns as f64 * 1e-6),
+    };
+    result.funnel.rows.iter().map(row).collect()
+}
+
+/// How many triangles each stage took. A stage may take whole instances, then clusters, then single
+/// triangles; only the frustum works in all three, so it is what the others leave of the sum.
+fn removed(model: &Model, result: &Visible) -> BTreeMap<&'static str, u64> {
+    let scene = &model.scene;
+    let mut by_stage: BTreeMap<Stage, u64> = BTreeMap::new();
+    for slot in scene.slots() {
+        let Some(reason) = result.reasons.get(slot as usize).copied().flatten() else { continue };
+        if !matches!(reason.stage, Stage::Frustum | Stage::Backface | Stage::Degenerate) {
+            *by_stage.entry(reason.stage).or_default() +=
+                u64::from(scene.mesh(slot).triangle_count());
+        }
+    }
+    for row in &result.funnel.rows {
+        let single = matches!(row.stage, Stage::Backface | Stage::Degenerate);
+        if single && row.unit == cullet::Unit::Triangles {
+            *by_stage.entry(row.stage).or_default() += row.entered.saturating_sub(row.left);
+        }
+    }
+    let others: u64 = by_stage.values().sum();
+    let gone = scene.triangle_count().saturating_sub(result.triangle_count);
+    by_stage.insert(Stage::Frustum, gone.saturating_sub(others));
+    by_stage.into_iter().filter(|(_, n)| *n > 0).map(|(s, n)| (s.name(), n)).collect()
+}
+
+fn depth(stats: &FrameStats, primitives: u64, pixels: u64) -> DepthRecord {
+    DepthRecord {
+        fragments: stats.fragments,
+        covered_pixels: stats.covered_pixels,
+        mean_layers: stats.mean_layers,
+        max_layers: stats.max_layers,
+        primitives_per_pixel: primitives as f64 / pixels.max(1) as f64,
+    }
+}
+
+/// Where a view looks, and the distances of its near and far planes from the eye.
+pub(crate) fn planes(view: &View) -> ([f64; 3], Option<f64>, Option<f64>) {
+    use cullet::view::FrustumPlane::{Far, Near};
+    let frustum = view.frustum();
+    let eye = view.eye();
+    let distance =
+        |p: &cullet::bounds::Plane| (0..3).map(|a| p.normal[a] * eye[a]).sum::<f64>() - p.d;
+    let near = frustum.plane(Near);
+    let back = near.map_or([0.0, 0.0, 1.0], |p| p.normal);
+    let perspective = eye[3] != 0.0;
+    let near = near.filter(|_| perspective).map(distance);
+    let far = frustum.plane(Far).filter(|_| perspective).map(|p| -distance(p));
+    (back.map(|v| -v), near, far)
+}
+
+/// How many of `triangles` (in the mesh's order) of a slot have both sides drawn and face away: what
+/// back-face culling would take if the mesh were one-sided.
+fn facing_away(model: &Model, view: &View, slot: u32, triangles: &[u32]) -> u64 {
+    let scene = &model.scene;
+    let mesh = scene.mesh(slot);
+    let transform = scene.transform(slot);
+    let two_sided = scene.flags(slot).double_sided;
+    let opaque = |p: &cullet::mesh::Part| p.alpha == cullet::mesh::Alpha::Opaque;
+    if !two_sided && !mesh.parts().iter().any(|p| p.two_sided && opaque(p)) {
+        return 0;
+    }
+    let m = transform.to_matrix();
+    let world = |p: [f32; 3]| -> [f64; 3] {
+        let p = p.map(f64::from);
+        std::array::from_fn(|r| m[r] * p[0] + m[4 + r] * p[1] + m[8 + r] * p[2] + m[12 + r])
+    };
+    // A mirrored instance, or a view with clockwise fronts, turns the order of corners round.
+    let mirrored = transform.determinant() < 0.0;
+    let clockwise = view.front_face == cullet::FrontFace::Clockwise;
+    let sign = if mirrored == clockwise { 1.0 } else { -1.0 };
+    let eye = view.eye();
+    let away = |t: u32| {
+        let [a, b, c] = mesh.corners(t).map(world);
+        let sub = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+        let (u, v) = (sub(b, a), sub(c, a));
+        let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+        let facing: f64 = (0..3).map(|i| n[i] * (eye[i] - a[i] * eye[3])).sum();
+        sign * facing < 0.0
+    };
+    let part_of = |original: u32| {
+        let after = mesh.parts().partition_point(|p| p.first_triangle <= original);
+        mesh.parts().get(after.wrapping_sub(1))
+    };
+    let counts = |t: u32| {
+        part_of(mesh.original_triangle()[t as usize])
+            .is_some_and(|p| opaque(p) && (two_sided || p.two_sided))
+    };
+    triangles.iter().filter(|&&t| counts(t) && away(t)).count() as u64
+}

@@ -1,0 +1,169 @@
+//! `cullet verify`: the proof alone, in lines.
+
+use serde::Serialize;
+
+use crate::args::VerifyArgs;
+use crate::console::{Console, grouped, interrupted, percent, write_json};
+use crate::exit::{Exit, Outcome};
+use crate::inputs;
+use crate::record::{Loss, SCHEMA, Summary, ViewRecord};
+use crate::survey::Survey;
+
+/// Losses printed of one view; all of them are in the JSON.
+const LOSSES_SHOWN: usize = 20;
+
+#[derive(Serialize)]
+struct VerifyRecord<'a> {
+    schema: u32,
+    scene: &'a str,
+    samples: u32,
+    views: &'a [ViewRecord],
+    summary: &'a Summary,
+    complete: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
+    let model = inputs::load(&args.scene, console)?;
+    let views = inputs::views(&model, &args.view, console)?;
+    let options = cullet_draw::VerifyOptions {
+        samples: args.samples,
+        seed: args.view.seed,
+        threads: args.view.threads,
+        count_layers: false,
+    };
+    let mut survey = Survey::new(&model, inputs::culler(&args.cull), options);
+    let mut progress = console.progress("views", views.len() as u64);
+    for view in &views {
+        survey.add(view, true);
+        progress.step();
+        if interrupted() {
+            break;
+        }
+    }
+    progress.finish();
+    let complete = survey.views.len() == views.len();
+    let summary = Summary::of(&survey.views);
+    for view in &survey.views {
+        print_view(console, view);
+    }
+    print_summary(console, &summary, args.samples);
+    if let Some(path) = &args.json {
+        let record = VerifyRecord {
+            schema: SCHEMA,
+            scene: &model.name,
+            samples: args.samples,
+            views: &survey.views,
+            summary: &summary,
+            complete,
+        };
+        write_json(path, &record)?;
+    }
+    Ok(match (complete, summary.false_culls) {
+        (false, _) => Exit::Interrupted,
+        (true, 0) => Exit::Fine,
+        (true, _) => Exit::FalseCull,
+    })
+}
+
+fn print_view(console: &Console, view: &ViewRecord) {
+    let t = view.triangles;
+    let seen = t.visible.unwrap_or(0);
+    let line = format!(
+        "view {:>3}: {:>11} triangles, {:>11} left, {:>10} visible, tightness {}",
+        view.index,
+        grouped(t.all),
+        grouped(t.potentially_visible),
+        grouped(seen),
+        view.tightness.map_or_else(|| "-".into(), |t| format!("{t:.2}")),
+    );
+    if view.losses.is_empty() {
+        // Quiet: only what is wrong, and the sum.
+        if !console.quiet {
+            console.line(line);
+        }
+        return;
+    }
+    console.line(line);
+    for loss in view.losses.iter().take(LOSSES_SHOWN) {
+        console.line(format!("  LOST {}", loss_text(loss)));
+    }
+    let more = view.losses.len().saturating_sub(LOSSES_SHOWN);
+    if more > 0 {
+        console.line(format!("  and {more} more, all of them in the JSON of --json"));
+    }
+}
+
+/// A loss in a line: where, what, which stage, why.
+fn loss_text(loss: &Loss) -> String {
+    let what = loss
+        .triangle
+        .map_or_else(|| "seen by the jittered samples".to_owned(), |t| format!("triangle {t}"));
+    format!(
+        "view {} pixel {},{}: “{}” {what}, dropped by {} ({})",
+        loss.view,
+        loss.pixel[0],
+        loss.pixel[1],
+        loss.instance,
+        loss.stage.unwrap_or("a stage for triangles"),
+        loss.reason
+    )
+}
+
+fn print_summary(console: &Console, s: &Summary, samples: u32) {
+    let t = s.triangles;
+    let seen = t.visible.unwrap_or(0);
+    console.line(format!(
+        "|A| {} all, |S'| {} potentially visible, |S| {} visible, over {} views",
+        grouped(t.all),
+        grouped(t.potentially_visible),
+        grouped(seen),
+        s.views
+    ));
+    // What would be left if the stages up to this one were all there were.
+    let mut left = t.all;
+    for stage in cullet::Stage::ALL {
+        let Some(&n) = s.removed.get(stage.name()) else { continue };
+        left = left.saturating_sub(n);
+        let tightness = crate::record::tightness(left, seen);
+        console.line(format!(
+            "  {:<11} takes {:>9} of all, {} left, tightness {}",
+            stage.name(),
+            percent(n, t.all),
+            grouped(left),
+            tightness.map_or_else(|| "-".into(), |t| format!("{t:.2}")),
+        ));
+    }
+    let how = match samples {
+        0 | 1 => "pixel for pixel".to_owned(),
+        n => format!("pixel for pixel, and with {n}x{n} samples"),
+    };
+    console.line(match s.false_culls {
+        0 => format!("0 false culls: the images agree {how}"),
+        n => format!("{} FALSE CULLS", grouped(n)),
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loss_names_all_that_is_known() {
+        let loss = Loss {
+            view: 3,
+            instance: "door".into(),
+            handle: [7, 0],
+            triangle: Some(12),
+            pixel: [640, 360],
+            stage: Some("frustum"),
+            reason: "outside the left plane of the frustum".into(),
+        };
+        assert_eq!(
+            loss_text(&loss),
+            "view 3 pixel 640,360: “door” triangle 12, dropped by frustum (outside the left plane of the frustum)"
+        );
+        let whole = Loss { triangle: None, stage: None, ..loss };
+        assert!(loss_text(&whole).contains("jittered samples"));
+    }
+}

@@ -1,0 +1,132 @@
+//! What the renderer is asked for, and what it returns.
+
+use cullet::Visible;
+
+/// Which instance, by its slot, and which of its mesh's original triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PixelId {
+    /// The instance's slot.
+    pub slot: u32,
+    /// The triangle, by its original number.
+    pub triangle: u32,
+}
+
+impl PixelId {
+    /// Nothing: what owns the pixels of the sky.
+    pub const NONE: Self = Self { slot: u32::MAX, triangle: u32::MAX };
+}
+
+/// Which triangles are drawn.
+#[derive(Clone, Copy, Debug)]
+pub enum Selection<'a> {
+    /// All of them: no culling but each part's declared sidedness.
+    All,
+    /// The triangles that a culler left. It must have been asked for triangles
+    /// ([`cullet::Output::Triangles`]). Slots and triangles that do not exist are skipped.
+    Visible(&'a Visible),
+}
+
+/// How to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// How many threads; 0 is those of the pool that the call runs in. The frame is the same.
+    pub threads: usize,
+    /// Where in its pixel the sample lies, from the top left corner: 0.5, 0.5 is the centre. Clamped
+    /// to 0..1; NaN is the centre.
+    pub jitter: [f64; 2],
+    /// Count the fragments of every pixel, hidden ones too: then nothing can be skipped, so it costs
+    /// several times as much where much is hidden.
+    pub count_layers: bool,
+    /// The frame is this many times wider and higher than the view's viewport; 0 is 1. For smooth
+    /// pictures. The frame is at most 65 536 pixels wide or high: a larger scale is lowered.
+    pub scale: u32,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self { threads: 0, jitter: [0.5; 2], count_layers: false, scale: 1 }
+    }
+}
+
+/// Counts of a frame. All but `covered_pixels` are 0 unless [`RenderOptions::count_layers`] is set.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// Samples that some triangle covered within the depth range, before any depth test; each counts
+    /// once for every such triangle, blended and masked ones included.
+    pub fragments: u64,
+    /// Pixels that an opaque triangle owns.
+    pub covered_pixels: u64,
+    /// The most fragments on one pixel.
+    pub max_layers: u32,
+    /// Fragments per pixel, over the pixels that have any.
+    pub mean_layers: f64,
+}
+
+/// A rendered view: which triangle owns each pixel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// The owner of each pixel, row by row from the top; [`PixelId::NONE`] where there is nothing.
+    pub ids: Vec<PixelId>,
+    /// The owner's depth in normalised device coordinates; the far value (1, or 0 in a reversed view)
+    /// where there is nothing.
+    pub depth: Vec<f64>,
+    /// Blended and masked triangles of which a sample is not behind what is opaque; sorted, each once.
+    pub blended: Vec<PixelId>,
+    /// For each of `blended`, the first pixel where that is so, by row and then column.
+    pub blended_at: Vec<[u32; 2]>,
+    /// Fragments of each pixel; empty unless [`RenderOptions::count_layers`] is set.
+    pub layers: Vec<u32>,
+    /// Counts.
+    pub stats: FrameStats,
+}
+
+impl Frame {
+    /// The visible set S at this resolution: the owners of pixels and the blended triangles; sorted,
+    /// each once. Costs a sort of the owners that differ from their left neighbour.
+    #[must_use]
+    pub fn visible(&self) -> Vec<PixelId> {
+        let mut all = self.ids.clone();
+        all.dedup();
+        all.extend_from_slice(&self.blended);
+        all.sort_unstable();
+        all.dedup();
+        if all.last() == Some(&PixelId::NONE) {
+            all.pop();
+        }
+        all
+    }
+
+    /// The owner of a pixel; [`PixelId::NONE`] outside the frame.
+    #[must_use]
+    pub fn id(&self, x: u32, y: u32) -> PixelId {
+        if x >= self.width || y >= self.height {
+            return PixelId::NONE;
+        }
+        self.ids[y as usize * self.width as usize + x as usize]
+    }
+
+    /// Fills in the blended triangles, from where each passed in each tile.
+    pub(crate) fn set_blended(&mut self, mut passed: Vec<(PixelId, [u32; 2])>) {
+        passed.sort_unstable_by_key(|&(id, [x, y])| (id, y, x));
+        passed.dedup_by_key(|p| p.0);
+        (self.blended, self.blended_at) = passed.into_iter().unzip();
+    }
+
+    /// Fills in the counts from `ids` and `layers`.
+    pub(crate) fn count(&mut self) {
+        self.stats = FrameStats {
+            covered_pixels: self.ids.iter().filter(|id| **id != PixelId::NONE).count() as u64,
+            fragments: self.layers.iter().map(|&n| u64::from(n)).sum(),
+            max_layers: self.layers.iter().copied().max().unwrap_or(0),
+            mean_layers: 0.0,
+        };
+        let touched = self.layers.iter().filter(|&&n| n > 0).count();
+        if touched > 0 {
+            self.stats.mean_layers = self.stats.fragments as f64 / touched as f64;
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Drawing on a picture: what maps and legends need.
+
+use super::Picture;
+use super::font;
+use super::palette::mix;
+
+impl Picture {
+    /// Lays `color` over a pixel, as opaque as `alpha`; outside nothing happens.
+    pub(crate) fn blend(&mut self, x: i64, y: i64, color: [u8; 3], alpha: f64) {
+        if x < 0 || y < 0 || x >= i64::from(self.width) || y >= i64::from(self.height) {
+            return;
+        }
+        let at = (y as usize * self.width as usize + x as usize) * 3;
+        let old = [self.rgb[at], self.rgb[at + 1], self.rgb[at + 2]];
+        self.rgb[at..at + 3].copy_from_slice(&mix(old, color, alpha));
+    }
+
+    /// Fills a rectangle from its top left corner.
+    pub(crate) fn fill(&mut self, [x, y]: [i64; 2], [w, h]: [i64; 2], color: [u8; 3], alpha: f64) {
+        let x0 = x.max(0);
+        let x1 = (x + w).min(i64::from(self.width));
+        for row in y.max(0)..(y + h).min(i64::from(self.height)) {
+            for column in x0..x1 {
+                self.blend(column, row, color, alpha);
+            }
+        }
+    }
+
+    /// Fills a convex polygon: the pixels whose centres it holds.
+    pub(crate) fn fill_convex(&mut self, polygon: &[[f64; 2]], color: [u8; 3], alpha: f64) {
+        let bounds = |axis: usize| {
+            let low = polygon.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+            (low, polygon.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max))
+        };
+        let (top, bottom) = bounds(1);
+        let first = (top - 0.5).ceil().max(0.0) as i64;
+        let last = ((bottom - 0.5).floor()).min(f64::from(self.height) - 1.0) as i64;
+        for row in first..=last {
+            let y = row as f64 + 0.5;
+            let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
+            for i in 0..polygon.len() {
+                let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+                if (p[1] <= y) != (q[1] <= y) {
+                    let x = p[0] + (q[0] - p[0]) * ((y - p[1]) / (q[1] - p[1]));
+                    left = left.min(x);
+                    right = right.max(x);
+                }
+            }
+            let from = (left - 0.5).ceil().max(0.0) as i64;
+            let to = (right - 0.5).floor().min(f64::from(self.width) - 1.0) as i64;
+            for column in from..=to {
+                self.blend(column, row, color, alpha);
+            }
+        }
+    }
+
+    /// Draws a line `width` pixels thick, with smooth edges.
+    pub(crate) fn line(
+        &mut self,
+        from: [f64; 2],
+        to: [f64; 2],
+        width: f64,
+        color: [u8; 3],
+        alpha: f64,
+    ) {
+        let Some((from, to)) = self.clipped(from, to) else { return };
+        let d = [to[0] - from[0], to[1] - from[1]];
+        let length = d[0].hypot(d[1]).max(1e-9);
+        let reach = width * 0.5 + 1.0;
+        // The axis along which the line runs: for each step, a few pixels across.
+        let (along, across) = if d[0].abs() >= d[1].abs() { (0, 1) } else { (1, 0) };
+        let (low, high) = (from[along].min(to[along]), from[along].max(to[along]));
+        let slope = d[across] / if d[along] == 0.0 { 1.0 } else { d[along] };
+        // At most 45 degrees off the axis.
+        let spread = reach * 1.5;
+        for step in (low - reach).floor() as i64..=(high + reach).ceil() as i64 {
+            let middle = from[across] + (step as f64 + 0.5 - from[along]) * slope;
+            for c in (middle - spread).floor() as i64..=(middle + spread).ceil() as i64 {
+                let [x, y] = if along == 0 { [step, c] } else { [c, step] };
+                let p = [x as f64 + 0.5 - from[0], y as f64 + 0.5 - from[1]];
+                let t = ((p[0] * d[0] + p[1] * d[1]) / (length * length)).clamp(0.0, 1.0);
+                let distance = (p[0] - d[0] * t).hypot(p[1] - d[1] * t);
+                let cover = (width * 0.5 + 0.5 - distance).clamp(0.0, 1.0);
+                if cover > 0.0 {
+                    self.blend(x, y, color, alpha * cover);
+                }
+            }
+        }
+    }
+
+    /// Draws the outline of a polygon.
+    pub(crate) fn outline(&mut self, polygon: &[[f64; 2]], width: f64, color: [u8; 3], alpha: f64) {
+        for i in 0..polygon.len() {
+            self.line(polygon[i], polygon[(i + 1) % polygon.len()], width, color, alpha);
+        }
+    }
+
+    /// The part of a line that lies near the picture (Liang & Barsky, *A New Concept and Method for
+    /// Line Clipping*, 1984): a line to far away is not walked to its end. `None` also for NaN.
+    fn clipped(&self, from: [f64; 2], to: [f64; 2]) -> Option<([f64; 2], [f64; 2])> {
+        const ROOM: f64 = 16.0;
+        let size = [f64::from(self.width), f64::from(self.height)];
+        let d = [to[0] - from[0], to[1] - from[1]];
+        let (mut first, mut last) = (0.0f64, 1.0f64);
+        for a in 0..2 {
+            let (low, high) = (-ROOM - from[a], size[a] + ROOM - from[a]);
+            if d[a] == 0.0 {
+                if !(low <= 0.0 && high >= 0.0) {
+                    return None;
+                }
+                continue;
+            }
+            let (s, t) = (low / d[a], high / d[a]);
+            first = first.max(s.min(t));
+            last = last.min(s.max(t));
+        }
+        let at = |t: f64| [from[0] + d[0] * t, from[1] + d[1] * t];
+        let finite = from.iter().chain(&to).all(|v| v.is_finite());
+        (finite && first <= last).then(|| (at(first), at(last)))
+    }
+
+    /// Writes one line of text from its top left corner, in dots of `scale` pixels; returns its width.
+    pub(crate) fn text(&mut self, [x, y]: [i64; 2], text: &str, scale: u32, color: [u8; 3]) -> i64 {
+        let dot = i64::from(scale);
+        let mut left = x;
+        for c in text.chars() {
+            for (row, bits) in (0..).zip(font::glyph(c)) {
+                for column in 0..i64::from(font::WIDTH) {
+                    if bits >> (4 - column) & 1 == 1 {
+                        let at = [left + column * dot, y + row * dot];
+                        self.fill(at, [dot, dot], color, 1.0);
+                    }
+                }
+            }
+            left += (i64::from(font::WIDTH) + 1) * dot;
+        }
+        left - x
+    }
+}
+
+/// How wide a text is.
+pub(crate) fn text_width(text: &str, scale: u32) -> i64 {
+    text.chars().count() as i64 * i64::from((font::WIDTH + 1) * scale)
+}
+
+/// How high a line of text is.
+pub(crate) fn text_height(scale: u32) -> i64 {
+    i64::from(font::HEIGHT * scale)
+}
+
+/// A number with a comma between thousands.
+pub(crate) fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// The convex hull of some points, counter-clockwise (Andrew, *Another Efficient Algorithm for Convex
+/// Hulls in Two Dimensions*, 1979). Points that are not finite are left out.
+pub(crate) fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut sorted: Vec<[f64; 2]> =
+        points.iter().copied().filter(|p| p.iter().all(|v| v.is_finite())).collect();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    sorted.dedup();
+    if sorted.len() < 3 {
+        return sorted;
+    }
+    let turn = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| {
+        (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
+    };
+    let mut out: Vec<[f64; 2]> = Vec::new();
+    for pass in 0..2 {
+        let start = out.len();
+        let mut add = |p: [f64; 2]| {
+            while out.len() >= start + 2 && turn(out[out.len() - 2], out[out.len() - 1], p) <= 0.0 {
+                out.pop();
+            }
+            out.push(p);
+        };
+        if pass == 0 {
+            sorted.iter().for_each(|p| add(*p));
+        } else {
+            sorted.iter().rev().for_each(|p| add(*p));
+        }
+        out.pop();
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped_by_three() {
+        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+    }
+
+    #[test]
+    fn hulls_of_squares_and_of_lines() {
+        let square = [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.5, 0.5], [0.0, 1.0], [0.0, 0.5]];
+        assert_eq!(hull(&square), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        assert_eq!(hull(&[[2.0, 2.0], [0.0, 0.0], [1.0, 1.0]]), [[0.0, 0.0], [2.0, 2.0]]);
+        assert!(hull(&[[f64::NAN, 0.0]]).is_empty());
+    }
+
+    #[test]
+    fn polygons_fill_the_pixels_whose_centres_they_hold() {
+        let mut p = Picture::new(8, 8, [0; 3]);
+        p.fill_convex(&[[1.0, 2.0], [5.0, 2.0], [5.0, 6.0], [1.0, 6.0]], [255; 3], 1.0);
+        let lit = p.rgb.iter().filter(|v| **v == 255).count() / 3;
+        assert_eq!((lit, p.pixel(1, 2), p.pixel(5, 2)), (16, [255; 3], [0; 3]));
+    }
+
+    #[test]
+    fn lines_from_beyond_the_picture_end_soon() {
+        let mut p = Picture::new(20, 20, [0; 3]);
+        p.line([-1e12, 10.5], [1e12, 10.5], 1.0, [255; 3], 1.0);
+        assert_eq!((p.pixel(3, 10), p.pixel(3, 13)), ([255; 3], [0; 3]));
+        p.line([f64::NAN, 0.0], [1.0, 1.0], 1.0, [255; 3], 1.0);
+        p.line([50.0, 50.0], [90.0, 60.0], 3.0, [255; 3], 1.0);
+    }
+}

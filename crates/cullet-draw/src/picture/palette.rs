@@ -1,0 +1,110 @@
+//! The colours of every picture: one palette, for the kinds of culling above all.
+//!
+//! Hues are those of Okabe & Ito, *Color Universal Design* (2008), told apart by people with any of
+//! the common kinds of colour blindness; pictures carry a legend with words besides.
+
+use cullet::Stage;
+
+/// What is kept and owns a pixel.
+pub const SEEN: [u8; 3] = [0xF6, 0xF2, 0xE8];
+/// What is kept though no pixel shows it: the price of being conservative.
+pub const UNSEEN: [u8; 3] = [0xE6, 0x9F, 0x00];
+/// What was lost though it is visible. No picture of a sound culler has it.
+pub const LOST: [u8; 3] = [0xFF, 0x00, 0x3C];
+/// The background of maps.
+pub const NIGHT: [u8; 3] = [0x15, 0x19, 0x1F];
+/// Text and outlines on it.
+pub const CHALK: [u8; 3] = [0xE4, 0xE7, 0xEA];
+/// The background of light legends.
+pub const PAPER: [u8; 3] = [0xFB, 0xFA, 0xF7];
+/// Text and outlines on it.
+pub const INK: [u8; 3] = [0x22, 0x26, 0x2B];
+
+/// The colour of what a stage dropped; of what is kept and seen for `None`.
+#[must_use]
+pub const fn reason_color(stage: Option<Stage>) -> [u8; 3] {
+    match stage {
+        None => SEEN,
+        Some(Stage::Layer) => [0x8C, 0x93, 0x9B],
+        Some(Stage::Frustum) => [0x56, 0xB4, 0xE9],
+        Some(Stage::Portal) => [0x00, 0x9E, 0x73],
+        Some(Stage::Detail) => [0xF0, 0xE4, 0x42],
+        Some(Stage::Lod) => [0x00, 0x72, 0xB2],
+        Some(Stage::Occlusion) => [0xD5, 0x5E, 0x00],
+        Some(Stage::Backface) => [0xCC, 0x79, 0xA7],
+        Some(Stage::Degenerate) => [0x8A, 0x6A, 0x4F],
+    }
+}
+
+/// What to call a stage in a legend.
+#[must_use]
+pub const fn reason_label(stage: Option<Stage>) -> &'static str {
+    match stage {
+        None => "seen",
+        Some(Stage::Layer) => "in no layer of the view",
+        Some(Stage::Frustum) => "outside the frustum",
+        Some(Stage::Portal) => "behind no open portal",
+        Some(Stage::Detail) => "too small",
+        Some(Stage::Lod) => "another level of detail",
+        Some(Stage::Occlusion) => "hidden behind others",
+        Some(Stage::Backface) => "facing away",
+        Some(Stage::Degenerate) => "without area",
+    }
+}
+
+/// A colour for a share of 0..1, dark to light, even in lightness and safe for the colour-blind: an
+/// approximation of *inferno* by N. Smith and S. van der Walt (2015) through eight of its points. NaN
+/// is 0.
+#[must_use]
+pub fn heat(share: f64) -> [u8; 3] {
+    const POINTS: [[u8; 3]; 8] = [
+        [0, 0, 4],
+        [40, 11, 84],
+        [101, 21, 110],
+        [159, 42, 99],
+        [212, 72, 66],
+        [245, 125, 21],
+        [250, 193, 39],
+        [252, 255, 164],
+    ];
+    let t = if share > 0.0 { share.min(1.0) } else { 0.0 } * 7.0;
+    let i = (t as usize).min(6);
+    mix(POINTS[i], POINTS[i + 1], t - i as f64)
+}
+
+/// A colour between two: `a` at 0, `b` at 1.
+#[must_use]
+pub fn mix(a: [u8; 3], b: [u8; 3], t: f64) -> [u8; 3] {
+    std::array::from_fn(|i| (f64::from(a[i]) * (1.0 - t) + f64::from(b[i]) * t).round() as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_has_a_colour_and_a_label_of_its_own() {
+        let all: Vec<Option<Stage>> =
+            std::iter::once(None).chain(Stage::ALL.into_iter().map(Some)).collect();
+        for (i, &a) in all.iter().enumerate() {
+            for &b in &all[..i] {
+                assert_ne!(reason_label(a), reason_label(b));
+                let apart: i32 = (0..3)
+                    .map(|k| i32::from(reason_color(a)[k]) - i32::from(reason_color(b)[k]))
+                    .map(i32::abs)
+                    .sum();
+                assert!(apart > 60, "{a:?} and {b:?} look alike");
+            }
+        }
+    }
+
+    #[test]
+    fn heat_grows_lighter() {
+        let light = |c: [u8; 3]| u32::from(c[0]) * 2 + u32::from(c[1]) * 4 + u32::from(c[2]);
+        for i in 0..50 {
+            assert!(light(heat(f64::from(i) / 50.0)) < light(heat(f64::from(i + 1) / 50.0)));
+        }
+        assert_eq!(heat(f64::NAN), heat(0.0));
+        assert_eq!(heat(9.0), heat(1.0));
+    }
+}

@@ -1,0 +1,271 @@
+//! The scene as a pleasant flat-shaded picture.
+
+use std::f64::consts::FRAC_PI_8;
+
+use cullet::{Scene, View};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Picture;
+use super::space::{Space, Surfaces, pixel_centre};
+use crate::frame::{Frame, PixelId};
+
+/// Where the sun stands.
+const SUN: DVec3 = DVec3::new(0.62, 0.66, 0.42);
+/// How many places around a pixel are asked whether they stand above its surface.
+const AMBIENT_SAMPLES: usize = 10;
+/// How far those places lie, as a share of the frame's height.
+const AMBIENT_RADIUS: f64 = 0.035;
+
+/// A picture of a frame: flat shading under a sun and a sky, corners darkened, a little haze, and
+/// edges between instances.
+///
+/// `frame` must be of `view`, at any scale ([`RenderOptions::scale`](crate::RenderOptions::scale) of 2
+/// and [`Picture::halved`] give smooth edges). `material_colors` are linear colours by the number of
+/// the material; materials beyond them get a colour of their own, from their number. Blended triangles
+/// are not drawn.
+///
+/// Cost: some 0.3 µs a pixel on one core.
+#[must_use]
+pub fn shaded(scene: &Scene, frame: &Frame, view: &View, material_colors: &[[f32; 4]]) -> Picture {
+    let surfaces = Surfaces::new(scene, &frame.ids);
+    let color = |id: PixelId| {
+        let part = surfaces.part(id);
+        let given = material_colors.get(part.material as usize);
+        given.map_or_else(
+            || default_color(part.material.wrapping_add(surfaces.mesh(id).unwrap_or(0))),
+            |c| DVec3::new(f64::from(c[0]), f64::from(c[1]), f64::from(c[2])),
+        )
+    };
+    light(scene, frame, view, &surfaces, color)
+}
+
+/// Lights a frame whose surfaces have these linear colours.
+pub(crate) fn light(
+    scene: &Scene,
+    frame: &Frame,
+    view: &View,
+    surfaces: &Surfaces,
+    color: impl Fn(PixelId) -> DVec3 + Sync,
+) -> Picture {
+    let space = Space::new(view);
+    let (width, height) = (frame.width as usize, frame.height as usize);
+    let size = [frame.width, frame.height];
+    let mut picture = Picture::new(frame.width, frame.height, [0; 3]);
+    if width == 0 || height == 0 {
+        return picture;
+    }
+    let points: Vec<DVec3> = (0..width * height)
+        .into_par_iter()
+        .map(|at| {
+            let [x, y] = pixel_centre((at % width) as u32, (at / width) as u32, size);
+            space.point(x, y, frame.depth[at])
+        })
+        .collect();
+    let open = Ambient::new(frame, &points, |at| {
+        let n = surfaces.normal(frame.ids[at]);
+        if n.dot(space.towards_eye(points[at])) < 0.0 { -n } else { n }
+    });
+    let bytes = SrgbTable::new();
+    // Haze grows over the size of the scene.
+    let extent = scene.extent();
+    let reach = if extent.is_empty() { 1.0 } else { DVec3::from(extent.half_extent()).length() };
+    let rows = picture.rgb.par_chunks_mut(width * 3).enumerate();
+    rows.for_each(|(y, row)| {
+        let mut last = (PixelId::NONE, DVec3::ZERO, DVec3::ZERO);
+        for x in 0..width {
+            let at = y * width + x;
+            let id = frame.ids[at];
+            let [ndc_x, ndc_y] = pixel_centre(x as u32, y as u32, size);
+            let (from, sight) = space.ray(ndc_x, ndc_y);
+            let lit = if id == PixelId::NONE {
+                sky(sight)
+            } else {
+                if id != last.0 {
+                    last = (id, surfaces.normal(id), color(id));
+                }
+                let (_, n, albedo) = last;
+                let p = points[at];
+                // The side that is seen.
+                let n = if n.dot(space.towards_eye(p)) < 0.0 { -n } else { n };
+                let seen = albedo * irradiance(n, open.at(x, y)) * edge(frame, [x, y]);
+                let haze = 0.42 * (1.0 - (-(p - from).length() / (2.2 * reach)).exp());
+                seen.lerp(sky(DVec3::new(sight.x, sight.y.max(0.0) * 0.3, sight.z)), haze)
+            };
+            for (c, v) in lit.to_array().into_iter().enumerate() {
+                row[x * 3 + c] = bytes.of(v);
+            }
+        }
+    });
+    picture
+}
+
+/// A colour for a material that has none: of stone, sand, slate and the like.
+fn default_color(n: u32) -> DVec3 {
+    const COLORS: [[u8; 3]; 10] = [
+        [0xB4, 0xB0, 0xA6],
+        [0xD8, 0xC3, 0x9B],
+        [0xC0, 0x7F, 0x5B],
+        [0x7C, 0x9A, 0x85],
+        [0x8E, 0xA5, 0xBC],
+        [0xCB, 0xAA, 0x6A],
+        [0xA5, 0x8D, 0x9E],
+        [0x9A, 0xA8, 0x6B],
+        [0xD0, 0xB7, 0xA8],
+        [0x6F, 0x86, 0x97],
+    ];
+    let [r, g, b] = COLORS[n as usize % COLORS.len()].map(linear);
+    DVec3::new(r, g, b)
+}
+
+/// Light on a surface: sun, and a sky above a paler ground.
+fn irradiance(n: DVec3, open: f64) -> DVec3 {
+    let up = n.y * 0.5 + 0.5;
+    let sky = DVec3::new(0.42, 0.47, 0.58);
+    let ground = DVec3::new(0.25, 0.22, 0.19);
+    let sun = DVec3::new(1.0, 0.92, 0.78) * n.dot(SUN.normalize()).max(0.0);
+    ground.lerp(sky, up) * open + sun * 1.05 * (0.5 + 0.5 * open)
+}
+
+/// How open the surroundings of pixels are, 0 to 1: what stands above the surface nearby shades it, as
+/// seen in the depth of the frame alone.
+struct Ambient {
+    /// Pixels along a side of a square that shares one value: 2 in large frames, which are halved
+    /// later, or would hardly show it.
+    step: usize,
+    width: usize,
+    open: Vec<f64>,
+}
+
+impl Ambient {
+    fn new(frame: &Frame, points: &[DVec3], normal: impl Fn(usize) -> DVec3 + Sync) -> Self {
+        let (frame_width, frame_height) = (frame.width as usize, frame.height as usize);
+        let step = if frame_height > 500 { 2 } else { 1 };
+        let width = frame_width.div_ceil(step);
+        let radius = AMBIENT_RADIUS * frame_height as f64;
+        // Each of 4 × 4 neighbours turns its places by another angle.
+        let places: Vec<[[f64; 2]; AMBIENT_SAMPLES]> = (0..16)
+            .map(|turn| {
+                std::array::from_fn(|k| {
+                    let r = radius * ((k as f64 + 0.5) / AMBIENT_SAMPLES as f64);
+                    let (s, c) = (f64::from(turn) * FRAC_PI_8 + k as f64 * 2.399_963).sin_cos();
+                    [c * r, s * r]
+                })
+            })
+            .collect();
+        let value = |i: usize| {
+            let (cx, cy) = (i % width, i / width);
+            let (x, y) = (cx * step, cy * step);
+            let at = y * frame_width + x;
+            if frame.ids[at] == PixelId::NONE {
+                return 1.0;
+            }
+            openness(frame, points, [x, y], normal(at), &places[cx % 4 * 4 + cy % 4], radius)
+        };
+        let height = frame_height.div_ceil(step);
+        let raw: Vec<f64> = (0..width * height).into_par_iter().map(value).collect();
+        // The turns make a pattern of 4 × 4: a mean over as many, of the same instance, has none.
+        let slot = |cx: usize, cy: usize| frame.ids[cy * step * frame_width + cx * step].slot;
+        let smooth = |i: usize| {
+            let (cx, cy) = (i % width, i / width);
+            let own = slot(cx, cy);
+            let (mut sum, mut n) = (0.0, 0.0);
+            for y in cy.saturating_sub(1)..(cy + 3).min(height) {
+                for x in cx.saturating_sub(1)..(cx + 3).min(width) {
+                    if slot(x, y) == own {
+                        sum += raw[y * width + x];
+                        n += 1.0;
+                    }
+                }
+            }
+            sum / n
+        };
+        Self { step, width, open: (0..raw.len()).into_par_iter().map(smooth).collect() }
+    }
+
+    fn at(&self, x: usize, y: usize) -> f64 {
+        self.open[y / self.step * self.width + x / self.step]
+    }
+}
+
+fn openness(
+    frame: &Frame,
+    points: &[DVec3],
+    [x, y]: [usize; 2],
+    n: DVec3,
+    places: &[[f64; 2]; AMBIENT_SAMPLES],
+    radius: f64,
+) -> f64 {
+    let (width, height) = (frame.width as usize, frame.height as usize);
+    let p = points[y * width + x];
+    // The size of a pixel at this distance, from a neighbour on about the same surface.
+    let right = points[y * width + if x + 1 < width { x + 1 } else { x.saturating_sub(1) }];
+    let below = points[if y + 1 < height { y + 1 } else { y.saturating_sub(1) } * width + x];
+    let world = radius * (right - p).length().min((below - p).length());
+    let mut shade = 0.0;
+    for [dx, dy] in places {
+        let (sx, sy) = (x as f64 + dx, y as f64 + dy);
+        if !(sx >= 0.0 && sy >= 0.0 && sx < width as f64 && sy < height as f64) {
+            continue;
+        }
+        let at = sy as usize * width + sx as usize;
+        if frame.ids[at] == PixelId::NONE {
+            continue;
+        }
+        let v = points[at] - p;
+        let length = v.length();
+        if length > 0.0 && world > 0.0 {
+            // What is much farther than the radius is not near at all.
+            let far = length / (3.0 * world);
+            shade += (n.dot(v) / length - 0.08).max(0.0) / (1.0 + far * far);
+        }
+    }
+    (1.0 - 1.9 * shade / AMBIENT_SAMPLES as f64).max(0.12)
+}
+
+/// Darkens a pixel whose neighbour to the right or below belongs to another instance.
+fn edge(frame: &Frame, [x, y]: [usize; 2]) -> f64 {
+    let (width, height) = (frame.width as usize, frame.height as usize);
+    let at = y * width + x;
+    let own = frame.ids[at].slot;
+    let other =
+        |x: usize, y: usize| x < width && y < height && frame.ids[y * width + x].slot != own;
+    if other(x + 1, y) || other(x, y + 1) { 0.72 } else { 1.0 }
+}
+
+/// The colour of the sky in a direction.
+fn sky(direction: DVec3) -> DVec3 {
+    let horizon = DVec3::new(0.80, 0.85, 0.88);
+    if direction.y < 0.0 {
+        return horizon.lerp(DVec3::new(0.55, 0.56, 0.55), (-direction.y * 2.0).min(1.0));
+    }
+    horizon.lerp(DVec3::new(0.20, 0.42, 0.74), direction.y.min(1.0).sqrt())
+}
+
+/// From linear values to bytes in sRGB, by a table: a power for each colour of each pixel is slow.
+struct SrgbTable(Vec<u8>);
+
+impl SrgbTable {
+    const STEPS: f64 = 8192.0;
+
+    fn new() -> Self {
+        let byte = |i: u32| {
+            let v = f64::from(i) / Self::STEPS;
+            let s = if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+            (s * 255.0).round() as u8
+        };
+        Self((0..=Self::STEPS as u32).map(byte).collect())
+    }
+
+    /// NaN is black.
+    fn of(&self, v: f64) -> u8 {
+        // A cast saturates at 0, and sends NaN there.
+        self.0[(v.min(1.0) * Self::STEPS + 0.5) as usize]
+    }
+}
+
+/// The linear value of a byte in sRGB.
+pub(crate) fn linear(v: u8) -> f64 {
+    let s = f64::from(v) / 255.0;
+    if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+}

@@ -1,0 +1,140 @@
+//! From pixels back to the scene.
+
+use cullet::mesh::Part;
+use cullet::{Depth, Scene, View};
+use glam::{DMat3, DMat4, DVec3, DVec4};
+
+use crate::frame::PixelId;
+use crate::prepare::part_of;
+
+/// A view, and the way back from its clip space.
+#[derive(Clone, Debug)]
+pub(crate) struct Space {
+    to_clip: DMat4,
+    to_world: DMat4,
+    near: f64,
+    /// Where the eye is, or the direction towards it with w = 0.
+    pub(crate) eye: DVec4,
+}
+
+impl Space {
+    pub(crate) fn new(view: &View) -> Self {
+        let to_clip = DMat4::from_cols_array(&view.clip_from_world());
+        let near = if view.depth() == Depth::Standard { 0.0 } else { 1.0 };
+        Self { to_clip, to_world: to_clip.inverse(), near, eye: view.eye().into() }
+    }
+
+    /// The point at a place and depth in normalised device coordinates.
+    pub(crate) fn point(&self, x: f64, y: f64, depth: f64) -> DVec3 {
+        let p = self.to_world * DVec4::new(x, y, depth, 1.0);
+        p.truncate() / p.w
+    }
+
+    /// A point of the near plane, and the unit direction of the line of sight through it.
+    pub(crate) fn ray(&self, x: f64, y: f64) -> (DVec3, DVec3) {
+        let from = self.point(x, y, self.near);
+        // Half-way in depth is finite in every view.
+        let to = self.point(x, y, 0.5);
+        (from, (to - from).normalize_or_zero())
+    }
+
+    /// The unit direction from a point towards the viewer.
+    pub(crate) fn towards_eye(&self, p: DVec3) -> DVec3 {
+        (self.eye.truncate() - p * self.eye.w).normalize_or_zero()
+    }
+
+    /// Where a point is on a picture of this size, and its depth in normalised device coordinates;
+    /// `None` if it is not in front of the eye.
+    pub(crate) fn project(&self, p: DVec3, size: [u32; 2]) -> Option<([f64; 2], f64)> {
+        let c = self.to_clip * p.extend(1.0);
+        if c.w <= 1e-9 || c.w.is_nan() {
+            return None;
+        }
+        let [w, h] = size.map(f64::from);
+        Some(([(c.x / c.w * 0.5 + 0.5) * w, (0.5 - c.y / c.w * 0.5) * h], c.z / c.w))
+    }
+
+    /// Whether the first depth is nearer.
+    pub(crate) fn nearer(&self, a: f64, b: f64) -> bool {
+        if self.near == 0.0 { a < b } else { a > b }
+    }
+
+    /// The point where the line of sight through a place has gone `reach` from the near plane, or has
+    /// come to the far plane.
+    pub(crate) fn along(&self, x: f64, y: f64, reach: f64) -> DVec3 {
+        let (from, direction) = self.ray(x, y);
+        let far = self.to_world * DVec4::new(x, y, 1.0 - self.near, 1.0);
+        let length = (far.truncate() / far.w - from).length();
+        // A far plane at infinity has w about 0.
+        let end = if length.is_finite() && far.w.abs() > 1e-12 * far.truncate().length() {
+            length.min(reach)
+        } else {
+            reach
+        };
+        from + direction * end
+    }
+}
+
+/// X and Y of the centre of a pixel in normalised device coordinates.
+pub(crate) fn pixel_centre(x: u32, y: u32, size: [u32; 2]) -> [f64; 2] {
+    let [w, h] = size.map(f64::from);
+    [(f64::from(x) + 0.5) * 2.0 / w - 1.0, 1.0 - (f64::from(y) + 0.5) * 2.0 / h]
+}
+
+/// From original triangles to normals and materials.
+#[derive(Debug)]
+pub(crate) struct Surfaces<'a> {
+    scene: &'a Scene,
+    /// For each mesh that the frame shows, the place in the mesh's order of each original triangle.
+    order: Vec<Vec<u32>>,
+}
+
+impl<'a> Surfaces<'a> {
+    pub(crate) fn new(scene: &'a Scene, ids: &[PixelId]) -> Self {
+        let mut order = vec![Vec::new(); scene.meshes().len()];
+        let mut last = u32::MAX;
+        for id in ids {
+            if id.slot == last || id.slot >= scene.slot_count() {
+                continue;
+            }
+            last = id.slot;
+            let mesh = scene.mesh(id.slot);
+            let order = &mut order[scene.mesh_id(id.slot) as usize];
+            if order.is_empty() {
+                *order = vec![0; mesh.triangle_count() as usize];
+                for (t, &original) in (0..).zip(mesh.original_triangle()) {
+                    order[original as usize] = t;
+                }
+            }
+        }
+        Self { scene, order }
+    }
+
+    /// The place of an original triangle in its mesh's order, if the frame that this was made for
+    /// shows its mesh.
+    pub(crate) fn triangle(&self, id: PixelId) -> Option<u32> {
+        let mesh = *self.order.get(self.mesh(id)? as usize)?.get(id.triangle as usize)?;
+        Some(mesh)
+    }
+
+    /// The number of the mesh of an owner.
+    pub(crate) fn mesh(&self, id: PixelId) -> Option<u32> {
+        (id.slot < self.scene.slot_count()).then(|| self.scene.mesh_id(id.slot))
+    }
+
+    /// The part of an original triangle.
+    pub(crate) fn part(&self, id: PixelId) -> Part {
+        part_of(self.scene.mesh(id.slot), id.triangle)
+    }
+
+    /// The unit normal of a triangle in the world, towards the side from which its corners are seen
+    /// counter-clockwise; zero where there is none.
+    pub(crate) fn normal(&self, id: PixelId) -> DVec3 {
+        let Some(t) = self.triangle(id) else { return DVec3::ZERO };
+        let corners = self.scene.mesh(id.slot).corners(t);
+        let [x, y, z] = self.scene.transform(id.slot).linear.map(|c| DVec3::from(c.map(f64::from)));
+        let m = DMat3::from_cols(x, y, z);
+        let [a, b, c] = corners.map(|p| m * DVec3::from(p.map(f64::from)));
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+}

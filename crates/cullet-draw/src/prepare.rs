@@ -1,0 +1,237 @@
+//! What is drawn: meshes cut into blocks, and the blocks of the instances that a view may show.
+
+use cullet::mesh::{Alpha, Part};
+use cullet::{Mesh, Scene, Visible};
+use rayon::prelude::*;
+
+use crate::bounds::{Extent, Footprint, footprint};
+use crate::frame::Selection;
+use crate::geometry::{Lens, ObjectLens, is_flat};
+use crate::sample::{Rect, Samples};
+
+/// Triangles of a block at the most: few enough that a block hidden or off the screen is skipped
+/// whole, many enough that skipping costs nothing beside drawing.
+const BLOCK_TRIANGLES: u32 = 256;
+/// Slots, or ranges of triangles, that one task looks at.
+const TASK: usize = 1024;
+
+/// Some triangles of one part, successive in the mesh's order.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    first: u32,
+    count: u32,
+    two_sided: bool,
+    opaque: bool,
+    extent: Extent,
+}
+
+/// A mesh as the renderer needs it.
+#[derive(Debug, Default)]
+struct Prepared {
+    blocks: Vec<Block>,
+    extent: Option<Extent>,
+}
+
+/// The meshes of a scene, made ready once for any number of frames.
+#[derive(Debug)]
+pub(crate) struct Stage<'a> {
+    pub(crate) scene: &'a Scene,
+    meshes: Vec<Prepared>,
+}
+
+/// Some triangles of one instance and one part, drawn together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Item {
+    pub(crate) slot: u32,
+    pub(crate) two_sided: bool,
+    /// First triangle of the mesh's order, or first entry of the visible set's list.
+    pub(crate) first: u32,
+    pub(crate) count: u32,
+    pub(crate) footprint: Footprint,
+}
+
+/// All that a view draws.
+#[derive(Debug, Default)]
+pub(crate) struct Items {
+    /// From near to far.
+    pub(crate) opaque: Vec<Item>,
+    pub(crate) blended: Vec<Item>,
+}
+
+impl<'a> Stage<'a> {
+    /// Cuts the meshes that instances use into blocks. O(triangles of those meshes).
+    pub(crate) fn new(scene: &'a Scene) -> Self {
+        let mut used = vec![false; scene.meshes().len()];
+        scene.slots().for_each(|slot| used[scene.mesh_id(slot) as usize] = true);
+        let meshes = scene.meshes().par_iter().zip(used).map(|(mesh, used)| match used {
+            true => prepare(mesh),
+            false => Prepared::default(),
+        });
+        Self { scene, meshes: meshes.collect() }
+    }
+
+    /// Whether an instance is in the view's scene and can be drawn at all.
+    pub(crate) fn is_drawn(&self, slot: u32, layers: u32) -> bool {
+        let transform = self.scene.transform(slot);
+        !self.scene.is_removed(slot)
+            && self.scene.layers(slot) & layers != 0
+            && transform.is_finite()
+            && !is_flat(transform)
+    }
+
+    /// Where an instance may be seen; `None` where it cannot.
+    pub(crate) fn footprint(&self, lens: &Lens, slot: u32, samples: &Samples) -> Option<Footprint> {
+        if !self.is_drawn(slot, lens.layers) {
+            return None;
+        }
+        let extent = self.meshes[self.scene.mesh_id(slot) as usize].extent?;
+        footprint(lens, &lens.object(self.scene.transform(slot)), &extent, samples)
+    }
+
+    /// The blocks of a selection that may cover a sample.
+    pub(crate) fn items(&self, lens: &Lens, samples: &Samples, selection: Selection) -> Items {
+        let found: Vec<(bool, Item)> = match selection {
+            Selection::All => {
+                let slots: Vec<u32> = (0..self.scene.slot_count()).collect();
+                let some = |slots: &[u32]| {
+                    let mut out = Vec::new();
+                    slots.iter().for_each(|&slot| self.whole(lens, samples, slot, &mut out));
+                    out
+                };
+                slots.par_chunks(TASK).map(some).flatten_iter().collect()
+            }
+            Selection::Visible(visible) => {
+                let ranges: Vec<usize> = (0..visible.triangle_ranges.len()).collect();
+                let some = |ranges: &[usize]| {
+                    let mut out = Vec::new();
+                    ranges
+                        .iter()
+                        .for_each(|&range| self.listed(lens, samples, visible, range, &mut out));
+                    out
+                };
+                ranges.par_chunks(TASK).map(some).flatten_iter().collect()
+            }
+        };
+        let mut items = Items::default();
+        for (opaque, item) in found {
+            if opaque { &mut items.opaque } else { &mut items.blended }.push(item);
+        }
+        items.opaque.par_sort_by(|a, b| a.footprint.distance.total_cmp(&b.footprint.distance));
+        items
+    }
+
+    fn whole(&self, lens: &Lens, samples: &Samples, slot: u32, out: &mut Vec<(bool, Item)>) {
+        let Some(whole) = self.footprint(lens, slot, samples) else { return };
+        let blocks = &self.meshes[self.scene.mesh_id(slot) as usize].blocks;
+        let object = lens.object(self.scene.transform(slot));
+        for b in blocks {
+            let place = match blocks.len() {
+                1 => Some(whole),
+                _ => footprint(lens, &object, &b.extent, samples),
+            };
+            if let Some(place) = place {
+                out.push(self.item(slot, b, b.first, b.count, place));
+            }
+        }
+    }
+
+    fn listed(
+        &self,
+        lens: &Lens,
+        samples: &Samples,
+        visible: &Visible,
+        range: usize,
+        out: &mut Vec<(bool, Item)>,
+    ) {
+        let range = visible.triangle_ranges[range];
+        if range.slot >= self.scene.slot_count() || !self.is_drawn(range.slot, lens.layers) {
+            return;
+        }
+        let blocks = &self.meshes[self.scene.mesh_id(range.slot) as usize].blocks;
+        let object: ObjectLens = lens.object(self.scene.transform(range.slot));
+        let end = (range.first as usize + range.count as usize).min(visible.triangles.len());
+        let mut at = range.first as usize;
+        while at < end {
+            // The longest run within one block.
+            let t = visible.triangles[at];
+            let i = blocks.partition_point(|b| b.first + b.count <= t);
+            let first = at;
+            at += 1;
+            let Some(b) = blocks.get(i) else { continue };
+            let inside = |t: u32| b.first <= t && t - b.first < b.count;
+            while at < end && inside(visible.triangles[at]) {
+                at += 1;
+            }
+            if let Some(place) = footprint(lens, &object, &b.extent, samples) {
+                let count = (at - first) as u32;
+                out.push(self.item(range.slot, b, first as u32, count, place));
+            }
+        }
+    }
+
+    fn item(
+        &self,
+        slot: u32,
+        b: &Block,
+        first: u32,
+        count: u32,
+        footprint: Footprint,
+    ) -> (bool, Item) {
+        let flags = self.scene.flags(slot);
+        let two_sided = b.two_sided || flags.double_sided;
+        (b.opaque && !flags.transparent, Item { slot, two_sided, first, count, footprint })
+    }
+}
+
+impl Items {
+    /// Keeps what may cover a pixel for which `wanted` holds somewhere in its rectangle.
+    pub(crate) fn within(&self, wanted: impl Fn(&Rect) -> bool + Sync) -> Self {
+        let keep = |items: &[Item]| {
+            items.par_iter().filter(|i| wanted(&i.footprint.rect)).copied().collect()
+        };
+        Self { opaque: keep(&self.opaque), blended: keep(&self.blended) }
+    }
+}
+
+/// The part of an original triangle. Parts are in order and without gap.
+pub(crate) fn part_of(mesh: &Mesh, original: u32) -> Part {
+    let parts = mesh.parts();
+    let i = parts.partition_point(|p| p.first_triangle + p.triangle_count <= original);
+    parts.get(i).copied().unwrap_or_default()
+}
+
+fn prepare(mesh: &Mesh) -> Prepared {
+    let original = mesh.original_triangle();
+    let starts: Vec<u32> = (0..mesh.triangle_count()).step_by(BLOCK_TRIANGLES as usize).collect();
+    let blocks = |&start: &u32| {
+        let end = (start + BLOCK_TRIANGLES).min(mesh.triangle_count());
+        let mut blocks: Vec<Block> = Vec::with_capacity(1);
+        let mut current: Option<Part> = None;
+        for t in start..end {
+            let o = original[t as usize];
+            let within = |p: &Part| o.wrapping_sub(p.first_triangle) < p.triangle_count;
+            if !current.as_ref().is_some_and(within) {
+                let part = part_of(mesh, o);
+                current = Some(part);
+                blocks.push(Block {
+                    first: t,
+                    count: 0,
+                    two_sided: part.two_sided,
+                    opaque: part.alpha == Alpha::Opaque,
+                    extent: Extent::EMPTY,
+                });
+            }
+            if let Some(b) = blocks.last_mut() {
+                b.count += 1;
+                mesh.corners(t).into_iter().for_each(|p| b.extent.add(p));
+            }
+        }
+        blocks
+    };
+    let blocks: Vec<Block> = starts.par_iter().map(blocks).flatten_iter().collect();
+    let extent = blocks.iter().map(|b| b.extent).reduce(|mut a, b| {
+        a.join(&b);
+        a
+    });
+    Prepared { blocks, extent }
+}

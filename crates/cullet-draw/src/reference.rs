@@ -1,0 +1,126 @@
+//! The slow twin of the renderer: every triangle asked about every sample, in the order of the scene.
+
+use cullet::mesh::Alpha;
+use cullet::{Scene, View};
+
+use crate::frame::{Frame, PixelId, RenderOptions, Selection};
+use crate::geometry::{Lens, Surface, has_area, is_flat};
+use crate::prepare::part_of;
+use crate::render::frame_samples;
+use crate::sample::Samples;
+
+/// What [`render`](crate::render) does, by a plain loop over all triangles and all pixels: no tiles, no
+/// rejects, no threads. The oracle of its tests; the frame is the same, bit for bit.
+///
+/// Cost: some nanoseconds a triangle and pixel, so keep to small scenes.
+#[must_use]
+pub fn render_ref(
+    scene: &Scene,
+    view: &View,
+    selection: Selection,
+    options: &RenderOptions,
+) -> Frame {
+    render_samples(scene, view, selection, &frame_samples(view, options), options.count_layers)
+}
+
+pub(crate) fn render_samples(
+    scene: &Scene,
+    view: &View,
+    selection: Selection,
+    samples: &Samples,
+    count_layers: bool,
+) -> Frame {
+    let lens = Lens::new(view);
+    let [width, height] = samples.size;
+    let pixels = width as usize * height as usize;
+    let mut frame = Frame {
+        width,
+        height,
+        ids: vec![PixelId::NONE; pixels],
+        depth: vec![f64::INFINITY; pixels],
+        layers: vec![0; if count_layers { pixels } else { 0 }],
+        ..Frame::default()
+    };
+    let mut blended = Vec::new();
+    for opaque in [true, false] {
+        for slot in scene.slots() {
+            let transform = scene.transform(slot);
+            if scene.layers(slot) & view.layers == 0 || !transform.is_finite() || is_flat(transform)
+            {
+                continue;
+            }
+            let (mesh, flags) = (scene.mesh(slot), scene.flags(slot));
+            let object = lens.object(transform);
+            for t in 0..mesh.triangle_count() {
+                let triangle = mesh.original_triangle()[t as usize];
+                let part = part_of(mesh, triangle);
+                let is_opaque = part.alpha == Alpha::Opaque && !flags.transparent;
+                let corners = mesh.corners(t);
+                if is_opaque != opaque || !has_area(corners) || !selected(&selection, slot, t) {
+                    continue;
+                }
+                let clip = corners.map(|p| object.clip(p));
+                let Some((surface, counter_clockwise)) = Surface::new(clip) else { continue };
+                if object.draws(counter_clockwise, part.two_sided || flags.double_sided) {
+                    let id = PixelId { slot, triangle };
+                    let passed = draw(&mut frame, &surface, id, &lens, samples, opaque);
+                    blended.extend(passed.map(|at| (id, at)));
+                }
+            }
+        }
+    }
+    frame.set_blended(blended);
+    frame.depth.iter_mut().for_each(|d| *d = lens.ndc_depth(*d));
+    frame.count();
+    frame
+}
+
+fn selected(selection: &Selection, slot: u32, triangle: u32) -> bool {
+    match selection {
+        Selection::All => true,
+        Selection::Visible(visible) => visible.triangle_ranges.iter().any(|r| {
+            let entries = r.first as usize..r.first as usize + r.count as usize;
+            r.slot == slot && visible.triangles.get(entries).is_some_and(|t| t.contains(&triangle))
+        }),
+    }
+}
+
+/// Draws an opaque surface, or tests a blended one: the first sample where it passed.
+fn draw(
+    frame: &mut Frame,
+    surface: &Surface,
+    id: PixelId,
+    lens: &Lens,
+    samples: &Samples,
+    opaque: bool,
+) -> Option<[u32; 2]> {
+    let [low, high] = lens.range;
+    let mut passed = None;
+    for row in 0..frame.height {
+        for column in 0..frame.width {
+            let [x, y] = samples.at(column, row);
+            let e = surface.at(x, y);
+            if !surface.covers(e) {
+                continue;
+            }
+            let depth = surface.depth(e);
+            if !(depth >= low && depth <= high) {
+                continue;
+            }
+            let at = row as usize * frame.width as usize + column as usize;
+            if let Some(n) = frame.layers.get_mut(at) {
+                *n += 1;
+            }
+            let held = frame.depth[at];
+            if !opaque {
+                if depth <= held {
+                    passed = passed.or(Some([column, row]));
+                }
+            } else if depth < held || (depth == held && id < frame.ids[at]) {
+                frame.depth[at] = depth;
+                frame.ids[at] = id;
+            }
+        }
+    }
+    passed
+}

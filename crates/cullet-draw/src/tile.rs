@@ -1,0 +1,311 @@
+//! A square of samples, with their owners and depths, and how a surface is drawn into it.
+
+use crate::frame::PixelId;
+use crate::geometry::Surface;
+use crate::sample::{Jitter, Rect, Samples};
+
+/// Samples along a side of a tile.
+pub(crate) const TILE: u32 = 64;
+/// Samples along a side of a block, the unit in which hidden and missed parts are skipped.
+const BLOCK: usize = 8;
+const BLOCKS: usize = TILE as usize / BLOCK;
+const SAMPLES: usize = (TILE * TILE) as usize;
+/// A rectangle of at most this many samples is drawn one by one: looking at blocks would cost more.
+const SMALL: u32 = 12;
+
+/// A surface to draw, with its owner and where it may cover samples.
+#[derive(Clone, Debug)]
+pub(crate) struct Draw {
+    pub(crate) surface: Surface,
+    pub(crate) id: PixelId,
+    pub(crate) rect: Rect,
+    /// Nearest depth that any of its samples may have.
+    pub(crate) nearest: f64,
+}
+
+/// A square of samples. Depths are inner ones: smaller is nearer, +∞ is nothing.
+#[derive(Clone, Debug)]
+pub(crate) struct Tile {
+    /// First column and row.
+    origin: [u32; 2],
+    pub(crate) ids: Vec<PixelId>,
+    pub(crate) depth: Vec<f64>,
+    /// Fragments of each sample; empty if they are not counted.
+    pub(crate) layers: Vec<u32>,
+    /// The farthest depth in each block.
+    farthest: [f64; BLOCKS * BLOCKS],
+    /// Blocks whose `farthest` is out of date: too far, never too near.
+    stale: u64,
+    /// Blended triangles that passed, and the first sample (by row, then column) where each did.
+    pub(crate) passed: Vec<(PixelId, [u32; 2])>,
+    /// Where its samples lie.
+    sight: Sight,
+}
+
+impl Tile {
+    /// The tile of this column and row of tiles.
+    pub(crate) fn new(samples: &Samples, column: u32, row: u32, count_layers: bool) -> Self {
+        let origin = [column * TILE, row * TILE];
+        let mut depth = vec![f64::INFINITY; SAMPLES];
+        // What is beyond the image is never drawn and must not keep its block open.
+        let [width, height] = samples.size;
+        for (i, d) in (0..).zip(&mut depth) {
+            if origin[0] + i % TILE >= width || origin[1] + i / TILE >= height {
+                *d = f64::NEG_INFINITY;
+            }
+        }
+        Self {
+            origin,
+            sight: Sight::new(samples, origin),
+            ids: vec![PixelId::NONE; SAMPLES],
+            depth,
+            layers: vec![0; if count_layers { SAMPLES } else { 0 }],
+            farthest: [f64::INFINITY; BLOCKS * BLOCKS],
+            stale: 0,
+            passed: Vec::new(),
+        }
+    }
+
+    /// First column and row.
+    pub(crate) fn origin(&self) -> [u32; 2] {
+        self.origin
+    }
+
+    /// The farthest depth of some samples, whole blocks of them.
+    pub(crate) fn farthest(&self, rect: &Rect) -> f64 {
+        let ([bx0, bx1], [by0, by1]) = self.blocks(rect);
+        let mut far = f64::NEG_INFINITY;
+        for by in by0..=by1 {
+            for bx in bx0..=bx1 {
+                far = far.max(self.farthest[by * BLOCKS + bx]);
+            }
+        }
+        far
+    }
+
+    /// Brings `farthest` up to date.
+    pub(crate) fn freshen(&mut self) {
+        while self.stale != 0 {
+            let b = self.stale.trailing_zeros() as usize;
+            self.stale &= self.stale - 1;
+            let first = b / BLOCKS * BLOCK * TILE as usize + b % BLOCKS * BLOCK;
+            let mut far = [f64::NEG_INFINITY; BLOCK];
+            for row in 0..BLOCK {
+                let at = first + row * TILE as usize;
+                for (f, d) in far.iter_mut().zip(&self.depth[at..at + BLOCK]) {
+                    *f = if *d > *f { *d } else { *f };
+                }
+            }
+            self.farthest[b] = far.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        }
+    }
+
+    /// First and last column and row within the tile of the part of `rect` in it.
+    fn local(&self, rect: &Rect) -> ([u32; 2], [u32; 2]) {
+        let [x, y] = self.origin;
+        let clamp = |r: [u32; 2], o: u32| [r[0].max(o) - o, r[1].min(o + TILE - 1) - o];
+        (clamp(rect.x, x), clamp(rect.y, y))
+    }
+
+    fn blocks(&self, rect: &Rect) -> ([usize; 2], [usize; 2]) {
+        let (x, y) = self.local(rect);
+        (x.map(|v| v as usize / BLOCK), y.map(|v| v as usize / BLOCK))
+    }
+
+    /// Draws an opaque surface: the nearest owns a sample, then the lowest id.
+    pub(crate) fn draw(&mut self, d: &Draw, range: [f64; 2]) {
+        self.each(d, |tile, at, depth| {
+            if !(depth >= range[0] && depth <= range[1]) {
+                return;
+            }
+            if let Some(n) = tile.layers.get_mut(at) {
+                *n += 1;
+            }
+            let held = tile.depth[at];
+            if depth < held || (depth == held && d.id < tile.ids[at]) {
+                tile.depth[at] = depth;
+                tile.ids[at] = d.id;
+                let (column, row) = (at % TILE as usize / BLOCK, at / TILE as usize / BLOCK);
+                tile.stale |= 1 << (row * BLOCKS + column);
+            }
+        });
+    }
+
+    /// Tests a blended surface: it passes where it is not behind what is held.
+    pub(crate) fn test(&mut self, d: &Draw, range: [f64; 2]) {
+        let mut first = usize::MAX;
+        self.each(d, |tile, at, depth| {
+            if !(depth >= range[0] && depth <= range[1]) {
+                return;
+            }
+            if let Some(n) = tile.layers.get_mut(at) {
+                *n += 1;
+            }
+            if depth <= tile.depth[at] {
+                first = first.min(at);
+            }
+        });
+        if first < SAMPLES {
+            self.passed.push((d.id, self.sample(first)));
+        }
+    }
+
+    /// Column and row of a sample of the tile.
+    pub(crate) fn sample(&self, at: usize) -> [u32; 2] {
+        [self.origin[0] + at as u32 % TILE, self.origin[1] + at as u32 / TILE]
+    }
+
+    /// Calls `f` with index and depth of every sample that the surface covers, but for blocks where
+    /// it is hidden.
+    #[inline]
+    fn each(&mut self, d: &Draw, mut f: impl FnMut(&mut Self, usize, f64)) {
+        let sight = std::mem::take(&mut self.sight);
+        if sight.wide {
+            self.each_of::<true>(d, &sight, &mut f);
+        } else {
+            self.each_of::<false>(d, &sight, &mut f);
+        }
+        self.sight = sight;
+    }
+
+    #[inline]
+    fn each_of<const WIDE: bool>(
+        &mut self,
+        d: &Draw,
+        sight: &Sight,
+        f: &mut impl FnMut(&mut Self, usize, f64),
+    ) {
+        let s = &d.surface;
+        let ([x0, x1], [y0, y1]) = self.local(&d.rect);
+        if (x1 - x0 + 1) * (y1 - y0 + 1) <= SMALL {
+            for y in y0..=y1 {
+                for x in x0..=x1 {
+                    let at = (y * TILE + x) as usize;
+                    let (px, py) = match WIDE {
+                        true => (sight.x[at], sight.y[at]),
+                        false => (sight.x[x as usize], sight.y[y as usize]),
+                    };
+                    let e = s.at(px, py);
+                    if s.covers(e) {
+                        f(self, at, s.depth(e));
+                    }
+                }
+            }
+            return;
+        }
+        let skip_hidden = self.layers.is_empty();
+        let ([x0, x1], [y0, y1]) = ([x0 as usize, x1 as usize], [y0 as usize, y1 as usize]);
+        for by in y0 / BLOCK..=y1 / BLOCK {
+            for bx in x0 / BLOCK..=x1 / BLOCK {
+                let block = by * BLOCKS + bx;
+                // Strictly behind, so that a tie is still settled by the lowest id.
+                if skip_hidden && d.nearest > self.farthest[block] {
+                    continue;
+                }
+                let [low, high] = sight.range[block];
+                if s.misses(low, high) {
+                    continue;
+                }
+                let (cx0, cx1) = (x0.max(bx * BLOCK) % BLOCK, x1.min(bx * BLOCK + 7) % BLOCK);
+                for y in y0.max(by * BLOCK)..=y1.min(by * BLOCK + 7) {
+                    let first = y * TILE as usize + bx * BLOCK;
+                    let (xs, ys) = match WIDE {
+                        true => (row(&sight.x, first), row(&sight.y, first)),
+                        false => (row(&sight.x, bx * BLOCK), [sight.y[y]; BLOCK]),
+                    };
+                    let Some((covered, depth)) = row_of(s, &xs, &ys) else { continue };
+                    for c in cx0..=cx1 {
+                        if covered[c] {
+                            f(self, first + c, depth[c]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Where the samples of a tile lie, looked up once for many surfaces.
+#[derive(Clone, Debug, Default)]
+struct Sight {
+    /// X of each column, or of each sample.
+    x: Vec<f64>,
+    /// Y of each row, or of each sample.
+    y: Vec<f64>,
+    /// Whether the above are of each sample.
+    wide: bool,
+    /// The lowest and highest X and Y of each block.
+    range: Vec<[[f64; 2]; 2]>,
+}
+
+impl Sight {
+    fn new(samples: &Samples, [x0, y0]: [u32; 2]) -> Self {
+        let side = TILE as usize;
+        let wide = matches!(samples.jitter(), Jitter::Hashed(_));
+        let len = if wide { SAMPLES } else { side };
+        let mut sight = Self { x: vec![0.0; len], y: vec![0.0; len], wide, range: Vec::new() };
+        match samples.jitter() {
+            Jitter::Fixed([ox, oy]) => {
+                for i in 0..TILE {
+                    sight.x[i as usize] = samples.x(x0 + i, ox);
+                    sight.y[i as usize] = samples.y(y0 + i, oy);
+                }
+            }
+            Jitter::Hashed(_) => {
+                for i in 0..TILE * TILE {
+                    let at = samples.at(x0 + i % TILE, y0 + i / TILE);
+                    [sight.x[i as usize], sight.y[i as usize]] = at;
+                }
+            }
+        }
+        let [ox, oy] = samples.offsets();
+        let (side, blocks) = (BLOCK as u32, BLOCKS as u32);
+        sight.range = (0..blocks * blocks)
+            .map(|b| {
+                let (column, row) = (x0 + b % blocks * side, y0 + b / blocks * side);
+                let low = [samples.x(column, ox[0]), samples.y(row + side - 1, oy[1])];
+                let high = [samples.x(column + side - 1, ox[1]), samples.y(row, oy[0])];
+                [low, high]
+            })
+            .collect();
+        sight
+    }
+}
+
+#[inline]
+fn row(v: &[f64], first: usize) -> [f64; BLOCK] {
+    let mut out = [0.0; BLOCK];
+    out.copy_from_slice(&v[first..first + BLOCK]);
+    out
+}
+
+/// Coverage and depth of eight samples; `None` where none is covered. The very arithmetic of
+/// [`Surface::at`], [`Surface::covers`] and [`Surface::depth`], side by side.
+#[inline]
+fn row_of(
+    s: &Surface,
+    xs: &[f64; BLOCK],
+    ys: &[f64; BLOCK],
+) -> Option<([bool; BLOCK], [f64; BLOCK])> {
+    let mut e = [[0.0; BLOCK]; 3];
+    for (e, [a, b, c]) in e.iter_mut().zip(s.edges) {
+        for l in 0..BLOCK {
+            e[l] = a * xs[l] + (b * ys[l] + c);
+        }
+    }
+    let mut covered = [false; BLOCK];
+    let mut any = false;
+    for l in 0..BLOCK {
+        covered[l] = (e[0][l] >= s.least[0]) & (e[1][l] >= s.least[1]) & (e[2][l] >= s.least[2]);
+        any |= covered[l];
+    }
+    if !any {
+        return None;
+    }
+    let mut depth = [0.0; BLOCK];
+    for l in 0..BLOCK {
+        depth[l] = (e[0][l] * s.z[0] + e[1][l] * s.z[1] + e[2][l] * s.z[2])
+            / (e[0][l] * s.w[0] + e[1][l] * s.w[1] + e[2][l] * s.w[2]);
+    }
+    Some((covered, depth))
+}

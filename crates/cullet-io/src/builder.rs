@@ -1,0 +1,184 @@
+//! Building a model, mesh by mesh, under the limits of the options.
+
+use cullet::bounds::Aabb;
+use cullet::mesh::MeshData;
+use cullet::{Instance, Mesh, MeshId, Transform};
+
+use crate::{ErrorKind, LoadOptions, Material, Model, Up, Warning};
+
+/// A model that is being loaded: what was read, free of the file's bytes. Meshes and instances are made
+/// only by [`finish`](Self::finish), so that the file can be freed before.
+#[derive(Debug)]
+pub(crate) struct Builder<'a> {
+    options: &'a LoadOptions,
+    triangles: u64,
+    meshes: Vec<(String, MeshData)>,
+    instances: Vec<(String, Instance)>,
+    /// What else the file has.
+    pub(crate) model: Model,
+}
+
+impl<'a> Builder<'a> {
+    pub(crate) fn new(name: &str, options: &'a LoadOptions) -> Self {
+        let model = Model { name: name.to_owned(), ..Model::default() };
+        Self { options, triangles: 0, meshes: Vec::new(), instances: Vec::new(), model }
+    }
+
+    /// The rotation that takes the file's up axis to +Y.
+    pub(crate) fn up(&self) -> Transform {
+        match self.options.up.unwrap_or_default() {
+            Up::Y => Transform::IDENTITY,
+            Up::Z => Transform {
+                linear: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+                ..Transform::IDENTITY
+            },
+        }
+    }
+
+    /// Notes something odd.
+    pub(crate) fn warn(&mut self, item: impl Into<String>, message: impl Into<String>) {
+        self.model.warnings.push(Warning { item: item.into(), message: message.into() });
+    }
+
+    /// Adds a material; returns its number.
+    pub(crate) fn material(&mut self, name: impl Into<String>, color: [f32; 4]) -> u32 {
+        self.model.materials.push(Material { name: name.into(), color });
+        (self.model.materials.len() - 1) as u32
+    }
+
+    /// Refuses more triangles than the options allow, counting those of earlier meshes.
+    #[inline]
+    pub(crate) fn check_triangles(&self, more: usize) -> Result<(), ErrorKind> {
+        let count = self.triangles + more as u64;
+        over_limit("triangles", count, self.options.max_triangles)
+    }
+
+    /// Adds a mesh.
+    pub(crate) fn mesh(&mut self, name: String, data: MeshData) -> Result<MeshId, ErrorKind> {
+        self.check_triangles(data.indices.len() / 3)?;
+        self.triangles += (data.indices.len() / 3) as u64;
+        self.meshes.push((name, data));
+        Ok((self.meshes.len() - 1) as MeshId)
+    }
+
+    /// Adds an instance as it is in the file, but for the bounds; its up axis is applied here.
+    pub(crate) fn instance(&mut self, name: String, instance: Instance) -> Result<(), ErrorKind> {
+        let count = self.instances.len() as u64 + 1;
+        over_limit("instances", count, self.options.max_instances)?;
+        let transform = compose(&self.up(), &instance.transform);
+        self.instances.push((name, Instance { transform, ..instance }));
+        Ok(())
+    }
+
+    /// Adds a mesh with one instance of the same name, where the file has it.
+    pub(crate) fn mesh_instance(&mut self, name: String, data: MeshData) -> Result<(), ErrorKind> {
+        let mesh = self.mesh(name.clone(), data)?;
+        self.instance(name, Instance::new(mesh, Transform::IDENTITY))
+    }
+
+    /// The model, its scene committed. Decides the sides of each mesh: as the options say, else
+    /// one-sided if it is a solid.
+    pub(crate) fn finish(mut self) -> Result<Model, ErrorKind> {
+        if self.triangles == 0 {
+            self.warn("file", "it has no triangles, so there is nothing to see or cull");
+        }
+        let Self { options, meshes, instances, mut model, .. } = self;
+        for (name, data) in meshes {
+            let invalid = |message: String| ErrorKind::invalid(format!("mesh \"{name}\""), message);
+            let mut mesh = Mesh::new(data).map_err(|e| invalid(e.to_string()))?;
+            let two_sided = options.two_sided.unwrap_or_else(|| mesh.solid().is_err());
+            mesh.set_two_sided(two_sided);
+            if let Some(message) = coarse(&mesh.bounds()) {
+                let item = format!("mesh \"{name}\"");
+                model.warnings.push(Warning { item, message });
+            }
+            model.mesh_names.push(name);
+            model.scene.add_mesh(mesh);
+        }
+        for (name, instance) in instances {
+            let invalid =
+                |message: String| ErrorKind::invalid(format!("instance \"{name}\""), message);
+            model.scene.add(instance).map_err(|e| invalid(e.to_string()))?;
+            model.instance_names.push(name);
+        }
+        model.scene.commit();
+        Ok(model)
+    }
+}
+
+/// What to say of a mesh so far from 0 that f32 is coarse for its size; national grids are the usual
+/// cause.
+fn coarse(bounds: &Aabb) -> Option<String> {
+    /// Steps of f32 across the mesh, below which shapes begin to look crumpled.
+    const STEPS: f32 = 20_000.0;
+    if bounds.is_empty() {
+        return None;
+    }
+    let far = bounds.min.iter().chain(&bounds.max).fold(0.0f32, |m, v| m.max(v.abs()));
+    let size = (0..3).fold(0.0f32, |m, a| m.max(bounds.max[a] - bounds.min[a]));
+    let step = far.next_up() - far;
+    (size > 0.0 && size < step * STEPS).then(|| {
+        format!(
+            "it is {size} units large but {far} units from 0, where 32-bit coordinates have steps of \
+             {step}; move it nearer to 0 before it is exported"
+        )
+    })
+}
+
+fn over_limit(item: &str, count: u64, limit: u64) -> Result<(), ErrorKind> {
+    if count > limit {
+        return Err(ErrorKind::OverLimit { item: item.to_owned(), count, limit });
+    }
+    Ok(())
+}
+
+/// `outer` after `inner`. Exact where `outer` only permutes and flips axes, as that of the up axis does.
+fn compose(outer: &Transform, inner: &Transform) -> Transform {
+    let column = |v: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|r| (0..3).map(|c| f64::from(outer.linear[c][r]) * v[c]).sum())
+    };
+    let translation = column(inner.translation);
+    Transform {
+        linear: inner.linear.map(|c| column(c.map(f64::from)).map(|v| v as f32)),
+        translation: std::array::from_fn(|r| translation[r] + outer.translation[r]),
+    }
+}
+
+/// The colour of what has no material.
+pub(crate) const GREY: [f32; 4] = [0.8, 0.8, 0.8, 1.0];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn z_up_becomes_y_up() {
+        let options = LoadOptions { up: Some(Up::Z), ..LoadOptions::default() };
+        let up = Builder::new("", &options).up();
+        let inner = Transform::from_scale_translation([2.0, 3.0, 4.0], [10.0, 20.0, 30.0]);
+        let t = compose(&up, &inner);
+        // (x, y, z) becomes (x, z, −y).
+        assert_eq!(t.translation, [10.0, 30.0, -20.0]);
+        assert_eq!(t.linear, [[2.0, 0.0, 0.0], [0.0, 0.0, -3.0], [0.0, 4.0, 0.0]]);
+        assert_eq!(compose(&Transform::IDENTITY, &inner), inner);
+    }
+
+    #[test]
+    fn meshes_far_from_zero_are_noted() {
+        let at =
+            |x: f32, size: f32| coarse(&Aabb { min: [x, 0.0, 0.0], max: [x + size, 1.0, 1.0] });
+        assert_eq!(at(0.0, 10.0), None);
+        assert_eq!(at(447_000.0, 1_000.0), None);
+        assert!(at(447_000.0, 30.0).is_some_and(|m| m.contains("steps of 0.03125")));
+        assert_eq!(coarse(&Aabb::EMPTY), None);
+    }
+
+    #[test]
+    fn instances_have_a_limit() {
+        let options = LoadOptions { max_instances: 1, ..LoadOptions::default() };
+        let mut builder = Builder::new("", &options);
+        builder.mesh_instance("a".into(), MeshData::default()).unwrap();
+        let error = builder.mesh_instance("b".into(), MeshData::default()).unwrap_err();
+        assert_eq!(error.to_string(), "instances: 2 exceeds the limit of 1");
+    }
+}

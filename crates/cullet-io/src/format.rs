@@ -1,0 +1,316 @@
+//! Which kind of file this is: by content first, then by ending.
+
+use std::path::Path;
+
+use crate::ErrorKind;
+
+/// A kind of file that is loaded here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// glTF or GLB: their loader tells them apart.
+    Gltf,
+    Obj,
+    Ply,
+    Stl,
+    Off,
+    Occscn,
+}
+
+/// Bytes from the start that are looked at where a word is searched for.
+const LOOK: usize = 64 * 1024;
+
+/// The kind of a file.
+///
+/// # Errors
+/// [`ErrorKind::Unsupported`], with a way to convert the file where there is one.
+pub(crate) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, ErrorKind> {
+    if bytes.is_empty() {
+        return Err(ErrorKind::invalid("file", "it is empty (0 bytes); export it again"));
+    }
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    if let Some(format) = by_signature(bytes) {
+        return Ok(format);
+    }
+    if let Some(name) = foreign_signature(bytes) {
+        return Err(foreign(path, name));
+    }
+    let format = match ending.as_str() {
+        "glb" | "gltf" => Format::Gltf,
+        "obj" => Format::Obj,
+        "ply" => Format::Ply,
+        "stl" => Format::Stl,
+        "off" => Format::Off,
+        "occscn" => Format::Occscn,
+        _ if FOREIGN.iter().any(|f| f.endings.contains(&ending.as_str())) => {
+            return Err(foreign(path, &ending));
+        }
+        _ if crate::stl::is_binary(bytes) => Format::Stl,
+        _ if looks_like_obj(bytes) => Format::Obj,
+        _ => {
+            return Err(ErrorKind::Unsupported(
+                "neither its content nor its ending is of a known kind; known are \
+                 .glb .gltf .obj .ply .stl .off .occscn"
+                    .into(),
+            ));
+        }
+    };
+    Ok(format)
+}
+
+/// By the bytes that a format must begin with.
+fn by_signature(bytes: &[u8]) -> Option<Format> {
+    let head = &bytes[..bytes.len().min(LOOK)];
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+    if bytes.starts_with(b"glTF") {
+        return Some(Format::Gltf);
+    }
+    if bytes.starts_with(crate::occscn::MAGIC) {
+        return Some(Format::Occscn);
+    }
+    if let [b'p', b'l', b'y', b'\r' | b'\n', ..] = bytes {
+        return Some(Format::Ply);
+    }
+    if text.starts_with(b"{") && !contains(text, b"\"CityJSON\"") {
+        return Some(Format::Gltf);
+    }
+    let word = text.split(u8::is_ascii_whitespace).next().unwrap_or(&[]);
+    if crate::off::is_keyword(word) {
+        return Some(Format::Off);
+    }
+    let solid = word.eq_ignore_ascii_case(b"solid");
+    if solid
+        && (crate::stl::is_binary(bytes) || has_word(text, b"facet") || has_word(text, b"endsolid"))
+    {
+        return Some(Format::Stl);
+    }
+    None
+}
+
+/// The first statement of a file that has no signature of its own.
+fn looks_like_obj(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(LOOK)];
+    let mut lines = head
+        .split(|&b| b == b'\n' || b == b'\r')
+        .map(<[u8]>::trim_ascii)
+        .filter(|l| !l.is_empty() && !l.starts_with(b"#"));
+    let word = lines.next().and_then(|l| l.split(u8::is_ascii_whitespace).next());
+    word.is_some_and(|w| matches!(w, b"v" | b"vt" | b"vn" | b"g" | b"o" | b"mtllib" | b"usemtl"))
+}
+
+/// A kind of file that is not loaded here, and how to make one that is.
+struct Foreign {
+    name: &'static str,
+    endings: &'static [&'static str],
+    /// What to try; `{in}` and `{out}` stand for the file's name and its stem.
+    advice: &'static str,
+}
+
+const ASSIMP: &str = "convert it with Assimp: assimp export \"{in}\" \"{out}.glb\"";
+
+const FOREIGN: &[Foreign] = &[
+    Foreign {
+        name: "FBX",
+        endings: &["fbx"],
+        advice: "convert it with FBX2glTF: FBX2glTF -b -i \"{in}\" -o \"{out}.glb\"",
+    },
+    Foreign {
+        name: "STEP",
+        endings: &["step", "stp", "p21"],
+        advice: "tessellate it with Gmsh: gmsh \"{in}\" -2 -o \"{out}.stl\"",
+    },
+    Foreign {
+        name: "IGES",
+        endings: &["iges", "igs"],
+        advice: "tessellate it with Gmsh: gmsh \"{in}\" -2 -o \"{out}.stl\"",
+    },
+    Foreign {
+        name: "IFC",
+        endings: &["ifc", "ifczip", "ifcxml"],
+        advice: "convert it with IfcOpenShell: IfcConvert \"{in}\" \"{out}.glb\"",
+    },
+    Foreign {
+        name: "USD",
+        endings: &["usd", "usda", "usdc", "usdz"],
+        advice: "convert it with Blender: blender -b --python-expr \"import bpy; \
+                 bpy.ops.wm.read_homefile(use_empty=True); bpy.ops.wm.usd_import(filepath='{in}'); \
+                 bpy.ops.export_scene.gltf(filepath='{out}.glb')\"",
+    },
+    Foreign {
+        name: "Blender",
+        endings: &["blend"],
+        advice: "export it with Blender: blender -b \"{in}\" --python-expr \"import bpy; \
+                 bpy.ops.export_scene.gltf(filepath='{out}.glb')\"",
+    },
+    Foreign { name: "COLLADA", endings: &["dae"], advice: ASSIMP },
+    Foreign { name: "3DS", endings: &["3ds"], advice: ASSIMP },
+    Foreign { name: "VRML or X3D", endings: &["wrl", "vrml", "x3d", "x3dv"], advice: ASSIMP },
+    Foreign { name: "DirectX", endings: &["x"], advice: ASSIMP },
+    Foreign { name: "LightWave", endings: &["lwo", "lws"], advice: ASSIMP },
+    Foreign { name: "3MF", endings: &["3mf"], advice: ASSIMP },
+    Foreign { name: "AMF", endings: &["amf"], advice: ASSIMP },
+    Foreign { name: "DXF", endings: &["dxf"], advice: ASSIMP },
+    Foreign { name: "MD2, MD3 or MD5", endings: &["md2", "md3", "md5mesh"], advice: ASSIMP },
+    Foreign {
+        name: "CityJSON",
+        endings: &["cityjson"],
+        advice: "convert it with cjio: cjio \"{in}\" export glb \"{out}.glb\"",
+    },
+    Foreign {
+        name: "Draco",
+        endings: &["drc"],
+        advice: "unpack it with Draco's own tool: draco_decoder -i \"{in}\" -o \"{out}.obj\"",
+    },
+    Foreign {
+        name: "point cloud",
+        endings: &["las", "laz", "e57", "pcd", "xyz"],
+        advice: "it has points and no surface; make a surface first, for example with MeshLab",
+    },
+    Foreign {
+        name: "3ds Max, Maya, Cinema 4D, Rhino or SketchUp",
+        endings: &["max", "ma", "mb", "c4d", "3dm", "skp"],
+        advice: "export it as glTF from the program that made it",
+    },
+    Foreign {
+        name: "compressed",
+        endings: &["zip", "gz", "xz", "zst", "bz2", "7z"],
+        advice: "unpack it first",
+    },
+];
+
+/// The name in [`FOREIGN`], or an ending there, of a file known by its first bytes.
+fn foreign_signature(bytes: &[u8]) -> Option<&'static str> {
+    let head = &bytes[..bytes.len().min(LOOK)];
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+    let is = |magic: &[u8]| head.starts_with(magic);
+    if is(b"Kaydara FBX Binary") || text.starts_with(b"; FBX ") {
+        return Some("FBX");
+    }
+    if text.starts_with(b"ISO-10303-21") {
+        let ifc = contains(text, b"FILE_SCHEMA(('IFC") || contains(text, b"FILE_SCHEMA (('IFC");
+        return Some(if ifc { "IFC" } else { "STEP" });
+    }
+    if is(b"PXR-USDC") || text.starts_with(b"#usda") {
+        return Some("USD");
+    }
+    if is(b"BLENDER") {
+        return Some("Blender");
+    }
+    if is(b"DRACO") {
+        return Some("Draco");
+    }
+    if text.starts_with(b"#VRML") {
+        return Some("VRML or X3D");
+    }
+    if is(b"xof 0") {
+        return Some("DirectX");
+    }
+    // A 3DS main chunk holds the file's size, give or take a little padding.
+    if let [0x4d, 0x4d, a, b, c, d, ..] = *head {
+        let size = u64::from(u32::from_le_bytes([a, b, c, d]));
+        if size.abs_diff(bytes.len() as u64) < 64 {
+            return Some("3DS");
+        }
+    }
+    if text.starts_with(b"<") {
+        let table: [(&[u8], &str); 4] = [
+            (b"<COLLADA", "COLLADA"),
+            (b"<X3D", "VRML or X3D"),
+            (b"<amf", "AMF"),
+            (b"<ifcXML", "IFC"),
+        ];
+        return table.iter().find(|(word, _)| contains(text, word)).map(|&(_, name)| name);
+    }
+    if text.starts_with(b"{") && contains(text, b"\"CityJSON\"") {
+        return Some("CityJSON");
+    }
+    let packed: [&[u8]; 5] =
+        [b"\x1f\x8b", b"\xfd7zXZ\0", b"\x28\xb5\x2f\xfd", b"BZh", b"7z\xbc\xaf\x27\x1c"];
+    if packed.iter().any(|magic| is(magic)) {
+        return Some("compressed");
+    }
+    None
+}
+
+/// The refusal of a file of a kind that is named, or has an ending, in [`FOREIGN`].
+fn foreign(path: &Path, name_or_ending: &str) -> ErrorKind {
+    let known =
+        FOREIGN.iter().find(|f| f.name == name_or_ending || f.endings.contains(&name_or_ending));
+    let Some(foreign) = known else {
+        return ErrorKind::Unsupported(format!("{name_or_ending} files are not loaded here"));
+    };
+    let input = path.display().to_string();
+    let stem = path.with_extension("").display().to_string();
+    let advice = foreign.advice.replace("{in}", &input).replace("{out}", &stem);
+    ErrorKind::Unsupported(format!("{} files are not loaded here; {advice}", foreign.name))
+}
+
+fn contains(text: &[u8], word: &[u8]) -> bool {
+    text.windows(word.len()).any(|w| w == word)
+}
+
+/// Whether a blank-separated word is among the first, in any case.
+fn has_word(text: &[u8], word: &[u8]) -> bool {
+    text.split(u8::is_ascii_whitespace).any(|w| w.eq_ignore_ascii_case(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(name: &str, bytes: &[u8]) -> Result<Format, String> {
+        recognise(Path::new(name), bytes).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn content_comes_before_the_ending() {
+        assert_eq!(of("a.obj", b"ply\nformat"), Ok(Format::Ply));
+        assert_eq!(of("a.stl", b"  OFF\n"), Ok(Format::Off));
+        assert_eq!(of("a.txt", b"glTF\x02"), Ok(Format::Gltf));
+        assert_eq!(of("a", b"\xef\xbb\xbf{\"asset\":{}}"), Ok(Format::Gltf));
+        assert_eq!(of("a.obj", b"solid a\n facet normal"), Ok(Format::Stl));
+        assert_eq!(of("a.bin", b"OCCSCN01"), Ok(Format::Occscn));
+    }
+
+    #[test]
+    fn the_ending_decides_what_content_cannot() {
+        assert_eq!(of("a.OBJ", b"# comment"), Ok(Format::Obj));
+        assert_eq!(of("a.off", b"8 6 0\n"), Ok(Format::Off));
+        assert_eq!(of("a.data", b"# by hand\nv 1 2 3\n"), Ok(Format::Obj));
+        assert!(of("a.data", b"hello").unwrap_err().contains(".glb"));
+    }
+
+    #[test]
+    fn other_formats_name_a_converter() {
+        for (name, bytes, word) in [
+            ("a.fbx", &b"Kaydara FBX Binary  \0"[..], "FBX2glTF -b -i \"a.fbx\" -o \"a.glb\""),
+            ("a.step", b"ISO-10303-21;\nHEADER;", "gmsh \"a.step\""),
+            ("a.x", b"ISO-10303-21;\nFILE_SCHEMA(('IFC2X3'));", "IfcConvert \"a.x\" \"a.glb\""),
+            ("a.usdc", b"PXR-USDC\0", "usd_import(filepath='a.usdc')"),
+            ("a.usdz", b"PK\x03\x04", "usd_import"),
+            ("a.dae", b"<?xml?>\n<COLLADA>", "assimp export \"a.dae\""),
+            ("a.blend", b"BLENDER-v300", "export_scene.gltf"),
+            ("a.json", b"{\"type\":\"CityJSON\"}", "cjio \"a.json\""),
+            ("a.3ds", b"whatever", "assimp export"),
+            ("a.glb", b"\x1f\x8b\x08", "unpack"),
+        ] {
+            let error = of(name, bytes).unwrap_err();
+            assert!(error.contains(word), "{name}: {error}");
+        }
+    }
+
+    #[test]
+    fn every_ending_has_advice() {
+        for foreign in FOREIGN {
+            for ending in foreign.endings {
+                let error = of(&format!("x.{ending}"), b"\x01\x02\x03").unwrap_err();
+                assert!(error.starts_with(foreign.name), "{error}");
+                assert!(!error.contains('{'), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn empty_files_are_refused() {
+        assert!(of("a.obj", b"").unwrap_err().contains("empty"));
+    }
+}

@@ -1,0 +1,314 @@
+//! Buffers and views of them: read, checked against each other, decompressed when first used.
+
+use std::cell::{Cell, OnceCell};
+use std::collections::HashMap;
+use std::io::Read;
+use std::ops::Range;
+use std::path::Path;
+
+use super::json::{self, BufferItem, Integer, MeshoptItem, Root, ViewItem};
+use super::meshopt::{self, Filter, Mode};
+use super::uri::{self, Source};
+use crate::ErrorKind;
+
+/// The bytes of a buffer.
+#[derive(Debug)]
+enum Data {
+    /// The file gives none: a placeholder.
+    Absent,
+    /// The binary chunk of the GLB.
+    Chunk(Range<usize>),
+    /// A file or data URI, by its number in `Buffers::owned`.
+    Owned(usize),
+}
+
+#[derive(Debug)]
+struct Buffer {
+    data: Data,
+    len: usize,
+}
+
+/// How a view is compressed.
+#[derive(Debug)]
+struct Compressed {
+    buffer: usize,
+    range: Range<usize>,
+    stride: usize,
+    count: usize,
+    mode: Mode,
+    filter: Filter,
+}
+
+/// A view whose range is known to lie in its buffer.
+#[derive(Debug)]
+pub(super) struct View {
+    buffer: usize,
+    range: Range<usize>,
+    /// Bytes from element to element, where the file says.
+    pub(super) stride: Option<usize>,
+    compressed: Option<Compressed>,
+    decoded: OnceCell<Vec<u8>>,
+}
+
+impl View {
+    /// First byte in the buffer.
+    pub(super) fn start(&self) -> usize {
+        self.range.start
+    }
+
+    /// How many bytes.
+    pub(super) fn len(&self) -> usize {
+        self.range.len()
+    }
+}
+
+/// All buffers and views of a document.
+#[derive(Debug)]
+pub(super) struct Buffers<'a> {
+    file: &'a [u8],
+    owned: Vec<Vec<u8>>,
+    buffers: Vec<Buffer>,
+    pub(super) views: Vec<View>,
+    /// How many bytes may yet be decompressed.
+    budget: Cell<usize>,
+}
+
+impl<'a> Buffers<'a> {
+    /// Reads all buffers and checks all views. `folder` is where external files are; none are read
+    /// without.
+    ///
+    /// # Errors
+    /// If a buffer is missing or short, or a view does not fit.
+    pub(super) fn read(
+        root: &Root<'_>,
+        file: &'a [u8],
+        bin: Option<Range<usize>>,
+        is_glb: bool,
+        folder: Option<&Path>,
+    ) -> Result<Self, ErrorKind> {
+        let mut owned = Vec::new();
+        let mut files = HashMap::new();
+        let mut buffers = Vec::new();
+        for (i, raw) in root.buffers.iter().flatten().enumerate() {
+            let item: BufferItem<'_> = json::item(raw, "buffer", i)?;
+            let name = || format!("buffer {i}");
+            let wrong = |message: String| ErrorKind::invalid(name(), message);
+            let len = item.byte_length.index();
+            if len == 0 {
+                return Err(wrong("its byteLength is 0".into()));
+            }
+            let data = match item.uri.as_deref() {
+                Some(text) => Data::Owned(match uri::read(text).map_err(wrong)? {
+                    Source::Embedded(bytes) => {
+                        owned.push(bytes);
+                        owned.len() - 1
+                    }
+                    Source::File(path) => {
+                        // A file that several buffers name is held once, as long as the longest.
+                        let number = *files.entry(path.clone()).or_insert_with(|| {
+                            owned.push(Vec::new());
+                            owned.len() - 1
+                        });
+                        if owned[number].len() < len {
+                            owned[number] = read_file(folder, &path, len, &name())?;
+                        }
+                        number
+                    }
+                }),
+                None if is_glb && i == 0 => match &bin {
+                    Some(range) => Data::Chunk(range.clone()),
+                    None => return Err(wrong("the file has no binary chunk for it".into())),
+                },
+                None => Data::Absent,
+            };
+            let actual = match &data {
+                Data::Absent => len,
+                Data::Chunk(range) => range.len(),
+                Data::Owned(number) => owned[*number].len(),
+            };
+            if actual < len {
+                return Err(wrong(format!("declares {len} bytes, but there are {actual}")));
+            }
+            buffers.push(Buffer { data, len });
+        }
+        let stored = file.len() + owned.iter().map(Vec::len).sum::<usize>();
+        let views = root
+            .buffer_views
+            .iter()
+            .flatten()
+            .enumerate()
+            .map(|(i, raw)| view(&json::item(raw, "bufferView", i)?, i, &buffers))
+            .collect::<Result<_, _>>()?;
+        let budget = Cell::new(stored.saturating_mul(meshopt::MOST_EXPANSION));
+        Ok(Self { file, owned, buffers, views, budget })
+    }
+
+    /// The bytes of a buffer.
+    fn bytes(&self, buffer: usize) -> Option<&[u8]> {
+        let Buffer { data, len } = &self.buffers[buffer];
+        match data {
+            Data::Absent => None,
+            Data::Chunk(range) => self.file.get(range.clone())?.get(..*len),
+            Data::Owned(number) => self.owned[*number].get(..*len),
+        }
+    }
+
+    /// The bytes of a view, decompressed if need be.
+    ///
+    /// # Errors
+    /// If its buffer has no bytes in this file, or its compressed form is damaged.
+    pub(super) fn view(&self, index: usize) -> Result<&[u8], ErrorKind> {
+        let name = || format!("bufferView {index}");
+        let view = &self.views[index];
+        let absent = |buffer: usize| {
+            ErrorKind::invalid(name(), format!("its buffer {buffer} has no data in this file"))
+        };
+        let Some(c) = &view.compressed else {
+            let bytes = self.bytes(view.buffer).ok_or_else(|| absent(view.buffer))?;
+            return Ok(&bytes[view.range.clone()]);
+        };
+        if let Some(decoded) = view.decoded.get() {
+            return Ok(decoded);
+        }
+        let bytes = &self.bytes(c.buffer).ok_or_else(|| absent(c.buffer))?[c.range.clone()];
+        let size = c.count * c.stride;
+        let Some(left) = self.budget.get().checked_sub(size) else {
+            // Only views that share their compressed bytes can come here.
+            return Err(ErrorKind::OverLimit {
+                item: format!("bytes decompressed by {}", name()),
+                count: size as u64,
+                limit: self.budget.get() as u64,
+            });
+        };
+        self.budget.set(left);
+        let decoded = meshopt::decode(bytes, c.mode, c.filter, c.count, c.stride)
+            .map_err(|message| ErrorKind::invalid(name(), message))?;
+        Ok(view.decoded.get_or_init(|| decoded))
+    }
+}
+
+fn read_file(
+    folder: Option<&Path>,
+    path: &Path,
+    len: usize,
+    item: &str,
+) -> Result<Vec<u8>, ErrorKind> {
+    let shown = path.display();
+    let Some(folder) = folder else {
+        let message = format!("is in the file {shown}, which cannot be read from memory");
+        return Err(ErrorKind::invalid(item, message));
+    };
+    let wrong =
+        |e: std::io::Error| ErrorKind::invalid(item, format!("{shown} cannot be read: {e}"));
+    let full = folder.join(path);
+    let meta = std::fs::metadata(&full).map_err(wrong)?;
+    // A pipe or a device might never end.
+    if !meta.is_file() {
+        return Err(ErrorKind::invalid(item, format!("{shown} is not a file")));
+    }
+    if meta.len() < len as u64 {
+        let has = meta.len();
+        return Err(ErrorKind::invalid(
+            item,
+            format!("declares {len} bytes, but {shown} has {has}"),
+        ));
+    }
+    let mut bytes = Vec::with_capacity(len);
+    std::fs::File::open(&full)
+        .and_then(|f| f.take(len as u64).read_to_end(&mut bytes))
+        .map_err(wrong)?;
+    Ok(bytes)
+}
+
+/// A range inside a buffer, if it fits.
+fn range(
+    offset: Option<Integer>,
+    len: Integer,
+    buffer: usize,
+    buffers: &[Buffer],
+) -> Result<Range<usize>, String> {
+    let Some(whole) = buffers.get(buffer) else {
+        return Err(format!("names buffer {buffer} of {}", buffers.len()));
+    };
+    let offset = offset.map_or(0, |o| o.0);
+    if len.0 == 0 {
+        return Err("its byteLength is 0".into());
+    }
+    match offset.checked_add(len.0) {
+        Some(end) if end <= whole.len as u64 => Ok(offset as usize..end as usize),
+        _ => Err(format!(
+            "{} bytes at {offset} do not fit buffer {buffer} of {} bytes",
+            len.0, whole.len
+        )),
+    }
+}
+
+fn view(item: &ViewItem, index: usize, buffers: &[Buffer]) -> Result<View, ErrorKind> {
+    // The target of index data; only vertex data may be strided.
+    const ELEMENT_ARRAY: u64 = 34963;
+    let wrong = |message: String| ErrorKind::invalid(format!("bufferView {index}"), message);
+    let buffer = item.buffer.index();
+    let own = range(item.byte_offset, item.byte_length, buffer, buffers).map_err(wrong)?;
+    if let Some(Integer(stride)) = item.byte_stride {
+        if !(4..=252).contains(&stride) || stride % 4 != 0 {
+            return Err(wrong(format!(
+                "its byteStride is {stride}; it must be a multiple of 4 from 4 to 252"
+            )));
+        }
+        if stride > item.byte_length.0 {
+            let len = item.byte_length.0;
+            return Err(wrong(format!("its byteStride of {stride} exceeds its {len} bytes")));
+        }
+        if item.target == Some(Integer(ELEMENT_ARRAY)) {
+            return Err(wrong(format!(
+                "has a byteStride of {stride}, which index data must not have: remove it"
+            )));
+        }
+    }
+    let compressed = match &item.extensions.meshopt {
+        Some(c) => Some(
+            compressed(c, buffers, own.len(), item.byte_stride)
+                .map_err(|message| wrong(format!("EXT_meshopt_compression: {message}")))?,
+        ),
+        None => None,
+    };
+    Ok(View {
+        buffer,
+        range: own,
+        stride: item.byte_stride.map(Integer::index),
+        compressed,
+        decoded: OnceCell::new(),
+    })
+}
+
+fn compressed(
+    c: &MeshoptItem,
+    buffers: &[Buffer],
+    len: usize,
+    view_stride: Option<Integer>,
+) -> Result<Compressed, String> {
+    let buffer = c.buffer.index();
+    let range = range(c.byte_offset, c.byte_length, buffer, buffers)?;
+    let mode = match c.mode.as_str() {
+        "ATTRIBUTES" => Mode::Attributes,
+        "TRIANGLES" => Mode::Triangles,
+        "INDICES" => Mode::Indices,
+        other => return Err(format!("mode {:?} is not known", uri::shorten(other))),
+    };
+    let filter = match c.filter.as_deref() {
+        None | Some("NONE") => Filter::None,
+        Some("OCTAHEDRAL") => Filter::Octahedral,
+        Some("QUATERNION") => Filter::Quaternion,
+        Some("EXPONENTIAL") => Filter::Exponential,
+        Some(other) => return Err(format!("filter {:?} is not known", uri::shorten(other))),
+    };
+    let (stride, count) = (c.byte_stride.index(), c.count.index());
+    if view_stride.is_some_and(|s| s != c.byte_stride) {
+        return Err(format!("its byteStride is {stride}, not that of the view"));
+    }
+    if stride.checked_mul(count) != Some(len) {
+        return Err(format!("{count} elements of {stride} bytes do not fill the view of {len}"));
+    }
+    meshopt::check(mode, filter, count, stride, range.len())?;
+    Ok(Compressed { buffer, range, stride, count, mode, filter })
+}

@@ -1,0 +1,162 @@
+//! The GLB container: a header and chunks around the JSON and the binary buffer.
+
+use std::ops::Range;
+
+use super::notes::Notes;
+use crate::ErrorKind;
+
+const MAGIC: &[u8; 4] = b"glTF";
+const HEADER: usize = 12;
+const CHUNK_HEADER: usize = 8;
+const JSON: u32 = 0x4E4F_534A;
+const BIN: u32 = 0x004E_4942;
+
+/// Where the parts of a file lie in its bytes.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Container {
+    /// The JSON text.
+    pub(super) json: Range<usize>,
+    /// The binary chunk, if there is one.
+    pub(super) bin: Option<Range<usize>>,
+    /// Whether this is a GLB rather than bare JSON.
+    pub(super) is_glb: bool,
+}
+
+/// Finds the JSON and the binary chunk. Bytes without the magic number are taken for bare JSON.
+///
+/// # Errors
+/// If the container's own lengths contradict each other or the size of the file.
+pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKind> {
+    if !bytes.starts_with(MAGIC) {
+        return Ok(Container { json: 0..bytes.len(), bin: None, is_glb: false });
+    }
+    let word =
+        |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let (Some(version), Some(declared)) = (word(4), word(8)) else {
+        return bad("GLB header", format!("has {} bytes of {HEADER}", bytes.len()));
+    };
+    if version != 2 {
+        return bad("GLB header", format!("version {version}; only 2 is read"));
+    }
+    let end = declared as usize;
+    if end > bytes.len() {
+        let len = bytes.len();
+        return bad(
+            "GLB header",
+            format!("declares {end} bytes, but the file has {len}: it is truncated"),
+        );
+    }
+    if end < HEADER + CHUNK_HEADER {
+        return bad(
+            "GLB header",
+            format!("declares {end} bytes; at least {} are needed", HEADER + CHUNK_HEADER),
+        );
+    }
+    if end < bytes.len() {
+        let extra = bytes.len() - end;
+        notes.push("GLB header", format!("{extra} bytes beyond the declared {end} are ignored"));
+    }
+    let mut json = None;
+    let mut bin = None;
+    let mut at = HEADER;
+    let mut number = 0;
+    while at < end {
+        let item = format!("GLB chunk {number}");
+        let header = (word(at), word(at + 4));
+        let (Some(len), Some(kind)) = header else {
+            return bad(item, "its header is cut off");
+        };
+        if at + CHUNK_HEADER > end {
+            return bad(item, "its header is cut off");
+        }
+        let start = at + CHUNK_HEADER;
+        let len = len as usize;
+        if len > end - start {
+            return bad(item, format!("declares {len} bytes, but {} are left", end - start));
+        }
+        if !len.is_multiple_of(4) {
+            return bad(item, format!("its length of {len} bytes is not a multiple of 4"));
+        }
+        let range = start..start + len;
+        match (number, kind) {
+            (0, JSON) if len == 0 => return bad(item, "the JSON is empty"),
+            (0, JSON) => json = Some(range),
+            (0, _) => return bad(item, format!("is of type {kind:#010x}, expected JSON")),
+            (1, BIN) => bin = Some(range),
+            (_, JSON | BIN) => {
+                return bad(item, "a file has one JSON chunk, first, and one BIN chunk, second");
+            }
+            _ => notes.push(item, format!("of unknown type {kind:#010x}, is ignored")),
+        }
+        at = start + len;
+        number += 1;
+    }
+    match json {
+        Some(json) => Ok(Container { json, bin, is_glb: true }),
+        None => bad("GLB", "has no JSON chunk"),
+    }
+}
+
+fn bad<T>(item: impl Into<String>, message: impl Into<String>) -> Result<T, ErrorKind> {
+    Err(ErrorKind::invalid(item, message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn glb(version: u32, declared: Option<u32>, chunks: &[(u32, &[u8])]) -> Vec<u8> {
+        let mut out = Vec::new();
+        out.extend(MAGIC);
+        out.extend(version.to_le_bytes());
+        let len: usize = chunks.iter().map(|c| CHUNK_HEADER + c.1.len()).sum();
+        out.extend(declared.unwrap_or((HEADER + len) as u32).to_le_bytes());
+        for (kind, data) in chunks {
+            out.extend((data.len() as u32).to_le_bytes());
+            out.extend(kind.to_le_bytes());
+            out.extend(*data);
+        }
+        out
+    }
+
+    fn message(bytes: &[u8]) -> String {
+        open(bytes, &mut Notes::default()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn finds_both_chunks() {
+        let bytes = glb(2, None, &[(JSON, b"{}  "), (BIN, b"12345678")]);
+        let container = open(&bytes, &mut Notes::default()).unwrap();
+        assert_eq!(&bytes[container.json], b"{}  ");
+        assert_eq!(&bytes[container.bin.unwrap()], b"12345678");
+    }
+
+    #[test]
+    fn every_truncation_is_an_error() {
+        let bytes = glb(2, None, &[(JSON, b"{}  "), (BIN, b"12345678")]);
+        for len in MAGIC.len()..bytes.len() {
+            assert!(open(&bytes[..len], &mut Notes::default()).is_err(), "{len} bytes");
+        }
+    }
+
+    #[test]
+    fn lengths_are_named() {
+        assert!(message(&glb(2, Some(99), &[(JSON, b"{}  ")])).contains("99 bytes"));
+        assert!(message(&glb(2, None, &[(JSON, b"{} ")])).contains("multiple of 4"));
+        assert!(message(&glb(1, None, &[(JSON, b"{}  ")])).contains("version 1"));
+        assert!(message(&glb(2, None, &[(BIN, b"1234")])).contains("expected JSON"));
+        let mut long = glb(2, None, &[(JSON, b"{}  ")]);
+        long[HEADER] = 200;
+        assert!(message(&long).contains("declares 200 bytes, but 4 are left"));
+    }
+
+    #[test]
+    fn unknown_chunks_and_trailing_bytes_are_noted() {
+        let mut bytes = glb(2, None, &[(JSON, b"{}  "), (0x1234, b"1234")]);
+        bytes.push(7);
+        let mut notes = Notes::default();
+        let container = open(&bytes, &mut notes).unwrap();
+        assert_eq!(container.bin, None);
+        assert_eq!(notes.into_warnings().len(), 2);
+    }
+}

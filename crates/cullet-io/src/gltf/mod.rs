@@ -1,0 +1,218 @@
+//! glTF 2.0 and GLB.
+//!
+//! The JSON is read by types of our own and every reference, range and count is checked here before it
+//! is used: a general reader either refuses files for things that have no bearing on geometry, or
+//! trusts what it must not.
+
+mod accessor;
+mod animation;
+mod buffers;
+mod cameras;
+mod extensions;
+mod glb;
+mod instances;
+mod json;
+mod materials;
+mod meshes;
+mod meshopt;
+mod nodes;
+mod notes;
+mod uri;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use cullet::{Mesh, MeshData, Scene, Transform};
+use glam::DAffine3;
+
+use crate::{CameraNode, ErrorKind, LoadOptions, Material, Model};
+use instances::Placement;
+use notes::Notes;
+
+/// Loads a glTF or GLB from the bytes of its file; its other files are in `folder`, and an error where
+/// that is `None`.
+///
+/// The scene that the file chooses is loaded (else its first, else every root node): one mesh for each
+/// mesh that a node draws, one instance for each drawing. Points and lines are skipped with a warning.
+/// Skinned and morphed meshes come in the pose they were bound in. Vertices keep their order, except
+/// that meshes which share a vertex accessor get only the vertices that they use.
+///
+/// Costs O(size of the file + instances); at its peak takes the file's bytes and once the decoded
+/// geometry, then the geometry and what [`Mesh::new`] needs for one mesh.
+///
+/// # Errors
+/// If the file is invalid, needs an extension that is not read, or passes a limit of `options`.
+pub(crate) fn load(
+    path: &Path,
+    bytes: Vec<u8>,
+    options: &LoadOptions,
+    folder: Option<&Path>,
+) -> Result<Model, ErrorKind> {
+    let named_glb = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
+    if named_glb && !bytes.starts_with(b"glTF") {
+        let found = bytes.get(..4).unwrap_or(&bytes).escape_ascii();
+        let message = format!("starts with \"{found}\", expected \"glTF\"");
+        return Err(ErrorKind::invalid("GLB header", message));
+    }
+    let decoded = decode(&bytes, folder, options)?;
+    // Freed before meshes are made: the peak is the greater of the two halves, not their sum.
+    drop(bytes);
+    let mut model = decoded.into_model()?;
+    model.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(model)
+}
+
+/// What was read, free of the file's bytes.
+struct Decoded {
+    meshes: Vec<(String, MeshData)>,
+    /// Their numbers are those of `meshes`.
+    placements: Vec<Placement>,
+    names: Vec<String>,
+    materials: Vec<Material>,
+    cameras: Vec<CameraNode>,
+    notes: Notes,
+}
+
+fn decode(
+    bytes: &[u8],
+    folder: Option<&Path>,
+    options: &LoadOptions,
+) -> Result<Decoded, ErrorKind> {
+    let mut notes = Notes::default();
+    let container = glb::open(bytes, &mut notes)?;
+    let root = json::parse(&bytes[container.json])?;
+    extensions::check(&root.extensions_required, &mut notes)?;
+    empty_arrays(&root, &mut notes);
+    let count = |items: &json::Items<'_>| items.as_ref().map_or(0, Vec::len);
+
+    let buffers = buffers::Buffers::read(&root, bytes, container.bin, container.is_glb, folder)?;
+    let accessors = accessor::Accessors::read(&root, &buffers)?;
+    let mut surfaces = materials::read(&root, &mut notes)?;
+    let meshes = meshes::Meshes::read(&root, &accessors, surfaces.len(), &mut notes)?;
+    let counts = nodes::Counts {
+        meshes: meshes.all.len(),
+        cameras: count(&root.cameras),
+        skins: count(&root.skins),
+    };
+    let nodes = nodes::Nodes::read(&root, &counts, options.up.unwrap_or_default(), &mut notes)?;
+    check_unused(&root, &accessors, &buffers, &meshes, &nodes)?;
+
+    let mut placed = instances::place(&nodes, &meshes, &accessors, &buffers, options, &mut notes)?;
+    let cameras = cameras::read(&root, &nodes, &placed.cameras, &accessors, &buffers, &mut notes)?;
+    if count(&root.animations) > 0 {
+        let n = count(&root.animations);
+        notes.push("animations", format!("{n} are there; only cameras are moved by them"));
+    }
+
+    surfaces.push(materials::default());
+    let drawn = placed.meshes.iter().map(|&m| &meshes.all[m as usize]);
+    let mut decoder = meshes::Decoder::new(&accessors, &buffers, &surfaces, options, drawn);
+    let mut data = Vec::with_capacity(placed.meshes.len());
+    for &m in &placed.meshes {
+        let source = &meshes.all[m as usize];
+        data.push((source.name.clone(), decoder.decode(m as usize, source, &mut notes)?));
+    }
+    let used_default = decoder.used_default;
+    let mut materials: Vec<Material> = surfaces.into_iter().map(|s| s.material).collect();
+    if !used_default {
+        materials.pop();
+    }
+    if placed.placements.is_empty() {
+        notes.push("scene", "draws nothing");
+    }
+    Ok(Decoded {
+        meshes: data,
+        placements: std::mem::take(&mut placed.placements),
+        names: placed.names,
+        materials,
+        cameras,
+        notes,
+    })
+}
+
+impl Decoded {
+    fn into_model(self) -> Result<Model, ErrorKind> {
+        let mut scene = Scene::new();
+        let mut mesh_names = Vec::with_capacity(self.meshes.len());
+        for (name, data) in self.meshes {
+            let mesh = Mesh::new(data)
+                .map_err(|e| ErrorKind::invalid(format!("mesh `{name}`"), e.to_string()))?;
+            scene.add_mesh(mesh);
+            mesh_names.push(name);
+        }
+        for placement in &self.placements {
+            scene
+                .add(placement.instance())
+                .map_err(|e| ErrorKind::invalid("scene", e.to_string()))?;
+        }
+        scene.commit();
+        Ok(Model {
+            scene,
+            mesh_names,
+            instance_names: self.names,
+            materials: self.materials,
+            cameras: self.cameras,
+            warnings: self.notes.into_warnings(),
+            ..Model::default()
+        })
+    }
+}
+
+/// The specification forbids empty arrays, but many programs write them, and they change nothing.
+fn empty_arrays(root: &json::Root<'_>, notes: &mut Notes) {
+    let arrays = [
+        ("scenes", &root.scenes),
+        ("nodes", &root.nodes),
+        ("meshes", &root.meshes),
+        ("accessors", &root.accessors),
+        ("bufferViews", &root.buffer_views),
+        ("buffers", &root.buffers),
+    ];
+    for (name, items) in arrays {
+        if items.as_ref().is_some_and(Vec::is_empty) {
+            notes.push(name, "is an empty array, which glTF forbids");
+        }
+    }
+}
+
+/// Floats that nobody names might be positions for somebody: as in positions, NaN is an error there.
+/// Those of other attributes and of animations are theirs to judge.
+fn check_unused(
+    root: &json::Root<'_>,
+    accessors: &accessor::Accessors,
+    buffers: &buffers::Buffers<'_>,
+    meshes: &meshes::Meshes,
+    nodes: &nodes::Nodes,
+) -> Result<(), ErrorKind> {
+    // Skins and animations name accessors too, and neither is read here.
+    if root.skins.is_some() || root.animations.is_some() {
+        return Ok(());
+    }
+    let mut named = meshes.named.clone();
+    for instancing in nodes.all.iter().filter_map(|n| n.instancing.as_deref()) {
+        for index in instancing.accessors() {
+            if let Some(named) = named.get_mut(index) {
+                *named = true;
+            }
+        }
+    }
+    for (i, _) in named.iter().enumerate().filter(|(_, named)| !**named) {
+        if let Some(element) = accessors.first_not_finite(i, buffers) {
+            let message = format!("element {element} is not finite");
+            return Err(ErrorKind::invalid(format!("accessor {i}"), message));
+        }
+    }
+    Ok(())
+}
+
+/// Rounds to what an instance holds.
+fn transform(m: &DAffine3) -> Transform {
+    let column = |c: glam::DVec3| [c.x as f32, c.y as f32, c.z as f32];
+    let l = m.matrix3;
+    Transform {
+        linear: [column(l.x_axis), column(l.y_axis), column(l.z_axis)],
+        translation: m.translation.into(),
+    }
+}

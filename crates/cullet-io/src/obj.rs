@@ -1,0 +1,434 @@
+//! Wavefront OBJ: polygons in groups. Each object or group is a mesh with one instance, each material
+//! of a mesh a part; texture coordinates, normals, colours, smoothing groups, points, lines and
+//! free-form surfaces are passed over.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use cullet::mesh::{Alpha, MeshData, Part};
+
+use crate::builder::{Builder, GREY};
+use crate::polygon::Triangulator;
+use crate::text::{Cursor, quote};
+use crate::{ErrorKind, LoadOptions, mtl};
+
+/// Triangles of one mesh with one material.
+#[derive(Debug, Default)]
+struct Bucket {
+    mesh: u32,
+    material: u32,
+    polygons: u32,
+    indices: Vec<u32>,
+}
+
+/// Numbers names in the order of first sight.
+#[derive(Debug, Default)]
+struct Names {
+    number: HashMap<Vec<u8>, u32>,
+    names: Vec<Vec<u8>>,
+}
+
+impl Names {
+    fn get(&mut self, name: &[u8]) -> u32 {
+        if let Some(&number) = self.number.get(name) {
+            return number;
+        }
+        let number = self.names.len() as u32;
+        self.number.insert(name.to_vec(), number);
+        self.names.push(name.to_vec());
+        number
+    }
+}
+
+/// What was passed over, for one warning each.
+#[derive(Debug, Default)]
+struct Skipped {
+    points: u64,
+    lines: u64,
+    flat_faces: u64,
+    free_form: u64,
+    /// How many statements are unknown, and where the first is.
+    unknown: (u64, usize),
+}
+
+#[derive(Debug)]
+struct Reader<'a> {
+    c: Cursor<'a>,
+    positions: Vec<[f32; 3]>,
+    object: Vec<u8>,
+    group: Vec<u8>,
+    material: Vec<u8>,
+    meshes: Names,
+    materials: Names,
+    buckets: Vec<Bucket>,
+    bucket_of: HashMap<(u32, u32), usize>,
+    /// The bucket that faces go to; `None` after a change of object, group or material.
+    current: Option<usize>,
+    libraries: Vec<&'a [u8]>,
+    polygon: Vec<u32>,
+    triangulator: Triangulator,
+    triangles: usize,
+    /// The largest index ahead of its vertex, and where it stands.
+    ahead: Option<(u32, usize)>,
+    statements: u64,
+    skipped: Skipped,
+}
+
+pub(crate) fn read<'o>(
+    name: &str,
+    bytes: &[u8],
+    options: &'o LoadOptions,
+    folder: Option<&Path>,
+) -> Result<Builder<'o>, ErrorKind> {
+    let mut builder = Builder::new(name, options);
+    let mut reader = Reader::new(bytes);
+    reader.read(&builder)?;
+    reader.warn(&mut builder);
+    let library = reader.library(folder, &mut builder);
+    reader.build(name, &library, &mut builder)?;
+    Ok(builder)
+}
+
+impl<'a> Reader<'a> {
+    fn new(bytes: &'a [u8]) -> Self {
+        let mut c = Cursor::with_continuations(bytes);
+        if bytes.starts_with(b"\xef\xbb\xbf") {
+            c.seek(3);
+        }
+        Self {
+            c,
+            positions: Vec::new(),
+            object: Vec::new(),
+            group: Vec::new(),
+            material: Vec::new(),
+            meshes: Names::default(),
+            materials: Names::default(),
+            buckets: Vec::new(),
+            bucket_of: HashMap::new(),
+            current: None,
+            libraries: Vec::new(),
+            polygon: Vec::new(),
+            triangulator: Triangulator::default(),
+            triangles: 0,
+            ahead: None,
+            statements: 0,
+            skipped: Skipped::default(),
+        }
+    }
+
+    fn read(&mut self, builder: &Builder<'_>) -> Result<(), ErrorKind> {
+        while !self.c.is_end() {
+            self.c.skip_blanks();
+            if self.c.at_line_end() || self.c.peek() == Some(b'#') {
+                // A backslash that ends a comment is part of a path more often than it joins lines.
+                self.c.skip_comment();
+                self.c.seek(self.c.offset() + 1);
+                continue;
+            }
+            let start = self.c.offset();
+            self.statements += 1;
+            match self.c.token() {
+                b"v" => self.vertex()?,
+                b"f" | b"fo" => {
+                    self.face(start)?;
+                    builder.check_triangles(self.triangles)?;
+                }
+                b"vt" | b"vn" | b"vp" | b"s" => {}
+                b"g" => self.group = self.name(),
+                b"o" => {
+                    self.object = self.name();
+                    // A group belongs to its object.
+                    self.group.clear();
+                }
+                b"usemtl" => self.material = self.name(),
+                b"mtllib" => {
+                    let names = self.c.rest_of_line();
+                    self.libraries.push(names);
+                }
+                b"p" => self.skipped.points += 1,
+                b"l" => self.skipped.lines += 1,
+                b"curv" | b"curv2" | b"surf" => self.skipped.free_form += 1,
+                b"cstype" | b"deg" | b"bmat" | b"step" | b"parm" | b"trim" | b"hole" | b"scrv"
+                | b"sp" | b"end" | b"con" | b"mg" | b"bevel" | b"c_interp" | b"d_interp"
+                | b"lod" | b"shadow_obj" | b"trace_obj" | b"ctech" | b"stech" | b"maplib"
+                | b"usemap" => {}
+                _ => {
+                    self.statements -= 1;
+                    if self.skipped.unknown.0 == 0 {
+                        self.skipped.unknown.1 = start;
+                    }
+                    self.skipped.unknown.0 += 1;
+                }
+            }
+            self.c.skip_line();
+        }
+        let vertices = self.positions.len();
+        if let Some((index, at)) = self.ahead.filter(|&(index, _)| index as usize >= vertices) {
+            let index = u64::from(index) + 1;
+            return Err(self.c.error_at(
+                at,
+                format!("a face refers to vertex {index}, but there are only {vertices} (from 1)"),
+            ));
+        }
+        if self.statements == 0 && self.skipped.unknown.0 > 0 {
+            self.c.seek(self.skipped.unknown.1);
+            return Err(self.c.expected("a statement of OBJ, such as v or f"));
+        }
+        Ok(())
+    }
+
+    fn name(&mut self) -> Vec<u8> {
+        self.current = None;
+        self.c.rest_of_line().to_vec()
+    }
+
+    fn vertex(&mut self) -> Result<(), ErrorKind> {
+        let mut position = [0.0f32; 3];
+        for (axis, value) in position.iter_mut().enumerate() {
+            self.c.skip_blanks();
+            let at = self.c.offset();
+            let Some(number) = self.c.f32() else {
+                return Err(self
+                    .c
+                    .expected(["x as a number", "y as a number", "z as a number"][axis]));
+            };
+            if !number.is_finite() {
+                let vertex = self.positions.len() + 1;
+                return Err(self.c.error_at(
+                    at,
+                    format!("vertex {vertex} is not finite in 32 bits: {} is {number}", AXES[axis]),
+                ));
+            }
+            *value = number;
+        }
+        if self.positions.len() == u32::MAX as usize {
+            return Err(self.c.error("more vertices than 32-bit indices can name"));
+        }
+        self.positions.push(position);
+        Ok(())
+    }
+
+    fn face(&mut self, start: usize) -> Result<(), ErrorKind> {
+        self.polygon.clear();
+        loop {
+            self.c.skip_blanks();
+            if self.c.at_line_end() || self.c.peek() == Some(b'#') {
+                break;
+            }
+            let at = self.c.offset();
+            let index = self.c.integer_prefix();
+            let rest = self.c.token();
+            let Some(index) = index.filter(|_| matches!(rest, [] | [b'/', ..])) else {
+                self.c.seek(at);
+                return Err(self.c.expected("a vertex of the form v, v/vt, v//vn or v/vt/vn"));
+            };
+            let vertex = self.resolve(index, at)?;
+            self.polygon.push(vertex);
+        }
+        if self.polygon.len() < 3 {
+            self.skipped.flat_faces += 1;
+            return Ok(());
+        }
+        self.triangles += self.polygon.len() - 2;
+        let bucket = match self.current {
+            Some(bucket) => bucket,
+            None => self.open_bucket(start)?,
+        };
+        let bucket = &mut self.buckets[bucket];
+        bucket.polygons += 1;
+        self.triangulator.push(&self.polygon, &self.positions, &mut bucket.indices);
+        Ok(())
+    }
+
+    /// The vertex, from 0, of an index that counts from 1, or back from the last vertex so far.
+    #[inline]
+    fn resolve(&mut self, index: i64, at: usize) -> Result<u32, ErrorKind> {
+        let vertices = self.positions.len() as i64;
+        let vertex = if index < 0 { index.saturating_add(vertices) } else { index - 1 };
+        if vertex < 0 {
+            let message = if index == 0 {
+                "a face refers to vertex 0, but vertices count from 1".to_owned()
+            } else {
+                format!("a face refers {} vertices back, but there are only {vertices}", -index)
+            };
+            return Err(self.c.error_at(at, message));
+        }
+        let limit = i64::from(u32::MAX);
+        let vertex = u32::try_from(vertex).ok().filter(|&v| v < u32::MAX).ok_or_else(|| {
+            self.c.error_at(at, format!("a face refers to vertex {index}; the limit is {limit}"))
+        })?;
+        if i64::from(vertex) >= vertices && self.ahead.is_none_or(|(most, _)| vertex > most) {
+            self.ahead = Some((vertex, at));
+        }
+        Ok(vertex)
+    }
+
+    fn open_bucket(&mut self, start: usize) -> Result<usize, ErrorKind> {
+        let name = match (self.object.is_empty(), self.group.is_empty()) {
+            (false, false) => [&self.object[..], b"/", &self.group[..]].concat(),
+            (false, true) => self.object.clone(),
+            _ => self.group.clone(),
+        };
+        let mesh = self.meshes.get(&name);
+        let material = self.materials.get(&self.material);
+        let next = self.buckets.len();
+        if next == u32::MAX as usize {
+            return Err(self.c.error_at(start, "too many groups"));
+        }
+        let bucket = *self.bucket_of.entry((mesh, material)).or_insert(next);
+        if bucket == next {
+            self.buckets.push(Bucket { mesh, material, ..Bucket::default() });
+        }
+        self.current = Some(bucket);
+        Ok(bucket)
+    }
+
+    fn warn(&self, builder: &mut Builder<'_>) {
+        let s = &self.skipped;
+        for (count, what) in [
+            (s.points, "point statements were skipped: only faces have a surface"),
+            (s.lines, "line statements were skipped: only faces have a surface"),
+            (s.flat_faces, "faces of fewer than 3 vertices were skipped"),
+            (s.free_form, "free-form curves and surfaces were skipped: export them as polygons"),
+            (self.triangulator.fanned, CONCAVE),
+        ] {
+            if count > 0 {
+                builder.warn("file", format!("{count} {what}"));
+            }
+        }
+        let count = self.positions.len();
+        if self.triangles == 0 && count > 0 {
+            builder.warn("file", format!("its {count} vertices are in no face: a point cloud?"));
+        }
+        let (count, first) = s.unknown;
+        if count > 0 {
+            let mut c = self.c.clone();
+            c.seek(first);
+            let word = quote(c.token());
+            builder.warn(
+                format!("line {}", c.line_of(first)),
+                format!("\"{word}\" is no statement of OBJ; {count} such lines were skipped"),
+            );
+        }
+    }
+
+    /// The materials of the libraries that the file names; what cannot be read is a warning.
+    fn library(&self, folder: Option<&Path>, builder: &mut Builder<'_>) -> mtl::Library {
+        let mut library = mtl::Library::new();
+        for &names in &self.libraries {
+            let item = format!("material library \"{}\"", quote(names));
+            let Some(folder) = folder else {
+                builder.warn(item, "it was not read: the model came from memory, not from a file");
+                continue;
+            };
+            // One name with blanks in it, or several names.
+            let Err(whole) = mtl::read(folder, names, &mut library) else { continue };
+            let several: Vec<&[u8]> = names
+                .split(u8::is_ascii_whitespace)
+                .filter(|n| !n.is_empty() && n.len() < names.len())
+                .collect();
+            if several.is_empty() {
+                builder.warn(item, format!("it was not read, so materials are grey: {whole}"));
+            }
+            for name in several {
+                if let Err(why) = mtl::read(folder, name, &mut library) {
+                    let item = format!("material library \"{}\"", quote(name));
+                    builder.warn(item, format!("it was not read, so materials are grey: {why}"));
+                }
+            }
+        }
+        library
+    }
+
+    fn build(
+        mut self,
+        name: &str,
+        library: &mtl::Library,
+        builder: &mut Builder<'_>,
+    ) -> Result<(), ErrorKind> {
+        let mut alphas = Vec::with_capacity(self.materials.names.len());
+        for material in &self.materials.names {
+            let found = library.get(material);
+            let shown = if material.is_empty() {
+                "default".to_owned()
+            } else {
+                String::from_utf8_lossy(material).into_owned()
+            };
+            builder.material(shown, found.map_or(GREY, |m| m.color));
+            alphas.push(found.map_or(Alpha::Opaque, |m| m.alpha));
+        }
+        // Stable: the parts of a mesh stay in the order of first use.
+        self.buckets.sort_by_key(|b| b.mesh);
+        let one_mesh = self.meshes.names.len() == 1;
+        let mut compact = Compact::new(if one_mesh { 0 } else { self.positions.len() });
+        let mut buckets = self.buckets.into_iter().peekable();
+        while let Some(first) = buckets.next() {
+            let mesh = first.mesh;
+            let mut data = MeshData::default();
+            let mut next = Some(first);
+            while let Some(bucket) = next {
+                data.parts.push(Part {
+                    first_triangle: (data.indices.len() / 3) as u32,
+                    triangle_count: (bucket.indices.len() / 3) as u32,
+                    material: bucket.material,
+                    two_sided: true,
+                    alpha: alphas[bucket.material as usize],
+                });
+                data.polygons = data.polygons.saturating_add(bucket.polygons);
+                if data.indices.is_empty() {
+                    data.indices = bucket.indices;
+                } else {
+                    data.indices.extend_from_slice(&bucket.indices);
+                }
+                next = buckets.next_if(|b| b.mesh == mesh);
+            }
+            data.positions = if one_mesh {
+                std::mem::take(&mut self.positions)
+            } else {
+                compact.take(&self.positions, &mut data.indices)
+            };
+            let shown = match &self.meshes.names[mesh as usize][..] {
+                [] => name.to_owned(),
+                group => String::from_utf8_lossy(group).into_owned(),
+            };
+            builder.mesh_instance(shown, data)?;
+        }
+        Ok(())
+    }
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// For a warning, after a count.
+pub(crate) const CONCAVE: &str = "concave polygons that cross themselves or are very large were \
+     cut as fans, which may cover more than they do";
+
+/// Gives each mesh the vertices that it uses, out of those that all share. O(vertices) once, then
+/// O(indices) a mesh.
+#[derive(Debug)]
+pub(crate) struct Compact {
+    /// The mesh that last used a vertex, from 1, and the vertex's number there.
+    used: Vec<(u32, u32)>,
+    mesh: u32,
+}
+
+impl Compact {
+    pub(crate) fn new(vertices: usize) -> Self {
+        Self { used: vec![(0, 0); vertices], mesh: 0 }
+    }
+
+    /// The vertices that `indices` use, in the order of first use; renumbers the indices.
+    pub(crate) fn take(&mut self, positions: &[[f32; 3]], indices: &mut [u32]) -> Vec<[f32; 3]> {
+        self.mesh += 1;
+        let mut own = Vec::new();
+        for index in indices {
+            let used = &mut self.used[*index as usize];
+            if used.0 != self.mesh {
+                *used = (self.mesh, own.len() as u32);
+                own.push(positions[*index as usize]);
+            }
+            *index = used.1;
+        }
+        own
+    }
+}

@@ -1,0 +1,409 @@
+//! PLY: one mesh of vertices, polygons and triangle strips, in ASCII and both binary orders. Properties
+//! may have any type and order; elements and properties that are not geometry are passed over.
+
+mod header;
+
+use cullet::mesh::MeshData;
+
+use self::header::{Element, Encoding, Header, Kind};
+use crate::builder::{Builder, GREY};
+use crate::polygon::Triangulator;
+use crate::text::Cursor;
+use crate::{ErrorKind, LoadOptions};
+
+pub(crate) fn read<'o>(
+    name: &str,
+    bytes: &[u8],
+    options: &'o LoadOptions,
+) -> Result<Builder<'o>, ErrorKind> {
+    let header = header::parse(bytes)?;
+    let mut builder = Builder::new(name, options);
+    builder.material("default", GREY);
+    let body = header.body;
+    match header.encoding {
+        Encoding::Ascii => {
+            let mut c = Cursor::new(bytes);
+            c.seek(body);
+            read_rows(&header, Ascii { c }, &mut builder)?;
+        }
+        Encoding::LittleEndian => {
+            read_rows(&header, Binary::<false> { bytes, at: body }, &mut builder)?;
+        }
+        Encoding::BigEndian => {
+            read_rows(&header, Binary::<true> { bytes, at: body }, &mut builder)?;
+        }
+    }
+    Ok(builder)
+}
+
+/// The values of the body, one after the other. Every 32-bit integer and float is exact in f64.
+trait Values {
+    /// The next value.
+    fn value(&mut self, kind: Kind, row: &Row<'_>) -> Result<f64, ErrorKind>;
+    /// Skips rows of which each has the same size.
+    fn skip_fixed(&mut self, element: &Element) -> Result<(), ErrorKind>;
+    /// The most values of a type that the bytes left can hold.
+    fn most(&self, kind: Kind) -> usize;
+    /// Bytes left.
+    fn left(&self) -> usize;
+    /// Refines an error with a place, where the file has lines.
+    fn error(&self, row: &Row<'_>, message: String) -> ErrorKind;
+}
+
+/// A place in the file, for messages.
+struct Row<'a> {
+    element: &'a Element,
+    row: u64,
+    property: usize,
+}
+
+impl Row<'_> {
+    fn item(&self) -> String {
+        let property = self.element.properties.get(self.property);
+        let property = property.map_or(String::new(), |p| format!(", property {}", p.name));
+        format!("{} {}{property}", self.element.name, self.row)
+    }
+}
+
+struct Ascii<'a> {
+    c: Cursor<'a>,
+}
+
+impl Values for Ascii<'_> {
+    #[inline]
+    fn value(&mut self, kind: Kind, row: &Row<'_>) -> Result<f64, ErrorKind> {
+        loop {
+            self.c.skip_blanks();
+            match self.c.peek() {
+                Some(b'\n' | b'\r') => self.c.seek(self.c.offset() + 1),
+                _ => break,
+            }
+        }
+        // Rounded once, to the type that the header declares.
+        let value = match kind {
+            Kind::F32 => self.c.f32().map(f64::from),
+            Kind::F64 => self.c.f64(),
+            _ => {
+                let at = self.c.offset();
+                match self.c.integer() {
+                    Some(value) => Some(value as f64),
+                    // Some writers put 255.0 or 3e0 where the header says an integer.
+                    None => {
+                        self.c.seek(at);
+                        self.c.f64()
+                    }
+                }
+            }
+        };
+        value.ok_or_else(|| match self.c.expected("a number") {
+            ErrorKind::Invalid { item, message } => {
+                ErrorKind::invalid(format!("{} ({item})", row.item()), message)
+            }
+            other => other,
+        })
+    }
+
+    fn skip_fixed(&mut self, element: &Element) -> Result<(), ErrorKind> {
+        for row in 0..element.count {
+            for (property, p) in element.properties.iter().enumerate() {
+                self.value(p.kind, &Row { element, row, property })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn most(&self, _kind: Kind) -> usize {
+        self.c.left().div_ceil(2)
+    }
+
+    fn left(&self) -> usize {
+        self.c.left()
+    }
+
+    fn error(&self, row: &Row<'_>, message: String) -> ErrorKind {
+        let line = self.c.line_of(self.c.offset());
+        ErrorKind::invalid(format!("{} (line {line})", row.item()), message)
+    }
+}
+
+struct Binary<'a, const BIG: bool> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<const BIG: bool> Binary<'_, BIG> {
+    #[inline]
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let mut value: [u8; N] = *self.bytes.get(self.at..)?.first_chunk()?;
+        self.at += N;
+        if BIG {
+            value.reverse();
+        }
+        Some(value)
+    }
+}
+
+impl<const BIG: bool> Values for Binary<'_, BIG> {
+    #[inline]
+    fn value(&mut self, kind: Kind, row: &Row<'_>) -> Result<f64, ErrorKind> {
+        let value = match kind {
+            Kind::I8 => self.take().map(|b| f64::from(i8::from_le_bytes(b))),
+            Kind::U8 => self.take().map(|b| f64::from(u8::from_le_bytes(b))),
+            Kind::I16 => self.take().map(|b| f64::from(i16::from_le_bytes(b))),
+            Kind::U16 => self.take().map(|b| f64::from(u16::from_le_bytes(b))),
+            Kind::I32 => self.take().map(|b| f64::from(i32::from_le_bytes(b))),
+            Kind::U32 => self.take().map(|b| f64::from(u32::from_le_bytes(b))),
+            Kind::F32 => self.take().map(|b| f64::from(f32::from_le_bytes(b))),
+            Kind::F64 => self.take().map(f64::from_le_bytes),
+        };
+        value.ok_or_else(|| self.error(row, "the file ends here; it may be cut short".into()))
+    }
+
+    fn skip_fixed(&mut self, element: &Element) -> Result<(), ErrorKind> {
+        let size = element.least_bytes(Encoding::LittleEndian) as u64;
+        let skip = size.saturating_mul(element.count);
+        let left = self.left() as u64;
+        if skip > left {
+            let row = Row { element, row: left / size.max(1), property: usize::MAX };
+            return Err(self.error(&row, "the file ends here; it may be cut short".into()));
+        }
+        self.at += skip as usize;
+        Ok(())
+    }
+
+    fn most(&self, kind: Kind) -> usize {
+        self.left() / kind.size()
+    }
+
+    fn left(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    fn error(&self, row: &Row<'_>, message: String) -> ErrorKind {
+        ErrorKind::invalid(format!("{} (byte {})", row.item(), self.at), message)
+    }
+}
+
+/// Reads all rows into one mesh.
+fn read_rows(
+    header: &Header,
+    mut values: impl Values,
+    builder: &mut Builder<'_>,
+) -> Result<(), ErrorKind> {
+    let vertices: Vec<&Element> = header.elements.iter().filter(|e| e.name == "vertex").collect();
+    let [vertex] = vertices[..] else {
+        let count = vertices.len();
+        return Err(ErrorKind::invalid("header", format!("{count} vertex elements, expected 1")));
+    };
+    let Ok(vertex_count) = u32::try_from(vertex.count) else {
+        let limit = u64::from(u32::MAX);
+        return Err(ErrorKind::OverLimit { item: "vertices".into(), count: vertex.count, limit });
+    };
+    let mut out = Surface { vertex_count, ..Surface::default() };
+    for element in &header.elements {
+        match element.name.as_str() {
+            // Without properties there are no bytes, and a loop over the rows may never end.
+            _ if element.properties.is_empty() => {}
+            "vertex" => out.read_vertices(element, &mut values)?,
+            "face" | "faces" => out.read_lists(element, &mut values, builder, Surface::polygon)?,
+            "tristrips" | "tristrip" => {
+                out.read_lists(element, &mut values, builder, Surface::strip)?;
+            }
+            _ if element.is_fixed() => values.skip_fixed(element)?,
+            _ => skip(element, &mut values)?,
+        }
+    }
+    if out.positions.len() != vertex_count as usize {
+        return Err(ErrorKind::invalid("header", "element vertex has no properties x, y and z"));
+    }
+    let left = values.left();
+    if left > 0 && header.encoding != Encoding::Ascii {
+        builder.warn("file", format!("{left} bytes after the last element were ignored"));
+    }
+    for (count, what) in [
+        (out.short, "faces of fewer than 3 vertices were skipped"),
+        (out.triangulator.fanned, crate::obj::CONCAVE),
+    ] {
+        if count > 0 {
+            builder.warn("file", format!("{count} {what}"));
+        }
+    }
+    if out.indices.is_empty() {
+        let count = out.positions.len();
+        if count > 0 {
+            builder.warn("file", format!("its {count} vertices are in no face: a point cloud?"));
+        }
+        return Ok(());
+    }
+    let name = builder.model.name.clone();
+    let Surface { positions, indices, polygons, .. } = out;
+    builder.mesh_instance(name, MeshData { positions, indices, polygons, ..MeshData::default() })
+}
+
+/// The mesh that is being read.
+#[derive(Default)]
+struct Surface {
+    vertex_count: u32,
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+    polygons: u32,
+    list: Vec<u32>,
+    triangulator: Triangulator,
+    /// Faces of fewer than three vertices.
+    short: u64,
+}
+
+/// Stands for the index −1, which ends a strip.
+const RESTART: u32 = u32::MAX;
+
+impl Surface {
+    fn read_vertices(
+        &mut self,
+        element: &Element,
+        values: &mut impl Values,
+    ) -> Result<(), ErrorKind> {
+        let axes = ["x", "y", "z"]
+            .map(|axis| element.find(axis).filter(|&p| element.properties[p].count.is_none()));
+        let [Some(x), Some(y), Some(z)] = axes else {
+            return Err(ErrorKind::invalid(
+                "header",
+                "element vertex lacks a property x, y or z, so it has no positions",
+            ));
+        };
+        // The header's count was held against the bytes left.
+        self.positions.reserve_exact(self.vertex_count as usize);
+        for row in 0..element.count {
+            let mut position = [0.0f32; 3];
+            for (property, p) in element.properties.iter().enumerate() {
+                let at = Row { element, row, property };
+                if p.count.is_some() {
+                    skip_list(&at, values)?;
+                    continue;
+                }
+                let value = values.value(p.kind, &at)?;
+                for (axis, wanted) in [x, y, z].into_iter().enumerate() {
+                    if property == wanted {
+                        position[axis] = value as f32;
+                    }
+                }
+            }
+            if let Some(axis) = position.iter().position(|v| !v.is_finite()) {
+                let at = Row { element, row, property: [x, y, z][axis] };
+                let message = format!("not finite in 32 bits: {}", position[axis]);
+                return Err(values.error(&at, message));
+            }
+            self.positions.push(position);
+        }
+        Ok(())
+    }
+
+    /// Reads rows whose lists of vertices make a surface.
+    fn read_lists<V: Values>(
+        &mut self,
+        element: &Element,
+        values: &mut V,
+        builder: &mut Builder<'_>,
+        add: fn(&mut Self),
+    ) -> Result<(), ErrorKind> {
+        let named = ["vertex_indices", "vertex_index"].iter().find_map(|n| element.find(n));
+        let is_list = |&p: &usize| element.properties[p].count.is_some();
+        let first = (0..element.properties.len()).find(is_list);
+        let Some(indices) = named.filter(is_list).or(first) else {
+            builder.warn(format!("element {}", element.name), "has no list of vertices; skipped");
+            return values.skip_fixed(element);
+        };
+        for row in 0..element.count {
+            for (property, p) in element.properties.iter().enumerate() {
+                let at = Row { element, row, property };
+                if property == indices {
+                    self.read_list(&at, values)?;
+                } else if p.count.is_some() {
+                    skip_list(&at, values)?;
+                } else {
+                    values.value(p.kind, &at)?;
+                }
+            }
+            add(self);
+            builder.check_triangles(self.indices.len() / 3)?;
+        }
+        Ok(())
+    }
+
+    fn read_list(&mut self, at: &Row<'_>, values: &mut impl Values) -> Result<(), ErrorKind> {
+        let count = list_length(at, values)?;
+        let kind = at.element.properties[at.property].kind;
+        let strips = at.element.name.starts_with("tristrip");
+        self.list.clear();
+        for _ in 0..count {
+            let value = values.value(kind, at)?;
+            if strips && value == -1.0 {
+                self.list.push(RESTART);
+                continue;
+            }
+            // The comparison also refuses NaN.
+            if !(value >= 0.0 && value < f64::from(self.vertex_count)) || value.fract() != 0.0 {
+                let message = format!(
+                    "refers to vertex {value}, but there are only {} (from 0)",
+                    self.vertex_count
+                );
+                return Err(values.error(at, message));
+            }
+            self.list.push(value as u32);
+        }
+        Ok(())
+    }
+
+    fn polygon(&mut self) {
+        if self.list.len() < 3 {
+            self.short += 1;
+            return;
+        }
+        self.polygons = self.polygons.saturating_add(1);
+        self.triangulator.push(&self.list, &self.positions, &mut self.indices);
+    }
+
+    fn strip(&mut self) {
+        for strip in self.list.split(|&v| v == RESTART) {
+            for (i, t) in strip.windows(3).enumerate() {
+                let [a, b] = if i % 2 == 0 { [t[0], t[1]] } else { [t[1], t[0]] };
+                self.indices.extend([a, b, t[2]]);
+                self.polygons = self.polygons.saturating_add(1);
+            }
+        }
+    }
+}
+
+/// The number of values of the list that begins here, which the bytes left can hold.
+#[inline]
+fn list_length(at: &Row<'_>, values: &mut impl Values) -> Result<usize, ErrorKind> {
+    let property = &at.element.properties[at.property];
+    let count = values.value(property.count.unwrap_or(Kind::U8), at)?;
+    let most = values.most(property.kind);
+    if !(count >= 0.0 && count <= most as f64) || count.fract() != 0.0 {
+        let message = format!("a list of {count} values, but the bytes left hold at most {most}");
+        return Err(values.error(at, message));
+    }
+    Ok(count as usize)
+}
+
+fn skip_list(at: &Row<'_>, values: &mut impl Values) -> Result<(), ErrorKind> {
+    let kind = at.element.properties[at.property].kind;
+    for _ in 0..list_length(at, values)? {
+        values.value(kind, at)?;
+    }
+    Ok(())
+}
+
+fn skip(element: &Element, values: &mut impl Values) -> Result<(), ErrorKind> {
+    for row in 0..element.count {
+        for (property, p) in element.properties.iter().enumerate() {
+            let at = Row { element, row, property };
+            if p.count.is_some() {
+                skip_list(&at, values)?;
+            } else {
+                values.value(p.kind, &at)?;
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,565 @@
+//! Small files written here, and every model of the data folder in these formats.
+
+mod formats_common;
+
+use std::fmt::Write as _;
+
+use cullet::mesh::Alpha;
+use cullet_io::{LoadOptions, Model, Up, load, load_bytes, occscn};
+use formats_common::{data, of};
+use proptest::prelude::*;
+
+/// Vertices, triangles and polygons of all meshes.
+fn counts(model: &Model) -> [usize; 3] {
+    model.scene.meshes().iter().fold([0; 3], |[v, t, p], m| {
+        [v + m.positions().len(), t + m.triangle_count() as usize, p + m.polygon_count() as usize]
+    })
+}
+
+fn warnings(model: &Model) -> String {
+    model.warnings.iter().map(|w| format!("{w}\n")).collect()
+}
+
+/// The corners of every triangle in the order of the file, so that models can be compared.
+fn surface(model: &Model) -> Vec<[[f32; 3]; 3]> {
+    let mut out = Vec::new();
+    for mesh in model.scene.meshes() {
+        let start = out.len();
+        out.resize(start + mesh.triangle_count() as usize, [[0.0; 3]; 3]);
+        for t in 0..mesh.triangle_count() {
+            out[start + mesh.original_triangle()[t as usize] as usize] = mesh.corners(t);
+        }
+    }
+    out
+}
+
+const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                    f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+#[test]
+fn obj_keeps_polygons_and_triangles() {
+    let model = of("cube.obj", CUBE.as_bytes());
+    assert_eq!(counts(&model), [8, 12, 6]);
+    assert_eq!(model.name, "cube.obj");
+    assert_eq!(model.mesh_names, ["cube.obj"]);
+    assert_eq!(model.instance_names, ["cube.obj"]);
+    assert_eq!(warnings(&model), "");
+}
+
+#[test]
+fn obj_groups_are_meshes_and_materials_are_parts() {
+    let text = "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\no chair\nusemtl wood\nf 1 2 3\n\
+                usemtl steel\nf 1 2 4\nusemtl wood\nf 2 3 4\ng seat\nf 1 3 4\no lamp\nf 4 3 2\n\
+                o chair\nf 3 2 1\n";
+    let model = of("room.obj", text.as_bytes());
+    assert_eq!(model.mesh_names, ["chair", "chair/seat", "lamp"]);
+    let chair = &model.scene.meshes()[0];
+    let parts: Vec<_> =
+        chair.parts().iter().map(|p| (p.first_triangle, p.triangle_count, p.material)).collect();
+    assert_eq!(parts, [(0, 3, 0), (3, 1, 1)]);
+    let names: Vec<_> = model.materials.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["wood", "steel"]);
+    // Each mesh has the vertices that it uses.
+    assert_eq!(
+        model.scene.meshes().iter().map(|m| m.positions().len()).collect::<Vec<_>>(),
+        [4, 3, 3]
+    );
+    assert_eq!(surface(&model)[0], [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert!(warnings(&model).contains("none.mtl"), "{}", warnings(&model));
+}
+
+#[test]
+fn obj_reads_materials_beside_it() {
+    let folder = std::env::temp_dir().join(format!("cullet-mtl-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("a.obj");
+    std::fs::write(folder.join("my paints.mtl"), "newmtl red\nKd 1 0 0\nnewmtl glass\nd 0.3\n")
+        .unwrap();
+    let text = "mtllib my paints.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl glass\nf 3 2 1\n";
+    std::fs::write(&path, text).unwrap();
+    let model = load(&path, &LoadOptions::default());
+    std::fs::remove_dir_all(&folder).unwrap();
+    let model = model.unwrap();
+    assert_eq!(warnings(&model), "");
+    assert_eq!(model.materials[0].color, [1.0, 0.0, 0.0, 1.0]);
+    assert_eq!(model.materials[1].color[3], 0.3);
+    let alphas: Vec<_> = model.scene.meshes()[0].parts().iter().map(|p| p.alpha).collect();
+    assert_eq!(alphas, [Alpha::Opaque, Alpha::Blended]);
+}
+
+#[test]
+fn obj_indices_of_every_kind() {
+    // Negative, ahead of their vertices, with texture and normal, over joined lines, with a comment.
+    let text = "# C:\\models\\\nf 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nf 1/7/9 2//4 \\\n 3/1 # end\n\
+                vt 1 2\nvn 0 0 1\nf 3/1/1 2/1/1 1/1/1\nl 1 2\np 1\nf 1 2\ncurv 0 1 1 2\nwhat 3\n";
+    let model = of("a.obj", text.as_bytes());
+    assert_eq!(counts(&model), [3, 4, 4]);
+    let s = surface(&model);
+    assert_eq!(s[0], s[1]);
+    assert_eq!(s[0], s[2]);
+    let w = warnings(&model);
+    for part in ["1 point", "1 line", "fewer than 3", "free-form", "\"what\""] {
+        assert!(w.contains(part), "{part}: {w}");
+    }
+}
+
+#[test]
+fn concave_polygons_cover_what_they_should() {
+    let text = "v 2 1 0\nv 0 2 0\nv 0.5 1 0\nv 0 0 0\nf 1 2 3 4\n";
+    let model = of("arrow.obj", text.as_bytes());
+    let area: f64 = surface(&model)
+        .iter()
+        .map(|t| {
+            let e = |k: usize, a: usize| f64::from(t[k][a] - t[0][a]);
+            (e(1, 0) * e(2, 1) - e(1, 1) * e(2, 0)) / 2.0
+        })
+        .inspect(|&a| assert!(a > 0.0))
+        .sum();
+    assert!((area - 1.5).abs() < 1e-9, "{area}");
+}
+
+#[test]
+fn sides_follow_solids_unless_told() {
+    for (name, text) in [("cube.obj", CUBE), ("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")] {
+        let two_sided = |option| {
+            let options = LoadOptions { two_sided: option, ..LoadOptions::default() };
+            let model = load_bytes(name, text.as_bytes(), &options).unwrap();
+            let mesh = &model.scene.meshes()[0];
+            (mesh.parts()[0].two_sided, mesh.solid().is_err())
+        };
+        let (auto, open) = two_sided(None);
+        assert_eq!(auto, open, "{name}");
+        assert!(two_sided(Some(true)).0, "{name}");
+        assert!(!two_sided(Some(false)).0, "{name}");
+    }
+}
+
+#[test]
+fn z_up_turns_the_instance_and_not_the_vertices() {
+    let options = LoadOptions { up: Some(Up::Z), ..LoadOptions::default() };
+    let model = load_bytes("a.obj", b"v 1 2 3\nv 1 2 4\nv 1 3 3\nf 1 2 3\n", &options).unwrap();
+    assert_eq!(model.scene.meshes()[0].positions()[0], [1.0, 2.0, 3.0]);
+    let extent = model.scene.extent();
+    for (axis, low) in [1.0, 3.0, -3.0].into_iter().enumerate() {
+        assert!((extent.min[axis] - low).abs() < 1e-5, "{extent:?}");
+    }
+    for (axis, high) in [1.0, 4.0, -2.0].into_iter().enumerate() {
+        assert!((extent.max[axis] - high).abs() < 1e-5, "{extent:?}");
+    }
+}
+
+#[test]
+fn triangles_have_a_limit() {
+    let options = LoadOptions { max_triangles: 11, ..LoadOptions::default() };
+    let error = load_bytes("cube.obj", CUBE.as_bytes(), &options).unwrap_err().to_string();
+    assert_eq!(error, "cube.obj: triangles: 12 exceeds the limit of 11");
+}
+
+#[test]
+fn ply_of_every_type_and_order() {
+    let ascii = of(
+        "a.ply",
+        b"ply\nformat ascii 1.0\ncomment made by hand\nelement material 1\nproperty int ambient\n\
+          property list uchar float stuff\nelement face 2\nproperty uchar red\n\
+          property list uchar int vertex_index\nproperty float quality\nelement vertex 4\n\
+          property double z\nproperty short y\nproperty float x\nend_header\n7 2 0.5 nan\n\
+          255 4 0 1 2 3 1e9\n0 3 2 1 0 inf\n0 0 0\n0 0 1\n0.0 1 1e0\n0 1 0\n",
+    );
+    let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    assert_eq!(counts(&ascii), [4, 3, 2]);
+    assert_eq!(ascii.scene.meshes()[0].positions(), square);
+    for big in [false, true] {
+        let mut file = format!(
+            "ply\r\nformat binary_{}_endian 1.0\r\nelement vertex 4\r\nproperty double z\r\n\
+             property list ushort double w\r\nproperty int16 y\r\nproperty float32 x\r\n\
+             element face 2\r\nproperty list int uint8 vertex_indices\r\nend_header\r\n",
+            if big { "big" } else { "little" }
+        )
+        .into_bytes();
+        let mut put = |mut little: Vec<u8>| {
+            if big {
+                little.reverse();
+            }
+            file.extend(little);
+        };
+        for [x, y, z] in square {
+            put(f64::from(z).to_le_bytes().to_vec());
+            put(1u16.to_le_bytes().to_vec());
+            put(f64::NAN.to_le_bytes().to_vec());
+            put((y as i16).to_le_bytes().to_vec());
+            put(x.to_le_bytes().to_vec());
+        }
+        for face in [&[0u8, 1, 2, 3][..], &[2, 1, 0]] {
+            put((face.len() as i32).to_le_bytes().to_vec());
+            face.iter().for_each(|&v| put(vec![v]));
+        }
+        let binary = of("a.ply", &file);
+        assert_eq!(surface(&binary), surface(&ascii), "big {big}");
+        assert_eq!(warnings(&binary), "");
+        // Cut short at any place, it is an error and nothing worse.
+        for end in 0..file.len() {
+            load_bytes("a.ply", &file[..end], &LoadOptions::default()).unwrap_err();
+        }
+    }
+}
+
+#[test]
+fn ply_strips_alternate_and_restart() {
+    let model = of(
+        "a.ply",
+        b"ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n\
+          property float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+          0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n9 0 1 2 3 -1 2 3 4 -1\n",
+    );
+    let s = surface(&model);
+    assert_eq!(s.len(), 3);
+    for t in &s {
+        let e = |k: usize, a: usize| t[k][a] - t[0][a];
+        assert!(e(1, 0) * e(2, 1) - e(1, 1) * e(2, 0) > 0.0, "all wound alike: {t:?}");
+    }
+}
+
+#[test]
+fn ply_refuses_with_places() {
+    let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    for (body, expected) in [
+        (
+            "0 0 0\n0 nan 0\n1 1 1\n3 0 1 2\n",
+            "vertex 1, property y (line 11): not finite in 32 bits: NaN",
+        ),
+        (
+            "0 0 0\n0 1 0\n1 1 1\n3 0 1 3\n",
+            "face 0, property vertex_indices (line 13): refers to vertex 3, but there are only 3",
+        ),
+        (
+            "0 0 0\n0 1 0\n1 1 1\n200 0 1 2\n",
+            "a list of 200 values, but the bytes left hold at most",
+        ),
+        (
+            "0 0 0\n0 1 0\n1 x 1\n3 0 1 2\n",
+            "vertex 2, property y (line 12): expected a number, found \"x\"",
+        ),
+        ("0 0\n", "element vertex has 3 rows of at least 6 bytes, but only"),
+        ("0 0 0\n0 1 0\n1 1 1e39\n3 0 1 2\n", "not finite in 32 bits: inf"),
+    ] {
+        let file = format!("{head}{body}");
+        let error =
+            load_bytes("a.ply", file.as_bytes(), &LoadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains(expected), "{body:?}: {error}");
+    }
+}
+
+fn stl_binary(head: &[u8], triangles: &[[[f32; 3]; 3]]) -> Vec<u8> {
+    let mut file = head.to_vec();
+    file.resize(80, b' ');
+    file.extend((triangles.len() as u32).to_le_bytes());
+    for t in triangles {
+        file.extend([0; 12]);
+        file.extend(t.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+        file.extend([0; 2]);
+    }
+    file
+}
+
+#[test]
+fn stl_binary_may_begin_with_solid() {
+    let cube = surface(&of("cube.obj", CUBE.as_bytes()));
+    for head in [&b"solid facet endsolid"[..], b"COLOR=", b"\0"] {
+        let file = stl_binary(head, &cube);
+        for name in ["a.stl", "a.STL", "a"] {
+            let model = of(name, &file);
+            assert_eq!(counts(&model), [8, 12, 12]);
+            assert_eq!(surface(&model), cube);
+        }
+        for end in 0..file.len() {
+            load_bytes("a.stl", &file[..end], &LoadOptions::default()).unwrap_err();
+        }
+    }
+    let mut longer = stl_binary(b"x", &cube);
+    longer.extend([1, 2, 3]);
+    assert!(warnings(&of("a.stl", &longer)).contains("3 bytes after the last triangle"));
+    let mut bad = cube.clone();
+    bad[7][2][0] = f32::INFINITY;
+    let error = load_bytes("a.stl", &stl_binary(b"x", &bad), &LoadOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("triangle 7, vertex 2: not finite"), "{error}");
+}
+
+#[test]
+fn stl_ascii_equals_binary() {
+    let cube = surface(&of("cube.obj", CUBE.as_bytes()));
+    let mut text = String::from("solid my cube\r\n");
+    for t in &cube {
+        text += "  facet normal nan nan nan\r\n OUTER LOOP\r\n";
+        for [x, y, z] in t {
+            write!(text, "Vertex {x} {y} {z:e}\r\n").unwrap();
+        }
+        text += "endloop\r\n endfacet\r\n";
+    }
+    text += "endsolid my cube";
+    let model = of("a.stl", text.as_bytes());
+    assert_eq!(surface(&model), cube);
+    assert_eq!((counts(&model), &model.mesh_names[..]), ([8, 12, 12], &["my cube".to_owned()][..]));
+    for (from, to, expected) in [
+        ("endfacet", "facet", "line 8: a facet begins inside another"),
+        ("Vertex 0 1 0e0\r\n", "", "vertices, expected 3"),
+        ("endsolid my cube", "vertex 1 2 3", "the file ends inside a solid"),
+        ("Vertex 0 1 0e0", "Vertex 0 inf 0", "is not finite in 32 bits: inf"),
+    ] {
+        let broken = text.replacen(from, to, 1);
+        assert_ne!(broken, text, "{from}");
+        let error = load_bytes("a.stl", broken.as_bytes(), &LoadOptions::default()).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn off_of_every_spelling() {
+    let body = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n3 2 1 0 255 0 0\n";
+    let plain = of("a.off", format!("OFF\n4 2 0\n{body}").as_bytes());
+    assert_eq!(counts(&plain), [4, 3, 2]);
+    let coloured =
+        "0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n1 1 0 1 0 0 1\n0 1 0 1 0 0 1\n4 0 1 2 3 0.5\n3 2 1 0\n";
+    for text in [
+        format!("OFF 4 2 0\n{body}"),
+        format!("OFF\n# counts\n\n4 2\n{body}"),
+        format!("4 2 0\n{body}"),
+        format!("OFF\r\n4 2 5\r\n{}", body.replace('\n', "\r\n")),
+        format!("COFF\n4 2 0\n{coloured}"),
+        format!("STCNOFF\n4 2 0\n{coloured}"),
+        format!("OFF\n4 2 0\n{}", body.replace("1 0 0\n", "1 0 0 # here\n# and here\n")),
+        format!("OFF\n4 2 0\n{}", body.trim_end()),
+    ] {
+        let model = of("a.off", text.as_bytes());
+        assert_eq!(surface(&model), surface(&plain), "{text}");
+        assert_eq!(warnings(&model), "", "{text}");
+    }
+    for (text, expected) in [
+        (
+            "OFF\n4 1 0\n",
+            "line 2: the number of vertices is 4, but the 5 bytes left hold at most 1",
+        ),
+        ("OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "line 4: face 0 refers to vertex 1, but there are only 1"),
+        ("OFF\n1 1 0\n0 0 0\n3 0 0 -1\n", "face 0 refers to vertex -1"),
+        (
+            "OFF\n1 1 0\n0 0\n",
+            "line 4: expected a coordinate of vertex 0, found the end of the file",
+        ),
+        ("OFF\n1 0 0\n0 0 inf\n", "line 3: vertex 0 is not finite in 32 bits: inf"),
+        ("OFF BINARY\nxxx", "binary OFF is not loaded"),
+        ("4OFF\n0 0 0\n", "four or more dimensions"),
+        ("OFF\n-1 0 0\n", "expected the number of vertices, found \"-1\""),
+    ] {
+        let error =
+            load_bytes("a.off", text.as_bytes(), &LoadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains(expected), "{text:?}: {error}");
+    }
+}
+
+fn sample_scene() -> occscn::Occscn {
+    let mut clip_from_world = [0.0; 16];
+    (0..16).for_each(|i| clip_from_world[i] = i as f32 * 0.5 - 3.0);
+    occscn::Occscn {
+        vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 1]],
+        // In any order, empty ones anywhere.
+        meshes: [(1, 2), (0, 1), (9, 0)]
+            .map(|(first_triangle, triangle_count)| occscn::MeshRange {
+                first_triangle,
+                triangle_count,
+            })
+            .to_vec(),
+        cameras: vec![occscn::OccCamera { clip_from_world, eye: [1.0, 2.0, 3.0], near: 0.5 }],
+        objects: vec![[[0.1, 0.2, 0.3], [1.3, 1.7, 1e9]], [[-1.0; 3], [-1.0; 3]]],
+    }
+}
+
+#[test]
+fn occscn_survives_writing_and_loading() {
+    let scene = sample_scene();
+    let mut scene_file = Vec::new();
+    scene.write(&mut scene_file).unwrap();
+    assert_eq!(scene_file.len(), 32 + 12 * 4 + 12 * 3 + 32 * 3 + 80 + 24 * 2);
+    assert_eq!(occscn::Occscn::parse(&scene_file).unwrap(), scene);
+
+    let model = of("a.occscn", &scene_file);
+    assert_eq!(model.instance_names, ["mesh 0", "mesh 1", "mesh 2", "object 0", "object 1"]);
+    assert_eq!(model.views[0].eye, [1.0, 2.0, 3.0]);
+    assert_eq!(model.views[0].clip_from_world[5], -0.5);
+    let again = occscn::Occscn::from_model(&model).unwrap();
+    assert_eq!(again.objects, scene.objects);
+    assert_eq!(again.cameras, scene.cameras);
+    let corners = |s: &occscn::Occscn| {
+        let mut all: Vec<_> = s
+            .triangles
+            .iter()
+            .map(|t| t.map(|v| s.vertices[v as usize].map(f32::to_bits)))
+            .collect();
+        all.sort_unstable();
+        all
+    };
+    assert_eq!(corners(&again), corners(&scene));
+
+    // Each object is drawn within its bounds: a closed box wound outward.
+    let unit = model.scene.meshes().last().unwrap();
+    let volume: f32 = (0..12)
+        .map(|t| {
+            let [a, b, c] = unit.corners(t);
+            (a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0]))
+                / 6.0
+        })
+        .sum();
+    assert!((volume - 1.0).abs() < 1e-6, "{volume}");
+    for slot in 3..5 {
+        let (t, b) = (model.scene.transform(slot), model.scene.bounds(slot));
+        assert!(model.scene.flags(slot).no_occlusion);
+        for a in 0..3 {
+            let high = t.translation[a] + f64::from(t.linear[a][a]);
+            assert_eq!(t.translation[a], f64::from(b.min[a]));
+            assert!(
+                high <= f64::from(b.max[a]) && high >= f64::from(b.max[a]) * (1.0 - 1e-6) - 1e-6
+            );
+        }
+    }
+}
+
+#[test]
+fn occscn_turns_views_with_the_world() {
+    let mut file = Vec::new();
+    sample_scene().write(&mut file).unwrap();
+    let load = |up| load_bytes("a", &file, &LoadOptions { up, ..LoadOptions::default() }).unwrap();
+    let (y, z) = (load(Some(Up::Y)), load(Some(Up::Z)));
+    let clip = |m: &[f64; 16], p: [f64; 3]| -> [f64; 4] {
+        std::array::from_fn(|r| m[r] * p[0] + m[4 + r] * p[1] + m[8 + r] * p[2] + m[12 + r])
+    };
+    assert_eq!(
+        clip(&y.views[0].clip_from_world, [1.0, 2.0, 3.0]),
+        clip(&z.views[0].clip_from_world, [1.0, 3.0, -2.0])
+    );
+    assert_eq!(z.views[0].eye, [1.0, 3.0, -2.0]);
+    let (a, b) = (y.scene.bounds(3), z.scene.bounds(3));
+    assert_eq!(([a.min[0], a.min[2], -a.max[1]], [a.max[0], a.max[2], -a.min[1]]), (b.min, b.max));
+}
+
+#[test]
+fn occscn_refuses_what_does_not_fit() {
+    let mut file = Vec::new();
+    sample_scene().write(&mut file).unwrap();
+    for end in 0..file.len() {
+        load_bytes("a.occscn", &file[..end], &LoadOptions::default()).unwrap_err();
+    }
+    let vertices = 32;
+    let triangles = vertices + 4 * 12;
+    let meshes = triangles + 3 * 12;
+    let cameras = meshes + 3 * 32;
+    let objects = cameras + 80;
+    for (at, value, expected) in [
+        (8, 5u32, "5 vertices, 3 triangles, 3 meshes, 1 cameras, 2 objects take"),
+        (12, u32::MAX, "triangles"),
+        (vertices + 16, f32::NAN.to_bits(), "vertex 1: not finite: NaN"),
+        (triangles + 12, 4, "triangle 1: refers to vertex 4, but there are only 4 (from 0)"),
+        (meshes, 0, "mesh 0: starts at triangle 0, but those before it end at 1"),
+        (meshes + 4, 3, "mesh 0: ends at triangle 4, but there are only 3"),
+        (meshes + 4, 1, "meshes: they hold 2 of 3 triangles, and must hold all"),
+        (cameras, f32::INFINITY.to_bits(), "camera 0: not finite: inf"),
+        (objects + 12, 0, "object 0: its box is inside out"),
+    ] {
+        let mut broken = file.clone();
+        broken[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        let error = load_bytes("a", &broken, &LoadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains(expected), "{at}: {error}");
+    }
+    let mut bad = sample_scene();
+    bad.triangles[0][0] = 9;
+    assert!(bad.write(&mut Vec::new()).unwrap_err().to_string().contains("refers to vertex 9"));
+}
+
+#[test]
+fn files_that_are_none_of_these() {
+    let error =
+        load(std::path::Path::new("/nonexistent/a.obj"), &LoadOptions::default()).unwrap_err();
+    assert!(error.to_string().starts_with("/nonexistent/a.obj: cannot be read"), "{error}");
+    let folder = std::env::temp_dir();
+    let error = load(&folder, &LoadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("not a regular file"), "{error}");
+    let error =
+        load_bytes("a.obj", b"hello world\n", &LoadOptions::default()).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "a.obj: line 1: expected a statement of OBJ, such as v or f, found \"hello\""
+    );
+    let error = load_bytes("house.fbx", b"?", &LoadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("FBX2glTF -b -i \"house.fbx\" -o \"house.glb\""), "{error}");
+}
+
+/// Vertices and triangles of the README's table, and polygons where it has them.
+const MODELS: &[(&str, usize, usize, usize)] = &[
+    ("stanford-bunny/bun_zipper.ply", 35_947, 69_451, 69_451),
+    ("stanford-bunny/bun_zipper_res2.ply", 8_171, 16_301, 16_301),
+    ("stanford-bunny/bun_zipper_res3.ply", 1_889, 3_851, 3_851),
+    ("stanford-bunny/bun_zipper_res4.ply", 453, 948, 948),
+    ("stanford-bunny/bunny-closed-7k.off", 3_485, 6_966, 6_966),
+    ("happy-buddha/buddha-100k.obj", 49_950, 100_000, 100_000),
+    ("armadillo/armadillo.obj", 43_243, 86_482, 86_482),
+    ("classic-meshes/spot.obj", 2_930, 5_856, 5_856),
+    ("classic-meshes/cow.obj", 2_903, 5_804, 5_804),
+    ("classic-meshes/fandisk.obj", 6_475, 12_946, 12_946),
+    ("classic-meshes/rocker-arm.obj", 10_044, 20_088, 20_088),
+    ("classic-meshes/teapot.obj", 3_644, 6_320, 6_320),
+    ("classic-meshes/suzanne.obj", 507, 968, 500),
+    ("classic-meshes/beetle.obj", 1_148, 2_053, 2_053),
+    ("classic-meshes/woody.obj", 694, 1_267, 1_267),
+    ("crytek-sponza/crytek-sponza.ply", 184_402, 262_267, 262_267),
+    ("broken/truck-misoriented.obj", 2_956, 4_770, 4_770),
+];
+
+#[test]
+fn models_have_the_counts_of_their_table() {
+    let Some(folder) = data() else { return };
+    for &(file, vertices, triangles, polygons) in MODELS {
+        let model = load(&folder.join(file), &LoadOptions::default()).unwrap();
+        assert_eq!(counts(&model), [vertices, triangles, polygons], "{file}");
+        assert_eq!(model.scene.instance_count(), 1, "{file}");
+        assert_eq!(model.scene.triangle_count(), triangles as u64, "{file}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// One surface, written in every format, is one surface.
+    #[test]
+    fn formats_agree(
+        positions in prop::collection::vec(prop::array::uniform3(-1e6f32..1e6), 3..20),
+        picks in prop::collection::vec(prop::array::uniform3(0usize..1000), 1..30),
+    ) {
+        let faces: Vec<[usize; 3]> = picks.iter().map(|t| t.map(|v| v % positions.len())).collect();
+        let expected: Vec<[[f32; 3]; 3]> = faces.iter().map(|t| t.map(|v| positions[v])).collect();
+        let (mut obj, mut off) = (String::new(), format!("OFF\n{} {} 0\n", positions.len(), faces.len()));
+        let mut ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
+             property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+            positions.len(), faces.len()
+        );
+        for [x, y, z] in &positions {
+            writeln!(obj, "v {x} {y} {z}").unwrap();
+            writeln!(off, "{x} {y} {z}").unwrap();
+            writeln!(ply, "{x:e} {y:e} {z:e}").unwrap();
+        }
+        for [a, b, c] in &faces {
+            writeln!(obj, "f {} {} {}", a + 1, b + 1, c + 1).unwrap();
+            writeln!(off, "3 {a} {b} {c}").unwrap();
+            writeln!(ply, "3 {a} {b} {c}").unwrap();
+        }
+        for (name, bytes) in [
+            ("a.obj", obj.into_bytes()),
+            ("a.off", off.into_bytes()),
+            ("a.ply", ply.into_bytes()),
+            ("a.stl", stl_binary(b"", &expected)),
+        ] {
+            prop_assert_eq!(&surface(&of(name, &bytes)), &expected, "{}", name);
+        }
+    }
+}

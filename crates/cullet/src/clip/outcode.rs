@@ -1,0 +1,266 @@
+//! Outcodes: one bit for each plane of a convex region that a point is outside of.
+//!
+//! After Cohen & Sutherland (Newman & Sproull, *Principles of Interactive Computer Graphics*, 1973): a
+//! triangle whose corners are all outside one plane is rejected, one whose corners are all inside every
+//! plane is accepted, and the rest are candidates for clipping. Here the region has up to 32 planes and
+//! is moved into the space of the mesh, so that vertices are tested as they are stored; and both answers
+//! are proofs, with a third in between for what rounding leaves open.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::bounds::Side;
+use crate::exact::Exact;
+use crate::transform::Transform;
+use crate::view::Frustum;
+
+/// Units of rounding that a vertex may be off: this test's own, and that of whoever transforms and clips
+/// it in f64 with operations of their own (some twenty, each worth half an epsilon).
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// Where a point lies against each plane of a region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Outcode {
+    /// Bit i: proved outside plane i.
+    pub outside: u32,
+    /// Bit i: not proved inside plane i. Holds every bit of `outside`.
+    pub not_inside: u32,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct ObjectPlane {
+    normal: DVec3,
+    d: f64,
+    /// The error of n·p − d: a constant, and a factor for each absolute coordinate.
+    error: f64,
+    error_per: DVec3,
+}
+
+impl ObjectPlane {
+    #[inline]
+    fn value(&self, p: DVec3) -> (f64, f64) {
+        (self.normal.dot(p) - self.d, self.error_per.dot(p.abs()) + self.error)
+    }
+
+    #[inline]
+    fn is_outside(&self, p: DVec3) -> bool {
+        // False for a NaN.
+        let (value, error) = self.value(p);
+        value > error
+    }
+}
+
+/// A convex region in the space of a mesh. Some 10 ns a plane to make.
+///
+/// A plane whose numbers are not finite in that space, because the transform's are not, excludes
+/// nothing and includes nothing.
+#[derive(Clone, Debug)]
+pub struct ObjectRegion {
+    planes: [ObjectPlane; Frustum::MAX_PLANES],
+    present: u32,
+}
+
+impl ObjectRegion {
+    /// `frustum`, in the space of an instance. Both are relative to the same origin; a transform of any
+    /// rank will do.
+    #[must_use]
+    pub fn new(frustum: &Frustum, transform: &Transform) -> Self {
+        let mut planes = [ObjectPlane::default(); Frustum::MAX_PLANES];
+        let l = transform.linear_f64();
+        let t = DVec3::from(transform.translation);
+        for (i, plane) in frustum.planes() {
+            let n = DVec3::from(plane.normal);
+            let columns = [l.x_axis, l.y_axis, l.z_axis];
+            let size = n.abs().dot(t.abs()) + plane.d.abs();
+            planes[i] = ObjectPlane {
+                normal: columns.map(|c| c.dot(n)).into(),
+                d: plane.d - n.dot(t),
+                error: size * ROUNDING + f64::MIN_POSITIVE,
+                error_per: DVec3::from(columns.map(|c| c.abs().dot(n.abs()))) * ROUNDING,
+            };
+        }
+        Self { planes, present: frustum.present() }
+    }
+
+    /// Bit i is set where plane i exists.
+    #[must_use]
+    pub fn present(&self) -> u32 {
+        self.present
+    }
+
+    /// Where a point lies. One that is not finite is neither outside nor inside of anything.
+    #[must_use]
+    pub fn outcode(&self, point: [f32; 3]) -> Outcode {
+        let p = DVec3::from(point.map(f64::from));
+        let mut code = Outcode::default();
+        for i in bits(self.present) {
+            let (value, error) = self.planes[i].value(p);
+            code.outside |= u32::from(value > error) << i;
+            // From its opposite, so that a NaN is not inside.
+            let inside = value < -error;
+            code.not_inside |= u32::from(!inside) << i;
+        }
+        code
+    }
+
+    /// The planes of `active` that each point is proved outside of, one word a point, in place of what
+    /// `codes` held. A triangle may be rejected where the words of its corners share a bit.
+    pub fn outcodes_into(&self, points: &[[f32; 3]], active: u32, codes: &mut Vec<u32>) {
+        codes.clear();
+        codes.resize(points.len(), 0);
+        // Plane by plane, so that its numbers stay in registers.
+        for i in bits(active & self.present) {
+            let plane = self.planes[i];
+            for (code, p) in codes.iter_mut().zip(points) {
+                *code |= u32::from(plane.is_outside(DVec3::from(p.map(f64::from)))) << i;
+            }
+        }
+    }
+
+    /// Rejects a triangle ([`Side::Outside`]: all corners outside one plane), accepts it
+    /// ([`Side::Inside`]: all corners inside every plane, so that no clipping is needed), or calls it a
+    /// candidate. It may be outside though it is a candidate.
+    #[must_use]
+    pub fn classify(&self, corners: &[[f32; 3]; 3]) -> Side {
+        let [a, b, c] = corners.map(|p| self.outcode(p));
+        if a.outside & b.outside & c.outside != 0 {
+            Side::Outside
+        } else if a.not_inside | b.not_inside | c.not_inside == 0 {
+            Side::Inside
+        } else {
+            Side::Straddling
+        }
+    }
+
+    /// The number of the first plane of `active` that a triangle is wholly outside of: the planes that
+    /// its cluster straddles are the only ones worth asking. `None` keeps it.
+    #[inline]
+    #[must_use]
+    pub fn rejects(&self, corners: &[[f32; 3]; 3], active: u32) -> Option<u8> {
+        let corners = corners.map(|p| DVec3::from(p.map(f64::from)));
+        bits(active & self.present)
+            .find(|&i| corners.iter().all(|&p| self.planes[i].is_outside(p)))
+            .map(|i| i as u8)
+    }
+
+    /// Appends the numbers of those triangles of `range` that are not rejected by a plane of `active`,
+    /// ascending. Returns how many. `indices` is the whole index list; a triangle beyond it is left out,
+    /// and one whose vertices are out of range is kept. At most `range.len()` are appended.
+    pub fn keep_into(
+        &self,
+        positions: &[[f32; 3]],
+        indices: &[u32],
+        range: Range<u32>,
+        active: u32,
+        kept: &mut Vec<u32>,
+    ) -> usize {
+        let before = kept.len();
+        let end = (range.end as usize).min(indices.len() / 3);
+        let start = (range.start as usize).min(end);
+        for (triangle, t) in indices[start * 3..end * 3].chunks_exact(3).zip(range.start..) {
+            let at = |i: usize| positions.get(triangle[i] as usize).copied();
+            let rejected = match (at(0), at(1), at(2)) {
+                (Some(a), Some(b), Some(c)) => self.rejects(&[a, b, c], active).is_some(),
+                _ => false,
+            };
+            if !rejected {
+                kept.push(t);
+            }
+        }
+        kept.len() - before
+    }
+}
+
+/// The numbers of the bits that are set, ascending.
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = mask.trailing_zeros() as usize;
+        mask &= mask.wrapping_sub(1);
+        (bit < 32).then_some(bit)
+    })
+}
+
+/// The oracle: the planes of `frustum` that the image of a point is outside of, by the exact sign of
+/// n·x − d, and those that it is not inside of. Slow. A point that is not finite is outside of none.
+#[must_use]
+pub fn outcode_ref(frustum: &Frustum, transform: &Transform, point: [f32; 3]) -> Outcode {
+    let mut code = Outcode::default();
+    for (i, plane) in frustum.planes() {
+        let numbers = plane.normal.iter().chain([&plane.d]);
+        let known = transform.is_finite()
+            && point.iter().all(|v| v.is_finite())
+            && numbers.clone().all(|v| v.is_finite());
+        if !known {
+            code.not_inside |= 1 << i;
+            continue;
+        }
+        let x = [0, 1, 2].map(|axis| {
+            let row = transform.linear.map(|column| Exact::from(f64::from(column[axis])));
+            Exact::dot(&row, &point.map(|v| Exact::from(f64::from(v))))
+                .plus(&Exact::from(transform.translation[axis]))
+        });
+        let distance = Exact::dot(&plane.normal.map(Exact::from), &x).minus(&plane.d.into());
+        code.outside |= u32::from(distance.sign() > 0) << i;
+        code.not_inside |= u32::from(distance.sign() >= 0) << i;
+    }
+    code
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bounds::Plane;
+
+    /// The unit cube around the origin.
+    fn cube() -> Frustum {
+        let plane = |normal| Some(Plane::new(normal, 1.0));
+        Frustum::from_planes([
+            plane([-1.0, 0.0, 0.0]),
+            plane([1.0, 0.0, 0.0]),
+            plane([0.0, -1.0, 0.0]),
+            plane([0.0, 1.0, 0.0]),
+            plane([0.0, 0.0, 1.0]),
+            None,
+        ])
+    }
+
+    #[test]
+    fn bits_name_the_planes() {
+        let region = ObjectRegion::new(&cube(), &Transform::IDENTITY);
+        assert_eq!(region.outcode([0.0; 3]), Outcode::default());
+        assert_eq!(region.outcode([-2.0, 2.0, 2.0]).outside, 0b011001);
+        assert_eq!(region.outcode([0.0, 0.0, -9.0]), Outcode::default(), "there is no far plane");
+        // On the plane: neither outside nor inside.
+        assert_eq!(region.outcode([1.0, 0.0, 0.0]), Outcode { outside: 0, not_inside: 0b10 });
+        let nan = region.outcode([f32::NAN, 0.0, 0.0]);
+        assert_eq!((nan.outside, nan.not_inside), (0, 0b011111));
+    }
+
+    #[test]
+    fn triangles_are_accepted_rejected_or_candidates() {
+        let region = ObjectRegion::new(&cube(), &Transform::from_translation([10.0, 0.0, 0.0]));
+        let at = |x: f32| [[x, 0.0, 0.0], [x + 0.5, 0.5, 0.0], [x, 0.5, 0.5]];
+        assert_eq!(region.classify(&at(-10.0)), Side::Inside);
+        assert_eq!(region.classify(&at(-9.2)), Side::Straddling);
+        assert_eq!(region.classify(&at(0.0)), Side::Outside);
+        assert_eq!(region.rejects(&at(0.0), u32::MAX), Some(1));
+        assert_eq!(region.rejects(&at(0.0), 0b01), None, "only the planes asked for count");
+        // Around a corner of the region: outside, but of no single plane.
+        let around = [[-7.0, 0.0, 0.0], [-10.0, 3.0, 0.0], [-8.0, 2.0, 0.0]];
+        assert_eq!(region.classify(&around), Side::Straddling);
+    }
+
+    #[test]
+    fn a_transform_that_is_not_finite_keeps_everything() {
+        let broken = Transform { linear: [[f32::NAN; 3]; 3], ..Transform::IDENTITY };
+        let region = ObjectRegion::new(&cube(), &broken);
+        assert_eq!(region.rejects(&[[9.0; 3], [8.0; 3], [7.0; 3]], u32::MAX), None);
+        let far = Transform::from_translation([f64::INFINITY, 0.0, 0.0]);
+        let region = ObjectRegion::new(&cube(), &far);
+        assert_eq!(
+            region.classify(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+            Side::Straddling
+        );
+    }
+}

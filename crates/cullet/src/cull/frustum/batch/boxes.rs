@@ -1,0 +1,185 @@
+//! The box tests, in SIMD of any width.
+
+use bytemuck::Zeroable;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
+
+use super::output::{Mask, Sink};
+use super::planes::{BoxPlane, Planes};
+use crate::bounds::BoxBlock;
+
+/// Blocks to a word of the answer.
+pub(super) const BLOCKS: usize = 4;
+
+/// The valid bits of word `index` of a batch of `len` items.
+#[inline(always)]
+pub(super) fn valid(len: usize, index: usize) -> u64 {
+    match len.saturating_sub(index * 64) {
+        0 => 0,
+        left if left >= 64 => u64::MAX,
+        left => (1 << left) - 1,
+    }
+}
+
+/// Tests words `first..last` of a batch of `len` boxes.
+pub(super) fn visible(
+    level: Level,
+    planes: &Planes,
+    (blocks, len): (&[BoxBlock], usize),
+    (first, last): (usize, usize),
+    sink: &mut impl Sink,
+) {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if let (Some(simd), Some(six)) = (level.as_avx512(), &planes.six) {
+        super::six::visible(simd, six, (blocks, len), (first, last), sink);
+        return;
+    }
+    dispatch!(level, simd => {
+        let mut test = Outside { planes: planes.box_planes() };
+        run(simd, &mut test, (blocks, len), (first, last), sink);
+    });
+}
+
+/// Which boxes are proved inside every plane, of words `first..` of a batch; the words hold what is
+/// visible, and those of which nothing is are not looked at.
+pub(super) fn inside(
+    level: Level,
+    planes: &Planes,
+    (blocks, len): (&[BoxBlock], usize),
+    first: usize,
+    visible: &[u64],
+    inside: &mut [u64],
+) {
+    let last = first + visible.len();
+    dispatch!(level, simd => {
+        let mut test = Inside { planes: planes.box_planes(), visible, first };
+        run(simd, &mut test, (blocks, len), (first, last), &mut Mask { first, words: inside });
+    });
+}
+
+/// A test of sixty-four boxes.
+trait Test {
+    fn word<S: Simd>(&mut self, simd: S, index: usize, blocks: &[BoxBlock; BLOCKS]) -> u64;
+}
+
+struct Outside<'a> {
+    planes: &'a [BoxPlane],
+}
+
+struct Inside<'a> {
+    planes: &'a [BoxPlane],
+    visible: &'a [u64],
+    first: usize,
+}
+
+impl Test for Outside<'_> {
+    #[inline(always)]
+    fn word<S: Simd>(&mut self, simd: S, _: usize, blocks: &[BoxBlock; BLOCKS]) -> u64 {
+        if S::f32s::LEN == 16 {
+            !signs::<S, false, 4>(simd, self.planes, blocks)
+        } else {
+            !signs::<S, false, 8>(simd, self.planes, blocks)
+        }
+    }
+}
+
+impl Test for Inside<'_> {
+    #[inline(always)]
+    fn word<S: Simd>(&mut self, simd: S, index: usize, blocks: &[BoxBlock; BLOCKS]) -> u64 {
+        let visible = self.visible[index - self.first];
+        if visible == 0 {
+            return 0;
+        }
+        if S::f32s::LEN == 16 {
+            visible & !signs::<S, true, 4>(simd, self.planes, blocks)
+        } else {
+            visible & !signs::<S, true, 8>(simd, self.planes, blocks)
+        }
+    }
+}
+
+#[inline(always)]
+fn run<S: Simd>(
+    simd: S,
+    test: &mut impl Test,
+    (blocks, len): (&[BoxBlock], usize),
+    (first, last): (usize, usize),
+    sink: &mut impl Sink,
+) {
+    let whole = (len / 64).clamp(first, last);
+    let (full, _) = blocks.as_chunks::<BLOCKS>();
+    for (i, chunk) in full[first.min(full.len())..whole.min(full.len())].iter().enumerate() {
+        let word = test.word(simd, first + i, chunk);
+        sink.word(simd, first + i, word);
+    }
+    for index in whole..last {
+        let word = test.word(simd, index, &padded(blocks, index)) & valid(len, index);
+        sink.word(simd, index, word);
+    }
+}
+
+/// The blocks of a word that the batch does not fill.
+#[cold]
+pub(super) fn padded<T: Copy + Zeroable>(blocks: &[T], index: usize) -> [T; BLOCKS] {
+    let mut chunk = [T::zeroed(); BLOCKS];
+    let rest = blocks.get(index * BLOCKS..).unwrap_or_default();
+    for (to, from) in chunk.iter_mut().zip(rest) {
+        *to = *from;
+    }
+    chunk
+}
+
+#[inline(always)]
+pub(super) fn bits<S: Simd>(v: S::f32s) -> S::i32s {
+    v.bitcast()
+}
+
+/// For each box whether some plane's test is negative: that it is outside, or, `INSIDE`, that it is not
+/// proved inside. `V` vectors are tested at a time.
+///
+/// Planes outermost: their numbers are loaded once for V vectors, and rows straight from memory as
+/// operands. One vector at a time with all planes, which reads each row once where registers allow, was
+/// slower on AVX2 (sixteen registers hold no six planes); so was a jump by the signs of each plane
+/// (three times: compilers merge the arms again). Sums end in a sign bit, and signs are joined as
+/// integers, for comparisons and products share two of the four pipes of Zen 4.
+#[inline(always)]
+fn signs<S: Simd, const INSIDE: bool, const V: usize>(
+    simd: S,
+    planes: &[BoxPlane],
+    blocks: &[BoxBlock; BLOCKS],
+) -> u64 {
+    let lanes = S::f32s::LEN;
+    let mut word = 0;
+    let mut start = 0;
+    while start < 64 {
+        let mut negative = [S::i32s::splat(simd, 0); V];
+        for plane in planes {
+            let [p, q, r] = if INSIDE { plane.rows.map(|r| (r + 3) % 6) } else { plane.rows };
+            // Once a plane, so that the loads below need no check of their own.
+            assert!(p < 6 && q < 6 && r < 6);
+            let b = S::f32s::splat(simd, plane.b);
+            let c = S::f32s::splat(simd, plane.c);
+            let d = S::f32s::splat(simd, if INSIDE { plane.inside } else { plane.d });
+            for v in 0..V {
+                let at = start + v * lanes;
+                let rows = &blocks[at / 16].0;
+                let sum = load::<S>(simd, &rows[p], at % 16)
+                    + (load::<S>(simd, &rows[q], at % 16) * b
+                        + load::<S>(simd, &rows[r], at % 16) * c);
+                let signed = if INSIDE { d - sum } else { sum + d };
+                negative[v] |= bits::<S>(signed);
+            }
+        }
+        for v in 0..V {
+            let found = negative[v].simd_lt(S::i32s::splat(simd, 0)).to_bitmask();
+            word |= found << (start + v * lanes);
+        }
+        start += V * lanes;
+    }
+    word
+}
+
+#[inline(always)]
+pub(super) fn load<S: Simd>(simd: S, row: &[f32; 16], at: usize) -> S::f32s {
+    S::f32s::from_slice(simd, &row[at..at + S::f32s::LEN])
+}

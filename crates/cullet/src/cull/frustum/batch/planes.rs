@@ -1,0 +1,418 @@
+//! The planes of a frustum, prepared for the tests of batches.
+
+use glam::DVec3;
+
+use crate::bounds::{Aabb, Boxes, Plane, Side, Sphere};
+use crate::view::{Frustum, FrustumPlane};
+
+/// One plane for boxes, scaled so that its coefficient on the axis of the first row is 1.
+///
+/// The corner of a box nearest to the inside has n·x = −(y₀ + b·y₁ + c·y₂) with y from these rows of a
+/// block (−min where n > 0, max elsewhere): the box is outside iff that sum plus `d` is negative. The
+/// opposite corner, of rows (r + 3) mod 6, has n·x = z₀ + b·z₁ + c·z₂.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct BoxPlane {
+    pub(super) rows: [usize; 3],
+    pub(super) b: f32,
+    pub(super) c: f32,
+    /// The offset, rounded up: +∞ where the plane may reject nothing.
+    pub(super) d: f32,
+    /// The offset, rounded down: −∞ where nothing may be called inside.
+    pub(super) inside: f32,
+    pub(super) number: u8,
+}
+
+/// One plane for spheres: outside iff n·c − r > d.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SpherePlane {
+    pub(super) n: [f32; 3],
+    pub(super) d: f32,
+    pub(super) inside: f32,
+    pub(super) number: u8,
+}
+
+/// Beyond this a plane's offset says nothing about things within [`Boxes::LIMIT`].
+const FAR_OFF: f64 = Boxes::LIMIT as f64 / 2.0;
+
+/// What a coefficient flushed to zero may be worth, within [`Boxes::LIMIT`].
+const FLUSHED: f64 = f32::MIN_POSITIVE as f64 * Boxes::LIMIT as f64 * 4.0;
+
+/// Offsets of a plane whose exact offset is `d`, give or take `slack`: rounded up, and down.
+fn offsets(d: f64, slack: f64) -> (f32, f32) {
+    use crate::bounds::{round_down, round_up};
+    // A few units of f64 for the arithmetic that made d.
+    let slack = slack + d.abs() * 1e-15;
+    let outside = if d > -FAR_OFF { round_up(d + slack) } else { f32::INFINITY };
+    let inside =
+        if d > -FAR_OFF { round_down((d - slack).min(FAR_OFF)) } else { f32::NEG_INFINITY };
+    // + 0.0: a sum with −0 could be −0, whose sign bit is set though it is not negative.
+    (outside + 0.0, inside + 0.0)
+}
+
+impl BoxPlane {
+    /// A plane that rejects nothing: the filler of the fast path.
+    pub(super) fn never(rows: [usize; 3]) -> Self {
+        let (d, inside) = (f32::INFINITY, f32::INFINITY);
+        Self { rows, b: 0.0, c: 0.0, d, inside, number: u8::MAX }
+    }
+
+    /// `axes` gives the order of the sum; `row_of` the row of an axis whose coefficient is zero.
+    fn new(number: usize, plane: &Plane, axes: [usize; 3], zero_rows: [usize; 3]) -> Self {
+        let unit = plane.normal[axes[0]].abs();
+        let n = plane.normal;
+        let rows = axes.map(|a| match n[a] {
+            v if v > 0.0 => a,
+            v if v < 0.0 => a + 3,
+            _ => zero_rows[a],
+        });
+        let usable = plane.normal.iter().all(|v| v.is_finite()) && unit > 0.0;
+        if !usable || plane.d.is_nan() {
+            let inside = f32::NEG_INFINITY;
+            return Self { number: number as u8, inside, ..Self::never(axes) };
+        }
+        let mut slack = 0.0;
+        let mut coefficient = |axis: usize| {
+            let v = n[axis].abs() / unit;
+            if v != 0.0 && v < f64::from(f32::MIN_POSITIVE) {
+                slack += FLUSHED;
+                return 0.0;
+            }
+            v as f32
+        };
+        let (b, c) = (coefficient(axes[1]), coefficient(axes[2]));
+        let (d, inside) = offsets(plane.d / unit, slack);
+        Self { rows, b, c, d, inside, number: number as u8 }
+    }
+
+    /// Whether the plane rejects the box in `lane` of a block: the very arithmetic of the fast paths.
+    pub(super) fn rejects(&self, block: &[[f32; 16]; 6], lane: usize) -> bool {
+        let y = self.rows.map(|r| block[r][lane]);
+        y[0] + (y[1] * self.b + y[2] * self.c) + self.d < 0.0
+    }
+
+    /// Whether the box is on the inner side of the plane.
+    pub(super) fn contains(&self, block: &[[f32; 16]; 6], lane: usize) -> bool {
+        let z = self.rows.map(|r| block[(r + 3) % 6][lane]);
+        z[0] + (z[1] * self.b + z[2] * self.c) <= self.inside
+    }
+}
+
+/// Six planes of which two are opposite, for the path that loads each row once.
+///
+/// `planes` 0 and 1 use complementary rows; 2 and 3 use, on each axis, the row of one or the other,
+/// as the bits of `pattern` say; 4 and 5 use any rows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Six {
+    pub(super) planes: [BoxPlane; 6],
+    pub(super) pattern: usize,
+}
+
+/// The six planes of a view in the form that shares work between opposite sides, for spheres.
+///
+/// With p = f·c (f the far plane's normal), a pair of sides with normals n₁, n₂ has
+/// max(n₁·c − d₁, n₂·c − d₂) = |h·c − m| − k·p − o, where h is half the difference of the normals, their
+/// half sum is −k·f, and m and o are half the difference and half the sum of the offsets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SharedSides {
+    pub(super) f: [f32; 3],
+    /// Far: p − far > r is outside. +∞ where there is none.
+    pub(super) far: f32,
+    /// Near: near − p > r is outside.
+    pub(super) near: f32,
+    /// Left with right, bottom with top.
+    pub(super) pairs: [SidePair; 2],
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SidePair {
+    pub(super) h: [f32; 3],
+    pub(super) m: f32,
+    pub(super) k: f32,
+    pub(super) o: f32,
+}
+
+/// A frustum made ready for the tests of batches: its planes in f32, scaled and sorted.
+///
+/// Made once a view, from a frustum in the coordinates of the batch (see
+/// [`Frustum::relative_to`]). Offsets are rounded towards keep. A plane with a NaN or no direction
+/// rejects nothing, and nothing is inside it.
+#[derive(Clone, Debug)]
+pub struct Planes {
+    pub(super) for_boxes: [BoxPlane; Frustum::MAX_PLANES],
+    pub(super) for_spheres: [SpherePlane; Frustum::MAX_PLANES],
+    pub(super) count: usize,
+    pub(super) six: Option<Six>,
+    pub(super) shared: Option<SharedSides>,
+    frustum: Frustum,
+}
+
+impl Planes {
+    /// Prepares the planes of `frustum`. Cost: about a microsecond.
+    #[must_use]
+    pub fn new(frustum: &Frustum) -> Self {
+        let mut for_boxes = [BoxPlane::never([0, 1, 2]); Frustum::MAX_PLANES];
+        let zero =
+            SpherePlane { n: [0.0; 3], d: f32::INFINITY, inside: f32::INFINITY, number: u8::MAX };
+        let mut for_spheres = [zero; Frustum::MAX_PLANES];
+        let mut count = 0;
+        for (number, plane) in frustum.planes() {
+            for_boxes[count] = BoxPlane::new(number, plane, axes_by_size(plane), [0, 1, 2]);
+            for_spheres[count] = sphere_plane(number, plane);
+            count += 1;
+        }
+        let mut planes = Self {
+            for_boxes,
+            for_spheres,
+            count,
+            six: None,
+            shared: None,
+            frustum: frustum.clone(),
+        };
+        if frustum.present() >> 6 == 0 && count > 0 {
+            planes.six = six(frustum);
+            planes.shared = shared(frustum);
+        }
+        // The order of a sum decides its last bit, so every path takes the fast path's planes.
+        if let Some(six) = &planes.six {
+            for plane in &mut planes.for_boxes[..count] {
+                if let Some(p) = six.planes.iter().find(|p| p.number == plane.number) {
+                    *plane = *p;
+                }
+            }
+        }
+        planes
+    }
+
+    /// How many planes there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there is no plane, so that everything is inside.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The frustum that was prepared.
+    #[must_use]
+    pub fn frustum(&self) -> &Frustum {
+        &self.frustum
+    }
+
+    /// Where one box lies, by the arithmetic of the batch tests: one box gets here the answer that it
+    /// gets in a batch.
+    #[must_use]
+    pub fn classify_box(&self, b: &Aabb) -> Side {
+        let mut block = bytemuck::Zeroable::zeroed();
+        crate::bounds::BoxBlock::set(&mut block, 0, b);
+        self.boxes(&block.0, 0)
+    }
+
+    /// Where one sphere lies, by the arithmetic of the batch tests.
+    #[must_use]
+    pub fn classify_sphere(&self, s: &Sphere) -> Side {
+        let mut block = bytemuck::Zeroable::zeroed();
+        crate::bounds::SphereBlock::set(&mut block, 0, s);
+        self.spheres(&block.0, 0)
+    }
+
+    /// The number of the first plane that rejects box `index` of a batch, or
+    /// [`VISIBLE`](super::VISIBLE).
+    ///
+    /// # Panics
+    /// If `index` is not below the batch's length.
+    #[must_use]
+    pub fn first_rejecting(&self, boxes: &Boxes, index: usize) -> u8 {
+        self.rejecting_box(&boxes.blocks()[index / 16].0, index % 16)
+    }
+
+    pub(super) fn box_planes(&self) -> &[BoxPlane] {
+        &self.for_boxes[..self.count]
+    }
+
+    pub(super) fn sphere_planes(&self) -> &[SpherePlane] {
+        &self.for_spheres[..self.count]
+    }
+
+    /// Where the box in `lane` of a block lies.
+    pub(super) fn boxes(&self, block: &[[f32; 16]; 6], lane: usize) -> Side {
+        if self.box_planes().iter().any(|p| p.rejects(block, lane)) {
+            Side::Outside
+        } else if self.box_planes().iter().all(|p| p.contains(block, lane)) {
+            Side::Inside
+        } else {
+            Side::Straddling
+        }
+    }
+
+    /// Where the sphere in `lane` of a block lies.
+    pub(super) fn spheres(&self, block: &[[f32; 16]; 4], lane: usize) -> Side {
+        let [x, y, z, r] = [0, 1, 2, 3].map(|row: usize| block[row][lane]);
+        let dot = |n: &[f32; 3]| x * n[0] + (y * n[1] + z * n[2]);
+        let outside = match &self.shared {
+            Some(s) => {
+                let p = dot(&s.f);
+                let side = |q: &SidePair| ((dot(&q.h) - q.m).abs() - p * q.k) - q.o;
+                let [a, b] = &s.pairs;
+                side(a) > r || side(b) > r || p - s.far > r || s.near - p > r
+            }
+            None => self.sphere_planes().iter().any(|q| dot(&q.n) - r > q.d),
+        };
+        if outside {
+            Side::Outside
+        } else if self.sphere_planes().iter().all(|q| dot(&q.n) + r <= q.inside) {
+            Side::Inside
+        } else {
+            Side::Straddling
+        }
+    }
+
+    /// The number of the first plane that rejects the box in `lane`, which some plane does.
+    pub(super) fn rejecting_box(&self, block: &[[f32; 16]; 6], lane: usize) -> u8 {
+        let first = self.box_planes().iter().find(|p| p.rejects(block, lane));
+        first.map_or(super::VISIBLE, |p| p.number)
+    }
+
+    /// The number of the first plane that rejects the sphere in `lane`, which some plane does. In f64:
+    /// the test knows only that one of two opposite planes rejects.
+    pub(super) fn rejecting_sphere(&self, block: &[[f32; 16]; 4], lane: usize) -> u8 {
+        let [x, y, z, r] = [0, 1, 2, 3].map(|row: usize| f64::from(block[row][lane]));
+        let excess =
+            |p: &Plane| p.normalized().map_or(f64::NEG_INFINITY, |p| p.distance([x, y, z])) - r;
+        let first = self.frustum.planes().find(|(_, p)| excess(p) > 0.0);
+        // Where the stored radius hides the rejection in f64's sight, the plane most exceeded it is.
+        let most = || self.frustum.planes().max_by(|a, b| excess(a.1).total_cmp(&excess(b.1)));
+        first.or_else(most).map_or(super::VISIBLE, |(number, _)| number as u8)
+    }
+}
+
+fn axes_by_size(plane: &Plane) -> [usize; 3] {
+    let size = |a: usize| plane.normal[a].abs();
+    let unit = (0..3).fold(0, |best, a| if size(a) > size(best) { a } else { best });
+    axes_from(unit)
+}
+
+fn axes_from(unit: usize) -> [usize; 3] {
+    [[0, 1, 2], [1, 0, 2], [2, 0, 1]][unit]
+}
+
+fn sphere_plane(number: usize, plane: &Plane) -> SpherePlane {
+    let never = SpherePlane {
+        n: [0.0; 3],
+        d: f32::INFINITY,
+        inside: f32::NEG_INFINITY,
+        number: number as u8,
+    };
+    let Some(p) = plane.normalized().filter(|p| !p.d.is_nan()) else { return never };
+    // Tiny coefficients may round to zero or lose digits: what they are worth is in FLUSHED.
+    let (d, inside) = offsets(p.d, FLUSHED);
+    SpherePlane { n: p.normal.map(|v| v as f32), d, inside, number: number as u8 }
+}
+
+/// A plane with finite numbers and a direction.
+fn good(frustum: &Frustum, which: FrustumPlane) -> Option<Plane> {
+    frustum.plane(which).and_then(|p| p.normalized()).filter(|p| p.d.is_finite())
+}
+
+fn six(frustum: &Frustum) -> Option<Six> {
+    use FrustumPlane::{Bottom, Far, Left, Near, Right, Top};
+    let plane = |which| frustum.plane(which);
+    let all = [Far, Near, Left, Right, Bottom, Top];
+    // Every plane that is there must be usable; one of the front pair may be missing.
+    if all.iter().any(|&w| plane(w).is_some() && good(frustum, w).is_none()) {
+        return None;
+    }
+    let lead = plane(Far).or(plane(Near))?;
+    let turned = plane(Far).is_none();
+    // Smaller than this, scaling to 1 would bring offsets near the limits of f32.
+    const SMALLEST: f64 = 1e-6;
+    let shared = [Far, Near, Left, Right];
+    let worth = |axis: usize| {
+        shared.iter().filter_map(|&w| plane(w)).map(|p| p.normal[axis].abs()).fold(1.0, f64::min)
+    };
+    let unit = (0..3).fold(0, |best, a| if worth(a) > worth(best) { a } else { best });
+    if worth(unit) < SMALLEST {
+        return None;
+    }
+    let axes = axes_from(unit);
+    // Rows of the first plane (far), by axis; where its normal is zero, the near plane chooses.
+    let mut first = [0; 3];
+    for axis in 0..3 {
+        let toward = |p: &Plane, sign: f64| p.normal[axis] * sign;
+        let mut v = toward(lead, if turned { -1.0 } else { 1.0 });
+        if let (Some(f), Some(n)) = (plane(Far), plane(Near)) {
+            if f.normal[axis] * n.normal[axis] > 0.0 {
+                return None;
+            }
+            if v == 0.0 {
+                v = -n.normal[axis];
+            }
+        }
+        first[axis] = if v < 0.0 { axis + 3 } else { axis };
+    }
+    let second = first.map(|r| (r + 3) % 6);
+    let make = |which: FrustumPlane, axes: [usize; 3], zero_rows: [usize; 3]| match plane(which) {
+        Some(p) => BoxPlane::new(which as usize, p, axes, zero_rows),
+        None => BoxPlane::never(axes.map(|a| zero_rows[a])),
+    };
+    let own = |which| make(which, plane(which).map_or([0, 1, 2], axes_by_size), [0, 1, 2]);
+    let pattern_of = |p: &BoxPlane| {
+        (0..3).fold(0, |bits, j| bits | usize::from(p.rows[j] != first[axes[j]]) << j)
+    };
+    let mut sides = [make(Left, axes, first), make(Right, axes, first)];
+    sides.sort_by_key(|p| pattern_of(p));
+    let pattern = pattern_of(&sides[0]) | pattern_of(&sides[1]) << 3;
+    let [left, right] = sides;
+    let planes =
+        [make(Far, axes, first), make(Near, axes, second), left, right, own(Bottom), own(Top)];
+    Some(Six { planes, pattern })
+}
+
+/// How far a direction of the shared form may be from that of the frustum: 2u.
+const SAME: f64 = 2.0 / (1 << 24) as f64;
+
+fn shared(frustum: &Frustum) -> Option<SharedSides> {
+    use FrustumPlane::{Bottom, Far, Left, Near, Right, Top};
+    let [left, right, bottom, top, near] =
+        [Left, Right, Bottom, Top, Near].map(|w| good(frustum, w));
+    let far = good(frustum, Far);
+    if far.is_none() && frustum.plane(Far).is_some() {
+        return None;
+    }
+    let near = near?;
+    let reach = |p: &Plane| p.d.abs() < FAR_OFF / 16.0;
+    let f = DVec3::from(far.map_or((-DVec3::from(near.normal)).into(), |p| p.normal));
+    let f32s = |v: DVec3| v.to_array().map(|x| x as f32);
+    let back = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let f_rounded = f32s(f);
+    if (back(f_rounded) + DVec3::from(near.normal)).abs().max_element() > SAME {
+        return None;
+    }
+    let pair = |a: Option<Plane>, b: Option<Plane>| {
+        let (a, b) = (a?, b?);
+        let (na, nb) = (DVec3::from(a.normal), DVec3::from(b.normal));
+        let h = (nb - na) * 0.5;
+        let k = -((na + nb) * 0.5).dot(f);
+        let k_rounded = k as f32;
+        let rest = (na + nb) * 0.5 + back(f_rounded) * f64::from(k_rounded);
+        if !(rest.abs().max_element() <= SAME && reach(&a) && reach(&b)) {
+            return None;
+        }
+        let (m, o) = ((b.d - a.d) * 0.5, (a.d + b.d) * 0.5);
+        // The differences with m and o are rounded too; that error is relative to m and o (8 u), not to
+        // the sphere, whose radius pays for all others.
+        let slack = (m.abs() + o.abs()) * (8.0 / (1 << 24) as f64) + FLUSHED;
+        Some(SidePair { h: f32s(h), m: m as f32, k: k_rounded, o: offsets(o, slack).0 })
+    };
+    if !reach(&near) || far.is_some_and(|p| !reach(&p)) {
+        return None;
+    }
+    Some(SharedSides {
+        f: f_rounded,
+        far: far.map_or(f32::INFINITY, |p| offsets(p.d, FLUSHED).0),
+        near: -offsets(near.d, FLUSHED).0,
+        pairs: [pair(left, right)?, pair(bottom, top)?],
+    })
+}

@@ -1,0 +1,232 @@
+//! Error-free sums and products of f64, for signs that must not be wrong.
+//!
+//! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997.
+//! Coordinates are f32, so the product of two is exact in f64 and only longer ones need a tail. Signs
+//! are right as long as nothing overflows and no tail falls below the smallest f64, which products of
+//! up to six f32 numbers cannot do.
+
+/// a + b as a rounded sum and its rounding error.
+pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let s = a + b;
+    let t = s - a;
+    (s, (a - (s - t)) + (b - t))
+}
+
+/// a · b as a rounded product and its rounding error.
+pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
+    let p = a * b;
+    (p, a.mul_add(b, -p))
+}
+
+/// An exact sum of at most `N` numbers.
+pub(crate) struct Sum<const N: usize> {
+    // Non-overlapping, of rising magnitude, without zeros.
+    parts: [f64; N],
+    len: usize,
+}
+
+impl<const N: usize> Sum<N> {
+    pub(crate) fn new() -> Self {
+        Self { parts: [0.0; N], len: 0 }
+    }
+
+    /// Adds one number (Shewchuk's Grow-Expansion, dropping zeros).
+    pub(crate) fn add(&mut self, term: f64) {
+        let (mut carry, mut kept) = (term, 0);
+        for i in 0..self.len {
+            let (sum, error) = two_sum(carry, self.parts[i]);
+            carry = sum;
+            if error != 0.0 {
+                self.parts[kept] = error;
+                kept += 1;
+            }
+        }
+        if carry != 0.0 {
+            self.parts[kept] = carry;
+            kept += 1;
+        }
+        self.len = kept;
+    }
+
+    pub(crate) fn add_product(&mut self, a: f64, b: f64) {
+        let (p, tail) = two_product(a, b);
+        self.add(p);
+        self.add(tail);
+    }
+
+    /// -1, 0 or 1.
+    pub(crate) fn sign(&self) -> i32 {
+        // The largest part outweighs the rest together.
+        if self.len == 0 { 0 } else { sign_of(self.parts[self.len - 1]) }
+    }
+}
+
+fn sign_of(v: f64) -> i32 {
+    i32::from(v > 0.0) - i32::from(v < 0.0)
+}
+
+fn wide(p: [f32; 3]) -> [f64; 3] {
+    p.map(f64::from)
+}
+
+/// Twice the signed area of (a, b, c) seen along `axis`, that is component `axis` of
+/// (b − a) × (c − a), as six exact terms.
+fn area_terms(corners: &[[f32; 3]; 3], axis: usize) -> [f64; 6] {
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let [a, b, c] = corners.map(wide);
+    [a[u] * b[v], -a[v] * b[u], b[u] * c[v], -b[v] * c[u], c[u] * a[v], -c[v] * a[u]]
+}
+
+/// The sign of component `axis` of (b − a) × (c − a).
+pub(crate) fn area_sign(corners: &[[f32; 3]; 3], axis: usize) -> i32 {
+    let mut sum = Sum::<6>::new();
+    area_terms(corners, axis).into_iter().for_each(|t| sum.add(t));
+    sum.sign()
+}
+
+/// Whether three points lie on one line, two or all of them perhaps in one place.
+pub(crate) fn is_collinear(corners: &[[f32; 3]; 3]) -> bool {
+    let [a, b, c] = corners.map(wide);
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let p = (b[u] - a[u]) * (c[v] - a[v]);
+        let q = (b[v] - a[v]) * (c[u] - a[u]);
+        // Three roundings a product, one of the difference: what exceeds them is not zero.
+        if (p - q).abs() > (p.abs() + q.abs()) * (4.0 * f64::EPSILON) {
+            return false;
+        }
+    }
+    (0..3).all(|axis| area_sign(corners, axis) == 0)
+}
+
+/// The sign of k · ((b − a) × (c − a)), each kᵢ given as an exact sum of two numbers.
+pub(crate) fn dot_area_sign(k: &[[f64; 2]; 3], corners: &[[f32; 3]; 3]) -> i32 {
+    let mut sum = Sum::<72>::new();
+    for axis in 0..3 {
+        for term in area_terms(corners, axis) {
+            for part in k[axis] {
+                sum.add_product(term, part);
+            }
+        }
+    }
+    sum.sign()
+}
+
+/// The sign of the determinant of three columns.
+pub(crate) fn determinant_sign(columns: &[[f32; 3]; 3]) -> i32 {
+    let [x, y, z] = columns.map(wide);
+    let mut sum = Sum::<12>::new();
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        sum.add_product(y[u] * z[v], x[axis]);
+        sum.add_product(-y[v] * z[u], x[axis]);
+    }
+    sum.sign()
+}
+
+/// Which side of the plane of (a, b, c) a point is on: 1 where its normal (b − a) × (c − a) points.
+pub(crate) fn side_sign(corners: &[[f32; 3]; 3], point: [f32; 3]) -> i32 {
+    let [a, b, c] = *corners;
+    // The determinant of the points with a column of ones, by that column.
+    let mut sum = Sum::<48>::new();
+    let faces =
+        [([a, b, c], -1.0), ([a, b, point], 1.0), ([a, c, point], -1.0), ([b, c, point], 1.0)];
+    for ([x, y, z], sign) in faces.map(|(f, s)| (f.map(wide), s)) {
+        for axis in 0..3 {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            sum.add_product(sign * y[u] * z[v], x[axis]);
+            sum.add_product(-sign * y[v] * z[u], x[axis]);
+        }
+    }
+    sum.sign()
+}
+
+/// An exact number as a sum of f64, for the `_ref` oracles: readable, and slow.
+#[derive(Clone, Debug)]
+pub(crate) struct Exact(Vec<f64>);
+
+impl Exact {
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        let mut sum = self.clone();
+        other.0.iter().for_each(|&t| sum.grow(t));
+        sum
+    }
+
+    pub(crate) fn times(&self, other: &Self) -> Self {
+        let mut product = Self(Vec::new());
+        for &a in &self.0 {
+            for &b in &other.0 {
+                let (p, tail) = two_product(a, b);
+                product.grow(tail);
+                product.grow(p);
+            }
+        }
+        product
+    }
+
+    pub(crate) fn minus(&self, other: &Self) -> Self {
+        self.plus(&Self(other.0.iter().map(|t| -t).collect()))
+    }
+
+    pub(crate) fn dot(a: &[Self], b: &[Self]) -> Self {
+        a.iter().zip(b).fold(Self(Vec::new()), |sum, (a, b)| sum.plus(&a.times(b)))
+    }
+
+    pub(crate) fn sign(&self) -> i32 {
+        self.0.last().map_or(0, |&t| sign_of(t))
+    }
+
+    fn grow(&mut self, term: f64) {
+        let mut carry = term;
+        for part in &mut self.0 {
+            (carry, *part) = two_sum(carry, *part);
+        }
+        self.0.push(carry);
+        self.0.retain(|&t| t != 0.0);
+    }
+}
+
+impl From<f64> for Exact {
+    fn from(v: f64) -> Self {
+        Self(if v == 0.0 { Vec::new() } else { vec![v] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_see_what_rounding_hides() {
+        let mut sum = Sum::<4>::new();
+        [1e30, 1.0, -1e30].into_iter().for_each(|t| sum.add(t));
+        assert_eq!(sum.sign(), 1);
+        sum.add(-1.0);
+        assert_eq!(sum.sign(), 0);
+    }
+
+    #[test]
+    fn collinear_points_are_found_at_any_scale() {
+        // 0.1 and its multiples are not exact, so these three only look collinear.
+        let almost = [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2], [0.3, 0.3, 0.300_000_04]];
+        assert!(!is_collinear(&almost));
+        let tiny = f32::from_bits(1);
+        assert!(!is_collinear(&[[0.0; 3], [tiny, 0.0, 0.0], [0.0, tiny, 0.0]]));
+        assert!(is_collinear(&[[0.0; 3], [1e38, 1e38, 0.0], [-3e38, -3e38, 0.0]]));
+        // Coordinates of very different size, where even the f64 differences round.
+        assert!(!is_collinear(&[[1e20, 0.0, 0.0], [0.0, 1e-20, 0.0], [-1e20, 0.0, 0.0]]));
+    }
+
+    #[test]
+    fn sides_and_determinants_have_the_right_sign() {
+        let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        assert_eq!(determinant_sign(&unit), 1);
+        let floor = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_eq!(side_sign(&floor, [5.0, 5.0, 1e-30]), 1);
+        assert_eq!(side_sign(&floor, [5.0, 5.0, -1e-30]), -1);
+        assert_eq!(side_sign(&floor, [1e30, 5.0, 0.0]), 0);
+        assert_eq!(area_sign(&floor, 2), 1);
+        let a = Exact::from(0.1).times(&Exact::from(10.0));
+        assert_eq!(a.minus(&Exact::from(1.0)).sign(), 1, "0.1 is a little more than a tenth");
+    }
+}

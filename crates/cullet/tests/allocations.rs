@@ -1,0 +1,53 @@
+//! Culling allocates nothing once its state has grown.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use common::{Rng, random_scene, random_view};
+use cullet::{Culler, Output, View, ViewState, Visible};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: as the caller promised.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promised.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+// One test alone in this file: another thread's allocations would be counted too.
+#[test]
+fn steady_state_allocates_nothing() {
+    let mut rng = Rng(11);
+    let scene = random_scene(&mut rng, 60);
+    let views: Vec<View> = (0..20).map(|_| random_view(&mut rng)).collect();
+    for output in [Output::Instances, Output::Clusters, Output::Triangles] {
+        let culler = Culler { output, reasons: true, frustum_exact: true, ..Culler::default() };
+        let mut state = ViewState::default();
+        let mut result = Visible::default();
+        for view in &views {
+            culler.cull_one(&scene, view, &mut state, &mut result);
+        }
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        for view in &views {
+            culler.cull_one(&scene, view, &mut state, &mut result);
+        }
+        let after = ALLOCATIONS.load(Ordering::Relaxed);
+        assert_eq!(after - before, 0, "{output:?}");
+    }
+    assert!(ALLOCATIONS.load(Ordering::Relaxed) > 0, "the allocator counts");
+}

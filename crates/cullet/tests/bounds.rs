@@ -1,0 +1,243 @@
+//! Bounds fitted to points, joined and converted: what they must hold they hold.
+
+mod view_common;
+
+use cullet::Transform;
+use cullet::bounds::{Aabb, Obb, Plane, Side, Sphere};
+use glam::{DMat3, DVec3};
+use proptest::prelude::*;
+use view_common::*;
+
+type Points = Vec<[f32; 3]>;
+
+/// Clouds of few or many points: round, flat, long, in one line or one point, at any scale, and far from the
+/// origin by up to 1e7 times their size.
+fn points() -> impl Strategy<Value = Points> {
+    let scale = prop_oneof![Just(1e-30), Just(1e-3), Just(1.0), Just(1e7), Just(1e17), Just(1e30)];
+    let away = prop_oneof![Just(0.0), Just(1.0), Just(1e3), Just(1e7)];
+    let squash = || prop_oneof![3 => Just(1.0), 1 => Just(0.01), 1 => Just(0.0)];
+    let cloud = proptest::collection::vec(vector(1.0), 1..60);
+    (cloud, [squash(), squash(), squash()], rotation(), direction(), away, scale).prop_map(
+        |(cloud, squash, q, direction, away, scale)| {
+            let place = |p: DVec3| (q * (p * DVec3::from(squash)) + direction * away) * scale;
+            cloud.into_iter().map(|p| place(p).as_vec3().to_array()).collect()
+        },
+    )
+}
+
+fn f64s(p: [f32; 3]) -> DVec3 {
+    DVec3::from(p.map(f64::from))
+}
+
+/// The coefficients of `p` along the box's half edges, all within ±1 inside; 0 / 0 counts as 0.
+fn coordinates(b: &Obb, p: DVec3) -> [f64; 3] {
+    let [x, y, z] = b.axes.map(f64s);
+    let t = DMat3::from_cols(x, y, z).inverse() * (p - f64s(b.center));
+    std::array::from_fn(|a| if t[a] == 0.0 { 0.0 } else { t[a] / f64::from(b.half[a]) })
+}
+
+/// The smallest ball by trying every pair, triple and quadruple of points.
+fn smallest_radius(points: &[[f32; 3]]) -> f64 {
+    let p: Vec<DVec3> = points.iter().map(|p| f64s(*p)).collect();
+    let mut best = f64::INFINITY;
+    let mut offer = |c: DVec3| {
+        let r = p.iter().map(|q| q.distance(c)).fold(0.0, f64::max);
+        // Dependent points have no centre, and `max` would pass over its NaN.
+        if c.is_finite() {
+            best = best.min(r);
+        }
+    };
+    for (i, &a) in p.iter().enumerate() {
+        offer(a);
+        for (j, &b) in p[..i].iter().enumerate() {
+            offer((a + b) * 0.5);
+            for (k, &c) in p[..j].iter().enumerate() {
+                let (u, v) = (b - a, c - a);
+                let n = u.cross(v);
+                let up = (n.cross(u) * v.length_squared() + v.cross(n) * u.length_squared())
+                    / (2.0 * n.length_squared());
+                offer(a + up);
+                for &d in &p[..k] {
+                    let m = DMat3::from_cols(u, v, d - a).transpose();
+                    let half = DVec3::new(
+                        u.length_squared(),
+                        v.length_squared(),
+                        (d - a).length_squared(),
+                    );
+                    offer(a + m.inverse() * (half * 0.5));
+                }
+            }
+        }
+    }
+    best
+}
+
+proptest! {
+    #![proptest_config(cases(300))]
+
+    #[test]
+    fn a_sphere_holds_its_points(points in points()) {
+        let s = Sphere::from_points(&points);
+        for p in &points {
+            // In f64 the distance of two f32 points is off by far less than half a unit of an f32.
+            let off = f64s(*p).distance(f64s(s.center)) - f64::from(s.radius);
+            prop_assert!(off <= 0.0, "{:?} is {:e} outside {:?}", p, off, s);
+        }
+    }
+
+    #[test]
+    fn a_sphere_is_the_smallest(points in points()) {
+        let few = &points[..points.len().min(9)];
+        let s = Sphere::from_points(few);
+        let best = smallest_radius(few);
+        // The centre may be off by half a unit of its f32 on each axis.
+        let unit = f64s(s.center).length() * f64::from(f32::EPSILON);
+        prop_assert!(f64::from(s.radius) <= best * 1.000_01 + unit, "{:e} not {:e}", s.radius, best);
+    }
+
+    #[test]
+    fn an_oriented_box_holds_its_points_and_is_no_larger_than_the_aligned_one(points in points()) {
+        let b = Obb::from_points(&points);
+        for p in &points {
+            let t = coordinates(&b, f64s(*p));
+            prop_assert!(t.iter().all(|t| t.abs() <= 1.0), "{:?} at {:?} of {:?}", p, t, b);
+            prop_assert!(b.contains(*p));
+        }
+        let aligned = Obb::from(&Aabb::from_points(&points));
+        prop_assert!(b.surface_area() <= aligned.surface_area() * (1.0 + 1e-9));
+    }
+
+    #[test]
+    fn an_oriented_box_finds_a_turned_box(
+        q in rotation(), half in [0.1..5.0, 0.1..5.0, 0.1..5.0], inner in proptest::collection::vec(vector(1.0), 0..40),
+    ) {
+        let half = DVec3::from(half);
+        let corners = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 - 1.0);
+        let points: Points = corners.chain(inner).map(|t| (q * (t * half)).as_vec3().to_array()).collect();
+        let b = Obb::from_points(&points);
+        let expected = 8.0 * (half.x * half.y + half.y * half.z + half.z * half.x);
+        prop_assert!(b.surface_area() <= expected * 1.0001, "{} not {}", b.surface_area(), expected);
+    }
+
+    #[test]
+    fn an_aligned_box_holds_its_points_exactly(points in points()) {
+        let b = Aabb::from_points(&points);
+        prop_assert!(points.iter().all(|p| b.contains(*p)));
+        for a in 0..3 {
+            prop_assert!(points.iter().any(|p| p[a] == b.min[a]) && points.iter().any(|p| p[a] == b.max[a]));
+        }
+    }
+
+    #[test]
+    fn joining_and_converting_hold_what_was_held(a in points(), b in points()) {
+        let (s, t) = (Sphere::from_points(&a), Sphere::from_points(&b));
+        let joined = s.union(&t);
+        let (o, p) = (Obb::from_points(&a), Obb::from_points(&b));
+        let both = o.union(&p);
+        let (x, y) = (Aabb::from_points(&a), Aabb::from_points(&b));
+        let holds = |s: &Sphere, p: DVec3| p.distance(f64s(s.center)) <= f64::from(s.radius);
+        for q in a.iter().chain(&b) {
+            prop_assert!(holds(&joined, f64s(*q)), "{:?} in {:?}", q, joined);
+            prop_assert!(!both.is_finite() || both.contains(*q), "{:?} in {:?}", q, both);
+            prop_assert!(x.union(&y).contains(*q));
+        }
+        // Spheres hold spheres: the farthest points of each, not only its own points.
+        for s in [s, t] {
+            let far = f64s(joined.center).distance(f64s(s.center)) + f64::from(s.radius);
+            prop_assert!(far <= f64::from(joined.radius) * (1.0 + 1e-15));
+        }
+        let (of_box, of_obb) = (Sphere::from(&x), Sphere::from(&o));
+        let (around_sphere, around_obb) = (Aabb::from(&s), Aabb::from(&o));
+        let (box_as_obb, sphere_as_obb) = (Obb::from(&x), Obb::from(&s));
+        for q in &a {
+            prop_assert!(around_sphere.contains(*q) && around_obb.contains(*q));
+            prop_assert!(box_as_obb.contains(*q) && sphere_as_obb.contains(*q));
+            prop_assert!(holds(&of_box, f64s(*q)) && holds(&of_obb, f64s(*q)));
+        }
+        prop_assert!(x.corners().iter().all(|c| box_as_obb.contains(*c) && holds(&of_box, f64s(*c))));
+        for c in o.corners() {
+            let c = DVec3::from(c);
+            let slack = 1e-14 * (c.length() + f64s(o.center).length());
+            prop_assert!(c.distance(f64s(of_obb.center)) <= f64::from(of_obb.radius) + slack);
+            for i in 0..3 {
+                prop_assert!(f64::from(around_obb.min[i]) <= c[i] + slack && c[i] - slack <= f64::from(around_obb.max[i]));
+            }
+        }
+    }
+
+    #[test]
+    fn transformed_bounds_hold_the_image(points in points(), t in transform(), origin in vector(1e3)) {
+        let (b, s) = (Aabb::from_points(&points), Sphere::from_points(&points));
+        let [x, y, z] = t.linear.map(f64s);
+        let (aligned, oriented) = (t.transform_box(&b, origin.into()), t.transform_box_oriented(&b, origin.into()));
+        let sphere = t.transform_sphere(&s, origin.into());
+        for p in &points {
+            let p = f64s(*p);
+            let image = x * p.x + y * p.y + z * p.z + DVec3::from(t.translation) - origin;
+            let inside = (0..3).all(|a| f64::from(aligned.min[a]) <= image[a] && image[a] <= f64::from(aligned.max[a]));
+            prop_assert!(inside, "{:?} in {:?}", image, aligned);
+            prop_assert!(sphere == Sphere::EVERYTHING || image.distance(f64s(sphere.center)) <= f64::from(sphere.radius));
+            if oriented.is_finite() {
+                let t = coordinates(&oriented, image);
+                prop_assert!(t.iter().all(|t| t.abs() <= 1.0), "{:?} at {:?} of {:?}", image, t, oriented);
+            }
+        }
+    }
+
+    #[test]
+    fn a_side_is_proved(points in points(), n in direction(), shift in -1.5..1.5_f64) {
+        let b = Aabb::from_points(&points);
+        let size = DVec3::from(b.half_extent()).length();
+        let through = DVec3::from(b.center()) + n * (shift * size);
+        let plane = Plane::from_point_normal(through, n).unwrap();
+        let (s, o) = (Sphere::from_points(&points), Obb::from_points(&points));
+        for side in [b.side(&plane), s.side(&plane), o.side(&plane)] {
+            for p in &points {
+                // The true sign, where plain f64 is sure of it.
+                let wrong = match side {
+                    Side::Outside => plane.side_of(f64s(*p)) == Side::Inside,
+                    Side::Inside => plane.side_of(f64s(*p)) == Side::Outside,
+                    Side::Straddling => false,
+                };
+                prop_assert!(!wrong, "{:?} is not {:?}", p, side);
+            }
+        }
+        // And the answers are tight: the corners reach both ends of the span.
+        let [low, high] = b.span(&plane);
+        let at = b.corners().map(|c| plane.distance(f64s(c)));
+        let (least, most) = at.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (l.min(*v), m.max(*v)));
+        let slack = 1e-13 * (through.length() + size) + 1e-300;
+        prop_assert!(low <= least && least <= low + slack && high - slack <= most && most <= high);
+    }
+}
+
+#[test]
+fn a_turn_and_equal_scale_keep_a_sphere_tight_and_a_box_a_box() {
+    let h = std::f32::consts::FRAC_1_SQRT_2;
+    let t = Transform {
+        linear: [[2.0 * h, 2.0 * h, 0.0], [-2.0 * h, 2.0 * h, 0.0], [0.0, 0.0, -2.0]],
+        translation: [1e7, 0.0, 0.0],
+    };
+    let s = t.transform_sphere(&Sphere::new([1.0, 0.0, 0.0], 3.0), [1e7, 0.0, 0.0]);
+    assert!((s.radius - 6.0).abs() < 1e-5, "{s:?}");
+    let b = t.transform_box_oriented(&Aabb::new([0.0; 3], [1.0, 2.0, 3.0]), [1e7, 0.0, 0.0]);
+    assert!((b.volume() - 48.0).abs() < 1e-3, "{b:?}");
+    let sheared = Transform { linear: [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]], ..t };
+    let s = sheared.transform_sphere(&Sphere::new([0.0; 3], 1.0), [1e7, 0.0, 0.0]);
+    let exact = 0.5 + 5.0_f32.sqrt() * 0.5;
+    assert!(s.radius >= exact && s.radius <= exact * 1.15, "{s:?}: the shear stretches by {exact}");
+}
+
+#[test]
+fn what_is_not_finite_stays_everything() {
+    let mut t = Transform::IDENTITY;
+    t.translation[1] = f64::NAN;
+    let (b, s) = (Aabb::new([0.0; 3], [1.0; 3]), Sphere::new([0.0; 3], 1.0));
+    assert_eq!(t.transform_sphere(&s, [0.0; 3]), Sphere::EVERYTHING);
+    assert_eq!(t.transform_box_oriented(&b, [0.0; 3]), Obb::EVERYTHING);
+    let t = Transform::IDENTITY;
+    assert_eq!(t.transform_sphere(&Sphere::EVERYTHING, [0.0; 3]), Sphere::EVERYTHING);
+    assert_eq!(t.transform_sphere(&Sphere::EMPTY, [0.0; 3]), Sphere::EMPTY);
+    assert_eq!(t.transform_box_oriented(&Aabb::EMPTY, [0.0; 3]), Obb::EMPTY);
+    assert_eq!(t.transform_box_oriented(&Aabb::EVERYTHING, [0.0; 3]), Obb::EVERYTHING);
+}

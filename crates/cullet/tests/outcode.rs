@@ -1,0 +1,102 @@
+//! Outcodes against the exact oracle, over views of every kind.
+
+use cullet::bounds::Side;
+use cullet::clip::{ObjectRegion, outcode_ref};
+use cullet::{Camera, Depth, Projection, Transform, View};
+use proptest::prelude::*;
+
+fn vector() -> impl Strategy<Value = [f64; 3]> {
+    prop::array::uniform3(-1.0..1.0f64)
+}
+
+fn view() -> impl Strategy<Value = View> {
+    let place = (vector(), 0..8i32).prop_map(|(v, e)| v.map(|v| v * 10f64.powi(e)));
+    let far = prop_oneof![Just(f64::INFINITY), 10.0..1e5];
+    (place, vector(), 0.1..3.0f64, 0.01..1.0f64, far, any::<bool>()).prop_filter_map(
+        "no orientation",
+        |(eye, direction, size, near, far, parallel)| {
+            let projection = if parallel {
+                let far = near + 100.0;
+                Projection::Orthographic {
+                    left: -size,
+                    right: size * 2.0,
+                    bottom: -1.0,
+                    top: 1.0,
+                    near,
+                    far,
+                }
+            } else {
+                Projection::Perspective { fov_y_radians: size, aspect: 1.5, near, far }
+            };
+            let camera = Camera { eye, direction, up: [0.1, 1.0, 0.2], projection };
+            View::new(&camera, Depth::Reversed, [640, 480]).ok()
+        },
+    )
+}
+
+fn transform() -> impl Strategy<Value = Transform> {
+    let linear = prop::array::uniform3(prop::array::uniform3(-2.0..2.0f32));
+    let place = (vector(), 0..8i32).prop_map(|(v, e)| v.map(|v| v * 10f64.powi(e)));
+    (linear, place).prop_map(|(linear, translation)| Transform { linear, translation })
+}
+
+fn corners() -> impl Strategy<Value = [[f32; 3]; 3]> {
+    let point = || prop::array::uniform3(-1.0..1.0f32);
+    (point(), point(), point(), 0..6i32)
+        .prop_map(|(a, b, c, e)| [a, b, c].map(|p| p.map(|v| v * 10f32.powi(e))))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn outside_and_inside_are_proofs(view in view(), transform in transform(), corners in corners()) {
+        let frustum = view.frustum();
+        let region = ObjectRegion::new(&frustum, &transform);
+        let codes = corners.map(|p| region.outcode(p));
+        for (code, p) in codes.iter().zip(corners) {
+            let exact = outcode_ref(&frustum, &transform, p);
+            prop_assert_eq!(code.outside & !exact.outside, 0);
+            prop_assert_eq!(exact.not_inside & !code.not_inside, 0);
+            prop_assert_eq!(code.outside & !code.not_inside, 0);
+            // Where the two differ, the point is as good as on the plane.
+            for (i, plane) in frustum.planes() {
+                if (code.outside ^ exact.outside | code.not_inside ^ exact.not_inside) >> i & 1 == 1 {
+                    let world: [f64; 3] = std::array::from_fn(|r| {
+                        (0..3).map(|c| f64::from(transform.linear[c][r]) * f64::from(p[c])).sum::<f64>()
+                            + transform.translation[r]
+                    });
+                    prop_assert!(plane.distance(world).abs() < 1e-5, "{}", plane.distance(world));
+                }
+            }
+        }
+        let shared = codes[0].outside & codes[1].outside & codes[2].outside;
+        let expected = (shared != 0).then(|| shared.trailing_zeros() as u8);
+        prop_assert_eq!(region.rejects(&corners, u32::MAX), expected);
+        prop_assert_eq!(region.classify(&corners) == Side::Outside, shared != 0);
+        let mut words = vec![1];
+        region.outcodes_into(&corners, 0b1101, &mut words);
+        prop_assert!(words.iter().eq(codes.map(|c| c.outside & 0b1101).iter()));
+        let mut kept = Vec::new();
+        region.keep_into(&corners, &[0, 1, 2, 0, 1, 3], 0..2, u32::MAX, &mut kept);
+        prop_assert_eq!(kept, if shared != 0 { vec![1] } else { vec![0, 1] });
+    }
+
+    /// A point that a renderer in f64 would find within the clip volume is outside of no plane.
+    #[test]
+    fn what_a_renderer_keeps_is_kept(view in view(), transform in transform(), corners in corners()) {
+        let region = ObjectRegion::new(&view.frustum(), &transform);
+        let (m, t) = (view.clip_from_world(), transform.to_matrix());
+        let entry = |r: usize, c: usize| (0..4).map(|k| m[k * 4 + r] * t[c * 4 + k]).sum::<f64>();
+        for p in corners {
+            let [x, y, z, w] = std::array::from_fn(|r| {
+                (0..3).map(|c| entry(r, c) * f64::from(p[c])).sum::<f64>() + entry(r, 3)
+            });
+            let inside = [w + x, w - x, w + y, w - y, w - z, z];
+            let outside = region.outcode(p).outside;
+            for i in 0..6 {
+                prop_assert!(outside >> i & 1 == 0 || inside[i] < 0.0, "plane {i}: {}", inside[i]);
+            }
+        }
+    }
+}

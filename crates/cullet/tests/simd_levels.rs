@@ -1,0 +1,406 @@
+//! Batch frustum tests: the same answer at every SIMD level, in every form, and never a false cull.
+
+use cullet::bounds::{Aabb, Boxes, Plane, Side, Sphere, Spheres};
+use cullet::cull::frustum::batch::{self, Indices, Planes, VISIBLE, levels, mask_words};
+use cullet::{Camera, Depth, Frustum, Projection, View};
+use proptest::prelude::*;
+
+/// Signed distance of the nearest and the farthest corner of a box along a plane's normal, in f64.
+fn span(plane: &Plane, b: &Aabb) -> (f64, f64) {
+    let (mut near, mut far) = (-plane.d, -plane.d);
+    for axis in 0..3 {
+        let n = plane.normal[axis];
+        let (low, high) = (f64::from(b.min[axis]), f64::from(b.max[axis]));
+        if n != 0.0 {
+            near += if n > 0.0 { n * low } else { n * high };
+            far += if n > 0.0 { n * high } else { n * low };
+        }
+    }
+    (near, far)
+}
+
+fn side(outside: bool, inside: bool) -> Side {
+    match (outside, inside) {
+        (true, _) => Side::Outside,
+        (_, true) => Side::Inside,
+        _ => Side::Straddling,
+    }
+}
+
+/// The oracle: corners in f64. An item that is not a number, or not finite, is straddling.
+fn box_ref(frustum: &Frustum, b: &Aabb) -> Side {
+    if !b.is_finite() {
+        return Side::Straddling;
+    }
+    let spans: Vec<_> = frustum.planes().map(|(_, p)| span(p, b)).collect();
+    side(spans.iter().any(|s| s.0 > 0.0), spans.iter().all(|s| s.1 <= 0.0))
+}
+
+fn sphere_ref(frustum: &Frustum, s: &Sphere) -> Side {
+    if !(s.center.iter().all(|v| v.is_finite()) && s.radius.is_finite()) {
+        return Side::Straddling;
+    }
+    let r = f64::from(s.radius);
+    let distance = |p: &Plane| p.normalized().unwrap().distance(s.center.map(f64::from));
+    let distances: Vec<_> = frustum.planes().map(|(_, p)| distance(p)).collect();
+    side(distances.iter().any(|&d| d > r), distances.iter().all(|&d| d <= -r))
+}
+
+/// All answers of one batch, by every function at every level, which must be one answer.
+macro_rules! all_answers {
+    ($name:ident, $item:ty, $batch:ty, $lone:ident, $cull:ident, $mask:ident, $count:ident,
+     $classify:ident, $reject:ident, $slice:ident, $cull_ref:ident) => {
+        fn $name(frustum: &Frustum, items: &[$item]) -> Vec<(Side, u8)> {
+            let planes = Planes::new(frustum);
+            let batch = <$batch>::from_slice(items);
+            let n = items.len();
+            let words = mask_words(n);
+            let expected = batch::$cull_ref(&planes, &batch);
+            let lone: Vec<Side> = items.iter().map(|b| planes.$lone(b)).collect();
+            let mut reasons = Vec::new();
+            for (level_name, level) in levels() {
+                let mut list = Indices::new();
+                batch::$cull(level, &planes, &batch, &mut list);
+                assert_eq!(*list, *expected, "list at {level_name}");
+                batch::$slice(level, &planes, items, &mut list);
+                assert_eq!(*list, *expected, "slice at {level_name}");
+                assert_eq!(batch::$count(level, &planes, &batch), expected.len(), "{level_name}");
+                let (mut visible, mut inside) = (vec![0; words], vec![u64::MAX; words]);
+                batch::$classify(level, &planes, &batch, 0, &mut visible, &mut inside);
+                let bit = |mask: &[u64], i: usize| mask[i / 64] >> (i % 64) & 1 == 1;
+                for i in 0..words * 64 {
+                    if i < n {
+                        let got = side(!bit(&visible, i), bit(&inside, i));
+                        assert_eq!(got, lone[i], "item {i} at {level_name}: {:?}", items[i]);
+                    } else {
+                        assert!(!bit(&visible, i) && !bit(&inside, i), "bit {i} of {n}");
+                    }
+                }
+                // Part of a mask is the same as the whole.
+                let mut part = vec![0; words - words / 2];
+                batch::$mask(level, &planes, &batch, words / 2, &mut part);
+                assert_eq!(part, visible[words / 2..], "{level_name}");
+                let mut these = vec![0; n];
+                batch::$reject(level, &planes, &batch, 0, &mut these);
+                assert!(reasons.is_empty() || reasons == these, "reasons at {level_name}");
+                reasons = these;
+            }
+            lone.into_iter().zip(reasons).collect()
+        }
+    };
+}
+
+all_answers!(
+    box_answers,
+    Aabb,
+    Boxes,
+    classify_box,
+    cull_boxes,
+    mask_boxes,
+    count_boxes,
+    classify_boxes,
+    reject_boxes,
+    cull_box_slice,
+    cull_boxes_ref
+);
+all_answers!(
+    sphere_answers,
+    Sphere,
+    Spheres,
+    classify_sphere,
+    cull_spheres,
+    mask_spheres,
+    count_spheres,
+    classify_spheres,
+    reject_spheres,
+    cull_sphere_slice,
+    cull_spheres_ref
+);
+
+/// Never wrong: what is culled is outside and what is inside is inside, exactly; and the plane named
+/// rejects. Never lazy: what is well away from every border is answered as the oracle does.
+fn check_boxes(frustum: &Frustum, boxes: &[Aabb]) {
+    // Slack is relative to the box and to the plane's distance.
+    let moved = |by: f64| {
+        Frustum::from_planes(std::array::from_fn(|i| {
+            let (_, p) = frustum.planes().find(|(number, _)| *number == i)?;
+            Some(Plane::new(p.normal, p.d + by * p.d.abs().max(1e-18)))
+        }))
+    };
+    let (roomy, tight) = (moved(1e-4), moved(-1e-4));
+    for (b, (got, reason)) in boxes.iter().zip(box_answers(frustum, boxes)) {
+        let exact = box_ref(frustum, b);
+        let size = b.min.iter().chain(&b.max).fold(1e-18_f32, |a, v| a.max(v.abs())) * 1e-4;
+        let wide = Aabb::new(b.min.map(|v| v - size), b.max.map(|v| v + size));
+        match got {
+            Side::Outside => assert_eq!(exact, Side::Outside, "{b:?} is culled"),
+            Side::Inside => assert_eq!(exact, Side::Inside, "{b:?} is called inside"),
+            Side::Straddling => {
+                assert_ne!(box_ref(&roomy, &wide), Side::Outside, "{b:?} is kept");
+                assert_ne!(box_ref(&tight, &wide), Side::Inside, "{b:?} is called straddling");
+            }
+        }
+        assert_eq!(reason == VISIBLE, got != Side::Outside, "{b:?}");
+        if reason != VISIBLE {
+            let (_, plane) = frustum.planes().find(|(i, _)| *i == usize::from(reason)).unwrap();
+            assert!(b.is_empty() || span(plane, b).0 > 0.0, "{b:?} by plane {reason}");
+        }
+    }
+}
+
+fn check_spheres(frustum: &Frustum, spheres: &[Sphere]) {
+    for (s, (got, reason)) in spheres.iter().zip(sphere_answers(frustum, spheres)) {
+        let exact = sphere_ref(frustum, s);
+        match got {
+            Side::Outside => assert_eq!(exact, Side::Outside, "{s:?} is culled"),
+            Side::Inside => assert_eq!(exact, Side::Inside, "{s:?} is called inside"),
+            Side::Straddling => {
+                let size = s.center.iter().fold(s.radius.abs(), |a, v| a + v.abs());
+                let reach = frustum.planes().fold(size, |a, (_, p)| a.max(p.d.abs() as f32));
+                let radius = s.radius + reach * 1e-4 + 1e-18;
+                let wide = Sphere { center: s.center, radius };
+                assert_ne!(sphere_ref(frustum, &wide), Side::Outside, "{s:?} is kept");
+                assert_ne!(sphere_ref(frustum, &wide), Side::Inside, "{s:?} is called straddling");
+            }
+        }
+        assert_eq!(reason == VISIBLE, got != Side::Outside, "{s:?}");
+        if reason != VISIBLE {
+            let (_, plane) = frustum.planes().find(|(i, _)| *i == usize::from(reason)).unwrap();
+            let distance = plane.normalized().unwrap().distance(s.center.map(f64::from));
+            assert!(distance > f64::from(s.radius), "{s:?} by plane {reason}");
+        }
+    }
+}
+
+fn vector(size: f64) -> impl Strategy<Value = [f64; 3]> + Clone {
+    // Now and then zero: axis-aligned views are common, and have coefficients of zero.
+    let part = prop_oneof![3 => -size..size, 1 => Just(0.0)];
+    [part.clone(), part.clone(), part]
+}
+
+fn projection() -> impl Strategy<Value = Projection> {
+    let far = prop_oneof![3 => 10.0..1e4, 1 => Just(f64::INFINITY)];
+    let ranges = (0.01..3.0, 0.2..4.0, 1e-3..5.0, far);
+    let window = (-2.0..-0.1, 0.1..2.0, -1.5..-0.1, 0.1..1.5);
+    (0..3, ranges, window).prop_map(
+        |(kind, (fov, aspect, near, far), (left, right, bottom, top))| match kind {
+            0 => Projection::Perspective { fov_y_radians: fov, aspect, near, far },
+            1 => Projection::OffCentre { left, right, bottom, top, near, far },
+            _ => {
+                let far = if far.is_finite() { far } else { 100.0 };
+                let [left, right, bottom, top] = [left, right, bottom, top].map(|v| v * 20.0);
+                Projection::Orthographic { left, right, bottom, top, near: -near, far }
+            }
+        },
+    )
+}
+
+fn view_frustum() -> impl Strategy<Value = Frustum> {
+    let mirror = prop_oneof![Just(1.0), Just(-1.0)];
+    let all = (vector(30.0), vector(1.0), vector(1.0), projection(), any::<bool>(), mirror);
+    all.prop_filter_map("no such view", |(eye, direction, up, projection, reversed, mirror)| {
+        let camera = Camera { eye, direction, up, projection };
+        let depth = if reversed { Depth::Reversed } else { Depth::Standard };
+        let view = View::new(&camera, depth, [640, 480]).ok()?;
+        let mut matrix = view.clip_from_world();
+        (0..4).for_each(|c| matrix[c * 4] *= mirror);
+        Some(View::from_matrix(&matrix, depth, [640, 480]).ok()?.frustum())
+    })
+}
+
+/// Planes in any place, and not always six.
+fn any_frustum() -> impl Strategy<Value = Frustum> {
+    let plane = (vector(1.0), -20.0..20.0)
+        .prop_map(|(n, d)| Plane::new(n, d).normalized().filter(|_| d < 15.0));
+    [plane.clone(), plane.clone(), plane.clone(), plane.clone(), plane.clone(), plane]
+        .prop_map(Frustum::from_planes)
+}
+
+/// Coordinates near the views of these tests, and of every other size.
+fn number() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        12 => -60.0f32..60.0,
+        2 => -1e17f32..1e17,
+        1 => -1e-30f32..1e-30,
+        1 => Just(0.0),
+    ]
+}
+
+fn any_box() -> impl Strategy<Value = Aabb> {
+    let small = [0.0f32..3.0, 0.0f32..3.0, 0.0f32..3.0];
+    let big = [0.0f32..80.0, 0.0f32..80.0, 0.0f32..80.0];
+    let sane = ([number(), number(), number()], prop_oneof![small, big])
+        .prop_map(|(min, size)| Aabb::new(min, std::array::from_fn(|a| min[a] + size[a])));
+    let odd = prop_oneof![
+        Just(f32::NAN),
+        Just(f32::INFINITY),
+        Just(f32::NEG_INFINITY),
+        Just(f32::MAX),
+        -50.0f32..50.0
+    ];
+    let odd = [odd.clone(), odd.clone(), odd.clone(), odd.clone(), odd.clone(), odd];
+    let odd = odd.prop_map(|[a, b, c, d, e, f]| {
+        let b = Aabb::new([a, b, c], [d, e, f]);
+        let nan = b.min.iter().chain(&b.max).any(|v| v.is_nan());
+        // Empty boxes have a test of their own; and what is finite but beyond the limit too.
+        if nan || !b.is_empty() && !b.is_finite() { b } else { Aabb::EVERYTHING }
+    });
+    prop_oneof![15 => sane, 1 => odd]
+}
+
+fn any_sphere() -> impl Strategy<Value = Sphere> {
+    let radius = prop_oneof![
+        8 => 0.0f32..5.0,
+        2 => 0.0f32..100.0,
+        1 => 0.0f32..1e-20,
+        1 => Just(f32::NAN)
+    ];
+    ([number(), number(), number()], radius).prop_map(|(center, radius)| Sphere { center, radius })
+}
+
+fn cases() -> ProptestConfig {
+    ProptestConfig { cases: 150, failure_persistence: None, ..Default::default() }
+}
+
+proptest! {
+    #![proptest_config(cases())]
+
+    #[test]
+    fn boxes_in_views(f in view_frustum(), b in prop::collection::vec(any_box(), 1..200)) {
+        check_boxes(&f, &b);
+    }
+
+    #[test]
+    fn boxes_in_any_planes(f in any_frustum(), b in prop::collection::vec(any_box(), 1..200)) {
+        check_boxes(&f, &b);
+    }
+
+    #[test]
+    fn spheres_in_views(f in view_frustum(), s in prop::collection::vec(any_sphere(), 1..200)) {
+        check_spheres(&f, &s);
+    }
+
+    #[test]
+    fn spheres_in_any_planes(f in any_frustum(), s in prop::collection::vec(any_sphere(), 1..200)) {
+        check_spheres(&f, &s);
+    }
+
+    // A corner that lies on a plane, up to the rounding of f64, is on the knife's edge.
+    #[test]
+    fn boxes_on_a_plane(
+        n in vector(1.0),
+        boxes in prop::collection::vec(any_box(), 32),
+        corner in 0..8usize,
+    ) {
+        let normal = Plane::new(n, 0.0).normalized();
+        prop_assume!(normal.is_some() && boxes[0].is_finite());
+        let through = Plane::new(normal.unwrap().normal, 0.0);
+        let d = through.distance(boxes[0].corners()[corner].map(f64::from));
+        let plane = Plane::new(through.normal, d);
+        check_boxes(&Frustum::from_planes([Some(plane), None, None, None, None, None]), &boxes);
+    }
+}
+
+fn simple_view(far: f64) -> Frustum {
+    let projection = Projection::Perspective { fov_y_radians: 1.0, aspect: 1.5, near: 0.1, far };
+    Camera::look_at([1.0, 2.0, 3.0], [4.0, 1.0, -2.0], projection).frustum().unwrap()
+}
+
+/// Items all over, more than a word and not a whole number of words.
+fn grid() -> Vec<Aabb> {
+    let at = |i: usize, step: usize| (i / step % 11) as f32 * 4.0 - 20.0;
+    (0..11 * 11 * 11)
+        .map(|i| {
+            let min = [at(i, 1), at(i, 11), at(i, 121)];
+            Aabb::new(min, min.map(|v| v + 1.0))
+        })
+        .collect()
+}
+
+#[test]
+fn every_level_of_this_machine_is_run() {
+    let names: Vec<_> = levels().iter().map(|l| l.0).collect();
+    println!("levels: {names:?}");
+    if !cfg!(target_arch = "aarch64") {
+        println!("skipped: NEON, which only compiles here");
+    }
+    if cfg!(feature = "force_support_fallback") {
+        assert!(names.contains(&"scalar"), "{names:?}");
+    } else {
+        println!("skipped: the scalar level; run with --features force_support_fallback");
+    }
+    assert!(!names.is_empty());
+}
+
+#[test]
+fn a_grid_is_split_by_a_view_with_and_without_an_end() {
+    let boxes = grid();
+    for far in [15.0, 1e6, f64::INFINITY] {
+        let frustum = simple_view(far);
+        check_boxes(&frustum, &boxes);
+        let answers = box_answers(&frustum, &boxes);
+        for side in [Side::Outside, Side::Straddling, Side::Inside] {
+            assert!(answers.iter().any(|a| a.0 == side), "no box is {side:?} with far {far}");
+        }
+        let spheres: Vec<_> = boxes.iter().map(|b| Sphere { center: b.min, radius: 1.0 }).collect();
+        check_spheres(&frustum, &spheres);
+        let planes: &[u8] = if far == 15.0 { &[0, 1, 2, 3, 5] } else { &[0, 1, 2, 3] };
+        for plane in planes {
+            assert!(answers.iter().any(|a| a.1 == *plane), "plane {plane} takes none, far {far}");
+        }
+    }
+}
+
+#[test]
+fn what_is_not_a_number_is_kept_and_what_is_empty_is_not() {
+    let frustum = simple_view(100.0);
+    let mut nan = Aabb::new([1e6; 3], [1e6 + 1.0; 3]);
+    nan.min[2] = f32::NAN;
+    let infinite = Aabb::new([1e6; 3], [1e6, f32::INFINITY, 1e6]);
+    let huge = Aabb::new([1e18; 3], [2e18; 3]);
+    let boxes = [nan, infinite, huge, Aabb::EVERYTHING, Aabb::EMPTY];
+    let answers: Vec<_> = box_answers(&frustum, &boxes).iter().map(|a| a.0).collect();
+    let keep = Side::Straddling;
+    assert_eq!(answers, [keep, keep, keep, keep, Side::Outside]);
+    let sphere = |center, radius| Sphere { center, radius };
+    let spheres = [
+        sphere([f32::NAN, 0.0, 0.0], 1.0),
+        sphere([1e6; 3], f32::NAN),
+        sphere([1e6; 3], f32::INFINITY),
+        sphere([4.0, 1.0, -2.0], -1.0),
+    ];
+    let answers: Vec<_> = sphere_answers(&frustum, &spheres).iter().map(|a| a.0).collect();
+    assert_eq!(answers, [keep, keep, keep, Side::Outside]);
+}
+
+#[test]
+fn no_plane_and_bad_planes_reject_nothing() {
+    let boxes = grid();
+    let none = Frustum::from_planes([None; 6]);
+    assert!(box_answers(&none, &boxes).iter().all(|a| a.0 == Side::Inside));
+    for bad in [
+        Plane::new([f64::NAN, 0.0, 1.0], 0.0),
+        Plane::new([0.0; 3], -1.0),
+        Plane::new([1.0, 0.0, 0.0], f64::NAN),
+        Plane::new([1.0, 0.0, 0.0], f64::NEG_INFINITY),
+    ] {
+        let frustum = Frustum::from_planes([Some(bad), None, None, None, None, None]);
+        assert!(box_answers(&frustum, &boxes).iter().all(|a| a.0 == Side::Straddling), "{bad:?}");
+        let spheres = [Sphere { center: [0.0; 3], radius: 1.0 }];
+        assert_eq!(sphere_answers(&frustum, &spheres)[0].0, Side::Straddling, "{bad:?}");
+    }
+}
+
+#[test]
+fn an_empty_batch_has_an_empty_answer() {
+    assert!(box_answers(&simple_view(10.0), &[]).is_empty());
+    assert!(sphere_answers(&simple_view(10.0), &[]).is_empty());
+}
+
+#[test]
+fn an_infinite_box_is_kept_by_a_plane_beyond_the_limit() {
+    let wall = Plane::new([-1.0, 0.0, 0.0], -1e19);
+    let frustum = Frustum::from_planes([Some(wall), None, None, None, None, None]);
+    let boxes = [Aabb::new([0.0; 3], [f32::INFINITY, 1.0, 1.0])];
+    assert_eq!(box_answers(&frustum, &boxes)[0].0, Side::Straddling);
+}

@@ -1,0 +1,112 @@
+//! The pictures of README and docs: drawn by the program, so that they show what it does.
+
+use std::fs;
+
+use crate::tools::{Done, cargo_program, command, root, run};
+
+/// Where pictures lie, from the root.
+const FOLDER: &str = "docs/src/pictures";
+
+/// A picture's file, and the command line that draws it.
+const PICTURES: &[(&str, &[&str])] = &[
+    (
+        "kinds.png",
+        &[
+            "picture", "kinds", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
+            "1280x720",
+        ],
+    ),
+    (
+        "city.png",
+        &[
+            "picture", "shaded", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
+            "960x540",
+        ],
+    ),
+    (
+        "map.png",
+        &[
+            "picture", "map", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
+            "960x720",
+        ],
+    ),
+    (
+        "depth.png",
+        &[
+            "picture", "depth", "city", "--path", "walk", "--views", "8", "--view", "2", "--size",
+            "960x540",
+        ],
+    ),
+    (
+        "backface.png",
+        &[
+            "picture",
+            "kinds",
+            "solids",
+            "--no-frustum",
+            "--views",
+            "8",
+            "--view",
+            "1",
+            "--size",
+            "960x540",
+        ],
+    ),
+    (
+        "solids.png",
+        &["picture", "shaded", "solids", "--views", "8", "--view", "1", "--size", "960x540"],
+    ),
+    (
+        "detail.png",
+        &[
+            "picture", "kinds", "city", "--detail", "12", "--path", "walk", "--views", "8",
+            "--view", "2", "--size", "1280x720",
+        ],
+    ),
+];
+
+/// Draws them all again.
+pub(crate) fn draw() -> Done {
+    let folder = root().join(FOLDER);
+    fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    for (file, args) in PICTURES {
+        let out = folder.join(file);
+        let mut words =
+            vec!["run", "--quiet", "--release", "--package", "cullet-cli", "--", "--quiet"];
+        words.extend_from_slice(args);
+        let out = out.to_string_lossy();
+        words.extend_from_slice(&["--out", &out]);
+        run(command(&cargo_program(), &words))?;
+    }
+    all_there()
+}
+
+/// Every picture that a page of the docs or the README shows is there, and each is shown somewhere.
+pub(crate) fn all_there() -> Done {
+    let root = root();
+    let mut pages = vec![(root.join("README.md"), root.clone())];
+    let src = root.join("docs/src");
+    let entries = fs::read_dir(&src).map_err(|e| format!("{}: {e}", src.display()))?;
+    for entry in entries.flatten() {
+        if entry.path().extension().is_some_and(|e| e == "md") {
+            pages.push((entry.path(), src.clone()));
+        }
+    }
+    let mut shown = Vec::new();
+    for (page, base) in pages {
+        let text = fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))?;
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if !link.ends_with(".png") && !link.ends_with(".svg") {
+                continue;
+            }
+            if !base.join(link).is_file() {
+                return Err(format!("{} shows {link}, which is not there", page.display()));
+            }
+            shown.extend(link.rsplit('/').next().map(str::to_owned));
+        }
+    }
+    match PICTURES.iter().find(|(file, _)| !shown.iter().any(|s| s == file)) {
+        Some((file, _)) => Err(format!("{FOLDER}/{file} is drawn, but no page shows it")),
+        None => Ok(()),
+    }
+}
