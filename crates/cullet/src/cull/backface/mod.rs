@@ -25,6 +25,7 @@
 //! assert_eq!(kept, [0]);
 //! ```
 
+mod bulk;
 pub mod cluster;
 mod mask;
 mod mask_cull;

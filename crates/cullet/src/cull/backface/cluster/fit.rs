@@ -2,6 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
+use super::pyramid::convex_hull;
+use crate::exact::is_collinear;
+
 /// The planes of a cluster's triangles. Triangles without area, and slivers whose normal is not
 /// certain, have none: see [`ClusterPlanes::is_complete`].
 #[derive(Clone, Debug, Default)]
@@ -15,8 +18,13 @@ pub struct ClusterPlanes {
     complete: bool,
 }
 
-/// A triangle whose area is below this share of the product of its edges has a normal too uncertain.
+/// A triangle whose area is below this share of the product of its edges has a normal too uncertain:
+/// the rounding of its cross product, at most 4 × 2⁻⁵³ of that product, turns it by up to 4.5e-7.
 const SLIVER: f64 = 1e-9;
+/// The largest coordinate of an eye or a cluster: the squares of what the tests add up stay below 3e38.
+pub(super) const LARGEST: f64 = 1e14;
+/// The smallest cluster: far above the smallest number of f32.
+const SMALLEST: f64 = 1e-30;
 
 impl ClusterPlanes {
     /// The planes of triangles given by their corners, counter-clockwise fronts. Triangles of no area at
@@ -28,7 +36,8 @@ impl ClusterPlanes {
             let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
             let (u, v) = (b - a, c - a);
             let n = u.cross(v);
-            if n == DVec3::ZERO {
+            // A product that rounds to zero is no proof of having no area.
+            if n == DVec3::ZERO && is_collinear(&corners) {
                 continue;
             }
             for p in [a, b, c] {
@@ -81,18 +90,62 @@ impl ClusterPlanes {
     }
 
     /// The ideal test, and the oracle of all others: whether the homogeneous eye is behind every plane,
-    /// by more than f64 rounding.
+    /// by more than f64 rounding. False for a negative weight and for what is not finite.
     #[must_use]
     pub fn is_behind(&self, eye: [f64; 4]) -> bool {
         let e = DVec3::new(eye[0], eye[1], eye[2]);
         let tolerance = (e.length() + self.largest * eye[3]) * 1e-14;
-        self.complete
-            && !self.is_empty()
-            && self
-                .normals
-                .iter()
-                .zip(&self.offsets)
-                .all(|(n, d)| n.dot(e) - d * eye[3] < -tolerance)
+        // Written so that NaN is not behind.
+        eye[3] >= 0.0 && self.height(eye) < -tolerance
+    }
+
+    /// How far the eye is in front of the farthest plane it is in front of, in the cluster's units;
+    /// negative behind all of them. Infinite where no eye is proved behind. In plain f64.
+    ///
+    /// For a position it changes by no more than the position does.
+    #[must_use]
+    pub fn height(&self, eye: [f64; 4]) -> f64 {
+        if !self.complete || self.is_empty() {
+            return f64::INFINITY;
+        }
+        let e = DVec3::new(eye[0], eye[1], eye[2]);
+        self.normals
+            .iter()
+            .zip(&self.offsets)
+            .map(|(n, d)| n.dot(e) - d * eye[3])
+            // f64::max would lose a NaN.
+            .fold(f64::NEG_INFINITY, |a, b| if b <= a { a } else { b })
+    }
+
+    /// The middle of the triangles' box.
+    #[must_use]
+    pub fn centre(&self) -> [f64; 3] {
+        self.centre.into()
+    }
+
+    /// Half the diagonal of the triangles' box: no corner is farther from the middle.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// The planes as unit normals and their distance from a point.
+    pub(super) fn around(&self, origin: DVec3) -> impl Iterator<Item = (DVec3, f64)> {
+        self.normals.iter().zip(&self.offsets).map(move |(n, d)| (*n, d - n.dot(origin)))
+    }
+
+    /// Whether a bound can be made: a plane for each triangle, of a size that f32 can square.
+    pub(super) fn is_usable(&self) -> bool {
+        !self.is_empty() && self.complete && self.largest <= LARGEST && self.radius >= SMALLEST
+    }
+
+    /// How far a point at `distance` from the cluster's middle may be wrongly called behind a plane
+    /// for all reasons but the rounding of the test itself: that point's and the eye's coordinates as
+    /// f32, and a normal that a thin triangle leaves uncertain by up to 4.5e-7 (see [`SLIVER`]).
+    pub(super) fn position_slack(&self, point: DVec3) -> f64 {
+        let size = point.abs().max_element() + self.largest;
+        let reach = self.radius + point.distance(self.centre);
+        size * f64::from(f32::EPSILON) * 2.0 + reach * 1e-6
     }
 }
 
@@ -103,19 +156,20 @@ pub(super) struct ApexFit {
     pub axis: DVec3,
     /// Two unit directions across it.
     pub across: [DVec3; 2],
-    /// Behind every plane, by [`slack`](Self::slack) times the length of the longest generator.
+    /// Behind every plane, by the slack that it and the eye need as f32.
     pub apex: DVec3,
-    /// The projected normals.
-    pub points: Vec<DVec2>,
+    /// The corners of the hull of the projected normals, counter-clockwise.
+    pub hull: Vec<DVec2>,
 }
 
-/// What is added to every shape, relative to its size: a bound is tested in f32, whose rounding turns a
-/// line of sight by up to some 1e-6.
+/// What is added to every shape, as an angle or relative to its size. It covers the rounding of the
+/// bound's numbers to f32 (1e-7) and of its test (4e-7), and the normals' own doubt (4.5e-7, see
+/// [`SLIVER`]).
 pub(super) const ANGULAR_SLACK: f64 = 1e-5;
 
 impl ApexFit {
     pub(super) fn new(planes: &ClusterPlanes) -> Option<Self> {
-        if planes.is_empty() || !planes.complete {
+        if !planes.is_usable() {
             return None;
         }
         let axis = narrowest_cone_axis(&planes.normals)?;
@@ -126,13 +180,12 @@ impl ApexFit {
             .iter()
             .map(|n| DVec2::new(n.dot(across[0]), n.dot(across[1])) / n.dot(axis))
             .collect();
-        let reach = planes.radius.max(planes.largest * 1e-6) * APEX_REACH;
-        let highest = highest_behind(planes, axis, reach)?;
+        let highest = highest_behind(planes, axis, planes.radius * APEX_REACH)?;
+        // Along the axis a step of 1 is one of n·axis along a normal.
         let longest =
             points.iter().map(|p| p.length_squared()).fold(0.0, f64::max).sqrt().hypot(1.0);
-        // Of the apex and the eye as f32, and of their difference.
-        let slack = (highest.abs().max_element() + planes.largest) * f64::from(f32::EPSILON) * 4.0;
-        Some(Self { axis, across, apex: highest - axis * (slack * longest), points })
+        let apex = highest - axis * (planes.position_slack(highest) * longest);
+        Some(Self { axis, across, apex, hull: convex_hull(&points) })
     }
 
     /// The point at distance 1 along the axis with these coordinates.

@@ -2,11 +2,11 @@
 
 use glam::DVec2;
 
-use super::elliptic::{dot, to_eye};
+use super::eye::dot;
 use super::fit::ANGULAR_SLACK;
-use super::{ApexFit, Bound, ClusterPlanes};
+use super::{ApexFit, Bound, ClusterEye, ClusterPlanes};
 
-/// The region {e : g·(e − apex) ≤ 0 for each of K generators g}: 12 + 12 K bytes. Six planes come within
+/// The region {e : g·(e − apex) < 0 for each of K generators g}: 12 + 12 K bytes. Six planes come within
 /// some points of the ideal; three or four are worse than a circular cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pyramid<const K: usize> {
@@ -18,9 +18,9 @@ pub struct Pyramid<const K: usize> {
 
 impl<const K: usize> Bound for Pyramid<K> {
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        const { assert!(K >= 3, "a cone has three edges at least") };
+        const { assert!(K >= 4, "a parallelogram is not made a triangle by removing an edge") };
         let fit = ApexFit::new(planes)?;
-        let mut polygon = convex_hull(&fit.points);
+        let mut polygon = fit.hull.clone();
         let centre = polygon.iter().sum::<DVec2>() / polygon.len() as f64;
         // The slack of the test in f32, as an angle: every corner moves away from the middle, and hulls
         // of no width become squares of it.
@@ -41,9 +41,9 @@ impl<const K: usize> Bound for Pyramid<K> {
         Some(Self { apex: fit.apex.as_vec3().into(), generators })
     }
 
-    fn is_behind(&self, eye: [f64; 4]) -> bool {
-        let w = to_eye(self.apex, eye);
-        self.generators.iter().all(|g| dot(*g, w) <= 0.0)
+    fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
+        let w = eye.from(self.apex);
+        self.generators.iter().all(|g| dot(*g, w) < 0.0)
     }
 }
 
@@ -87,7 +87,8 @@ fn remove_cheapest_edge(polygon: &mut Vec<DVec2>) -> Option<()> {
         let along = (c - b).perp_dot(v) / turn;
         let meet = b + u * along;
         let area = (c - b).perp_dot(meet - b).abs();
-        (turn > 1e-12 * u.length() * v.length() && along >= 0.0).then_some((area, meet))
+        // The two turn towards each other by less than half a turn in all.
+        (turn < -1e-12 * u.length() * v.length() && along >= 0.0).then_some((area, meet))
     };
     let (i, (_, meet)) =
         (0..n).filter_map(|i| Some((i, corner(i)?))).min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;

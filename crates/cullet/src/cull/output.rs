@@ -22,7 +22,7 @@ impl Indices {
     }
 
     /// Lets `write` fill the list: it is given at least `room` entries and returns how many it wrote.
-    pub(super) fn fill(&mut self, room: usize, write: impl FnOnce(&mut [u32]) -> usize) {
+    pub(in crate::cull) fn fill(&mut self, room: usize, write: impl FnOnce(&mut [u32]) -> usize) {
         if self.buffer.len() < room {
             self.buffer.resize(room, 0);
         }
@@ -39,15 +39,15 @@ impl Deref for Indices {
 }
 
 /// Takes the answer, sixty-four items a word, a set bit for each visible one.
-pub(super) trait Sink {
+pub(in crate::cull) trait Sink {
     /// `index` counts words from the start of the batch; each comes once, in order.
     fn word<S: Simd>(&mut self, simd: S, index: usize, visible: u64);
 }
 
 /// Keeps the words, from word `first` on.
-pub(super) struct Mask<'a> {
-    pub(super) first: usize,
-    pub(super) words: &'a mut [u64],
+pub(in crate::cull) struct Mask<'a> {
+    pub(in crate::cull) first: usize,
+    pub(in crate::cull) words: &'a mut [u64],
 }
 
 impl Sink for Mask<'_> {
@@ -58,7 +58,7 @@ impl Sink for Mask<'_> {
 }
 
 /// Counts.
-pub(super) struct Count(pub(super) usize);
+pub(in crate::cull) struct Count(pub(super) usize);
 
 impl Sink for Count {
     #[inline(always)]
@@ -68,9 +68,9 @@ impl Sink for Count {
 }
 
 /// Writes the numbers of the set bits. `out` holds 64 entries a word.
-pub(super) struct List<'a> {
-    pub(super) out: &'a mut [u32],
-    pub(super) len: usize,
+pub(in crate::cull) struct List<'a> {
+    pub(in crate::cull) out: &'a mut [u32],
+    pub(in crate::cull) len: usize,
 }
 
 /// The positions of the set bits of a byte, a byte each.
