@@ -5,3 +5,6 @@ pub mod backface;
 pub mod degenerate;
 pub mod detail;
 pub mod frustum;
+mod output;
+
+pub use output::Indices;

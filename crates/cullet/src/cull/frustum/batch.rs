@@ -30,7 +30,6 @@
 
 mod boxes;
 mod levels;
-mod output;
 mod planes;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 mod six;
@@ -40,11 +39,11 @@ use fearless_simd::Level;
 
 use crate::bounds::{Aabb, BoxBlock, Boxes, Side, Sphere, SphereBlock, Spheres};
 
+pub use crate::cull::Indices;
 pub use levels::levels;
-pub use output::Indices;
 pub use planes::Planes;
 
-use output::expand;
+use crate::cull::output::expand;
 
 /// Words that are tested before they are made a list: 32768 items, whose mask stays close.
 const WORDS_AT_ONCE: usize = 512;

@@ -23,7 +23,7 @@ impl Indices {
     }
 
     /// Lets `write` fill the list: it is given at least `room` entries and returns how many it wrote.
-    pub(super) fn fill(&mut self, room: usize, write: impl FnOnce(&mut [u32]) -> usize) {
+    pub(in crate::cull) fn fill(&mut self, room: usize, write: impl FnOnce(&mut [u32]) -> usize) {
         if self.buffer.len() < room {
             self.buffer.resize(room, 0);
         }
@@ -63,7 +63,7 @@ static POSITIONS: [[u32; 8]; 256] = {
 /// Whole vectors are stored and overlap: the next begins at the end of what counts. Storing under a
 /// mask, or compressing into memory, is microcoded on Zen 4 and ten times slower. A pass of its own over
 /// some words is faster than doing this as each word is found, which costs the tests registers.
-pub(super) fn expand(level: Level, words: &[u64], base: u32, out: &mut [u32]) -> usize {
+pub(in crate::cull) fn expand(level: Level, words: &[u64], base: u32, out: &mut [u32]) -> usize {
     dispatch!(level, simd => expand_with(simd, words, base, out))
 }
 

@@ -1,0 +1,64 @@
+//! The forms of an answer, for every test of many things at once: a mask of what is culled, a count, or
+//! the ascending list of what is kept.
+
+use fearless_simd::Level;
+
+use crate::cull::Indices;
+use crate::cull::output::expand;
+
+/// Things that are tested sixty-four at a time.
+pub(super) trait Culled {
+    /// How many there are.
+    fn len(&self) -> usize;
+
+    /// Words `first..` of the mask of what is culled, as many as `out` has; the bits beyond the last
+    /// thing are 0.
+    fn fill(&self, level: Level, first: usize, out: &mut [u64]);
+}
+
+/// Words at once: few enough to stay in the first cache, many enough to hide the calls.
+const AT_ONCE: usize = 64;
+
+/// Fills a mask of what is culled.
+pub(super) fn cull(things: &impl Culled, level: Level, culled: &mut Vec<u64>) {
+    // Every word is overwritten.
+    culled.resize(things.len().div_ceil(64), 0);
+    things.fill(level, 0, culled);
+}
+
+/// Counts what is culled.
+pub(super) fn count(things: &impl Culled, level: Level) -> u64 {
+    let mut count = 0;
+    each(things, level, |_, words| {
+        count += words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+    });
+    count
+}
+
+/// Lists what is kept.
+pub(super) fn keep(things: &impl Culled, level: Level, kept: &mut Indices) {
+    kept.fill(things.len().next_multiple_of(64), |out| {
+        let mut len = 0;
+        each(things, level, |first, words| {
+            let last = things.len() - first * 64;
+            for word in words.iter_mut() {
+                *word = !*word;
+            }
+            if let Some(end) = words.get_mut(last / 64) {
+                *end &= (1 << (last % 64)) - 1;
+            }
+            len += expand(level, words, (first * 64) as u32, &mut out[len..]);
+        });
+        len
+    });
+}
+
+fn each(things: &impl Culled, level: Level, mut take: impl FnMut(usize, &mut [u64])) {
+    let mut block = [0; AT_ONCE];
+    let words = things.len().div_ceil(64);
+    for first in (0..words).step_by(AT_ONCE) {
+        let block = &mut block[..(words - first).min(AT_ONCE)];
+        things.fill(level, first, block);
+        take(first, block);
+    }
+}

@@ -1,0 +1,65 @@
+//! The circular cone of normals.
+//!
+//! Shirman & Abi-Ezzi, *The Cone of Normals Technique for Fast Processing of Curved Patches* (1993); in
+//! the form that meshoptimizer stores, from whose bounds it can be made as it is.
+
+use super::eye::{TINY, dot};
+use super::fit::ANGULAR_SLACK;
+use super::{ApexFit, Bound, ClusterEye, ClusterPlanes};
+
+/// The region {e : z < 0 and z² > cutoff² |w|²} with w = e − apex and z = axis·w: 28 bytes.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct NormalCone {
+    /// A point behind every plane.
+    pub apex: [f32; 3],
+    /// The unit axis of the cone of normals.
+    pub axis: [f32; 3],
+    /// The sine of the cone's half-angle, not negative; above 1 it culls nothing.
+    pub cutoff: f32,
+}
+
+impl NormalCone {
+    /// The cone of a meshoptimizer bound: its `cone_apex`, `cone_axis` and `cone_cutoff`, widened by
+    /// 1e-5 for the rounding of the test. As right as those numbers are: their apex is rounded with no
+    /// margin, which may err by 1e-6 of the cluster's distance from the origin.
+    #[must_use]
+    pub const fn from_meshopt(apex: [f32; 3], axis: [f32; 3], cutoff: f32) -> Self {
+        Self { apex, axis, cutoff: cutoff + ANGULAR_SLACK as f32 }
+    }
+
+    /// The form without an apex: the eye is behind every plane wherever
+    /// −axis·(e − centre) ≥ cutoff |e − centre| + radius, for a sphere around the cluster. Looser, and
+    /// right for a sphere that is moved or grown.
+    #[must_use]
+    pub fn is_behind_sphere(&self, eye: [f64; 4], centre: [f32; 3], radius: f32) -> bool {
+        let Some(eye) = ClusterEye::new(eye) else { return false };
+        let w = eye.from(centre);
+        let size = centre[0].abs() + centre[1].abs() + centre[2].abs() + radius;
+        // An eye at a distance is rounded to f32 as the centre's coordinates are.
+        let room = (radius + size * (4.0 * f32::EPSILON)) * eye.w;
+        let z = -dot(self.axis, w) - room;
+        // Squares of what is below 1e-15 have no digits left.
+        z > 1e-15 && z * z - self.cutoff * self.cutoff * dot(w, w) > TINY
+    }
+}
+
+impl Bound for NormalCone {
+    fn fit(planes: &ClusterPlanes) -> Option<Self> {
+        let fit = ApexFit::new(planes)?;
+        // A point at distance r from the axis, one along it, is at an angle of atan r.
+        let widest = fit.hull.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let sine = widest.atan().sin() + ANGULAR_SLACK;
+        Some(Self {
+            apex: fit.apex.as_vec3().into(),
+            axis: fit.axis.as_vec3().into(),
+            cutoff: sine as f32,
+        })
+    }
+
+    fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
+        let w = eye.from(self.apex);
+        let z = dot(self.axis, w);
+        z < 0.0 && z * z - self.cutoff * self.cutoff * dot(w, w) > TINY
+    }
+}
