@@ -10,7 +10,8 @@ fn load(name: &str) -> MeshData {
 fn exp() {
     for n in ["stanford-bunny/bun_zipper.ply", "armadillo/armadillo.obj"] {
         let d = load(n);
-        for test in [16.0, 24.0, 32.0] { for (name, o) in [("fast", ClusterOptions::fast()), ("default", ClusterOptions::default()), ("v.2", ClusterOptions { vertex_cost: 0.2, ..ClusterOptions::default()}), ("best", ClusterOptions::best())] {
+        let b = ClusterOptions::default();
+        for test in [16.0] { for (name, o) in [("fast", ClusterOptions::fast()), ("default", b), ("r3", ClusterOptions{rounds: 3, ..b}), ("s60", ClusterOptions{sweeps: 60, ..b}), ("r4s15", ClusterOptions{rounds: 4, sweeps: 15, ..b}),("v256r4s30", ClusterOptions{views:256, rounds: 4, sweeps: 30, ..b}),("v256r2s60", ClusterOptions{views:256, rounds: 2, sweeps: 60, ..b}), ("v256r4s30v.2", ClusterOptions{views:256, rounds: 4, sweeps: 30, vertex_cost: 0.2, ..b})] {
             if test == 24.0 && name == "best" { continue; }
             let t0 = std::time::Instant::now();
             let (c, r) = build_reported(&d, &ClusterOptions { test_cost: test, ..o }, |_| std::ops::ControlFlow::Continue(())).unwrap();

@@ -190,7 +190,7 @@ fn assemble(
         for (t, &c) in made.of.iter().enumerate() {
             members[c as usize].push(t);
         }
-        let mut order = spatial::curve(&spatial::boxes(surface, &made.of, clusters));
+        let mut order = crate::sample::curve(&spatial::boxes(surface, &made.of, clusters));
         order.sort_by_key(|&c| made.never[c as usize]);
         for c in order {
             let members = &members[c as usize];

@@ -38,7 +38,7 @@ pub struct ClusterOptions {
     /// What a vertex in a cluster costs, in triangles drawn (default 0.1). Not negative; more makes
     /// clusters rounder and fuller, of which fewer are culled.
     pub vertex_cost: f64,
-    /// How many view points to sample, 1 to 1024, rounded up to 256, 512 or 1024 (default 512). Time and
+    /// How many view points to sample, 1 to 1024, rounded up to 256, 512 or 1024 (default 256). Time and
     /// memory are in proportion.
     pub views: u32,
     /// How far view points are from the middle of the mesh, in radii of the sphere around it; each is
@@ -47,9 +47,9 @@ pub struct ClusterOptions {
     /// How P is estimated while clusters grow.
     pub probability: Probability,
     /// How often clusters are dissolved into their neighbours and borders improved after that (default
-    /// 2). 0 leaves what greedy merging makes.
+    /// 4). 0 leaves what greedy merging makes.
     pub rounds: u32,
-    /// Passes of random moves over all triangles in each round (default 30).
+    /// Passes of random moves over all triangles in each round (default 40).
     pub sweeps: u32,
     /// Whether to cluster a second time as if the mesh had one material, to report what the split costs
     /// (default no). Doubles the time where there are several parts.
@@ -60,7 +60,7 @@ impl ClusterOptions {
     /// Greedy merging and one pass of improvement.
     #[must_use]
     pub const fn fast() -> Self {
-        Self { views: 256, rounds: 1, sweeps: 0, ..Self::balanced() }
+        Self { rounds: 1, sweeps: 0, ..Self::balanced() }
     }
 
     /// What [`Default`] gives.
@@ -71,11 +71,11 @@ impl ClusterOptions {
             max_triangles: MAX_CLUSTER_TRIANGLES as u32,
             test_cost: 16.0,
             vertex_cost: 0.1,
-            views: 512,
+            views: 256,
             distances: [1.25, 2.0, 3.0, 6.0],
             probability: Probability::Views,
-            rounds: 2,
-            sweeps: 30,
+            rounds: 4,
+            sweeps: 40,
             measure_parts: false,
         }
     }
@@ -83,7 +83,7 @@ impl ClusterOptions {
     /// Some ten times the time of the default, for what is baked once.
     #[must_use]
     pub const fn best() -> Self {
-        Self { views: 1024, rounds: 4, sweeps: 200, ..Self::balanced() }
+        Self { views: 1024, sweeps: 200, ..Self::balanced() }
     }
 
     /// Whether every value is in range.

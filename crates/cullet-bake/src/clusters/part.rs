@@ -7,7 +7,8 @@ use super::options::{ClusterOptions, Probability};
 use super::refine::{Partition, Weights};
 use super::spatial;
 use super::surface::{Frame, Surface};
-use super::views::{Views, view_points};
+use super::views::Views;
+use crate::sample::{nearby, view_points};
 use super::volume::{Against, Volumes};
 
 /// One part to be clustered.
@@ -161,7 +162,7 @@ impl Task<'_> {
         let width = 30.0 * (self.area() / self.surface.len().max(1) as f64).sqrt() as f32;
         let boxes = spatial::boxes(self.surface, &of, clusters);
         let mut links = links(self.surface, &of);
-        links.extend(spatial::nearby(&boxes));
+        links.extend(nearby(&boxes));
         links.sort_unstable();
         links.dedup();
         // Above 0, so that a mesh of points in one place has a width too.

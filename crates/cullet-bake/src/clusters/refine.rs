@@ -256,6 +256,29 @@ impl<'a, const W: usize> Partition<'a, W> {
         }
     }
 
+    /// What it is worth to put a triangle into a cluster, whatever it was in before. `None` if a limit
+    /// forbids it.
+    fn welcome(&self, t: u32, to: u32) -> Option<i64> {
+        let (cell, behind) = (&self.cells[to as usize], &self.views.behind[t as usize]);
+        let missing = cell.missing(self.surface.corners[t as usize]);
+        if cell.triangles as usize >= self.limits.triangles
+            || (cell.vertex_count + missing) as usize > self.limits.vertices
+        {
+            return None;
+        }
+        let joined: u32 = (0..W).map(|i| (cell.none[i] & behind[i]).count_ones()).sum();
+        let hits = i64::from(joined) * i64::from(cell.triangles + 1) - cell.value();
+        Some(hits - i64::from(missing) * self.weights.vertex)
+    }
+
+    /// The cluster next to a triangle of cluster `own` that it is worth most to.
+    fn host(&self, t: u32, own: u32) -> Option<(i64, u32)> {
+        let near = self.surface.neighbours(t).iter().map(|&u| self.of[u as usize]);
+        near.filter(|&c| c != own)
+            .filter_map(|c| Some((self.welcome(t, c)?, c)))
+            .max_by_key(|&(g, c)| (g, std::cmp::Reverse(c)))
+    }
+
     /// Gives away the triangles of clusters, smallest first, where that costs less than the test that it
     /// saves. Returns how many clusters went.
     pub(super) fn dissolve(&mut self) -> usize {
@@ -268,42 +291,64 @@ impl<'a, const W: usize> Partition<'a, W> {
         let mut gone = 0;
         let mut log = Vec::new();
         for c in order {
-            if self.cells[c as usize].triangles == 0 {
-                continue;
-            }
             members[c as usize].retain(|&t| self.of[t as usize] == c);
-            let mut rest = members[c as usize].clone();
-            let mut total = 0;
-            log.clear();
-            while !rest.is_empty() {
-                // The triangle whose loss is least goes first.
-                let pick = rest
-                    .iter()
-                    .enumerate()
-                    .filter_map(|(i, &t)| Some((self.best(t)?, i)))
-                    .max_by_key(|((g, _), i)| (*g, std::cmp::Reverse(*i)));
-                let Some(((g, to), i)) = pick else { break };
-                // So far below zero it hardly ever recovers.
-                if total + g < -self.weights.test {
-                    break;
-                }
-                let t = rest.swap_remove(i);
-                total += g;
-                self.apply(t, to);
-                log.push((t, to));
-            }
-            if rest.is_empty() && total > 0 {
+            let rest = std::mem::take(&mut members[c as usize]);
+            if self.scatter(c, &rest, &mut log) {
                 gone += 1;
-                for &(t, to) in &log {
-                    members[to as usize].push(t);
-                }
+                log.iter().for_each(|&(t, to): &(u32, u32)| members[to as usize].push(t));
             } else {
-                while let Some((t, _)) = log.pop() {
-                    self.apply(t, c);
-                }
+                members[c as usize] = rest;
             }
         }
         gone
+    }
+
+    /// Gives away the triangles of one cluster, if that pays; `log` says to whom.
+    fn scatter(&mut self, own: u32, triangles: &[u32], log: &mut Vec<(u32, u32)>) -> bool {
+        log.clear();
+        if triangles.is_empty() {
+            return false;
+        }
+        let cell = &self.cells[own as usize];
+        let freed = i64::from(cell.vertex_count) * self.weights.vertex;
+        let mut total = self.weights.test + freed - cell.value();
+        let mut rest: Vec<(u32, Option<(i64, u32)>)> =
+            triangles.iter().map(|&t| (t, self.host(t, own))).collect();
+        // A triangle is worth at most P to its host, and P is hardly ever above one half.
+        let most = W as i64 * 32;
+        let pays = loop {
+            if rest.is_empty() {
+                break total > 0;
+            }
+            let best = rest.iter().enumerate().filter_map(|(i, r)| Some((r.1?, i)));
+            let best = best.max_by_key(|((g, _), i)| (*g, std::cmp::Reverse(*i)));
+            let Some(((g, to), i)) = best else { break false };
+            total += g;
+            if total + most * (rest.len() as i64 - 1) < 0 {
+                break false;
+            }
+            let (t, _) = rest.swap_remove(i);
+            let (behind, corners) = (self.views.behind[t as usize], self.surface.corners[t as usize]);
+            self.cells[to as usize].add(&behind, corners);
+            self.of[t as usize] = to;
+            log.push((t, to));
+            let near = self.surface.neighbours(t);
+            for r in &mut rest {
+                if r.1.is_some_and(|h| h.1 == to) || near.contains(&r.0) {
+                    r.1 = self.host(r.0, own);
+                }
+            }
+        };
+        if pays {
+            self.cells[own as usize] = Cell::EMPTY;
+        } else {
+            for &(t, to) in log.iter() {
+                let behind = self.views.behind[t as usize];
+                self.cells[to as usize].remove(&behind, self.surface.corners[t as usize]);
+                self.of[t as usize] = own;
+            }
+        }
+        pays
     }
 
     /// The cluster of each triangle, numbered without gaps, and their number.

@@ -5,7 +5,7 @@ use cullet::cull::backface::cluster::ClusterPlanes;
 use cullet::mesh::Clustering;
 use glam::DVec3;
 
-use super::views::fibonacci;
+use crate::sample::fibonacci;
 
 /// How much of a mesh a clustering culls at a distance, at best.
 #[derive(Clone, Copy, Debug, PartialEq)]

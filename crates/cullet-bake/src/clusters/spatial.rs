@@ -1,4 +1,4 @@
-//! Where triangles lie: pieces of them, neighbours that share no edge, and an order along a curve.
+//! Where triangles lie: compact pieces of them, and the boxes of clusters.
 
 use cullet::bounds::Aabb;
 
@@ -52,38 +52,4 @@ pub(super) fn boxes(surface: &Surface, of: &[u32], clusters: usize) -> Vec<Aabb>
         boxes[c as usize] = boxes[c as usize].union(&surface.boxes[t]);
     }
     boxes
-}
-
-/// The numbers of boxes, along a Morton curve through their middles; equal places by number.
-pub(super) fn curve(boxes: &[Aabb]) -> Vec<u32> {
-    let all = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(b));
-    let (low, half) = (all.min, all.half_extent());
-    let spread = |v: u64| {
-        // Ten bits, each followed by two zeros.
-        (0..10).fold(0u64, |s, i| s | (v >> i & 1) << (3 * i))
-    };
-    let key = |b: &Aabb| {
-        let c = b.center();
-        (0..3).fold(0, |code, k| {
-            let share = (c[k] - f64::from(low[k])) / (2.0 * half[k]).max(f64::MIN_POSITIVE);
-            code | spread((share * 1023.0) as u64) << k
-        })
-    };
-    let mut order: Vec<(u64, u32)> = boxes.iter().zip(0..).map(|(b, i)| (key(b), i)).collect();
-    order.sort_unstable();
-    order.into_iter().map(|(_, i)| i).collect()
-}
-
-/// Pairs of clusters that follow each other closely along the curve: neighbours where nothing is joined
-/// by edges, as leaves of a tree.
-pub(super) fn nearby(boxes: &[Aabb]) -> Vec<(u32, u32)> {
-    const REACH: usize = 6;
-    let order = curve(boxes);
-    let mut pairs = Vec::with_capacity(order.len() * REACH);
-    for (i, &a) in order.iter().enumerate() {
-        for &b in order.iter().skip(i + 1).take(REACH) {
-            pairs.push((a.min(b), a.max(b)));
-        }
-    }
-    pairs
 }

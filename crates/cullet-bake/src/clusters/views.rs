@@ -4,7 +4,7 @@
 //! The share of view points behind every triangle of a cluster estimates the probability that the
 //! cluster is culled. Of two clusters together it is the intersection: an AND and a population count.
 
-use glam::{DVec3, DVec4};
+use glam::DVec4;
 
 use super::merge::Estimate;
 use super::surface::{Frame, Surface};
@@ -15,30 +15,6 @@ pub(super) type Bits<const W: usize> = [u64; W];
 /// How many are in a set.
 pub(super) fn count<const W: usize>(bits: &Bits<W>) -> i64 {
     i64::from(bits.iter().map(|w| w.count_ones()).sum::<u32>())
-}
-
-/// Homogeneous view points in units of the mesh's radius, from its middle: directions on a Fibonacci
-/// spiral, at the distances in turn. An infinite distance is a direction.
-pub(super) fn view_points(count: usize, distances: &[f64]) -> Vec<DVec4> {
-    (0..count)
-        .map(|i| {
-            let d = fibonacci(i, count);
-            match distances[i % distances.len()] {
-                r if r.is_finite() => (d * r).extend(1.0),
-                _ => d.extend(0.0),
-            }
-        })
-        .collect()
-}
-
-/// Point `i` of `n` spread evenly over the unit sphere, along a spiral.
-pub(super) fn fibonacci(i: usize, n: usize) -> DVec3 {
-    // The golden angle, as a share of a turn.
-    const GOLDEN: f64 = 0.381_966_011_250_105_1;
-    let z = 1.0 - (2 * i + 1) as f64 / n as f64;
-    let (sin, cos) = ((i as f64 * GOLDEN).fract() * std::f64::consts::TAU).sin_cos();
-    let r = (1.0 - z * z).max(0.0).sqrt();
-    DVec3::new(r * cos, r * sin, z)
 }
 
 /// The view points behind each triangle of a surface.
