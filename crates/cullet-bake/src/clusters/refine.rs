@@ -1,0 +1,366 @@
+//! Better borders between clusters: triangles change to a neighbouring cluster where that pays.
+
+use super::merge::Limits;
+use super::surface::Surface;
+use super::views::{Bits, Views, count};
+
+/// A cluster under change.
+#[derive(Clone)]
+struct Cell<const W: usize> {
+    /// For each view point, how many of the cluster's triangles it sees from the front: a binary number
+    /// whose bit k is in plane k, so that a triangle is added to all of them by seven ANDs and XORs.
+    planes: [Bits<W>; 7],
+    /// The view points that see none.
+    none: Bits<W>,
+    /// Those that see just one.
+    one: Bits<W>,
+    triangles: u32,
+    /// Vertices in use come first; each with how many triangles use it.
+    vertices: [u32; 64],
+    uses: [u8; 64],
+    vertex_count: u32,
+}
+
+impl<const W: usize> Cell<W> {
+    const EMPTY: Self = Self {
+        planes: [[0; W]; 7],
+        none: [u64::MAX; W],
+        one: [0; W],
+        triangles: 0,
+        vertices: [u32::MAX; 64],
+        uses: [0; 64],
+        vertex_count: 0,
+    };
+
+    fn value(&self) -> i64 {
+        count(&self.none) * i64::from(self.triangles)
+    }
+
+    fn place(&self, vertex: u32) -> Option<usize> {
+        // Without an early exit this is a handful of vector comparisons.
+        let at = (0..64).fold(64, |at, i| if self.vertices[i] == vertex { i } else { at });
+        (at < 64).then_some(at)
+    }
+
+    fn add(&mut self, behind: &Bits<W>, corners: [u32; 3]) {
+        for i in 0..W {
+            let mut carry = !behind[i];
+            for plane in &mut self.planes {
+                (plane[i], carry) = (plane[i] ^ carry, plane[i] & carry);
+            }
+        }
+        self.triangles += 1;
+        for v in corners {
+            match self.place(v) {
+                Some(at) => self.uses[at] += 1,
+                None => {
+                    let at = self.vertex_count as usize;
+                    (self.vertices[at], self.uses[at]) = (v, 1);
+                    self.vertex_count += 1;
+                }
+            }
+        }
+        self.settle();
+    }
+
+    fn remove(&mut self, behind: &Bits<W>, corners: [u32; 3]) {
+        for i in 0..W {
+            let mut borrow = !behind[i];
+            for plane in &mut self.planes {
+                (plane[i], borrow) = (plane[i] ^ borrow, !plane[i] & borrow);
+            }
+        }
+        self.triangles -= 1;
+        for v in corners {
+            if let Some(at) = self.place(v) {
+                self.uses[at] -= 1;
+                if self.uses[at] == 0 {
+                    let last = self.vertex_count as usize - 1;
+                    (self.vertices[at], self.uses[at]) = (self.vertices[last], self.uses[last]);
+                    (self.vertices[last], self.uses[last]) = (u32::MAX, 0);
+                    self.vertex_count -= 1;
+                }
+            }
+        }
+        self.settle();
+    }
+
+    fn settle(&mut self) {
+        for i in 0..W {
+            let more = self.planes[1..].iter().fold(0, |a, p| a | p[i]);
+            self.none[i] = !(more | self.planes[0][i]);
+            self.one[i] = self.planes[0][i] & !more;
+        }
+    }
+
+    /// Vertices of a triangle that are not here yet.
+    fn missing(&self, corners: [u32; 3]) -> u32 {
+        corners.iter().map(|&v| u32::from(self.place(v).is_none())).sum()
+    }
+
+    /// Vertices that only this triangle uses.
+    fn sole(&self, corners: [u32; 3]) -> u32 {
+        corners.iter().map(|&v| u32::from(self.place(v).is_some_and(|at| self.uses[at] == 1))).sum()
+    }
+}
+
+/// What a move of one triangle is worth.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weights {
+    /// t/r, times the number of view points.
+    pub(super) test: i64,
+    /// What a vertex of a cluster costs.
+    pub(super) vertex: i64,
+}
+
+/// A partition of a surface into clusters, that can be changed triangle by triangle.
+pub(super) struct Partition<'a, const W: usize> {
+    surface: &'a Surface,
+    views: &'a Views<W>,
+    limits: Limits,
+    weights: Weights,
+    cells: Vec<Cell<W>>,
+    of: Vec<u32>,
+}
+
+impl<'a, const W: usize> Partition<'a, W> {
+    pub(super) fn new(
+        surface: &'a Surface,
+        views: &'a Views<W>,
+        limits: Limits,
+        weights: Weights,
+        of: Vec<u32>,
+        clusters: usize,
+    ) -> Self {
+        let mut cells = vec![Cell::EMPTY; clusters];
+        for (t, &c) in of.iter().enumerate() {
+            cells[c as usize].add(&views.behind[t], surface.corners[t]);
+        }
+        Self { surface, views, limits, weights, cells, of }
+    }
+
+    /// What it gains to move a triangle, or `None` if a limit forbids it.
+    fn gain(&self, t: u32, to: u32) -> Option<i64> {
+        let (a, b) = (&self.cells[self.of[t as usize] as usize], &self.cells[to as usize]);
+        let corners = self.surface.corners[t as usize];
+        if b.triangles as usize >= self.limits.triangles {
+            return None;
+        }
+        let missing = b.missing(corners);
+        if (b.vertex_count + missing) as usize > self.limits.vertices {
+            return None;
+        }
+        let behind = &self.views.behind[t as usize];
+        let (mut left, mut joined) = (0, 0);
+        for i in 0..W {
+            left += (a.none[i] | a.one[i] & !behind[i]).count_ones();
+            joined += (b.none[i] & behind[i]).count_ones();
+        }
+        let (na, nb) = (i64::from(a.triangles) - 1, i64::from(b.triangles) + 1);
+        let hits = na * i64::from(left) + nb * i64::from(joined) - a.value() - b.value();
+        let vertices = i64::from(a.sole(corners)) - i64::from(missing);
+        let emptied = if na == 0 { self.weights.test } else { 0 };
+        Some(hits + vertices * self.weights.vertex + emptied)
+    }
+
+    fn apply(&mut self, t: u32, to: u32) {
+        let from = self.of[t as usize] as usize;
+        let (behind, corners) = (self.views.behind[t as usize], self.surface.corners[t as usize]);
+        self.cells[from].remove(&behind, corners);
+        self.cells[to as usize].add(&behind, corners);
+        self.of[t as usize] = to;
+    }
+
+    /// The neighbouring cluster to which a triangle would best move.
+    fn best(&self, t: u32) -> Option<(i64, u32)> {
+        let own = self.of[t as usize];
+        let mut best: Option<(i64, u32)> = None;
+        for &u in self.surface.neighbours(t) {
+            let c = self.of[u as usize];
+            if c != own
+                && let Some(g) = self.gain(t, c)
+                && best.is_none_or(|b| g > b.0)
+            {
+                best = Some((g, c));
+            }
+        }
+        best
+    }
+
+    /// Moves triangles while a move gains something, at most `sweeps` times over all of them. Returns the
+    /// number of moves.
+    pub(super) fn descend(&mut self, sweeps: usize) -> usize {
+        let mut moves = 0;
+        let mut active = vec![true; self.of.len()];
+        for _ in 0..sweeps {
+            let before = moves;
+            for t in 0..self.of.len() as u32 {
+                if !std::mem::take(&mut active[t as usize]) {
+                    continue;
+                }
+                if let Some((g, to)) = self.best(t)
+                    && g > 0
+                {
+                    self.apply(t, to);
+                    moves += 1;
+                    for &u in self.surface.neighbours(t) {
+                        active[u as usize] = true;
+                    }
+                }
+            }
+            if moves == before {
+                break;
+            }
+        }
+        moves
+    }
+
+    /// Random moves, of which worse ones are made less and less often, after the idea of Kirkpatrick,
+    /// Gelatt & Vecchi, *Optimization by Simulated Annealing*, 1983. `heat` is a loss in triangles that
+    /// is often accepted at first.
+    ///
+    /// The chance of a loss x falls as heat / (heat + x), not as an exponential: that needs no logarithm,
+    /// whose last bit differs between machines, and does as well. The seed is fixed.
+    pub(super) fn anneal(&mut self, heat: f64, sweeps: u32, mut step: impl FnMut(u32) -> bool) {
+        let mut state = 0x9E37_79B9_7F4A_7C15u64;
+        let mut random = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state
+        };
+        for sweep in 0..sweeps {
+            let left = 1.0 - f64::from(sweep) / f64::from(sweeps);
+            let heat = heat * left * left * (W * 64) as f64;
+            for t in 0..self.of.len() as u32 {
+                let near = self.surface.neighbours(t);
+                if near.is_empty() {
+                    continue;
+                }
+                let r = random();
+                let to = self.of[near[(r % near.len() as u64) as usize] as usize];
+                if to == self.of[t as usize] {
+                    continue;
+                }
+                if let Some(g) = self.gain(t, to) {
+                    // A share in (0, 1), by bits that the choice hardly used.
+                    let chance = ((r >> 40) as f64 + 0.5) / (1u64 << 24) as f64;
+                    if g >= 0 || g as f64 > heat * (1.0 - 1.0 / chance) {
+                        self.apply(t, to);
+                    }
+                }
+            }
+            if !step(sweep) {
+                return;
+            }
+        }
+    }
+
+    /// What it is worth to put a triangle into a cluster, whatever it was in before. `None` if a limit
+    /// forbids it.
+    fn welcome(&self, t: u32, to: u32) -> Option<i64> {
+        let (cell, behind) = (&self.cells[to as usize], &self.views.behind[t as usize]);
+        let missing = cell.missing(self.surface.corners[t as usize]);
+        if cell.triangles as usize >= self.limits.triangles
+            || (cell.vertex_count + missing) as usize > self.limits.vertices
+        {
+            return None;
+        }
+        let joined: u32 = (0..W).map(|i| (cell.none[i] & behind[i]).count_ones()).sum();
+        let hits = i64::from(joined) * i64::from(cell.triangles + 1) - cell.value();
+        Some(hits - i64::from(missing) * self.weights.vertex)
+    }
+
+    /// The cluster next to a triangle of cluster `own` that it is worth most to.
+    fn host(&self, t: u32, own: u32) -> Option<(i64, u32)> {
+        let near = self.surface.neighbours(t).iter().map(|&u| self.of[u as usize]);
+        near.filter(|&c| c != own)
+            .filter_map(|c| Some((self.welcome(t, c)?, c)))
+            .max_by_key(|&(g, c)| (g, std::cmp::Reverse(c)))
+    }
+
+    /// Gives away the triangles of clusters, smallest first, where that costs less than the test that it
+    /// saves. Returns how many clusters went.
+    pub(super) fn dissolve(&mut self) -> usize {
+        let mut members = vec![Vec::new(); self.cells.len()];
+        for (t, &c) in self.of.iter().enumerate() {
+            members[c as usize].push(t as u32);
+        }
+        let mut order: Vec<u32> = (0..self.cells.len() as u32).collect();
+        order.sort_by_key(|&c| (self.cells[c as usize].triangles, c));
+        let mut gone = 0;
+        let mut log = Vec::new();
+        for c in order {
+            members[c as usize].retain(|&t| self.of[t as usize] == c);
+            let rest = std::mem::take(&mut members[c as usize]);
+            if self.scatter(c, &rest, &mut log) {
+                gone += 1;
+                log.iter().for_each(|&(t, to): &(u32, u32)| members[to as usize].push(t));
+            } else {
+                members[c as usize] = rest;
+            }
+        }
+        gone
+    }
+
+    /// Gives away the triangles of one cluster, if that pays; `log` says to whom.
+    fn scatter(&mut self, own: u32, triangles: &[u32], log: &mut Vec<(u32, u32)>) -> bool {
+        log.clear();
+        if triangles.is_empty() {
+            return false;
+        }
+        let cell = &self.cells[own as usize];
+        let freed = i64::from(cell.vertex_count) * self.weights.vertex;
+        let mut total = self.weights.test + freed - cell.value();
+        let mut rest: Vec<(u32, Option<(i64, u32)>)> =
+            triangles.iter().map(|&t| (t, self.host(t, own))).collect();
+        // A triangle is worth at most P to its host, and P is hardly ever above one half.
+        let most = W as i64 * 32;
+        let pays = loop {
+            if rest.is_empty() {
+                break total > 0;
+            }
+            let best = rest.iter().enumerate().filter_map(|(i, r)| Some((r.1?, i)));
+            let best = best.max_by_key(|((g, _), i)| (*g, std::cmp::Reverse(*i)));
+            let Some(((g, to), i)) = best else { break false };
+            total += g;
+            if total + most * (rest.len() as i64 - 1) < 0 {
+                break false;
+            }
+            let (t, _) = rest.swap_remove(i);
+            let (behind, corners) = (self.views.behind[t as usize], self.surface.corners[t as usize]);
+            self.cells[to as usize].add(&behind, corners);
+            self.of[t as usize] = to;
+            log.push((t, to));
+            let near = self.surface.neighbours(t);
+            for r in &mut rest {
+                if r.1.is_some_and(|h| h.1 == to) || near.contains(&r.0) {
+                    r.1 = self.host(r.0, own);
+                }
+            }
+        };
+        if pays {
+            self.cells[own as usize] = Cell::EMPTY;
+        } else {
+            for &(t, to) in log.iter() {
+                let behind = self.views.behind[t as usize];
+                self.cells[to as usize].remove(&behind, self.surface.corners[t as usize]);
+                self.of[t as usize] = own;
+            }
+        }
+        pays
+    }
+
+    /// The cluster of each triangle, numbered without gaps, and their number.
+    pub(super) fn finish(self) -> (Vec<u32>, usize) {
+        let mut number = vec![u32::MAX; self.cells.len()];
+        let mut used = 0;
+        for (c, cell) in self.cells.iter().enumerate() {
+            if cell.triangles > 0 {
+                number[c] = used;
+                used += 1;
+            }
+        }
+        (self.of.iter().map(|&c| number[c as usize]).collect(), used as usize)
+    }
+}

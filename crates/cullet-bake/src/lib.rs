@@ -1,0 +1,9 @@
+//! Prepares meshes for culling: what is done once, so that every frame is cheaper.
+//!
+//! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
+//! where that pays.
+#![forbid(unsafe_code)]
+
+pub mod clusters;
+pub mod joint;
+mod sample;
