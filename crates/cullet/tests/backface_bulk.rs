@@ -1,48 +1,17 @@
 //! Normal masks and quantised planes: never a front face, the same at every level, and a floor on how
 //! much they cull.
 
+mod backface_common;
+
+use backface_common::{Rng, cross, dot, front};
 use cullet::Level;
 use cullet::bounds::Sphere;
+use cullet::cull::Indices;
 use cullet::cull::backface::{
-    BackfaceMask, MaskGrid, NormalMasks, Planes8, Planes16, ViewCone, append_unmasked,
-    count_masked, cull_masked, cull_masked_ref,
+    BackfaceMask, MaskGrid, NormalMasks, Planes8, Planes16, Planes32, ViewCone, count_masked,
+    cull_masked, cull_masked_ref, keep_unmasked,
 };
-
-fn levels() -> Vec<Level> {
-    let best = Level::new();
-    let mut levels = vec![best];
-    #[cfg(feature = "force_support_fallback")]
-    levels.push(Level::fallback());
-    #[cfg(target_arch = "x86_64")]
-    {
-        levels.extend(best.as_sse2().map(Level::Sse2));
-        levels.extend(best.as_sse4_2().map(Level::Sse4_2));
-        levels.extend(best.as_avx2().map(Level::Avx2));
-    }
-    levels
-}
-
-struct Rng(u64);
-
-impl Rng {
-    fn unit(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
-    }
-
-    fn vector(&mut self) -> [f64; 3] {
-        [self.unit(), self.unit(), self.unit()]
-    }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(u: [f64; 3], v: [f64; 3]) -> [f64; 3] {
-    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
-}
+use cullet::cull::frustum::batch::levels;
 
 /// Small triangles all over a sphere, some of them slivers or points, wound outward.
 fn triangles(rng: &mut Rng, count: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
@@ -70,17 +39,13 @@ fn triangles(rng: &mut Rng, count: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
     (positions, indices)
 }
 
-/// n·e − d·w in f64, and the size of its terms.
-fn front(corners: [[f32; 3]; 3], eye: [f64; 4]) -> (f64, f64) {
-    let [a, b, c] = corners.map(|p| p.map(f64::from));
-    let n = cross(std::array::from_fn(|k| b[k] - a[k]), std::array::from_fn(|k| c[k] - a[k]));
-    let e: [f64; 3] = std::array::from_fn(|k| eye[k] - a[k] * eye[3]);
-    let terms = [n[0] * e[0], n[1] * e[1], n[2] * e[2]];
-    (terms.iter().sum(), terms.iter().map(|t| t.abs()).sum())
-}
-
 fn ones(words: &[u64]) -> u64 {
     words.iter().map(|w| u64::from(w.count_ones())).sum()
+}
+
+/// The numbers below `len` whose bits are 0.
+fn unset(words: &[u64], len: u32) -> Vec<u32> {
+    (0..len).filter(|&i| words[i as usize / 64] >> (i % 64) & 1 == 0).collect()
 }
 
 #[test]
@@ -96,8 +61,9 @@ fn nothing_in_front_is_culled() {
     });
     let planes8 = Planes8::new(&positions, &indices);
     let planes16 = Planes16::new(&positions, &indices);
+    let planes32 = Planes32::new(&positions, &indices);
     let sphere = Sphere { center: [0.0; 3], radius: 1.1 };
-    let (mut exact, mut by8, mut by16, mut by_mask) = (0, 0, 0, 0);
+    let (mut exact, mut by8, mut by16, mut by32, mut by_mask) = (0, 0, 0, 0, 0);
     for round in 0..200 {
         let far = if round % 10 == 0 { 0.5 } else { 1.2 + f64::from(round) * 0.02 };
         let d = rng.vector();
@@ -107,25 +73,40 @@ fn nothing_in_front_is_culled() {
         let cone = ViewCone::to_sphere(eye, &sphere);
         assert_eq!(cone.is_some(), far > 1.1 || eye[3] == 0.0, "nothing is culled from inside");
         let mut answers: Vec<(&str, Vec<u64>)> = Vec::new();
-        for level in levels() {
+        for (level_name, level) in levels() {
             for (grid, masks) in grids.iter().zip(&masks) {
                 let mask = grid.mask(level, cone.as_ref());
                 assert!(cone.is_some() || mask == BackfaceMask::NOTHING);
-                let (mut culled, mut kept) = (Vec::new(), Vec::new());
+                let (mut culled, mut kept) = (Vec::new(), Indices::new());
                 cull_masked(level, masks, &mask, &mut culled);
-                assert_eq!(culled, cull_masked_ref(masks, &mask), "{level:?}");
+                assert_eq!(culled, cull_masked_ref(masks, &mask), "{level_name}");
                 assert_eq!(count_masked(level, masks, &mask), ones(&culled));
-                append_unmasked(level, masks, &mask, &mut kept);
-                assert_eq!(kept.len() as u64 + ones(&culled), 3000);
-                assert!(kept.is_sorted());
+                keep_unmasked(level, masks, &mask, &mut kept);
+                assert_eq!(*kept, *unset(&culled, 3000));
                 answers.push(("mask", culled));
             }
-            let (mut a, mut b) = (Vec::new(), Vec::new());
+            let (mut a, mut b, mut c) = (vec![!0; 100], Vec::new(), Vec::new());
             planes8.cull(level, eye, &mut a);
             planes16.cull(level, eye, &mut b);
-            assert_eq!(a, planes8.cull_ref(eye), "{level:?}");
-            assert_eq!(b, planes16.cull_ref(eye), "{level:?}");
-            answers.extend([("8", a), ("16", b)]);
+            planes32.cull(level, eye, &mut c);
+            assert_eq!(c, planes32.cull_ref(eye), "{level_name}");
+            for (mask, count) in [
+                (&a, planes8.count(level, eye)),
+                (&b, planes16.count(level, eye)),
+                (&c, planes32.count(level, eye)),
+            ] {
+                assert_eq!(ones(mask), count, "{level_name}");
+            }
+            let mut kept = [Indices::new(), Indices::new(), Indices::new()];
+            planes8.keep(level, eye, &mut kept[0]);
+            planes16.keep(level, eye, &mut kept[1]);
+            planes32.keep(level, eye, &mut kept[2]);
+            for (kept, mask) in kept.iter().zip([&a, &b, &c]) {
+                assert_eq!(**kept, *unset(mask, 3000), "{level_name}");
+            }
+            assert_eq!(a, planes8.cull_ref(eye), "{level_name}");
+            assert_eq!(b, planes16.cull_ref(eye), "{level_name}");
+            answers.extend([("8", a), ("16", b), ("32", c)]);
         }
         for t in 0..3000 {
             let (value, size) = front(corners(t), eye);
@@ -137,12 +118,14 @@ fn nothing_in_front_is_culled() {
             }
         }
         by8 += ones(&planes8.cull_ref(eye));
+        by32 += ones(&planes32.cull_ref(eye));
         by16 += ones(&planes16.cull_ref(eye));
         let mask = grids[3].mask(Level::new(), cone.as_ref());
         by_mask += count_masked(Level::new(), &masks[3], &mask);
     }
-    println!("of {exact}: 16 bits {by16}, 8 bits {by8}, masks {by_mask}");
+    println!("of {exact}: 32 bits {by32}, 16 bits {by16}, 8 bits {by8}, masks {by_mask}");
     // Recorded floors, of the exact count at this seed.
+    assert!(by32 * 1000 > exact * 975, "32 bits: {by32} of {exact}");
     assert!(by16 * 1000 > exact * 970, "16 bits: {by16} of {exact}");
     assert!(by8 * 1000 > exact * 950, "8 bits: {by8} of {exact}");
     assert!(by_mask * 1000 > exact * 200, "masks: {by_mask} of {exact}");

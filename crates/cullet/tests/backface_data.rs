@@ -117,8 +117,9 @@ fn check(path: &str, elliptic: f64, pyramid: f64) {
         println!("  {step} radii a frame: elliptic looked at {e:.2} %");
         assert!(e < 5.0 * (step / 0.01), "looked at {e} %");
     }
-    for (e, p, lost) in shares {
-        assert!(e >= elliptic && p >= pyramid, "{e} and {p} % of the ideal");
+    // From so near that half of a model is beyond its horizon, apexes cost a point more.
+    for ((e, p, lost), room) in shares.into_iter().zip([1.0, 0.0, 0.0]) {
+        assert!(e + room >= elliptic && p + room >= pyramid, "{e} and {p} % of the ideal");
         assert!(lost <= 0.3, "rounding loses {lost} points");
     }
 }

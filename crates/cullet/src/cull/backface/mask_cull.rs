@@ -7,52 +7,45 @@
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*, u8x16};
 
+use super::bulk::{self, Culled};
 use super::{BackfaceMask, NormalMasks};
+use crate::cull::Indices;
 
 /// Sets bit i of `culled` where triangle i is back-facing for the view of `mask`; bits beyond the last
 /// triangle are 0. The answer is the same at every level.
 pub fn cull_masked(level: Level, masks: &NormalMasks, mask: &BackfaceMask, culled: &mut Vec<u64>) {
-    culled.clear();
-    culled.resize(masks.len().div_ceil(64), 0);
-    fill(level, masks, mask, 0, culled);
+    bulk::cull(&Seen { masks, mask }, level, culled);
 }
 
 /// How many triangles are back-facing for the view of `mask`.
 #[must_use]
 pub fn count_masked(level: Level, masks: &NormalMasks, mask: &BackfaceMask) -> u64 {
-    // Few enough words to stay in registers' reach, many enough to hide the calls.
-    let mut block = [0; 64];
-    let words = masks.len().div_ceil(64);
-    let mut count = 0;
-    for first in (0..words).step_by(block.len()) {
-        let block = &mut block[..(words - first).min(64)];
-        fill(level, masks, mask, first, block);
-        count += block.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
-    }
-    count
+    bulk::count(&Seen { masks, mask }, level)
 }
 
-/// Appends the numbers of the triangles that are *not* culled, ascending.
-pub fn append_unmasked(
+/// Lists the triangles that are *not* culled, ascending.
+pub fn keep_unmasked(
     level: Level,
     masks: &NormalMasks,
     mask: &BackfaceMask,
-    kept: &mut Vec<u32>,
+    kept: &mut Indices,
 ) {
-    let mut block = [0; 64];
-    let words = masks.len().div_ceil(64);
-    for first in (0..words).step_by(block.len()) {
-        let block = &mut block[..(words - first).min(64)];
-        fill(level, masks, mask, first, block);
-        for (word, culled) in (first..).zip(block) {
-            let base = word * 64;
-            let there = masks.len() - base;
-            let mut bits = !*culled & if there < 64 { (1 << there) - 1 } else { !0 };
-            while bits != 0 {
-                kept.push(base as u32 + bits.trailing_zeros());
-                bits &= bits - 1;
-            }
-        }
+    bulk::keep(&Seen { masks, mask }, level, kept);
+}
+
+/// Triangles and a view.
+struct Seen<'a> {
+    masks: &'a NormalMasks,
+    mask: &'a BackfaceMask,
+}
+
+impl Culled for Seen<'_> {
+    fn len(&self) -> usize {
+        self.masks.len()
+    }
+
+    fn fill(&self, level: Level, first: usize, out: &mut [u64]) {
+        fill(level, self.masks, self.mask, first, out);
     }
 }
 
@@ -67,15 +60,58 @@ pub fn cull_masked_ref(masks: &NormalMasks, mask: &BackfaceMask) -> Vec<u64> {
 }
 
 /// Words `first..` of the answer, as many as `out` has.
-fn fill(level: Level, masks: &NormalMasks, mask: &BackfaceMask, first: usize, out: &mut [u64]) {
+pub(super) fn fill(
+    level: Level,
+    masks: &NormalMasks,
+    mask: &BackfaceMask,
+    first: usize,
+    out: &mut [u64],
+) {
     let range = first * 64..(first + out.len()) * 64;
     let offsets = masks.byte_offset[range.clone()].as_chunks::<64>().0;
     let bits = masks.bit_mask[range].as_chunks::<64>().0;
+    let table = mask.bytes();
     #[cfg(target_arch = "x86_64")]
     if let Some(avx512) = level.as_avx512() {
-        return fill_avx512(avx512, offsets, bits, mask.bytes(), out);
+        return fill_avx512(avx512, offsets, bits, table, out);
     }
-    dispatch!(level, simd => fill_rows(simd, offsets, bits, mask.bytes(), out));
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = level.as_avx2() {
+        return fill_avx2(avx2, offsets, bits, &Table::new(table), out);
+    }
+    // Without a byte shuffle a row look-up would be sixteen look-ups.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    let shuffles = level.as_sse4_2().is_some();
+    #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+    let shuffles = !level.is_fallback();
+    if shuffles {
+        let table = Table::new(table);
+        dispatch!(level, simd => fill_rows(simd, offsets, bits, &table, out));
+    } else {
+        dispatch!(level, simd => fill_bytes(simd, offsets, bits, table, out));
+    }
+}
+
+/// The rows of a mask that are not zero.
+struct Table {
+    rows: [[u8; 16]; 16],
+    /// What is subtracted from an offset to count within the row.
+    starts: [u8; 16],
+    len: usize,
+}
+
+impl Table {
+    fn new(table: &[u8; 256]) -> Self {
+        let mut this = Self { rows: [[0; 16]; 16], starts: [0; 16], len: 0 };
+        for (number, row) in table.as_chunks::<16>().0.iter().enumerate() {
+            if *row != [0; 16] {
+                this.rows[this.len] = *row;
+                this.starts[this.len] = number as u8 * 16;
+                this.len += 1;
+            }
+        }
+        this
+    }
 }
 
 fearless_simd::kernel!(
@@ -101,30 +137,91 @@ fearless_simd::kernel!(
     }
 );
 
+fearless_simd::kernel!(
+    fn fill_avx2(
+        avx2: Avx2,
+        offsets: &[[u8; 64]],
+        bits: &[[u8; 64]],
+        table: &Table,
+        out: &mut [u64],
+    ) {
+        use core::arch::x86_64::*;
+        use fearless_simd::{u8x32, u8x16};
+        let load = |bytes: &[u8]| -> __m256i { u8x32::from_slice(avx2, bytes).into() };
+        let sixteen = _mm256_set1_epi8(0x70);
+        let zero = _mm256_setzero_si256();
+        for ((offset, bit), out) in offsets.iter().zip(bits).zip(out) {
+            let offset = [load(&offset[..32]), load(&offset[32..])];
+            let mut found = [zero; 2];
+            for (row, start) in table.rows[..table.len].iter().zip(&table.starts) {
+                let row: __m128i = u8x16::from_slice(avx2, row).into();
+                let row = _mm256_broadcastsi128_si256(row);
+                let start = _mm256_set1_epi8(*start as i8);
+                for half in 0..2 {
+                    // 16..=127 over the row saturates into bit 7, for which a shuffle gives 0.
+                    let index = _mm256_adds_epu8(_mm256_sub_epi8(offset[half], start), sixteen);
+                    found[half] = _mm256_or_si256(found[half], _mm256_shuffle_epi8(row, index));
+                }
+            }
+            let mut word = 0;
+            for half in 0..2 {
+                let culled = _mm256_and_si256(found[half], load(&bit[half * 32..][..32]));
+                let kept = _mm256_movemask_epi8(_mm256_cmpeq_epi8(culled, zero)) as u32;
+                word |= u64::from(!kept) << (half * 32);
+            }
+            *out = word;
+        }
+    }
+);
+
 #[inline(always)]
 fn fill_rows<S: Simd>(
+    simd: S,
+    offsets: &[[u8; 64]],
+    bits: &[[u8; 64]],
+    table: &Table,
+    out: &mut [u64],
+) {
+    for ((offset, bit), out) in offsets.iter().zip(bits).zip(out) {
+        let at = |i: usize| i * 16..i * 16 + 16;
+        let offset = [0, 1, 2, 3].map(|i| u8x16::from_slice(simd, &offset[at(i)]));
+        let mut found = [u8x16::splat(simd, 0); 4];
+        for (row, start) in table.rows[..table.len].iter().zip(&table.starts) {
+            let row = u8x16::from_slice(simd, row);
+            let start = u8x16::splat(simd, *start);
+            for i in 0..4 {
+                // Offsets of another row wrap to 16 or more, for which the look-up gives 0.
+                found[i] |= row.swizzle_dyn_precise(offset[i] - start);
+            }
+        }
+        *out = 0;
+        for i in 0..4 {
+            let culled = (found[i] & u8x16::from_slice(simd, &bit[at(i)]))
+                .simd_gt(u8x16::splat(simd, 0));
+            *out |= culled.to_bitmask() << (i * 16);
+        }
+    }
+}
+
+/// Byte after byte from the table, then the comparison sixteen at a time.
+#[inline(always)]
+fn fill_bytes<S: Simd>(
     simd: S,
     offsets: &[[u8; 64]],
     bits: &[[u8; 64]],
     table: &[u8; 256],
     out: &mut [u64],
 ) {
-    let rows = table.as_chunks::<16>().0;
+    let zero = u8x16::splat(simd, 0);
     for ((offset, bit), out) in offsets.iter().zip(bits).zip(out) {
-        *out = 0;
-        for quarter in 0..4 {
-            let at = quarter * 16..quarter * 16 + 16;
-            let offset = u8x16::from_slice(simd, &offset[at.clone()]);
-            let mut found = u8x16::splat(simd, 0);
-            for (number, row) in rows.iter().enumerate() {
-                if *row != [0; 16] {
-                    // Offsets of another row wrap to 16 or more, for which the look-up gives 0.
-                    let index = offset - u8x16::splat(simd, number as u8 * 16);
-                    found |= u8x16::from_slice(simd, row).swizzle_dyn_precise(index);
-                }
-            }
-            let culled = (found & u8x16::from_slice(simd, &bit[at])).simd_gt(u8x16::splat(simd, 0));
-            *out |= culled.to_bitmask() << (quarter * 16);
+        let found = offset.map(|o| table[usize::from(o)]);
+        let mut kept = 0;
+        for i in 0..4 {
+            let at = i * 16..i * 16 + 16;
+            let culled =
+                u8x16::from_slice(simd, &found[at.clone()]) & u8x16::from_slice(simd, &bit[at]);
+            kept |= culled.simd_eq(zero).to_bitmask() << (i * 16);
         }
+        *out = !kept;
     }
 }

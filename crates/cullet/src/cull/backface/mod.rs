@@ -29,6 +29,7 @@ mod bulk;
 pub mod cluster;
 mod mask;
 mod mask_cull;
+mod planes32;
 mod quantised;
 pub mod screen;
 pub mod triangle;
@@ -37,7 +38,8 @@ pub use mask::{
     BackfaceMask, MaskError, MaskGrid, MaskUse, NormalMask, NormalMasks, ViewCone,
     corner_directions,
 };
-pub use mask_cull::{append_unmasked, count_masked, cull_masked, cull_masked_ref};
+pub use mask_cull::{count_masked, cull_masked, cull_masked_ref, keep_unmasked};
+pub use planes32::Planes32;
 pub use quantised::{Planes8, Planes16};
 
 pub use screen::{flips_winding, ndc_normal_z, screen_facing};

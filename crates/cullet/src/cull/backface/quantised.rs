@@ -12,6 +12,9 @@
 use fearless_simd::{Level, Simd, dispatch, i16x8, i16x16, i32x4, i32x8, prelude::*, u8x16, u16x8};
 use glam::{DVec3, DVec4};
 
+use super::bulk::{self, Culled};
+use crate::cull::Indices;
+
 /// The largest number of a quantised eye: 14 bits and a sign, so that four products with 16-bit
 /// planes fit into 32 bits.
 const EYE_LIMIT: f64 = 8191.0;
@@ -22,14 +25,14 @@ const SLIVER: f64 = 1e-9;
 
 /// Where the numbers of a set of planes are relative to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Frame {
+pub(super) struct Frame {
     centre: DVec3,
     /// What offsets are divided by, so that they are comparable to normals.
     scale: f64,
 }
 
 impl Frame {
-    fn around(positions: &[[f32; 3]]) -> Self {
+    pub(super) fn around(positions: &[[f32; 3]]) -> Self {
         let b = crate::bounds::Aabb::from_points(positions);
         if b.is_empty() {
             return Self { centre: DVec3::ZERO, scale: 1.0 };
@@ -40,7 +43,7 @@ impl Frame {
     }
 
     /// (n, −d) of a triangle with its largest number ±1; zeros for a sliver.
-    fn plane(&self, corners: [[f32; 3]; 3]) -> DVec4 {
+    pub(super) fn plane(&self, corners: [[f32; 3]; 3]) -> DVec4 {
         let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
         let (u, v) = (b - a, c - a);
         let n = u.cross(v);
@@ -57,11 +60,17 @@ impl Frame {
 
     /// The eye in units of the frame, its largest number ±[`EYE_LIMIT`]; `None` where it is not finite.
     fn eye(&self, eye: [f64; 4]) -> Option<[i32; 4]> {
+        let e = self.relative(eye)?;
+        Some((e * EYE_LIMIT).to_array().map(|v| v.round() as i32))
+    }
+
+    /// The eye in units of the frame, its largest number ±1; `None` where it is not finite, zero, or of
+    /// negative weight.
+    pub(super) fn relative(&self, eye: [f64; 4]) -> Option<DVec4> {
         let eye = DVec4::from(eye);
         let e = (eye.truncate() - self.centre * eye.w).extend(eye.w * self.scale);
         let largest = e.abs().max_element();
-        (largest > 0.0 && largest.is_finite())
-            .then(|| (e * (EYE_LIMIT / largest)).to_array().map(|v| v.round() as i32))
+        (eye.w >= 0.0 && largest > 0.0 && largest.is_finite()).then(|| e / largest)
     }
 }
 
@@ -142,18 +151,26 @@ impl Planes8 {
     }
 
     /// Sets bit i of `culled` where triangle i is proved back-facing from the homogeneous `eye`, given
-    /// in the space of the mesh (as [`ObjectEye`](super::ObjectEye) has it). An eye that is not finite
-    /// culls nothing. The same at every level.
+    /// in the space of the mesh (as [`ObjectEye`](super::ObjectEye) has it); bits beyond the last
+    /// triangle are 0. An eye that is not finite, or of negative weight, culls nothing. The same at every
+    /// level.
     pub fn cull(&self, level: Level, eye: [f64; 4], culled: &mut Vec<u64>) {
-        culled.clear();
-        culled.resize(self.len.div_ceil(64), 0);
-        let Some(eye) = self.frame.eye(eye) else { return };
-        let bound = error_bound(eye, 127);
-        #[cfg(target_arch = "x86_64")]
-        if let Some(avx512) = level.as_avx512() {
-            return cull8_avx512(avx512, &self.bytes, eye, bound, culled);
-        }
-        dispatch!(level, simd => cull8(simd, &self.bytes, eye, bound, culled));
+        bulk::cull(&self.seen(eye), level, culled);
+    }
+
+    /// How many triangles [`cull`](Self::cull) culls.
+    #[must_use]
+    pub fn count(&self, level: Level, eye: [f64; 4]) -> u64 {
+        bulk::count(&self.seen(eye), level)
+    }
+
+    /// Lists the triangles that are *not* culled, ascending.
+    pub fn keep(&self, level: Level, eye: [f64; 4], kept: &mut Indices) {
+        bulk::keep(&self.seen(eye), level, kept);
+    }
+
+    fn seen(&self, eye: [f64; 4]) -> Seen<'_, Self> {
+        Seen { planes: self, eye: self.frame.eye(eye) }
     }
 
     /// The oracle of [`cull`](Self::cull): one triangle after the other.
@@ -230,11 +247,58 @@ impl Planes16 {
 
     /// As [`Planes8::cull`].
     pub fn cull(&self, level: Level, eye: [f64; 4], culled: &mut Vec<u64>) {
-        culled.clear();
-        culled.resize(self.len.div_ceil(64), 0);
-        let Some(eye) = self.frame.eye(eye) else { return };
-        let bound = error_bound(eye, 32767);
-        dispatch!(level, simd => cull16(simd, &self.xy, &self.zd, eye, bound, culled));
+        bulk::cull(&self.seen(eye), level, culled);
+    }
+
+    /// How many triangles [`cull`](Self::cull) culls.
+    #[must_use]
+    pub fn count(&self, level: Level, eye: [f64; 4]) -> u64 {
+        bulk::count(&self.seen(eye), level)
+    }
+
+    /// Lists the triangles that are *not* culled, ascending.
+    pub fn keep(&self, level: Level, eye: [f64; 4], kept: &mut Indices) {
+        bulk::keep(&self.seen(eye), level, kept);
+    }
+
+    fn seen(&self, eye: [f64; 4]) -> Seen<'_, Self> {
+        Seen { planes: self, eye: self.frame.eye(eye) }
+    }
+}
+
+/// Planes and an eye, which culls nothing where it is none.
+struct Seen<'a, P> {
+    planes: &'a P,
+    eye: Option<[i32; 4]>,
+}
+
+impl Culled for Seen<'_, Planes8> {
+    fn len(&self) -> usize {
+        self.planes.len
+    }
+
+    fn fill(&self, level: Level, first: usize, out: &mut [u64]) {
+        let Some(eye) = self.eye else { return out.fill(0) };
+        let bound = error_bound(eye, 127);
+        let bytes = &self.planes.bytes[first * 64..(first + out.len()) * 64];
+        #[cfg(target_arch = "x86_64")]
+        if let Some(avx512) = level.as_avx512() {
+            return cull8_avx512(avx512, bytes, eye, bound, out);
+        }
+        dispatch!(level, simd => cull8(simd, bytes, eye, bound, out));
+    }
+}
+
+impl Culled for Seen<'_, Planes16> {
+    fn len(&self) -> usize {
+        self.planes.len
+    }
+
+    fn fill(&self, level: Level, first: usize, out: &mut [u64]) {
+        let Some(eye) = self.eye else { return out.fill(0) };
+        let range = first * 64..(first + out.len()) * 64;
+        let (xy, zd) = (&self.planes.xy[range.clone()], &self.planes.zd[range]);
+        dispatch!(level, simd => cull16(simd, xy, zd, eye, error_bound(eye, 32767), out));
     }
 }
 

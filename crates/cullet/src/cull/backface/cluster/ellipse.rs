@@ -1,61 +1,180 @@
-//! A small ellipse around points of the plane.
+//! The ellipse around points of the plane that makes the largest elliptic cone.
 
-use glam::{DMat2, DVec2};
+use glam::DVec2;
 
-/// An ellipse of small area around points: its centre and two half-axes.
+/// An ellipse, as its centre and two half-axes, the longer first.
+pub(super) type Ellipse = (DVec2, [DVec2; 2]);
+
+/// An ellipse around all points that leaves its cone nearly the largest region; some 50 µs for ten
+/// points. The points are those of normals at distance 1 along an axis.
 ///
-/// Khachiyan's iteration (Todd & Yıldırım, *On Khachiyan's algorithm for the computation of minimum-volume
-/// enclosing ellipsoids*, 2007), stopped early; then grown until it holds every point.
-pub(super) fn smallest_ellipse(points: &[DVec2]) -> (DVec2, [DVec2; 2]) {
-    let n = points.len();
-    let mut weight = vec![1.0 / n as f64; n];
-    let mean = points.iter().sum::<DVec2>() / n as f64;
-    let spread = points.iter().map(|p| p.distance(mean)).fold(0.0, f64::max);
-    if spread < 1e-12 {
-        return (mean, [DVec2::X * spread, DVec2::Y * spread]);
-    }
-    let moments = |weight: &[f64]| {
-        let centre: DVec2 = points.iter().zip(weight).map(|(p, w)| *p * *w).sum();
-        let mut m = DMat2::ZERO;
-        for (p, w) in points.iter().zip(weight) {
-            let d = *p - centre;
-            m += DMat2::from_cols(d * d.x, d * d.y) * *w;
+/// For each direction and ratio of its axes the points are squeezed, and the ellipse is the smallest
+/// circle around them; both are sought by steps that are halved when none helps. The smallest *area*,
+/// which is easier to find, is the wrong aim: it would make a narrow cone of long normals too long
+/// (measured: 0.5 to 4 per cent of the ideal less).
+pub(super) fn best_ellipse(points: &[DVec2]) -> Ellipse {
+    // Ratios up to e⁶ = 400; what is thinner is widened for rounding anyway.
+    const THINNEST: f64 = 6.0;
+    let (angle, ratio) = spread(points);
+    let best_from = |start: [f64; 2]| {
+        let value = |at: [f64; 2]| {
+            let e = squeezed(points, at);
+            (region_lost(&e), at, e)
+        };
+        let mut best = value(start);
+        let mut step = 0.25;
+        while step > 0.01 {
+            let tries = [[step, 0.0], [-step, 0.0], [0.0, step], [0.0, -step]].map(|d| {
+                let ratio = (best.1[1] + 2.0 * d[1]).clamp(-THINNEST, THINNEST);
+                value([best.1[0] + d[0], ratio])
+            });
+            let next = tries.into_iter().reduce(|a, b| if b.0 < a.0 { b } else { a });
+            match next {
+                Some(next) if next.0 < best.0 => best = next,
+                _ => step *= 0.5,
+            }
         }
-        // Points on a line have no area: a sliver of width instead.
-        let floor = spread * spread * 1e-12;
-        (centre, m + DMat2::from_diagonal(DVec2::splat(floor)))
+        best
     };
-    for _ in 0..60 {
-        let (centre, m) = moments(&weight);
-        let inverse = m.inverse();
-        let (far, distance) = points
-            .iter()
-            .map(|p| (*p - centre).dot(inverse * (*p - centre)))
-            .enumerate()
-            .fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
-        // At the optimum every weighted point is at squared distance 2, the dimension.
-        if distance <= 2.0 * 1.002 {
-            break;
-        }
-        let step = (distance - 2.0) / (3.0 * distance);
-        weight.iter_mut().for_each(|w| *w *= 1.0 - step);
-        weight[far] += step;
+    let (_, _, ellipse) = best_from([angle, ratio.clamp(0.0, THINNEST)]);
+    ellipse
+}
+
+/// The angle of the longest axis of the points' moments, and the logarithm of the axes' ratio.
+fn spread(points: &[DVec2]) -> (f64, f64) {
+    let mean = points.iter().sum::<DVec2>() / points.len() as f64;
+    let (mut a, mut b, mut d) = (0.0, 0.0, 0.0);
+    for p in points {
+        let v = *p - mean;
+        (a, b, d) = (a + v.x * v.x, b + v.x * v.y, d + v.y * v.y);
     }
-    let (centre, m) = moments(&weight);
-    let inverse = m.inverse();
-    let reach = points
+    let root = (0.5 * (a - d)).hypot(b);
+    let (long, short) = (0.5 * (a + d) + root, (0.5 * (a + d) - root).max(0.0));
+    let ratio = if long > 0.0 { 0.5 * (long / short.max(long * 1e-6)).ln() } else { 0.0 };
+    (0.5 * (2.0 * b).atan2(a - d), ratio)
+}
+
+/// The smallest ellipse around the points with this angle and logarithm of its axes' ratio.
+fn squeezed(points: &[DVec2], [angle, ratio]: [f64; 2]) -> Ellipse {
+    let along = DVec2::from_angle(angle);
+    let across = along.perp();
+    let squeeze = ratio.exp();
+    let flat: Vec<DVec2> =
+        points.iter().map(|p| DVec2::new(p.dot(along), p.dot(across) * squeeze)).collect();
+    let (centre, radius) = smallest_circle(&flat);
+    let centre = along * centre.x + across * (centre.y / squeeze);
+    let [s, t] = [along * radius, across * (radius / squeeze)];
+    (centre, if squeeze < 1.0 { [t, s] } else { [s, t] })
+}
+
+/// The smallest circle around points (Welzl, *Smallest enclosing disks*, 1991, as a loop).
+fn smallest_circle(points: &[DVec2]) -> (DVec2, f64) {
+    let Some(first) = points.first() else { return (DVec2::ZERO, 0.0) };
+    let (mut centre, mut radius) = (*first, 0.0);
+    let outside =
+        |p: DVec2, centre: DVec2, radius: f64| p.distance(centre) > radius * (1.0 + 1e-12);
+    for (i, p) in points.iter().enumerate() {
+        if !outside(*p, centre, radius) {
+            continue;
+        }
+        (centre, radius) = (*p, 0.0);
+        for (j, q) in points[..i].iter().enumerate() {
+            if !outside(*q, centre, radius) {
+                continue;
+            }
+            centre = (*p + *q) * 0.5;
+            radius = p.distance(centre);
+            for r in &points[..j] {
+                if outside(*r, centre, radius) {
+                    (centre, radius) = circle_through(*p, *q, *r).unwrap_or((centre, radius));
+                }
+            }
+        }
+    }
+    // Rounding, and three points on a line, leave some outside.
+    let radius = points.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
+    (centre, radius)
+}
+
+fn circle_through(p: DVec2, q: DVec2, r: DVec2) -> Option<(DVec2, f64)> {
+    let (u, v) = (q - p, r - p);
+    let twice = 2.0 * u.perp_dot(v);
+    let to_centre = (v.perp() * u.length_squared() - u.perp() * v.length_squared()) / -twice;
+    to_centre.is_finite().then(|| (p + to_centre, to_centre.length()))
+}
+
+/// How much of the sphere of directions the cone of an ellipse does not prove, but for a constant.
+///
+/// The region's border in the direction φ across the axis is at the angle whose cotangent is the
+/// ellipse's support function H(φ) = c·φ + |(s·φ, t·φ)|, so the region's solid angle is the integral of
+/// 1 − H/√(1 + H²).
+fn region_lost((centre, [s, t]): &Ellipse) -> f64 {
+    DIRECTIONS
         .iter()
-        .map(|p| (*p - centre).dot(inverse * (*p - centre)))
-        .fold(0.0, f64::max)
-        .sqrt();
-    // Half-axes are eigenvectors of m, as long as the roots of its eigenvalues, times the reach.
-    let (a, b, d) = (m.x_axis.x, m.x_axis.y, m.y_axis.y);
-    let (half_sum, half_difference) = ((a + d) * 0.5, (a - d) * 0.5);
-    let root = half_difference.hypot(b);
-    let angle = 0.5 * b.atan2(half_difference);
-    let direction = DVec2::from_angle(angle);
-    let grow = reach * (1.0 + 1e-9);
-    let long = direction * ((half_sum + root).max(0.0).sqrt() * grow);
-    let short = direction.perp() * ((half_sum - root).max(0.0).sqrt() * grow);
-    (centre, [long, short])
+        .map(|[x, y]| {
+            let d = DVec2::new(*x, *y);
+            // An ellipse is the same from both sides, but for its centre.
+            let (middle, half) = (centre.dot(d), s.dot(d).hypot(t.dot(d)));
+            sine_of_cotangent(middle + half) + sine_of_cotangent(half - middle)
+        })
+        .sum()
+}
+
+fn sine_of_cotangent(h: f64) -> f64 {
+    h / (1.0 + h * h).sqrt()
+}
+
+/// Sixteen directions of half a turn.
+const DIRECTIONS: [[f64; 2]; 16] = [
+    [1.0, 0.0],
+    [0.980_785_280_403_230_4, 0.195_090_322_016_128_25],
+    [0.923_879_532_511_286_7, 0.382_683_432_365_089_8],
+    [0.831_469_612_302_545_2, 0.555_570_233_019_602_2],
+    [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2],
+    [0.555_570_233_019_602_2, 0.831_469_612_302_545_2],
+    [0.382_683_432_365_089_8, 0.923_879_532_511_286_7],
+    [0.195_090_322_016_128_25, 0.980_785_280_403_230_4],
+    [0.0, 1.0],
+    [-0.195_090_322_016_128_25, 0.980_785_280_403_230_4],
+    [-0.382_683_432_365_089_8, 0.923_879_532_511_286_7],
+    [-0.555_570_233_019_602_2, 0.831_469_612_302_545_2],
+    [-std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2],
+    [-0.831_469_612_302_545_2, 0.555_570_233_019_602_2],
+    [-0.923_879_532_511_286_7, 0.382_683_432_365_089_8],
+    [-0.980_785_280_403_230_4, 0.195_090_322_016_128_25],
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_circle_holds_all_points() {
+        let points: Vec<DVec2> = (0..40)
+            .map(|i| DVec2::new((f64::from(i) * 1.7).sin() * 3.0, (f64::from(i) * 2.3).cos()))
+            .collect();
+        let (centre, radius) = smallest_circle(&points);
+        assert!(points.iter().all(|p| p.distance(centre) <= radius * (1.0 + 1e-12)));
+        // The widest pair is a lower bound.
+        let widest =
+            points.iter().flat_map(|p| points.iter().map(move |q| p.distance(*q))).fold(0.0, f64::max);
+        assert!(radius >= widest * 0.5 && radius <= widest / 3.0_f64.sqrt() * 1.001, "{radius}");
+        let (centre, radius) = circle_through(DVec2::X, DVec2::Y, DVec2::NEG_X).expect("a circle");
+        assert!(centre.length() < 1e-12 && (radius - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_ellipse_of_points_is_found() {
+        // Points of an ellipse four times as long as wide, at an angle, off the axis.
+        let (along, across) = (DVec2::from_angle(0.7), DVec2::from_angle(0.7).perp());
+        let points: Vec<DVec2> = (0..24)
+            .map(|i| {
+                let (y, x) = (f64::from(i) * 0.2618).sin_cos();
+                DVec2::new(0.1, 0.2) + along * (0.4 * x) + across * (0.1 * y)
+            })
+            .collect();
+        let (centre, [s, t]) = best_ellipse(&points);
+        assert!(centre.distance(DVec2::new(0.1, 0.2)) < 1e-3, "{centre}");
+        assert!((s.length() - 0.4).abs() < 0.01 && (t.length() - 0.1).abs() < 0.01, "{s} {t}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::ellipse::smallest_ellipse;
+use super::ellipse::best_ellipse;
 use super::eye::{TINY, dot};
 use super::{ApexFit, Bound, ClusterEye, ClusterPlanes};
 
@@ -60,7 +60,7 @@ impl Shape {
     pub(super) fn around(fit: &ApexFit) -> Self {
         // Narrower, the slack for the test's rounding (see `Inside`) would cost more than it gains.
         const NARROWEST: f64 = 1e-3;
-        let (centre, half) = smallest_ellipse(&fit.hull);
+        let (centre, half) = best_ellipse(&fit.hull);
         let flat = |v: DVec2| fit.across[0] * v.x + fit.across[1] * v.y;
         let axis = fit.lift(centre);
         let floor = axis.length().max(half[0].length()) * NARROWEST;

@@ -12,7 +12,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::ellipse::smallest_ellipse;
+use super::ellipse::best_ellipse;
 use super::eye::dot;
 use super::{ApexFit, Bound, ClusterEye, ClusterPlanes};
 
@@ -185,7 +185,7 @@ impl Bound for NormalBoxTurned {
     /// With its origin at the apex of the cones, its axes along the ellipse of the normals.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         let fit = ApexFit::new(planes)?;
-        let (_, [long, _]) = smallest_ellipse(&fit.hull);
+        let (_, [long, _]) = best_ellipse(&fit.hull);
         let along = (fit.across[0] * long.x + fit.across[1] * long.y)
             .try_normalize()
             .unwrap_or(fit.across[0]);
