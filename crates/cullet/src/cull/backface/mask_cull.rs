@@ -24,12 +24,7 @@ pub fn count_masked(level: Level, masks: &NormalMasks, mask: &BackfaceMask) -> u
 }
 
 /// Lists the triangles that are *not* culled, ascending.
-pub fn keep_unmasked(
-    level: Level,
-    masks: &NormalMasks,
-    mask: &BackfaceMask,
-    kept: &mut Indices,
-) {
+pub fn keep_unmasked(level: Level, masks: &NormalMasks, mask: &BackfaceMask, kept: &mut Indices) {
     bulk::keep(&Seen { masks, mask }, level, kept);
 }
 
@@ -146,7 +141,7 @@ fearless_simd::kernel!(
         out: &mut [u64],
     ) {
         use core::arch::x86_64::*;
-        use fearless_simd::{u8x32, u8x16};
+        use fearless_simd::{u8x16, u8x32};
         let load = |bytes: &[u8]| -> __m256i { u8x32::from_slice(avx2, bytes).into() };
         let sixteen = _mm256_set1_epi8(0x70);
         let zero = _mm256_setzero_si256();
@@ -196,8 +191,8 @@ fn fill_rows<S: Simd>(
         }
         *out = 0;
         for i in 0..4 {
-            let culled = (found[i] & u8x16::from_slice(simd, &bit[at(i)]))
-                .simd_gt(u8x16::splat(simd, 0));
+            let culled =
+                (found[i] & u8x16::from_slice(simd, &bit[at(i)])).simd_gt(u8x16::splat(simd, 0));
             *out |= culled.to_bitmask() << (i * 16);
         }
     }

@@ -156,8 +156,10 @@ mod tests {
         let (centre, radius) = smallest_circle(&points);
         assert!(points.iter().all(|p| p.distance(centre) <= radius * (1.0 + 1e-12)));
         // The widest pair is a lower bound.
-        let widest =
-            points.iter().flat_map(|p| points.iter().map(move |q| p.distance(*q))).fold(0.0, f64::max);
+        let widest = points
+            .iter()
+            .flat_map(|p| points.iter().map(move |q| p.distance(*q)))
+            .fold(0.0, f64::max);
         assert!(radius >= widest * 0.5 && radius <= widest / 3.0_f64.sqrt() * 1.001, "{radius}");
         let (centre, radius) = circle_through(DVec2::X, DVec2::Y, DVec2::NEG_X).expect("a circle");
         assert!(centre.length() < 1e-12 && (radius - 1.0).abs() < 1e-12);
