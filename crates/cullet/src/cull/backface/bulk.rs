@@ -30,7 +30,7 @@ pub(super) fn cull(things: &impl Culled, level: Level, culled: &mut Vec<u64>) {
 pub(super) fn count(things: &impl Culled, level: Level) -> u64 {
     let mut count = 0;
     each(things, level, |_, words| {
-        count += words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+        dispatch!(level, simd => count += ones(simd, words));
     });
     count
 }
@@ -63,9 +63,22 @@ fn each(things: &impl Culled, level: Level, mut take: impl FnMut(usize, &mut [u6
     }
 }
 
+// Bits are counted under a level, for machines without SIMD have no instruction for it either.
+#[inline(always)]
+fn ones<S: Simd>(_: S, words: &[u64]) -> u64 {
+    let mut count = 0;
+    for word in words {
+        count += u64::from(word.count_ones());
+    }
+    count
+}
+
 #[inline(always)]
 fn list_words<S: Simd>(simd: S, words: &[u64], first: usize, list: &mut List<'_>) {
+    // A length that is kept in memory makes each word wait for the one before.
+    let mut local = List { out: &mut *list.out, len: list.len };
     for (i, word) in words.iter().enumerate() {
-        list.word(simd, first + i, *word);
+        local.word(simd, first + i, *word);
     }
+    list.len = local.len;
 }
