@@ -4,6 +4,7 @@
 //! same run and at its best SIMD level, takes only to read the bytes that must be read. Every workload
 //! checks its answer against the scalar oracle before it is timed.
 
+mod backface;
 mod frustum;
 mod measure;
 mod results;
@@ -36,10 +37,12 @@ pub(crate) fn run(options: &BenchOptions) -> Results {
 /// Runs the workloads and hands each result on as soon as it is there.
 pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) -> Results {
     let mut results = Vec::new();
-    frustum::run(options, &mut |measured| {
+    let mut take = |measured| {
         each(&measured);
         results.push(measured);
-    });
+    };
+    frustum::run(options, &mut take);
+    backface::run(options, &mut take);
     Results { schema: 1, machine: Machine::here(), results }
 }
 
@@ -52,7 +55,9 @@ mod tests {
         let options = BenchOptions { filter: None, seconds: 0.0, sizes: vec![1000] };
         let results = run(&options);
         let levels = cullet::cull::frustum::batch::levels().len();
-        assert_eq!(results.results.len(), 2 * 3 * levels);
+        // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
+        // three answers each, and the vertices.
+        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3) * levels + 1);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
             assert!(r.ns_per_item > 0.0 && r.limit_ratio > 0.0, "{r:?}");

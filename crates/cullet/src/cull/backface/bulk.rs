@@ -1,7 +1,7 @@
 //! The forms of an answer, for every test of many things at once: a mask of what is culled, a count, or
 //! the ascending list of what is kept.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, dispatch};
 
 use crate::cull::Indices;
 use crate::cull::output::expand;
@@ -30,7 +30,7 @@ pub(super) fn cull(things: &impl Culled, level: Level, culled: &mut Vec<u64>) {
 pub(super) fn count(things: &impl Culled, level: Level) -> u64 {
     let mut count = 0;
     each(things, level, |_, words| {
-        count += words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+        dispatch!(level, simd => count += ones(simd, words));
     });
     count
 }
@@ -61,4 +61,14 @@ fn each(things: &impl Culled, level: Level, mut take: impl FnMut(usize, &mut [u6
         things.fill(level, first, block);
         take(first, block);
     }
+}
+
+// Bits are counted under a level, for machines without SIMD have no instruction for it either.
+#[inline(always)]
+fn ones<S: Simd>(_: S, words: &[u64]) -> u64 {
+    let mut count = 0;
+    for word in words {
+        count += u64::from(word.count_ones());
+    }
+    count
 }

@@ -198,7 +198,8 @@ fn fill_rows<S: Simd>(
     }
 }
 
-/// Byte after byte from the table, then the comparison sixteen at a time.
+/// Byte after byte from the table, then the comparison sixteen at a time: some words later, for a vector
+/// read from bytes just written waits for all of them.
 #[inline(always)]
 fn fill_bytes<S: Simd>(
     simd: S,
@@ -207,16 +208,24 @@ fn fill_bytes<S: Simd>(
     table: &[u8; 256],
     out: &mut [u64],
 ) {
+    const AT_ONCE: usize = 16;
+    let mut found = [[0; 64]; AT_ONCE];
     let zero = u8x16::splat(simd, 0);
-    for ((offset, bit), out) in offsets.iter().zip(bits).zip(out) {
-        let found = offset.map(|o| table[usize::from(o)]);
-        let mut kept = 0;
-        for i in 0..4 {
-            let at = i * 16..i * 16 + 16;
-            let culled =
-                u8x16::from_slice(simd, &found[at.clone()]) & u8x16::from_slice(simd, &bit[at]);
-            kept |= culled.simd_eq(zero).to_bitmask() << (i * 16);
+    let chunks = offsets.chunks(AT_ONCE).zip(bits.chunks(AT_ONCE));
+    for ((offsets, bits), out) in chunks.zip(out.chunks_mut(AT_ONCE)) {
+        for (found, offset) in found.iter_mut().zip(offsets) {
+            for (f, o) in found.iter_mut().zip(offset) {
+                *f = table[usize::from(*o)];
+            }
         }
-        *out = !kept;
+        for ((found, bit), out) in found.iter().zip(bits).zip(out) {
+            let mut kept = 0;
+            for i in 0..4 {
+                let f = u8x16::from_slice(simd, &found[i * 16..i * 16 + 16]);
+                let b = u8x16::from_slice(simd, &bit[i * 16..i * 16 + 16]);
+                kept |= (f & b).simd_eq(zero).to_bitmask() << (i * 16);
+            }
+            *out = !kept;
+        }
     }
 }

@@ -27,13 +27,16 @@
 
 mod bulk;
 pub mod cluster;
+mod groups;
 mod mask;
 mod mask_cull;
 mod planes32;
 mod quantised;
 pub mod screen;
+mod sectors;
 pub mod triangle;
 
+pub use groups::Groups;
 pub use mask::{
     BackfaceMask, MaskError, MaskGrid, MaskUse, NormalMask, NormalMasks, ViewCone,
     corner_directions,
@@ -41,6 +44,8 @@ pub use mask::{
 pub use mask_cull::{count_masked, cull_masked, cull_masked_ref, keep_unmasked};
 pub use planes32::Planes32;
 pub use quantised::{Planes8, Planes16};
+
+pub use sectors::SectorMasks;
 
 pub use screen::{flips_winding, ndc_normal_z, screen_facing};
 pub use triangle::{ObjectEye, facing_ref};

@@ -317,17 +317,19 @@ fearless_simd::kernel!(
         let packed = |v: [i32; 4]| _mm512_set1_epi32(i32::from_le_bytes(v.map(|b| b as i8 as u8)));
         let high: [i32; 4] = std::array::from_fn(|k| (eye[k] - low[k]) / 128);
         let (eye_high, eye_low) = (packed(high), packed(low));
-        // Planes are biased by 128, which adds 128 times the sum of the eye to every product.
-        let start = _mm512_set1_epi32(bound - 128 * eye.iter().sum::<i32>());
-        let zero = _mm512_setzero_si512();
+        // Planes are biased by 128, which adds 128 times the sum of the eye to every product. What is
+        // a multiple of 128 goes in before the high half is shifted, the rest into the comparison.
+        let start = bound - 128 * eye.iter().sum::<i32>();
+        let limit = _mm512_set1_epi32(-start.rem_euclid(128));
+        let start = _mm512_set1_epi32(start.div_euclid(128));
         for (planes, culled) in planes.as_chunks::<64>().0.iter().zip(culled) {
             let bytes: &[u8] = planes.as_flattened();
             *culled = 0;
             for quarter in 0..4 {
                 let p: __m512i = u8x64::from_slice(avx512, &bytes[quarter * 64..][..64]).into();
-                let high = _mm512_slli_epi32::<7>(_mm512_dpbusd_epi32(zero, p, eye_high));
-                let value = _mm512_add_epi32(_mm512_dpbusd_epi32(start, p, eye_low), high);
-                *culled |= u64::from(_mm512_movepi32_mask(value)) << (quarter * 16);
+                let high = _mm512_slli_epi32::<7>(_mm512_dpbusd_epi32(start, p, eye_high));
+                let value = _mm512_dpbusd_epi32(high, p, eye_low);
+                *culled |= u64::from(_mm512_cmplt_epi32_mask(value, limit)) << (quarter * 16);
             }
         }
     }

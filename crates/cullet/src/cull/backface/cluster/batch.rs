@@ -183,16 +183,24 @@ fn load<S: Simd>(simd: S, row: &Row, start: usize) -> S::f32s {
 #[inline(always)]
 fn load_bytes<S: Simd>(simd: S, row: &ByteRow, start: usize) -> S::f32s {
     let mut floats = [0.0; 16];
-    for (f, b) in floats.iter_mut().zip(&row[start..start + S::f32s::LEN]) {
-        *f = f32::from(*b);
+    for i in 0..S::f32s::LEN {
+        floats[i] = f32::from(row[start + i]);
     }
     S::f32s::from_slice(simd, &floats[..S::f32s::LEN])
 }
 
+// Written out where a closure would do: one that is not inlined is compiled without the level's
+// instructions, and costs ten times as much.
 #[inline(always)]
 fn to_eye<S: Simd>(simd: S, apex: &[Row; 3], start: usize, eye: &ClusterEye) -> [S::f32s; 3] {
     let w = S::f32s::splat(simd, eye.w);
-    std::array::from_fn(|k| S::f32s::splat(simd, eye.xyz[k]) - load::<S>(simd, &apex[k], start) * w)
+    let [x, y, z] = rows::<S>(simd, apex, start);
+    let [ex, ey, ez] = eye.xyz;
+    [
+        S::f32s::splat(simd, ex) - x * w,
+        S::f32s::splat(simd, ey) - y * w,
+        S::f32s::splat(simd, ez) - z * w,
+    ]
 }
 
 #[inline(always)]
@@ -202,7 +210,15 @@ fn dot<S: Simd>(a: [S::f32s; 3], b: [S::f32s; 3]) -> S::f32s {
 
 #[inline(always)]
 fn rows<S: Simd>(simd: S, rows: &[Row; 3], start: usize) -> [S::f32s; 3] {
-    std::array::from_fn(|k| load::<S>(simd, &rows[k], start))
+    let [x, y, z] = rows;
+    [load::<S>(simd, x, start), load::<S>(simd, y, start), load::<S>(simd, z, start)]
+}
+
+#[inline(always)]
+fn byte_rows<S: Simd>(simd: S, rows: &[ByteRow; 3], start: usize) -> [S::f32s; 3] {
+    let [x, y, z] = rows;
+    let load = load_bytes::<S>;
+    [load(simd, x, start), load(simd, y, start), load(simd, z, start)]
 }
 
 /// z < 0 and z² − q > TINY.
@@ -261,7 +277,9 @@ macro_rules! plain {
 
 plain!(EllipticCone, 12, |simd, block, start, eye| {
     let w = to_eye(simd, block.three(0), start, eye);
-    let [z, s, t] = [3, 6, 9].map(|at| dot::<S>(rows(simd, block.three(at), start), w));
+    let z = dot::<S>(rows(simd, block.three(3), start), w);
+    let s = dot::<S>(rows(simd, block.three(6), start), w);
+    let t = dot::<S>(rows(simd, block.three(9), start), w);
     in_cone(simd, z, s * s + t * t)
 });
 
@@ -284,7 +302,11 @@ plain!(NormalBoxAtOrigin, 7, |simd, block, start, eye| {
 
 plain!(NormalBoxTurned, 19, |simd, block, start, eye| {
     let v = to_eye(simd, block.three(16), start, eye);
-    let v = [0, 3, 6].map(|at| dot::<S>(rows(simd, block.three(at), start), v));
+    let v = [
+        dot::<S>(rows(simd, block.three(0), start), v),
+        dot::<S>(rows(simd, block.three(3), start), v),
+        dot::<S>(rows(simd, block.three(6), start), v),
+    ];
     behind_box(simd, [block.three(9), block.three(12)], &block.0[15], v, start, eye)
 });
 
@@ -337,10 +359,10 @@ impl BatchBound for EllipticConeQuantised {
     #[inline(always)]
     fn test_lanes<S: Simd>(simd: S, block: &ByteRows, start: usize, eye: &ClusterEye) -> u64 {
         let w = to_eye(simd, &block.apex, start, eye);
-        let [z, s, t] = [0, 1, 2].map(|i: usize| {
-            let rows = &block.vectors[i];
-            dot::<S>([0, 1, 2].map(|k: usize| load_bytes::<S>(simd, &rows[k], start)), w)
-        });
+        let [axis, s, t] = &block.vectors;
+        let z = dot::<S>(byte_rows(simd, axis, start), w);
+        let s = dot::<S>(byte_rows(simd, s, start), w);
+        let t = dot::<S>(byte_rows(simd, t, start), w);
         in_cone(simd, z, s * s + t * t)
     }
 }

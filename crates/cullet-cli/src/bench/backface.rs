@@ -1,0 +1,312 @@
+//! Back-face culling of the triangles of one model, and of clusters.
+
+use cullet::bounds::Sphere;
+use cullet::cull::Indices;
+use cullet::cull::backface::cluster::{
+    BatchBound, ClusterBounds, ClusterPlanes, EllipticCone, EllipticConeQuantised, NormalBox,
+    NormalCone, Pyramid,
+};
+use cullet::cull::backface::{
+    BackfaceMask, MaskGrid, NormalMasks, ObjectEye, Planes8, Planes16, Planes32, ViewCone,
+    count_masked, cull_masked, cull_masked_ref, keep_unmasked,
+};
+use cullet::cull::frustum::batch;
+use cullet::{CullFace, FrontFace, Level, Transform};
+
+use super::measure::{fastest_of_both, stream};
+use super::{BenchOptions, Measured};
+
+/// Three radii from the middle, where the methods are compared.
+const EYE: [f64; 4] = [1.8, -0.9, 2.226, 1.0];
+
+/// Distinct clusters to fit; more are repetitions, for fitting takes longer than all the rest.
+const DISTINCT: usize = 256;
+/// As many clusters as a large scene shows, in the second cache.
+const CLUSTERS: usize = 16_384;
+
+/// One way to test all triangles or clusters: answers as mask, count and list.
+trait Test {
+    fn mask(&self, level: Level, culled: &mut Vec<u64>);
+    fn count(&self, level: Level) -> u64;
+    fn keep(&self, level: Level, kept: &mut Indices);
+    fn oracle(&self) -> Vec<u64>;
+}
+
+macro_rules! planes {
+    ($($planes:ty),*) => {$(
+        impl Test for $planes {
+            fn mask(&self, level: Level, culled: &mut Vec<u64>) {
+                self.cull(level, EYE, culled);
+            }
+            fn count(&self, level: Level) -> u64 {
+                self.count(level, EYE)
+            }
+            fn keep(&self, level: Level, kept: &mut Indices) {
+                self.keep(level, EYE, kept);
+            }
+            fn oracle(&self) -> Vec<u64> {
+                self.cull_ref(EYE)
+            }
+        }
+    )*};
+}
+planes!(Planes8, Planes16, Planes32);
+
+impl Test for (NormalMasks, BackfaceMask) {
+    fn mask(&self, level: Level, culled: &mut Vec<u64>) {
+        cull_masked(level, &self.0, &self.1, culled);
+    }
+    fn count(&self, level: Level) -> u64 {
+        count_masked(level, &self.0, &self.1)
+    }
+    fn keep(&self, level: Level, kept: &mut Indices) {
+        keep_unmasked(level, &self.0, &self.1, kept);
+    }
+    fn oracle(&self) -> Vec<u64> {
+        cull_masked_ref(&self.0, &self.1)
+    }
+}
+
+impl<B: BatchBound> Test for (ClusterBounds<B>, Vec<Option<B>>) {
+    fn mask(&self, level: Level, culled: &mut Vec<u64>) {
+        self.0.cull(level, EYE, culled);
+    }
+    fn count(&self, level: Level) -> u64 {
+        self.0.count(level, EYE)
+    }
+    fn keep(&self, level: Level, kept: &mut Indices) {
+        self.0.keep(level, EYE, kept);
+    }
+    fn oracle(&self) -> Vec<u64> {
+        let mut culled = vec![0; self.1.len().div_ceil(64)];
+        for (i, bound) in self.1.iter().enumerate() {
+            let behind = bound.as_ref().is_some_and(|b| b.is_behind(EYE));
+            culled[i / 64] |= u64::from(behind) << (i % 64);
+        }
+        culled
+    }
+}
+
+pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
+    for &len in &options.sizes {
+        let names = ["vertices", "planes32", "planes16", "planes8", "masks"];
+        if !names.iter().any(|name| is_wanted(options, &format!("{}/", triangles(name, len)))) {
+            continue;
+        }
+        let (positions, indices) = bumpy_ball(len);
+        let len = indices.len() / 3;
+        if is_wanted(options, &format!("{}/list", triangles("vertices", len))) {
+            run_vertices(options, (&positions, &indices), each);
+        }
+        let wanted = |name: &str| {
+            let name = triangles(name, len);
+            ["mask", "count", "list"].iter().any(|o| is_wanted(options, &format!("{name}/{o}")))
+        };
+        // One form at a time: four million triangles fill much memory.
+        if wanted("planes32") {
+            let planes = Planes32::new(&positions, &indices);
+            run_test(options, &triangles("planes32", len), &planes, len, 16, each);
+        }
+        if wanted("planes16") {
+            let planes = Planes16::new(&positions, &indices);
+            run_test(options, &triangles("planes16", len), &planes, len, 8, each);
+        }
+        if wanted("planes8") {
+            let planes = Planes8::new(&positions, &indices);
+            run_test(options, &triangles("planes8", len), &planes, len, 4, each);
+        }
+        if let Some(grid) = MaskGrid::new(16).ok().filter(|_| wanted("masks")) {
+            let mut masks = NormalMasks::default();
+            grid.encode_triangles(&positions, &indices, &mut masks);
+            let sphere = Sphere { center: [0.0; 3], radius: 1.0 };
+            let cone = ViewCone::to_sphere(EYE, &sphere);
+            let mask = grid.mask(Level::new(), cone.as_ref());
+            run_test(options, &triangles("masks", len), &(masks, mask), len, 2, each);
+        }
+    }
+    let (positions, indices) = bumpy_ball(DISTINCT * 64);
+    let planes: Vec<ClusterPlanes> = indices
+        .chunks(64 * 3)
+        .map(|c| {
+            let corners = c.as_chunks::<3>().0.iter();
+            ClusterPlanes::new(corners.map(|t| t.map(|v| positions[v as usize])))
+        })
+        .collect();
+    run_clusters::<EllipticCone>(options, ("elliptic", 48), &planes, each);
+    run_clusters::<EllipticConeQuantised>(options, ("elliptic8", 21), &planes, each);
+    run_clusters::<NormalCone>(options, ("cone", 28), &planes, each);
+    run_clusters::<NormalBox>(options, ("box", 40), &planes, each);
+    run_clusters::<Pyramid<6>>(options, ("pyramid6", 84), &planes, each);
+    run_clusters::<Pyramid<8>>(options, ("pyramid8", 108), &planes, each);
+}
+
+fn run_clusters<B: BatchBound>(
+    options: &BenchOptions,
+    (name, bytes): (&str, usize),
+    planes: &[ClusterPlanes],
+    each: &mut dyn FnMut(Measured),
+) {
+    let name = format!("backface/clusters/{name}");
+    if !["mask", "count", "list"].iter().any(|o| is_wanted(options, &format!("{name}/{o}"))) {
+        return;
+    }
+    let fits: Vec<Option<B>> = planes.iter().map(B::fit).collect();
+    let all: Vec<Option<B>> = fits.iter().copied().cycle().take(CLUSTERS).collect();
+    let test = (all.iter().copied().collect::<ClusterBounds<B>>(), all);
+    run_test(options, &name, &test, CLUSTERS, bytes, each);
+}
+
+fn is_wanted(options: &BenchOptions, name: &str) -> bool {
+    options.filter.as_ref().is_none_or(|part| name.contains(part.as_str()))
+}
+
+fn triangles(kind: &str, len: usize) -> String {
+    let power = len.checked_ilog10().unwrap_or(0);
+    let scale = 10_usize.pow(power);
+    if len % scale == 0 {
+        format!("backface/{kind}/{}e{power}", len / scale)
+    } else {
+        format!("backface/{kind}/{len}")
+    }
+}
+
+fn run_test(
+    options: &BenchOptions,
+    name: &str,
+    test: &impl Test,
+    len: usize,
+    bytes: usize,
+    each: &mut dyn FnMut(Measured),
+) {
+    let expected = test.oracle();
+    let culled_of = |words: &[u64]| words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+    let culled = culled_of(&expected);
+    let kept_ref: Vec<u32> =
+        (0..len as u32).filter(|&i| expected[i as usize / 64] >> (i % 64) & 1 == 0).collect();
+    let best = batch::levels()[0].1;
+    let same_bytes = vec![1.0_f32; len * bytes / 4];
+    let (mut words, mut kept) = (Vec::new(), Indices::new());
+    for output in ["mask", "count", "list"] {
+        let name = format!("{name}/{output}");
+        if !is_wanted(options, &name) {
+            continue;
+        }
+        for (level_name, level) in batch::levels() {
+            let mut pass = || match output {
+                "mask" => test.mask(level, &mut words),
+                "count" => {
+                    std::hint::black_box(test.count(level));
+                }
+                _ => test.keep(level, &mut kept),
+            };
+            pass();
+            let [limit, time] =
+                fastest_of_both(options.seconds, || stream(best, &same_bytes), pass);
+            let checked = match output {
+                "mask" => words == expected,
+                "count" => test.count(level) == culled,
+                _ => *kept == *kept_ref,
+            };
+            each(Measured {
+                name: name.clone(),
+                level: level_name,
+                items: len,
+                visible: kept_ref.len(),
+                ns_per_item: time / len as f64,
+                bytes_per_item: bytes,
+                limit_ns_per_item: limit / len as f64,
+                limit_ratio: time / limit,
+                checked,
+            });
+        }
+    }
+}
+
+/// The test that needs nothing prepared: three vertices, in f64, with an error bound.
+fn run_vertices(
+    options: &BenchOptions,
+    (positions, indices): (&[[f32; 3]], &[u32]),
+    each: &mut dyn FnMut(Measured),
+) {
+    let len = indices.len() / 3;
+    let (identity, face) = (&Transform::IDENTITY, FrontFace::default());
+    let eye = ObjectEye::new(EYE, identity, face, CullFace::Back);
+    let mut kept = Vec::new();
+    // Twelve bytes of indices, and half a vertex of twelve.
+    let same_bytes = vec![1.0_f32; len * 18 / 4];
+    let best = batch::levels()[0].1;
+    let [limit, time] = fastest_of_both(
+        options.seconds,
+        || stream(best, &same_bytes),
+        || {
+            kept.clear();
+            eye.keep_into(positions, indices, 0..len as u32, &mut kept);
+        },
+    );
+    let corners = |t: usize| [0, 1, 2].map(|k| positions[indices[t * 3 + k] as usize]);
+    let expected = (0..len).filter(|&t| !eye.culls(&corners(t))).map(|t| t as u32);
+    each(Measured {
+        name: format!("{}/list", triangles("vertices", len)),
+        level: "scalar",
+        items: len,
+        visible: kept.len(),
+        ns_per_item: time / len as f64,
+        bytes_per_item: 18,
+        limit_ns_per_item: limit / len as f64,
+        limit_ratio: time / limit,
+        checked: expected.eq(kept.iter().copied()),
+    });
+}
+
+/// A ball with waves on it, of `len` triangles, within the unit sphere; in strips of 32 quads, so that
+/// runs of 64 triangles are clusters.
+fn bumpy_ball(len: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
+    const STRIP: usize = 32;
+    let strips = len.div_ceil(2 * STRIP);
+    // Blocks of 4 rows by 8 columns in a grid twice as wide as high.
+    let high = ((strips as f64).sqrt().ceil() as usize).max(1);
+    let wide = strips.div_ceil(high);
+    let (rows, columns) = (high * 4, wide * 8);
+    let mut positions = Vec::with_capacity((rows + 1) * (columns + 1));
+    for row in 0..=rows {
+        let (ring, y) = (row as f64 / rows as f64 * std::f64::consts::PI).sin_cos();
+        for column in 0..=columns {
+            let (z, x) = (column as f64 / columns as f64 * std::f64::consts::TAU).sin_cos();
+            let (x, z) = (x * ring, z * ring);
+            let r = 0.9 + 0.03 * ((9.0 * x).sin() + (7.0 * y).sin() + (8.0 * z).sin());
+            positions.push([x * r, y * r, z * r].map(|v| v as f32));
+        }
+    }
+    let mut indices = Vec::with_capacity(strips * STRIP * 6);
+    for strip in 0..strips {
+        let (top, left) = (strip / wide * 4, strip % wide * 8);
+        for quad in 0..STRIP {
+            let (row, column) = (top + quad / 8, left + quad % 8);
+            let at = |r: usize, c: usize| ((row + r) * (columns + 1) + column + c) as u32;
+            let [a, b, c, d] = [at(0, 0), at(0, 1), at(1, 0), at(1, 1)];
+            indices.extend([a, b, d, a, d, c]);
+        }
+    }
+    indices.truncate(len * 3);
+    (positions, indices)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ball_is_wound_outward() {
+        let (positions, indices) = bumpy_ball(5000);
+        assert_eq!(indices.len(), 15_000);
+        let wide = |v: u32| positions[v as usize].map(f64::from);
+        let mut volume = 0.0;
+        for t in indices.as_chunks::<3>().0 {
+            let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = t.map(wide);
+            volume +=
+                ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
+        }
+        assert!(volume / 6.0 > 2.0, "{volume}");
+        assert!(positions.iter().all(|p| p.iter().map(|v| v * v).sum::<f32>() <= 1.0));
+    }
+}
