@@ -364,3 +364,79 @@ impl<'a, const W: usize> Partition<'a, W> {
         (self.of.iter().map(|&c| number[c as usize]).collect(), used as usize)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::merge::tests::sheet;
+    use super::*;
+
+    /// Counts of a cluster, from its triangles alone.
+    fn count_ref(surface: &Surface, views: &Views<4>, triangles: &[u32]) -> (Bits<4>, Bits<4>, usize) {
+        let (mut none, mut one) = ([0; 4], [0; 4]);
+        for i in 0..256 {
+            let seen = |t: &&u32| views.behind[**t as usize][i / 64] >> (i % 64) & 1 == 0;
+            match triangles.iter().filter(seen).count() {
+                0 => none[i / 64] |= 1 << (i % 64),
+                1 => one[i / 64] |= 1 << (i % 64),
+                _ => {}
+            }
+        }
+        let mut v: Vec<u32> = triangles.iter().flat_map(|&t| surface.corners[t as usize]).collect();
+        v.sort_unstable();
+        v.dedup();
+        (none, one, v.len())
+    }
+
+    fn check(p: &Partition<'_, 4>) {
+        for (c, cell) in p.cells.iter().enumerate() {
+            let all = 0..p.of.len() as u32;
+            let own: Vec<u32> = all.filter(|&t| p.of[t as usize] as usize == c).collect();
+            let (none, one, vertices) = count_ref(p.surface, p.views, &own);
+            assert_eq!((cell.none, cell.one), (none, one), "cluster {c}");
+            assert_eq!((cell.triangles as usize, cell.vertex_count as usize), (own.len(), vertices));
+            assert!(own.len() <= p.limits.triangles && vertices <= p.limits.vertices);
+        }
+    }
+
+    /// The cost that moves are to lower, in units of triangles × view points.
+    fn cost(p: &Partition<'_, 4>) -> i64 {
+        let used = p.cells.iter().filter(|c| c.triangles > 0);
+        used.map(|c| p.weights.test + i64::from(c.vertex_count) * p.weights.vertex - c.value()).sum()
+    }
+
+    #[test]
+    fn every_step_keeps_the_counts_and_lowers_the_cost_by_what_it_says() {
+        let (_, surface, views) = sheet(16);
+        let limits = Limits { vertices: 40, triangles: 50 };
+        let weights = Weights { test: 16 * 256, vertex: 30 };
+        let of: Vec<u32> = (0..surface.len() as u32).map(|t| t / 20).collect();
+        let clusters = surface.len().div_ceil(20);
+        let mut p = Partition::new(&surface, &views, limits, weights, of, clusters);
+        check(&p);
+        let mut moves = 0;
+        for t in 0..surface.len() as u32 {
+            if let Some((gain, to)) = p.best(t) {
+                let before = cost(&p);
+                p.apply(t, to);
+                assert_eq!(before - cost(&p), gain, "triangle {t} to {to}");
+                moves += 1;
+            }
+        }
+        assert!(moves > 50, "{moves} moves");
+        check(&p);
+        let before = cost(&p);
+        assert!(p.descend(20) > 0);
+        check(&p);
+        let descended = cost(&p);
+        assert!(descended < before);
+        assert!(p.dissolve() > 0);
+        check(&p);
+        assert!(cost(&p) < descended);
+        p.anneal(0.5, 5, |_| true);
+        check(&p);
+        let (of, clusters) = p.finish();
+        let mut used = vec![false; clusters];
+        of.iter().for_each(|&c| used[c as usize] = true);
+        assert!(used.iter().all(|u| *u));
+    }
+}
