@@ -218,7 +218,11 @@ fn meshes_of_nothing_and_of_little() {
     let fins = one_sided(fins, (0..n).flat_map(|i| [0, 1, i + 2]).collect());
     let (clustering, _) = reported(&fins, &ClusterOptions::default());
     check(&fins, &clustering, &ClusterOptions::default());
-    assert!(clustering.clusters.len() < 80, "62 to a cluster at most: {}", clustering.clusters.len());
+    assert!(
+        clustering.clusters.len() < 80,
+        "62 to a cluster at most: {}",
+        clustering.clusters.len()
+    );
     // Huge and tiny coordinates.
     for scale in [1e-30, 1e30] {
         let mut data = ball(12, 0.0);

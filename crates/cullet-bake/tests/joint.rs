@@ -128,8 +128,7 @@ fn what_no_bound_can_decide_is_not_tested() {
 
 #[test]
 fn tests_of_the_shared_models_against_the_sweep() {
-    for (name, most) in
-        [("stanford-bunny/bun_zipper.ply", 0.9), ("armadillo/armadillo.obj", 1.02)]
+    for (name, most) in [("stanford-bunny/bun_zipper.ply", 0.9), ("armadillo/armadillo.obj", 1.02)]
     {
         let Some(data) = model(name) else { continue };
         let [tree, flat] = check(&clustered(data), 3.0, 20);

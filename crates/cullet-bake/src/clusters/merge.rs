@@ -11,6 +11,7 @@ use std::collections::BinaryHeap;
 use cullet::bounds::Aabb;
 
 use super::surface::Surface;
+use crate::sample::find;
 
 /// How often a cluster is culled.
 pub(super) trait Estimate {
@@ -247,15 +248,6 @@ pub(super) fn diagonal(b: &Aabb) -> f32 {
     (side(0).powi(2) + side(1).powi(2) + side(2).powi(2)).sqrt() as f32
 }
 
-/// The node that `c` is part of now, with path halving.
-fn find(into: &mut [u32], mut c: u32) -> u32 {
-    while into[c as usize] != c {
-        into[c as usize] = into[into[c as usize] as usize];
-        c = into[c as usize];
-    }
-    c
-}
-
 /// The union of two sorted lists.
 fn unite(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
     out.clear();
@@ -294,7 +286,8 @@ pub(super) mod tests {
             })
             .collect();
         let triangles = indices.len() as u32 / 3;
-        let surface = Surface::new(&positions, &indices, &weld(&positions), (0..triangles).collect());
+        let surface =
+            Surface::new(&positions, &indices, &weld(&positions), (0..triangles).collect());
         let frame = Frame::around(&positions, std::slice::from_ref(&surface));
         let points = view_points(256, &[1.5, 3.0]);
         let views = Views::new(&positions, &surface, &frame, &points);
@@ -304,7 +297,8 @@ pub(super) mod tests {
     /// The oracle: looks at all pairs of clusters in each step, and knows a cluster by its triangles.
     fn merge_ref(surface: &Surface, views: &Views<4>, limits: Limits, test: f64) -> Vec<Vec<u32>> {
         let value = |c: &[u32]| {
-            let hits = c.iter().fold([u64::MAX; 4], |b, &t| views.join(&b, &views.behind[t as usize]));
+            let hits =
+                c.iter().fold([u64::MAX; 4], |b, &t| views.join(&b, &views.behind[t as usize]));
             views.hits(&hits) * c.len() as i64
         };
         let mut clusters: Vec<Vec<u32>> = (0..surface.len() as u32).map(|t| vec![t]).collect();
@@ -313,15 +307,15 @@ pub(super) mod tests {
             for b in 0..clusters.len() {
                 for a in 0..b {
                     let (x, y) = (&clusters[a], &clusters[b]);
-                    let touch = x.iter().any(|&t| {
-                        surface.neighbours(t).iter().any(|u| y.contains(u))
-                    });
+                    let touch =
+                        x.iter().any(|&t| surface.neighbours(t).iter().any(|u| y.contains(u)));
                     let joint = [x.as_slice(), y].concat();
                     let mut vertices: Vec<u32> =
                         joint.iter().flat_map(|&t| surface.corners[t as usize]).collect();
                     vertices.sort_unstable();
                     vertices.dedup();
-                    if !touch || joint.len() > limits.triangles || vertices.len() > limits.vertices {
+                    if !touch || joint.len() > limits.triangles || vertices.len() > limits.vertices
+                    {
                         continue;
                     }
                     let gain = (test * 256.0) as i64 + value(&joint) - value(x) - value(y);
@@ -343,7 +337,8 @@ pub(super) mod tests {
     #[test]
     fn merging_takes_the_best_pair_every_time() {
         let (_, surface, views) = sheet(6);
-        for (vertices, triangles, test) in [(64, 124, 4.0), (12, 124, 4.0), (64, 7, 1.0), (10, 9, 30.0)]
+        for (vertices, triangles, test) in
+            [(64, 124, 4.0), (12, 124, 4.0), (64, 7, 1.0), (10, 9, 30.0)]
         {
             let limits = Limits { vertices, triangles };
             let prices = Prices { test, widest: f32::INFINITY };
