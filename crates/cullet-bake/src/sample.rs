@@ -1,4 +1,4 @@
-//! View points, and places along a curve: what clusters and hierarchies of them both sample.
+//! What clusters and hierarchies of them both use: view points, places along a curve, and merged numbers.
 
 use cullet::bounds::Aabb;
 use glam::{DVec3, DVec4};
@@ -61,4 +61,13 @@ pub(crate) fn nearby(boxes: &[Aabb]) -> Vec<(u32, u32)> {
         }
     }
     pairs
+}
+
+/// The node that `c` is part of now, with path halving.
+pub(crate) fn find(into: &mut [u32], mut c: u32) -> u32 {
+    while into[c as usize] != c {
+        into[c as usize] = into[into[c as usize] as usize];
+        c = into[c as usize];
+    }
+    c
 }

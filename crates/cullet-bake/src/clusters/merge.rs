@@ -11,6 +11,7 @@ use std::collections::BinaryHeap;
 use cullet::bounds::Aabb;
 
 use super::surface::Surface;
+use crate::sample::find;
 
 /// How often a cluster is culled.
 pub(super) trait Estimate {
@@ -247,15 +248,6 @@ pub(super) fn diagonal(b: &Aabb) -> f32 {
     (side(0).powi(2) + side(1).powi(2) + side(2).powi(2)).sqrt() as f32
 }
 
-/// The node that `c` is part of now, with path halving.
-fn find(into: &mut [u32], mut c: u32) -> u32 {
-    while into[c as usize] != c {
-        into[c as usize] = into[into[c as usize] as usize];
-        c = into[c as usize];
-    }
-    c
-}
-
 /// The union of two sorted lists.
 fn unite(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
     out.clear();
@@ -268,4 +260,98 @@ fn unite(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
     }
     out.extend_from_slice(&a[i..]);
     out.extend_from_slice(&b[j..]);
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::super::surface::{Frame, weld};
+    use super::super::views::Views;
+    use super::*;
+    use crate::sample::view_points;
+
+    /// A bumpy sheet of `side`² quads.
+    pub(in super::super) fn sheet(side: u32) -> (Vec<[f32; 3]>, Surface, Views<4>) {
+        let at = |i: u32, j: u32| i * (side + 1) + j;
+        let positions: Vec<[f32; 3]> = (0..(side + 1).pow(2))
+            .map(|v| {
+                let (x, y) = ((v % (side + 1)) as f32, (v / (side + 1)) as f32);
+                [x, y, (x * 0.9).sin() * 1.5 + (y * 1.3).cos()]
+            })
+            .collect();
+        let quads = (0..side * side).map(|q| (q / side, q % side));
+        let indices: Vec<u32> = quads
+            .flat_map(|(i, j)| {
+                let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+                [a, b, c, a, c, d]
+            })
+            .collect();
+        let triangles = indices.len() as u32 / 3;
+        let surface =
+            Surface::new(&positions, &indices, &weld(&positions), (0..triangles).collect());
+        let frame = Frame::around(&positions, std::slice::from_ref(&surface));
+        let points = view_points(256, &[1.5, 3.0]);
+        let views = Views::new(&positions, &surface, &frame, &points);
+        (positions, surface, views)
+    }
+
+    /// The oracle: looks at all pairs of clusters in each step, and knows a cluster by its triangles.
+    fn merge_ref(surface: &Surface, views: &Views<4>, limits: Limits, test: f64) -> Vec<Vec<u32>> {
+        let value = |c: &[u32]| {
+            let hits =
+                c.iter().fold([u64::MAX; 4], |b, &t| views.join(&b, &views.behind[t as usize]));
+            views.hits(&hits) * c.len() as i64
+        };
+        let mut clusters: Vec<Vec<u32>> = (0..surface.len() as u32).map(|t| vec![t]).collect();
+        loop {
+            let mut best = (0, 0, 0);
+            for b in 0..clusters.len() {
+                for a in 0..b {
+                    let (x, y) = (&clusters[a], &clusters[b]);
+                    let touch =
+                        x.iter().any(|&t| surface.neighbours(t).iter().any(|u| y.contains(u)));
+                    let joint = [x.as_slice(), y].concat();
+                    let mut vertices: Vec<u32> =
+                        joint.iter().flat_map(|&t| surface.corners[t as usize]).collect();
+                    vertices.sort_unstable();
+                    vertices.dedup();
+                    if !touch || joint.len() > limits.triangles || vertices.len() > limits.vertices
+                    {
+                        continue;
+                    }
+                    let gain = (test * 256.0) as i64 + value(&joint) - value(x) - value(y);
+                    // Of equal gains the pair with the lowest first cluster, then second.
+                    if gain > best.0 || gain == best.0 && gain > 0 && (a, b) < (best.1, best.2) {
+                        best = (gain, a, b);
+                    }
+                }
+            }
+            let (gain, a, b) = best;
+            if gain <= 0 {
+                return clusters.into_iter().filter(|c| !c.is_empty()).collect();
+            }
+            let mut joined = std::mem::take(&mut clusters[b]);
+            clusters[a].append(&mut joined);
+        }
+    }
+
+    #[test]
+    fn merging_takes_the_best_pair_every_time() {
+        let (_, surface, views) = sheet(6);
+        for (vertices, triangles, test) in
+            [(64, 124, 4.0), (12, 124, 4.0), (64, 7, 1.0), (10, 9, 30.0)]
+        {
+            let limits = Limits { vertices, triangles };
+            let prices = Prices { test, widest: f32::INFINITY };
+            let start = Start::triangles(&surface);
+            let (of, clusters) = merge(&surface, &views, &start, limits, prices, |_| true);
+            let mut fast = vec![Vec::new(); clusters];
+            of.iter().zip(0u32..).for_each(|(&c, t)| fast[c as usize].push(t));
+            let mut slow = merge_ref(&surface, &views, limits, test);
+            slow.iter_mut().for_each(|c| c.sort_unstable());
+            fast.sort();
+            slow.sort();
+            assert!(clusters < surface.len() / 3, "{clusters} clusters are hardly merged");
+            assert_eq!(fast, slow, "{vertices} vertices, {triangles} triangles, t/r {test}");
+        }
+    }
 }

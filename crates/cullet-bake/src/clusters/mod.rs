@@ -140,7 +140,8 @@ pub fn build_reported(
             stopped = stopped || progress(at).is_break();
             !stopped
         });
-        let split: f64 = parts.iter().zip(&made).filter(|(p, _)| !p.two_sided).map(|m| m.1.cost).sum();
+        let split: f64 =
+            parts.iter().zip(&made).filter(|(p, _)| !p.two_sided).map(|m| m.1.cost).sum();
         report.as_one_part = (!stopped).then(|| OnePart {
             clusters_split: report.clusters - report.two_sided,
             clusters: whole.never.len() as u32,

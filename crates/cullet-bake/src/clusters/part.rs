@@ -8,8 +8,8 @@ use super::refine::{Partition, Weights};
 use super::spatial;
 use super::surface::{Frame, Surface};
 use super::views::Views;
-use crate::sample::{nearby, view_points};
 use super::volume::{Against, Volumes};
+use crate::sample::{nearby, view_points};
 
 /// One part to be clustered.
 pub(super) struct Task<'a> {
@@ -77,8 +77,11 @@ impl Task<'_> {
             vertex: in_units(self.options.vertex_cost),
         };
         let mut going = step(0.0);
-        let (of, clusters) =
-            if going { self.first(views, step) } else { spatial::split(self.surface, self.limits()) };
+        let (of, clusters) = if going {
+            self.first(views, step)
+        } else {
+            spatial::split(self.surface, self.limits())
+        };
         going = going && step(0.4);
         let mut partition =
             Partition::new(self.surface, views, self.limits(), weights, of, clusters);
@@ -104,8 +107,7 @@ impl Task<'_> {
             }
         }
         let (of, clusters) = partition.finish();
-        let (of, clusters) =
-            if going { self.fill(views, of, clusters) } else { (of, clusters) };
+        let (of, clusters) = if going { self.fill(views, of, clusters) } else { (of, clusters) };
         step(1.0);
         self.judge(views, of, clusters)
     }
@@ -166,8 +168,7 @@ impl Task<'_> {
         links.sort_unstable();
         links.dedup();
         // Above 0, so that a mesh of points in one place has a width too.
-        let prices =
-            Prices { test: self.options.test_cost, widest: width.max(f32::MIN_POSITIVE) };
+        let prices = Prices { test: self.options.test_cost, widest: width.max(f32::MIN_POSITIVE) };
         let start = Start { of, clusters, links };
         merge(self.surface, views, &start, self.limits(), prices, |_| true)
     }

@@ -14,6 +14,8 @@ struct Cell<const W: usize> {
     none: Bits<W>,
     /// Those that see just one.
     one: Bits<W>,
+    /// How many view points see none.
+    hits: i64,
     triangles: u32,
     /// Vertices in use come first; each with how many triangles use it.
     vertices: [u32; 64],
@@ -26,6 +28,7 @@ impl<const W: usize> Cell<W> {
         planes: [[0; W]; 7],
         none: [u64::MAX; W],
         one: [0; W],
+        hits: W as i64 * 64,
         triangles: 0,
         vertices: [u32::MAX; 64],
         uses: [0; 64],
@@ -33,7 +36,7 @@ impl<const W: usize> Cell<W> {
     };
 
     fn value(&self) -> i64 {
-        count(&self.none) * i64::from(self.triangles)
+        self.hits * i64::from(self.triangles)
     }
 
     fn place(&self, vertex: u32) -> Option<usize> {
@@ -91,11 +94,13 @@ impl<const W: usize> Cell<W> {
             self.none[i] = !(more | self.planes[0][i]);
             self.one[i] = self.planes[0][i] & !more;
         }
+        self.hits = count(&self.none);
     }
 
     /// Vertices of a triangle that are not here yet.
     fn missing(&self, corners: [u32; 3]) -> u32 {
-        corners.iter().map(|&v| u32::from(self.place(v).is_none())).sum()
+        let holds = |v: u32| self.vertices.iter().fold(false, |h, w| h | (*w == v));
+        corners.iter().map(|&v| u32::from(!holds(v))).sum()
     }
 
     /// Vertices that only this triangle uses.
@@ -139,15 +144,11 @@ impl<'a, const W: usize> Partition<'a, W> {
         Self { surface, views, limits, weights, cells, of }
     }
 
-    /// What it gains to move a triangle, or `None` if a limit forbids it.
-    fn gain(&self, t: u32, to: u32) -> Option<i64> {
+    /// What it gains to move a triangle. `None` if a limit forbids it, or if it cannot be more than
+    /// `floor`: most moves cost far more than vertices could make up for, which need not be counted.
+    fn gain(&self, t: u32, to: u32, floor: i64) -> Option<i64> {
         let (a, b) = (&self.cells[self.of[t as usize] as usize], &self.cells[to as usize]);
-        let corners = self.surface.corners[t as usize];
         if b.triangles as usize >= self.limits.triangles {
-            return None;
-        }
-        let missing = b.missing(corners);
-        if (b.vertex_count + missing) as usize > self.limits.vertices {
             return None;
         }
         let behind = &self.views.behind[t as usize];
@@ -157,10 +158,18 @@ impl<'a, const W: usize> Partition<'a, W> {
             joined += (b.none[i] & behind[i]).count_ones();
         }
         let (na, nb) = (i64::from(a.triangles) - 1, i64::from(b.triangles) + 1);
-        let hits = na * i64::from(left) + nb * i64::from(joined) - a.value() - b.value();
-        let vertices = i64::from(a.sole(corners)) - i64::from(missing);
         let emptied = if na == 0 { self.weights.test } else { 0 };
-        Some(hits + vertices * self.weights.vertex + emptied)
+        let hits = na * i64::from(left) + nb * i64::from(joined) - a.value() - b.value() + emptied;
+        if hits + 3 * self.weights.vertex <= floor {
+            return None;
+        }
+        let corners = self.surface.corners[t as usize];
+        let missing = b.missing(corners);
+        if (b.vertex_count + missing) as usize > self.limits.vertices {
+            return None;
+        }
+        let vertices = i64::from(a.sole(corners)) - i64::from(missing);
+        Some(hits + vertices * self.weights.vertex)
     }
 
     fn apply(&mut self, t: u32, to: u32) {
@@ -171,15 +180,16 @@ impl<'a, const W: usize> Partition<'a, W> {
         self.of[t as usize] = to;
     }
 
-    /// The neighbouring cluster to which a triangle would best move.
-    fn best(&self, t: u32) -> Option<(i64, u32)> {
+    /// The neighbouring cluster to which a triangle would best move, if that gains more than `floor`.
+    fn best(&self, t: u32, floor: i64) -> Option<(i64, u32)> {
         let own = self.of[t as usize];
         let mut best: Option<(i64, u32)> = None;
         for &u in self.surface.neighbours(t) {
             let c = self.of[u as usize];
+            let floor = best.map_or(floor, |b| b.0);
             if c != own
-                && let Some(g) = self.gain(t, c)
-                && best.is_none_or(|b| g > b.0)
+                && let Some(g) = self.gain(t, c, floor)
+                && g > floor
             {
                 best = Some((g, c));
             }
@@ -198,9 +208,7 @@ impl<'a, const W: usize> Partition<'a, W> {
                 if !std::mem::take(&mut active[t as usize]) {
                     continue;
                 }
-                if let Some((g, to)) = self.best(t)
-                    && g > 0
-                {
+                if let Some((_, to)) = self.best(t, 0) {
                     self.apply(t, to);
                     moves += 1;
                     for &u in self.surface.neighbours(t) {
@@ -242,12 +250,11 @@ impl<'a, const W: usize> Partition<'a, W> {
                 if to == self.of[t as usize] {
                     continue;
                 }
-                if let Some(g) = self.gain(t, to) {
-                    // A share in (0, 1), by bits that the choice hardly used.
-                    let chance = ((r >> 40) as f64 + 0.5) / (1u64 << 24) as f64;
-                    if g >= 0 || g as f64 > heat * (1.0 - 1.0 / chance) {
-                        self.apply(t, to);
-                    }
+                // A share in (0, 1), by bits that the choice hardly used.
+                let chance = ((r >> 40) as f64 + 0.5) / (1u64 << 24) as f64;
+                let floor = ((heat * (1.0 - 1.0 / chance)) as i64).min(-1);
+                if self.gain(t, to, floor).is_some_and(|g| g > floor) {
+                    self.apply(t, to);
                 }
             }
             if !step(sweep) {
@@ -328,7 +335,8 @@ impl<'a, const W: usize> Partition<'a, W> {
                 break false;
             }
             let (t, _) = rest.swap_remove(i);
-            let (behind, corners) = (self.views.behind[t as usize], self.surface.corners[t as usize]);
+            let (behind, corners) =
+                (self.views.behind[t as usize], self.surface.corners[t as usize]);
             self.cells[to as usize].add(&behind, corners);
             self.of[t as usize] = to;
             log.push((t, to));
@@ -362,5 +370,89 @@ impl<'a, const W: usize> Partition<'a, W> {
             }
         }
         (self.of.iter().map(|&c| number[c as usize]).collect(), used as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::merge::tests::sheet;
+    use super::*;
+
+    /// Counts of a cluster, from its triangles alone.
+    fn count_ref(
+        surface: &Surface,
+        views: &Views<4>,
+        triangles: &[u32],
+    ) -> (Bits<4>, Bits<4>, usize) {
+        let (mut none, mut one) = ([0; 4], [0; 4]);
+        for i in 0..256 {
+            let seen = |t: &&u32| views.behind[**t as usize][i / 64] >> (i % 64) & 1 == 0;
+            match triangles.iter().filter(seen).count() {
+                0 => none[i / 64] |= 1 << (i % 64),
+                1 => one[i / 64] |= 1 << (i % 64),
+                _ => {}
+            }
+        }
+        let mut v: Vec<u32> = triangles.iter().flat_map(|&t| surface.corners[t as usize]).collect();
+        v.sort_unstable();
+        v.dedup();
+        (none, one, v.len())
+    }
+
+    fn check(p: &Partition<'_, 4>) {
+        for (c, cell) in p.cells.iter().enumerate() {
+            let all = 0..p.of.len() as u32;
+            let own: Vec<u32> = all.filter(|&t| p.of[t as usize] as usize == c).collect();
+            let (none, one, vertices) = count_ref(p.surface, p.views, &own);
+            assert_eq!((cell.none, cell.one), (none, one), "cluster {c}");
+            assert_eq!(
+                (cell.triangles as usize, cell.vertex_count as usize),
+                (own.len(), vertices)
+            );
+            assert!(own.len() <= p.limits.triangles && vertices <= p.limits.vertices);
+        }
+    }
+
+    /// The cost that moves are to lower, in units of triangles × view points.
+    fn cost(p: &Partition<'_, 4>) -> i64 {
+        let used = p.cells.iter().filter(|c| c.triangles > 0);
+        used.map(|c| p.weights.test + i64::from(c.vertex_count) * p.weights.vertex - c.value())
+            .sum()
+    }
+
+    #[test]
+    fn every_step_keeps_the_counts_and_lowers_the_cost_by_what_it_says() {
+        let (_, surface, views) = sheet(16);
+        let limits = Limits { vertices: 40, triangles: 50 };
+        let weights = Weights { test: 16 * 256, vertex: 30 };
+        let of: Vec<u32> = (0..surface.len() as u32).map(|t| t / 20).collect();
+        let clusters = surface.len().div_ceil(20);
+        let mut p = Partition::new(&surface, &views, limits, weights, of, clusters);
+        check(&p);
+        let mut moves = 0;
+        for t in 0..surface.len() as u32 {
+            if let Some((gain, to)) = p.best(t, i64::MIN) {
+                let before = cost(&p);
+                p.apply(t, to);
+                assert_eq!(before - cost(&p), gain, "triangle {t} to {to}");
+                moves += 1;
+            }
+        }
+        assert!(moves > 50, "{moves} moves");
+        check(&p);
+        let before = cost(&p);
+        assert!(p.descend(20) > 0);
+        check(&p);
+        let descended = cost(&p);
+        assert!(descended < before);
+        assert!(p.dissolve() > 0);
+        check(&p);
+        assert!(cost(&p) < descended);
+        p.anneal(0.5, 5, |_| true);
+        check(&p);
+        let (of, clusters) = p.finish();
+        let mut used = vec![false; clusters];
+        of.iter().for_each(|&c| used[c as usize] = true);
+        assert!(used.iter().all(|u| *u));
     }
 }

@@ -14,7 +14,8 @@ pub(super) fn split(surface: &Surface, limits: Limits) -> (Vec<u32>, usize) {
         surface.boxes.iter().zip(0..).map(|(b, t)| (b.center(), t)).collect();
     let mut vertices = Vec::new();
     // Pieces still to be cut, as ranges.
-    let mut open = vec![0..all.len()];
+    let mut open = Vec::new();
+    open.push(0..all.len());
     while let Some(range) = open.pop() {
         let piece = &mut all[range.clone()];
         vertices.clear();

@@ -28,10 +28,8 @@ impl Surface {
         welded: &[u32],
         source: Vec<u32>,
     ) -> Self {
-        let corners: Vec<[u32; 3]> = source
-            .iter()
-            .map(|&t| std::array::from_fn(|k| indices[t as usize * 3 + k]))
-            .collect();
+        let corners: Vec<[u32; 3]> =
+            source.iter().map(|&t| std::array::from_fn(|k| indices[t as usize * 3 + k])).collect();
         let box_of = |c: &[u32; 3]| Aabb::from_points(&c.map(|v| positions[v as usize]));
         let boxes = corners.iter().map(box_of).collect();
         let (starts, links) = edges(&corners, welded);
@@ -107,8 +105,8 @@ impl Frame {
             let corners = surfaces.iter().flat_map(|s| s.corners.as_flattened());
             corners.map(|&v| DVec3::from(positions[v as usize].map(f64::from)))
         };
-        let (low, high) = points()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+        let (low, high) =
+            points().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         let centre = if low.is_finite() { (low + high) * 0.5 } else { DVec3::ZERO };
         let radius = points().map(|p| p.distance_squared(centre)).fold(0.0, f64::max).sqrt();
         Self { centre, radius: if radius > 0.0 { radius } else { 1.0 } }

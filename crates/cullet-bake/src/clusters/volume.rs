@@ -24,8 +24,10 @@ pub(super) struct Culling {
 
 impl Culling {
     fn of(n: DVec3, d: f64, corners: [DVec3; 3]) -> Self {
-        let corners =
-            [corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2])];
+        let corners = [
+            corners[0].min(corners[1]).min(corners[2]),
+            corners[0].max(corners[1]).max(corners[2]),
+        ];
         let middle = (corners[0] + corners[1]) * 0.5;
         Self { normals: [n, n], corners, least: d - n.dot(middle) }
     }
@@ -100,7 +102,11 @@ fn share_below(slope: DVec3, level: f64) -> f64 {
         return 1.0;
     }
     let a = level / sum;
-    if a > 0.5 { 1.0 - share_below_half(slope / sum, 1.0 - a) } else { share_below_half(slope / sum, a) }
+    if a > 0.5 {
+        1.0 - share_below_half(slope / sum, 1.0 - a)
+    } else {
+        share_below_half(slope / sum, a)
+    }
 }
 
 /// The same for slopes that are not negative, of sum 1, and a level of at most one half.
