@@ -54,8 +54,11 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds a mesh.
-    pub(crate) fn mesh(&mut self, name: String, data: MeshData) -> Result<MeshId, ErrorKind> {
+    pub(crate) fn mesh(&mut self, name: String, mut data: MeshData) -> Result<MeshId, ErrorKind> {
         self.check_triangles(data.indices.len() / 3)?;
+        // A model keeps its arrays; what they were given beyond their need is freed.
+        data.positions.shrink_to_fit();
+        data.indices.shrink_to_fit();
         self.triangles += (data.indices.len() / 3) as u64;
         self.meshes.push((name, data));
         Ok((self.meshes.len() - 1) as MeshId)

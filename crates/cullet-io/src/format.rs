@@ -16,22 +16,22 @@ pub(crate) enum Format {
     Occscn,
 }
 
-/// Bytes from the start that are looked at where a word is searched for.
-const LOOK: usize = 64 * 1024;
+/// Bytes from the start that are looked at.
+pub(crate) const LOOK: usize = 64 * 1024;
 
-/// The kind of a file.
+/// The kind of a file that has `size` bytes and begins with `head`, the first [`LOOK`] of them.
 ///
 /// # Errors
 /// [`ErrorKind::Unsupported`], with a way to convert the file where there is one.
-pub(crate) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, ErrorKind> {
-    if bytes.is_empty() {
+pub(crate) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, ErrorKind> {
+    if size == 0 {
         return Err(ErrorKind::invalid("file", "it is empty (0 bytes); export it again"));
     }
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    if let Some(format) = by_signature(bytes) {
+    if let Some(format) = by_signature(head, size) {
         return Ok(format);
     }
-    if let Some(name) = foreign_signature(bytes) {
+    if let Some(name) = foreign_signature(head, size) {
         return Err(foreign(path, name));
     }
     let format = match ending.as_str() {
@@ -44,8 +44,8 @@ pub(crate) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, ErrorKind> 
         _ if FOREIGN.iter().any(|f| f.endings.contains(&ending.as_str())) => {
             return Err(foreign(path, &ending));
         }
-        _ if crate::stl::is_binary(bytes) => Format::Stl,
-        _ if looks_like_obj(bytes) => Format::Obj,
+        _ if crate::stl::is_binary(head, size) => Format::Stl,
+        _ if looks_like_obj(head) => Format::Obj,
         _ => {
             return Err(ErrorKind::Unsupported(
                 "neither its content nor its ending is of a known kind; known are \
@@ -58,16 +58,15 @@ pub(crate) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, ErrorKind> 
 }
 
 /// By the bytes that a format must begin with.
-fn by_signature(bytes: &[u8]) -> Option<Format> {
-    let head = &bytes[..bytes.len().min(LOOK)];
+fn by_signature(head: &[u8], size: u64) -> Option<Format> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
-    if bytes.starts_with(b"glTF") {
+    if head.starts_with(b"glTF") {
         return Some(Format::Gltf);
     }
-    if bytes.starts_with(crate::occscn::MAGIC) {
+    if head.starts_with(crate::occscn::MAGIC) {
         return Some(Format::Occscn);
     }
-    if let [b'p', b'l', b'y', b'\r' | b'\n', ..] = bytes {
+    if let [b'p', b'l', b'y', b'\r' | b'\n', ..] = head {
         return Some(Format::Ply);
     }
     if text.starts_with(b"{") && !contains(text, b"\"CityJSON\"") {
@@ -79,7 +78,9 @@ fn by_signature(bytes: &[u8]) -> Option<Format> {
     }
     let solid = word.eq_ignore_ascii_case(b"solid");
     if solid
-        && (crate::stl::is_binary(bytes) || has_word(text, b"facet") || has_word(text, b"endsolid"))
+        && (crate::stl::is_binary(head, size)
+            || has_word(text, b"facet")
+            || has_word(text, b"endsolid"))
     {
         return Some(Format::Stl);
     }
@@ -87,8 +88,7 @@ fn by_signature(bytes: &[u8]) -> Option<Format> {
 }
 
 /// The first statement of a file that has no signature of its own.
-fn looks_like_obj(bytes: &[u8]) -> bool {
-    let head = &bytes[..bytes.len().min(LOOK)];
+fn looks_like_obj(head: &[u8]) -> bool {
     let mut lines = head
         .split(|&b| b == b'\n' || b == b'\r')
         .map(<[u8]>::trim_ascii)
@@ -178,8 +178,7 @@ const FOREIGN: &[Foreign] = &[
 ];
 
 /// The name in [`FOREIGN`], or an ending there, of a file known by its first bytes.
-fn foreign_signature(bytes: &[u8]) -> Option<&'static str> {
-    let head = &bytes[..bytes.len().min(LOOK)];
+fn foreign_signature(head: &[u8], size: u64) -> Option<&'static str> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
     let is = |magic: &[u8]| head.starts_with(magic);
     if is(b"Kaydara FBX Binary") || text.starts_with(b"; FBX ") {
@@ -206,8 +205,8 @@ fn foreign_signature(bytes: &[u8]) -> Option<&'static str> {
     }
     // A 3DS main chunk holds the file's size, give or take a little padding.
     if let [0x4d, 0x4d, a, b, c, d, ..] = *head {
-        let size = u64::from(u32::from_le_bytes([a, b, c, d]));
-        if size.abs_diff(bytes.len() as u64) < 64 {
+        let stated = u64::from(u32::from_le_bytes([a, b, c, d]));
+        if stated.abs_diff(size) < 64 {
             return Some("3DS");
         }
     }
@@ -258,7 +257,7 @@ mod tests {
     use super::*;
 
     fn of(name: &str, bytes: &[u8]) -> Result<Format, String> {
-        recognise(Path::new(name), bytes).map_err(|e| e.to_string())
+        recognise(Path::new(name), bytes, bytes.len() as u64).map_err(|e| e.to_string())
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Loads models and makes scenes.
 #![forbid(unsafe_code)]
 
+mod blocks;
 mod builder;
 mod error;
 mod format;

@@ -1,9 +1,9 @@
 //! Loading a file by its content and ending.
 
-use std::borrow::Cow;
 use std::path::Path;
 
-use crate::format::{Format, recognise};
+use crate::blocks::Source;
+use crate::format::{Format, LOOK, recognise};
 use crate::{ErrorKind, LoadError, Model, Up, gltf, obj, occscn, off, ply, stl};
 
 /// How to load.
@@ -30,24 +30,17 @@ impl Default for LoadOptions {
 ///
 /// OBJ, PLY, STL, OFF and `OCCSCN01` say nothing of sides: their solids are one-sided, all else is
 /// two-sided. Every vertex of the model is finite and every index in range; a file without triangles
-/// loads as an empty scene with a warning. Memory stays within a small multiple of the file's size:
-/// counts that a file claims are held against the bytes it has before anything is allocated.
+/// loads as an empty scene with a warning. Memory stays within three times the decoded geometry (12 bytes
+/// a vertex and 12 a triangle) and a little: OBJ, PLY, STL and OFF are read in blocks, and counts that a
+/// file claims are held against the bytes it has before anything is allocated.
 ///
 /// # Errors
 /// If the file cannot be read, is of no known kind, is invalid, or exceeds a limit of `options`. The
 /// error names the file, the item (a line, a vertex, a face), the value and what would be right.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
     let read = || -> Result<Model, ErrorKind> {
-        // A device or a pipe may never end.
-        if !std::fs::metadata(path)?.is_file() {
-            return Err(ErrorKind::Unsupported("it is not a regular file".into()));
-        }
-        decode(
-            path,
-            std::fs::read(path)?.into(),
-            options,
-            Some(path.parent().unwrap_or(Path::new(""))),
-        )
+        let folder = path.parent().unwrap_or(Path::new(""));
+        decode(path, Source::open(path)?, options, Some(folder))
     };
     read().map(rebased).map_err(|kind| kind.at(path))
 }
@@ -60,7 +53,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
 /// As [`load`].
 pub fn load_bytes(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Model, LoadError> {
     let path = Path::new(name);
-    decode(path, bytes.into(), options, None).map(rebased).map_err(|kind| kind.at(path))
+    decode(path, Source::memory(bytes), options, None).map(rebased).map_err(|kind| kind.at(path))
 }
 
 /// Moves the scene's origin to the middle of a model that lies far from zero, as maps do, so that the
@@ -79,21 +72,116 @@ fn rebased(mut model: Model) -> Model {
 /// `folder` is where files named by the model are looked for; `None` opens no file.
 fn decode(
     path: &Path,
-    bytes: Cow<'_, [u8]>,
+    source: Source<'_>,
     options: &LoadOptions,
     folder: Option<&Path>,
 ) -> Result<Model, ErrorKind> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let builder = match recognise(path, &bytes)? {
+    let head = source.head(LOOK)?;
+    // What was read of the file is freed before meshes are made: the peak is the greater of the two
+    // halves, not their sum.
+    let builder = match recognise(path, &head, source.size())? {
         // Owned, so that it can be freed once it is decoded.
-        Format::Gltf => return gltf::load(path, bytes.into_owned(), options, folder),
-        Format::Obj => obj::read(&name, &bytes, options, folder)?,
-        Format::Ply => ply::read(&name, &bytes, options)?,
-        Format::Stl => stl::read(&name, &bytes, options)?,
-        Format::Off => off::read(&name, &bytes, options)?,
-        Format::Occscn => occscn::read(&name, &bytes, options)?,
+        Format::Gltf => return gltf::load(path, source.into_bytes()?, options, folder),
+        Format::Obj => obj::read(&name, source, options, folder)?,
+        Format::Ply => ply::read(&name, source, options)?,
+        Format::Stl => stl::read(&name, source, options)?,
+        Format::Off => off::read(&name, source, options)?,
+        Format::Occscn => occscn::read(&name, &source.into_bytes()?, options)?,
     };
-    // Freed before meshes are made: the peak is the greater of the two halves, not their sum.
-    drop(bytes);
     builder.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All that a file says, or why not, when it is read in blocks of some size.
+    fn told(name: &str, bytes: &[u8], block: usize) -> String {
+        let source = Source::in_blocks(bytes, block);
+        match decode(Path::new(name), source, &LoadOptions::default(), None) {
+            Ok(model) => {
+                let meshes = model.scene.meshes().iter();
+                let meshes: Vec<_> =
+                    meshes.map(|m| (m.positions(), m.indices(), m.parts())).collect();
+                format!("{meshes:?} {:?} {:?}", model.mesh_names, model.warnings)
+            }
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn blocks_of_every_size_give_the_same_model_and_the_same_words() {
+        let obj = "\u{feff}# a \\\r\nmtllib a.mtl\ng a\nv 0 0 0\nv 1 0 0\\\n\nv 0 \\\n1 0\r\nfoo bar\n\
+                   usemtl b\r\nf 1/2/3 2//4 \\\r\n 3\no c\nf -1 -2 -3\n\nbar\nl 1 2\nf 1 2 3 4\n\
+                   v 1 1 0\n";
+        let ply = "ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty float x\n\
+                   property float y\nproperty list uchar int l\nproperty float z\n\
+                   element face 2\nproperty list uchar int vertex_indices\nend_header\n\
+                   0 0 0 0\n1 0 2 7 8 0\n0\n1 0 0\n3 0 1 2\n2 0 1\n";
+        let stl = " solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+                   vertex 0 1 0\nendloop\nendfacet\nwhat 1\nendsolid\nsolid c\nfacet\n\
+                   vertex 0 0 1\nvertex 1 0 1\nvertex 1 1 1\nvertex 0 1 1\nendfacet\n";
+        let off = "OFF # c\n4 2 # none\n0 0 0 255\n1 0 0\n# c\n0\n1\n0\n1 1 0\n\n3 0 1 2 red\n\
+                   3 1 3\n2\nmore\n";
+        let bad = |text: &str, from: &str, to: &str| text.replacen(from, to, 1);
+        let mut files = vec![
+            ("a.obj", bad(obj, "f 1 2", "f x 2").into_bytes()),
+            ("a.obj", bad(obj, "f 1 2", "f 9 2").into_bytes()),
+            ("a.obj", bad(obj, "v 1 1", "v 1 1e99").into_bytes()),
+            ("a.obj", b"one\ntwo\nthree\n".to_vec()),
+            ("a.obj", obj.replace("\r\n", "\r").replace('\n', "\r").into_bytes()),
+            ("a.ply", bad(ply, "3 0 1 2", "3 0 1 3").into_bytes()),
+            ("a.ply", bad(ply, "2 0 1\n", "2 0").into_bytes()),
+            ("a.ply", bad(ply, "2 0 1\n", "200 0").into_bytes()),
+            ("a.ply", bad(ply, "end_header", "end").into_bytes()),
+            ("a.ply", bad(ply, "vertex 3", "vertex 3000").into_bytes()),
+            ("a.ply", ply.replace('\n', "\r\n").into_bytes()),
+            ("a.stl", bad(stl, "vertex 1 0 1", "vertex 1 x 1").into_bytes()),
+            ("a.stl", bad(stl, "endfacet\n", "").into_bytes()),
+            ("a.off", bad(off, "3 1 3\n2", "3 1 3\n4").into_bytes()),
+            ("a.off", bad(off, "1 1 0", "1 1 inf").into_bytes()),
+            ("a.off", bad(off, "4 2", "4 2000").into_bytes()),
+        ];
+        for (name, text) in [("a.obj", obj), ("a.ply", ply), ("a.stl", stl), ("a.off", off)] {
+            files.push((name, text.as_bytes().to_vec()));
+        }
+        for (order, turn) in [("little", false), ("big", true)] {
+            let header = bad(ply, "ascii", &format!("binary_{order}_endian"));
+            let end = header.find("end_header\n").map_or(0, |at| at + 11);
+            let mut bytes = header.as_bytes()[..end].to_vec();
+            let word = |v: [u8; 4]| if turn { v.into_iter().rev().collect() } else { v.to_vec() };
+            for [x, y, z] in [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] {
+                [x, y].iter().for_each(|v| bytes.extend(word(v.to_le_bytes())));
+                bytes.push(1);
+                bytes.extend([9; 4]);
+                bytes.extend(word(z.to_le_bytes()));
+            }
+            bytes.push(3);
+            [0u32, 1, 2].iter().for_each(|v| bytes.extend(word(v.to_le_bytes())));
+            bytes.push(0);
+            files.push(("a.ply", bytes.clone()));
+            files.push(("a.ply", bytes[..bytes.len() - 3].to_vec()));
+        }
+        let mut binary = vec![b's'; 80];
+        binary.extend(2u32.to_le_bytes());
+        for x in 0..2u8 {
+            binary.extend([0; 12]);
+            for v in [0u8, 0, x, 1, 0, x, 0, 1, x] {
+                binary.extend(f32::from(v).to_le_bytes());
+            }
+            binary.extend([0; 2]);
+        }
+        files.push(("a.stl", binary.clone()));
+        files.push(("a.stl", binary[..150].to_vec()));
+        for (name, bytes) in &files {
+            let whole = told(name, bytes, 1 << 20);
+            for block in (1..40).chain([64, 100, 200]) {
+                assert_eq!(told(name, bytes, block), whole, "{name} in blocks of {block}");
+            }
+        }
+        let lines = |text: &[u8]| told("a.obj", text, 3);
+        assert!(lines(b"v 1 2 3\nv 1 2\n").starts_with("line 2: expected z"));
+        assert!(told("a.ply", ply.as_bytes(), 5).contains("1 faces of fewer than 3 vertices"));
+    }
 }

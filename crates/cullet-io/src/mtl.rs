@@ -6,6 +6,7 @@ use std::path::Path;
 
 use cullet::mesh::Alpha;
 
+use crate::blocks::Source;
 use crate::text::Cursor;
 
 /// A material of a library.
@@ -49,21 +50,22 @@ pub(crate) fn read(folder: &Path, name: &[u8], library: &mut Library) -> Result<
 /// Parses a library into `library`; the first material of a name stays. What cannot be read as a
 /// colour or an alpha is passed over: materials never stop a model.
 pub(crate) fn parse(bytes: &[u8], library: &mut Library) {
-    let mut c = Cursor::with_continuations(bytes);
+    let mut c = Cursor::with_continuations(Source::memory(bytes));
     let mut current: Option<(Vec<u8>, MtlMaterial)> = None;
     let mut keep = |material: Option<(Vec<u8>, MtlMaterial)>| {
         if let Some((name, material)) = material {
             library.entry(name).or_insert(material);
         }
     };
-    while !c.is_end() {
+    // What is in memory can always be read.
+    while c.more().unwrap_or(false) {
         c.skip_blanks();
-        let word = c.token();
+        let word = c.token().to_vec();
         if word.eq_ignore_ascii_case(b"newmtl") {
             keep(current.take());
             current = Some((c.rest_of_line().to_vec(), MtlMaterial::default()));
         } else if let Some((_, material)) = &mut current {
-            match word {
+            match &word[..] {
                 b"Kd" => {
                     // "Kd spectral file" and "Kd xyz ..." are colours too, but not ours to read.
                     let mut rgb = [0.0; 3];
@@ -82,7 +84,7 @@ pub(crate) fn parse(bytes: &[u8], library: &mut Library) {
                     if c.token() != b"-halo" {
                         c.seek(start);
                     }
-                    set_alpha(material, word, &mut c);
+                    set_alpha(material, &word, &mut c);
                 }
                 b"map_d" => material.alpha = Alpha::Masked,
                 _ => {}

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use cullet::mesh::{Alpha, MeshData, Part};
 
+use crate::blocks::{Source, push};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
 use crate::text::{Cursor, quote};
@@ -47,8 +48,10 @@ struct Skipped {
     lines: u64,
     flat_faces: u64,
     free_form: u64,
-    /// How many statements are unknown, and where the first is.
-    unknown: (u64, usize),
+    /// How many statements are unknown.
+    unknown: u64,
+    /// Where the first of them is, and its word.
+    first_unknown: (u64, String),
 }
 
 #[derive(Debug)]
@@ -64,24 +67,24 @@ struct Reader<'a> {
     bucket_of: HashMap<(u32, u32), usize>,
     /// The bucket that faces go to; `None` after a change of object, group or material.
     current: Option<usize>,
-    libraries: Vec<&'a [u8]>,
+    libraries: Vec<Vec<u8>>,
     polygon: Vec<u32>,
     triangulator: Triangulator,
     triangles: usize,
     /// The largest index ahead of its vertex, and where it stands.
-    ahead: Option<(u32, usize)>,
+    ahead: Option<(u32, u64)>,
     statements: u64,
     skipped: Skipped,
 }
 
 pub(crate) fn read<'o>(
     name: &str,
-    bytes: &[u8],
+    source: Source<'_>,
     options: &'o LoadOptions,
     folder: Option<&Path>,
 ) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
-    let mut reader = Reader::new(bytes);
+    let mut reader = Reader::new(source);
     reader.read(&builder)?;
     reader.warn(&mut builder);
     let library = reader.library(folder, &mut builder);
@@ -90,13 +93,9 @@ pub(crate) fn read<'o>(
 }
 
 impl<'a> Reader<'a> {
-    fn new(bytes: &'a [u8]) -> Self {
-        let mut c = Cursor::with_continuations(bytes);
-        if bytes.starts_with(b"\xef\xbb\xbf") {
-            c.seek(3);
-        }
+    fn new(source: Source<'a>) -> Self {
         Self {
-            c,
+            c: Cursor::with_continuations(source),
             positions: Vec::new(),
             object: Vec::new(),
             group: Vec::new(),
@@ -117,12 +116,13 @@ impl<'a> Reader<'a> {
     }
 
     fn read(&mut self, builder: &Builder<'_>) -> Result<(), ErrorKind> {
-        while !self.c.is_end() {
+        self.c.skip_mark()?;
+        while self.c.more()? {
             self.c.skip_blanks();
             if self.c.at_line_end() || self.c.peek() == Some(b'#') {
                 // A backslash that ends a comment is part of a path more often than it joins lines.
                 self.c.skip_comment();
-                self.c.seek(self.c.offset() + 1);
+                self.c.step();
                 continue;
             }
             let start = self.c.offset();
@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
                 }
                 b"usemtl" => self.material = self.name(),
                 b"mtllib" => {
-                    let names = self.c.rest_of_line();
+                    let names = self.c.rest_of_line().to_vec();
                     self.libraries.push(names);
                 }
                 b"p" => self.skipped.points += 1,
@@ -154,10 +154,11 @@ impl<'a> Reader<'a> {
                 | b"usemap" => {}
                 _ => {
                     self.statements -= 1;
-                    if self.skipped.unknown.0 == 0 {
-                        self.skipped.unknown.1 = start;
+                    if self.skipped.unknown == 0 {
+                        self.c.seek(start);
+                        self.skipped.first_unknown = (start, quote(self.c.token()));
                     }
-                    self.skipped.unknown.0 += 1;
+                    self.skipped.unknown += 1;
                 }
             }
             self.c.skip_line();
@@ -170,8 +171,8 @@ impl<'a> Reader<'a> {
                 format!("a face refers to vertex {index}, but there are only {vertices} (from 1)"),
             ));
         }
-        if self.statements == 0 && self.skipped.unknown.0 > 0 {
-            self.c.seek(self.skipped.unknown.1);
+        if self.statements == 0 && self.skipped.unknown > 0 {
+            self.c.go_to(self.skipped.first_unknown.0)?;
             return Err(self.c.expected("a statement of OBJ, such as v or f"));
         }
         Ok(())
@@ -204,11 +205,11 @@ impl<'a> Reader<'a> {
         if self.positions.len() == u32::MAX as usize {
             return Err(self.c.error("more vertices than 32-bit indices can name"));
         }
-        self.positions.push(position);
+        push(&mut self.positions, position);
         Ok(())
     }
 
-    fn face(&mut self, start: usize) -> Result<(), ErrorKind> {
+    fn face(&mut self, start: u64) -> Result<(), ErrorKind> {
         self.polygon.clear();
         loop {
             self.c.skip_blanks();
@@ -217,8 +218,8 @@ impl<'a> Reader<'a> {
             }
             let at = self.c.offset();
             let index = self.c.integer_prefix();
-            let rest = self.c.token();
-            let Some(index) = index.filter(|_| matches!(rest, [] | [b'/', ..])) else {
+            let whole = matches!(self.c.token(), [] | [b'/', ..]);
+            let Some(index) = index.filter(|_| whole) else {
                 self.c.seek(at);
                 return Err(self.c.expected("a vertex of the form v, v/vt, v//vn or v/vt/vn"));
             };
@@ -242,7 +243,7 @@ impl<'a> Reader<'a> {
 
     /// The vertex, from 0, of an index that counts from 1, or back from the last vertex so far.
     #[inline]
-    fn resolve(&mut self, index: i64, at: usize) -> Result<u32, ErrorKind> {
+    fn resolve(&mut self, index: i64, at: u64) -> Result<u32, ErrorKind> {
         let vertices = self.positions.len() as i64;
         let vertex = if index < 0 { index.saturating_add(vertices) } else { index - 1 };
         if vertex < 0 {
@@ -263,7 +264,7 @@ impl<'a> Reader<'a> {
         Ok(vertex)
     }
 
-    fn open_bucket(&mut self, start: usize) -> Result<usize, ErrorKind> {
+    fn open_bucket(&mut self, start: u64) -> Result<usize, ErrorKind> {
         let name = match (self.object.is_empty(), self.group.is_empty()) {
             (false, false) => [&self.object[..], b"/", &self.group[..]].concat(),
             (false, true) => self.object.clone(),
@@ -300,14 +301,11 @@ impl<'a> Reader<'a> {
         if self.triangles == 0 && count > 0 {
             builder.warn("file", format!("its {count} vertices are in no face: a point cloud?"));
         }
-        let (count, first) = s.unknown;
-        if count > 0 {
-            let mut c = self.c.clone();
-            c.seek(first);
-            let word = quote(c.token());
+        if s.unknown > 0 {
+            let (first, word) = &s.first_unknown;
             builder.warn(
-                format!("line {}", c.line_of(first)),
-                format!("\"{word}\" is no statement of OBJ; {count} such lines were skipped"),
+                format!("line {}", self.c.line_of(*first)),
+                format!("\"{word}\" is no statement of OBJ; {} such lines were skipped", s.unknown),
             );
         }
     }
@@ -315,7 +313,7 @@ impl<'a> Reader<'a> {
     /// The materials of the libraries that the file names; what cannot be read is a warning.
     fn library(&self, folder: Option<&Path>, builder: &mut Builder<'_>) -> mtl::Library {
         let mut library = mtl::Library::new();
-        for &names in &self.libraries {
+        for names in &self.libraries {
             let item = format!("material library \"{}\"", quote(names));
             let Some(folder) = folder else {
                 builder.warn(item, "it was not read: the model came from memory, not from a file");
@@ -357,6 +355,9 @@ impl<'a> Reader<'a> {
             builder.material(shown, found.map_or(GREY, |m| m.color));
             alphas.push(found.map_or(Alpha::Opaque, |m| m.alpha));
         }
+        // Each is shrunk while the others wait: what was made too large never adds up with copies.
+        self.positions.shrink_to_fit();
+        self.buckets.iter_mut().for_each(|b| b.indices.shrink_to_fit());
         // Stable: the parts of a mesh stay in the order of first use.
         self.buckets.sort_by_key(|b| b.mesh);
         let one_mesh = self.meshes.names.len() == 1;
@@ -364,9 +365,13 @@ impl<'a> Reader<'a> {
         let mut buckets = self.buckets.into_iter().peekable();
         while let Some(first) = buckets.next() {
             let mesh = first.mesh;
+            let mut own = vec![first];
+            while let Some(bucket) = buckets.next_if(|b| b.mesh == mesh) {
+                own.push(bucket);
+            }
+            let all: usize = own.iter().map(|b| b.indices.len()).sum();
             let mut data = MeshData::default();
-            let mut next = Some(first);
-            while let Some(bucket) = next {
+            for bucket in own {
                 data.parts.push(Part {
                     first_triangle: (data.indices.len() / 3) as u32,
                     triangle_count: (bucket.indices.len() / 3) as u32,
@@ -375,12 +380,12 @@ impl<'a> Reader<'a> {
                     alpha: alphas[bucket.material as usize],
                 });
                 data.polygons = data.polygons.saturating_add(bucket.polygons);
-                if data.indices.is_empty() {
+                if bucket.indices.len() == all {
                     data.indices = bucket.indices;
                 } else {
+                    data.indices.reserve_exact(all - data.indices.len());
                     data.indices.extend_from_slice(&bucket.indices);
                 }
-                next = buckets.next_if(|b| b.mesh == mesh);
             }
             data.positions = if one_mesh {
                 std::mem::take(&mut self.positions)
@@ -420,14 +425,22 @@ impl Compact {
     /// The vertices that `indices` use, in the order of first use; renumbers the indices.
     pub(crate) fn take(&mut self, positions: &[[f32; 3]], indices: &mut [u32]) -> Vec<[f32; 3]> {
         self.mesh += 1;
-        let mut own = Vec::new();
-        for index in indices {
+        let mut count = 0;
+        for index in &mut *indices {
             let used = &mut self.used[*index as usize];
             if used.0 != self.mesh {
-                *used = (self.mesh, own.len() as u32);
+                *used = (self.mesh, count);
+                count += 1;
+            }
+        }
+        let mut own = Vec::with_capacity(count as usize);
+        for index in indices {
+            let (_, number) = self.used[*index as usize];
+            // Numbers are in the order of first use.
+            if number as usize == own.len() {
                 own.push(positions[*index as usize]);
             }
-            *index = used.1;
+            *index = number;
         }
         own
     }

@@ -3,6 +3,7 @@
 
 use cullet::mesh::MeshData;
 
+use crate::blocks::{Source, make_room};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
 use crate::text::Cursor;
@@ -20,18 +21,17 @@ pub(crate) fn is_keyword(word: &[u8]) -> bool {
 /// Bytes that a vertex or a face takes at least, such as "0 0 0\n" or "3 0 1 2\n" (and "0\n").
 const LEAST_VERTEX: u64 = 6;
 const LEAST_FACE: u64 = 2;
+const LEAST_TRIANGLE: u64 = 8;
 
 pub(crate) fn read<'o>(
     name: &str,
-    bytes: &[u8],
+    source: Source<'_>,
     options: &'o LoadOptions,
 ) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
     builder.material("default", GREY);
-    let mut c = Cursor::new(bytes);
-    if bytes.starts_with(b"\xef\xbb\xbf") {
-        c.seek(3);
-    }
+    let mut c = Cursor::new(source);
+    c.skip_mark()?;
     let [vertices, faces] = read_header(&mut c)?;
     let mut positions: Vec<[f32; 3]> = Vec::with_capacity(vertices as usize);
     for vertex in 0..vertices {
@@ -39,6 +39,8 @@ pub(crate) fn read<'o>(
     }
     let mut triangulator = Triangulator::default();
     let mut indices = Vec::new();
+    // A triangle takes four times the least face; the counts were held against the bytes left.
+    make_room(&mut indices, 3 * faces.min(c.left() / LEAST_TRIANGLE) as usize);
     let mut polygon = Vec::new();
     let (mut polygons, mut short) = (0u32, 0u64);
     for face in 0..faces {
@@ -51,7 +53,7 @@ pub(crate) fn read<'o>(
         triangulator.push(&polygon, &positions, &mut indices);
         builder.check_triangles(indices.len() / 3)?;
     }
-    c.skip_space();
+    c.skip_space()?;
     if !c.is_end() {
         let line = c.line_of(c.offset());
         builder.warn(format!("line {line}"), "what follows the last face was ignored");
@@ -77,18 +79,18 @@ pub(crate) fn read<'o>(
 
 /// The keyword and the counts of vertices and faces, held against the bytes left.
 fn read_header(c: &mut Cursor<'_>) -> Result<[u64; 2], ErrorKind> {
-    c.skip_space();
+    c.skip_space()?;
     let start = c.offset();
-    let word = c.token();
-    if is_keyword(word) {
+    let word = c.token().to_vec();
+    if is_keyword(&word) {
         let flags = &word[..word.len() - 3];
         if flags.contains(&b'4') || flags.contains(&b'n') {
-            let word = String::from_utf8_lossy(word);
+            let word = String::from_utf8_lossy(&word);
             return Err(ErrorKind::Unsupported(format!(
                 "{word}: vertices of four or more dimensions are not loaded; export plain OFF"
             )));
         }
-        c.skip_space();
+        c.skip_space()?;
         if c.keyword("BINARY") {
             return Err(ErrorKind::Unsupported(
                 "binary OFF is not loaded; export it as text, or as binary PLY".into(),
@@ -100,7 +102,7 @@ fn read_header(c: &mut Cursor<'_>) -> Result<[u64; 2], ErrorKind> {
     }
     let mut counts = [0u64; 2];
     for (k, count) in counts.iter_mut().enumerate() {
-        c.skip_space();
+        c.skip_space()?;
         let at = c.offset();
         let what = ["the number of vertices", "the number of faces"][k];
         let value = c.integer().and_then(|v| u64::try_from(v).ok());
@@ -111,7 +113,7 @@ fn read_header(c: &mut Cursor<'_>) -> Result<[u64; 2], ErrorKind> {
         *count = value;
         let least = [LEAST_VERTEX, LEAST_FACE][k];
         // One byte more: the last row needs no line end.
-        let most = (c.left() as u64 + 1) / least;
+        let most = (c.left() + 1) / least;
         if *count > most || *count > u64::from(u32::MAX) {
             return Err(c.error_at(
                 at,
@@ -128,7 +130,7 @@ fn read_header(c: &mut Cursor<'_>) -> Result<[u64; 2], ErrorKind> {
 fn read_vertex(c: &mut Cursor<'_>, vertex: u64) -> Result<[f32; 3], ErrorKind> {
     let mut position = [0.0f32; 3];
     for value in &mut position {
-        c.skip_space();
+        c.skip_space()?;
         let at = c.offset();
         let number = c.f32();
         *value = number.ok_or_else(|| c.expected(&format!("a coordinate of vertex {vertex}")))?;
@@ -148,7 +150,7 @@ fn read_face(
     vertices: usize,
     polygon: &mut Vec<u32>,
 ) -> Result<(), ErrorKind> {
-    c.skip_space();
+    c.skip_space()?;
     let at = c.offset();
     let Some(count) = c.integer().and_then(|v| u64::try_from(v).ok()) else {
         c.seek(at);
@@ -156,7 +158,7 @@ fn read_face(
     };
     polygon.clear();
     for _ in 0..count {
-        c.skip_space();
+        c.skip_space()?;
         let at = c.offset();
         let index = c.integer().ok_or_else(|| c.expected(&format!("an index of face {face}")))?;
         let known = usize::try_from(index).is_ok_and(|i| i < vertices);

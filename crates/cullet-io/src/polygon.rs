@@ -2,6 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::blocks::make_room;
+
 /// Points tested against a candidate ear, at most, for each corner of a polygon. Simple polygons of up
 /// to some 250 corners stay well below; it keeps a hostile file from costing the cube of its size.
 const TESTS_PER_CORNER: usize = 512;
@@ -21,6 +23,7 @@ impl Triangulator {
     /// nothing; corners beyond `positions` (not yet known) make a fan.
     #[inline]
     pub(crate) fn push(&mut self, polygon: &[u32], positions: &[[f32; 3]], out: &mut Vec<u32>) {
+        make_room(out, polygon.len().saturating_sub(2) * 3);
         match *polygon {
             [a, b, c] => out.extend([a, b, c]),
             [_, _, _, _, ..] => self.push_large(polygon, positions, out),

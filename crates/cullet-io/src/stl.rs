@@ -3,62 +3,66 @@
 
 use cullet::mesh::MeshData;
 
+use crate::blocks::{Records, Source, make_room};
 use crate::builder::{Builder, GREY};
+use crate::format::LOOK;
 use crate::polygon::Triangulator;
-use crate::text::Cursor;
+use crate::text::{Cursor, quote};
 use crate::weld::Welder;
 use crate::{ErrorKind, LoadOptions};
 
 /// Bytes before the first triangle of a binary file: 80 of comment, 4 of count.
-const HEADER: usize = 84;
+const HEADER: u64 = 84;
 /// Bytes of a triangle: a normal, three corners, two bytes of attributes.
-const TRIANGLE: usize = 50;
+const TRIANGLE: u64 = 50;
 
-/// Whether the size of a file is that of a binary STL with the count that it states. Binary files may
-/// begin with "solid" too, so only this tells.
-pub(crate) fn is_binary(bytes: &[u8]) -> bool {
-    stated(bytes).is_some_and(|n| {
-        n > 0 && bytes.len() as u64 == HEADER as u64 + u64::from(n) * TRIANGLE as u64
-    })
+/// Whether `size`, that of a file which begins with `head`, is that of a binary STL with the count that
+/// it states. Binary files may begin with "solid" too, so only this tells.
+pub(crate) fn is_binary(head: &[u8], size: u64) -> bool {
+    stated(head).is_some_and(|n| n > 0 && size == HEADER + u64::from(n) * TRIANGLE)
 }
 
-fn stated(bytes: &[u8]) -> Option<u32> {
-    bytes.get(80..HEADER)?.first_chunk().map(|b| u32::from_le_bytes(*b))
+fn stated(head: &[u8]) -> Option<u32> {
+    head.get(80..84)?.first_chunk().map(|b| u32::from_le_bytes(*b))
 }
 
 pub(crate) fn read<'o>(
     name: &str,
-    bytes: &[u8],
+    source: Source<'_>,
     options: &'o LoadOptions,
 ) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
     builder.material("default", GREY);
-    let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let bytes = source.head(LOOK)?;
+    let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes).trim_ascii_start();
     let solid = head.get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
     // No text has a zero byte.
     let text = !bytes[..bytes.len().min(512)].contains(&0);
-    if solid && text && !is_binary(bytes) {
-        read_ascii(bytes, bytes.len() - head.len(), &mut builder)?;
+    if solid && text && !is_binary(&bytes, source.size()) {
+        read_ascii(source, (bytes.len() - head.len()) as u64, &mut builder)?;
     } else {
-        read_binary(bytes, &mut builder)?;
+        read_binary(source, stated(&bytes), &mut builder)?;
     }
     Ok(builder)
 }
 
-fn read_binary(bytes: &[u8], builder: &mut Builder<'_>) -> Result<(), ErrorKind> {
-    let Some(stated) = stated(bytes) else {
+fn read_binary(
+    source: Source<'_>,
+    stated: Option<u32>,
+    builder: &mut Builder<'_>,
+) -> Result<(), ErrorKind> {
+    let Some(stated) = stated else {
         return Err(ErrorKind::invalid(
             "file",
             format!(
                 "{} bytes, which do not begin with \"solid\", and a binary STL has at least \
                  {HEADER}",
-                bytes.len()
+                source.size()
             ),
         ));
     };
-    let triangles = bytes[HEADER..].chunks_exact(TRIANGLE);
-    let (count, rest) = (triangles.len(), (bytes.len() - HEADER) as u64);
-    let need = u64::from(stated) * TRIANGLE as u64;
+    let rest = source.size() - HEADER;
+    let (count, need) = (rest / TRIANGLE, u64::from(stated) * TRIANGLE);
     if need > rest {
         return Err(ErrorKind::invalid(
             "header",
@@ -75,7 +79,10 @@ fn read_binary(bytes: &[u8], builder: &mut Builder<'_>) -> Result<(), ErrorKind>
     builder.check_triangles(stated as usize)?;
     let mut solid = Solid::new(builder.model.name.clone());
     solid.indices.reserve_exact(stated as usize * 3);
-    for (t, triangle) in triangles.take(stated as usize).enumerate() {
+    let mut records = Records::new(source, HEADER);
+    for t in 0..stated {
+        // The size was held against the count.
+        let Some(triangle) = records.take::<{ TRIANGLE as usize }>()? else { break };
         // The normal comes first and is often wrong.
         let (corners, _) = triangle[12..].as_chunks::<12>();
         for (k, corner) in corners.iter().take(3).enumerate() {
@@ -115,24 +122,18 @@ impl Solid {
     }
 }
 
-fn read_ascii(bytes: &[u8], start: usize, builder: &mut Builder<'_>) -> Result<(), ErrorKind> {
-    let mut c = Cursor::new(bytes);
-    c.seek(start);
+fn read_ascii(source: Source<'_>, start: u64, builder: &mut Builder<'_>) -> Result<(), ErrorKind> {
+    let mut c = Cursor::new(source);
+    c.go_to(start)?;
     let file = builder.model.name.clone();
     let mut solid: Option<Solid> = None;
     let mut corners: Vec<[f32; 3]> = Vec::new();
     let mut loops = Loops::default();
-    let (mut triangles, mut vertices, mut unknown) = (0usize, 0u64, (0u64, 0usize));
+    let (mut triangles, mut vertices, mut unknown) = (0usize, 0u64, (0u64, 0u64, String::new()));
     loop {
-        while matches!(c.peek(), Some(b'\n' | b'\r')) {
-            c.seek(c.offset() + 1);
-        }
-        c.skip_blanks();
+        c.skip_lines()?;
         if c.is_end() {
             break;
-        }
-        if c.at_line_end() {
-            continue;
         }
         let at = c.offset();
         if c.keyword("vertex") {
@@ -168,7 +169,7 @@ fn read_ascii(bytes: &[u8], start: usize, builder: &mut Builder<'_>) -> Result<(
             finish(&mut solid, &mut triangles, builder)?;
         } else if !c.keyword("endloop") && !c.keyword("loop") {
             if unknown.0 == 0 {
-                unknown.1 = at;
+                (unknown.1, unknown.2) = (at, quote(c.token()));
             }
             unknown.0 += 1;
             c.skip_comment();
@@ -191,11 +192,10 @@ fn read_ascii(bytes: &[u8], start: usize, builder: &mut Builder<'_>) -> Result<(
         }
     }
     if unknown.0 > 0 {
-        c.seek(unknown.1);
-        let word = crate::text::quote(c.token());
+        let (count, first, word) = unknown;
         builder.warn(
-            format!("line {}", c.line_of(unknown.1)),
-            format!("\"{word}\" is no word of STL; {} such lines were skipped", unknown.0),
+            format!("line {}", c.line_of(first)),
+            format!("\"{word}\" is no word of STL; {count} such lines were skipped"),
         );
     }
     Ok(())
@@ -242,6 +242,7 @@ struct Loops {
 impl Loops {
     fn add(&mut self, corners: &[[f32; 3]], solid: &mut Solid) {
         solid.polygons = solid.polygons.saturating_add(1);
+        make_room(&mut solid.indices, (corners.len() - 2) * 3);
         if let [_, _, _] = corners {
             solid.indices.extend(corners.iter().map(|&p| solid.welder.weld(p)));
             return;

@@ -1,49 +1,135 @@
-//! A cursor over the bytes of a text file: blanks, tokens, numbers, lines.
+//! A cursor over a text file that is read in blocks: blanks, tokens, numbers, lines.
 //!
 //! `\n` and `\r` both end a line, so `\r\n` reads as a line and an empty one after it; no format here
-//! minds. Line numbers are counted only for messages.
+//! minds. Line numbers are counted only for messages, by reading the file once more.
+//!
+//! The cursor holds whole lines, and everything but [`Cursor::more`] and [`Cursor::skip_space`] stays
+//! among those that are held. So a reader asks for `more` wherever a line may begin, and looks at a line
+//! as if the file were all there. A line may have any length.
 
 use crate::ErrorKind;
+use crate::blocks::{Source, Window};
 
 /// A place in a text file.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Cursor<'a> {
-    bytes: &'a [u8],
+    window: Window<'a>,
+    /// Where the whole lines end among the bytes held.
+    lines: usize,
+    /// The place, among the bytes held.
     at: usize,
     /// Whether a backslash at the end of a line joins it to the next, as in OBJ.
     continuations: bool,
 }
 
 impl<'a> Cursor<'a> {
-    pub(crate) fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0, continuations: false }
+    pub(crate) fn new(source: Source<'a>) -> Self {
+        Self { window: Window::new(source), lines: 0, at: 0, continuations: false }
     }
 
-    pub(crate) fn with_continuations(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0, continuations: true }
+    pub(crate) fn with_continuations(source: Source<'a>) -> Self {
+        Self { continuations: true, ..Self::new(source) }
     }
 
+    pub(crate) fn into_source(self) -> Source<'a> {
+        self.window.into_source()
+    }
+
+    /// At the begin of a line: makes sure that it is held. False at the end of the file.
+    #[inline]
+    pub(crate) fn more(&mut self) -> Result<bool, ErrorKind> {
+        if self.at < self.lines { Ok(true) } else { self.fill() }
+    }
+
+    #[cold]
+    fn fill(&mut self) -> Result<bool, ErrorKind> {
+        self.window.forget(self.at);
+        (self.at, self.lines) = (0, 0);
+        while self.lines == 0 && !self.window.is_last() {
+            self.window.extend()?;
+            self.lines = self.whole_lines();
+        }
+        Ok(self.lines > 0)
+    }
+
+    /// Where the last line ends that is held as a whole, with all that are joined to it.
+    fn whole_lines(&self) -> usize {
+        let held = self.window.held();
+        if self.window.is_last() {
+            return held.len();
+        }
+        let mut end = held.len();
+        while let Some(at) = held[..end].iter().rposition(|&b| matches!(b, b'\n' | b'\r')) {
+            let line = &held[..at];
+            // A line feed may follow, which belongs to the same line end.
+            let split = held[at] == b'\r' && at + 1 == held.len();
+            let before = if held[at] == b'\n' { line.strip_suffix(b"\r") } else { None };
+            if !split && !before.unwrap_or(line).ends_with(b"\\") {
+                return at + 1;
+            }
+            end = at;
+        }
+        0
+    }
+
+    /// Goes to any place of the file; one beyond the end is the end.
+    pub(crate) fn go_to(&mut self, offset: u64) -> Result<(), ErrorKind> {
+        self.window.go_to(offset);
+        (self.at, self.lines) = (0, 0);
+        self.fill().map(|_| ())
+    }
+
+    /// Skips the mark of UTF-8 at the begin of a file.
+    pub(crate) fn skip_mark(&mut self) -> Result<(), ErrorKind> {
+        if self.more()? && self.rest().starts_with(b"\xef\xbb\xbf") {
+            self.at += 3;
+        }
+        Ok(())
+    }
+
+    /// The whole lines that are held.
+    #[inline]
+    fn held(&self) -> &[u8] {
+        &self.window.held()[..self.lines]
+    }
+
+    /// What is held from here on.
+    #[inline]
+    pub(crate) fn rest(&self) -> &[u8] {
+        &self.held()[self.at..]
+    }
+
+    /// Whether the file ends here.
     pub(crate) fn is_end(&self) -> bool {
-        self.at >= self.bytes.len()
+        self.at >= self.lines && self.lines == self.window.held().len() && self.window.is_last()
     }
 
-    pub(crate) fn offset(&self) -> usize {
-        self.at
+    #[inline]
+    pub(crate) fn offset(&self) -> u64 {
+        self.window.base() + self.at as u64
     }
 
-    /// How many bytes are left.
-    pub(crate) fn left(&self) -> usize {
-        self.bytes.len() - self.at
+    /// How many bytes are left in the file.
+    pub(crate) fn left(&self) -> u64 {
+        self.window.source().size() - self.offset()
     }
 
-    /// Goes to a place; one beyond the end is the end.
-    pub(crate) fn seek(&mut self, at: usize) {
-        self.at = at.min(self.bytes.len());
+    /// Goes to a place among the lines held, such as one in this line.
+    #[inline]
+    pub(crate) fn seek(&mut self, offset: u64) {
+        debug_assert!(offset >= self.window.base(), "{offset} is no longer held");
+        self.at = ((offset.saturating_sub(self.window.base())) as usize).min(self.lines);
+    }
+
+    /// Goes on by a byte, if there is one.
+    #[inline]
+    pub(crate) fn step(&mut self) {
+        self.at = (self.at + 1).min(self.lines);
     }
 
     #[inline]
     pub(crate) fn peek(&self) -> Option<u8> {
-        self.bytes.get(self.at).copied()
+        self.held().get(self.at).copied()
     }
 
     /// Skips spaces, tabs and joined line ends, not the end of a line.
@@ -52,7 +138,7 @@ impl<'a> Cursor<'a> {
         while let Some(b) = self.peek() {
             match b {
                 b' ' | b'\t' | 0x0b | 0x0c => self.at += 1,
-                b'\\' if self.continuations => match self.bytes.get(self.at + 1..) {
+                b'\\' if self.continuations => match self.held().get(self.at + 1..) {
                     Some([b'\r', b'\n', ..]) => self.at += 3,
                     Some([b'\n' | b'\r', ..]) => self.at += 2,
                     _ => return,
@@ -62,15 +148,30 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Skips blanks, line ends, and comments from `#` to the end of their line.
+    /// Skips blanks, line ends, and comments from `#` to the end of their line, to where the next line
+    /// begins if need be.
     #[inline]
-    pub(crate) fn skip_space(&mut self) {
+    pub(crate) fn skip_space(&mut self) -> Result<(), ErrorKind> {
         loop {
             self.skip_blanks();
             match self.peek() {
                 Some(b'\n' | b'\r') => self.at += 1,
                 Some(b'#') => self.skip_comment(),
-                _ => return,
+                None if self.more()? => {}
+                _ => return Ok(()),
+            }
+        }
+    }
+
+    /// Skips blanks and line ends, as [`Self::skip_space`].
+    #[inline]
+    pub(crate) fn skip_lines(&mut self) -> Result<(), ErrorKind> {
+        loop {
+            self.skip_blanks();
+            match self.peek() {
+                Some(b'\n' | b'\r') => self.at += 1,
+                None if self.more()? => {}
+                _ => return Ok(()),
             }
         }
     }
@@ -83,7 +184,7 @@ impl<'a> Cursor<'a> {
 
     /// Goes to the end of the line, whatever it holds, and leaves the line end.
     pub(crate) fn skip_comment(&mut self) {
-        let rest = &self.bytes[self.at..];
+        let rest = self.rest();
         self.at += rest.iter().position(|&b| matches!(b, b'\n' | b'\r')).unwrap_or(rest.len());
     }
 
@@ -91,50 +192,48 @@ impl<'a> Cursor<'a> {
     pub(crate) fn skip_line(&mut self) {
         loop {
             self.skip_comment();
-            let joined = self.continuations && self.at > 0 && self.bytes[self.at - 1] == b'\\';
-            let crlf = self.bytes[self.at..].starts_with(b"\r\n");
-            self.at = (self.at + if crlf { 2 } else { 1 }).min(self.bytes.len());
-            if !joined || self.is_end() {
+            let joined = self.continuations && self.held()[..self.at].ends_with(b"\\");
+            let crlf = self.rest().starts_with(b"\r\n");
+            self.at = (self.at + if crlf { 2 } else { 1 }).min(self.lines);
+            if !joined || self.at == self.lines {
                 return;
             }
         }
     }
 
     /// The rest of the line, without the blanks around it; the line end is left.
-    pub(crate) fn rest_of_line(&mut self) -> &'a [u8] {
+    pub(crate) fn rest_of_line(&mut self) -> &[u8] {
         self.skip_blanks();
         let start = self.at;
         self.skip_comment();
-        self.bytes[start..self.at].trim_ascii()
+        self.held()[start..self.at].trim_ascii()
     }
 
     /// What stands here up to a blank, a line end or the end: maybe nothing.
     #[inline]
-    pub(crate) fn token(&mut self) -> &'a [u8] {
+    pub(crate) fn token(&mut self) -> &[u8] {
         let start = self.at;
-        while self.peek().is_some_and(|b| !is_space(b)) {
-            self.at += 1;
-        }
-        &self.bytes[start..self.at]
+        self.at += token(self.rest()).len();
+        &self.held()[start..self.at]
     }
 
     /// A number in f32; the token is left where it is not one.
     #[inline]
     pub(crate) fn f32(&mut self) -> Option<f32> {
-        let (value, length) = fast_float2::parse_partial(&self.bytes[self.at..]).ok()?;
+        let (value, length) = fast_float2::parse_partial(self.rest()).ok()?;
         self.take_number(length).then_some(value)
     }
 
     /// A number in f64; the token is left where it is not one.
     #[inline]
     pub(crate) fn f64(&mut self) -> Option<f64> {
-        let (value, length) = fast_float2::parse_partial(&self.bytes[self.at..]).ok()?;
+        let (value, length) = fast_float2::parse_partial(self.rest()).ok()?;
         self.take_number(length).then_some(value)
     }
 
     fn take_number(&mut self, length: usize) -> bool {
         let end = self.at + length;
-        let whole = self.bytes.get(end).is_none_or(|&b| is_space(b));
+        let whole = self.held().get(end).is_none_or(|&b| is_space(b));
         if whole {
             self.at = end;
         }
@@ -145,20 +244,19 @@ impl<'a> Cursor<'a> {
     /// none or it exceeds 63 bits.
     #[inline]
     pub(crate) fn integer_prefix(&mut self) -> Option<i64> {
-        let mut at = self.at;
-        let negative = self.peek() == Some(b'-');
-        at += usize::from(negative || self.peek() == Some(b'+'));
-        let first = at;
+        let rest = self.rest();
+        let negative = rest.first() == Some(&b'-');
+        let first = usize::from(negative || rest.first() == Some(&b'+'));
+        let mut length = first;
         let mut value = 0i64;
-        while let Some(digit) = self.bytes.get(at).map(|b| b.wrapping_sub(b'0')).filter(|&d| d < 10)
-        {
+        while let Some(digit) = rest.get(length).map(|b| b.wrapping_sub(b'0')).filter(|&d| d < 10) {
             value = value.checked_mul(10)?.checked_add(i64::from(digit))?;
-            at += 1;
+            length += 1;
         }
-        if at == first {
+        if length == first {
             return None;
         }
-        self.at = at;
+        self.at += length;
         Some(if negative { -value } else { value })
     }
 
@@ -184,35 +282,49 @@ impl<'a> Cursor<'a> {
         false
     }
 
-    /// The number of the line of a place, from 1.
-    pub(crate) fn line_of(&self, offset: usize) -> usize {
-        let before = &self.bytes[..offset.min(self.bytes.len())];
-        let count = |end: u8| before.iter().filter(|&&b| b == end).count();
+    /// The number of the line of a place, from 1. Reads the file once more.
+    pub(crate) fn line_of(&self, offset: u64) -> u64 {
+        let source = self.window.source();
+        let count = |bytes: &[u8], end: u8| bytes.iter().filter(|&&b| b == end).count() as u64;
+        let (mut feeds, mut returns) = (0, 0);
+        source.scan(offset, |block| {
+            feeds += count(block, b'\n');
+            returns += count(block, b'\r');
+        });
+        if feeds > 0 || returns == 0 {
+            return 1 + feeds;
+        }
         // Only files without any `\n` end their lines with `\r` alone.
-        let end = if self.bytes.contains(&b'\n') { b'\n' } else { b'\r' };
-        1 + count(end)
+        let mut other = false;
+        source.scan(u64::MAX, |block| other |= block.contains(&b'\n'));
+        1 + if other { 0 } else { returns }
     }
 
     /// An error at the line of a place.
-    pub(crate) fn error_at(&self, offset: usize, message: impl Into<String>) -> ErrorKind {
+    pub(crate) fn error_at(&self, offset: u64, message: impl Into<String>) -> ErrorKind {
         ErrorKind::invalid(format!("line {}", self.line_of(offset)), message)
     }
 
     /// An error at the line of the cursor.
     pub(crate) fn error(&self, message: impl Into<String>) -> ErrorKind {
-        self.error_at(self.at, message)
+        self.error_at(self.offset(), message)
     }
 
     /// "expected …, found …" at the cursor.
     pub(crate) fn expected(&self, what: &str) -> ErrorKind {
-        let mut ahead = self.clone();
-        let found = match ahead.token() {
-            [] if ahead.is_end() => "the end of the file".to_owned(),
+        let found = match token(self.rest()) {
+            [] if self.is_end() => "the end of the file".to_owned(),
             [] => "the end of the line".to_owned(),
             token => format!("\"{}\"", quote(token)),
         };
         self.error(format!("expected {what}, found {found}"))
     }
+}
+
+/// What stands at the front up to a blank or a line end.
+#[inline]
+fn token(rest: &[u8]) -> &[u8] {
+    &rest[..rest.iter().position(|&b| is_space(b)).unwrap_or(rest.len())]
 }
 
 #[inline]
@@ -235,9 +347,16 @@ pub(crate) fn quote(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
 
+    /// A cursor whose lines are all held.
+    fn over(text: &[u8]) -> Cursor<'_> {
+        let mut c = Cursor::with_continuations(Source::memory(text));
+        c.more().unwrap();
+        c
+    }
+
     #[test]
     fn numbers_of_every_spelling() {
-        let mut c = Cursor::new(b"1 +2 -3. .5 1e2 2.E1 -1e-2 7");
+        let mut c = over(b"1 +2 -3. .5 1e2 2.E1 -1e-2 7");
         let mut values = Vec::new();
         while !c.is_end() {
             c.skip_blanks();
@@ -249,7 +368,7 @@ mod tests {
     #[test]
     fn a_number_must_be_a_whole_token() {
         for bad in ["1x", "3.1+e2", "x", "", "1,5", "0x10"] {
-            let mut c = Cursor::new(bad.as_bytes());
+            let mut c = over(bad.as_bytes());
             assert_eq!(c.f32(), None, "{bad}");
             assert_eq!(c.f64(), None, "{bad}");
             assert_eq!(c.offset(), 0, "{bad}");
@@ -258,17 +377,17 @@ mod tests {
 
     #[test]
     fn integers_stop_at_63_bits() {
-        assert_eq!(Cursor::new(b"9223372036854775807").integer(), Some(i64::MAX));
-        assert_eq!(Cursor::new(b"9223372036854775808").integer(), None);
-        assert_eq!(Cursor::new(b"-12").integer(), Some(-12));
-        assert_eq!(Cursor::new(b"-").integer(), None);
-        assert_eq!(Cursor::new(b"1.5").integer(), None);
+        assert_eq!(over(b"9223372036854775807").integer(), Some(i64::MAX));
+        assert_eq!(over(b"9223372036854775808").integer(), None);
+        assert_eq!(over(b"-12").integer(), Some(-12));
+        assert_eq!(over(b"-").integer(), None);
+        assert_eq!(over(b"1.5").integer(), None);
     }
 
     #[test]
     fn lines_are_joined_only_where_asked() {
         let text = b"a \\\n b\nc \\\r\nd\ne";
-        let mut c = Cursor::with_continuations(text);
+        let mut c = over(text);
         assert_eq!(c.token(), b"a");
         c.skip_blanks();
         assert_eq!(c.token(), b"b");
@@ -276,7 +395,8 @@ mod tests {
         assert_eq!(c.peek(), Some(b'c'));
         c.skip_line();
         assert_eq!(c.peek(), Some(b'e'));
-        let mut c = Cursor::new(text);
+        let mut c = Cursor::new(Source::memory(text));
+        c.more().unwrap();
         c.skip_line();
         assert_eq!(c.peek(), Some(b' '));
     }
@@ -284,8 +404,8 @@ mod tests {
     #[test]
     fn lines_count_with_every_line_end() {
         for text in ["a\nb\nc", "a\r\nb\r\nc", "a\rb\rc"] {
-            let c = Cursor::new(text.as_bytes());
-            assert_eq!(c.line_of(text.len()), 3, "{text:?}");
+            let c = over(text.as_bytes());
+            assert_eq!(c.line_of(text.len() as u64), 3, "{text:?}");
         }
     }
 
@@ -293,5 +413,31 @@ mod tests {
     fn quotes_are_short_and_printable() {
         assert_eq!(quote(b"a\x00\n"), "a\\u{0}\\n");
         assert_eq!(quote(&[b'x'; 500]).chars().count(), 41);
+    }
+
+    #[test]
+    fn lines_are_the_same_in_blocks_of_every_size() {
+        let text = b"v 1 2 \\\n3\r\nf 1 \\\r\n2 \\\r3\n\r\r\n# c\\d\na long line of words\rend";
+        let words = |block: usize| {
+            let mut c = Cursor::with_continuations(Source::in_blocks(text, block));
+            let mut words = Vec::new();
+            while c.more().unwrap() {
+                c.skip_blanks();
+                while !c.at_line_end() {
+                    words.push((c.offset(), c.token().to_vec()));
+                    c.skip_blanks();
+                }
+                words.push((0, Vec::new()));
+                c.step();
+            }
+            assert!(c.is_end());
+            words.dedup();
+            words
+        };
+        let expected = words(1000);
+        assert_eq!(expected.iter().filter(|w| w.1.is_empty()).count(), 5);
+        for block in 1..text.len() {
+            assert_eq!(words(block), expected, "blocks of {block}");
+        }
     }
 }

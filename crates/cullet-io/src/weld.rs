@@ -3,6 +3,8 @@
 use std::collections::hash_map::RandomState;
 use std::hash::BuildHasher;
 
+use crate::blocks::push;
+
 const EMPTY: u32 = u32::MAX;
 
 /// Gives each distinct position one number, in the order of first sight; −0 is 0. Open addressing with
@@ -24,7 +26,9 @@ impl Welder {
     pub(crate) fn weld(&mut self, position: [f32; 3]) -> u32 {
         // Adding 0 turns −0 into 0, so that equal positions have equal bits.
         let position = position.map(|v| v + 0.0);
-        if self.positions.len() * 2 >= self.table.len() {
+        // At most two thirds full: at one half the table of a file that shares no vertex, doubled, would
+        // take loading beyond thrice the geometry.
+        if self.positions.len() * 3 >= self.table.len() * 2 {
             self.grow();
         }
         let mut slot = self.slot(position);
@@ -33,7 +37,7 @@ impl Welder {
                 EMPTY => {
                     let index = self.positions.len() as u32;
                     self.table[slot] = index;
-                    self.positions.push(position);
+                    push(&mut self.positions, position);
                     return index;
                 }
                 index
@@ -49,7 +53,10 @@ impl Welder {
 
     /// The distinct positions.
     pub(crate) fn into_positions(self) -> Vec<[f32; 3]> {
-        self.positions
+        let Self { mut positions, table, .. } = self;
+        drop(table);
+        positions.shrink_to_fit();
+        positions
     }
 
     fn slot(&self, position: [f32; 3]) -> usize {
@@ -66,7 +73,10 @@ impl Welder {
     }
 
     fn grow(&mut self) {
-        self.table = vec![EMPTY; self.table.len() * 2];
+        let slots = self.table.len() * 2;
+        // Freed before the new one is made.
+        self.table = Vec::new();
+        self.table = vec![EMPTY; slots];
         for index in 0..self.positions.len() {
             let mut slot = self.slot(self.positions[index]);
             while self.table[slot] != EMPTY {

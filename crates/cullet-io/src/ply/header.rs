@@ -71,7 +71,7 @@ pub(super) struct Element {
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
     /// Where its count stands, for messages.
-    at: usize,
+    at: u64,
 }
 
 impl Element {
@@ -100,39 +100,36 @@ impl Element {
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
-    pub(super) body: usize,
+    pub(super) body: u64,
 }
 
-/// Parses the header.
-pub(super) fn parse(bytes: &[u8]) -> Result<Header, ErrorKind> {
-    let mut c = Cursor::new(bytes);
-    if !c.keyword("ply") || !c.at_line_end() {
-        c.seek(0);
-        return Err(c.expected("\"ply\""));
-    }
+/// Parses the header, at the begin of a file.
+pub(super) fn parse(c: &mut Cursor<'_>) -> Result<Header, ErrorKind> {
+    c.more()?;
     // The first line tells how lines end; what follows the header may begin with the byte of one.
-    let line_end: &[u8] = match bytes.get(3..) {
+    let line_end: &[u8] = match c.rest().get(3..) {
         Some([b'\r', b'\n', ..]) => b"\r\n",
         Some([b'\r', ..]) => b"\r",
         _ => b"\n",
     };
+    if !c.keyword("ply") || !c.at_line_end() {
+        c.seek(0);
+        return Err(c.expected("\"ply\""));
+    }
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
     loop {
-        while matches!(c.peek(), Some(b'\n' | b'\r')) {
-            c.seek(c.offset() + 1);
-        }
-        c.skip_blanks();
+        c.skip_lines()?;
         if c.is_end() {
             return Err(c.error("the header has no end_header"));
         }
         let start = c.offset();
         match c.token() {
             b"comment" | b"obj_info" | b"" => c.skip_comment(),
-            b"format" => encoding = Some(parse_format(&mut c)?),
-            b"element" => elements.push(parse_element(&mut c)?),
+            b"format" => encoding = Some(parse_format(c)?),
+            b"element" => elements.push(parse_element(c)?),
             b"property" => {
-                let property = parse_property(&mut c)?;
+                let property = parse_property(c)?;
                 let Some(element) = elements.last_mut() else {
                     return Err(c.error_at(start, "a property comes before the first element"));
                 };
@@ -161,21 +158,22 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, ErrorKind> {
         c.seek(end);
     }
     let body = c.offset();
-    let length = if bytes[body..].starts_with(line_end) {
-        line_end.len()
+    let length = if c.rest().starts_with(line_end) {
+        line_end.len() as u64
     } else {
-        usize::from(c.at_line_end() && !c.is_end())
+        u64::from(c.at_line_end() && !c.is_end())
     };
     let header = Header { encoding, elements, body: body + length };
-    header.check(&c, bytes.len())?;
+    header.check(c)?;
     Ok(header)
 }
 
 impl Header {
     /// Holds each count against the bytes that are left, so that nothing is allocated on a claim.
-    fn check(&self, c: &Cursor<'_>, file: usize) -> Result<(), ErrorKind> {
+    fn check(&self, c: &Cursor<'_>) -> Result<(), ErrorKind> {
         // The last value of an ASCII file needs no blank after it.
-        let mut left = (file - self.body) as u64 + u64::from(self.encoding == Encoding::Ascii);
+        let file = c.offset() + c.left();
+        let mut left = file - self.body + u64::from(self.encoding == Encoding::Ascii);
         for e in &self.elements {
             let least = e.least_bytes(self.encoding) as u64;
             let need = least.saturating_mul(e.count);

@@ -6,6 +6,7 @@ mod header;
 use cullet::mesh::MeshData;
 
 use self::header::{Element, Encoding, Header, Kind};
+use crate::blocks::{Records, Source, make_room};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
 use crate::text::Cursor;
@@ -13,24 +14,26 @@ use crate::{ErrorKind, LoadOptions};
 
 pub(crate) fn read<'o>(
     name: &str,
-    bytes: &[u8],
+    source: Source<'_>,
     options: &'o LoadOptions,
 ) -> Result<Builder<'o>, ErrorKind> {
-    let header = header::parse(bytes)?;
+    let mut c = Cursor::new(source);
+    let header = header::parse(&mut c)?;
     let mut builder = Builder::new(name, options);
     builder.material("default", GREY);
     let body = header.body;
     match header.encoding {
         Encoding::Ascii => {
-            let mut c = Cursor::new(bytes);
-            c.seek(body);
+            c.go_to(body)?;
             read_rows(&header, Ascii { c }, &mut builder)?;
         }
         Encoding::LittleEndian => {
-            read_rows(&header, Binary::<false> { bytes, at: body }, &mut builder)?;
+            let records = Records::new(c.into_source(), body);
+            read_rows(&header, Binary::<false> { records }, &mut builder)?;
         }
         Encoding::BigEndian => {
-            read_rows(&header, Binary::<true> { bytes, at: body }, &mut builder)?;
+            let records = Records::new(c.into_source(), body);
+            read_rows(&header, Binary::<true> { records }, &mut builder)?;
         }
     }
     Ok(builder)
@@ -43,9 +46,9 @@ trait Values {
     /// Skips rows of which each has the same size.
     fn skip_fixed(&mut self, element: &Element) -> Result<(), ErrorKind>;
     /// The most values of a type that the bytes left can hold.
-    fn most(&self, kind: Kind) -> usize;
+    fn most(&self, kind: Kind) -> u64;
     /// Bytes left.
-    fn left(&self) -> usize;
+    fn left(&self) -> u64;
     /// Refines an error with a place, where the file has lines.
     fn error(&self, row: &Row<'_>, message: String) -> ErrorKind;
 }
@@ -72,13 +75,7 @@ struct Ascii<'a> {
 impl Values for Ascii<'_> {
     #[inline]
     fn value(&mut self, kind: Kind, row: &Row<'_>) -> Result<f64, ErrorKind> {
-        loop {
-            self.c.skip_blanks();
-            match self.c.peek() {
-                Some(b'\n' | b'\r') => self.c.seek(self.c.offset() + 1),
-                _ => break,
-            }
-        }
+        self.c.skip_lines()?;
         // Rounded once, to the type that the header declares.
         let value = match kind {
             Kind::F32 => self.c.f32().map(f64::from),
@@ -112,11 +109,11 @@ impl Values for Ascii<'_> {
         Ok(())
     }
 
-    fn most(&self, _kind: Kind) -> usize {
+    fn most(&self, _kind: Kind) -> u64 {
         self.c.left().div_ceil(2)
     }
 
-    fn left(&self) -> usize {
+    fn left(&self) -> u64 {
         self.c.left()
     }
 
@@ -127,19 +124,17 @@ impl Values for Ascii<'_> {
 }
 
 struct Binary<'a, const BIG: bool> {
-    bytes: &'a [u8],
-    at: usize,
+    records: Records<'a>,
 }
 
 impl<const BIG: bool> Binary<'_, BIG> {
     #[inline]
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let mut value: [u8; N] = *self.bytes.get(self.at..)?.first_chunk()?;
-        self.at += N;
-        if BIG {
+    fn take<const N: usize>(&mut self) -> Result<Option<[u8; N]>, ErrorKind> {
+        let mut value = self.records.take::<N>()?;
+        if let Some(value) = value.as_mut().filter(|_| BIG) {
             value.reverse();
         }
-        Some(value)
+        Ok(value)
     }
 }
 
@@ -147,14 +142,14 @@ impl<const BIG: bool> Values for Binary<'_, BIG> {
     #[inline]
     fn value(&mut self, kind: Kind, row: &Row<'_>) -> Result<f64, ErrorKind> {
         let value = match kind {
-            Kind::I8 => self.take().map(|b| f64::from(i8::from_le_bytes(b))),
-            Kind::U8 => self.take().map(|b| f64::from(u8::from_le_bytes(b))),
-            Kind::I16 => self.take().map(|b| f64::from(i16::from_le_bytes(b))),
-            Kind::U16 => self.take().map(|b| f64::from(u16::from_le_bytes(b))),
-            Kind::I32 => self.take().map(|b| f64::from(i32::from_le_bytes(b))),
-            Kind::U32 => self.take().map(|b| f64::from(u32::from_le_bytes(b))),
-            Kind::F32 => self.take().map(|b| f64::from(f32::from_le_bytes(b))),
-            Kind::F64 => self.take().map(f64::from_le_bytes),
+            Kind::I8 => self.take()?.map(|b| f64::from(i8::from_le_bytes(b))),
+            Kind::U8 => self.take()?.map(|b| f64::from(u8::from_le_bytes(b))),
+            Kind::I16 => self.take()?.map(|b| f64::from(i16::from_le_bytes(b))),
+            Kind::U16 => self.take()?.map(|b| f64::from(u16::from_le_bytes(b))),
+            Kind::I32 => self.take()?.map(|b| f64::from(i32::from_le_bytes(b))),
+            Kind::U32 => self.take()?.map(|b| f64::from(u32::from_le_bytes(b))),
+            Kind::F32 => self.take()?.map(|b| f64::from(f32::from_le_bytes(b))),
+            Kind::F64 => self.take()?.map(f64::from_le_bytes),
         };
         value.ok_or_else(|| self.error(row, "the file ends here; it may be cut short".into()))
     }
@@ -162,25 +157,25 @@ impl<const BIG: bool> Values for Binary<'_, BIG> {
     fn skip_fixed(&mut self, element: &Element) -> Result<(), ErrorKind> {
         let size = element.least_bytes(Encoding::LittleEndian) as u64;
         let skip = size.saturating_mul(element.count);
-        let left = self.left() as u64;
+        let left = self.left();
         if skip > left {
             let row = Row { element, row: left / size.max(1), property: usize::MAX };
             return Err(self.error(&row, "the file ends here; it may be cut short".into()));
         }
-        self.at += skip as usize;
+        self.records.skip(skip);
         Ok(())
     }
 
-    fn most(&self, kind: Kind) -> usize {
-        self.left() / kind.size()
+    fn most(&self, kind: Kind) -> u64 {
+        self.left() / kind.size() as u64
     }
 
-    fn left(&self) -> usize {
-        self.bytes.len() - self.at
+    fn left(&self) -> u64 {
+        self.records.left()
     }
 
     fn error(&self, row: &Row<'_>, message: String) -> ErrorKind {
-        ErrorKind::invalid(format!("{} (byte {})", row.item(), self.at), message)
+        ErrorKind::invalid(format!("{} (byte {})", row.item(), self.records.offset()), message)
     }
 }
 
@@ -312,6 +307,11 @@ impl Surface {
             builder.warn(format!("element {}", element.name), "has no list of vertices; skipped");
             return values.skip_fixed(element);
         };
+        // Room for a triangle a row: quads take it twice, and it grows.
+        let list = &element.properties[indices];
+        let size = list.kind.size() as u64 * 3 + list.count.map_or(0, Kind::size) as u64;
+        let rows = element.count.min(values.left() / size);
+        make_room(&mut self.indices, rows as usize * 3);
         for row in 0..element.count {
             for (property, p) in element.properties.iter().enumerate() {
                 let at = Row { element, row, property };
@@ -366,6 +366,7 @@ impl Surface {
         for strip in self.list.split(|&v| v == RESTART) {
             for (i, t) in strip.windows(3).enumerate() {
                 let [a, b] = if i % 2 == 0 { [t[0], t[1]] } else { [t[1], t[0]] };
+                make_room(&mut self.indices, 3);
                 self.indices.extend([a, b, t[2]]);
                 self.polygons = self.polygons.saturating_add(1);
             }

@@ -91,9 +91,9 @@ pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
     }
     repair.turned_outward = turned.iter().map(|&t| u32::from(t)).sum();
     repair.cavities = inward.len() as u32 - repair.turned_outward;
-    for (t, &s) in pieces.shell_of.iter().enumerate() {
+    for ((t, &s), source) in pieces.shell_of.iter().enumerate().zip(surface.sources()) {
         if odd[t] != turned[s as usize] {
-            let i = surface.source[t] as usize * 3;
+            let i = source * 3;
             indices.swap(i + 1, i + 2);
             repair.triangles_turned += 1;
         }

@@ -6,8 +6,8 @@ use super::weld::weld;
 pub(super) struct Surface<'a> {
     pub(super) positions: &'a [[f32; 3]],
     pub(super) corners: Vec<[u32; 3]>,
-    /// The triangle of the list that each one is.
-    pub(super) source: Vec<u32>,
+    /// The triangles of the list that are not among them, ascending: few, as a rule.
+    dropped: Vec<u32>,
 }
 
 impl<'a> Surface<'a> {
@@ -28,8 +28,7 @@ impl<'a> Surface<'a> {
         vertex: impl Fn(u32) -> Option<u32>,
     ) -> Self {
         let triangles = indices.len() / 3;
-        let (mut corners, mut source) =
-            (Vec::with_capacity(triangles), Vec::with_capacity(triangles));
+        let (mut corners, mut dropped) = (Vec::with_capacity(triangles), Vec::new());
         for (t, i) in indices.chunks_exact(3).enumerate() {
             if let (Some(a), Some(b), Some(c)) = (vertex(i[0]), vertex(i[1]), vertex(i[2]))
                 && a != b
@@ -37,10 +36,18 @@ impl<'a> Surface<'a> {
                 && c != a
             {
                 corners.push([a, b, c]);
-                source.push(t as u32);
+            } else {
+                dropped.push(t as u32);
             }
         }
-        Self { positions, corners, source }
+        Self { positions, corners, dropped }
+    }
+
+    /// The triangle of the list that each one is.
+    pub(super) fn sources(&self) -> impl Iterator<Item = usize> + '_ {
+        let mut dropped = self.dropped.iter().map(|&t| t as usize).peekable();
+        let all = 0..self.corners.len() + self.dropped.len();
+        all.filter(move |&t| dropped.next_if_eq(&t).is_none())
     }
 
     pub(super) fn points(&self, triangle: usize) -> [[f32; 3]; 3] {
@@ -78,35 +85,69 @@ impl HalfEdge {
     }
 }
 
+/// In how many passes the edges are visited at most: each goes over all triangles and holds its share of
+/// their half edges, so that these are a quarter of what they would be. That keeps a mesh and its edges
+/// within thrice its geometry.
+const PASSES: usize = 4;
+/// The fewest half edges worth a pass of their own: 1 MiB, which a processor's cache holds.
+const LEAST_HALF_EDGES: usize = 1 << 17;
+
 /// Calls `visit` with the uses of each edge. O(n) apart from a sort of the edges at each vertex: half
 /// edges are dealt into buckets by their lower vertex, which hold six on average.
-pub(super) fn for_each_edge(surface: &Surface<'_>, mut visit: impl FnMut(&[HalfEdge])) {
+///
+/// Besides the surface it takes 4 bytes a vertex and 6 a triangle (8 bytes for each of its half edges, in
+/// four passes), and more only where one vertex has more than a quarter of all edges.
+pub(super) fn for_each_edge(surface: &Surface<'_>, visit: impl FnMut(&[HalfEdge])) {
+    let least = (surface.corners.len() * 3).div_ceil(PASSES);
+    for_each_edge_within(surface, least.max(LEAST_HALF_EDGES), visit);
+}
+
+/// With no more than `limit` half edges held at once, unless a single vertex has more.
+fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnMut(&[HalfEdge])) {
     let half_edges = || {
         surface.corners.iter().enumerate().flat_map(|(t, &[a, b, c])| {
             [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), HalfEdge::new(p.max(q), t, p > q)))
         })
     };
-    let mut end = vec![0u32; surface.positions.len()];
-    half_edges().for_each(|(low, _)| end[low as usize] += 1);
+    // Where the bucket of each vertex begins; once it is full, where it ends.
+    let mut place = vec![0u32; surface.positions.len()];
+    half_edges().for_each(|(low, _)| place[low as usize] += 1);
     let mut total = 0;
-    for e in &mut end {
-        let count = *e;
-        *e = total;
+    for p in &mut place {
+        let count = *p;
+        *p = total;
         total += count;
     }
-    let mut buckets = vec![HalfEdge(0); total as usize];
-    for (low, half) in half_edges() {
-        let at = &mut end[low as usize];
-        buckets[*at as usize] = half;
-        *at += 1;
-    }
-    let mut rest = buckets.as_mut_slice();
-    let mut start = 0;
-    for &e in &end {
-        let (bucket, after) = std::mem::take(&mut rest).split_at_mut((e - start) as usize);
-        bucket.sort_unstable();
-        bucket.chunk_by(|a, b| a.high() == b.high()).for_each(&mut visit);
-        (rest, start) = (after, e);
+    let mut buckets = Vec::new();
+    let mut first = 0;
+    let mut begin = 0;
+    while begin < total {
+        // Vertices from `first` on whose buckets fit, one at least.
+        let fits = |&p: &u32| (p - begin) as usize <= limit;
+        let fitting = place[first + 1..].partition_point(fits);
+        let mut after = first + 1 + fitting;
+        if after < place.len() || (total - begin) as usize > limit {
+            // The last of them begins within the limit, but ends beyond it.
+            after = (after - 1).max(first + 1);
+        }
+        let end = place.get(after).copied().unwrap_or(total);
+        buckets.clear();
+        buckets.reserve_exact((end - begin) as usize);
+        buckets.resize((end - begin) as usize, HalfEdge(0));
+        let vertices = first as u32..after as u32;
+        for (low, half) in half_edges().filter(|(low, _)| vertices.contains(low)) {
+            let at = &mut place[low as usize];
+            buckets[(*at - begin) as usize] = half;
+            *at += 1;
+        }
+        let mut rest = buckets.as_mut_slice();
+        for &p in &place[first..after] {
+            let (bucket, behind) = std::mem::take(&mut rest).split_at_mut((p - begin) as usize);
+            bucket.sort_unstable();
+            bucket.chunk_by(|a, b| a.high() == b.high()).for_each(&mut visit);
+            (rest, begin) = (behind, p);
+        }
+        first = after;
     }
 }
 
@@ -163,5 +204,50 @@ impl Shells {
             count += u32::from(root == t);
         }
         (count as usize, of)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// Uses of each edge, by lower and higher vertex.
+    fn edges_ref(indices: &[u32]) -> BTreeMap<(u32, u32), Vec<(usize, bool)>> {
+        let mut edges: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for (t, c) in indices.chunks_exact(3).enumerate() {
+            for (p, q) in [(c[0], c[1]), (c[1], c[2]), (c[2], c[0])] {
+                edges.entry((p.min(q), p.max(q))).or_default().push((t, p > q));
+            }
+        }
+        edges
+    }
+
+    #[test]
+    fn edges_are_the_same_in_any_number_of_passes() {
+        // A fan around vertex 0, a strip, and vertices that nothing uses.
+        let fan = (2..40).flat_map(|v| [0, v - 1, v]);
+        let strip = (50..120).flat_map(|v| [v, v + 1, v + 2]);
+        let indices: Vec<u32> = fan.chain(strip).collect();
+        let positions: Vec<[f32; 3]> = (0..130).map(|v| [v as f32, 0.0, 0.0]).collect();
+        let surface = Surface::indexed(&positions, &indices);
+        let expected: Vec<_> = edges_ref(&indices).into_values().collect();
+        for limit in [1, 2, 3, 7, 50, 100, 300, 10_000] {
+            let mut found = Vec::new();
+            for_each_edge_within(&surface, limit, |uses| {
+                found.push(uses.iter().map(|u| (u.triangle(), u.falling())).collect::<Vec<_>>());
+            });
+            assert_eq!(found, expected, "limit {limit}");
+        }
+        for_each_edge(&Surface::indexed(&[], &[]), |_| panic!("no triangles, but an edge"));
+    }
+
+    #[test]
+    fn sources_pass_over_what_was_dropped() {
+        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]];
+        let indices = [0, 0, 1, 0, 1, 2, 0, 1, 9, 0, 1, 3, 2, 1, 3, 1, 1, 1];
+        let surface = Surface::welded(&positions, &indices);
+        assert!(surface.sources().eq([1, 4]));
+        assert_eq!(surface.corners, [[0, 1, 2], [2, 1, 0]]);
     }
 }
