@@ -165,7 +165,7 @@ fn is_wanted(options: &BenchOptions, name: &str) -> bool {
 fn triangles(kind: &str, len: usize) -> String {
     let power = len.checked_ilog10().unwrap_or(0);
     let scale = 10_usize.pow(power);
-    if len % scale == 0 {
+    if len.is_multiple_of(scale) {
         format!("backface/{kind}/{}e{power}", len / scale)
     } else {
         format!("backface/{kind}/{len}")
