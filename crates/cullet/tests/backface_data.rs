@@ -110,6 +110,10 @@ fn check(path: &str, elliptic: f64, pyramid: f64) {
         print("cone", culled::<NormalCone>(&clusters, far));
         print("box turned", culled::<NormalBoxTurned>(&clusters, far));
         print("box", culled::<NormalBox>(&clusters, far));
+        let best: ClusterBounds<NormalBox> =
+            clusters.planes.iter().map(NormalBox::fit_best).collect();
+        let best = share(&clusters, far, |eye, words| best.cull(Level::new(), eye, words));
+        print("box, best of nine", best);
         print("box at origin", culled::<NormalBoxAtOrigin>(&clusters, far));
     }
     for step in [0.003, 0.01, 0.03] {

@@ -90,18 +90,14 @@ impl<B: BatchBound> Test for (ClusterBounds<B>, Vec<Option<B>>) {
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     for &len in &options.sizes {
         let names = ["vertices", "planes32", "planes16", "planes8", "masks"];
-        if !names.iter().any(|name| is_wanted(options, &format!("{}/", triangles(name, len)))) {
+        let wanted = |name: &str| any_output(options, &triangles(name, len));
+        if !names.into_iter().any(wanted) {
             continue;
         }
         let (positions, indices) = bumpy_ball(len);
-        let len = indices.len() / 3;
         if is_wanted(options, &format!("{}/list", triangles("vertices", len))) {
             run_vertices(options, (&positions, &indices), each);
         }
-        let wanted = |name: &str| {
-            let name = triangles(name, len);
-            ["mask", "count", "list"].iter().any(|o| is_wanted(options, &format!("{name}/{o}")))
-        };
         // One form at a time: four million triangles fill much memory.
         if wanted("planes32") {
             let planes = Planes32::new(&positions, &indices);
@@ -147,13 +143,19 @@ fn run_clusters<B: BatchBound>(
     each: &mut dyn FnMut(Measured),
 ) {
     let name = format!("backface/clusters/{name}");
-    if !["mask", "count", "list"].iter().any(|o| is_wanted(options, &format!("{name}/{o}"))) {
+    if !any_output(options, &name) {
         return;
     }
     let fits: Vec<Option<B>> = planes.iter().map(B::fit).collect();
     let all: Vec<Option<B>> = fits.iter().copied().cycle().take(CLUSTERS).collect();
     let test = (all.iter().copied().collect::<ClusterBounds<B>>(), all);
     run_test(options, &name, &test, CLUSTERS, bytes, each);
+}
+
+const OUTPUTS: [&str; 3] = ["mask", "count", "list"];
+
+fn any_output(options: &BenchOptions, name: &str) -> bool {
+    OUTPUTS.iter().any(|o| is_wanted(options, &format!("{name}/{o}")))
 }
 
 fn is_wanted(options: &BenchOptions, name: &str) -> bool {
@@ -163,7 +165,7 @@ fn is_wanted(options: &BenchOptions, name: &str) -> bool {
 fn triangles(kind: &str, len: usize) -> String {
     let power = len.checked_ilog10().unwrap_or(0);
     let scale = 10_usize.pow(power);
-    if len % scale == 0 {
+    if len.is_multiple_of(scale) {
         format!("backface/{kind}/{}e{power}", len / scale)
     } else {
         format!("backface/{kind}/{len}")
@@ -186,7 +188,7 @@ fn run_test(
     let best = batch::levels()[0].1;
     let same_bytes = vec![1.0_f32; len * bytes / 4];
     let (mut words, mut kept) = (Vec::new(), Indices::new());
-    for output in ["mask", "count", "list"] {
+    for output in OUTPUTS {
         let name = format!("{name}/{output}");
         if !is_wanted(options, &name) {
             continue;

@@ -202,7 +202,8 @@ impl Tracked for NormalCone {
         let axis = DVec3::from(self.axis.map(f64::from));
         let w = DVec3::from(eye) - apex;
         let sine = f64::from(self.cutoff);
-        if !(sine < 1.0) {
+        // Such a cone culls nothing, ever.
+        if sine >= 1.0 {
             return f64::INFINITY;
         }
         // The largest g·w of the unit normals at the border of the cone.

@@ -11,7 +11,9 @@ use crate::exact::is_collinear;
 pub struct ClusterPlanes {
     normals: Vec<DVec3>,
     offsets: Vec<f64>,
-    /// Half of what coordinates span, and the largest of them: what rounding is relative to.
+    /// Half of what coordinates span, by axis and as a diagonal, and the largest of them: what rounding
+    /// is relative to.
+    pub(super) half: DVec3,
     radius: f64,
     largest: f64,
     centre: DVec3,
@@ -55,7 +57,8 @@ impl ClusterPlanes {
         }
         if !planes.normals.is_empty() {
             planes.centre = (low + high) * 0.5;
-            planes.radius = (high - low).length() * 0.5;
+            planes.half = (high - low) * 0.5;
+            planes.radius = planes.half.length();
             planes.largest = low.abs().max(high.abs()).max_element();
         }
         planes

@@ -8,7 +8,7 @@
 //! The lectures leave open where to put c and whether to turn the axes. Measured: the middle of the
 //! cluster's box is as good as any other c, a common origin for all clusters is the smallest and the
 //! loosest, and axes along the cluster's own normals gain what three more vectors cost. The lectures of
-//! 2014 choose the signs from the position of the eye, w_e·(e − c); they must come from v = e − c.
+//! 2014 choose the signs from the position of the eye, `w_e`·(e − c); they must come from v = e − c.
 
 use glam::{DMat3, DVec3};
 
@@ -64,9 +64,9 @@ impl NormalBox {
     }
 
     /// The bound with the best origin of nine, the middle and the corners of the cluster's box, judged by
-    /// 64 eyes at four radii.
+    /// 64 eyes at four radii. Gains next to nothing over the middle; kept to show it.
     #[must_use]
-    pub fn fit_best(planes: &ClusterPlanes, low: [f64; 3], high: [f64; 3]) -> Option<Self> {
+    pub fn fit_best(planes: &ClusterPlanes) -> Option<Self> {
         let eyes = |i: u32| {
             // Fibonacci directions.
             let z = (f64::from(i) + 0.5) / 32.0 - 1.0;
@@ -75,8 +75,10 @@ impl NormalBox {
             let direction = DVec3::new(r * angle.cos(), r * angle.sin(), z);
             (DVec3::from(planes.centre()) + direction * (4.0 * planes.radius())).extend(1.0)
         };
-        let corner =
-            |i: usize| std::array::from_fn(|k| if i >> k & 1 == 1 { high[k] } else { low[k] });
+        let corner = |i: usize| {
+            let side = |k: usize| if i >> k & 1 == 1 { planes.half[k] } else { -planes.half[k] };
+            std::array::from_fn(|k| planes.centre()[k] + side(k))
+        };
         let origins = std::iter::once(planes.centre()).chain((0..8).map(corner));
         let fits = origins.filter_map(|origin| Self::fit_at(planes, origin));
         let behind = |b: &Self| (0..64).filter(|&i| b.is_behind(eyes(i).to_array())).count();
