@@ -118,7 +118,8 @@ fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnM
         *p = total;
         total += count;
     }
-    let mut buckets = Vec::new();
+    // Made at its full size: growing would hold the old and the new.
+    let mut buckets = Vec::with_capacity(limit.min(total as usize));
     let mut first = 0;
     let mut begin = 0;
     while begin < total {
@@ -132,7 +133,6 @@ fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnM
         }
         let end = place.get(after).copied().unwrap_or(total);
         buckets.clear();
-        buckets.reserve_exact((end - begin) as usize);
         buckets.resize((end - begin) as usize, HalfEdge(0));
         let vertices = first as u32..after as u32;
         for (low, half) in half_edges().filter(|(low, _)| vertices.contains(low)) {
