@@ -23,7 +23,7 @@ Examples
   cullet info model.glb                      what is in a file, and what is wrong with it
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
-  cullet bench                               frustum tests against this machine's streaming rate
+  cullet bench                               the batch tests against this machine's streaming rate
 
 Exit codes
   0 fine        1 something visible was culled      2 wrong command line
@@ -55,7 +55,7 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// List the built-in scenes and their settings
     Scenes(ScenesArgs),
-    /// Measure the frustum tests against this machine's streaming rate
+    /// Measure the the batch tests against this machine's streaming rate
     Bench(BenchArgs),
     /// Draw one picture of one view
     #[command(after_help = PICTURE_HELP)]

@@ -203,7 +203,7 @@ fn run_test(
             };
             pass();
             let [limit, time] =
-                fastest_of_both(options.seconds, || stream(best, &same_bytes), pass);
+                fastest_of_both(options.seconds, |turn| stream(best, &same_bytes, turn), pass);
             let checked = match output {
                 "mask" => words == expected,
                 "count" => test.count(level) == culled,
@@ -239,7 +239,7 @@ fn run_vertices(
     let best = batch::levels()[0].1;
     let [limit, time] = fastest_of_both(
         options.seconds,
-        || stream(best, &same_bytes),
+        |turn| stream(best, &same_bytes, turn),
         || {
             kept.clear();
             eye.keep_into(positions, indices, 0..len as u32, &mut kept);

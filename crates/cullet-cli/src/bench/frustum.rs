@@ -88,7 +88,7 @@ fn run_kind<B>(options: &BenchOptions, kind: &Kind<B>, each: &mut dyn FnMut(Meas
             let checked = *visible == *expected;
             let [limit, time] = fastest_of_both(
                 options.seconds,
-                || stream(best, (kind.floats)(&kind.batch)),
+                |turn| stream(best, (kind.floats)(&kind.batch), turn),
                 || (kind.cull)(level, &planes, &kind.batch, &mut visible),
             );
             each(Measured {
