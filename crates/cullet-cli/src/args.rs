@@ -55,7 +55,7 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// List the built-in scenes and their settings
     Scenes(ScenesArgs),
-    /// Measure the the batch tests against this machine's streaming rate
+    /// Measure the batch tests against this machine's streaming rate
     Bench(BenchArgs),
     /// Draw one picture of one view
     #[command(after_help = PICTURE_HELP)]

@@ -25,12 +25,12 @@ pub(crate) const LANES: usize = 16;
 /// Sixteen boxes: rows −min x, y, z, then max x, y, z.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(crate) struct BoxBlock(pub(crate) [[f32; LANES]; 6]);
+pub struct BoxBlock(pub(crate) [[f32; LANES]; 6]);
 
 /// Sixteen spheres: rows x, y, z and radius.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(crate) struct SphereBlock(pub(crate) [[f32; LANES]; 4]);
+pub struct SphereBlock(pub(crate) [[f32; LANES]; 4]);
 
 /// 2⁻²⁰ = 16 u: 14 u are promised, the rest pays for the rounding of the widening itself.
 const BOX_STEP: f32 = 1.0 / (1 << 20) as f32;
@@ -38,9 +38,11 @@ const BOX_STEP: f32 = 1.0 / (1 << 20) as f32;
 /// 2⁻¹⁹ = 32 u: the shared form of the sphere test loses up to 17 u, see `cull::frustum::batch`.
 const SPHERE_STEP: f32 = 1.0 / (1 << 19) as f32;
 
-impl BoxBlock {
-    /// Stores a box in a lane, widened.
-    pub(crate) fn set(&mut self, lane: usize, b: &Aabb) {
+impl Block for BoxBlock {
+    type Item = Aabb;
+    const NAME: &'static str = "box";
+
+    fn set(&mut self, lane: usize, b: &Aabb) {
         let numbers = || b.min.iter().chain(&b.max);
         // A NaN means keep, whatever the other numbers say; so it is asked for first.
         let rows = if numbers().any(|v| v.is_nan()) {
@@ -62,11 +64,17 @@ impl BoxBlock {
         let at = |row: usize| self.0[row][lane];
         Aabb { min: [-at(0), -at(1), -at(2)], max: [at(3), at(4), at(5)] }
     }
+
+    fn rows_mut(&mut self) -> &mut [[f32; LANES]] {
+        &mut self.0
+    }
 }
 
-impl SphereBlock {
-    /// Stores a sphere in a lane, its radius grown.
-    pub(crate) fn set(&mut self, lane: usize, s: &Sphere) {
+impl Block for SphereBlock {
+    type Item = Sphere;
+    const NAME: &'static str = "sphere";
+
+    fn set(&mut self, lane: usize, s: &Sphere) {
         let beyond = |v: f32| v.is_nan() || v.abs() >= Boxes::LIMIT;
         let whole = beyond(s.radius) || s.center.iter().any(|&v| beyond(v));
         let (center, radius) = if s.radius < 0.0 {
@@ -89,6 +97,10 @@ impl SphereBlock {
         let at = |row: usize| self.0[row][lane];
         Sphere { center: [at(0), at(1), at(2)], radius: at(3) }
     }
+
+    fn rows_mut(&mut self) -> &mut [[f32; LANES]] {
+        &mut self.0
+    }
 }
 
 /// Moves a coordinate outward by 16u|v|: it is positive that way, as −min and max are.
@@ -96,212 +108,157 @@ fn widen(v: f32) -> f32 {
     v + (v.abs() * BOX_STEP + f32::MIN_POSITIVE)
 }
 
-/// A growable batch of axis-aligned boxes.
-///
-/// 24 bytes a box, in blocks of sixteen. Boxes are stored a little larger than given (one part in a
-/// million), which is what makes the tests of a batch conservative.
-#[derive(Clone, Debug, Default)]
-pub struct Boxes {
-    blocks: Vec<BoxBlock>,
+/// Sixteen items of a batch, a row of sixteen numbers for each coordinate. Boxes and spheres have one.
+pub trait Block: Pod + sealed::Sealed {
+    /// What the block holds sixteen of.
+    type Item;
+    /// What one is called.
+    #[doc(hidden)]
+    const NAME: &'static str;
+
+    /// Stores an item in a lane, a little larger than it is given.
+    #[doc(hidden)]
+    fn set(&mut self, lane: usize, item: &Self::Item);
+
+    /// The item of a lane, as it is stored.
+    #[doc(hidden)]
+    fn get(&self, lane: usize) -> Self::Item;
+
+    #[doc(hidden)]
+    fn rows_mut(&mut self) -> &mut [[f32; LANES]];
+}
+
+mod sealed {
+    /// What is tested knows the blocks that there are.
+    pub trait Sealed {}
+    impl Sealed for super::BoxBlock {}
+    impl Sealed for super::SphereBlock {}
+}
+
+/// A growable batch of boxes or spheres, in blocks of sixteen. They are stored a little larger than given,
+/// which is what makes the tests of a batch conservative.
+#[derive(Clone, Debug)]
+pub struct Batch<B> {
+    blocks: Vec<B>,
     len: usize,
 }
+
+/// A batch of axis-aligned boxes: 24 bytes each, stored one part in a million larger than given. A box
+/// with a coordinate that is not finite becomes the whole of space; an empty box stays empty, and every
+/// frustum that has a plane culls it.
+pub type Boxes = Batch<BoxBlock>;
+
+/// A batch of spheres: 16 bytes each, stored larger by two parts in a million of the radius and of the
+/// distance from the origin. One that is not finite, or reaches [`Boxes::LIMIT`], becomes the whole of
+/// space; one with a negative radius is empty, and every frustum that has a plane culls it.
+pub type Spheres = Batch<SphereBlock>;
 
 impl Boxes {
     /// A box with a coordinate of this size or more, or a coordinate that is not finite, is stored as
     /// ±this in every direction: no frustum culls it. Chosen so that no plane test can overflow.
     pub const LIMIT: f32 = 1e18;
-
-    /// An empty batch.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// A batch of the boxes of `boxes`, in their order.
-    #[must_use]
-    pub fn from_slice(boxes: &[Aabb]) -> Self {
-        let mut batch = Self::new();
-        batch.extend_from_slice(boxes);
-        batch
-    }
-
-    /// How many boxes there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Whether there is no box.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    /// Forgets all boxes, keeps the memory.
-    pub fn clear(&mut self) {
-        self.blocks.clear();
-        self.len = 0;
-    }
-
-    /// Appends boxes.
-    pub fn extend_from_slice(&mut self, boxes: &[Aabb]) {
-        let first = self.len;
-        self.resize(first + boxes.len());
-        for (i, b) in boxes.iter().enumerate() {
-            self.set(first + i, b);
-        }
-    }
-
-    /// Appends one box.
-    pub fn push(&mut self, b: &Aabb) {
-        self.resize(self.len + 1);
-        self.set(self.len - 1, b);
-    }
-
-    /// Sets the number of boxes; new ones are points at the origin until they are set.
-    pub fn resize(&mut self, len: usize) {
-        self.blocks.resize(len.div_ceil(LANES), BoxBlock::zeroed());
-        // Lanes that a shorter batch leaves behind would come back as they were when it grows again.
-        if len < self.len
-            && let Some(block) = self.blocks.get_mut(len / LANES)
-        {
-            block.0.iter_mut().for_each(|row| row[len % LANES..].fill(0.0));
-        }
-        self.len = len;
-    }
-
-    /// Replaces box `index`. A box with a NaN or infinite coordinate becomes the whole of space; an
-    /// empty box stays empty, and every frustum that has a plane culls it.
-    ///
-    /// # Panics
-    /// If `index` is not below [`len`](Self::len).
-    pub fn set(&mut self, index: usize, b: &Aabb) {
-        assert!(index < self.len, "box {index} of a batch of {}", self.len);
-        self.blocks[index / LANES].set(index % LANES, b);
-    }
-
-    /// Box `index` as it is stored, a little larger than it was given.
-    ///
-    /// # Panics
-    /// If `index` is not below [`len`](Self::len).
-    #[must_use]
-    pub fn get(&self, index: usize) -> Aabb {
-        assert!(index < self.len, "box {index} of a batch of {}", self.len);
-        self.blocks[index / LANES].get(index % LANES)
-    }
-
-    /// The numbers as they lie in memory: for each sixteen boxes, sixteen of −min x, of −min y, of
-    /// −min z, of max x, of max y, of max z; lanes past the last box are zero.
-    #[must_use]
-    pub fn as_floats(&self) -> &[f32] {
-        bytemuck::cast_slice(&self.blocks)
-    }
-
-    pub(crate) fn blocks(&self) -> &[BoxBlock] {
-        &self.blocks
-    }
-}
-
-/// A growable batch of spheres: 16 bytes each, in blocks of sixteen, stored a little larger than given
-/// (two parts in a million of the radius and of the distance from the origin).
-#[derive(Clone, Debug, Default)]
-pub struct Spheres {
-    blocks: Vec<SphereBlock>,
-    len: usize,
 }
 
 impl Spheres {
     /// The radius that stands for the whole of space, and, negated, for an empty sphere: more than any
     /// plane's distance from any point within [`Boxes::LIMIT`].
     const REACH: f32 = 8.0 * Boxes::LIMIT;
+}
 
+impl<B> Default for Batch<B> {
+    fn default() -> Self {
+        Self { blocks: Vec::new(), len: 0 }
+    }
+}
+
+impl<B: Block> Batch<B> {
     /// An empty batch.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// A batch of the spheres of `spheres`, in their order.
+    /// A batch of the items of a slice, in their order.
     #[must_use]
-    pub fn from_slice(spheres: &[Sphere]) -> Self {
+    pub fn from_slice(items: &[B::Item]) -> Self {
         let mut batch = Self::new();
-        batch.extend_from_slice(spheres);
+        batch.extend_from_slice(items);
         batch
     }
 
-    /// How many spheres there are.
+    /// How many items there are.
     #[must_use]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is no sphere.
+    /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Forgets all spheres, keeps the memory.
+    /// Forgets all items, keeps the memory.
     pub fn clear(&mut self) {
         self.blocks.clear();
         self.len = 0;
     }
 
-    /// Appends spheres.
-    pub fn extend_from_slice(&mut self, spheres: &[Sphere]) {
+    /// Appends items.
+    pub fn extend_from_slice(&mut self, items: &[B::Item]) {
         let first = self.len;
-        self.resize(first + spheres.len());
-        for (i, s) in spheres.iter().enumerate() {
-            self.set(first + i, s);
+        self.resize(first + items.len());
+        for (i, item) in items.iter().enumerate() {
+            self.set(first + i, item);
         }
     }
 
-    /// Appends one sphere.
-    pub fn push(&mut self, s: &Sphere) {
+    /// Appends one item.
+    pub fn push(&mut self, item: &B::Item) {
         self.resize(self.len + 1);
-        self.set(self.len - 1, s);
+        self.set(self.len - 1, item);
     }
 
-    /// Sets the number of spheres; new ones are points at the origin until they are set.
+    /// Sets the number of items; new ones are points at the origin until they are set.
     pub fn resize(&mut self, len: usize) {
-        self.blocks.resize(len.div_ceil(LANES), SphereBlock::zeroed());
+        self.blocks.resize(len.div_ceil(LANES), B::zeroed());
         // Lanes that a shorter batch leaves behind would come back as they were when it grows again.
         if len < self.len
             && let Some(block) = self.blocks.get_mut(len / LANES)
         {
-            block.0.iter_mut().for_each(|row| row[len % LANES..].fill(0.0));
+            block.rows_mut().iter_mut().for_each(|row| row[len % LANES..].fill(0.0));
         }
         self.len = len;
     }
 
-    /// Replaces sphere `index`. One that is not finite, or reaches [`Boxes::LIMIT`], becomes the whole
-    /// of space; one with a negative radius is empty, and every frustum that has a plane culls it.
+    /// Replaces item `index`; what becomes of odd ones stands at [`Boxes`] and [`Spheres`].
     ///
     /// # Panics
     /// If `index` is not below [`len`](Self::len).
-    pub fn set(&mut self, index: usize, sphere: &Sphere) {
-        assert!(index < self.len, "sphere {index} of a batch of {}", self.len);
-        self.blocks[index / LANES].set(index % LANES, sphere);
+    pub fn set(&mut self, index: usize, item: &B::Item) {
+        assert!(index < self.len, "{} {index} of a batch of {}", B::NAME, self.len);
+        self.blocks[index / LANES].set(index % LANES, item);
     }
 
-    /// Sphere `index` as it is stored, a little larger than it was given.
+    /// Item `index` as it is stored, a little larger than it was given.
     ///
     /// # Panics
     /// If `index` is not below [`len`](Self::len).
     #[must_use]
-    pub fn get(&self, index: usize) -> Sphere {
-        assert!(index < self.len, "sphere {index} of a batch of {}", self.len);
+    pub fn get(&self, index: usize) -> B::Item {
+        assert!(index < self.len, "{} {index} of a batch of {}", B::NAME, self.len);
         self.blocks[index / LANES].get(index % LANES)
     }
 
-    /// The numbers as they lie in memory: for each sixteen spheres, sixteen of x, of y, of z, of the
-    /// radius; lanes past the last sphere are zero.
+    /// The numbers as they lie in memory. For each sixteen boxes: sixteen of −min x, of −min y, of −min z,
+    /// of max x, of max y, of max z; for each sixteen spheres: of x, of y, of z, of the radius. Lanes past
+    /// the last item are zero.
     #[must_use]
     pub fn as_floats(&self) -> &[f32] {
         bytemuck::cast_slice(&self.blocks)
     }
 
-    pub(crate) fn blocks(&self) -> &[SphereBlock] {
+    pub(crate) fn blocks(&self) -> &[B] {
         &self.blocks
     }
 }

@@ -9,8 +9,8 @@ mod sphere;
 
 pub use aabb::Aabb;
 pub(crate) use aabb::{round_down, round_up};
-pub(crate) use batch::{BoxBlock, SphereBlock};
-pub use batch::{Boxes, Spheres};
+
+pub use batch::{Batch, Block, BoxBlock, Boxes, SphereBlock, Spheres};
 pub use obb::Obb;
 pub use plane::{Plane, Side};
 pub use sphere::Sphere;

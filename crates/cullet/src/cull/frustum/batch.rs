@@ -37,7 +37,7 @@ mod spheres;
 
 use fearless_simd::Level;
 
-use crate::bounds::{Aabb, BoxBlock, Boxes, Side, Sphere, SphereBlock, Spheres};
+use crate::bounds::{Aabb, Block, BoxBlock, Boxes, Side, Sphere, SphereBlock, Spheres};
 
 pub use crate::cull::Indices;
 pub use levels::levels;

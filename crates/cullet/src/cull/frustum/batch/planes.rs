@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::bounds::{Aabb, Boxes, Plane, Side, Sphere};
+use crate::bounds::{Aabb, Block, Boxes, Plane, Side, Sphere};
 use crate::view::{Frustum, FrustumPlane};
 
 /// One plane for boxes, scaled so that its coefficient on the axis of the first row is 1.
