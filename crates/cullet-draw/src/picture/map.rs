@@ -109,7 +109,10 @@ pub fn top_down(
         (0..p.len()).map(term).sum::<f64>().abs() * 0.5
     };
     let whole = f64::from(map.size[0]) * f64::from(map.size[1]);
-    let is_ground = |p: &[[f64; 2]]| area(p) > 0.15 * whole;
+    let is_large = |p: &[[f64; 2]]| area(p) > 0.15 * whole;
+    // Alone on the map, even a large thing drowns nothing.
+    let crowded = places.iter().any(|(_, _, place)| !is_large(place));
+    let is_ground = |p: &[[f64; 2]]| crowded && is_large(p);
     places.sort_by(|a, b| {
         is_ground(&b.2)
             .cmp(&is_ground(&a.2))
