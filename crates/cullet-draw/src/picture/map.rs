@@ -198,7 +198,8 @@ impl Legend {
         let (dot, line) = (i64::from(scale), self.line());
         picture.text([x, y], title, scale, self.ink);
         let total: u64 = counts.iter().map(|c| c.1).sum();
-        picture.text([x, y + line], &format!("{} instances", grouped(total)), scale, self.ink);
+        let things = if total == 1 { "instance" } else { "instances" };
+        picture.text([x, y + line], &format!("{} {things}", grouped(total)), scale, self.ink);
         let mut top = y + 3 * line;
         for (fate, n) in counts {
             let side = text_height(scale) + dot * 2;
