@@ -1,39 +1,11 @@
 //! Loading a large GLB takes little more than its geometry, and not long.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
+mod peak_common;
+
 use std::time::Instant;
 
 use cullet_io::{LoadOptions, load};
-
-/// Counts what is allocated, and the most there ever was.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-fn grow(by: usize) {
-    let now = NOW.fetch_add(by, Ordering::Relaxed) + by;
-    PEAK.fetch_max(now, Ordering::Relaxed);
-}
-
-// SAFETY: every call is handed on to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        grow(layout.size());
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
+use peak_common::peak_of;
 
 /// A GLB of a wavy square of 2·n² triangles, with normals and texture coordinates that are of no use here.
 fn terrain(n: u32) -> Vec<u8> {
@@ -91,12 +63,9 @@ fn a_million_triangles_take_at_most_three_times_their_geometry() {
     let n = 708;
     let file = std::env::temp_dir().join(format!("cullet-terrain-{}.glb", std::process::id()));
     std::fs::write(&file, terrain(n)).unwrap();
-    let before = NOW.load(Ordering::Relaxed);
-    PEAK.store(before, Ordering::Relaxed);
     let start = Instant::now();
-    let model = load(&file, &LoadOptions::default());
+    let (model, peak) = peak_of(|| load(&file, &LoadOptions::default()));
     let elapsed = start.elapsed();
-    let peak = PEAK.load(Ordering::Relaxed) - before;
     std::fs::remove_file(&file).unwrap();
     let model = model.unwrap();
     let mesh = &model.scene.meshes()[0];

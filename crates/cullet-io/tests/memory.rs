@@ -1,38 +1,13 @@
 //! Loading takes at most three times the decoded geometry, in every format that has no test of its own:
 //! files are read in blocks, arrays grow by little, and the check for solids is lean.
 
-use std::alloc::{GlobalAlloc, Layout, System};
+mod peak_common;
+
 use std::fmt::Write as _;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use cullet_io::{LoadOptions, load};
-
-/// Counts what is allocated, and the most there ever was.
-struct Counting;
-
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is handed on to the system's allocator as it came. `realloc` is left to the
-// default, which holds the old block and the new one at once: the worst that an allocator does.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        PEAK.fetch_max(now, Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
+use peak_common::peak_of;
 
 type Soup = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 
@@ -183,12 +158,9 @@ fn loading_takes_at_most_three_times_the_geometry() {
     for (name, soup, write) in formats {
         let file = std::env::temp_dir().join(format!("cullet-{}-{name}", std::process::id()));
         std::fs::write(&file, write(soup)).unwrap();
-        let before = NOW.load(Ordering::Relaxed);
-        PEAK.store(before, Ordering::Relaxed);
         let start = Instant::now();
-        let model = load(&file, &LoadOptions::default());
+        let (model, peak) = peak_of(|| load(&file, &LoadOptions::default()));
         let elapsed = start.elapsed();
-        let peak = PEAK.load(Ordering::Relaxed) - before;
         std::fs::remove_file(&file).unwrap();
         let model = model.unwrap();
         let meshes = model.scene.meshes();
