@@ -2,11 +2,13 @@
 //! visible is dropped), fast, and says why each thing went.
 #![forbid(unsafe_code)]
 
+mod bits;
 pub mod bounds;
 pub mod clip;
 pub mod cull;
 mod culler;
 mod exact;
+pub mod hierarchy;
 pub mod mesh;
 mod scene;
 mod transform;

@@ -16,6 +16,8 @@
 //! for inside, whose sum takes the other corner.
 
 use bytemuck::{Pod, Zeroable};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
 
 use super::{Aabb, Sphere};
 
@@ -165,6 +167,99 @@ impl Spheres {
     const REACH: f32 = 8.0 * Boxes::LIMIT;
 }
 
+impl Boxes {
+    /// Replaces all boxes by `items[order[0]]`, `items[order[1]]` and so on: what setting them one by one
+    /// gives, sixteen at a time.
+    ///
+    /// # Panics
+    /// If `order` has a number that is not below the length of `items`.
+    pub fn gather(&mut self, level: Level, items: &[Aabb], order: &[u32]) {
+        self.resize(order.len());
+        let (whole, rest) = order.as_chunks::<LANES>();
+        dispatch!(level, simd => gather_blocks(simd, &mut self.blocks, items, whole));
+        let first = whole.len() * LANES;
+        for (i, &from) in rest.iter().enumerate() {
+            self.set(first + i, &items[from as usize]);
+        }
+    }
+
+    /// Replaces all boxes by `stored[order[0]]` and so on, which were read from a batch and so are wide
+    /// enough.
+    pub(crate) fn gather_stored(&mut self, stored: &[Aabb], order: &[u32]) {
+        self.resize(order.len());
+        for (i, &from) in order.iter().enumerate() {
+            self.set_stored(i, &stored[from as usize]);
+        }
+    }
+
+    /// Puts `stored[order[i]]`, read from a batch, into place `to[i]`, for all i.
+    pub(crate) fn scatter_stored(&mut self, stored: &[Aabb], order: &[u32], to: &[u32]) {
+        for (&from, &to) in order.iter().zip(to) {
+            self.set_stored(to as usize, &stored[from as usize]);
+        }
+    }
+
+    fn set_stored(&mut self, index: usize, b: &Aabb) {
+        let block = &mut self.blocks[index / LANES].0;
+        for axis in 0..3 {
+            block[axis][index % LANES] = -b.min[axis];
+            block[axis + 3][index % LANES] = b.max[axis];
+        }
+    }
+}
+
+#[inline(always)]
+fn gather_blocks<S: Simd>(
+    simd: S,
+    blocks: &mut [BoxBlock],
+    items: &[Aabb],
+    order: &[[u32; LANES]],
+) {
+    for (block, order) in blocks.iter_mut().zip(order) {
+        for (lane, &from) in order.iter().enumerate() {
+            let Aabb { min, max } = items[from as usize];
+            for axis in 0..3 {
+                block.0[axis][lane] = -min[axis];
+                block.0[axis + 3][lane] = max[axis];
+            }
+        }
+        if !widen_block(simd, block) {
+            for (lane, &from) in order.iter().enumerate() {
+                block.set(lane, &items[from as usize]);
+            }
+        }
+    }
+}
+
+/// Widens sixteen plain boxes, or leaves them and returns `false` if any of them is odd.
+#[inline(always)]
+fn widen_block<S: Simd>(simd: S, block: &mut BoxBlock) -> bool {
+    let limit = S::f32s::splat(simd, Boxes::LIMIT);
+    let zero = S::f32s::splat(simd, 0.0);
+    for at in (0..LANES).step_by(S::f32s::LEN) {
+        for axis in 0..3 {
+            let low = S::f32s::from_slice(simd, &block.0[axis][at..at + S::f32s::LEN]);
+            let high = S::f32s::from_slice(simd, &block.0[axis + 3][at..at + S::f32s::LEN]);
+            // False for a NaN, and max < min has a negative sum.
+            let plain =
+                low.abs().simd_lt(limit) & high.abs().simd_lt(limit) & (low + high).simd_ge(zero);
+            if !plain.all_true() {
+                return false;
+            }
+        }
+    }
+    let step = S::f32s::splat(simd, BOX_STEP);
+    let least = S::f32s::splat(simd, f32::MIN_POSITIVE);
+    for row in &mut block.0 {
+        for at in (0..LANES).step_by(S::f32s::LEN) {
+            let part = &mut row[at..at + S::f32s::LEN];
+            let v = S::f32s::from_slice(simd, part);
+            (v + (v.abs() * step + least)).store_slice(part);
+        }
+    }
+    true
+}
+
 impl<B> Default for Batch<B> {
     fn default() -> Self {
         Self { blocks: Vec::new(), len: 0 }
@@ -261,6 +356,11 @@ impl<B: Block> Batch<B> {
     pub(crate) fn blocks(&self) -> &[B] {
         &self.blocks
     }
+
+    /// For who knows that what it writes is wide enough.
+    pub(crate) fn blocks_mut(&mut self) -> &mut [B] {
+        &mut self.blocks
+    }
 }
 
 #[cfg(test)]
@@ -291,6 +391,27 @@ mod tests {
         let again = Boxes::from_slice(&[batch.get(0), batch.get(3)]);
         assert_eq!(again.get(0), batch.get(0));
         assert!(again.get(1).is_empty());
+    }
+
+    #[test]
+    fn gathered_boxes_are_those_set_one_by_one() {
+        let mut items: Vec<_> = (0..100)
+            .map(|i| i as f32 * 1e-3 * (-1.5f32).powi(i))
+            .map(|v| Aabb::new([v, -v.abs(), v], [v, v.abs() + 1.0, v + 1e-30]))
+            .collect();
+        items[40] = Aabb::EMPTY;
+        items[41] = Aabb::EVERYTHING;
+        items[42].max[1] = f32::NAN;
+        items[60] = Aabb::new([1.0; 3], [1.0_f32.next_down(); 3]);
+        items[90].min[2] = -1e18;
+        let order: Vec<_> = (0..95).map(|i| i * 37 % 100).collect();
+        for (name, level) in crate::cull::frustum::batch::levels() {
+            let mut gathered = Boxes::new();
+            gathered.gather(level, &items, &order);
+            let mut one_by_one = Boxes::new();
+            order.iter().for_each(|&i| one_by_one.push(&items[i as usize]));
+            assert_eq!(gathered.as_floats(), one_by_one.as_floats(), "{name}");
+        }
     }
 
     #[test]

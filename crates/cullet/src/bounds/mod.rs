@@ -9,6 +9,7 @@ mod sphere;
 
 pub use aabb::Aabb;
 pub(crate) use aabb::{round_down, round_up};
+pub(crate) use batch::LANES;
 
 pub use batch::{Batch, Block, BoxBlock, Boxes, SphereBlock, Spheres};
 pub use obb::Obb;

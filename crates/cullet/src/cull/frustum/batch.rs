@@ -30,7 +30,7 @@
 
 mod boxes;
 mod levels;
-mod planes;
+pub(in crate::cull::frustum) mod planes;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 mod six;
 mod spheres;

@@ -11,15 +11,15 @@ use crate::view::{Frustum, FrustumPlane};
 /// block (−min where n > 0, max elsewhere): the box is outside iff that sum plus `d` is negative. The
 /// opposite corner, of rows (r + 3) mod 6, has n·x = z₀ + b·z₁ + c·z₂.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct BoxPlane {
-    pub(super) rows: [usize; 3],
-    pub(super) b: f32,
-    pub(super) c: f32,
+pub(in crate::cull::frustum) struct BoxPlane {
+    pub(in crate::cull::frustum) rows: [usize; 3],
+    pub(in crate::cull::frustum) b: f32,
+    pub(in crate::cull::frustum) c: f32,
     /// The offset, rounded up: +∞ where the plane may reject nothing.
-    pub(super) d: f32,
+    pub(in crate::cull::frustum) d: f32,
     /// The offset, rounded down: −∞ where nothing may be called inside.
-    pub(super) inside: f32,
-    pub(super) number: u8,
+    pub(in crate::cull::frustum) inside: f32,
+    pub(in crate::cull::frustum) number: u8,
 }
 
 /// One plane for spheres: outside iff n·c − r > d.
@@ -228,7 +228,7 @@ impl Planes {
         self.rejecting_box(&boxes.blocks()[index / 16].0, index % 16)
     }
 
-    pub(super) fn box_planes(&self) -> &[BoxPlane] {
+    pub(in crate::cull::frustum) fn box_planes(&self) -> &[BoxPlane] {
         &self.for_boxes[..self.count]
     }
 

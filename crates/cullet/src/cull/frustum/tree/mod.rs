@@ -1,0 +1,216 @@
+//! Frustum culling with a hierarchy: a group outside is dropped whole, a group inside is taken whole,
+//! and only one that straddles asks its members, against the planes that it straddles.
+//!
+//! The answer is that of the flat sweep ([`batch`](super::batch)), bit for bit; only the way there is
+//! shorter.
+//!
+//! ```
+//! use cullet::bounds::{Aabb, Boxes};
+//! use cullet::cull::frustum::batch::Planes;
+//! use cullet::cull::frustum::tree::Cut;
+//! use cullet::hierarchy::{Nodes, spatial_order};
+//! use cullet::{Camera, Level, Projection};
+//!
+//! // A row of boxes, of which a camera at its middle sees those in front.
+//! let row: Vec<_> =
+//!     (0..1000).map(|i| i as f32).map(|x| Aabb::new([x, 0.0, -5.0], [x + 0.5, 1.0, -4.0])).collect();
+//! let order = spatial_order(&row);
+//! let sorted: Vec<_> = order.iter().map(|&i| row[i as usize]).collect();
+//! let boxes = Boxes::from_slice(&sorted);
+//! let nodes = Nodes::over(Level::new(), &boxes);
+//!
+//! let view = Camera::looking_at([500.0, 0.5, 0.0], [500.0, 0.5, -1.0], [0.0, 1.0, 0.0])
+//!     .view(&Projection::perspective(1.0, 1.0, 0.1..100.0), [800, 800]);
+//! let mut cut = Cut::new();
+//! cut.cull(Level::new(), &Planes::new(&view.frustum()), &nodes, &boxes);
+//! assert!(cut.count() < 10 && cut.nodes_asked() < 10);
+//! ```
+
+mod walk;
+
+use fearless_simd::Level;
+
+use super::batch::Planes;
+use crate::bits;
+use crate::bounds::{Aabb, Boxes, LANES, Side};
+use crate::cull::Indices;
+use crate::cull::output::expand;
+use crate::hierarchy::Nodes;
+
+/// What a view sees of a batch of boxes: two masks, and which words of them hold anything, so that
+/// neither writing nor reading them costs more than what is visible.
+///
+/// Keeps its memory from call to call.
+#[derive(Clone, Debug, Default)]
+pub struct Cut {
+    visible: Vec<u64>,
+    inside: Vec<u64>,
+    /// Bit b of word w: word 64 w + b of the masks is not zero.
+    touched: Vec<u64>,
+    len: usize,
+    nodes_asked: u64,
+    leaves_asked: u64,
+    plane_tests: u64,
+    fronts: [walk::Front; 2],
+}
+
+impl Cut {
+    /// Nothing visible of nothing.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Walks `nodes`, which are over `boxes`, and keeps what is visible and what is inside every plane:
+    /// the answer of [`classify_boxes`](super::batch::classify_boxes).
+    ///
+    /// # Panics
+    /// If the nodes are over another number of boxes.
+    pub fn cull(&mut self, level: Level, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
+        assert_eq!(nodes.len(), boxes.len(), "nodes over so many boxes");
+        self.clear(boxes.len());
+        if boxes.is_empty() {
+            return;
+        }
+        let mut fronts = std::mem::take(&mut self.fronts);
+        walk::walk(level, planes, nodes, boxes, &mut fronts, self);
+        // A node that is taken whole may have empty children, which planes reject (unless they reject
+        // nothing at all).
+        if let Some(holes) = nodes.holes()
+            && planes.classify_box(&Aabb::EMPTY) == Side::Outside
+        {
+            self.drop_holes(holes);
+        }
+        self.fronts = fronts;
+    }
+
+    /// How many are visible.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.touched().map(|w| self.visible[w].count_ones() as usize).sum()
+    }
+
+    /// Lists the visible boxes, ascending.
+    pub fn list(&self, level: Level, visible: &mut Indices) {
+        // What is listed at once must not be longer than the list, whose end is the end of the boxes.
+        visible.fill(self.len.next_multiple_of(64), |out| {
+            let mut len = 0;
+            let mut words = self.touched().peekable();
+            while let Some(first) = words.next() {
+                let mut end = first + 1;
+                while words.next_if_eq(&end).is_some() {
+                    end += 1;
+                }
+                let run = &self.visible[first..end];
+                len += expand(level, run, (first * 64) as u32, &mut out[len..]);
+            }
+            len
+        });
+    }
+
+    /// Calls `each` for every run of visible boxes that touch, ascending: first, and how many.
+    pub fn ranges(&self, mut each: impl FnMut(u32, u32)) {
+        let (mut first, mut count) = (0, 0);
+        for word in self.touched() {
+            for run in bits::runs(self.visible[word]) {
+                let (start, len) = ((word * 64 + run.start) as u32, run.len() as u32);
+                if first + count == start && count > 0 {
+                    count += len;
+                    continue;
+                }
+                if count > 0 {
+                    each(first, count);
+                }
+                (first, count) = (start, len);
+            }
+        }
+        if count > 0 {
+            each(first, count);
+        }
+    }
+
+    /// One bit a box: visible. Words beyond the last that is not zero are there all the same.
+    #[must_use]
+    pub fn visible(&self) -> &[u64] {
+        &self.visible
+    }
+
+    /// One bit a box: inside every plane.
+    #[must_use]
+    pub fn inside(&self) -> &[u64] {
+        &self.inside
+    }
+
+    /// The numbers of the words of [`visible`](Self::visible) that are not zero, ascending.
+    pub fn touched(&self) -> impl Iterator<Item = usize> + '_ {
+        let words = self.touched.iter().enumerate();
+        words.flat_map(|(index, &word)| bits::ones(word).map(move |bit| index * 64 + bit))
+    }
+
+    /// How many nodes asked their children, sixteen at a time.
+    #[must_use]
+    pub fn nodes_asked(&self) -> u64 {
+        self.nodes_asked
+    }
+
+    /// How many blocks of sixteen boxes were tested one by one.
+    #[must_use]
+    pub fn leaves_asked(&self) -> u64 {
+        self.leaves_asked
+    }
+
+    /// How many times sixteen things were tested against a plane.
+    #[must_use]
+    pub fn plane_tests(&self) -> u64 {
+        self.plane_tests
+    }
+
+    /// Empties the masks, for `len` boxes: only what was set is cleared.
+    fn clear(&mut self, len: usize) {
+        for (index, touched) in self.touched.iter_mut().enumerate() {
+            for run in bits::runs(std::mem::take(touched)) {
+                let words = index * 64 + run.start..index * 64 + run.end;
+                self.visible[words.clone()].fill(0);
+                self.inside[words].fill(0);
+            }
+        }
+        let words = len.div_ceil(64);
+        self.visible.resize(words, 0);
+        self.inside.resize(words, 0);
+        self.touched.resize(words.div_ceil(64), 0);
+        self.len = len;
+        (self.nodes_asked, self.leaves_asked, self.plane_tests) = (0, 0, 0);
+    }
+
+    fn drop_holes(&mut self, holes: &[u64]) {
+        for (index, touched) in self.touched.iter_mut().enumerate() {
+            for bit in bits::ones(*touched) {
+                let word = index * 64 + bit;
+                self.visible[word] &= !holes[word];
+                self.inside[word] &= !holes[word];
+                *touched &= !(u64::from(self.visible[word] == 0) << bit);
+            }
+        }
+    }
+
+    /// Takes blocks of sixteen whole: those of them that there are.
+    fn take_whole(&mut self, first: usize, count: usize) {
+        let (first, end) = (first * LANES, ((first + count) * LANES).min(self.len));
+        for (word, bits) in bits::words_of(first..end) {
+            self.visible[word] |= bits;
+            self.inside[word] |= bits;
+        }
+        for (word, bits) in bits::words_of(first / 64..end.div_ceil(64)) {
+            self.touched[word] |= bits;
+        }
+    }
+
+    /// Takes those of one block of sixteen whose bits are set.
+    #[inline(always)]
+    fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
+        let (word, shift) = (block / 4, block % 4 * LANES);
+        self.visible[word] |= u64::from(visible) << shift;
+        self.inside[word] |= u64::from(inside) << shift;
+        self.touched[word / 64] |= u64::from(visible != 0) << (word % 64);
+    }
+}

@@ -1,0 +1,368 @@
+//! The nodes above a batch of boxes: sixteen children each, at places that need no pointers.
+
+use std::ops::Range;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f32x4};
+use thiserror::Error;
+
+use crate::bits;
+use crate::bounds::{Aabb, Boxes, LANES};
+
+/// Sixteen-fold levels of nodes over a batch of boxes, whatever their order.
+///
+/// Node i of level 0 bounds the boxes 16 i to 16 i + 15, node i of the next level the nodes 16 i to
+/// 16 i + 15, and so on up to a level of at most sixteen. The boxes stay where they are: a flat sweep
+/// and a walk of the tree read the same array. All sixteen children of a node are one block, tested at
+/// once. A fifteenth of the boxes' memory.
+///
+/// A good order of the boxes ([`spatial_order`](super::spatial_order)) makes it fast; any order is
+/// right.
+#[derive(Clone, Debug, Default)]
+pub struct Nodes {
+    levels: Vec<Boxes>,
+    leaves: usize,
+    /// One bit a box: it is empty. A node is inside a frustum whether it has such a child or not, but the
+    /// child is not.
+    holes: Vec<u64>,
+    /// Whether there may be any.
+    any_holes: bool,
+}
+
+/// What [`Nodes::validate`] found to be wrong.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NodesError {
+    /// The nodes are for another number of boxes.
+    #[error("the nodes are over {nodes} boxes, but there are {boxes}: build them again")]
+    Len {
+        /// How many boxes the nodes are over.
+        nodes: usize,
+        /// How many there are.
+        boxes: usize,
+    },
+    /// A node does not hold one of its children: the child was changed and the node not refitted.
+    #[error("node {node} of level {level} does not hold child {child}: refit it")]
+    Loose {
+        /// The level of the node, 0 next to the boxes.
+        level: usize,
+        /// Which node.
+        node: usize,
+        /// Which of the things below it, by its own number.
+        child: usize,
+    },
+}
+
+/// What [`Nodes::validate`] measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NodeStatistics {
+    /// How many nodes each level has, from the one next to the boxes up.
+    pub nodes: Vec<usize>,
+    /// Surface of all nodes of a level over the surface of the box around everything: how many of them a
+    /// random ray meets, so the lower the better. 0 where everything is a point or nothing is finite.
+    pub surface: Vec<f64>,
+    /// Bytes of all nodes.
+    pub bytes: usize,
+}
+
+impl Nodes {
+    /// Nodes over `boxes`.
+    #[must_use]
+    pub fn over(level: Level, boxes: &Boxes) -> Self {
+        let mut nodes = Self::default();
+        nodes.rebuild(level, boxes);
+        nodes
+    }
+
+    /// Makes room for boxes that were appended, which may lie in no node yet: call [`grow`](Self::grow) for
+    /// each, unless it is empty.
+    pub(super) fn grow_to(&mut self, level: Level, boxes: &Boxes) {
+        let before = self.levels.len();
+        let mut below = boxes.len();
+        let mut at = 0;
+        while below > LANES {
+            below = below.div_ceil(LANES);
+            if at == before {
+                self.rebuild(level, boxes);
+                return;
+            }
+            let here = &mut self.levels[at];
+            let had = here.len();
+            here.resize(below);
+            (had..below).for_each(|node| empty(here, node));
+            close(here);
+            at += 1;
+        }
+        self.leaves = boxes.len();
+        self.holes.resize(boxes.len().div_ceil(64), 0);
+    }
+
+    /// Lets the nodes above box `index` grow until they hold it. Mostly the lowest does already.
+    pub(super) fn grow(&mut self, boxes: &Boxes, index: usize) {
+        let block = &boxes.blocks()[index / LANES].0;
+        let rows: [f32; 6] = std::array::from_fn(|r| block[r][index % LANES]);
+        let hole = rows[HOLE_ROW] == -Boxes::LIMIT;
+        self.any_holes |= hole;
+        bits::set(&mut self.holes, index, hole);
+        let mut node = index;
+        for here in &mut self.levels {
+            node /= LANES;
+            let block = &mut here.blocks_mut()[node / LANES].0;
+            let mut grew = false;
+            for (row, v) in block.iter_mut().zip(rows) {
+                let held = &mut row[node % LANES];
+                grew |= v > *held;
+                *held = if v > *held { v } else { *held };
+            }
+            if !grew {
+                break;
+            }
+        }
+    }
+
+    /// Makes the nodes again, for whatever `boxes` are now. Allocates only if there are more than ever
+    /// before. Streams through the boxes once.
+    pub fn rebuild(&mut self, level: Level, boxes: &Boxes) {
+        self.leaves = boxes.len();
+        let mut below = boxes.len();
+        let mut count = 0;
+        while below > LANES {
+            below = below.div_ceil(LANES);
+            if self.levels.len() == count {
+                self.levels.push(Boxes::new());
+            }
+            self.levels[count].resize(below);
+            count += 1;
+        }
+        self.levels.truncate(count);
+        self.holes.clear();
+        self.holes.resize(boxes.len().div_ceil(64), 0);
+        self.any_holes = false;
+        self.refit(level, boxes);
+    }
+
+    /// Fits all nodes to their boxes, after any of them changed.
+    ///
+    /// # Panics
+    /// If the number of boxes is not the one that the nodes were built for.
+    pub fn refit(&mut self, level: Level, boxes: &Boxes) {
+        self.refit_range(level, boxes, 0..boxes.len());
+    }
+
+    /// Fits the nodes above some of the boxes, after only those changed. The cost is that of the range.
+    ///
+    /// # Panics
+    /// If the number of boxes is not the one that the nodes were built for, or the range leaves it.
+    pub fn refit_range(&mut self, level: Level, boxes: &Boxes, changed: Range<usize>) {
+        assert_eq!(boxes.len(), self.leaves, "nodes over so many boxes");
+        assert!(changed.end <= self.leaves, "boxes {changed:?} of {}", self.leaves);
+        if changed.is_empty() {
+            return;
+        }
+        let mut changed = changed;
+        let blocks = changed.start / LANES..changed.end.div_ceil(LANES);
+        blocks.for_each(|b| find_holes(&mut self.holes, &mut self.any_holes, boxes, b));
+        for at in 0..self.levels.len() {
+            let (below, here) = self.levels.split_at_mut(at);
+            let below = below.last().unwrap_or(boxes);
+            changed = changed.start / LANES..changed.end.div_ceil(LANES);
+            fit(level, below, &mut here[0], changed.clone());
+        }
+    }
+
+    /// Fits the nodes above the blocks of sixteen boxes whose bits are set, and clears the bits: bit b of
+    /// word w is block 64 w + b. The cost is that of the blocks that are set, and of the words.
+    ///
+    /// # Panics
+    /// If the number of boxes is not the one that the nodes were built for, or `blocks` has a bit beyond them.
+    pub fn refit_blocks(&mut self, level: Level, boxes: &Boxes, blocks: &mut [u64]) {
+        assert_eq!(boxes.len(), self.leaves, "nodes over so many boxes");
+        // Of the level above, which is a sixteenth as long, the bits overwrite the words that were read.
+        let mut used = blocks.len();
+        for (i, &word) in blocks.iter().enumerate() {
+            let blocks = bits::ones(word).map(|b| i * 64 + b);
+            blocks.for_each(|b| find_holes(&mut self.holes, &mut self.any_holes, boxes, b));
+        }
+        for at in 0..self.levels.len() {
+            let (below, here) = self.levels.split_at_mut(at);
+            let below = below.last().unwrap_or(boxes);
+            for i in 0..used {
+                let word = std::mem::take(&mut blocks[i]);
+                if word == 0 {
+                    continue;
+                }
+                fit_some(level, below, &mut here[0], i * 64, word);
+                for part in 0..4 {
+                    if word >> (16 * part) & 0xffff != 0 {
+                        let node = i * 4 + part;
+                        blocks[node / 64] |= 1 << (node % 64);
+                    }
+                }
+            }
+            used = used.div_ceil(LANES);
+        }
+        blocks[..used.max(1)].fill(0);
+    }
+
+    /// One bit a box: it is empty. `None` if no box is.
+    pub(crate) fn holes(&self) -> Option<&[u64]> {
+        self.any_holes.then_some(&self.holes)
+    }
+
+    /// The levels, from the one next to the boxes up. None if there are at most sixteen boxes.
+    #[must_use]
+    pub fn levels(&self) -> &[Boxes] {
+        &self.levels
+    }
+
+    /// Over how many boxes the nodes are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.leaves
+    }
+
+    /// Whether there are no boxes.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.leaves == 0
+    }
+
+    /// Checks that every node holds its children, and measures the tree.
+    ///
+    /// # Errors
+    /// If some node does not, or the number of boxes is another.
+    pub fn validate(&self, boxes: &Boxes) -> Result<NodeStatistics, NodesError> {
+        if boxes.len() != self.leaves {
+            return Err(NodesError::Len { nodes: self.leaves, boxes: boxes.len() });
+        }
+        let mut statistics = NodeStatistics::default();
+        let mut below = boxes;
+        for (level, here) in self.levels.iter().enumerate() {
+            let mut surface = 0.0;
+            for node in 0..here.len() {
+                let held = here.get(node);
+                let children = node * LANES..((node + 1) * LANES).min(below.len());
+                for child in children {
+                    let b = below.get(child);
+                    let inside = (0..3).all(|a| held.min[a] <= b.min[a] && b.max[a] <= held.max[a]);
+                    if !inside {
+                        return Err(NodesError::Loose { level, node, child });
+                    }
+                }
+                surface += if held.is_empty() { 0.0 } else { held.surface_area() };
+            }
+            statistics.nodes.push(here.len());
+            statistics.surface.push(surface);
+            statistics.bytes += here.as_floats().len() * 4;
+            below = here;
+        }
+        let around = (0..below.len()).fold(Aabb::EMPTY, |a, i| a.union(&below.get(i)));
+        let whole = if around.is_empty() { 0.0 } else { around.surface_area() };
+        for surface in &mut statistics.surface {
+            *surface = if whole > 0.0 { *surface / whole } else { 0.0 };
+        }
+        Ok(statistics)
+    }
+}
+
+/// The row that tells an empty box, which is stored as −[`Boxes::LIMIT`] in every row: no other box has
+/// its maximum there.
+const HOLE_ROW: usize = 3;
+
+/// Notes which boxes of a block are empty.
+fn find_holes(holes: &mut [u64], any: &mut bool, boxes: &Boxes, block: usize) {
+    let row = &boxes.blocks()[block].0[HOLE_ROW];
+    let mut found = 0;
+    for (lane, &v) in row.iter().enumerate() {
+        found |= u64::from(v == -Boxes::LIMIT) << lane;
+    }
+    let (word, shift) = (block / 4, block % 4 * LANES);
+    holes[word] = holes[word] & !(0xffff << shift) | found << shift;
+    *any |= found != 0;
+}
+
+/// Fits nodes `nodes` to the boxes below.
+fn fit(level: Level, below: &Boxes, here: &mut Boxes, nodes: Range<usize>) {
+    dispatch!(level, simd => {
+        fit_range(simd, below, here, nodes);
+    });
+    close(here);
+}
+
+/// Fits the nodes `first` + b for each bit b of `word`.
+fn fit_some(level: Level, below: &Boxes, here: &mut Boxes, first: usize, word: u64) {
+    dispatch!(level, simd => {
+        fit_bits(simd, below, here, first, word);
+    });
+}
+
+#[inline(always)]
+fn fit_range<S: Simd>(simd: S, below: &Boxes, here: &mut Boxes, nodes: Range<usize>) {
+    for node in nodes {
+        fit_one(simd, below, here, node);
+    }
+}
+
+#[inline(always)]
+fn fit_bits<S: Simd>(simd: S, below: &Boxes, here: &mut Boxes, first: usize, word: u64) {
+    for bit in bits::ones(word) {
+        fit_one(simd, below, here, first + bit);
+    }
+}
+
+/// The largest of each row of a block, which is −min and max of all.
+#[inline(always)]
+fn fit_one<S: Simd>(simd: S, below: &Boxes, here: &mut Boxes, node: usize) {
+    let rows = &below.blocks()[node].0;
+    let to = &mut here.blocks_mut()[node / LANES].0;
+    // Lanes past the last box are zero, so not in its box.
+    let count = (below.len() - node * LANES).min(LANES);
+    if count < LANES {
+        for (row, to) in rows.iter().zip(to) {
+            let largest =
+                row[..count].iter().fold(f32::NEG_INFINITY, |a, &v| if v > a { v } else { a });
+            to[node % LANES] = largest;
+        }
+        return;
+    }
+    // Three rows of four at a time: transposed by interleaving, then the largest of the columns.
+    for half in 0..2 {
+        let [x, y, z] = [
+            largest_of_four(simd, &rows[3 * half]),
+            largest_of_four(simd, &rows[3 * half + 1]),
+            largest_of_four(simd, &rows[3 * half + 2]),
+        ];
+        let low = x.zip_low(y).max(x.zip_high(y));
+        let high = z.zip_low(z).max(z.zip_high(z));
+        let (low, high): ([f32; 4], [f32; 4]) = (low.into(), high.into());
+        let larger = |a: f32, b: f32| if a > b { a } else { b };
+        to[3 * half][node % LANES] = larger(low[0], low[2]);
+        to[3 * half + 1][node % LANES] = larger(low[1], low[3]);
+        to[3 * half + 2][node % LANES] = larger(high[0], high[2]);
+    }
+}
+
+#[inline(always)]
+fn largest_of_four<S: Simd>(simd: S, row: &[f32; LANES]) -> f32x4<S> {
+    let a = f32x4::from_slice(simd, &row[..4]);
+    let b = f32x4::from_slice(simd, &row[4..8]);
+    let c = f32x4::from_slice(simd, &row[8..12]);
+    let d = f32x4::from_slice(simd, &row[12..]);
+    a.max(b).max(c.max(d))
+}
+
+/// Makes a node hold nothing.
+fn empty(here: &mut Boxes, node: usize) {
+    let block = &mut here.blocks_mut()[node / LANES].0;
+    block.iter_mut().for_each(|row| row[node % LANES] = -Boxes::LIMIT);
+}
+
+/// Makes the lanes past the last node empty, so that whoever reads whole blocks finds nothing there.
+fn close(here: &mut Boxes) {
+    let used = here.len() % LANES;
+    if used != 0
+        && let Some(block) = here.blocks_mut().last_mut()
+    {
+        block.0.iter_mut().for_each(|row| row[used..].fill(-Boxes::LIMIT));
+    }
+}

@@ -1,0 +1,99 @@
+//! Stable handles for things that lie in dense slots.
+
+/// The caller's stable name for a thing in a slot: an index, and a generation that tells a removed thing
+/// from the one that took its index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Handle {
+    /// Index into the handle table.
+    pub index: u32,
+    /// How often that index was reused.
+    pub generation: u32,
+}
+
+/// What a commit did to the slots.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Commit {
+    /// The new slot of each old slot; `u32::MAX` where its thing was removed.
+    pub slot_of_old: Vec<u32>,
+    /// The new order version.
+    pub order_version: u64,
+}
+
+pub(crate) const NO_SLOT: u32 = u32::MAX;
+
+const NOTHING: Handle = Handle { index: NO_SLOT, generation: 0 };
+
+/// Which handle lies in which slot. Either way is O(1).
+#[derive(Clone, Debug, Default)]
+pub(super) struct Slots {
+    /// By slot.
+    handles: Vec<Handle>,
+    /// By handle index: generation and slot.
+    entries: Vec<(u32, u32)>,
+    free: Vec<u32>,
+    removed: u32,
+}
+
+impl Slots {
+    /// A handle for a new slot at the end; `None` if there are as many as there can be.
+    pub(super) fn push(&mut self) -> Option<Handle> {
+        let slot = self.len();
+        if slot == NO_SLOT {
+            return None;
+        }
+        let index = self.free.pop().unwrap_or_else(|| {
+            self.entries.push((0, NO_SLOT));
+            (self.entries.len() - 1) as u32
+        });
+        let entry = &mut self.entries[index as usize];
+        entry.1 = slot;
+        let handle = Handle { index, generation: entry.0 };
+        self.handles.push(handle);
+        Some(handle)
+    }
+
+    /// Empties the slot of a handle, and returns it.
+    pub(super) fn remove(&mut self, handle: Handle) -> Option<u32> {
+        let slot = self.slot(handle)?;
+        let entry = &mut self.entries[handle.index as usize];
+        *entry = (entry.0.wrapping_add(1), NO_SLOT);
+        self.free.push(handle.index);
+        self.handles[slot as usize] = NOTHING;
+        self.removed += 1;
+        Some(slot)
+    }
+
+    pub(super) fn slot(&self, handle: Handle) -> Option<u32> {
+        let &(generation, slot) = self.entries.get(handle.index as usize)?;
+        (generation == handle.generation && slot != NO_SLOT).then_some(slot)
+    }
+
+    pub(super) fn handle(&self, slot: u32) -> Option<Handle> {
+        self.handles.get(slot as usize).copied().filter(|h| *h != NOTHING)
+    }
+
+    pub(super) fn len(&self) -> u32 {
+        self.handles.len() as u32
+    }
+
+    pub(super) fn removed(&self) -> u32 {
+        self.removed
+    }
+
+    /// Puts what lies in slot `from[i]` into slot `to[i]`, for all i at once.
+    pub(super) fn rearrange(&mut self, from: &[u32], to: &[u32]) {
+        let moved: Vec<_> = from.iter().map(|&old| self.handles[old as usize]).collect();
+        for (&slot, handle) in to.iter().zip(moved) {
+            self.handles[slot as usize] = handle;
+            if handle != NOTHING {
+                self.entries[handle.index as usize].1 = slot;
+            }
+        }
+    }
+
+    /// Forgets the slots from `len` on, which are all that were empty.
+    pub(super) fn truncate(&mut self, len: u32) {
+        self.handles.truncate(len as usize);
+        self.removed = 0;
+    }
+}

@@ -1,0 +1,257 @@
+//! The hierarchy under random treatment: always valid, and its walk always the answer of a flat sweep.
+
+mod common;
+
+use std::collections::HashMap;
+
+use common::Rng;
+use cullet::bounds::{Aabb, Boxes, Plane};
+use cullet::cull::Indices;
+use cullet::cull::frustum::batch::{self, Planes, mask_words};
+use cullet::cull::frustum::tree::Cut;
+use cullet::hierarchy::{Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order};
+use cullet::{Frustum, Level};
+
+/// A box of any kind: mostly plain, sometimes one that is no box.
+fn random_box(rng: &mut Rng) -> Aabb {
+    let centre = rng.vector(100.0).map(|v| v as f32);
+    let half = rng.range(0.0, 6.0) as f32;
+    let mut b = Aabb::new(centre.map(|c| c - half), centre.map(|c| c + half));
+    match rng.below(60) {
+        0 => b = Aabb::EMPTY,
+        1 => b.min[1] = f32::NAN,
+        2 => b = Aabb::EVERYTHING,
+        3 => b.min[0] = b.max[0] + 1.0,
+        4 => b.max[2] = f32::INFINITY,
+        5 => b = Aabb::new([1e30; 3], [2e30; 3]),
+        6 => b = Aabb::new(centre, centre),
+        _ => {}
+    }
+    b
+}
+
+/// Planes of a view, of a region of up to 32 planes, or none.
+fn random_planes(rng: &mut Rng) -> Planes {
+    if rng.below(2) == 0 {
+        return Planes::new(&common::random_view(rng).frustum());
+    }
+    let mut frustum = Frustum::everything();
+    for _ in 0..rng.below(33) {
+        let normal = rng.vector(1.0);
+        let _ = frustum.push(Plane::new(normal, rng.range(-20.0, 120.0)));
+    }
+    Planes::new(&frustum)
+}
+
+/// The walk says what the sweep says, in every form, at every level.
+fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
+    let words = mask_words(boxes.len());
+    for level in common::levels() {
+        let (mut visible, mut inside) = (vec![0; words], vec![0; words]);
+        batch::classify_boxes(level, planes, boxes, 0, &mut visible, &mut inside);
+        cut.cull(level, planes, nodes, boxes);
+        assert_eq!(cut.visible(), visible, "visible, {level:?}");
+        assert_eq!(cut.inside(), inside, "inside, {level:?}");
+        let (mut swept, mut walked) = (Indices::new(), Indices::new());
+        batch::cull_boxes(level, planes, boxes, &mut swept);
+        cut.list(level, &mut walked);
+        assert_eq!(*walked, *swept);
+        assert_eq!(cut.count(), swept.len());
+        let mut ranges = Vec::new();
+        let mut end = None;
+        cut.ranges(|first, count| {
+            assert!(count > 0 && end != Some(first), "ranges that touch are one");
+            end = Some(first + count);
+            ranges.extend(first..first + count);
+        });
+        assert_eq!(ranges, *swept);
+    }
+}
+
+#[test]
+fn the_walk_is_the_sweep_for_any_number_of_boxes() {
+    let mut rng = Rng(1);
+    let mut cut = Cut::new();
+    for len in [0, 1, 15, 16, 17, 255, 256, 257, 1000, 4096, 4097, 5000] {
+        let unsorted: Vec<_> = (0..len).map(|_| random_box(&mut rng)).collect();
+        let order = spatial_order(&unsorted);
+        let mut boxes = Boxes::new();
+        boxes.gather(Level::new(), &unsorted, &order);
+        let nodes = Nodes::over(Level::new(), &boxes);
+        nodes.validate(&boxes).expect("just built");
+        for _ in 0..12 {
+            check(&random_planes(&mut rng), &nodes, &boxes, &mut cut);
+        }
+    }
+}
+
+#[test]
+fn a_hierarchy_stays_right_whatever_is_done_to_it() {
+    let mut rng = Rng(2);
+    for round in 0..6 {
+        let start: Vec<_> = (0..rng.below(3000)).map(|_| random_box(&mut rng)).collect();
+        let (mut h, handles) = Hierarchy::build(&start).expect("few");
+        h.validate().expect("just built");
+        let mut truth: HashMap<Handle, Aabb> = handles.into_iter().zip(start).collect();
+        let mut gone = Vec::new();
+        let mut cut = Cut::new();
+        for step in 0..300 {
+            let any = |truth: &HashMap<Handle, Aabb>, rng: &mut Rng| {
+                let mut all: Vec<_> = truth.keys().copied().collect();
+                all.sort_unstable();
+                (!all.is_empty()).then(|| all[rng.below(all.len() as u64) as usize])
+            };
+            match rng.below(12) {
+                0..=2 => {
+                    let b = random_box(&mut rng);
+                    truth.insert(h.insert(&b).expect("few"), b);
+                }
+                3 | 4 => {
+                    if let Some(handle) = any(&truth, &mut rng) {
+                        h.remove(handle).expect("it is there");
+                        truth.remove(&handle);
+                        gone.push(handle);
+                    }
+                }
+                5..=8 => {
+                    if let Some(handle) = any(&truth, &mut rng) {
+                        let b = random_box(&mut rng);
+                        h.set_bounds(handle, &b).expect("it is there");
+                        truth.insert(handle, b);
+                    }
+                }
+                9 => h.refit(),
+                10 => {
+                    let before: Vec<_> = (0..h.slot_count()).map(|s| h.handle(s)).collect();
+                    let mut after = before.clone();
+                    for [old, new] in h.commit_slice() {
+                        after[new as usize] = before[old as usize];
+                    }
+                    assert!((0..h.slot_count()).all(|s| h.handle(s) == after[s as usize]));
+                }
+                _ if step % 7 == 0 => {
+                    let before: Vec<_> = (0..h.slot_count()).map(|s| h.handle(s)).collect();
+                    let moves = rng.below(2) == 0;
+                    let commit = h.commit_parts(|slot| moves && slot % 5 == 0);
+                    assert_eq!(h.len(), h.slot_count());
+                    for (old, &new) in commit.slot_of_old.iter().enumerate() {
+                        assert_eq!(before[old].is_none(), new == u32::MAX);
+                        assert!(new == u32::MAX || h.handle(new) == before[old]);
+                    }
+                }
+                _ => {
+                    let slots = h.slot_count();
+                    if slots > 0 {
+                        let slot = rng.below(u64::from(slots)) as u32;
+                        if let Some(handle) = h.handle(slot) {
+                            let b = random_box(&mut rng);
+                            h.bounds_mut().set(slot, &b);
+                            truth.insert(handle, b);
+                        }
+                    }
+                }
+            }
+            h.validate().unwrap_or_else(|e| panic!("round {round}, step {step}: {e}"));
+        }
+        assert_eq!(h.len() as usize, truth.len());
+        for (&handle, b) in &truth {
+            let slot = h.slot(handle).expect("it is there") as usize;
+            let expected = Boxes::from_slice(&[*b]);
+            assert_eq!(
+                h.boxes().get(slot),
+                expected.get(0),
+                "a box is stored once, not wider and wider"
+            );
+            assert_eq!(h.handle(slot as u32), Some(handle));
+        }
+        for &handle in &gone {
+            let no = Err(HierarchyError::NoItem(handle));
+            assert_eq!(h.slot(handle), no.map(|()| 0));
+            assert_eq!(h.remove(handle), no);
+            assert_eq!(h.set_bounds(handle, &Aabb::EMPTY), no);
+        }
+        for _ in 0..6 {
+            check(&random_planes(&mut rng), h.nodes(), h.boxes(), &mut cut);
+        }
+    }
+}
+
+#[test]
+fn a_refit_makes_nodes_as_tight_as_new_ones() {
+    let mut rng = Rng(3);
+    let start: Vec<_> = (0..5000).map(|_| random_box(&mut rng)).collect();
+    let (mut h, handles) = Hierarchy::build(&start).expect("few");
+    for _ in 0..5 {
+        for _ in 0..200 {
+            let handle = handles[rng.below(5000) as usize];
+            h.set_bounds(handle, &random_box(&mut rng)).expect("it is there");
+        }
+        h.refit();
+        let fresh = Nodes::over(Level::new(), h.boxes());
+        for (ours, new) in h.nodes().levels().iter().zip(fresh.levels()) {
+            assert_eq!(ours.as_floats(), new.as_floats());
+        }
+    }
+}
+
+#[test]
+fn slices_keep_a_world_in_motion_sorted() {
+    let mut rng = Rng(4);
+    let start: Vec<_> = (0..20_000)
+        .map(|_| rng.vector(100.0).map(|v| v as f32))
+        .map(|c| Aabb::new(c, c.map(|v| v + 1.0)))
+        .collect();
+    let (mut h, handles) = Hierarchy::build(&start).expect("few");
+    let mut places = start.clone();
+    let speed: Vec<_> = (0..places.len()).map(|_| rng.vector(0.2).map(|v| v as f32)).collect();
+    for _ in 0..300 {
+        for ((b, v), &handle) in places.iter_mut().zip(&speed).zip(&handles) {
+            for a in 0..3 {
+                b.min[a] += v[a];
+                b.max[a] += v[a];
+            }
+            let slot = h.slot(handle).expect("it is there");
+            h.set_bounds(h.handle(slot).expect("full"), b).expect("it is there");
+        }
+        h.refit();
+        h.commit_slice();
+    }
+    let drifted = h.validate().expect("valid").surface[0];
+    let mut left_alone = Boxes::new();
+    let order = spatial_order(&start);
+    left_alone.gather(Level::new(), &places, &order);
+    let left_alone =
+        Nodes::over(Level::new(), &left_alone).validate(&left_alone).expect("valid").surface[0];
+    h.commit();
+    let fresh = h.validate().expect("valid").surface[0];
+    assert!(drifted < 1.5 * fresh, "{drifted} after slices, {fresh} when sorted anew");
+    assert!(left_alone > 1.5 * fresh, "the test must drift: {left_alone} without, {fresh} anew");
+}
+
+#[test]
+fn a_stale_node_is_found() {
+    let boxes = Boxes::from_slice(&[Aabb::new([0.0; 3], [1.0; 3]); 100]);
+    let nodes = Nodes::over(Level::new(), &boxes);
+    let statistics = nodes.validate(&boxes).expect("fresh");
+    assert_eq!(statistics.nodes, [7]);
+    let mut moved = boxes.clone();
+    moved.set(40, &Aabb::new([0.0; 3], [2.0; 3]));
+    assert_eq!(nodes.validate(&moved), Err(NodesError::Loose { level: 0, node: 2, child: 40 }));
+    moved.resize(99);
+    assert_eq!(nodes.validate(&moved), Err(NodesError::Len { nodes: 100, boxes: 99 }));
+}
+
+#[test]
+fn a_million_alike_and_a_world_of_one() {
+    let one = Aabb::new([0.0, 0.0, -5.0], [1.0, 1.0, -4.0]);
+    let planes = Planes::new(&common::looking_down_z().frustum());
+    for len in [1, 1_000_000] {
+        let (h, _) = Hierarchy::build(&vec![one; len]).expect("fits");
+        let mut cut = Cut::new();
+        cut.cull(Level::new(), &planes, h.nodes(), h.boxes());
+        let mut flat = Indices::new();
+        batch::cull_boxes(Level::new(), &planes, h.boxes(), &mut flat);
+        assert_eq!(cut.count(), flat.len());
+        assert!(flat.len() == len || flat.is_empty());
+    }
+}
