@@ -37,6 +37,11 @@ pub(crate) fn words_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)
     })
 }
 
+/// One bit.
+pub(crate) fn get(words: &[u64], bit: usize) -> bool {
+    words[bit / 64] >> (bit % 64) & 1 == 1
+}
+
 /// Sets one bit to a value.
 pub(crate) fn set(words: &mut [u64], bit: usize, value: bool) {
     let word = &mut words[bit / 64];

@@ -17,10 +17,9 @@ mod visible;
 
 pub use culler::{CullError, Culler, Explanation, Output, Step, ViewState};
 pub use fearless_simd::Level;
+pub use hierarchy::{Commit, Handle};
 pub use mesh::{Mesh, MeshData};
-pub use scene::{
-    BoundsOverride, Commit, Handle, Instance, InstanceFlags, MeshId, Scene, SceneError,
-};
+pub use scene::{BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneError};
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
 pub use visible::{

@@ -79,6 +79,8 @@ fn the_walk_is_the_sweep_for_any_number_of_boxes() {
         boxes.gather(Level::new(), &unsorted, &order);
         let nodes = Nodes::over(Level::new(), &boxes);
         nodes.validate(&boxes).expect("just built");
+        // Some that lie under no node.
+        (0..rng.below(3) * 70).for_each(|_| boxes.push(&random_box(&mut rng)));
         for _ in 0..12 {
             check(&random_planes(&mut rng), &nodes, &boxes, &mut cut);
         }

@@ -3,7 +3,8 @@
 use super::run::{Pass, Scratch};
 use super::{CullError, Culler};
 use crate::bounds::{Aabb, Plane};
-use crate::scene::{Handle, Scene};
+use crate::hierarchy::Handle;
+use crate::scene::Scene;
 use crate::view::{FrustumPlane, View};
 use crate::visible::{FunnelRow, Reason, Stage, Unit, Visible};
 

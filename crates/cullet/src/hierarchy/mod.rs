@@ -113,20 +113,14 @@ impl Hierarchy {
         self
     }
 
-    /// Adds a thing, in a new slot at the end.
+    /// Adds a thing, in a new slot at the end. It lies under no node until the next commit: walks take such
+    /// things one by one, some 0.6 ns each.
     ///
     /// # Errors
     /// If there are as many as there can be.
     pub fn insert(&mut self, bounds: &Aabb) -> Result<Handle, HierarchyError> {
         let handle = self.slots.push().ok_or(HierarchyError::Full(NO_SLOT))?;
-        self.boxes.push(&Aabb::EMPTY);
-        self.loose.resize(self.boxes.len().div_ceil(LANES * 64), 0);
-        self.nodes.grow_to(self.level, &self.boxes);
-        // What is added belongs anywhere; the end of the curve is where it waits for a commit.
-        if self.boxes.len() > self.first_moving + self.windows.len() * WINDOW {
-            self.windows.push(u32::MAX);
-        }
-        self.set_slot(self.boxes.len() - 1, bounds);
+        self.boxes.push(bounds);
         Ok(handle)
     }
 
@@ -157,7 +151,9 @@ impl Hierarchy {
     pub(crate) fn set_slot(&mut self, slot: usize, bounds: &Aabb) {
         self.boxes.set(slot, bounds);
         self.nodes.grow(&self.boxes, slot);
-        bits::set(&mut self.loose, slot / LANES, true);
+        if slot < self.nodes.len() {
+            bits::set(&mut self.loose, slot / LANES, true);
+        }
     }
 
     /// All boxes by slot, to be written in place. What changed is not known, so dropping this refits all
@@ -224,7 +220,7 @@ impl Hierarchy {
         }
         let home = self.next_window % count;
         self.next_window = home + 1;
-        let (start, end) = (self.first_moving, self.boxes.len());
+        let (start, end) = (self.first_moving, self.nodes.len());
         let slots_of = |w: usize| start + w * WINDOW..(start + (w + 1) * WINDOW).min(end);
         let wanted = |slot: usize| {
             let key = self.orderer.key(&self.boxes.get(slot));

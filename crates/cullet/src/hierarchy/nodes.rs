@@ -16,6 +16,9 @@ use crate::bounds::{Aabb, Boxes, LANES};
 /// and a walk of the tree read the same array. All sixteen children of a node are one block, tested at
 /// once. A fifteenth of the boxes' memory.
 ///
+/// Boxes that are appended later lie under no node until the next [`rebuild`](Self::rebuild): a walk takes
+/// them one by one.
+///
 /// A good order of the boxes ([`spatial_order`](super::spatial_order)) makes it fast; any order is
 /// right.
 #[derive(Clone, Debug, Default)]
@@ -33,7 +36,7 @@ pub struct Nodes {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NodesError {
-    /// The nodes are for another number of boxes.
+    /// There are fewer boxes than the nodes were built for.
     #[error("the nodes are over {nodes} boxes, but there are {boxes}: build them again")]
     Len {
         /// How many boxes the nodes are over.
@@ -74,31 +77,11 @@ impl Nodes {
         nodes
     }
 
-    /// Makes room for boxes that were appended, which may lie in no node yet: call [`grow`](Self::grow) for
-    /// each, unless it is empty.
-    pub(super) fn grow_to(&mut self, level: Level, boxes: &Boxes) {
-        let before = self.levels.len();
-        let mut below = boxes.len();
-        let mut at = 0;
-        while below > LANES {
-            below = below.div_ceil(LANES);
-            if at == before {
-                self.rebuild(level, boxes);
-                return;
-            }
-            let here = &mut self.levels[at];
-            let had = here.len();
-            here.resize(below);
-            (had..below).for_each(|node| empty(here, node));
-            close(here);
-            at += 1;
-        }
-        self.leaves = boxes.len();
-        self.holes.resize(boxes.len().div_ceil(64), 0);
-    }
-
     /// Lets the nodes above box `index` grow until they hold it. Mostly the lowest does already.
     pub(super) fn grow(&mut self, boxes: &Boxes, index: usize) {
+        if index >= self.leaves {
+            return;
+        }
         let block = &boxes.blocks()[index / LANES].0;
         let rows: [f32; 6] = std::array::from_fn(|r| block[r][index % LANES]);
         let hole = rows[HOLE_ROW] == -Boxes::LIMIT;
@@ -144,17 +127,22 @@ impl Nodes {
     /// Fits all nodes to their boxes, after any of them changed.
     ///
     /// # Panics
-    /// If the number of boxes is not the one that the nodes were built for.
+    /// If there are fewer boxes than the nodes were built for.
     pub fn refit(&mut self, level: Level, boxes: &Boxes) {
-        self.refit_range(level, boxes, 0..boxes.len());
+        self.refit_range(level, boxes, 0..self.leaves);
     }
 
     /// Fits the nodes above some of the boxes, after only those changed. The cost is that of the range.
     ///
     /// # Panics
-    /// If the number of boxes is not the one that the nodes were built for, or the range leaves it.
+    /// If there are fewer boxes than the nodes were built for, or the range leaves those.
     pub fn refit_range(&mut self, level: Level, boxes: &Boxes, changed: Range<usize>) {
-        assert_eq!(boxes.len(), self.leaves, "nodes over so many boxes");
+        assert!(
+            boxes.len() >= self.leaves,
+            "{} boxes under nodes over {}",
+            boxes.len(),
+            self.leaves
+        );
         assert!(changed.end <= self.leaves, "boxes {changed:?} of {}", self.leaves);
         if changed.is_empty() {
             return;
@@ -166,7 +154,7 @@ impl Nodes {
             let (below, here) = self.levels.split_at_mut(at);
             let below = below.last().unwrap_or(boxes);
             changed = changed.start / LANES..changed.end.div_ceil(LANES);
-            fit(level, below, &mut here[0], changed.clone());
+            fit(level, (below, of(below, self.leaves, at)), &mut here[0], changed.clone());
         }
     }
 
@@ -174,9 +162,14 @@ impl Nodes {
     /// word w is block 64 w + b. The cost is that of the blocks that are set, and of the words.
     ///
     /// # Panics
-    /// If the number of boxes is not the one that the nodes were built for, or `blocks` has a bit beyond them.
+    /// If there are fewer boxes than the nodes were built for, or `blocks` has a bit beyond those.
     pub fn refit_blocks(&mut self, level: Level, boxes: &Boxes, blocks: &mut [u64]) {
-        assert_eq!(boxes.len(), self.leaves, "nodes over so many boxes");
+        assert!(
+            boxes.len() >= self.leaves,
+            "{} boxes under nodes over {}",
+            boxes.len(),
+            self.leaves
+        );
         // Of the level above, which is a sixteenth as long, the bits overwrite the words that were read.
         let mut used = blocks.len();
         for (i, &word) in blocks.iter().enumerate() {
@@ -191,7 +184,7 @@ impl Nodes {
                 if word == 0 {
                     continue;
                 }
-                fit_some(level, below, &mut here[0], i * 64, word);
+                fit_some(level, (below, of(below, self.leaves, at)), &mut here[0], i * 64, word);
                 for part in 0..4 {
                     if word >> (16 * part) & 0xffff != 0 {
                         let node = i * 4 + part;
@@ -201,7 +194,7 @@ impl Nodes {
             }
             used = used.div_ceil(LANES);
         }
-        blocks[..used.max(1)].fill(0);
+        blocks[..used].fill(0);
     }
 
     /// One bit a box: it is empty. `None` if no box is.
@@ -215,7 +208,7 @@ impl Nodes {
         &self.levels
     }
 
-    /// Over how many boxes the nodes are.
+    /// Over how many boxes the nodes are: the first so many.
     #[must_use]
     pub fn len(&self) -> usize {
         self.leaves
@@ -230,9 +223,9 @@ impl Nodes {
     /// Checks that every node holds its children, and measures the tree.
     ///
     /// # Errors
-    /// If some node does not, or the number of boxes is another.
+    /// If some node does not, or there are fewer boxes than the nodes were built for.
     pub fn validate(&self, boxes: &Boxes) -> Result<NodeStatistics, NodesError> {
-        if boxes.len() != self.leaves {
+        if boxes.len() < self.leaves {
             return Err(NodesError::Len { nodes: self.leaves, boxes: boxes.len() });
         }
         let mut statistics = NodeStatistics::default();
@@ -241,7 +234,8 @@ impl Nodes {
             let mut surface = 0.0;
             for node in 0..here.len() {
                 let held = here.get(node);
-                let children = node * LANES..((node + 1) * LANES).min(below.len());
+                let children =
+                    node * LANES..((node + 1) * LANES).min(of(below, self.leaves, level));
                 for child in children {
                     let b = below.get(child);
                     let inside = (0..3).all(|a| held.min[a] <= b.min[a] && b.max[a] <= held.max[a]);
@@ -265,6 +259,11 @@ impl Nodes {
     }
 }
 
+/// How many of the boxes `below` level `at` have a node.
+fn of(below: &Boxes, leaves: usize, at: usize) -> usize {
+    if at == 0 { leaves } else { below.len() }
+}
+
 /// The row that tells an empty box, which is stored as −[`Boxes::LIMIT`] in every row: no other box has
 /// its maximum there.
 const HOLE_ROW: usize = 3;
@@ -282,7 +281,7 @@ fn find_holes(holes: &mut [u64], any: &mut bool, boxes: &Boxes, block: usize) {
 }
 
 /// Fits nodes `nodes` to the boxes below.
-fn fit(level: Level, below: &Boxes, here: &mut Boxes, nodes: Range<usize>) {
+fn fit(level: Level, below: (&Boxes, usize), here: &mut Boxes, nodes: Range<usize>) {
     dispatch!(level, simd => {
         fit_range(simd, below, here, nodes);
     });
@@ -290,21 +289,21 @@ fn fit(level: Level, below: &Boxes, here: &mut Boxes, nodes: Range<usize>) {
 }
 
 /// Fits the nodes `first` + b for each bit b of `word`.
-fn fit_some(level: Level, below: &Boxes, here: &mut Boxes, first: usize, word: u64) {
+fn fit_some(level: Level, below: (&Boxes, usize), here: &mut Boxes, first: usize, word: u64) {
     dispatch!(level, simd => {
         fit_bits(simd, below, here, first, word);
     });
 }
 
 #[inline(always)]
-fn fit_range<S: Simd>(simd: S, below: &Boxes, here: &mut Boxes, nodes: Range<usize>) {
+fn fit_range<S: Simd>(simd: S, below: (&Boxes, usize), here: &mut Boxes, nodes: Range<usize>) {
     for node in nodes {
         fit_one(simd, below, here, node);
     }
 }
 
 #[inline(always)]
-fn fit_bits<S: Simd>(simd: S, below: &Boxes, here: &mut Boxes, first: usize, word: u64) {
+fn fit_bits<S: Simd>(simd: S, below: (&Boxes, usize), here: &mut Boxes, first: usize, word: u64) {
     for bit in bits::ones(word) {
         fit_one(simd, below, here, first + bit);
     }
@@ -312,11 +311,11 @@ fn fit_bits<S: Simd>(simd: S, below: &Boxes, here: &mut Boxes, first: usize, wor
 
 /// The largest of each row of a block, which is −min and max of all.
 #[inline(always)]
-fn fit_one<S: Simd>(simd: S, below: &Boxes, here: &mut Boxes, node: usize) {
+fn fit_one<S: Simd>(simd: S, (below, len): (&Boxes, usize), here: &mut Boxes, node: usize) {
     let rows = &below.blocks()[node].0;
     let to = &mut here.blocks_mut()[node / LANES].0;
-    // Lanes past the last box are zero, so not in its box.
-    let count = (below.len() - node * LANES).min(LANES);
+    // Lanes past the last box are of boxes that no node holds, or of none.
+    let count = (len - node * LANES).min(LANES);
     if count < LANES {
         for (row, to) in rows.iter().zip(to) {
             let largest =
@@ -349,12 +348,6 @@ fn largest_of_four<S: Simd>(simd: S, row: &[f32; LANES]) -> f32x4<S> {
     let c = f32x4::from_slice(simd, &row[8..12]);
     let d = f32x4::from_slice(simd, &row[12..]);
     a.max(b).max(c.max(d))
-}
-
-/// Makes a node hold nothing.
-fn empty(here: &mut Boxes, node: usize) {
-    let block = &mut here.blocks_mut()[node / LANES].0;
-    block.iter_mut().for_each(|row| row[node % LANES] = -Boxes::LIMIT);
 }
 
 /// Makes the lanes past the last node empty, so that whoever reads whole blocks finds nothing there.

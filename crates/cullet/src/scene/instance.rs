@@ -3,20 +3,11 @@
 use thiserror::Error;
 
 use crate::bounds::Aabb;
+use crate::hierarchy::{Handle, HierarchyError};
 use crate::transform::Transform;
 
 /// The number of a mesh in its scene.
 pub type MeshId = u32;
-
-/// The caller's stable name for an instance: an index, and a generation that tells a removed instance
-/// from the one that took its index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Handle {
-    /// Index into the scene's handle table.
-    pub index: u32,
-    /// How often that index was reused.
-    pub generation: u32,
-}
 
 /// What is special about an instance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -29,6 +20,9 @@ pub struct InstanceFlags {
     pub double_sided: bool,
     /// It is blended, whatever its mesh says.
     pub transparent: bool,
+    /// It is going to move: a commit puts it beside others that do, so that it loosens no node of what
+    /// stands. A hint; anything may move.
+    pub dynamic: bool,
 }
 
 /// Bounds that the caller gives an instance in place of those of its mesh.
@@ -95,11 +89,11 @@ pub enum SceneError {
     Full(u32),
 }
 
-/// What [`Scene::commit`](super::Scene::commit) did.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Commit {
-    /// The new slot of each old slot; `u32::MAX` where the instance was removed.
-    pub slot_of_old: Vec<u32>,
-    /// The scene's new order version.
-    pub order_version: u64,
+impl From<HierarchyError> for SceneError {
+    fn from(error: HierarchyError) -> Self {
+        match error {
+            HierarchyError::NoItem(handle) => Self::NoInstance(handle),
+            HierarchyError::Full(limit) => Self::Full(limit),
+        }
+    }
 }

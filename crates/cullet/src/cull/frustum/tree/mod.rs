@@ -30,7 +30,7 @@ mod walk;
 
 use fearless_simd::Level;
 
-use super::batch::Planes;
+use super::batch::{Planes, classify_boxes};
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES, Side};
 use crate::cull::Indices;
@@ -48,6 +48,8 @@ pub struct Cut {
     /// Bit b of word w: word 64 w + b of the masks is not zero.
     touched: Vec<u64>,
     len: usize,
+    /// How many of the boxes the nodes hold.
+    covered: usize,
     nodes_asked: u64,
     leaves_asked: u64,
     plane_tests: u64,
@@ -61,15 +63,19 @@ impl Cut {
         Self::default()
     }
 
-    /// Walks `nodes`, which are over `boxes`, and keeps what is visible and what is inside every plane:
-    /// the answer of [`classify_boxes`](super::batch::classify_boxes).
+    /// Walks `nodes`, which are over `boxes` or the first of them, and sweeps the rest; keeps what is visible
+    /// and what is inside every plane: the answer of [`classify_boxes`](super::batch::classify_boxes).
     ///
     /// # Panics
-    /// If the nodes are over another number of boxes.
+    /// If the nodes are over more boxes than there are.
     pub fn cull(&mut self, level: Level, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
-        assert_eq!(nodes.len(), boxes.len(), "nodes over so many boxes");
+        assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
         self.clear(boxes.len());
-        if boxes.is_empty() {
+        self.covered = nodes.len();
+        if nodes.len() < boxes.len() {
+            self.sweep(level, planes, boxes, nodes.len() / 64);
+        }
+        if nodes.is_empty() {
             return;
         }
         let mut fronts = std::mem::take(&mut self.fronts);
@@ -182,12 +188,22 @@ impl Cut {
         (self.nodes_asked, self.leaves_asked, self.plane_tests) = (0, 0, 0);
     }
 
+    /// Tests words from `first` on one by one.
+    fn sweep(&mut self, level: Level, planes: &Planes, boxes: &Boxes, first: usize) {
+        let (visible, inside) = (&mut self.visible[first..], &mut self.inside[first..]);
+        classify_boxes(level, planes, boxes, first, visible, inside);
+        for (word, visible) in visible.iter().enumerate() {
+            bits::set(&mut self.touched, first + word, *visible != 0);
+        }
+    }
+
     fn drop_holes(&mut self, holes: &[u64]) {
         for (index, touched) in self.touched.iter_mut().enumerate() {
             for bit in bits::ones(*touched) {
                 let word = index * 64 + bit;
-                self.visible[word] &= !holes[word];
-                self.inside[word] &= !holes[word];
+                let Some(holes) = holes.get(word) else { break };
+                self.visible[word] &= !holes;
+                self.inside[word] &= !holes;
                 *touched &= !(u64::from(self.visible[word] == 0) << bit);
             }
         }
@@ -195,7 +211,7 @@ impl Cut {
 
     /// Takes blocks of sixteen whole: those of them that there are.
     fn take_whole(&mut self, first: usize, count: usize) {
-        let (first, end) = (first * LANES, ((first + count) * LANES).min(self.len));
+        let (first, end) = (first * LANES, ((first + count) * LANES).min(self.covered));
         for (word, bits) in bits::words_of(first..end) {
             self.visible[word] |= bits;
             self.inside[word] |= bits;

@@ -53,7 +53,7 @@ pub(super) fn walk(
         dispatch!(level, simd => inner(simd, all, below, unit, front, next, cut));
         std::mem::swap(front, next);
     }
-    dispatch!(level, simd => leaves(simd, all, boxes, front, cut));
+    dispatch!(level, simd => leaves(simd, all, boxes, nodes.len(), front, cut));
 }
 
 /// The bits of a block's lanes that a batch of `len` has.
@@ -95,13 +95,20 @@ fn inner<S: Simd>(
 
 /// Asks the boxes themselves.
 #[inline(always)]
-fn leaves<S: Simd>(simd: S, planes: &[BoxPlane], boxes: &Boxes, front: &Front, cut: &mut Cut) {
+fn leaves<S: Simd>(
+    simd: S,
+    planes: &[BoxPlane],
+    boxes: &Boxes,
+    len: usize,
+    front: &Front,
+    cut: &mut Cut,
+) {
     let asked = front.blocks[..front.len].iter().zip(&front.open[..front.len]);
     for (&block, &open) in asked {
         let at = block as usize;
         let mut ignored = [0; LANES];
         let (seen, straddling) = test::<S>(simd, planes, open, &boxes.blocks()[at], &mut ignored);
-        let seen = seen & valid(boxes.len(), at);
+        let seen = seen & valid(len, at);
         cut.plane_tests += u64::from(open.count_ones());
         cut.take_block(at, seen, seen & !straddling);
     }
