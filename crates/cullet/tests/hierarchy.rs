@@ -8,7 +8,7 @@ use common::Rng;
 use cullet::bounds::{Aabb, Boxes, Plane};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{self, Planes, mask_words};
-use cullet::cull::frustum::tree::Cut;
+use cullet::cull::frustum::tree::{CullJob, Cut};
 use cullet::hierarchy::{Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order};
 use cullet::{Frustum, Level};
 
@@ -52,6 +52,18 @@ fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
         cut.cull(level, planes, nodes, boxes);
         assert_eq!(cut.visible(), visible, "visible, {level:?}");
         assert_eq!(cut.inside(), inside, "inside, {level:?}");
+        for jobs in [1, 2, 7] {
+            let mut split = Cut::new();
+            // Last first, as threads might.
+            split.cull_in_jobs(level, planes, nodes, boxes, jobs, |all| {
+                assert!((1..=jobs).contains(&all.len()));
+                all.into_iter().rev().map(CullJob::run).collect()
+            });
+            assert_eq!((split.visible(), split.inside()), (&*visible, &*inside), "{jobs} jobs");
+            assert!(split.touched().eq(cut.touched()));
+            assert_eq!(split.nodes_asked(), cut.nodes_asked());
+            assert_eq!(split.leaves_asked(), cut.leaves_asked());
+        }
         let (mut swept, mut walked) = (Indices::new(), Indices::new());
         batch::cull_boxes(level, planes, boxes, &mut swept);
         cut.list(level, &mut walked);
@@ -72,7 +84,7 @@ fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
 fn the_walk_is_the_sweep_for_any_number_of_boxes() {
     let mut rng = Rng(1);
     let mut cut = Cut::new();
-    for len in [0, 1, 15, 16, 17, 255, 256, 257, 1000, 4096, 4097, 5000] {
+    for len in [0, 1, 15, 16, 17, 255, 256, 257, 1000, 4096, 4097, 5000, 40_000] {
         let unsorted: Vec<_> = (0..len).map(|_| random_box(&mut rng)).collect();
         let order = spatial_order(&unsorted);
         let mut boxes = Boxes::new();

@@ -32,10 +32,11 @@ use fearless_simd::Level;
 
 use super::batch::{Planes, classify_boxes};
 use crate::bits;
-use crate::bounds::{Aabb, Boxes, LANES, Side};
+use crate::bounds::{Aabb, Boxes, Side};
 use crate::cull::Indices;
 use crate::cull::output::expand;
 use crate::hierarchy::Nodes;
+use walk::{Counts, Front, Target, Walk};
 
 /// What a view sees of a batch of boxes: two masks, and which words of them hold anything, so that
 /// neither writing nor reading them costs more than what is visible.
@@ -48,12 +49,8 @@ pub struct Cut {
     /// Bit b of word w: word 64 w + b of the masks is not zero.
     touched: Vec<u64>,
     len: usize,
-    /// How many of the boxes the nodes hold.
-    covered: usize,
-    nodes_asked: u64,
-    leaves_asked: u64,
-    plane_tests: u64,
-    fronts: [walk::Front; 2],
+    counts: Counts,
+    fronts: [Front; 2],
 }
 
 impl Cut {
@@ -70,24 +67,76 @@ impl Cut {
     /// If the nodes are over more boxes than there are.
     pub fn cull(&mut self, level: Level, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
         assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
+        self.begin(level, planes, nodes, boxes);
+        let mut fronts = std::mem::take(&mut self.fronts);
+        let mut target = self.target(nodes);
+        Walk { level, planes, nodes, boxes }.run(&mut fronts, &mut target);
+        self.counts = target.counts;
+        self.fronts = fronts;
+        self.finish(planes, nodes);
+    }
+
+    /// [`cull`](Self::cull) as at most `jobs` jobs: `run` is given them, each to be run once, on any
+    /// thread and in any order, and returns what they return. The same answer, for any number of jobs.
+    ///
+    /// With rayon: `|jobs| jobs.into_par_iter().map(CullJob::run).collect()`.
+    ///
+    /// # Panics
+    /// If the nodes are over more boxes than there are, or a job was not run.
+    pub fn cull_in_jobs(
+        &mut self,
+        level: Level,
+        planes: &Planes,
+        nodes: &Nodes,
+        boxes: &Boxes,
+        jobs: usize,
+        run: impl FnOnce(Vec<CullJob<'_>>) -> Vec<JobDone>,
+    ) {
+        self.begin(level, planes, nodes, boxes);
+        let walk = Walk { level, planes, nodes, boxes };
+        let mut fronts = std::mem::take(&mut self.fronts);
+        let all = walk.split(jobs, &mut fronts, self.target(nodes));
+        let all: Vec<_> = all.into_iter().map(|job| CullJob { walk, job }).collect();
+        let expected = all.len();
+        let done = run(all);
+        assert_eq!(done.len(), expected, "jobs done, of those given");
+        self.fronts = fronts;
+        for JobDone(counts) in done {
+            self.counts.nodes += counts.nodes;
+            self.counts.leaves += counts.leaves;
+            self.counts.planes += counts.planes;
+        }
+        self.finish(planes, nodes);
+    }
+
+    /// Clears the masks, and sweeps what lies under no node.
+    fn begin(&mut self, level: Level, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
+        assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
         self.clear(boxes.len());
-        self.covered = nodes.len();
         if nodes.len() < boxes.len() {
             self.sweep(level, planes, boxes, nodes.len() / 64);
         }
-        if nodes.is_empty() {
-            return;
+    }
+
+    fn target(&mut self, nodes: &Nodes) -> Target<'_> {
+        Target {
+            visible: &mut self.visible,
+            inside: &mut self.inside,
+            touched: &mut self.touched,
+            first_word: 0,
+            covered: nodes.len(),
+            counts: Counts::default(),
         }
-        let mut fronts = std::mem::take(&mut self.fronts);
-        walk::walk(level, planes, nodes, boxes, &mut fronts, self);
-        // A node that is taken whole may have empty children, which planes reject (unless they reject
-        // nothing at all).
+    }
+
+    /// A node that is taken whole may have empty children, which planes reject (unless they reject nothing
+    /// at all).
+    fn finish(&mut self, planes: &Planes, nodes: &Nodes) {
         if let Some(holes) = nodes.holes()
             && planes.classify_box(&Aabb::EMPTY) == Side::Outside
         {
             self.drop_holes(holes);
         }
-        self.fronts = fronts;
     }
 
     /// How many are visible.
@@ -156,19 +205,19 @@ impl Cut {
     /// How many nodes asked their children, sixteen at a time.
     #[must_use]
     pub fn nodes_asked(&self) -> u64 {
-        self.nodes_asked
+        self.counts.nodes
     }
 
     /// How many blocks of sixteen boxes were tested one by one.
     #[must_use]
     pub fn leaves_asked(&self) -> u64 {
-        self.leaves_asked
+        self.counts.leaves
     }
 
     /// How many times sixteen things were tested against a plane.
     #[must_use]
     pub fn plane_tests(&self) -> u64 {
-        self.plane_tests
+        self.counts.planes
     }
 
     /// Empties the masks, for `len` boxes: only what was set is cleared.
@@ -185,7 +234,7 @@ impl Cut {
         self.inside.resize(words, 0);
         self.touched.resize(words.div_ceil(64), 0);
         self.len = len;
-        (self.nodes_asked, self.leaves_asked, self.plane_tests) = (0, 0, 0);
+        self.counts = Counts::default();
     }
 
     /// Tests words from `first` on one by one.
@@ -208,25 +257,23 @@ impl Cut {
             }
         }
     }
+}
 
-    /// Takes blocks of sixteen whole: those of them that there are.
-    fn take_whole(&mut self, first: usize, count: usize) {
-        let (first, end) = (first * LANES, ((first + count) * LANES).min(self.covered));
-        for (word, bits) in bits::words_of(first..end) {
-            self.visible[word] |= bits;
-            self.inside[word] |= bits;
-        }
-        for (word, bits) in bits::words_of(first / 64..end.div_ceil(64)) {
-            self.touched[word] |= bits;
-        }
-    }
+/// A part of a cull, to be called once on any thread.
+#[derive(Debug)]
+pub struct CullJob<'a> {
+    walk: Walk<'a>,
+    job: walk::Job<'a>,
+}
 
-    /// Takes those of one block of sixteen whose bits are set.
-    #[inline(always)]
-    fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
-        let (word, shift) = (block / 4, block % 4 * LANES);
-        self.visible[word] |= u64::from(visible) << shift;
-        self.inside[word] |= u64::from(inside) << shift;
-        self.touched[word / 64] |= u64::from(visible != 0) << (word % 64);
+impl CullJob<'_> {
+    /// Does it.
+    #[must_use]
+    pub fn run(self) -> JobDone {
+        JobDone(self.job.run(&self.walk))
     }
 }
+
+/// What a [`CullJob`] leaves: give it back to [`Cut::cull_in_jobs`].
+#[derive(Debug)]
+pub struct JobDone(Counts);

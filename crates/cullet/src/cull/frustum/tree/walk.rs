@@ -4,11 +4,12 @@
 //! of the one before: their loads overlap. What is found is written to masks, whose order is given, so
 //! the order of the walk does not matter.
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 
 use super::super::batch::planes::{BoxPlane, Planes};
-use super::Cut;
 use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
@@ -29,31 +30,181 @@ impl Front {
             self.open.resize(len + LANES, 0);
         }
     }
+
+    /// The root, which straddles all of so many planes as far as is known.
+    fn set_root(&mut self, planes: usize) {
+        self.reserve(1);
+        self.blocks[0] = 0;
+        self.open[0] = if planes == 32 { u32::MAX } else { (1 << planes) - 1 };
+        self.len = 1;
+    }
+
+    /// Takes entries of another.
+    fn set(&mut self, from: &Self, entries: Range<usize>) {
+        self.reserve(entries.len());
+        self.blocks[..entries.len()].copy_from_slice(&from.blocks[entries.clone()]);
+        self.open[..entries.len()].copy_from_slice(&from.open[entries.clone()]);
+        self.len = entries.len();
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.blocks[..self.len].iter().copied().zip(self.open[..self.len].iter().copied())
+    }
 }
 
-/// Walks the nodes over `boxes` and sets in `cut` what is visible, and what is inside. `cut` is empty.
-pub(super) fn walk(
-    level: Level,
-    planes: &Planes,
-    nodes: &Nodes,
-    boxes: &Boxes,
-    fronts: &mut [Front; 2],
-    cut: &mut Cut,
-) {
-    let all = planes.box_planes();
-    let open = if all.len() == 32 { u32::MAX } else { (1 << all.len()) - 1 };
-    let [front, next] = fronts;
-    front.reserve(1);
-    (front.blocks[0], front.open[0], front.len) = (0, open, 1);
-    let mut unit = LANES.pow(nodes.levels().len() as u32);
-    for below in nodes.levels().iter().rev() {
-        unit /= LANES;
-        let children = below.len();
-        next.reserve(children);
-        dispatch!(level, simd => inner(simd, all, below, unit, front, next, cut));
-        std::mem::swap(front, next);
+/// Part of the masks that a walk writes: what a job of its own may have.
+#[derive(Debug)]
+pub(super) struct Target<'a> {
+    pub(super) visible: &'a mut [u64],
+    pub(super) inside: &'a mut [u64],
+    pub(super) touched: &'a mut [u64],
+    /// The first word of the masks that is here, a multiple of 64.
+    pub(super) first_word: usize,
+    /// How many boxes lie under nodes.
+    pub(super) covered: usize,
+    pub(super) counts: Counts,
+}
+
+/// What a walk cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Counts {
+    pub(super) nodes: u64,
+    pub(super) leaves: u64,
+    pub(super) planes: u64,
+}
+
+impl<'a> Target<'a> {
+    /// Splits off what begins at word `word`, a multiple of 64.
+    pub(super) fn split_at(self, word: usize) -> (Self, Self) {
+        let at = word - self.first_word;
+        let (visible, more_visible) = self.visible.split_at_mut(at.min(self.visible.len()));
+        let (inside, more_inside) = self.inside.split_at_mut(at.min(self.inside.len()));
+        let (touched, more_touched) = self.touched.split_at_mut((at / 64).min(self.touched.len()));
+        let Self { first_word, covered, counts, .. } = self;
+        let more = Target {
+            visible: more_visible,
+            inside: more_inside,
+            touched: more_touched,
+            first_word: word,
+            covered,
+            counts: Counts::default(),
+        };
+        (Target { visible, inside, touched, first_word, covered, counts }, more)
     }
-    dispatch!(level, simd => leaves(simd, all, boxes, nodes.len(), front, cut));
+
+    /// Takes blocks of sixteen whole: those of them that there are.
+    fn take_whole(&mut self, first: usize, count: usize) {
+        let base = self.first_word * 64;
+        let first = first * LANES - base;
+        let end = (first + count * LANES).min(self.covered - base);
+        for (word, bits) in bits::words_of(first..end) {
+            self.visible[word] |= bits;
+            self.inside[word] |= bits;
+        }
+        for (word, bits) in bits::words_of(first / 64..end.div_ceil(64)) {
+            self.touched[word] |= bits;
+        }
+    }
+
+    /// Takes those of one block of sixteen whose bits are set.
+    #[inline(always)]
+    fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
+        let (word, shift) = (block / 4 - self.first_word, block % 4 * LANES);
+        self.visible[word] |= u64::from(visible) << shift;
+        self.inside[word] |= u64::from(inside) << shift;
+        self.touched[word / 64] |= u64::from(visible != 0) << (word % 64);
+    }
+}
+
+/// What is walked, for which planes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walk<'a> {
+    pub(super) level: Level,
+    pub(super) planes: &'a Planes,
+    pub(super) nodes: &'a Nodes,
+    pub(super) boxes: &'a Boxes,
+}
+
+/// The level of nodes of which each block covers 4096 boxes: sixty-four words of the masks, and one word of
+/// what was touched. Jobs begin and end there.
+const SPLIT_LEVEL: usize = 1;
+const SPLIT_WORDS: usize = 64;
+
+impl Walk<'_> {
+    /// All of it.
+    pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) {
+        fronts[0].set_root(self.planes.len());
+        self.down(self.nodes.levels().len(), 0, fronts, target);
+        self.leaves(&fronts[0], target);
+    }
+
+    /// Walks the upper levels, then hands out the rest as at most `jobs` jobs, each with its own part of
+    /// the masks.
+    pub(super) fn split<'t>(
+        &self,
+        jobs: usize,
+        fronts: &mut [Front; 2],
+        mut target: Target<'t>,
+    ) -> Vec<Job<'t>> {
+        fronts[0].set_root(self.planes.len());
+        let top = self.nodes.levels().len();
+        let from = top.min(SPLIT_LEVEL + 1);
+        self.down(top, from, fronts, &mut target);
+        let front = &fronts[0];
+        let jobs = if from > SPLIT_LEVEL { jobs.min(front.len).max(1) } else { 1 };
+        let mut found = Vec::with_capacity(jobs);
+        let mut rest = target;
+        let mut first = 0;
+        for job in 1..=jobs {
+            let end = job * front.len / jobs;
+            let mut own = Front::default();
+            own.set(front, first..end);
+            first = end;
+            if job == jobs {
+                found.push(Job { from, fronts: [own, Front::default()], target: rest });
+                break;
+            }
+            let (target, later) = rest.split_at(front.blocks[end] as usize * SPLIT_WORDS);
+            rest = later;
+            found.push(Job { from, fronts: [own, Front::default()], target });
+        }
+        found
+    }
+
+    /// Walks from the front of level `from` down to that of level `to`; levels count from 1, 0 is the boxes.
+    fn down(&self, from: usize, to: usize, fronts: &mut [Front; 2], target: &mut Target<'_>) {
+        let [front, next] = fronts;
+        let planes = self.planes.box_planes();
+        for at in (to..from).rev() {
+            let below = &self.nodes.levels()[at];
+            let unit = LANES.pow(at as u32);
+            next.reserve((front.len * LANES).min(below.len()));
+            dispatch!(self.level, simd => inner(simd, planes, below, unit, front, next, target));
+            std::mem::swap(front, next);
+        }
+    }
+
+    /// Asks the boxes of a front.
+    fn leaves(&self, front: &Front, target: &mut Target<'_>) {
+        let planes = self.planes.box_planes();
+        dispatch!(self.level, simd => leaves(simd, planes, self.boxes, front, target));
+    }
+}
+
+/// A part of a walk that may run on a thread of its own.
+#[derive(Debug)]
+pub(super) struct Job<'t> {
+    from: usize,
+    fronts: [Front; 2],
+    target: Target<'t>,
+}
+
+impl Job<'_> {
+    pub(super) fn run(mut self, walk: &Walk<'_>) -> Counts {
+        walk.down(self.from, 0, &mut self.fronts, &mut self.target);
+        walk.leaves(&self.fronts[0], &mut self.target);
+        self.target.counts
+    }
 }
 
 /// The bits of a block's lanes that a batch of `len` has.
@@ -72,25 +223,24 @@ fn inner<S: Simd>(
     unit: usize,
     front: &Front,
     next: &mut Front,
-    cut: &mut Cut,
+    target: &mut Target<'_>,
 ) {
     let mut len = 0;
-    let asked = front.blocks[..front.len].iter().zip(&front.open[..front.len]);
-    for (&block, &open) in asked {
+    for (block, open) in front.iter() {
         let at = block as usize;
         let mut closed = [0; LANES];
         let (seen, straddling) = test::<S>(simd, planes, open, &boxes.blocks()[at], &mut closed);
-        cut.plane_tests += u64::from(open.count_ones());
+        target.counts.planes += u64::from(open.count_ones());
         let seen = seen & valid(boxes.len(), at);
         for run in bits::runs(u64::from(seen & !straddling)) {
-            cut.take_whole((at * LANES + run.start) * unit, run.len() * unit);
+            target.take_whole((at * LANES + run.start) * unit, run.len() * unit);
         }
         let part = seen & straddling;
         compress::<S>(simd, block * LANES as u32, part, &closed, next, len);
         len += part.count_ones() as usize;
     }
     next.len = len;
-    cut.nodes_asked += front.len as u64;
+    target.counts.nodes += front.len as u64;
 }
 
 /// Asks the boxes themselves.
@@ -99,20 +249,18 @@ fn leaves<S: Simd>(
     simd: S,
     planes: &[BoxPlane],
     boxes: &Boxes,
-    len: usize,
     front: &Front,
-    cut: &mut Cut,
+    target: &mut Target<'_>,
 ) {
-    let asked = front.blocks[..front.len].iter().zip(&front.open[..front.len]);
-    for (&block, &open) in asked {
+    for (block, open) in front.iter() {
         let at = block as usize;
         let mut ignored = [0; LANES];
         let (seen, straddling) = test::<S>(simd, planes, open, &boxes.blocks()[at], &mut ignored);
-        let seen = seen & valid(len, at);
-        cut.plane_tests += u64::from(open.count_ones());
-        cut.take_block(at, seen, seen & !straddling);
+        let seen = seen & valid(target.covered, at);
+        target.counts.planes += u64::from(open.count_ones());
+        target.take_block(at, seen, seen & !straddling);
     }
-    cut.leaves_asked += front.len as u64;
+    target.counts.leaves += front.len as u64;
 }
 
 /// Of sixteen boxes: which no open plane rejects, which are not inside all of them, and, by box, the
