@@ -93,7 +93,7 @@ impl Frustum {
         f
     }
 
-    fn set(&mut self, i: usize, plane: Plane) {
+    pub(super) fn set(&mut self, i: usize, plane: Plane) {
         if plane.is_finite() && plane.normal != [0.0; 3] {
             self.planes[i] = plane;
             self.present |= 1 << i;

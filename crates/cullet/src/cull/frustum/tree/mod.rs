@@ -26,7 +26,10 @@
 //! assert!(cut.count() < 10 && cut.nodes_asked() < 10);
 //! ```
 
+mod views;
 mod walk;
+
+pub use views::{ViewMasks, ViewsError, cull_views};
 
 use fearless_simd::Level;
 
@@ -102,9 +105,7 @@ impl Cut {
         assert_eq!(done.len(), expected, "jobs done, of those given");
         self.fronts = fronts;
         for JobDone(counts) in done {
-            self.counts.nodes += counts.nodes;
-            self.counts.leaves += counts.leaves;
-            self.counts.planes += counts.planes;
+            self.counts.add(counts);
         }
         self.finish(planes, nodes);
     }

@@ -32,7 +32,7 @@ impl Front {
     }
 
     /// The root, which straddles all of so many planes as far as is known.
-    fn set_root(&mut self, planes: usize) {
+    pub(super) fn set_root(&mut self, planes: usize) {
         self.reserve(1);
         self.blocks[0] = 0;
         self.open[0] = if planes == 32 { u32::MAX } else { (1 << planes) - 1 };
@@ -71,6 +71,14 @@ pub(super) struct Counts {
     pub(super) nodes: u64,
     pub(super) leaves: u64,
     pub(super) planes: u64,
+}
+
+impl Counts {
+    pub(super) fn add(&mut self, more: Self) {
+        self.nodes += more.nodes;
+        self.leaves += more.leaves;
+        self.planes += more.planes;
+    }
 }
 
 impl<'a> Target<'a> {
@@ -136,6 +144,14 @@ impl Walk<'_> {
         fronts[0].set_root(self.planes.len());
         self.down(self.nodes.levels().len(), 0, fronts, target);
         self.leaves(&fronts[0], target);
+    }
+
+    /// One step down, from the front of level `at`: levels count from 1, and at 0 the boxes are asked.
+    pub(super) fn step(&self, at: usize, fronts: &mut [Front; 2], target: &mut Target<'_>) {
+        match at {
+            0 => self.leaves(&fronts[0], target),
+            at => self.down(at, at - 1, fronts, target),
+        }
     }
 
     /// Walks the upper levels, then hands out the rest as at most `jobs` jobs, each with its own part of
