@@ -14,7 +14,7 @@ use crate::exit::{Exit, Failure};
 use crate::inputs;
 
 /// More triangles than this do not end within a minute.
-const MOST_TRIANGLES: u64 = 2_000_000;
+const MOST_TRIANGLES: u64 = 1_000_000;
 
 /// A model as one mesh that is drawn from its front alone.
 #[derive(Debug)]

@@ -7,6 +7,7 @@ use cullet::cull::backface::{
 use cullet::{CullFace, FrontFace, Level, Transform};
 
 use super::{PAPER, Row, ShareRow};
+use crate::console::Progress;
 use crate::reproduce::model::{Subject, fibonacci};
 
 /// Half the distance between the middles of the copies, in radii of one: they nearly touch.
@@ -104,7 +105,13 @@ impl<'a> Pair<'a> {
     }
 
     /// Shares culled by the masks and by the exact test, means over the directions.
-    pub(super) fn shares(&self, grids: &Grids, radii: f64, directions: u32) -> Found {
+    pub(super) fn shares(
+        &self,
+        grids: &Grids,
+        radii: f64,
+        directions: u32,
+        progress: &mut Progress,
+    ) -> Found {
         let level = Level::new();
         let (mut culled, mut exact, mut lost) = (vec![0; grids.0.len()], 0, 0);
         let (mut words, mut kept) = (Vec::new(), Vec::new());
@@ -118,6 +125,7 @@ impl<'a> Pair<'a> {
                     lost += ones(words.iter().zip(&kept).map(|(c, k)| c & k));
                 }
             }
+            progress.step();
         }
         let views = f64::from(directions);
         let percent = |n: u64| n as f64 * 100.0 / (self.triangles() as f64 * views);
@@ -167,6 +175,7 @@ impl ShareRow {
             exact_percent: self.exact_percent,
             ms_per_frame: None,
             speedup: None,
+            even_speedup: 100.0 / (100.0 - self.culled_percent),
             paper_ms,
         }
     }

@@ -18,8 +18,9 @@ use crate::console::{Console, interrupted};
 use crate::exit::{Exit, Failure};
 use crate::reproduce::model::fibonacci;
 
-/// Each frame is drawn so often each way; the fastest counts.
-const PASSES: usize = 7;
+/// Each frame is drawn so often each way at the most, and as long as this; the fastest counts.
+const PASSES: usize = 40;
+const PATIENCE: Duration = Duration::from_secs(4);
 
 /// What drawing found.
 #[derive(Debug)]
@@ -83,16 +84,19 @@ pub(super) fn draw(
     let (mut images_agree, mut kept_by_planes) = (true, 0);
     let mut lists = Lists::default();
     let options = RenderOptions { threads: 1, ..RenderOptions::default() };
-    let steps = u64::from(frames) * (PASSES * ways.len()) as u64;
-    let mut progress = console.progress("drawing", steps);
+    let mut progress = console.progress("drawing", u64::from(frames));
     for i in 0..frames {
         let direction = fibonacci(i as usize, frames as usize);
         let view = view(pair, direction, radii, size)?;
         let eyes = pair.eyes(direction, radii);
         let mut best = vec![Duration::MAX; ways.len()];
         let mut whole: Option<Frame> = None;
+        let begin = Instant::now();
         // All ways in turn, so that what disturbs one disturbs all.
         for pass in 0..PASSES {
+            if pass > 0 && begin.elapsed() > PATIENCE {
+                break;
+            }
             for (&way, best) in ways.iter().zip(&mut best) {
                 let start = Instant::now();
                 let selection = match way {
@@ -121,9 +125,9 @@ pub(super) fn draw(
                 if pass == 0 && matches!(way, Way::Planes8) {
                     kept_by_planes += lists.visible.triangles.len() as u64;
                 }
-                progress.step();
             }
         }
+        progress.step();
         drawn += 1;
         sums.iter_mut().zip(&best).for_each(|(sum, best)| *sum += *best);
         if interrupted() {

@@ -51,6 +51,9 @@ pub(super) const PAPER: [(u32, f64, f64); 9] = [
     (18, 43.0, 371.9),
 ];
 
+/// Triangles in the paper's frames.
+const PAPER_TRIANGLES: f64 = 138_901.0;
+
 /// Distances beside the fitted one, in radii of the sphere around both copies: near, middling, far.
 const OTHER_DISTANCES: [f64; 3] = [1.5, 3.0, 20.0];
 
@@ -133,6 +136,8 @@ struct Row {
     exact_percent: f64,
     ms_per_frame: Option<f64>,
     speedup: Option<f64>,
+    /// What the speed-up were if a frame's time went by its triangles alone, each costing the same.
+    even_speedup: f64,
     paper_ms: f64,
 }
 
@@ -185,17 +190,20 @@ fn measure(args: &ZhangHoffArgs, subject: &Subject, console: &Console) -> Result
     let grids = Grids::new(subject);
     let directions = args.directions;
     let distance_radii = pair.fit(&grids, directions);
-    let found = pair.shares(&grids, distance_radii, directions);
+    let distances = 1 + OTHER_DISTANCES.len() as u64;
+    let mut progress = console.progress("culling", distances * u64::from(directions));
+    let found = pair.shares(&grids, distance_radii, directions, &mut progress);
     let mut rows: Vec<Row> = found.rows.iter().zip(PAPER).map(|(s, paper)| s.row(paper)).collect();
     let differences = rows.iter().filter(|r| r.n >= 6).map(|r| r.culled_percent - r.paper_percent);
     let worst = differences.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
     let mut lost = found.lost;
     let mut other_distances = Vec::new();
     for distance_radii in OTHER_DISTANCES {
-        let found = pair.shares(&grids, distance_radii, directions);
+        let found = pair.shares(&grids, distance_radii, directions, &mut progress);
         lost += found.lost;
         other_distances.push(Distance { distance_radii, rows: found.rows });
     }
+    progress.finish();
     let times = drawing::draw(&pair, &grids, distance_radii, (args.frames, args.size), console)?;
     if let Some(ms) = &times.ms {
         for (row, &ms_per_frame) in rows.iter_mut().zip(&ms.masks) {
@@ -206,7 +214,9 @@ fn measure(args: &ZhangHoffArgs, subject: &Subject, console: &Console) -> Result
     let (groups, sectors) = if interrupted() {
         (Vec::new(), Vec::new())
     } else {
-        (refined::groups(subject, directions), refined::sectors(subject, directions)?)
+        let mut progress = console.progress("culling by groups and sectors", refined::STEPS);
+        let groups = refined::groups(subject, directions, &mut progress);
+        (groups, refined::sectors(subject, directions, &mut progress)?)
     };
     let [w, h] = args.size;
     Ok(Record {

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::culling::{keep_exactly, ones};
 use super::drawing::internal;
+use crate::console::Progress;
 use crate::exit::Failure;
 use crate::reproduce::model::{Subject, fibonacci};
 
@@ -24,6 +25,8 @@ pub(super) const DISTANCES: [f64; 3] = [1.5, 3.0, 6.0];
 pub(super) const SECTORS: [usize; 4] = [1, 2, 4, 8];
 /// Vertical fields of view, in degrees, of a square window.
 pub(super) const FIELDS: [f64; 4] = [15.0, 30.0, 60.0, 90.0];
+/// Steps of both tables.
+pub(super) const STEPS: u64 = (GROUPS.len() + FIELDS.len()) as u64;
 /// Times are those of the fastest of so many sweeps over the views.
 const SWEEPS: usize = 3;
 /// Sectors are measured from so many views at the most.
@@ -60,7 +63,7 @@ pub(super) struct SectorRow {
 }
 
 /// All counts of groups at all distances.
-pub(super) fn groups(subject: &Subject, directions: u32) -> Vec<GroupRow> {
+pub(super) fn groups(subject: &Subject, directions: u32, progress: &mut Progress) -> Vec<GroupRow> {
     let (mesh, level) = (&subject.mesh, Level::new());
     let Ok(grid) = MaskGrid::new(N) else { return Vec::new() };
     let exact = DISTANCES.map(|d| exact_percent(subject, d, directions));
@@ -87,13 +90,18 @@ pub(super) fn groups(subject: &Subject, directions: u32) -> Vec<GroupRow> {
                 us_per_frame: time,
             });
         }
+        progress.step();
     }
     rows
 }
 
 /// All fields of view with all numbers of sectors. Clusters are what is sorted into sectors: a cluster in
 /// several is culled by what they have in common.
-pub(super) fn sectors(subject: &Subject, directions: u32) -> Result<Vec<SectorRow>, Failure> {
+pub(super) fn sectors(
+    subject: &Subject,
+    directions: u32,
+    progress: &mut Progress,
+) -> Result<Vec<SectorRow>, Failure> {
     let (mesh, level, views) = (&subject.mesh, Level::new(), directions.min(SECTOR_VIEWS));
     let grid = MaskGrid::new(N).map_err(internal)?;
     let ranges: Vec<_> = mesh
@@ -169,6 +177,7 @@ pub(super) fn sectors(subject: &Subject, directions: u32) -> Result<Vec<SectorRo
                 us_per_frame,
             });
         }
+        progress.step();
     }
     Ok(rows)
 }
