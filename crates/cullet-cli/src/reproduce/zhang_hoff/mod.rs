@@ -215,7 +215,7 @@ fn measure(args: &ZhangHoffArgs, subject: &Subject, console: &Console) -> Result
         (Vec::new(), Vec::new())
     } else {
         let mut progress = console.progress("culling by groups and sectors", refined::STEPS);
-        let groups = refined::groups(subject, directions, &mut progress);
+        let groups = refined::groups(subject, directions, &mut progress)?;
         (groups, refined::sectors(subject, directions, &mut progress)?)
     };
     let [w, h] = args.size;

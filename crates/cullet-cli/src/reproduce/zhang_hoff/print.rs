@@ -1,7 +1,7 @@
 //! The results as tables for people.
 
-use super::refined::{DISTANCES, FIELDS, GROUPS, SECTORS};
-use super::{PAPER, PAPER_TRIANGLES, Record};
+use super::refined::{DISTANCES, SECTORS};
+use super::{Distance, PAPER, PAPER_TRIANGLES, Record};
 use crate::console::{Console, grouped};
 
 /// Prints all tables.
@@ -38,11 +38,11 @@ fn table1(console: &Console, record: &Record) {
     for r in &record.rows {
         let time = |v: Option<f64>| v.map_or_else(|| "-".into(), |v| format!("{v:.2}"));
         console.line(format!(
-            "{:>3} {:>7} {} {}    {:>6.1} {:>6.1} {:>6.1}    {:>6} {:>6.1}         {:>5}",
+            "{:>3} {:>7} {:>9} {:>9}    {:>6.1} {:>6.1} {:>6.1}    {:>6} {:>6.1}         {:>5}",
             r.n,
             r.classes,
-            right(r.front, 9),
-            right(r.back, 9),
+            grouped(r.front),
+            grouped(r.back),
             r.culled_percent,
             r.paper_percent,
             r.exact_percent,
@@ -62,7 +62,7 @@ fn table1(console: &Console, record: &Record) {
     ));
     if let (Some(baseline), Some(empty)) = (record.baseline_ms, record.empty_ms) {
         console.line(format!(
-            "Frames: {}, {} views.\nWithout masks {baseline:.2} ms, of which {empty:.2} ms for preparing \
+            "Frames: {}, {} views,\nthe fastest of several passes each. Without masks {baseline:.2} ms, of which {empty:.2} ms for preparing \
              and clearing, which no culling saves.",
             record.renderer, record.frames
         ));
@@ -108,79 +108,60 @@ fn claim(console: &Console, record: &Record) {
 }
 
 fn others(console: &Console, record: &Record) {
-    let column = |text: String| format!("{text:>14}");
-    let mut head =
-        "\nOther distances. Share culled, %: masks grow better with the distance, the exact test \
-                    worse.\n  N"
-            .to_owned();
-    for d in &record.other_distances {
-        head += &column(format!("{} radii", d.distance_radii));
-    }
-    console.line(head);
+    console.line(
+        "\nOther distances. Share culled, %: farther away masks cull more, and the exact test less.",
+    );
+    let columns = |head: &str, value: &dyn Fn(&Distance) -> String| {
+        record
+            .other_distances
+            .iter()
+            .fold(format!("{head:>5}"), |line, d| line + &format!("{:>12}", value(d)))
+    };
+    console.line(columns("N", &|d| format!("{} radii", d.distance_radii)));
     for (i, paper) in PAPER.iter().enumerate() {
-        let mut line = format!("{:>3}", paper.0);
-        for d in &record.other_distances {
-            line += &column(format!("{:.1}", d.rows[i].culled_percent));
-        }
-        console.line(line);
+        let share = |d: &Distance| format!("{:.1}", d.rows[i].culled_percent);
+        console.line(columns(&paper.0.to_string(), &share));
     }
-    let mut line = "exact".to_owned();
-    for (i, d) in record.other_distances.iter().enumerate() {
-        let text = d.rows.first().map_or_else(String::new, |r| format!("{:.1}", r.exact_percent));
-        let text = column(text);
-        line += if i == 0 { &text[2..] } else { &text };
-    }
-    console.line(line);
+    console.line(columns("exact", &|d| format!("{:.1}", d.rows[0].exact_percent)));
 }
 
 fn groups(console: &Console, record: &Record) {
     console.line(
-        "\nGroups. A viewing cone for each group of triangles (kd split; one copy, N = 16, distances in its own \
-         radii):\nsmaller groups, narrower cones. Each group costs a mask a frame.",
+        "\nGroups. A viewing cone for each group of triangles (kd split, N = 16; one copy, distances in its \
+         own\nradii): smaller groups, narrower cones. Each group costs a mask a frame.",
     );
-    let mut head = "groups".to_owned();
-    DISTANCES.iter().for_each(|d| head += &format!("{:>22}", format!("{d} radii")));
-    console.line(head);
-    for (i, count) in GROUPS.iter().enumerate() {
-        let mut line = format!("{count:>6}");
-        for r in &record.groups[i * DISTANCES.len()..][..DISTANCES.len()] {
-            line += &format!("{:>10.1} % {:>7.1} µs", r.culled_percent, r.us_per_frame);
-        }
-        console.line(line);
+    let head = DISTANCES.iter().map(|d| format!("{:>22}", format!("{d} radii")));
+    console.line(format!("groups{}", head.collect::<String>()));
+    for rows in record.groups.chunks(DISTANCES.len()) {
+        let columns =
+            rows.iter().map(|r| format!("{:>10.1} % {:>7.1} µs", r.culled_percent, r.us_per_frame));
+        console.line(format!("{:>6}{}", rows[0].groups, columns.collect::<String>()));
     }
-    let mut line = " exact".to_owned();
-    record.groups[..DISTANCES.len()]
-        .iter()
-        .for_each(|r| line += &format!("{:>10.1} %           ", r.exact_percent));
-    console.line(line.trim_end());
+    let exact = record.groups.iter().take(DISTANCES.len());
+    let exact = exact.map(|r| format!("{:>10.1} %{:10}", r.exact_percent, ""));
+    console.line(format!(" exact{}", exact.collect::<String>()).trim_end());
 }
 
 fn sectors(console: &Console, record: &Record) {
     console.line(
-        "\nSectors. Masks from the lines of sight at the corners of the frustum, cut into k x k sectors (one copy \
-         that\njust fits a square window, N = 16; a cluster in several sectors is culled only by what they \
-         share):",
+        "\nSectors. One copy that just fits a square window, N = 16: one mask for the cone around the \
+         frustum, one\nfor the cone around the model's sphere, and masks from the lines of sight at the \
+         corners of k x k\nsectors; a cluster in several sectors is culled by what they share alone.",
     );
-    let mut head = " field   radii  frustum cone  sphere cone".to_owned();
-    SECTORS.iter().for_each(|k| head += &format!("{:>20}", format!("k = {k}")));
-    console.line(head + "   exact");
-    for (i, field) in FIELDS.iter().enumerate() {
-        let rows = &record.sectors[i * SECTORS.len()..][..SECTORS.len()];
+    let head = SECTORS.iter().map(|k| format!("{:>17}", format!("k = {k}")));
+    console.line(format!(" field   radii  frustum  sphere{}   exact", head.collect::<String>()));
+    for rows in record.sectors.chunks(SECTORS.len()) {
+        let columns =
+            rows.iter().map(|r| format!("{:>8.1} %{:>5.0} µs", r.culled_percent, r.us_per_frame));
+        let columns = columns.collect::<String>();
         let r = rows[0];
-        let mut line = format!(
-            "{:>4} deg {:>6.2} {:>11.1} % {:>10.1} %",
-            field, r.distance_copy_radii, r.frustum_cone_percent, r.sphere_cone_percent
-        );
-        for r in rows {
-            line += &format!("{:>9.1} % {:>5.0} µs", r.culled_percent, r.us_per_frame);
-        }
-        console.line(format!("{line}{:>6.1} %", r.exact_percent));
+        console.line(format!(
+            "{:>4} deg {:>5.2} {:>7.1} % {:>6.1} % {columns} {:>6.1} %",
+            r.fov_degrees,
+            r.distance_copy_radii,
+            r.frustum_cone_percent,
+            r.sphere_cone_percent,
+            r.exact_percent
+        ));
     }
-}
-
-/// A number grouped by thousands, right-aligned: the group mark is three bytes but one column.
-fn right(n: u64, width: usize) -> String {
-    let text = grouped(n);
-    let pad = width.saturating_sub(text.chars().count());
-    format!("{}{text}", " ".repeat(pad))
 }

@@ -18,13 +18,13 @@ use crate::reproduce::model::{Subject, fibonacci};
 /// Cells along an edge of the cube of normals.
 const N: u32 = 16;
 /// Into how many groups the triangles are split.
-pub(super) const GROUPS: [usize; 6] = [1, 4, 16, 64, 256, 1024];
+const GROUPS: [usize; 6] = [1, 4, 16, 64, 256, 1024];
 /// How far from the middle of the copy, in its radii.
 pub(super) const DISTANCES: [f64; 3] = [1.5, 3.0, 6.0];
 /// Sectors along a side of the window.
 pub(super) const SECTORS: [usize; 4] = [1, 2, 4, 8];
 /// Vertical fields of view, in degrees, of a square window.
-pub(super) const FIELDS: [f64; 4] = [15.0, 30.0, 60.0, 90.0];
+const FIELDS: [f64; 4] = [15.0, 30.0, 60.0, 90.0];
 /// Steps of both tables.
 pub(super) const STEPS: u64 = (GROUPS.len() + FIELDS.len()) as u64;
 /// Times are those of the fastest of so many sweeps over the views.
@@ -63,9 +63,13 @@ pub(super) struct SectorRow {
 }
 
 /// All counts of groups at all distances.
-pub(super) fn groups(subject: &Subject, directions: u32, progress: &mut Progress) -> Vec<GroupRow> {
+pub(super) fn groups(
+    subject: &Subject,
+    directions: u32,
+    progress: &mut Progress,
+) -> Result<Vec<GroupRow>, Failure> {
     let (mesh, level) = (&subject.mesh, Level::new());
-    let Ok(grid) = MaskGrid::new(N) else { return Vec::new() };
+    let grid = MaskGrid::new(N).map_err(internal)?;
     let exact = DISTANCES.map(|d| exact_percent(subject, d, directions));
     let mut rows = Vec::new();
     for count in GROUPS {
@@ -92,7 +96,7 @@ pub(super) fn groups(subject: &Subject, directions: u32, progress: &mut Progress
         }
         progress.step();
     }
-    rows
+    Ok(rows)
 }
 
 /// All fields of view with all numbers of sectors. Clusters are what is sorted into sectors: a cluster in
