@@ -73,7 +73,12 @@ pub(super) fn groups(
     let exact = DISTANCES.map(|d| exact_percent(subject, d, directions));
     let mut rows = Vec::new();
     for count in GROUPS {
+        progress.step();
         let groups = Groups::kd(mesh.positions(), mesh.indices(), count);
+        // A group has a triangle at least: a small model has no more groups than triangles.
+        if rows.last().is_some_and(|r: &GroupRow| r.groups == groups.len()) {
+            continue;
+        }
         let mut masks = NormalMasks::default();
         let ordered = groups.reorder(mesh.indices());
         grid.encode_triangles(mesh.positions(), &ordered, &mut masks);
@@ -94,7 +99,6 @@ pub(super) fn groups(
                 us_per_frame: time,
             });
         }
-        progress.step();
     }
     Ok(rows)
 }
