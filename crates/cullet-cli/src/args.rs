@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::parse;
+use crate::reproduce::ReproduceArgs;
 
 const ABOUT: &str =
     "Finds what a 3D scene draws for nothing, and proves that nothing visible was lost";
@@ -24,6 +25,7 @@ Examples
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet bench                               the batch tests against this machine's streaming rate
+  cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
 
 Exit codes
   0 fine        1 something visible was culled      2 wrong command line
@@ -57,6 +59,8 @@ pub(crate) enum Command {
     Scenes(ScenesArgs),
     /// Measure the batch tests against this machine's streaming rate
     Bench(BenchArgs),
+    /// Measure the figures of a published work again, beside the published ones
+    Reproduce(Box<ReproduceArgs>),
     /// Draw one picture of one view
     #[command(after_help = PICTURE_HELP)]
     Picture(Box<PictureArgs>),

@@ -14,6 +14,7 @@ mod parse;
 mod picture;
 mod record;
 mod report;
+mod reproduce;
 mod scenes;
 mod survey;
 mod verify;
@@ -54,6 +55,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Info(args) => info::run(args, &console(&args.json)),
         Command::Scenes(args) => scenes::run(args, &console(&args.json)),
         Command::Bench(args) => run_bench(args, &console(&args.json)),
+        Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
         Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
     }
 }

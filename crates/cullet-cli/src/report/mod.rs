@@ -5,7 +5,7 @@ mod baseline;
 mod charts;
 mod export;
 mod fail_if;
-mod html;
+pub(crate) mod html;
 mod page;
 mod tables;
 

@@ -16,7 +16,7 @@ impl Picture {
     }
 
     /// Fills a rectangle from its top left corner.
-    pub(crate) fn fill(&mut self, [x, y]: [i64; 2], [w, h]: [i64; 2], color: [u8; 3], alpha: f64) {
+    pub fn fill(&mut self, [x, y]: [i64; 2], [w, h]: [i64; 2], color: [u8; 3], alpha: f64) {
         let x0 = x.max(0);
         let x1 = (x + w).min(i64::from(self.width));
         for row in y.max(0)..(y + h).min(i64::from(self.height)) {
@@ -27,7 +27,7 @@ impl Picture {
     }
 
     /// Fills a convex polygon: the pixels whose centres it holds.
-    pub(crate) fn fill_convex(&mut self, polygon: &[[f64; 2]], color: [u8; 3], alpha: f64) {
+    pub fn fill_convex(&mut self, polygon: &[[f64; 2]], color: [u8; 3], alpha: f64) {
         let bounds = |axis: usize| {
             let low = polygon.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
             (low, polygon.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max))
@@ -55,7 +55,7 @@ impl Picture {
     }
 
     /// Draws a line `width` pixels thick, with smooth edges.
-    pub(crate) fn line(
+    pub fn line(
         &mut self,
         from: [f64; 2],
         to: [f64; 2],
@@ -120,7 +120,7 @@ impl Picture {
     }
 
     /// Writes one line of text from its top left corner, in dots of `scale` pixels; returns its width.
-    pub(crate) fn text(&mut self, [x, y]: [i64; 2], text: &str, scale: u32, color: [u8; 3]) -> i64 {
+    pub fn text(&mut self, [x, y]: [i64; 2], text: &str, scale: u32, color: [u8; 3]) -> i64 {
         let dot = i64::from(scale);
         let mut left = x;
         for c in text.chars() {

@@ -1,0 +1,44 @@
+//! `cullet reproduce`: the figures of published work, measured again and put beside the published ones.
+
+mod chart;
+mod model;
+mod zhang_hoff;
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::console::Console;
+use crate::exit::Outcome;
+
+/// `cullet reproduce`
+#[derive(Debug, Args)]
+pub(crate) struct ReproduceArgs {
+    /// Which work.
+    #[command(subcommand)]
+    which: Which,
+}
+
+/// What can be reproduced.
+#[derive(Debug, Subcommand)]
+enum Which {
+    /// Fast Backface Culling Using Normal Masks (1997): Table 1 and Graph 1
+    #[command(after_help = zhang_hoff::HELP)]
+    ZhangHoff(zhang_hoff::ZhangHoffArgs),
+}
+
+impl ReproduceArgs {
+    /// Where JSON is asked for.
+    pub(crate) fn json(&self) -> &Option<PathBuf> {
+        match &self.which {
+            Which::ZhangHoff(args) => &args.json,
+        }
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &ReproduceArgs, console: &Console) -> Outcome {
+    match &args.which {
+        Which::ZhangHoff(args) => zhang_hoff::run(args, console),
+    }
+}

@@ -1,0 +1,224 @@
+//! What the reproductions look at: one solid of one-sided triangles, and where they look from.
+
+use std::collections::HashMap;
+
+use cullet::bounds::Sphere;
+use cullet::mesh::Part;
+use cullet::{Mesh, MeshData};
+use cullet_io::Model;
+use glam::DVec3;
+
+use crate::args::SceneArgs;
+use crate::console::{Console, grouped};
+use crate::exit::{Exit, Failure};
+use crate::inputs;
+
+/// More triangles than this do not end within a minute.
+const MOST_TRIANGLES: u64 = 1_000_000;
+
+/// A model as one mesh that is drawn from its front alone.
+#[derive(Debug)]
+pub(crate) struct Subject {
+    /// What to call it.
+    pub(crate) name: String,
+    /// All its triangles, one-sided.
+    pub(crate) mesh: Mesh,
+    /// Around all its triangles.
+    pub(crate) sphere: Sphere,
+    /// Why it is no solid, though it is taken for one.
+    pub(crate) defect: Option<String>,
+}
+
+impl Subject {
+    /// The file or built-in scene of that name, all its instances made one mesh; else a built-in solid
+    /// of 69,312 triangles.
+    pub(crate) fn load(model: Option<&str>, console: &Console) -> Result<Self, Failure> {
+        let Some(scene) = model else {
+            let (positions, indices) = knobbly_ball(76);
+            return Self::new("a built-in knobbly ball".into(), positions, indices);
+        };
+        let args = SceneArgs {
+            scene: scene.to_owned(),
+            up: None,
+            one_sided: true,
+            two_sided: false,
+            max_triangles: None,
+        };
+        let model = inputs::load(&args, console)?;
+        let triangles = model.scene.triangle_count();
+        if triangles > MOST_TRIANGLES {
+            let message = format!(
+                "{}: {} triangles in all its instances, {} at the most; choose a smaller model",
+                model.name,
+                grouped(triangles),
+                grouped(MOST_TRIANGLES)
+            );
+            return Err(Failure { exit: Exit::Limit, message });
+        }
+        let (positions, indices) = joined(&model);
+        Self::new(model.name, positions, indices)
+    }
+
+    fn new(name: String, positions: Vec<[f32; 3]>, indices: Vec<u32>) -> Result<Self, Failure> {
+        let triangle_count = (indices.len() / 3) as u32;
+        let parts = vec![Part { triangle_count, ..Part::default() }];
+        let mesh = Mesh::new(MeshData { positions, indices, parts, ..MeshData::default() })
+            .map_err(|e| Failure::input(format!("{name}: {e}")))?;
+        let solid = mesh.triangle_count() - mesh.degenerate_count();
+        if solid == 0 {
+            return Err(Failure::input(format!(
+                "{name}: none of its {} triangles has an area; choose a model with a surface",
+                mesh.triangle_count()
+            )));
+        }
+        // Vertices that no triangle uses would only widen the cones.
+        let used: Vec<[f32; 3]> = (0..solid).flat_map(|t| mesh.corners(t)).collect();
+        let sphere = Sphere::from_points(&used);
+        let defect = mesh.solid().err().map(|e| e.to_string());
+        Ok(Self { name, mesh, sphere, defect })
+    }
+
+    /// The radius of its sphere.
+    pub(crate) fn radius(&self) -> f64 {
+        f64::from(self.sphere.radius)
+    }
+
+    /// The middle of its sphere.
+    pub(crate) fn centre(&self) -> [f64; 3] {
+        self.sphere.center.map(f64::from)
+    }
+
+    /// A point so many of its radii from its middle, as a homogeneous eye.
+    pub(crate) fn eye(&self, direction: [f64; 3], radii: f64) -> [f64; 4] {
+        let c = self.centre();
+        let [x, y, z] = [0, 1, 2].map(|a| c[a] + direction[a] * radii * self.radius());
+        [x, y, z, 1.0]
+    }
+}
+
+/// Direction `i` of `count` of a Fibonacci lattice: spread evenly over all directions.
+pub(crate) fn fibonacci(i: usize, count: usize) -> [f64; 3] {
+    // The golden angle.
+    const TURN: f64 = 2.399_963_229_728_653;
+    let z = (2 * i + 1) as f64 / count as f64 - 1.0;
+    let (sin, cos) = (i as f64 * TURN).sin_cos();
+    let r = (1.0 - z * z).sqrt();
+    [r * cos, r * sin, z]
+}
+
+/// The triangles of all instances in one space, around the middle of the scene so that f32 is fine there.
+fn joined(model: &Model) -> (Vec<[f32; 3]>, Vec<u32>) {
+    let scene = &model.scene;
+    let extent = scene.extent();
+    let middle = DVec3::from(extent.center()) + DVec3::from(scene.origin());
+    let (mut positions, mut indices) = (Vec::new(), Vec::new());
+    for slot in scene.slots() {
+        let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
+        let base = positions.len() as u32;
+        let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
+        let to = DVec3::from(transform.translation) - middle;
+        positions.extend(mesh.positions().iter().map(|p| {
+            let [px, py, pz] = p.map(f64::from);
+            (x * px + y * py + z * pz + to).as_vec3().to_array()
+        }));
+        // A mirror turns the winding of what passes through it; outside stays outside.
+        let mirrored = transform.determinant() < 0.0;
+        indices.extend(mesh.indices().as_chunks::<3>().0.iter().flat_map(|&[a, b, c]| {
+            let t = if mirrored { [a, c, b] } else { [a, b, c] };
+            t.map(|v| base + v)
+        }));
+    }
+    (positions, indices)
+}
+
+/// A closed solid of 12·n² triangles: a ball with knobs and hollows, its faces even in size and its
+/// normals in all directions, as a scanned figure has them. Roots and polynomials alone, so that it is
+/// the same on every machine.
+fn knobbly_ball(n: u16) -> (Vec<[f32; 3]>, Vec<u32>) {
+    let mut positions = Vec::new();
+    let mut known: HashMap<[u16; 3], u32> = HashMap::new();
+    let mut indices = Vec::with_capacity(usize::from(n) * usize::from(n) * 36);
+    for face in 0..6 {
+        let (axis, high) = (face / 2, face % 2 == 1);
+        let mut vertex = |u: u16, v: u16| {
+            let mut at = [0; 3];
+            at[axis] = if high { n } else { 0 };
+            at[(axis + 1) % 3] = u;
+            at[(axis + 2) % 3] = v;
+            *known.entry(at).or_insert_with(|| {
+                positions.push(knob(at.map(|v| 2.0 * f64::from(v) / f64::from(n) - 1.0)));
+                positions.len() as u32 - 1
+            })
+        };
+        for v in 0..n {
+            for u in 0..n {
+                let [a, b] = [vertex(u, v), vertex(u + 1, v)];
+                let [c, d] = [vertex(u + 1, v + 1), vertex(u, v + 1)];
+                // u, v and the outward axis are right-handed on the high face.
+                let quad = if high { [a, b, c, a, c, d] } else { [a, c, b, a, d, c] };
+                indices.extend(quad);
+            }
+        }
+    }
+    (positions, indices)
+}
+
+/// A point of the cube's surface, moved to the ball.
+fn knob(cube: [f64; 3]) -> [f32; 3] {
+    // As wide in the middle of a face as at its edges, nearly: tan(π/4·t) by a cubic.
+    let even = cube.map(|t| t * (0.8 + 0.2 * t * t));
+    let d = DVec3::from(even).normalize();
+    let r = 1.0 + 0.05 * (chebyshev(9, d.x) + chebyshev(8, d.y) + chebyshev(7, d.z));
+    (d * r).as_vec3().to_array()
+}
+
+/// cos(n·acos x).
+fn chebyshev(n: u32, x: f64) -> f64 {
+    let (mut before, mut now) = (1.0, x);
+    for _ in 1..n {
+        (before, now) = (now, 2.0 * x * now - before);
+    }
+    now
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ball_is_a_solid_of_seventy_thousand_triangles() {
+        let console = Console::new(true, None);
+        let ball = Subject::load(None, &console).unwrap();
+        assert_eq!(ball.mesh.triangle_count(), 69_312);
+        assert_eq!((ball.defect.clone(), ball.mesh.degenerate_count()), (None, 0));
+        assert!(!ball.mesh.is_two_sided());
+        // Euler: a closed surface without holes.
+        assert_eq!(ball.mesh.positions().len(), 69_312 / 2 + 2);
+        assert!((0.9..1.3).contains(&ball.radius()), "{}", ball.radius());
+        // Knobs: somewhere the surface leans by half a right angle from the ball's own.
+        let lean = (0..69_312).map(|t| {
+            let [a, b, c] = ball.mesh.corners(t).map(|p| DVec3::from(p.map(f64::from)));
+            (b - a).cross(c - a).normalize().dot(a.normalize())
+        });
+        assert!(lean.fold(1.0, f64::min) < 0.75);
+    }
+
+    #[test]
+    fn instances_become_one_mesh_wound_outward() {
+        // Every fourth shape of this scene is mirrored, and all are solids but the whole is many.
+        let console = Console::new(true, None);
+        let all = Subject::load(Some("solids:n=8"), &console).unwrap();
+        assert_eq!(all.defect, None);
+    }
+
+    #[test]
+    fn directions_are_units_that_sum_to_nothing() {
+        let mut sum = DVec3::ZERO;
+        for i in 0..200 {
+            let d = DVec3::from(fibonacci(i, 200));
+            assert!((d.length() - 1.0).abs() < 1e-12);
+            sum += d;
+        }
+        assert!(sum.length() < 1.0, "{sum}");
+    }
+}
