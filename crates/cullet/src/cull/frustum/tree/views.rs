@@ -112,10 +112,8 @@ impl ViewMasks {
             for word in bits::ones(touched).map(|bit| block * 64 + bit) {
                 let seen = cuts.iter().fold(0, |all, cut| all | cut.visible[word]);
                 for bit in bits::ones(seen) {
-                    let by = cuts.iter().enumerate();
-                    let mask = by.fold(0, |mask, (view, cut)| {
-                        mask | (cut.visible[word] >> bit & 1) as u32 * (1 << view)
-                    });
+                    let by = cuts.iter().map(|cut| (cut.visible[word] >> bit & 1) as u32);
+                    let mask = (0..).zip(by).fold(0, |mask, (view, seen)| mask | seen << view);
                     self.slots.push((word * 64 + bit) as u32);
                     self.masks.push(mask);
                 }
