@@ -14,6 +14,12 @@ pub(crate) fn ones(word: u64) -> impl Iterator<Item = usize> {
     })
 }
 
+/// The numbers of the bits that are set in words, ascending.
+pub(crate) fn in_words(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
+    let words = words.iter().enumerate();
+    words.flat_map(|(index, &word)| ones(word).map(move |bit| index * 64 + bit))
+}
+
 /// Runs of set bits of a word, ascending.
 pub(crate) fn runs(word: u64) -> impl Iterator<Item = Range<usize>> {
     let mut left = word;

@@ -23,5 +23,6 @@ pub use scene::{BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneErr
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
 pub use visible::{
-    DrawRange, Funnel, FunnelRow, Reason, SlotRange, Stage, TriangleRange, Unit, Visible,
+    DrawRange, FrustumWork, Funnel, FunnelRow, Reason, SlotRange, Stage, TriangleRange, Unit,
+    Visible,
 };

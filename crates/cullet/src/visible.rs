@@ -104,11 +104,27 @@ pub struct FunnelRow {
     pub nanoseconds: Option<u64>,
 }
 
+/// How the frustum stage found the instances: what it asked of the scene's hierarchy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrustumWork {
+    /// Nodes that asked their children, sixteen at a time.
+    pub nodes: u64,
+    /// Blocks of sixteen instances that were tested one by one.
+    pub blocks: u64,
+    /// How many times sixteen things were tested against a plane.
+    pub plane_tests: u64,
+    /// Instances that were swept without asking a node: those added since the last commit, or all of them
+    /// where that is cheaper.
+    pub swept: u64,
+}
+
 /// Counts in and out of each stage that ran, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Funnel {
     /// One row a stage and unit.
     pub rows: Vec<FunnelRow>,
+    /// What the frustum stage did to get its answer, where it ran.
+    pub frustum: FrustumWork,
 }
 
 /// A range of slots whose instances are drawn whole.

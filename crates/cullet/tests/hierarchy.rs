@@ -61,8 +61,11 @@ fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
             });
             assert_eq!((split.visible(), split.inside()), (&*visible, &*inside), "{jobs} jobs");
             assert!(split.touched().eq(cut.touched()));
-            assert_eq!(split.nodes_asked(), cut.nodes_asked());
-            assert_eq!(split.leaves_asked(), cut.leaves_asked());
+            // Unless all was swept: jobs never do that.
+            if (cut.swept() as usize) < boxes.len() {
+                assert_eq!(split.nodes_asked(), cut.nodes_asked());
+                assert_eq!(split.leaves_asked(), cut.leaves_asked());
+            }
         }
         let (mut swept, mut walked) = (Indices::new(), Indices::new());
         batch::cull_boxes(level, planes, boxes, &mut swept);

@@ -2,77 +2,169 @@
 
 use super::Output;
 use super::run::{Pass, Run};
+use crate::bits;
 use crate::bounds::Side;
 use crate::cull::frustum::batch::{self, Planes};
 use crate::cull::frustum::exact::ExactFrustum;
 use crate::mesh::Mesh;
-use crate::visible::{Reason, Stage, Unit};
+use crate::visible::{FrustumWork, Reason, SlotRange, Stage, Unit};
 
 impl Pass<'_> {
-    /// Instances that share a layer with the view.
-    pub(super) fn layers(&mut self) {
+    /// The stages of instances that are answered by slot masks: layers, then the frustum.
+    ///
+    /// What a view sees is mostly a small part of a scene, so only the words of the masks that hold
+    /// something are ever looked at, unless reasons are wanted: those are for what is not seen.
+    pub(super) fn layers_and_frustum(&mut self) {
         let scene = self.scene;
-        let slots = scene.slot_count();
-        self.scratch.alive.clear();
-        self.scratch.alive.resize((slots as usize).div_ceil(64), 0);
-        let asked = self.only.map_or(0..slots, |slot| slot..slot + 1);
-        let mut entered = 0;
-        for slot in asked {
-            if scene.is_removed(slot) {
-                continue;
-            }
-            entered += 1;
-            if scene.layers(slot) & self.view.layers != 0 {
-                self.scratch.alive[slot as usize / 64] |= 1 << (slot % 64);
-            } else {
-                self.drop_slot(slot, Reason { stage: Stage::Layer, detail: 0 });
+        self.forget_alive();
+        let (entered, left) = match self.only {
+            Some(slot) => (1, u64::from(scene.layers(slot) & self.view.layers != 0)),
+            None => (
+                u64::from(scene.instance_count()),
+                u64::from(scene.count_in_layers(self.view.layers)),
+            ),
+        };
+        let all_in = entered == left;
+        self.row(Stage::Layer, Unit::Instances, entered, left);
+        if self.culler.reasons && !all_in {
+            let slots = self.only.map_or(0..scene.slot_count(), |slot| slot..slot + 1);
+            for slot in slots.filter(|&s| !scene.is_removed(s)) {
+                if scene.layers(slot) & self.view.layers == 0 {
+                    self.drop_slot(slot, Reason { stage: Stage::Layer, detail: 0 });
+                }
             }
         }
-        let left = self.alive_count();
-        self.row(Stage::Layer, Unit::Instances, entered, left);
+        if let Some(slot) = self.only {
+            if all_in {
+                self.take_alone(slot);
+            }
+        } else if self.culler.frustum {
+            self.take_visible(all_in);
+        } else {
+            let words = scene.hierarchy().present().len();
+            (0..words).for_each(|word| self.take(word, u64::MAX, u64::MAX, all_in));
+        }
+        if self.culler.frustum {
+            let alive = self.alive_count();
+            self.row(Stage::Frustum, Unit::Instances, left, alive);
+        }
     }
 
-    /// Instances whose box is not outside the frustum; which of them are wholly inside is kept.
-    pub(super) fn frustum_of_instances(&mut self) {
-        let entered = self.alive_count();
+    /// Forgets the last view's instances.
+    fn forget_alive(&mut self) {
+        let s = &mut *self.scratch;
+        for &word in &s.live {
+            s.alive[word as usize] = 0;
+            s.inside[word as usize] = 0;
+        }
+        s.live.clear();
+        let words = self.scene.hierarchy().present().len();
+        s.alive.resize(words, 0);
+        s.inside.resize(words, 0);
+    }
+
+    /// Takes the instances of one word of the masks: those that are there, in a layer of the view, and not
+    /// outside.
+    fn take(&mut self, word: usize, visible: u64, inside: u64, all_in: bool) {
+        let scene = self.scene;
+        let exempt = scene.exempt()[word];
+        let mut alive = (visible | exempt) & scene.hierarchy().present()[word];
+        if !all_in {
+            for bit in bits::ones(alive) {
+                let slot = (word * 64 + bit) as u32;
+                if scene.layers(slot) & self.view.layers == 0 {
+                    alive &= !(1 << bit);
+                }
+            }
+        }
+        if alive != 0 {
+            let s = &mut *self.scratch;
+            s.alive[word] = alive;
+            s.inside[word] = inside | exempt;
+            s.live.push(word as u32);
+        }
+    }
+
+    /// Takes what the frustum does not reject, by the scene's hierarchy.
+    fn take_visible(&mut self, all_in: bool) {
         let scene = self.scene;
         let planes = Planes::new(&self.frustum);
-        let s = &mut *self.scratch;
-        reset(&mut s.visible, s.alive.len());
-        reset(&mut s.inside, s.alive.len());
-        if let Some(slot) = self.only {
-            // The arithmetic of the batch test, so the same answer.
-            let side = planes.classify_box(&scene.bounds(slot));
-            let (word, bit) = (slot as usize / 64, slot % 64);
-            s.visible[word] = u64::from(side != Side::Outside) << bit;
-            s.inside[word] = u64::from(side == Side::Inside) << bit;
-        } else {
-            let (level, boxes) = (self.culler.level, scene.boxes());
-            batch::classify_boxes(level, &planes, boxes, 0, &mut s.visible, &mut s.inside);
+        let (level, hierarchy) = (self.culler.level, scene.hierarchy());
+        let mut cut = std::mem::take(&mut self.scratch.cut);
+        cut.cull(level, &planes, hierarchy.nodes(), hierarchy.boxes());
+        self.result.funnel.frustum = FrustumWork {
+            nodes: cut.nodes_asked(),
+            blocks: cut.leaves_asked(),
+            plane_tests: cut.plane_tests(),
+            swept: cut.swept(),
+        };
+        let mut exempt = scene.exempt_words().peekable();
+        for word in cut.touched() {
+            while let Some(before) = exempt.next_if(|&e| e < word) {
+                self.take(before, 0, 0, all_in);
+            }
+            exempt.next_if_eq(&word);
+            self.take(word, cut.visible()[word], cut.inside()[word], all_in);
         }
-        let exact = self.culler.frustum_exact.then(|| ExactFrustum::new(&self.frustum));
-        for word in 0..self.scratch.alive.len() {
-            let s = &mut *self.scratch;
-            let exempt = scene.exempt()[word];
-            s.inside[word] |= exempt;
-            let mut dropped = s.alive[word] & !s.visible[word] & !exempt;
-            if let Some(exact) = &exact {
-                for slot in bits(word, s.alive[word] & s.visible[word] & !s.inside[word]) {
-                    if exact.is_outside_beyond_planes(&scene.bounds(slot)) {
-                        dropped |= 1 << (slot % 64);
+        exempt.for_each(|word| self.take(word, 0, 0, all_in));
+        if self.culler.frustum_exact {
+            self.drop_beyond_planes();
+        }
+        if self.culler.reasons {
+            for word in 0..hierarchy.present().len() {
+                let dropped = hierarchy.present()[word] & !self.scratch.alive[word];
+                for slot in slots(word, dropped) {
+                    // What is in no layer was dropped before.
+                    if all_in || scene.layers(slot) & self.view.layers != 0 {
+                        let detail = planes.first_rejecting(scene.boxes(), slot as usize);
+                        self.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
                     }
                 }
             }
-            s.alive[word] &= !dropped;
-            if self.culler.reasons {
-                for slot in bits(word, dropped) {
-                    let detail = planes.first_rejecting(scene.boxes(), slot as usize);
-                    self.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
+        }
+        self.scratch.cut = cut;
+    }
+
+    /// Drops boxes that straddle planes but lie beyond the frustum's corners.
+    fn drop_beyond_planes(&mut self) {
+        let exact = ExactFrustum::new(&self.frustum);
+        for at in 0..self.scratch.live.len() {
+            let word = self.scratch.live[at] as usize;
+            let s = &mut *self.scratch;
+            let asked = s.alive[word] & !s.inside[word];
+            for slot in slots(word, asked) {
+                if exact.is_outside_beyond_planes(&self.scene.bounds(slot)) {
+                    s.alive[word] &= !(1 << (slot % 64));
                 }
             }
         }
-        let left = self.alive_count();
-        self.row(Stage::Frustum, Unit::Instances, entered, left);
+    }
+
+    /// Takes one slot, by the arithmetic of the batch test, so with the same answer.
+    fn take_alone(&mut self, slot: u32) {
+        let scene = self.scene;
+        let bit = 1 << (slot % 64);
+        let word = slot as usize / 64;
+        let exempt = scene.exempt()[word] & bit != 0;
+        let planes = Planes::new(&self.frustum);
+        let bounds = scene.bounds(slot);
+        let mut side =
+            if self.culler.frustum { planes.classify_box(&bounds) } else { Side::Inside };
+        if self.culler.frustum_exact
+            && side == Side::Straddling
+            && ExactFrustum::new(&self.frustum).is_outside_beyond_planes(&bounds)
+        {
+            side = Side::Outside;
+        }
+        if side == Side::Outside && !exempt {
+            let detail = planes.first_rejecting(scene.boxes(), slot as usize);
+            self.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
+            return;
+        }
+        let s = &mut *self.scratch;
+        s.alive[word] = bit;
+        s.inside[word] = if exempt || side == Side::Inside { bit } else { 0 };
+        s.live.push(word as u32);
     }
 
     /// Instances that are not too small on the screen.
@@ -80,9 +172,12 @@ impl Pass<'_> {
         let Some(detail) = self.culler.detail else { return };
         let entered = self.alive_count();
         let (scene, view) = (self.scene, self.view);
-        self.filter_instances(Stage::Detail, |slot| {
-            let bounds = scene.bounds(slot);
-            !detail.is_small(view.project_box(&bounds, scene.origin()).as_ref())
+        self.filter_words(Stage::Detail, |word, asked| {
+            let small = slots(word, asked).filter(|&slot| {
+                let rectangle = view.project_box(&scene.bounds(slot), scene.origin());
+                detail.is_small(rectangle.as_ref())
+            });
+            small.fold(0, |small, slot| small | 1 << (slot % 64))
         });
         let left = self.alive_count();
         self.row(Stage::Detail, Unit::Instances, entered, left);
@@ -92,21 +187,42 @@ impl Pass<'_> {
     pub(super) fn collapsed(&mut self) {
         let entered = self.alive_count();
         let scene = self.scene;
-        self.filter_instances(Stage::Degenerate, |slot| {
-            scene.collapsed()[slot as usize / 64] >> (slot % 64) & 1 == 0
-        });
+        self.filter_words(Stage::Degenerate, |word, asked| asked & scene.collapsed()[word]);
         let left = self.alive_count();
         self.row(Stage::Degenerate, Unit::Instances, entered, left);
     }
 
-    /// Drops the instances that `keep` refuses, exempt ones apart.
-    fn filter_instances(&mut self, stage: Stage, keep: impl Fn(u32) -> bool) {
-        for word in 0..self.scratch.alive.len() {
+    /// Drops the instances that `drops` names among those of a word, exempt ones apart.
+    fn filter_words(&mut self, stage: Stage, drops: impl Fn(usize, u64) -> u64) {
+        for at in 0..self.scratch.live.len() {
+            let word = self.scratch.live[at] as usize;
             let asked = self.scratch.alive[word] & !self.scene.exempt()[word];
-            for slot in bits(word, asked).filter(|&slot| !keep(slot)) {
-                self.scratch.alive[word] &= !(1 << (slot % 64));
-                self.drop_slot(slot, Reason { stage, detail: 0 });
+            let dropped = drops(word, asked);
+            self.scratch.alive[word] &= !dropped;
+            if self.culler.reasons {
+                slots(word, dropped).for_each(|s| self.drop_slot(s, Reason { stage, detail: 0 }));
             }
+        }
+    }
+
+    /// Answers with whole instances: nothing more is asked.
+    pub(super) fn emit_instances(&mut self) {
+        let (scene, r) = (self.scene, &mut *self.result);
+        for &word in &self.scratch.live {
+            let alive = self.scratch.alive[word as usize];
+            for run in bits::runs(alive) {
+                let (first, count) = (word * 64 + run.start as u32, run.len() as u32);
+                match r.whole.last_mut() {
+                    Some(range) if range.first + range.count == first => range.count += count,
+                    _ => r.whole.push(SlotRange { first, count }),
+                }
+            }
+            r.instance_count += u64::from(alive.count_ones());
+            let drawn = |slot| {
+                let mesh = scene.mesh(slot);
+                u64::from(mesh.triangle_count() - mesh.degenerate_count())
+            };
+            r.triangle_count += slots(word as usize, alive).map(drawn).sum::<u64>();
         }
     }
 
@@ -116,8 +232,9 @@ impl Pass<'_> {
         let scene = self.scene;
         let by_cluster = self.culler.frustum && self.culler.output >= Output::Clusters;
         let (mut entered, mut left) = (0, 0);
-        for word in 0..self.scratch.alive.len() {
-            for slot in bits(word, self.scratch.alive[word]) {
+        for at in 0..self.scratch.live.len() {
+            let word = self.scratch.live[at] as usize;
+            for slot in slots(word, self.scratch.alive[word]) {
                 let mesh = scene.mesh(slot);
                 let cluster_count = mesh.levels()[0].cluster_count;
                 entered += u64::from(cluster_count);
@@ -181,12 +298,6 @@ fn reset(words: &mut Vec<u64>, len: usize) {
 }
 
 /// The slots of the bits that are set in a word.
-fn bits(word: usize, mut value: u64) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(move || {
-        (value != 0).then(|| {
-            let bit = value.trailing_zeros();
-            value &= value - 1;
-            word as u32 * 64 + bit
-        })
-    })
+fn slots(word: usize, value: u64) -> impl Iterator<Item = u32> {
+    bits::ones(value).map(move |bit| (word * 64 + bit) as u32)
 }

@@ -5,10 +5,11 @@
 //! and its counts are its own.
 
 use super::{Culler, Output};
+use crate::cull::frustum::tree::Cut;
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 use crate::view::{CullFace, Frustum, View};
-use crate::visible::{DrawRange, FunnelRow, Reason, SlotRange, Stage, Unit, Visible};
+use crate::visible::{DrawRange, FrustumWork, FunnelRow, Reason, SlotRange, Stage, Unit, Visible};
 
 /// Consecutive clusters of one instance to which the frustum gave the same answer.
 #[derive(Clone, Copy, Debug)]
@@ -23,9 +24,12 @@ pub(super) struct Run {
 /// Memory that one view's culls use again and again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
+    pub(super) cut: Cut,
+    /// One bit a slot: still in the running, and known to be inside the frustum.
     pub(super) alive: Vec<u64>,
-    pub(super) visible: Vec<u64>,
     pub(super) inside: Vec<u64>,
+    /// The words of the two that are not zero, ascending.
+    pub(super) live: Vec<u32>,
     pub(super) cluster_visible: Vec<u64>,
     pub(super) cluster_inside: Vec<u64>,
     pub(super) runs: Vec<Run>,
@@ -78,15 +82,16 @@ impl<'a> Pass<'a> {
 
     pub(super) fn run(mut self) {
         self.clear();
-        self.layers();
-        if self.culler.frustum {
-            self.frustum_of_instances();
-        }
+        self.layers_and_frustum();
         if self.culler.detail.is_some() {
             self.detail();
         }
         if self.culler.degenerate {
             self.collapsed();
+        }
+        if self.culler.output == Output::Instances {
+            self.emit_instances();
+            return;
         }
         self.clusters();
         if self.culler.output == Output::Triangles {
@@ -109,6 +114,8 @@ impl<'a> Pass<'a> {
         r.triangles.clear();
         r.reasons.clear();
         r.funnel.rows.clear();
+        r.funnel.frustum = FrustumWork::default();
+        (r.triangle_count, r.instance_count) = (0, 0);
         if self.culler.reasons {
             r.reasons.resize(self.scene.slot_count() as usize, None);
         }
@@ -133,15 +140,14 @@ impl<'a> Pass<'a> {
     }
 
     pub(super) fn alive_count(&self) -> u64 {
-        self.scratch.alive.iter().map(|w| u64::from(w.count_ones())).sum()
+        let s = &*self.scratch;
+        s.live.iter().map(|&w| u64::from(s.alive[w as usize].count_ones())).sum()
     }
 
     /// Writes slot ranges and draw ranges.
     fn emit(&mut self) {
         let by_triangle = self.culler.output == Output::Triangles;
         let r = &mut *self.result;
-        r.triangle_count = 0;
-        r.instance_count = 0;
         let mut ranges = r.triangle_ranges.iter().peekable();
         for runs in self.scratch.runs.chunk_by(|a, b| a.slot == b.slot) {
             let slot = runs[0].slot;

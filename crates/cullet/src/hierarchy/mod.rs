@@ -268,6 +268,12 @@ impl Hierarchy {
         self.slots.len()
     }
 
+    /// One bit a slot: there is something in it.
+    #[must_use]
+    pub fn present(&self) -> &[u64] {
+        self.slots.present()
+    }
+
     /// How many things there are.
     #[must_use]
     pub fn len(&self) -> u32 {

@@ -1,5 +1,7 @@
 //! Stable handles for things that lie in dense slots.
 
+use crate::bits;
+
 /// The caller's stable name for a thing in a slot: an index, and a generation that tells a removed thing
 /// from the one that took its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -32,6 +34,8 @@ pub(super) struct Slots {
     entries: Vec<(u32, u32)>,
     free: Vec<u32>,
     removed: u32,
+    /// One bit a slot: there is something in it.
+    present: Vec<u64>,
 }
 
 impl Slots {
@@ -49,6 +53,8 @@ impl Slots {
         entry.1 = slot;
         let handle = Handle { index, generation: entry.0 };
         self.handles.push(handle);
+        self.present.resize(self.handles.len().div_ceil(64), 0);
+        bits::set(&mut self.present, slot as usize, true);
         Some(handle)
     }
 
@@ -59,6 +65,7 @@ impl Slots {
         *entry = (entry.0.wrapping_add(1), NO_SLOT);
         self.free.push(handle.index);
         self.handles[slot as usize] = NOTHING;
+        bits::set(&mut self.present, slot as usize, false);
         self.removed += 1;
         Some(slot)
     }
@@ -76,6 +83,10 @@ impl Slots {
         self.handles.len() as u32
     }
 
+    pub(super) fn present(&self) -> &[u64] {
+        &self.present
+    }
+
     pub(super) fn removed(&self) -> u32 {
         self.removed
     }
@@ -85,6 +96,7 @@ impl Slots {
         let moved: Vec<_> = from.iter().map(|&old| self.handles[old as usize]).collect();
         for (&slot, handle) in to.iter().zip(moved) {
             self.handles[slot as usize] = handle;
+            bits::set(&mut self.present, slot as usize, handle != NOTHING);
             if handle != NOTHING {
                 self.entries[handle.index as usize].1 = slot;
             }
@@ -94,6 +106,12 @@ impl Slots {
     /// Forgets the slots from `len` on, which are all that were empty.
     pub(super) fn truncate(&mut self, len: u32) {
         self.handles.truncate(len as usize);
+        self.present.truncate(self.handles.len().div_ceil(64));
+        if let Some(last) = self.present.last_mut()
+            && len % 64 != 0
+        {
+            *last &= (1 << (len % 64)) - 1;
+        }
         self.removed = 0;
     }
 }

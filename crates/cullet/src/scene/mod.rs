@@ -1,5 +1,6 @@
 //! A scene: meshes, and instances of them in dense slots.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::bits;
@@ -30,8 +31,12 @@ pub struct Scene {
     layers: Vec<u32>,
     flags: Vec<InstanceFlags>,
     overrides: Vec<BoundsOverride>,
+    // How many instances have each mask of layers.
+    by_layers: BTreeMap<u32, u32>,
     // One bit a slot: no stage but the layer mask may cull it.
     exempt: Vec<u64>,
+    // One bit a word of `exempt` that may not be zero.
+    exempt_words: Vec<u64>,
     // One bit a slot: it has no triangle with an area.
     collapsed: Vec<u64>,
     // Bounds, handles, and the order of both.
@@ -59,7 +64,9 @@ impl Scene {
             layers: Vec::new(),
             flags: Vec::new(),
             overrides: Vec::new(),
+            by_layers: BTreeMap::new(),
             exempt: Vec::new(),
+            exempt_words: Vec::new(),
             collapsed: Vec::new(),
             hierarchy: Hierarchy::new(),
         }
@@ -138,7 +145,9 @@ impl Scene {
         self.layers.push(instance.layers);
         self.flags.push(instance.flags);
         self.overrides.push(instance.bounds);
+        *self.by_layers.entry(instance.layers).or_default() += 1;
         self.exempt.resize(self.mesh.len().div_ceil(64), 0);
+        self.exempt_words.resize(self.exempt.len().div_ceil(64), 0);
         self.collapsed.resize(self.mesh.len().div_ceil(64), 0);
         self.update_slot(self.slot_count() - 1);
         self.change += 1;
@@ -152,6 +161,7 @@ impl Scene {
     pub fn remove(&mut self, handle: Handle) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         self.hierarchy.remove(handle)?;
+        self.forget_layers(slot);
         self.layers[slot as usize] = 0;
         self.flags[slot as usize] = InstanceFlags::default();
         bits::set(&mut self.exempt, slot as usize, false);
@@ -182,7 +192,9 @@ impl Scene {
     /// If the handle names no instance.
     pub fn set_layers(&mut self, handle: Handle, layers: u32) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
+        self.forget_layers(slot);
         self.layers[slot as usize] = layers;
+        *self.by_layers.entry(layers).or_default() += 1;
         self.change += 1;
         Ok(())
     }
@@ -237,6 +249,7 @@ impl Scene {
         gather(&mut self.overrides, &from);
         gather_bits(&mut self.exempt, &from);
         gather_bits(&mut self.collapsed, &from);
+        self.note_exempt();
         self.change += 1;
         commit
     }
@@ -253,6 +266,11 @@ impl Scene {
         rearrange(&mut self.overrides, &moves);
         rearrange_bits(&mut self.exempt, &moves);
         rearrange_bits(&mut self.collapsed, &moves);
+        for &[_, slot] in &moves {
+            if bits::get(&self.exempt, slot as usize) {
+                bits::set(&mut self.exempt_words, slot as usize / 64, true);
+            }
+        }
         self.change += u64::from(!moves.is_empty());
         moves
     }
@@ -349,6 +367,16 @@ impl Scene {
         &self.exempt
     }
 
+    /// The words of [`exempt`](Self::exempt) that may have a bit, ascending.
+    pub(crate) fn exempt_words(&self) -> impl Iterator<Item = usize> + '_ {
+        bits::in_words(&self.exempt_words)
+    }
+
+    /// How many instances are in any of some layers.
+    pub(crate) fn count_in_layers(&self, layers: u32) -> u32 {
+        self.by_layers.iter().filter(|(own, _)| *own & layers != 0).map(|(_, count)| count).sum()
+    }
+
     /// One bit a slot: instances without a triangle that has an area, because their mesh has none or
     /// their transform flattens everything to a line or a point.
     #[must_use]
@@ -402,6 +430,25 @@ impl Scene {
         }
     }
 
+    fn forget_layers(&mut self, slot: u32) {
+        let layers = self.layers[slot as usize];
+        if let Some(count) = self.by_layers.get_mut(&layers) {
+            *count -= 1;
+            if *count == 0 {
+                self.by_layers.remove(&layers);
+            }
+        }
+    }
+
+    /// Notes which words of `exempt` are not zero.
+    fn note_exempt(&mut self) {
+        self.exempt_words.clear();
+        self.exempt_words.resize(self.exempt.len().div_ceil(64), 0);
+        for (word, &bits) in self.exempt.iter().enumerate() {
+            bits::set(&mut self.exempt_words, word, bits != 0);
+        }
+    }
+
     /// Recomputes what is derived from a slot's transform, flags and override.
     fn update_slot(&mut self, slot: u32) {
         if self.is_removed(slot) {
@@ -412,7 +459,11 @@ impl Scene {
         self.hierarchy.set_slot(at, &b);
         let finite = self.transforms[at].is_finite();
         let no_bounds = self.overrides[at] == BoundsOverride::None || !b.is_finite();
-        bits::set(&mut self.exempt, at, self.flags[at].always_visible || no_bounds || !finite);
+        let exempt = self.flags[at].always_visible || no_bounds || !finite;
+        bits::set(&mut self.exempt, at, exempt);
+        if exempt {
+            bits::set(&mut self.exempt_words, at / 64, true);
+        }
         let flat = finite && self.transforms[at].rank() <= 1 && self.is_rigid(slot);
         let nothing = self.mesh(slot).clusters().is_empty();
         bits::set(&mut self.collapsed, at, flat || nothing);

@@ -53,6 +53,7 @@ pub struct Cut {
     touched: Vec<u64>,
     len: usize,
     counts: Counts,
+    swept: usize,
     fronts: [Front; 2],
 }
 
@@ -73,10 +74,20 @@ impl Cut {
         self.begin(level, planes, nodes, boxes);
         let mut fronts = std::mem::take(&mut self.fronts);
         let mut target = self.target(nodes);
-        Walk { level, planes, nodes, boxes }.run(&mut fronts, &mut target);
+        let walked = Walk { level, planes, nodes, boxes }.run(&mut fronts, &mut target);
         self.counts = target.counts;
         self.fronts = fronts;
-        self.finish(planes, nodes);
+        if walked {
+            self.finish(planes, nodes);
+        } else {
+            self.sweep(level, planes, boxes, 0);
+        }
+    }
+
+    /// Tests all `boxes` one by one, without any node.
+    pub fn sweep_all(&mut self, level: Level, planes: &Planes, boxes: &Boxes) {
+        self.clear(boxes.len());
+        self.sweep(level, planes, boxes, 0);
     }
 
     /// [`cull`](Self::cull) as at most `jobs` jobs: `run` is given them, each to be run once, on any
@@ -199,8 +210,7 @@ impl Cut {
 
     /// The numbers of the words of [`visible`](Self::visible) that are not zero, ascending.
     pub fn touched(&self) -> impl Iterator<Item = usize> + '_ {
-        let words = self.touched.iter().enumerate();
-        words.flat_map(|(index, &word)| bits::ones(word).map(move |bit| index * 64 + bit))
+        bits::in_words(&self.touched)
     }
 
     /// How many nodes asked their children, sixteen at a time.
@@ -221,6 +231,13 @@ impl Cut {
         self.counts.planes
     }
 
+    /// How many boxes were swept without asking a node: those that lie under none, and all where that is
+    /// cheaper.
+    #[must_use]
+    pub fn swept(&self) -> u64 {
+        self.swept as u64
+    }
+
     /// Empties the masks, for `len` boxes: only what was set is cleared.
     fn clear(&mut self, len: usize) {
         for (index, touched) in self.touched.iter_mut().enumerate() {
@@ -236,10 +253,12 @@ impl Cut {
         self.touched.resize(words.div_ceil(64), 0);
         self.len = len;
         self.counts = Counts::default();
+        self.swept = 0;
     }
 
     /// Tests words from `first` on one by one.
     fn sweep(&mut self, level: Level, planes: &Planes, boxes: &Boxes, first: usize) {
+        self.swept = boxes.len() - first * 64;
         let (visible, inside) = (&mut self.visible[first..], &mut self.inside[first..]);
         classify_boxes(level, planes, boxes, first, visible, inside);
         for (word, visible) in visible.iter().enumerate() {

@@ -138,12 +138,22 @@ pub(super) struct Walk<'a> {
 const SPLIT_LEVEL: usize = 1;
 const SPLIT_WORDS: usize = 64;
 
+/// A block that the walk asks takes some 14 ns, one that a sweep passes 9: so a walk that has to ask more
+/// than this share of the blocks is not worth its while.
+const SWEEP: (usize, usize) = (5, 8);
+
 impl Walk<'_> {
-    /// All of it.
-    pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) {
+    /// All of it. `false` if so many boxes are left to ask that sweeping all of them is cheaper: then what
+    /// was written is only a part.
+    pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
         fronts[0].set_root(self.planes.len());
         self.down(self.nodes.levels().len(), 0, fronts, target);
+        let asked = fronts[0].len;
+        if asked * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && asked > 1 {
+            return false;
+        }
         self.leaves(&fronts[0], target);
+        true
     }
 
     /// One step down, from the front of level `at`: levels count from 1, and at 0 the boxes are asked.
