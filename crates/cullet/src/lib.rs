@@ -4,6 +4,7 @@
 
 pub mod bounds;
 pub mod clip;
+mod costs;
 pub mod cull;
 mod culler;
 mod exact;
@@ -13,6 +14,7 @@ mod transform;
 pub mod view;
 mod visible;
 
+pub use costs::{Costs, CostsError};
 pub use culler::{CullError, Culler, Explanation, Output, Step, ViewState};
 pub use fearless_simd::Level;
 pub use mesh::{Mesh, MeshData};
