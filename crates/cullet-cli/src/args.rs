@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::calibrate::{self, CalibrateArgs};
 use crate::parse;
+use crate::report::CostArgs;
 
 const ABOUT: &str =
     "Finds what a 3D scene draws for nothing, and proves that nothing visible was lost";
@@ -24,6 +26,7 @@ Examples
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet bench                               the batch tests against this machine's streaming rate
+  cullet calibrate                           what a triangle costs here, for reports in milliseconds
 
 Exit codes
   0 fine        1 something visible was culled      2 wrong command line
@@ -57,6 +60,9 @@ pub(crate) enum Command {
     Scenes(ScenesArgs),
     /// Measure the batch tests against this machine's streaming rate
     Bench(BenchArgs),
+    /// Measure what tests and triangles cost here, so that reports speak of milliseconds
+    #[command(after_help = calibrate::HELP)]
+    Calibrate(CalibrateArgs),
     /// Draw one picture of one view
     #[command(after_help = PICTURE_HELP)]
     Picture(Box<PictureArgs>),
@@ -199,6 +205,8 @@ pub(crate) struct ReportArgs {
     pub(crate) view: ViewArgs,
     #[command(flatten)]
     pub(crate) cull: CullArgs,
+    #[command(flatten)]
+    pub(crate) costs: CostArgs,
     /// Verify with N x N jittered samples a pixel; 1 is off
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) samples: u32,
