@@ -347,9 +347,9 @@ fn a_report_speaks_of_milliseconds_where_costs_are_known() {
     assert!(lines.contains("`cullet calibrate` measures") && page().contains("cullet calibrate"));
     assert!(without["costs"].is_null());
     let (lines, with) = report(&["--costs", &file]);
-    assert!(lines.contains("Culling saves about"), "{lines}");
-    assert!(lines.contains("measured on a painter on 2026-03-09, another machine"), "{lines}");
-    assert!(page().contains("Culling saves about") && page().contains("r = 4.0 ns"));
+    assert!(lines.contains("culling saves about"), "{lines}");
+    assert!(lines.contains("measured with a painter on 2026-03-09, on another machine"), "{lines}");
+    assert!(page().contains("culling saves about") && page().contains("4.0 ns (r)"));
     // All of what these stages take would have been rejected.
     let removed = with["summary"]["removed"].as_object().unwrap();
     let price = |stage: &str| match stage {

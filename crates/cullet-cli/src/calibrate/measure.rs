@@ -1,4 +1,4 @@
-//! What is measured, and how: medians of rounds, and slopes instead of times.
+//! What is measured, and how: the fastest of many rounds, and slopes instead of times.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -14,10 +14,7 @@ use cullet_draw::{RenderOptions, Selection, render};
 use crate::bench::{bumpy_ball, planes_that_see, random_boxes};
 use crate::console::interrupted;
 
-/// Each point of a round is the fastest of so many, for what disturbs a machine only ever adds.
-const TRIES: usize = 3;
-
-/// A round of a test takes so long, or the clock would be measured.
+/// A round of a test takes so long.
 const ROUND_SECONDS: f64 = 0.01;
 
 /// Boxes and triangles in a batch; clusters are fewer, as in a scene.
@@ -41,27 +38,36 @@ const SPLITS: [u32; 3] = [16, 64, 128];
 /// Quads along the side of that sheet.
 const SPLIT_QUADS: u32 = 128;
 
-/// A measured cost: nanoseconds, the median of all rounds, with the quartiles.
+/// A measured cost, in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Spread {
-    /// The median.
+    /// From the fastest of all rounds.
     pub(crate) ns: f64,
-    /// A quarter of the rounds is below this.
+    /// The least of it and of what each third of the rounds alone gives.
     pub(crate) low: f64,
-    /// A quarter of the rounds is above this.
+    /// The most of them.
     pub(crate) high: f64,
 }
 
-impl Spread {
-    /// Of one value or more.
-    fn of(mut rounds: Vec<f64>) -> Self {
-        rounds.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = share * rounds.len().saturating_sub(1) as f64;
-            let [low, high] = [place.floor(), place.ceil()].map(|i| rounds[i as usize]);
-            low + (high - low) * place.fract()
-        };
-        Self { ns: at(0.5), low: at(0.25), high: at(0.75) }
+/// What one round measured, in nanoseconds.
+struct Round {
+    /// An item of each test.
+    tests: [f64; 3],
+    /// A frame of each scene of each series.
+    frames: Vec<Vec<f64>>,
+}
+
+/// Scenes that fill the same pixels and differ in one count, whose price is wanted.
+struct Series {
+    scenes: Vec<Scene>,
+    counts: Vec<f64>,
+}
+
+impl Series {
+    fn new(scenes: impl IntoIterator<Item = Scene>, count: fn(&Scene) -> f64) -> Self {
+        let scenes: Vec<Scene> = scenes.into_iter().collect();
+        let counts = scenes.iter().map(count).collect();
+        Self { scenes, counts }
     }
 }
 
@@ -70,31 +76,58 @@ impl Spread {
 pub(super) fn measure(rounds: u32, mut step: impl FnMut()) -> Option<[Spread; 8]> {
     let mut tests = Tests::new();
     let view = sheet_view();
-    let classes = [
-        (Alpha::Opaque, Side::Away),
-        (Alpha::Opaque, Side::Front),
-        (Alpha::Masked, Side::Front),
-        (Alpha::Blended, Side::Front),
-    ];
-    let sheets = classes.map(|(alpha, side)| QUADS.map(|quads| sheet(PATCHES, quads, alpha, side)));
+    let by_triangles = |alpha, side| {
+        let scenes = QUADS.map(|quads| sheet(PATCHES, quads, alpha, side));
+        Series::new(scenes, |s| s.triangle_count() as f64)
+    };
     let splits = SPLITS.map(|n| sheet(n, SPLIT_QUADS / n, Alpha::Opaque, Side::Front));
-    let triangles = |s: &Scene| s.triangle_count() as f64;
-    let instances = |s: &Scene| f64::from(s.instance_count());
-    let mut figures: [Vec<f64>; 8] = Default::default();
+    let series = [
+        by_triangles(Alpha::Opaque, Side::Away),
+        by_triangles(Alpha::Opaque, Side::Front),
+        by_triangles(Alpha::Masked, Side::Front),
+        by_triangles(Alpha::Blended, Side::Front),
+        Series::new(splits, |s| f64::from(s.instance_count())),
+    ];
+    let mut done = Vec::new();
     // The first round warms caches and clocks, and does not count.
     for round in 0..=rounds {
         if interrupted() {
             return None;
         }
-        let mut new = tests.round().to_vec();
-        new.extend(sheets.iter().map(|s| drawing_slope(s, &view, triangles)));
-        new.push(drawing_slope(&splits, &view, instances));
+        let frames = |s: &Series| s.scenes.iter().map(|scene| frame_ns(scene, &view)).collect();
+        let now = Round { tests: tests.round(), frames: series.iter().map(frames).collect() };
         if round > 0 {
-            figures.iter_mut().zip(new).for_each(|(all, ns)| all.push(ns));
+            done.push(now);
         }
         step();
     }
-    Some(figures.map(Spread::of))
+    Some(spreads(&done, &series))
+}
+
+/// The costs by all rounds, and how far each third of them is from that. Of every time the fastest
+/// counts: what disturbs a machine only ever adds.
+fn spreads(rounds: &[Round], series: &[Series; 5]) -> [Spread; 8] {
+    let all = figures(rounds, series);
+    let thirds: Vec<_> = rounds.chunks(rounds.len().div_ceil(3).max(1)).collect();
+    let thirds: Vec<[f64; 8]> = thirds.iter().map(|third| figures(third, series)).collect();
+    std::array::from_fn(|i| {
+        let ns = all[i];
+        let values = || thirds.iter().map(|t| t[i]);
+        Spread { ns, low: values().fold(ns, f64::min), high: values().fold(ns, f64::max) }
+    })
+}
+
+fn figures(rounds: &[Round], series: &[Series; 5]) -> [f64; 8] {
+    let fastest =
+        |time: &dyn Fn(&Round) -> f64| rounds.iter().map(time).fold(f64::INFINITY, f64::min);
+    std::array::from_fn(|i| match i.checked_sub(3) {
+        None => fastest(&|r| r.tests[i]),
+        Some(of) => {
+            let counts = series[of].counts.iter().enumerate();
+            let points = counts.map(|(scene, &n)| [n, fastest(&|r| r.frames[of][scene])]);
+            slope(&points.collect::<Vec<_>>())
+        }
+    })
 }
 
 /// What the tests in batches need.
@@ -141,35 +174,26 @@ impl Tests {
     }
 }
 
-/// Nanoseconds an item of passes over `items`, for one round.
+/// Nanoseconds an item of passes over `items`, the fastest of a round.
 fn per_item(items: usize, mut pass: impl FnMut()) -> f64 {
-    let start = Instant::now();
-    let mut passes = 0u32;
-    while start.elapsed().as_secs_f64() < ROUND_SECONDS {
-        // So many passes that reading the clock costs nothing beside them.
-        for _ in 0..16 {
-            pass();
-        }
-        passes += 16;
+    // So many passes that reading the clock costs nothing beside them.
+    const PASSES: u32 = 16;
+    let begin = Instant::now();
+    let mut fastest = f64::INFINITY;
+    while begin.elapsed().as_secs_f64() < ROUND_SECONDS {
+        let start = Instant::now();
+        (0..PASSES).for_each(|_| pass());
+        fastest = fastest.min(start.elapsed().as_secs_f64());
     }
-    start.elapsed().as_secs_f64() * 1e9 / (f64::from(passes) * items as f64)
+    fastest * 1e9 / (f64::from(PASSES) * items as f64)
 }
 
-/// Nanoseconds of drawing for each one more of what `count` counts, pixels and all else being equal.
-fn drawing_slope(scenes: &[Scene], view: &View, count: impl Fn(&Scene) -> f64) -> f64 {
+/// Nanoseconds of drawing a scene once.
+fn frame_ns(scene: &Scene, view: &View) -> f64 {
     let options = RenderOptions { threads: 1, ..RenderOptions::default() };
-    let points: Vec<[f64; 2]> = scenes
-        .iter()
-        .map(|scene| {
-            let fastest = (0..TRIES).map(|_| {
-                let start = Instant::now();
-                black_box(render(scene, view, Selection::All, &options));
-                start.elapsed().as_secs_f64() * 1e9
-            });
-            [count(scene), fastest.fold(f64::INFINITY, f64::min)]
-        })
-        .collect();
-    slope(&points)
+    let start = Instant::now();
+    black_box(render(scene, view, Selection::All, &options));
+    start.elapsed().as_secs_f64() * 1e9
 }
 
 /// The slope of the line of least squares through points (x, y) with at least two distinct x.
@@ -247,11 +271,23 @@ mod tests {
     }
 
     #[test]
-    fn the_spread_is_median_and_quartiles() {
-        let s = Spread::of(vec![5.0, 1.0, 4.0, 2.0, 3.0]);
-        assert_eq!((s.low, s.ns, s.high), (2.0, 3.0, 4.0));
-        let s = Spread::of(vec![1.0, 2.0]);
-        assert_eq!((s.low, s.ns, s.high), (1.25, 1.5, 1.75));
+    fn the_fastest_count_and_thirds_give_the_range() {
+        let series = || Series { scenes: Vec::new(), counts: vec![1.0, 2.0, 3.0] };
+        let series = [series(), series(), series(), series(), series()];
+        // Each second round is disturbed; the last two of the six cost one more a step.
+        let round = |i: usize| {
+            let extra = if i % 2 == 1 { 50.0 } else { 0.0 };
+            let step = if i < 4 { 10.0 } else { 11.0 };
+            let frames = [1.0, 2.0, 3.0].map(|n| 100.0 + n * step + extra).to_vec();
+            Round { tests: [1.0 + extra, 2.0 + extra, 3.0 + extra], frames: vec![frames; 5] }
+        };
+        let rounds: Vec<Round> = (0..6).map(round).collect();
+        let spreads = spreads(&rounds, &series);
+        assert_eq!(spreads.map(|s| s.ns), [1.0, 2.0, 3.0, 10.0, 10.0, 10.0, 10.0, 10.0]);
+        assert_eq!((spreads[0].low, spreads[0].high), (1.0, 1.0));
+        assert_eq!((spreads[7].low, spreads[7].high), (10.0, 11.0));
+        let one = super::spreads(&rounds[..1], &series);
+        assert_eq!((one[3].low, one[3].ns, one[3].high), (10.0, 10.0, 10.0));
     }
 
     #[test]

@@ -16,8 +16,8 @@ pub(crate) use store::{Place, Stored, VARIABLE};
 
 pub(crate) const HELP: &str = "\
 Measures t, the test of a cluster, r, a triangle of the reference renderer for each kind of material,
-and what else decides whether a kind of culling pays; in nanoseconds on one thread, each the median of
-several rounds, with the quartiles. A triangle's cost is the slope of a line through the times of one
+and what else decides whether a kind of culling pays; in nanoseconds on one thread, each from the
+fastest of many rounds, with the range that thirds of the rounds give. A triangle's cost is the slope of a line through the times of one
 sheet cut into 8,192 to 131,072 triangles that fill the same pixels, so that pixels do not count in it.
 
 The costs are kept in cullet/costs.json in the user's folder of settings (XDG_CONFIG_HOME, ~/.config or
@@ -46,8 +46,8 @@ pub(crate) struct CalibrateArgs {
     /// Keep the costs in this file
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Rounds that each median is over; more are steadier and take longer
-    #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// Rounds of which the fastest counts; more are steadier and take longer
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
     /// Write the costs as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
@@ -160,7 +160,7 @@ const WORDS: [(&str, &str); 8] = [
 ];
 
 fn print(console: &Console, stored: &Stored) {
-    console.line(format!("{:<38}{:>9}   quartiles", "", "ns"));
+    console.line(format!("{:<38}{:>9}   range", "", "ns"));
     let costs = stored.costs();
     for ((name, _), (symbol, words)) in costs.named().into_iter().zip(WORDS) {
         let s = stored.spread(name);

@@ -31,7 +31,7 @@ pub(crate) struct Stored {
     pub(crate) machine: String,
     /// Whose triangles were measured.
     pub(crate) renderer: String,
-    /// Rounds that each median is over.
+    /// Rounds of which the fastest counts.
     pub(crate) rounds: u32,
     /// Nanoseconds, by the names of [`Costs::named`].
     costs: BTreeMap<String, Spread>,
@@ -44,7 +44,7 @@ impl Stored {
     pub(super) fn now(spreads: [Spread; 8], rounds: u32) -> Self {
         let mut values = spreads.iter();
         let mut costs = BTreeMap::new();
-        let medians = Costs::from_named(|name| {
+        let fastest = Costs::from_named(|name| {
             let Some(spread) = values.next() else { return f64::NAN };
             costs.insert(name.to_owned(), *spread);
             spread.ns
@@ -54,10 +54,10 @@ impl Stored {
             version: env!("CARGO_PKG_VERSION").into(),
             date: today(),
             machine: this_machine(),
-            renderer: "cullet's reference renderer, one thread".into(),
+            renderer: "cullet's reference renderer on one thread".into(),
             rounds,
             costs,
-            t_over_r: medians.t_over_r(),
+            t_over_r: fastest.t_over_r(),
         }
     }
 
@@ -98,15 +98,21 @@ impl Stored {
             schema => return Err(Damage::Schema(schema.to_string())),
         }
         for (name, _) in Costs::from_named(|_| 1.0).named() {
-            for key in ["ns", "low", "high"] {
-                let number = &value["costs"][name][key];
-                let fine = |ns: f64| ns > 0.0 && ns <= Costs::MOST_NS;
-                if !number.as_f64().is_some_and(fine) {
-                    return Err(Damage::Cost {
-                        key: format!("costs.{name}.{key}"),
-                        value: number.to_string(),
-                    });
-                }
+            let cost = &value["costs"][name];
+            let refuse = |key: &str, allowed| {
+                let value = cost[key].to_string();
+                Damage::Cost { key: format!("costs.{name}.{key}"), value, allowed }
+            };
+            let ns = cost["ns"].as_f64().filter(|&ns| ns > 0.0 && ns <= Costs::MOST_NS);
+            let Some(ns) = ns else {
+                return Err(refuse("ns", "nanoseconds above 0, to 1e9"));
+            };
+            // A price that a third of the rounds gives may be below nothing.
+            if !cost["low"].as_f64().is_some_and(|low| low <= ns) {
+                return Err(refuse("low", "nanoseconds, at most its ns"));
+            }
+            if !cost["high"].as_f64().is_some_and(|high| high >= ns) {
+                return Err(refuse("high", "nanoseconds, at least its ns"));
             }
         }
         serde_json::from_value(value).map_err(|e| Damage::Shape(e.to_string()))
@@ -127,7 +133,7 @@ enum Damage {
     NotJson(String),
     NoSchema,
     Schema(String),
-    Cost { key: String, value: String },
+    Cost { key: String, value: String, allowed: &'static str },
     Shape(String),
 }
 
@@ -140,9 +146,8 @@ impl fmt::Display for StoreError {
             Damage::NotJson(e) => write!(f, "is not JSON: {e}"),
             Damage::NoSchema => write!(f, "holds no costs: it has no \"schema\""),
             Damage::Schema(s) => write!(f, "has schema {s}; this program reads {SCHEMA}"),
-            Damage::Cost { key, value } => {
-                let most = Costs::MOST_NS;
-                write!(f, "{key} is {value}; it must be a number of nanoseconds above 0, to {most}")
+            Damage::Cost { key, value, allowed } => {
+                write!(f, "{key} is {value}; it must be a number of {allowed}")
             }
             Damage::Shape(e) => write!(f, "holds no costs: {e}"),
         }?;
@@ -228,7 +233,7 @@ pub(crate) mod tests {
     pub(crate) fn counted() -> Stored {
         let spread = |i: usize| {
             let ns = (i + 1) as f64;
-            Spread { ns, low: ns * 0.9, high: ns * 1.1 }
+            Spread { ns, low: ns - 2.0, high: ns * 1.1 }
         };
         Stored::now(std::array::from_fn(spread), 3)
     }
@@ -259,11 +264,9 @@ pub(crate) mod tests {
             (changed(&|v| v["schema"] = 7.into()), "has schema 7; this program reads 1"),
             (changed(&|v| v["schema"] = "x".into()), "has schema \"x\""),
             (changed(&|v| v["costs"]["draw"]["ns"] = 0.into()), "costs.draw.ns is 0;"),
-            (changed(&|v| v["costs"]["draw"]["low"] = (-2).into()), "costs.draw.low is -2;"),
-            (
-                changed(&|v| v["costs"]["draw"]["high"] = 1e10.into()),
-                "costs.draw.high is 10000000000",
-            ),
+            (changed(&|v| v["costs"]["draw"]["ns"] = 1e10.into()), "costs.draw.ns is 10000000000"),
+            (changed(&|v| v["costs"]["draw"]["low"] = 9.into()), "costs.draw.low is 9;"),
+            (changed(&|v| v["costs"]["draw"]["high"] = 2.into()), "costs.draw.high is 2;"),
             (
                 changed(&|v| v["costs"]["cluster_test"] = Value::Null),
                 "costs.cluster_test.ns is null",

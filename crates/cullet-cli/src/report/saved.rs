@@ -57,9 +57,12 @@ pub(crate) struct CostsRecord {
     pub(crate) rejected_triangle_ns: f64,
     /// A triangle that it would have drawn, in the scene's mix of materials.
     pub(crate) drawn_triangle_ns: f64,
-    /// What culling spares the renderer in an average view, in milliseconds.
+    /// What culling spares, in an average view, a renderer that takes up every triangle: a reckoning, in
+    /// milliseconds.
     pub(crate) saved_ms_per_view: f64,
-    /// What the tests cost in bulk in an average view; null where only a triangle's price is known.
+    /// That over the triangles that culling takes, in nanoseconds; null where it takes none.
+    pub(crate) saved_ns_per_triangle: Option<f64>,
+    /// What the tests would cost in bulk in an average view; null where only a triangle's price is known.
     pub(crate) tests_ms_per_view: Option<f64>,
     /// All of this in a sentence for people.
     pub(crate) assumption: String,
@@ -107,6 +110,7 @@ impl Pricing {
     pub(crate) fn record(&self, summary: &Summary) -> CostsRecord {
         let views = summary.views.max(1) as f64;
         let saved: f64 = summary.removed.iter().map(|(s, n)| self.price(s) * *n as f64).sum();
+        let culled: u64 = summary.removed.values().sum();
         let (source, stored) = match &self.origin {
             Origin::Given => ("--triangle-ns".to_owned(), None),
             Origin::File { path, stored } => (path.display().to_string(), Some(stored)),
@@ -119,6 +123,7 @@ impl Pricing {
             rejected_triangle_ns: self.rejected_ns,
             drawn_triangle_ns: self.drawn_ns,
             saved_ms_per_view: saved / views * 1e-6,
+            saved_ns_per_triangle: (culled > 0).then(|| saved / culled as f64),
             tests_ms_per_view: tests,
             assumption: self.assumption(tests),
         }
@@ -138,28 +143,38 @@ impl Pricing {
     fn assumption(&self, tests_ms: Option<f64>) -> String {
         let [rejected, drawn] = [self.rejected_ns, self.drawn_ns].map(digits);
         let Origin::File { stored, .. } = &self.origin else {
-            return format!("Milliseconds are at {drawn} ns a triangle, as --triangle-ns says.");
+            return format!(
+                "Milliseconds are reckoned, not timed, at {drawn} ns a triangle, as --triangle-ns says."
+            );
         };
         let machine = match stored.is_of_here() {
             true => "this machine".to_owned(),
             false => format!("another machine ({})", stored.machine),
         };
         let tests = tests_ms.map_or_else(String::new, |t| {
-            format!(" The tests themselves, in bulk, cost about {} of it.", milliseconds(t))
+            format!(" The tests in bulk would cost about {} of it.", milliseconds(t))
         });
         format!(
-            "Milliseconds are at r = {rejected} ns for a triangle outside the view or facing away, which \
-             the renderer would reject itself, and {drawn} ns for any other: measured on {} on {}, {machine}. \
-             A GPU's are others; --triangle-ns takes yours.{tests}",
+            "Milliseconds are reckoned, not timed, for a renderer that takes up every triangle: {rejected} ns \
+             (r) for one outside the view or facing away, which it rejects, and {drawn} ns for any other, as \
+             measured with {} on {}, on {machine}. A renderer that skips whole objects by itself gains less; \
+             a GPU's r is another, and --triangle-ns takes it.{tests}",
             stored.renderer, stored.date
         )
     }
 }
 
 impl CostsRecord {
-    /// The end of the headline.
+    /// The end of the headline, with its condition; empty where nothing is saved.
     pub(crate) fn headline(&self) -> String {
-        format!(" Culling saves about {} a view.", milliseconds(self.saved_ms_per_view))
+        match self.saved_ns_per_triangle {
+            Some(ns) if ns > 0.0 => format!(
+                " At {} ns a triangle, culling saves about {} a view.",
+                digits(ns),
+                milliseconds(self.saved_ms_per_view)
+            ),
+            _ => String::new(),
+        }
     }
 }
 
@@ -261,8 +276,9 @@ mod tests {
         assert_eq!(record.saved_ms_per_view, 15.0);
         // (1e6 × 1 + 2e6 × 2 + 4e6 × 3) / 2 views
         assert_eq!(record.tests_ms_per_view, Some(8.5));
-        assert_eq!(record.headline(), " Culling saves about 15 ms a view.");
-        for part in ["r = 4.0 ns", "6.0 ns for any other", "this machine", "about 8.5 ms of it"] {
+        assert_eq!(record.saved_ns_per_triangle, Some(30e6 / 6_000_009.0));
+        assert_eq!(record.headline(), " At 5.0 ns a triangle, culling saves about 15 ms a view.");
+        for part in ["4.0 ns (r)", "6.0 ns for any other", "this machine", "about 8.5 ms of it"] {
             assert!(record.assumption.contains(part), "{part}: {}", record.assumption);
         }
     }
@@ -273,6 +289,7 @@ mod tests {
         let record = pricing.record(&summary(&[("frustum", 1_000_000), ("occlusion", 1_000_000)]));
         assert_eq!((record.saved_ms_per_view, record.tests_ms_per_view), (2.5, None));
         assert!(record.assumption.contains("2.5 ns a triangle"), "{}", record.assumption);
+        assert_eq!(record.headline(), " At 2.5 ns a triangle, culling saves about 2.5 ms a view.");
     }
 
     #[test]
@@ -280,7 +297,8 @@ mod tests {
         let pricing = Pricing::of("c.json".into(), counted(), &Scene::new());
         assert_eq!(pricing.drawn_ns, 5.0);
         let record = pricing.record(&Summary::of(&[]));
-        assert_eq!(record.headline(), " Culling saves about 0 ms a view.");
+        assert_eq!((record.saved_ms_per_view, record.saved_ns_per_triangle), (0.0, None));
+        assert_eq!(record.headline(), "");
     }
 
     #[test]
