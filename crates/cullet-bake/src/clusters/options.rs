@@ -94,7 +94,7 @@ impl ClusterOptions {
     /// that it rejects because it faces away. Costs that [`Costs::check`] refuses may give a `test_cost`
     /// that [`build`](super::build) refuses.
     ///
-    /// The bare t/r is so small on a CPU (0.003 for the reference renderer) that it leaves clusters half
+    /// The bare t/r is so small on a CPU (some 0.002 for the reference renderer) that it leaves clusters half
     /// empty, as if each cost nothing but its test: 1,788 on the bunny, of which 50.4 % is culled, against
     /// 963 and 47.9 % with the draw, and 802 and 46.3 % by default.
     #[must_use]
