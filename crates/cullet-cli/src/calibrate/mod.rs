@@ -12,7 +12,7 @@ use crate::console::{Console, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::report::replace;
 
-pub(crate) use store::{Place, Stored, VARIABLE};
+pub(crate) use store::{Place, Stored};
 
 pub(crate) const HELP: &str = "\
 Measures t, the test of a cluster, r, a triangle of the reference renderer for each kind of material,
@@ -68,6 +68,9 @@ pub(crate) fn run(args: &CalibrateArgs, console: &Console) -> Outcome {
         (Some(path), false) => Some(path.clone()),
         (None, false) => Some(place()?.path),
     };
+    if cfg!(debug_assertions) {
+        console.note("warning: this build has debug assertions, which make its costs its own");
+    }
     let start = Instant::now();
     let mut progress = console.progress("rounds", u64::from(args.rounds) + 1);
     let Some(spreads) = measure::measure(args.rounds, || progress.step()) else {
@@ -99,7 +102,8 @@ pub(crate) fn run(args: &CalibrateArgs, console: &Console) -> Outcome {
 fn place() -> Result<Place, Failure> {
     Place::find().ok_or_else(|| {
         Failure::input(format!(
-            "the system tells no folder for settings; name a file with --out or {VARIABLE}"
+            "the system tells no folder for settings; name a file with --out or {}",
+            store::VARIABLE
         ))
     })
 }

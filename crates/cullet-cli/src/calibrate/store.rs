@@ -17,7 +17,7 @@ use crate::bench::Machine;
 const SCHEMA: u32 = 1;
 
 /// Names the file, where set and not empty.
-pub(crate) const VARIABLE: &str = "CULLET_COSTS";
+pub(super) const VARIABLE: &str = "CULLET_COSTS";
 
 /// What the file holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -32,7 +32,7 @@ use crate::survey::{Seen, Survey};
 use export::Export;
 use fail_if::FailIf;
 use page::{Gallery, Image};
-use saved::Pricing;
+use saved::{Origin, Pricing};
 
 pub(crate) use saved::{CostArgs, CostsRecord};
 
@@ -54,10 +54,11 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
         return Err(Failure::usage("--fail-if compares with the baseline, so give --baseline too"));
     }
     let baseline = args.baseline.as_deref().map(baseline::read).transpose()?;
+    let costs = Origin::find(&args.costs, console)?;
     let start = Instant::now();
     let model = inputs::load(&args.scene, console)?;
     let views = inputs::views(&model, &args.view, console)?;
-    let pricing = Pricing::find(&args.costs, &model.scene, console)?;
+    let pricing = costs.map(|origin| Pricing::new(origin, &model.scene));
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let facts = meshes::facts(&model);
     let mut report = Report::new(args, &model, facts, baseline.as_ref(), pricing, console)?;

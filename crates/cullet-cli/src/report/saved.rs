@@ -37,9 +37,9 @@ pub(crate) struct Pricing {
 
 /// Who says so.
 #[derive(Clone, Debug, PartialEq)]
-enum Origin {
-    /// `--triangle-ns`
-    Given,
+pub(crate) enum Origin {
+    /// `--triangle-ns`, in nanoseconds.
+    Given(f64),
     /// A file of costs.
     File { path: PathBuf, stored: Box<Stored> },
 }
@@ -68,16 +68,12 @@ pub(crate) struct CostsRecord {
     pub(crate) assumption: String,
 }
 
-impl Pricing {
+impl Origin {
     /// The prices that the command line names, else those that are kept, if any are. A file that the
     /// user names must be sound; one that is only kept is passed over with a warning.
-    pub(crate) fn find(
-        args: &CostArgs,
-        scene: &Scene,
-        console: &Console,
-    ) -> Result<Option<Self>, Failure> {
+    pub(crate) fn find(args: &CostArgs, console: &Console) -> Result<Option<Self>, Failure> {
         if let Some(ns) = args.triangle_ns {
-            return Ok(Some(Self { origin: Origin::Given, rejected_ns: ns, drawn_ns: ns }));
+            return Ok(Some(Self::Given(ns)));
         }
         let place = match &args.costs {
             Some(path) => Some(Place { path: path.clone(), named: true }),
@@ -85,7 +81,7 @@ impl Pricing {
         };
         let Some(Place { path, named }) = place else { return Ok(None) };
         match Stored::read(&path) {
-            Ok(Some(stored)) => Ok(Some(Self::of(path, stored, scene))),
+            Ok(Some(stored)) => Ok(Some(Self::File { path, stored: Box::new(stored) })),
             Ok(None) if args.costs.is_some() => Err(Failure::input(format!(
                 "{}: there is no such file; `cullet calibrate --out {0}` measures and writes it",
                 path.display()
@@ -98,12 +94,19 @@ impl Pricing {
             }
         }
     }
+}
 
-    fn of(path: PathBuf, stored: Stored, scene: &Scene) -> Self {
-        let costs = stored.costs();
-        let drawn_ns = mean_drawn_ns(&costs, scene);
-        let origin = Origin::File { path, stored: Box::new(stored) };
-        Self { origin, rejected_ns: costs.rejected_triangle_ns, drawn_ns }
+impl Pricing {
+    /// The prices of a scene's triangles.
+    pub(crate) fn new(origin: Origin, scene: &Scene) -> Self {
+        let [rejected_ns, drawn_ns] = match &origin {
+            Origin::Given(ns) => [*ns; 2],
+            Origin::File { stored, .. } => {
+                let costs = stored.costs();
+                [costs.rejected_triangle_ns, mean_drawn_ns(&costs, scene)]
+            }
+        };
+        Self { origin, rejected_ns, drawn_ns }
     }
 
     /// What the views of a summary come to.
@@ -112,7 +115,7 @@ impl Pricing {
         let saved: f64 = summary.removed.iter().map(|(s, n)| self.price(s) * *n as f64).sum();
         let culled: u64 = summary.removed.values().sum();
         let (source, stored) = match &self.origin {
-            Origin::Given => ("--triangle-ns".to_owned(), None),
+            Origin::Given(_) => ("--triangle-ns".to_owned(), None),
             Origin::File { path, stored } => (path.display().to_string(), Some(stored)),
         };
         let tests = stored.map(|s| tests_ns(&s.costs(), summary) / views * 1e-6);
@@ -242,6 +245,10 @@ mod tests {
         }
     }
 
+    fn file() -> Origin {
+        Origin::File { path: "c.json".into(), stored: Box::new(counted()) }
+    }
+
     /// One triangle of each class.
     fn scene() -> Scene {
         let classes = [Alpha::Opaque, Alpha::Masked, Alpha::Blended];
@@ -267,7 +274,7 @@ mod tests {
     #[test]
     fn each_stage_spares_what_its_triangles_would_have_cost() {
         // 4 ns rejected; 5, 6 and 7 ns drawn, by class.
-        let pricing = Pricing::of("c.json".into(), counted(), &scene());
+        let pricing = Pricing::new(file(), &scene());
         assert_eq!((pricing.rejected_ns, pricing.drawn_ns), (4.0, 6.0));
         let removed =
             [("frustum", 1_000_000), ("backface", 2_000_000), ("detail", 3_000_000), ("layer", 9)];
@@ -285,7 +292,7 @@ mod tests {
 
     #[test]
     fn a_price_from_the_command_line_is_the_price_of_all() {
-        let pricing = Pricing { origin: Origin::Given, rejected_ns: 2.5, drawn_ns: 2.5 };
+        let pricing = Pricing::new(Origin::Given(2.5), &scene());
         let record = pricing.record(&summary(&[("frustum", 1_000_000), ("occlusion", 1_000_000)]));
         assert_eq!((record.saved_ms_per_view, record.tests_ms_per_view), (2.5, None));
         assert!(record.assumption.contains("2.5 ns a triangle"), "{}", record.assumption);
@@ -294,7 +301,7 @@ mod tests {
 
     #[test]
     fn a_scene_of_nothing_has_a_price_and_saves_nothing() {
-        let pricing = Pricing::of("c.json".into(), counted(), &Scene::new());
+        let pricing = Pricing::new(file(), &Scene::new());
         assert_eq!(pricing.drawn_ns, 5.0);
         let record = pricing.record(&Summary::of(&[]));
         assert_eq!((record.saved_ms_per_view, record.saved_ns_per_triangle), (0.0, None));
