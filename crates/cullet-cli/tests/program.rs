@@ -349,7 +349,7 @@ fn a_report_speaks_of_milliseconds_where_costs_are_known() {
     let (lines, with) = report(&["--costs", &file]);
     assert!(lines.contains("culling saves about"), "{lines}");
     assert!(lines.contains("measured with a painter on 2026-03-09, on another machine"), "{lines}");
-    assert!(page().contains("culling saves about") && page().contains("4.0 ns (r)"));
+    assert!(page().contains("culling saves about") && page().contains("4.0 ns for one outside"));
     // All of what these stages take would have been rejected.
     let removed = with["summary"]["removed"].as_object().unwrap();
     let price = |stage: &str| match stage {

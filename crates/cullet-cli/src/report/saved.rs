@@ -158,8 +158,8 @@ impl Pricing {
             format!(" The tests in bulk would cost about {} of it.", milliseconds(t))
         });
         format!(
-            "Milliseconds are reckoned, not timed, for a renderer that takes up every triangle: {rejected} ns \
-             (r) for one outside the view or facing away, which it rejects, and {drawn} ns for any other, as \
+            "Milliseconds are reckoned, not timed, for a renderer that takes up every triangle: {rejected} ns for \
+             one outside the view or facing away, which it rejects, and r = {drawn} ns for any other, as \
              measured with {} on {}, on {machine}. A renderer that skips whole objects by itself gains less; \
              a GPU's r is another, and --triangle-ns takes it.{tests}",
             stored.renderer, stored.date
@@ -172,9 +172,10 @@ impl CostsRecord {
     pub(crate) fn headline(&self) -> String {
         match self.saved_ns_per_triangle {
             Some(ns) if ns > 0.0 => format!(
-                " At {} ns a triangle, culling saves about {} a view.",
+                // No figure is parted from its unit at the end of a line.
+                " At {}\u{a0}ns a triangle, culling saves about {} a view.",
                 digits(ns),
-                milliseconds(self.saved_ms_per_view)
+                milliseconds(self.saved_ms_per_view).replace(' ', "\u{a0}")
             ),
             _ => String::new(),
         }
@@ -245,6 +246,11 @@ mod tests {
         }
     }
 
+    /// The headline with ordinary spaces.
+    fn plain(record: &CostsRecord) -> String {
+        record.headline().replace('\u{a0}', " ")
+    }
+
     fn file() -> Origin {
         Origin::File { path: "c.json".into(), stored: Box::new(counted()) }
     }
@@ -284,8 +290,13 @@ mod tests {
         // (1e6 × 1 + 2e6 × 2 + 4e6 × 3) / 2 views
         assert_eq!(record.tests_ms_per_view, Some(8.5));
         assert_eq!(record.saved_ns_per_triangle, Some(30e6 / 6_000_009.0));
-        assert_eq!(record.headline(), " At 5.0 ns a triangle, culling saves about 15 ms a view.");
-        for part in ["4.0 ns (r)", "6.0 ns for any other", "this machine", "about 8.5 ms of it"] {
+        assert_eq!(plain(&record), " At 5.0 ns a triangle, culling saves about 15 ms a view.");
+        for part in [
+            "4.0 ns for one outside",
+            "r = 6.0 ns for any other",
+            "this machine",
+            "about 8.5 ms of it",
+        ] {
             assert!(record.assumption.contains(part), "{part}: {}", record.assumption);
         }
     }
@@ -296,7 +307,7 @@ mod tests {
         let record = pricing.record(&summary(&[("frustum", 1_000_000), ("occlusion", 1_000_000)]));
         assert_eq!((record.saved_ms_per_view, record.tests_ms_per_view), (2.5, None));
         assert!(record.assumption.contains("2.5 ns a triangle"), "{}", record.assumption);
-        assert_eq!(record.headline(), " At 2.5 ns a triangle, culling saves about 2.5 ms a view.");
+        assert_eq!(plain(&record), " At 2.5 ns a triangle, culling saves about 2.5 ms a view.");
     }
 
     #[test]
