@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::calibrate::{self, CalibrateArgs};
 use crate::parse;
+use crate::report::CostArgs;
 use crate::reproduce::ReproduceArgs;
 
 const ABOUT: &str =
@@ -26,6 +28,7 @@ Examples
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet bench                               the batch tests against this machine's streaming rate
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
+  cullet calibrate                           what a triangle costs here, for reports in milliseconds
 
 Exit codes
   0 fine        1 something visible was culled      2 wrong command line
@@ -61,6 +64,9 @@ pub(crate) enum Command {
     Bench(BenchArgs),
     /// Measure the figures of a published work again, beside the published ones
     Reproduce(Box<ReproduceArgs>),
+    /// Measure what tests and triangles cost here, so that reports speak of milliseconds
+    #[command(after_help = calibrate::HELP)]
+    Calibrate(CalibrateArgs),
     /// Draw one picture of one view
     #[command(after_help = PICTURE_HELP)]
     Picture(Box<PictureArgs>),
@@ -203,6 +209,8 @@ pub(crate) struct ReportArgs {
     pub(crate) view: ViewArgs,
     #[command(flatten)]
     pub(crate) cull: CullArgs,
+    #[command(flatten)]
+    pub(crate) costs: CostArgs,
     /// Verify with N x N jittered samples a pixel; 1 is off
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) samples: u32,

@@ -113,7 +113,7 @@ impl Drop for Progress {
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// From now on the first Ctrl-C asks to stop after the current view, and a second one stops at once.
+/// From now on the first Ctrl-C asks to stop after the current view or step, and a second one stops at once.
 pub(crate) fn watch_interrupts() {
     // Where no handler can be set, Ctrl-C ends the program as it would have without one.
     let _ = ctrlc::set_handler(|| {
@@ -122,7 +122,7 @@ pub(crate) fn watch_interrupts() {
         }
         let _ = writeln!(
             std::io::stderr().lock(),
-            "\nstopping after this view; Ctrl-C again stops at once"
+            "\nstopping after this step; Ctrl-C again stops at once"
         );
     });
 }

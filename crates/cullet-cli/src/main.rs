@@ -4,6 +4,7 @@
 mod args;
 mod bench;
 mod bounds;
+mod calibrate;
 mod console;
 mod drawing;
 mod exit;
@@ -56,6 +57,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Scenes(args) => scenes::run(args, &console(&args.json)),
         Command::Bench(args) => run_bench(args, &console(&args.json)),
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
+        Command::Calibrate(args) => calibrate::run(args, &console(&args.json)),
         Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
     }
 }

@@ -52,6 +52,12 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a number of seconds, 0 or more; try 60")
 }
 
+/// Nanoseconds of something that happens.
+pub(crate) fn nanoseconds(text: &str) -> Result<f64, String> {
+    let fine = |v| v > 0.0 && v <= cullet::Costs::MOST_NS;
+    number(text, fine, "a number of nanoseconds above 0, to 1e9; try 5")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,6 +75,14 @@ mod tests {
         assert_eq!(point("1,-2.5, 3e2"), Ok([1.0, -2.5, 300.0]));
         for bad in ["1,2", "1,2,3,4", "a,b,c", "1,2,nan", "inf,0,0"] {
             assert!(point(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn nothing_takes_no_time() {
+        assert_eq!(nanoseconds("0.5"), Ok(0.5));
+        for bad in ["0", "-1", "nan", "inf", "2e9", "5ns"] {
+            assert!(nanoseconds(bad).is_err(), "{bad}");
         }
     }
 

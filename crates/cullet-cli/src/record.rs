@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::report::CostsRecord;
+
 /// The number of the format; raised only when a key changes its meaning or goes.
 pub(crate) const SCHEMA: u32 = 1;
 
@@ -15,6 +17,8 @@ pub(crate) struct Record {
     pub(crate) settings: Settings,
     pub(crate) views: Vec<ViewRecord>,
     pub(crate) summary: Summary,
+    /// Null where no costs are known.
+    pub(crate) costs: Option<CostsRecord>,
     /// Meshes, those that waste the most first.
     pub(crate) meshes: Vec<MeshRecord>,
     /// False where Ctrl-C stopped the run before its last view.

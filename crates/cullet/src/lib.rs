@@ -5,6 +5,7 @@
 mod bits;
 pub mod bounds;
 pub mod clip;
+mod costs;
 pub mod cull;
 mod culler;
 mod exact;
@@ -15,6 +16,7 @@ mod transform;
 pub mod view;
 mod visible;
 
+pub use costs::{Costs, CostsError};
 pub use culler::{CullError, Culler, Explanation, Output, Step, ViewState};
 pub use fearless_simd::Level;
 pub use hierarchy::{Commit, Handle};

@@ -262,7 +262,7 @@ fn run_vertices(
 
 /// A ball with waves on it, of `len` triangles, within the unit sphere; in strips of 32 quads, so that
 /// runs of 64 triangles are clusters.
-fn bumpy_ball(len: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
+pub(crate) fn bumpy_ball(len: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
     const STRIP: usize = 32;
     let strips = len.div_ceil(2 * STRIP);
     // Blocks of 4 rows by 8 columns in a grid twice as wide as high.

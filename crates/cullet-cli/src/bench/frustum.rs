@@ -108,7 +108,11 @@ fn run_kind<B>(options: &BenchOptions, kind: &Kind<B>, each: &mut dyn FnMut(Meas
 
 /// The planes of a camera that sees about `percent` of the items: it moves back from the far corner of
 /// their cube until it does.
-fn planes_that_see(percent: usize, count: impl Fn(&Planes) -> usize, len: usize) -> Planes {
+pub(crate) fn planes_that_see(
+    percent: usize,
+    count: impl Fn(&Planes) -> usize,
+    len: usize,
+) -> Planes {
     let half = f64::from(HALF);
     let at = |back: f64| {
         let along = [0.6, -0.3, -0.742];
@@ -150,7 +154,7 @@ impl Random {
     }
 }
 
-fn random_boxes(len: usize) -> Boxes {
+pub(crate) fn random_boxes(len: usize) -> Boxes {
     let mut random = Random(0x1234_5678_9abc_def1);
     let mut boxes = Boxes::new();
     boxes.resize(len);

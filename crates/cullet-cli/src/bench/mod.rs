@@ -9,6 +9,8 @@ mod frustum;
 mod measure;
 mod results;
 
+pub(crate) use backface::bumpy_ball;
+pub(crate) use frustum::{planes_that_see, random_boxes};
 pub(crate) use results::{Machine, Measured, Results};
 
 /// What to measure.

@@ -7,6 +7,7 @@ mod export;
 mod fail_if;
 pub(crate) mod html;
 mod page;
+mod saved;
 mod tables;
 
 use std::fmt::Write as _;
@@ -31,6 +32,9 @@ use crate::survey::{Seen, Survey};
 use export::Export;
 use fail_if::FailIf;
 use page::{Gallery, Image};
+use saved::{Origin, Pricing};
+
+pub(crate) use saved::{CostArgs, CostsRecord};
 
 /// Above this a view takes so long to draw that only some are verified.
 const MOST_TRIANGLES_VERIFIED: u64 = 50_000_000;
@@ -50,12 +54,14 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
         return Err(Failure::usage("--fail-if compares with the baseline, so give --baseline too"));
     }
     let baseline = args.baseline.as_deref().map(baseline::read).transpose()?;
+    let costs = Origin::find(&args.costs, console)?;
     let start = Instant::now();
     let model = inputs::load(&args.scene, console)?;
     let views = inputs::views(&model, &args.view, console)?;
+    let pricing = costs.map(|origin| Pricing::new(origin, &model.scene));
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let facts = meshes::facts(&model);
-    let mut report = Report::new(args, &model, facts, baseline.as_ref(), console)?;
+    let mut report = Report::new(args, &model, facts, baseline.as_ref(), pricing, console)?;
     let mut progress = console.progress("views", views.len() as u64);
     for view in &views {
         report.add(view, views.len())?;
@@ -93,6 +99,7 @@ struct Report<'a> {
     survey: Survey<'a>,
     facts: Vec<MeshRecord>,
     baseline: Option<&'a Value>,
+    pricing: Option<Pricing>,
     gallery: Gallery,
     csv: File,
     export: Option<Export>,
@@ -107,6 +114,7 @@ impl<'a> Report<'a> {
         model: &'a Model,
         facts: Vec<MeshRecord>,
         baseline: Option<&'a Value>,
+        pricing: Option<Pricing>,
         console: &Console,
     ) -> Result<Self, Failure> {
         let options = VerifyOptions {
@@ -135,6 +143,7 @@ impl<'a> Report<'a> {
             survey,
             facts,
             baseline,
+            pricing,
             gallery: Gallery::default(),
             csv,
             export,
@@ -227,6 +236,7 @@ impl<'a> Report<'a> {
                 version: env!("CARGO_PKG_VERSION"),
             },
             views,
+            costs: self.pricing.as_ref().map(|p| p.record(&summary)),
             summary,
             meshes,
             complete,
@@ -253,7 +263,7 @@ impl<'a> Report<'a> {
 }
 
 /// Writes beside the file and renames, so that whoever reads it never finds half of it.
-fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let fail = |e: std::io::Error| Failure::write(path, &e);
     let mut beside = path.as_os_str().to_owned();
     beside.push(".part");
@@ -290,7 +300,7 @@ fn csv_row(v: &ViewRecord) -> String {
 
 fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration) {
     let s = &record.summary;
-    console.line(page::headline(s));
+    console.line(page::full_headline(record));
     console.line(page::lead(s));
     let t = s.triangles;
     for (name, n) in &s.removed {
@@ -305,6 +315,7 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
     for a in s.advice.iter().take(5) {
         console.line(format!("  advice: {}", a.title));
     }
+    console.line(format!("  {}", page::assumption(record)));
     if !record.complete {
         console.line("  stopped early: the report holds the views done so far");
     }

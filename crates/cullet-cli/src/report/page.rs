@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::charts;
 use super::html::escape;
+use super::saved;
 use super::tables;
 use crate::console::{grouped, percent};
 use crate::record::{Record, Summary};
@@ -32,7 +33,7 @@ pub(crate) struct Gallery {
 }
 
 /// The headline: how much is drawn for nothing, in plain words.
-pub(crate) fn headline(summary: &Summary) -> String {
+fn headline(summary: &Summary) -> String {
     let t = summary.triangles;
     let views = summary.views.max(1) as u64;
     if t.all == 0 {
@@ -55,6 +56,17 @@ pub(crate) fn headline(summary: &Summary) -> String {
         grouped(waste / views),
         grouped(t.all / views),
     )
+}
+
+/// The headline, with the milliseconds that culling saves where costs are known.
+pub(crate) fn full_headline(record: &Record) -> String {
+    let saved = record.costs.as_ref().filter(|_| record.summary.triangles.all > 0);
+    headline(&record.summary) + &saved.map_or_else(String::new, saved::CostsRecord::headline)
+}
+
+/// What the milliseconds rest on, or what would give some.
+pub(crate) fn assumption(record: &Record) -> &str {
+    record.costs.as_ref().map_or(saved::UNKNOWN, |c| &c.assumption)
 }
 
 /// The sentence below it: what culling does about it, and how near to perfect that is.
@@ -133,12 +145,14 @@ pub(crate) fn page(record: &Record, gallery: &Gallery, changes: &[String]) -> St
          <meta name=\"referrer\" content=\"no-referrer\">\
          <title>{name} · cullet report</title><style>\n{}</style></head><body><main>\n\
          <p class=\"kicker\">cullet report · <b>{name}</b> · {} on the path <b>{}</b> · {w}×{h}</p>\n\
-         <h1>{}</h1>\n<p class=\"lead\">{}</p>\n{}\n",
+         <h1>{}</h1>\n<p class=\"lead\">{}</p>\n\
+         <p class=\"kicker\">{}</p>\n{}\n",
         include_str!("style.css"),
         if s.views == 1 { "1 view".into() } else { format!("{} views", s.views) },
         escape(&record.settings.path),
-        headline(s),
+        escape(&full_headline(record)),
         lead(s),
+        escape(assumption(record)),
         badge(record),
     );
     if !record.complete {

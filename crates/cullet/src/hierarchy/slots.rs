@@ -108,7 +108,7 @@ impl Slots {
         self.handles.truncate(len as usize);
         self.present.truncate(self.handles.len().div_ceil(64));
         if let Some(last) = self.present.last_mut()
-            && len % 64 != 0
+            && !len.is_multiple_of(64)
         {
             *last &= (1 << (len % 64)) - 1;
         }
