@@ -17,7 +17,7 @@ pub use culler::{CullError, Culler, Explanation, Output, Step, ViewState};
 pub use fearless_simd::Level;
 pub use mesh::{Mesh, MeshData};
 pub use scene::{
-    BoundsOverride, Commit, Handle, Instance, InstanceFlags, MeshId, Scene, SceneError,
+    BoundsOverride, Commit, Handle, Instance, InstanceFlags, MeshId, Scene, SceneError, Stray,
 };
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};

@@ -2,6 +2,7 @@
 
 mod aabb;
 mod batch;
+mod deform;
 mod fit;
 mod obb;
 mod plane;
@@ -11,6 +12,7 @@ pub use aabb::Aabb;
 pub(crate) use aabb::{round_down, round_up};
 
 pub use batch::{Batch, Block, BoxBlock, Boxes, SphereBlock, Spheres};
+pub use deform::{DeformError, JointBoxes, MorphBounds, Morphs, Skin};
 pub use obb::Obb;
 pub use plane::{Plane, Side};
 pub use sphere::Sphere;

@@ -6,8 +6,10 @@ use crate::bounds::{Aabb, Boxes};
 use crate::mesh::Mesh;
 use crate::transform::Transform;
 
+mod audit;
 mod instance;
 
+pub use audit::Stray;
 pub use instance::{BoundsOverride, Commit, Handle, Instance, InstanceFlags, MeshId, SceneError};
 
 const NO_SLOT: u32 = u32::MAX;
