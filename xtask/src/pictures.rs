@@ -19,6 +19,7 @@ const PICTURES: &[(&str, &str)] = &[
     ),
     ("solids.png", "shaded solids --views 8 --view 1 --size 960x540"),
     ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 960x540"),
+    ("moving.png", "shaded moving:t=1500 --eye 6,4,14 --target 0,0.5,0 --size 960x540"),
 ];
 
 /// Draws them all again.

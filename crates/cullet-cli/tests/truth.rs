@@ -37,6 +37,10 @@ fn built_in_scenes() {
         ("solids", [51.0, 18.0, 21.0]),
         ("office", [53.0, 23.0, 18.0]),
         ("forest:n=20000", [60.0, 22.0, 26.0]),
+        // What deforms is culled whole or not at all, so an orbit leaves nearly all.
+        ("moving", [97.0, 45.0, 44.0]),
+        ("moving:t=1500", [97.0, 49.0, 44.0]),
+        ("moving:t=5300", [97.0, 44.0, 44.0]),
     ] {
         for (path, most) in ["orbit", "walk", "fly"].into_iter().zip(most) {
             check(scene, path, most);

@@ -69,6 +69,7 @@ fn the_same_text_gives_the_same_scene_everywhere() {
         ("solids:n=60", "ecb25c20308e374f"),
         ("office:floors=2", "77b0e19ac6dfa177"),
         ("forest:n=20000", "f43dc8b850eab4b4"),
+        ("moving:n=40,t=1500", "a03e6079a86b3ea0"),
     ];
     let made = recorded.map(|(text, _)| {
         let hash = fingerprint(&scenes::build(text).unwrap());
@@ -81,7 +82,8 @@ fn the_same_text_gives_the_same_scene_everywhere() {
 
 #[test]
 fn every_scene_can_be_built_and_is_complete() {
-    for text in ["city:cells=10,objects=500", "solids", "office", "forest:n=5000"] {
+    for text in ["city:cells=10,objects=500", "solids", "office", "forest:n=5000", "moving:t=2000"]
+    {
         let model = scenes::build(text).unwrap();
         assert!(scenes::is_builtin(text));
         assert_eq!(model.name.split(':').next(), text.split(':').next());
@@ -321,4 +323,26 @@ fn the_forest_has_as_many_as_asked_for() {
         assert_eq!(model.scene.instance_count(), n + 1);
         assert!(model.instance_names.is_empty());
     }
+}
+
+#[test]
+fn what_moves_stays_within_its_bounds() {
+    for t in [0, 300, 1700, 45_250] {
+        let model = scenes::build(&format!("moving:n=200,t={t}")).unwrap();
+        let scene = &model.scene;
+        // Deformed meshes are stored as they are posed, so the audit needs no other positions.
+        assert_eq!(scene.audit(|_| None), Ok(vec![]), "at {t} ms");
+        // Bounds come from joints and targets, not from the vertices: they hold with room, but not much.
+        let (mut count, mut true_area, mut area) = (0, 0.0, 0.0);
+        for slot in scene.slots().filter(|&s| scene.mesh(s).is_deformable()) {
+            let around = scene.transform(slot).transform_box(&scene.mesh(slot).bounds(), [0.0; 3]);
+            count += 1;
+            true_area += around.surface_area();
+            area += scene.bounds(slot).surface_area();
+        }
+        assert_eq!(count, 150);
+        assert!(area / true_area < 2.0, "{}", area / true_area);
+    }
+    let at = |t: u32| fingerprint(&scenes::build(&format!("moving:n=8,t={t}")).unwrap());
+    assert_ne!(at(0), at(1));
 }

@@ -21,7 +21,7 @@ pub use culler::{CullError, Culler, Explanation, Output, Step, ViewState};
 pub use fearless_simd::Level;
 pub use hierarchy::{Commit, Handle};
 pub use mesh::{Mesh, MeshData};
-pub use scene::{BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneError};
+pub use scene::{BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneError, Stray};
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
 pub use visible::{

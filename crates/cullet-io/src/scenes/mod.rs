@@ -5,6 +5,7 @@
 
 mod city;
 mod forest;
+mod moving;
 mod office;
 mod rng;
 mod shapes;
@@ -23,7 +24,7 @@ use crate::{Material, Model};
 use shapes::{Shape, mesh_data};
 use spec::Spec;
 
-static SCENES: &[SceneInfo] = &[city::INFO, solids::INFO, office::INFO, forest::INFO];
+static SCENES: &[SceneInfo] = &[city::INFO, solids::INFO, office::INFO, forest::INFO, moving::INFO];
 
 /// The built-in scenes, with their keys.
 #[must_use]
@@ -54,6 +55,7 @@ pub fn build(text: &str) -> Result<Model, SceneSpecError> {
         "city" => city::build(&spec),
         "solids" => solids::build(&spec),
         "office" => office::build(&spec),
+        "moving" => moving::build(&spec),
         _ => forest::build(&spec),
     }
 }

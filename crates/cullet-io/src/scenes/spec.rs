@@ -88,6 +88,9 @@ pub enum SceneSpecError {
     /// A mesh does not fit the limits of a mesh.
     #[error("the scene cannot be made: {0}")]
     Mesh(#[from] cullet::mesh::MeshError),
+    /// A deforming mesh has no bounds.
+    #[error("the scene cannot be made: {0}")]
+    Deform(#[from] cullet::bounds::DeformError),
 }
 
 /// A scene's text, taken apart: one value for each of its keys.

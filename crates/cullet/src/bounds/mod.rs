@@ -2,6 +2,7 @@
 
 mod aabb;
 mod batch;
+mod deform;
 mod fit;
 mod obb;
 mod plane;
@@ -12,6 +13,7 @@ pub(crate) use aabb::{round_down, round_up};
 pub(crate) use batch::LANES;
 
 pub use batch::{Batch, Block, BoxBlock, Boxes, SphereBlock, Spheres};
+pub use deform::{DeformError, JointBoxes, MorphBounds, Morphs, Skin};
 pub use obb::Obb;
 pub use plane::{Plane, Side};
 pub use sphere::Sphere;

@@ -87,6 +87,16 @@ pub enum SceneError {
     /// Slots are u32.
     #[error("a scene holds at most {0} instances")]
     Full(u32),
+    /// Current positions given to [`Scene::audit`](super::Scene::audit) do not fit the mesh.
+    #[error("{given} positions were given for {handle:?}, but its mesh has {vertices} vertices")]
+    Positions {
+        /// The instance.
+        handle: Handle,
+        /// How many positions were given.
+        given: usize,
+        /// How many vertices its mesh has.
+        vertices: usize,
+    },
 }
 
 impl From<HierarchyError> for SceneError {

@@ -9,8 +9,10 @@ use crate::hierarchy::{Commit, Handle, Hierarchy, NO_SLOT};
 use crate::mesh::Mesh;
 use crate::transform::Transform;
 
+mod audit;
 mod instance;
 
+pub use audit::Stray;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError};
 
 /// Meshes shared by instances.

@@ -1,0 +1,48 @@
+//! Bounds of meshes whose vertices move: skinned by joints, or morphed between shapes.
+//!
+//! Both types are prepared once from the mesh and asked once a frame; the answer, in the space that the
+//! joints or the mesh are given in, goes to the scene as
+//! [`BoundsOverride::World`](crate::BoundsOverride::World).
+
+mod joints;
+mod morphs;
+
+pub use joints::{JointBoxes, Skin};
+pub use morphs::{MorphBounds, Morphs};
+
+use thiserror::Error;
+
+/// What the evaluation of a vertex in f32 may lose, relative to the sizes of all its terms: two dozen
+/// roundings of 2⁻²⁴ each (the product of two matrices, of matrix and vertex, four joints or a handful of
+/// targets summed, the joints themselves rounded), and some to spare.
+const F32_LOSS: f64 = 32.0 / 16_777_216.0;
+/// What underflow may lose, in absolute terms.
+const F32_UNDERFLOW: f64 = 64.0 * f32::MIN_POSITIVE as f64;
+
+/// Why bounds cannot be prepared.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum DeformError {
+    /// A list that is not as long as the vertices.
+    #[error("{what} are {count}, but there are {vertices} vertices; give one for each vertex")]
+    Length {
+        /// Of what.
+        what: String,
+        /// How many were given.
+        count: usize,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A vertex is moved by a joint that is not there.
+    #[error(
+        "vertex {vertex} is moved by joint {joint}, but there are {joints} inverse bind matrices"
+    )]
+    Joint {
+        /// Which vertex.
+        vertex: usize,
+        /// The joint it names with a weight that is not zero.
+        joint: u16,
+        /// How many joints there are.
+        joints: usize,
+    },
+}
