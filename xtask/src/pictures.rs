@@ -17,6 +17,13 @@ const PICTURES: &[(&str, &str)] = &[
         "backface.png",
         "kinds city:cells=8,objects=60 --no-frustum --path walk --views 8 --view 5 --size 960x540",
     ),
+    ("normal-mask.png", "normal-mask --eye 3,2,5 --target 0,0,0 --fov 20 --size 960x560"),
+    ("normal-partition.png", "normal-partition --fov 40 --size 960x540"),
+    ("conservative-set.png", "conservative-set --size 960x420"),
+    ("culling-volume.png", "culling-volume solids:n=9 --size 960x540"),
+    ("cones.png", "cones solids:n=9 --views 8 --view 1 --size 800x450"),
+    ("clusters.png", "clusters solids:n=9 --views 8 --view 1 --size 800x450"),
+    ("back-regions.png", "back-regions solids:n=9 --views 8 --view 1 --size 800x450"),
     ("solids.png", "shaded solids --views 8 --view 1 --size 960x540"),
     ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 960x540"),
 ];

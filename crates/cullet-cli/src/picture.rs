@@ -66,7 +66,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
             cullet_draw::conservative_set(args.view.fov.unwrap_or(90.0), args.view.size)
         }
         PictureKind::CullingVolume => {
-            let (picture, f) = volume(args, scene, view)?;
+            let (picture, f) = volume(args, scene)?;
             console.line(format!(
                 "cluster {}: behind all planes in {:.1} % of its box, proved by Johannsen & Carter's \
                  bound in {:.1} %",
@@ -115,15 +115,11 @@ fn sight(view: &View) -> [f64; 3] {
     view.ray(middle).map_or([0.0, 0.0, -1.0], |ray| ray.direction)
 }
 
-fn volume(
-    args: &PictureArgs,
-    scene: &Scene,
-    view: &View,
-) -> Result<(Picture, VolumeFigure), Failure> {
+fn volume(args: &PictureArgs, scene: &Scene) -> Result<(Picture, VolumeFigure), Failure> {
     let Some(slot) = scene.slots().next() else {
         return Err(Failure::input("the scene has no instance, so no cluster"));
     };
-    let made = cullet_draw::culling_volume(scene, view, slot, args.cluster, args.view.size);
+    let made = cullet_draw::culling_volume(scene, slot, args.cluster, args.view.size);
     let clusters = scene.mesh(slot).clusters().len();
     made.ok_or_else(|| match args.cluster {
         Some(n) if n as usize >= clusters => Failure::usage(format!(

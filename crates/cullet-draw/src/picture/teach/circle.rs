@@ -122,8 +122,8 @@ pub fn conservative_set(field_of_view: f64, size: [u32; 2]) -> Picture {
     sheet.centred([w * 0.5, 18.0], format!("A view {wide:.0} degrees wide, in sectors"), INK);
     let entries = [
         (SIGHT, "a sector's sight"),
-        (BACK, "normals facing away for all of it"),
-        (LOST, "only for its middle"),
+        (BACK, "faces away for all of it"),
+        (LOST, "for its middle alone"),
     ];
     sheet.legend([26.0, h - 32.0], &entries);
     sheet.finish()

@@ -19,10 +19,11 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
     let mut sheet = Sheet::new(size);
     let [w, h] = sheet.size();
     let axis = DVec3::from(cone.axis);
-    // Along the line of sight lie the normals that face away; the corner nearest to it shows three
-    // sides, and turning it aside lets rows of cells end within them.
+    // Along the line of sight lie the normals that face away, so that corner is shown; from aside, or
+    // the arrow would be a point.
     let sign = axis.to_array().map(|v| if v < 0.0 { -1.0 } else { 1.0 });
-    let toward = DVec3::new(sign[0] * 1.0, sign[1] * 0.75, sign[2] * 1.35);
+    let [x, z] = if axis.x.abs() < axis.z.abs() { [1.5, 0.8] } else { [0.8, 1.5] };
+    let toward = DVec3::new(sign[0] * x, sign[1] * 0.75, sign[2] * z);
     let scale = (w * 0.5 - 40.0).min(h - 150.0) / 3.1;
     for (column, n) in [(0.25, 6), (0.75, 16)] {
         let Ok(grid) = MaskGrid::new(n) else { continue };
@@ -63,7 +64,7 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
         }
         // Where the line of sight leaves the cube, and how far along it goes.
         let leaves = axis / axis.abs().max_element();
-        sheet.arrow(camera.point(leaves), camera.point(leaves * 1.55), 3.0, SIGHT);
+        sheet.arrow(camera.point(leaves), camera.point(leaves + axis * 0.9), 3.0, SIGHT);
         let classes = grid.classes();
         let words = format!("N = {n}: {green} of {classes} classes face away");
         sheet.centred([w * column, h - 72.0], words, INK);

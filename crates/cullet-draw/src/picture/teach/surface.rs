@@ -13,7 +13,7 @@ use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::picture::Picture;
 use crate::picture::canvas::{grouped, text_width};
 use crate::picture::palette::{INK, PAPER, mix};
-use crate::picture::shaded::{light, linear};
+use crate::picture::shaded::{light_through, linear};
 use crate::picture::space::{Space, Surfaces};
 use crate::render::render;
 
@@ -33,7 +33,7 @@ const COLORS: [[u8; 3]; 8] = [
 /// sides of every surface are drawn. Cost: two frames at twice the size.
 #[must_use]
 pub fn clusters(scene: &Scene, view: &View) -> Picture {
-    let (mut picture, ..) = clustered(scene, view);
+    let mut picture = clustered(scene, view).0.halved();
     let count: usize = scene.slots().map(|s| scene.mesh(s).clusters().len()).sum();
     caption(&mut picture, &format!("{} clusters", grouped(count as u64)));
     picture
@@ -43,7 +43,8 @@ pub fn clusters(scene: &Scene, view: &View) -> Picture {
 /// across it as wide as its normals spread. Clusters whose normals fit no cone have none.
 #[must_use]
 pub fn cones(scene: &Scene, view: &View) -> Picture {
-    let (mut picture, frame, _) = clustered(scene, view);
+    let (picture, frame) = clustered(scene, view);
+    let mut picture = picture.halved();
     let space = Space::new(view);
     let size = [picture.width, picture.height];
     let (mut with, mut all) = (0u64, 0u64);
@@ -64,7 +65,7 @@ pub fn cones(scene: &Scene, view: &View) -> Picture {
             if (normal_matrix * axis).dot(space.towards_eye(middle)) <= 0.15 {
                 continue;
             }
-            let length = planes.radius() * 0.9;
+            let length = planes.radius() * 0.6;
             let slope = f64::from(cone.cutoff).min(0.95).asin().tan().min(2.0);
             let (u, v) = axis.any_orthonormal_pair();
             let world = |p: DVec3| m * (p + DVec3::from(planes.centre())) + t;
@@ -124,7 +125,7 @@ pub fn back_regions(scene: &Scene, view: &View) -> (Picture, usize) {
         }
     };
     const REST: [[u8; 3]; 6] = [COLORS[0], COLORS[1], COLORS[3], COLORS[4], COLORS[5], COLORS[6]];
-    let (mut picture, ..) = colored(scene, &other_side(scene, view), &color);
+    let mut picture = colored(scene, &other_side(scene, view), &color).0.halved();
     let noun = if count == 1 { "region faces" } else { "regions face" };
     caption(&mut picture, &format!("{count} connected {noun} away, seen from behind"));
     (picture, count)
@@ -132,25 +133,31 @@ pub fn back_regions(scene: &Scene, view: &View) -> (Picture, usize) {
 
 /// The view from the far side of the scene, a little above; the view itself where there is none.
 fn other_side(scene: &Scene, view: &View) -> View {
-    let extent = scene.extent();
-    let eye = DVec3::new(view.eye()[0], view.eye()[1], view.eye()[2]);
-    if extent.is_empty() || view.eye()[3] == 0.0 {
-        return view.clone();
-    }
-    let middle = DVec3::from(extent.center().map(f64::from));
-    let radius = DVec3::from(extent.half_extent()).length();
-    let mut away = (middle - eye).normalize_or(DVec3::NEG_Z);
-    away = (away + DVec3::Y * 0.2).normalize_or(away);
-    let size = view.viewport();
-    let aspect = f64::from(size[0]) / f64::from(size[1]);
-    let projection = Projection::Perspective {
-        fov_y_radians: 0.7,
-        aspect,
-        near: radius * 0.01,
-        far: f64::INFINITY,
+    let [x, y, z, w] = view.eye();
+    let away = if w == 0.0 {
+        -DVec3::new(x, y, z)
+    } else {
+        DVec3::from(scene.extent().center().map(f64::from)) - DVec3::new(x, y, z) / w
     };
-    let camera = Camera::look_at(middle + away * (radius * 2.6), middle, projection);
-    View::new(&camera, Depth::Reversed, size).unwrap_or_else(|_| view.clone())
+    let away = away.normalize_or(DVec3::NEG_Z);
+    whole(scene, (away + DVec3::Y * 0.2).into(), view.viewport()).unwrap_or_else(|| view.clone())
+}
+
+/// A view of the whole scene from a direction; `None` for an empty scene.
+pub(super) fn whole(scene: &Scene, from: [f64; 3], size: [u32; 2]) -> Option<View> {
+    let extent = scene.extent();
+    let from = DVec3::from(from).try_normalize().filter(|_| !extent.is_empty())?;
+    let middle = DVec3::from(extent.center().map(f64::from));
+    let radius = DVec3::from(extent.half_extent().map(f64::from)).length();
+    let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
+    // High enough for the width, too.
+    let fov_y_radians = 2.0 * (0.34f64.tan() / aspect.min(1.0)).atan();
+    let (near, far) = (radius * 0.01, f64::INFINITY);
+    let projection = Projection::Perspective { fov_y_radians, aspect, near, far };
+    // Not straight down, where up is no direction.
+    let from = if from.y.abs() > 0.95 { DVec3::new(0.2, from.y, 0.2).normalize() } else { from };
+    let camera = Camera::look_at(middle + from * (radius * 2.7), middle, projection);
+    View::new(&camera, Depth::Reversed, size).ok()
 }
 
 /// The planes of a range of a mesh's triangles.
@@ -158,7 +165,7 @@ pub(super) fn planes_of(mesh: &Mesh, first: u32, count: u32) -> ClusterPlanes {
     ClusterPlanes::new((first..first + count).map(|t| mesh.corners(t)))
 }
 
-fn clustered(scene: &Scene, view: &View) -> (Picture, Frame, ()) {
+fn clustered(scene: &Scene, view: &View) -> (Picture, Frame) {
     let colors: Vec<Vec<u8>> = scene.meshes().iter().map(cluster_colors).collect();
     let color = |slot: u32, t: u32| {
         let clusters = scene.mesh(slot).clusters();
@@ -169,12 +176,13 @@ fn clustered(scene: &Scene, view: &View) -> (Picture, Frame, ()) {
     colored(scene, view, &color)
 }
 
-/// A lit picture of the scene, both sides of everything, in the colours of (slot, triangle).
+/// A lit picture of the scene at twice the size of the view, both sides of everything, in the colours
+/// of (slot, triangle).
 pub(super) fn colored(
     scene: &Scene,
     view: &View,
     color: &(dyn Fn(u32, u32) -> [u8; 3] + Sync),
-) -> (Picture, Frame, ()) {
+) -> (Picture, Frame) {
     let mut view = view.clone();
     view.cull_face = CullFace::None;
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };
@@ -184,7 +192,7 @@ pub(super) fn colored(
         let color = surfaces.triangle(id).map_or(KEPT, |t| color(id.slot, t));
         DVec3::from(color.map(linear))
     };
-    (light(scene, &frame, &view, &surfaces, of).halved(), frame, ())
+    (light_through(0.0, scene, &frame, &view, &surfaces, of), frame)
 }
 
 /// A colour for each cluster of a mesh, by number: the least used by the neighbours before it.

@@ -1,11 +1,11 @@
 //! A cluster and the region of eyes from which all of it faces away.
 
 use cullet::cull::backface::cluster::{Bound, ClusterPlanes, CullingRegion, NormalBox};
-use cullet::{Mesh, Scene, View};
-use glam::DVec3;
+use cullet::{Mesh, Scene};
+use glam::{DMat3, DVec3};
 
 use super::sheet::{Flat, Sheet};
-use super::surface::{colored, planes_of};
+use super::surface::{colored, planes_of, whole};
 use super::{BACK, KEPT, OTHER, SIGHT};
 use crate::picture::Picture;
 use crate::picture::palette::{INK, mix};
@@ -28,7 +28,7 @@ pub struct VolumeFigure {
 
 /// The culling volume of a cluster of the mesh in `slot`, in a box around it: the ideal one in green,
 /// and in blue inside of it the one that Johannsen and Carter's box of normals proves. On the left the
-/// scene, as `view` sees it, with the cluster marked.
+/// scene with the cluster marked.
 ///
 /// Without a number the cluster is the one whose normals spread the most of those that still have at
 /// least 2 % of the box both ways. `None` if the slot or cluster does not exist, or the cluster has no
@@ -36,7 +36,6 @@ pub struct VolumeFigure {
 #[must_use]
 pub fn culling_volume(
     scene: &Scene,
-    view: &View,
     slot: u32,
     cluster: Option<u32>,
     size: [u32; 2],
@@ -55,10 +54,12 @@ pub fn culling_volume(
         if inside { SIGHT } else { mix(KEPT, INK, 0.15) }
     };
     let left = [(w * 0.5) as u32 - 20, h as u32 - 110];
-    let small = fitted(view, left);
-    let (model, ..) = colored(scene, &small, &marked);
-    sheet.paste([16, 52], &model);
     let axis = axis(&planes);
+    let linear = DMat3::from_cols_array_2d(&scene.transform(slot).linear.map(|c| c.map(f64::from)));
+    let seen_from = (linear.inverse().transpose() * axis).normalize_or_zero() + DVec3::Y * 0.25;
+    if let Some(view) = whole(scene, seen_from.into(), left) {
+        sheet.paste([16, 52], &colored(scene, &view, &marked).0);
+    }
     // From beside the cluster and a little before it, so that it lies on top of its volume.
     let side = axis.any_orthonormal_vector();
     let toward = axis * 0.35 + side + axis.cross(side) * 0.45;
@@ -75,19 +76,6 @@ pub fn culling_volume(
     let words: Vec<_> = words.iter().map(|(c, w)| (*c, w.as_str())).collect();
     sheet.legend([26.0, h - 32.0], &words);
     Some((sheet.finish(), figure))
-}
-
-/// The view in another shape of window, all of it inside; the view itself where that is impossible.
-fn fitted(view: &View, size: [u32; 2]) -> View {
-    let aspect = |[w, h]: [u32; 2]| f64::from(w) / f64::from(h);
-    let wider = aspect(view.viewport()) / aspect(size);
-    let shrink = wider.recip().min(1.0);
-    let mut m = view.clip_from_world();
-    for column in m.as_chunks_mut::<4>().0 {
-        column[0] *= wider * shrink;
-        column[1] *= shrink;
-    }
-    View::from_matrix(&m, view.depth(), size).unwrap_or_else(|_| view.clone())
 }
 
 /// Both regions in the box around a cluster, and the volume of the box.
