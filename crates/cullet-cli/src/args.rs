@@ -299,7 +299,7 @@ pub(crate) struct PictureArgs {
     pub(crate) view: ViewArgs,
     #[command(flatten)]
     pub(crate) cull: CullArgs,
-    /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a volume]
+    /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a volume, of the first instance that has one]
     #[arg(long, value_name = "N")]
     pub(crate) cluster: Option<u32>,
     /// Which view of the path, from 0

@@ -116,11 +116,15 @@ fn sight(view: &View) -> [f64; 3] {
 }
 
 fn volume(args: &PictureArgs, scene: &Scene) -> Result<(Picture, VolumeFigure), Failure> {
-    let Some(slot) = scene.slots().next() else {
+    let Some(first) = scene.slots().next() else {
         return Err(Failure::input("the scene has no instance, so no cluster"));
     };
-    let made = cullet_draw::culling_volume(scene, slot, args.cluster, args.view.size);
-    let clusters = scene.mesh(slot).clusters().len();
+    let draw = |slot| cullet_draw::culling_volume(scene, slot, args.cluster, args.view.size);
+    let clusters = scene.mesh(first).clusters().len();
+    let made = match args.cluster {
+        Some(_) => draw(first),
+        None => scene.slots().find_map(draw),
+    };
     made.ok_or_else(|| match args.cluster {
         Some(n) if n as usize >= clusters => Failure::usage(format!(
             "--cluster {n}: the first mesh has {clusters} clusters, numbered from 0"
@@ -130,7 +134,7 @@ fn volume(args: &PictureArgs, scene: &Scene) -> Result<(Picture, VolumeFigure), 
              none to take the widest that has a volume"
         )),
         None => Failure::input(
-            "no cluster of the first mesh has a culling volume; for a two-sided mesh give --one-sided",
+            "no cluster of the scene has a culling volume; for a two-sided mesh give --one-sided",
         ),
     })
 }

@@ -44,9 +44,9 @@ pub fn culling_volume(
     let cluster = cluster.or_else(|| widest(mesh))?;
     let c = *mesh.clusters().get(cluster as usize)?;
     let planes = planes_of(mesh, c.first_triangle, c.triangle_count);
-    let (ideal, proved, whole) = regions(&planes)?;
+    let (ideal, proved, room) = regions(&planes)?;
     let figure =
-        VolumeFigure { cluster, ideal: ideal.volume() / whole, proved: proved.volume() / whole };
+        VolumeFigure { cluster, ideal: ideal.volume() / room, proved: proved.volume() / room };
     let mut sheet = Sheet::new(size);
     let [w, h] = sheet.size();
     let marked = |s: u32, t: u32| {
