@@ -96,8 +96,22 @@ shaded  the view itself
 depth   how often each pixel is covered
 map     from above: the frustum, and every instance coloured by what became of it
 
+To teach back-face culling:
+normal-mask       the cube of directions in 216 and 1536 classes, those that face away in green
+normal-partition  the same in the plane: the circle of normals
+conservative-set  how the set of back-facing normals grows as the view is cut into sectors
+culling-volume    a cluster, and the eyes from which all of it faces away (--cluster N)
+clusters          the model in the colours of its clusters
+cones             the clusters with their cones of normals
+back-regions      the connected regions that face away, counted
+The first three draw no scene: the eye of the view gives the direction of sight, --fov the angle.
+Clusters of two-sided meshes are never culled, and made otherwise: give --one-sided for scans with
+holes.
+
 Examples
   cullet picture kinds --out kinds.png
+  cullet picture normal-mask --eye 3,2,5 --target 0,0,0 --fov 20
+  cullet picture culling-volume bunny.ply --one-sided --cluster 17
   cullet picture map city:seed=3 --path walk --view 2 --views 4";
 
 /// Which scene, and how to read it.
@@ -297,6 +311,9 @@ pub(crate) struct PictureArgs {
     pub(crate) view: ViewArgs,
     #[command(flatten)]
     pub(crate) cull: CullArgs,
+    /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a volume, of the first instance that has one]
+    #[arg(long, value_name = "N")]
+    pub(crate) cluster: Option<u32>,
     /// Which view of the path, from 0
     #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
     pub(crate) index: u32,
@@ -316,6 +333,20 @@ pub(crate) enum PictureKind {
     Depth,
     /// From above, with the frustum
     Map,
+    /// The cube of directions and its classes that face away
+    NormalMask,
+    /// The circle of normals and its classes that face away
+    NormalPartition,
+    /// The conservative set of normals against the number of sectors
+    ConservativeSet,
+    /// A cluster and the eyes from which all of it faces away
+    CullingVolume,
+    /// The model in the colours of its clusters
+    Clusters,
+    /// The clusters with their cones of normals
+    Cones,
+    /// The connected regions that face away
+    BackRegions,
 }
 
 impl PictureKind {
@@ -326,6 +357,13 @@ impl PictureKind {
             Self::Shaded => "shaded",
             Self::Depth => "depth",
             Self::Map => "map",
+            Self::NormalMask => "normal-mask",
+            Self::NormalPartition => "normal-partition",
+            Self::ConservativeSet => "conservative-set",
+            Self::CullingVolume => "culling-volume",
+            Self::Clusters => "clusters",
+            Self::Cones => "cones",
+            Self::BackRegions => "back-regions",
         }
     }
 }

@@ -8,11 +8,16 @@ mod map;
 pub mod palette;
 mod shaded;
 mod space;
+mod teach;
 
 pub use kinds::{fly_out, kinds, kinds_of};
 pub use layers::depth_complexity;
 pub use map::top_down;
 pub use shaded::shaded;
+pub use teach::{
+    VolumeFigure, back_regions, clusters, cones, conservative_set, culling_volume, normal_mask,
+    normal_partition,
+};
 
 use std::io;
 use std::path::Path;

@@ -40,8 +40,23 @@ pub fn shaded(scene: &Scene, frame: &Frame, view: &View, material_colors: &[[f32
     light(scene, frame, view, &surfaces, color)
 }
 
+/// How much haze there is far away in a landscape.
+const HAZE: f64 = 0.42;
+
 /// Lights a frame whose surfaces have these linear colours.
 pub(crate) fn light(
+    scene: &Scene,
+    frame: &Frame,
+    view: &View,
+    surfaces: &Surfaces,
+    color: impl Fn(PixelId) -> DVec3 + Sync,
+) -> Picture {
+    light_through(HAZE, scene, frame, view, surfaces, color)
+}
+
+/// [`light`] with so much haze far away, 0 to 1: none where colours carry the meaning.
+pub(crate) fn light_through(
+    air: f64,
     scene: &Scene,
     frame: &Frame,
     view: &View,
@@ -89,7 +104,7 @@ pub(crate) fn light(
                 // The side that is seen.
                 let n = if n.dot(space.towards_eye(p)) < 0.0 { -n } else { n };
                 let seen = albedo * irradiance(n, open.at(x, y)) * edge(frame, [x, y]);
-                let haze = 0.42 * (1.0 - (-(p - from).length() / (2.2 * reach)).exp());
+                let haze = air * (1.0 - (-(p - from).length() / (2.2 * reach)).exp());
                 seen.lerp(sky(DVec3::new(sight.x, sight.y.max(0.0) * 0.3, sight.z)), haze)
             };
             for (c, v) in lit.to_array().into_iter().enumerate() {

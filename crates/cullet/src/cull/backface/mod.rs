@@ -32,6 +32,7 @@ mod mask;
 mod mask_cull;
 mod planes32;
 mod quantised;
+mod regions;
 pub mod screen;
 mod sectors;
 pub mod triangle;
@@ -44,6 +45,7 @@ pub use mask::{
 pub use mask_cull::{count_masked, cull_masked, cull_masked_ref, keep_unmasked};
 pub use planes32::Planes32;
 pub use quantised::{Planes8, Planes16};
+pub use regions::back_regions;
 
 pub use sectors::SectorMasks;
 

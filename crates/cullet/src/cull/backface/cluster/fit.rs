@@ -120,6 +120,12 @@ impl ClusterPlanes {
             .fold(f64::NEG_INFINITY, |a, b| if b <= a { a } else { b })
     }
 
+    /// The half-spaces n·x ≤ d behind the planes, as (n, d) with unit n; their intersection holds every
+    /// eye that sees all triangles from behind.
+    pub fn half_spaces(&self) -> impl Iterator<Item = ([f64; 3], f64)> {
+        self.normals.iter().zip(&self.offsets).map(|(n, d)| ((*n).into(), *d))
+    }
+
     /// The middle of the triangles' box.
     #[must_use]
     pub fn centre(&self) -> [f64; 3] {

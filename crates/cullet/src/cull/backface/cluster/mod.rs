@@ -46,6 +46,7 @@ mod normal_box;
 mod normal_cone;
 mod pyramid;
 mod quantised;
+mod region;
 
 pub use batch::{BatchBound, ClusterBounds};
 pub use coherence::{ClusterTracker, Tracked};
@@ -56,6 +57,7 @@ pub use normal_box::{NormalBox, NormalBoxAtOrigin, NormalBoxTurned};
 pub use normal_cone::NormalCone;
 pub use pyramid::Pyramid;
 pub use quantised::EllipticConeQuantised;
+pub use region::{CullingRegion, RegionFace};
 
 use fit::ApexFit;
 

@@ -1,0 +1,247 @@
+//! A model's surface in the colours of its clusters and of its back-facing regions.
+
+use std::collections::HashMap;
+
+use cullet::cull::backface::cluster::{Bound, ClusterPlanes, NormalCone};
+use cullet::cull::backface::{self, ObjectEye};
+use cullet::mesh::Regions;
+use cullet::{Camera, CullFace, Depth, Mesh, Projection, Scene, View};
+use glam::{DMat3, DVec3};
+
+use super::{BACK, KEPT, SIGHT};
+use crate::frame::{Frame, PixelId, RenderOptions, Selection};
+use crate::picture::Picture;
+use crate::picture::canvas::{grouped, text_width};
+use crate::picture::palette::{INK, PAPER, mix};
+use crate::picture::shaded::{light_through, linear};
+use crate::picture::space::{Space, Surfaces};
+use crate::render::render;
+
+/// Colours of neighbours, taken in turn.
+const COLORS: [[u8; 3]; 8] = [
+    [0xE6, 0x9F, 0x00],
+    [0x56, 0xB4, 0xE9],
+    [0x00, 0x9E, 0x73],
+    [0xF0, 0xE4, 0x42],
+    [0x00, 0x72, 0xB2],
+    [0xD5, 0x5E, 0x00],
+    [0xCC, 0x79, 0xA7],
+    [0xB4, 0xB0, 0xA6],
+];
+
+/// The scene in the colours of its clusters: two that touch differ where eight colours suffice. Both
+/// sides of every surface are drawn. Cost: two frames at twice the size.
+#[must_use]
+pub fn clusters(scene: &Scene, view: &View) -> Picture {
+    let mut picture = clustered(scene, view).0.halved();
+    let count: usize = scene.slots().map(|s| scene.mesh(s).clusters().len()).sum();
+    caption(&mut picture, &format!("{} clusters", grouped(count as u64)));
+    picture
+}
+
+/// [`clusters`] with the cone of normals of each that faces the eye and has one: its axis, and a disc
+/// across it as wide as its normals spread. Clusters whose normals fit no cone have none.
+#[must_use]
+pub fn cones(scene: &Scene, view: &View) -> Picture {
+    let (picture, frame) = clustered(scene, view);
+    let mut picture = picture.halved();
+    let space = Space::new(view);
+    let size = [picture.width, picture.height];
+    let (mut with, mut all) = (0u64, 0u64);
+    let mut glyphs: Vec<(f64, [f64; 2], [f64; 2], Vec<[f64; 2]>)> = Vec::new();
+    for slot in scene.slots() {
+        let mesh = scene.mesh(slot);
+        let transform = scene.transform(slot);
+        let m = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
+        let normal_matrix = m.inverse().transpose();
+        let t = DVec3::from(transform.translation);
+        for cluster in mesh.clusters() {
+            all += 1;
+            let planes = planes_of(mesh, cluster.first_triangle, cluster.triangle_count);
+            let Some(cone) = NormalCone::fit(&planes) else { continue };
+            with += 1;
+            let axis = DVec3::from(cone.axis.map(f64::from));
+            let middle = m * DVec3::from(planes.centre()) + t;
+            if (normal_matrix * axis).dot(space.towards_eye(middle)) <= 0.15 {
+                continue;
+            }
+            let length = planes.radius() * 0.6;
+            let slope = f64::from(cone.cutoff).min(0.95).asin().tan().min(2.0);
+            let (u, v) = axis.any_orthonormal_pair();
+            let world = |p: DVec3| m * (p + DVec3::from(planes.centre())) + t;
+            let ring = (0..28).filter_map(|i| {
+                let (s, c) = (f64::from(i) / 28.0 * std::f64::consts::TAU).sin_cos();
+                let p = (axis + (u * c + v * s) * slope).normalize() * length;
+                space.project(world(p), size).map(|p| p.0)
+            });
+            let ring: Vec<_> = ring.collect();
+            let ends = (space.project(middle, size), space.project(world(axis * length), size));
+            let (Some((foot, depth)), Some((tip, _))) = ends else { continue };
+            if ring.len() == 28 && !is_hidden(&frame, &space, foot, middle, planes.radius()) {
+                glyphs.push((depth, foot, tip, ring));
+            }
+        }
+    }
+    // Farthest first.
+    glyphs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if !space.nearer(1.0, 0.0) {
+        glyphs.reverse();
+    }
+    for (_, foot, tip, ring) in glyphs {
+        let mut hull = ring.clone();
+        hull.push(foot);
+        picture.fill_convex(&crate::picture::canvas::hull(&hull), PAPER, 0.30);
+        picture.fill_convex(&ring, PAPER, 0.45);
+        picture.outline(&ring, 1.0, INK, 0.8);
+        picture.line(foot, tip, 1.4, SIGHT, 1.0);
+    }
+    let words = format!("{} of {} clusters have a cone of normals", grouped(with), grouped(all));
+    caption(&mut picture, &words);
+    picture
+}
+
+/// The connected regions of the scene that face away from the eye of `view`, each in a colour, seen from
+/// the other side; and how many there are. Of each instance, [`backface::back_regions`] decides.
+#[must_use]
+pub fn back_regions(scene: &Scene, view: &View) -> (Picture, usize) {
+    let regions: Vec<Regions> = scene
+        .slots()
+        .map(|slot| {
+            let mesh = scene.mesh(slot);
+            let eye = ObjectEye::of_view(view, scene.transform(slot));
+            backface::back_regions(&eye, mesh.positions(), mesh.indices())
+        })
+        .collect();
+    let count = regions.iter().map(Regions::count).sum();
+    // By size: the largest has the colour of what faces away, so that the others stand out.
+    let color = |slot: u32, t: u32| -> [u8; 3] {
+        let Some(r) = regions.get(slot as usize) else { return KEPT };
+        match r.of.get(t as usize) {
+            Some(&n) if n != Regions::NONE => {
+                let size = r.triangles[n as usize];
+                if r.triangles.iter().all(|s| *s <= size) { BACK } else { REST[n as usize % 6] }
+            }
+            _ => KEPT,
+        }
+    };
+    const REST: [[u8; 3]; 6] = [COLORS[0], COLORS[1], COLORS[3], COLORS[4], COLORS[5], COLORS[6]];
+    let mut picture = colored(scene, &other_side(scene, view), &color).0.halved();
+    let noun = if count == 1 { "region faces" } else { "regions face" };
+    caption(&mut picture, &format!("{count} connected {noun} away, seen from behind"));
+    (picture, count)
+}
+
+/// The view from the far side of the scene, a little above; the view itself where there is none.
+fn other_side(scene: &Scene, view: &View) -> View {
+    let [x, y, z, w] = view.eye();
+    let away = if w == 0.0 {
+        -DVec3::new(x, y, z)
+    } else {
+        DVec3::from(scene.extent().center().map(f64::from)) - DVec3::new(x, y, z) / w
+    };
+    let away = away.normalize_or(DVec3::NEG_Z);
+    whole(scene, (away + DVec3::Y * 0.2).into(), view.viewport()).unwrap_or_else(|| view.clone())
+}
+
+/// A view of the whole scene from a direction; `None` for an empty scene.
+pub(super) fn whole(scene: &Scene, from: [f64; 3], size: [u32; 2]) -> Option<View> {
+    let extent = scene.extent();
+    let from = DVec3::from(from).try_normalize().filter(|_| !extent.is_empty())?;
+    let middle = DVec3::from(extent.center().map(f64::from));
+    let radius = DVec3::from(extent.half_extent().map(f64::from)).length();
+    let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
+    // High enough for the width, too.
+    let fov_y_radians = 2.0 * (0.34f64.tan() / aspect.min(1.0)).atan();
+    let (near, far) = (radius * 0.01, f64::INFINITY);
+    let projection = Projection::Perspective { fov_y_radians, aspect, near, far };
+    // Not straight down, where up is no direction.
+    let from = if from.y.abs() > 0.95 { DVec3::new(0.2, from.y, 0.2).normalize() } else { from };
+    let camera = Camera::look_at(middle + from * (radius * 2.7), middle, projection);
+    View::new(&camera, Depth::Reversed, size).ok()
+}
+
+/// The planes of a range of a mesh's triangles.
+pub(super) fn planes_of(mesh: &Mesh, first: u32, count: u32) -> ClusterPlanes {
+    ClusterPlanes::new((first..first + count).map(|t| mesh.corners(t)))
+}
+
+fn clustered(scene: &Scene, view: &View) -> (Picture, Frame) {
+    let colors: Vec<Vec<u8>> = scene.meshes().iter().map(cluster_colors).collect();
+    let color = |slot: u32, t: u32| {
+        let clusters = scene.mesh(slot).clusters();
+        let i = clusters.partition_point(|c| c.first_triangle <= t).wrapping_sub(1);
+        let of_mesh = &colors[scene.mesh_id(slot) as usize];
+        of_mesh.get(i).map_or(KEPT, |&c| mix(COLORS[c as usize], PAPER, 0.15))
+    };
+    colored(scene, view, &color)
+}
+
+/// A lit picture of the scene at twice the size of the view, both sides of everything, in the colours
+/// of (slot, triangle).
+pub(super) fn colored(
+    scene: &Scene,
+    view: &View,
+    color: &(dyn Fn(u32, u32) -> [u8; 3] + Sync),
+) -> (Picture, Frame) {
+    let mut view = view.clone();
+    view.cull_face = CullFace::None;
+    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
+    let frame = render(scene, &view, Selection::All, &options);
+    let surfaces = Surfaces::new(scene, &frame.ids);
+    let of = |id: PixelId| {
+        let color = surfaces.triangle(id).map_or(KEPT, |t| color(id.slot, t));
+        DVec3::from(color.map(linear))
+    };
+    (light_through(0.0, scene, &frame, &view, &surfaces, of), frame)
+}
+
+/// A colour for each cluster of a mesh, by number: the least used by the neighbours before it.
+fn cluster_colors(mesh: &Mesh) -> Vec<u8> {
+    let mut at: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
+    let mut touched: Vec<Vec<[u32; 3]>> = vec![Vec::new(); mesh.clusters().len()];
+    for (c, cluster) in (0..).zip(mesh.clusters()) {
+        for t in cluster.first_triangle..cluster.first_triangle + cluster.triangle_count {
+            for p in mesh.corners(t) {
+                // Adding zero makes −0 into 0, which is the same place.
+                let key = p.map(|v| (v + 0.0).to_bits());
+                let there = at.entry(key).or_default();
+                if there.last() != Some(&c) {
+                    there.push(c);
+                    touched[c as usize].push(key);
+                }
+            }
+        }
+    }
+    let mut colors = vec![u8::MAX; touched.len()];
+    for c in 0..colors.len() {
+        let mut used = [0u32; COLORS.len()];
+        for other in touched[c].iter().flat_map(|key| &at[key]) {
+            if let Some(n) = used.get_mut(colors[*other as usize] as usize) {
+                *n += 1;
+            }
+        }
+        // Begin elsewhere each time, so that all colours are used.
+        let turn = |i: usize| (i + c) % COLORS.len();
+        let best = (0..COLORS.len()).map(turn).min_by_key(|&i| used[i]);
+        colors[c] = best.unwrap_or(0) as u8;
+    }
+    colors
+}
+
+fn is_hidden(frame: &Frame, space: &Space, at: [f64; 2], p: DVec3, radius: f64) -> bool {
+    let [x, y] = at.map(|v| (v * 2.0).max(0.0) as u32);
+    if x >= frame.width || y >= frame.height {
+        return true;
+    }
+    let depth = frame.depth[y as usize * frame.width as usize + x as usize];
+    // A little towards the eye, for the middle of a bent cluster is under its surface.
+    let raised = p + space.towards_eye(p) * (radius * 0.6);
+    space.project(raised, [frame.width, frame.height]).is_none_or(|(_, d)| space.nearer(depth, d))
+}
+
+fn caption(picture: &mut Picture, words: &str) {
+    let scale = if picture.width >= 760 { 2 } else { 1 };
+    let (wide, high) = (text_width(words, scale), 7 * i64::from(scale));
+    picture.fill([12, 12], [wide + 20, high + 18], PAPER, 0.9);
+    picture.text([22, 21], words, scale, INK);
+}
