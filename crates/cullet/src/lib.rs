@@ -13,7 +13,7 @@ mod transform;
 pub mod view;
 mod visible;
 
-pub use culler::{CullError, Culler, Explanation, Output, Step, ViewState};
+pub use culler::{Backface, CullError, Culler, Explanation, Output, Step, ViewState};
 pub use fearless_simd::Level;
 pub use mesh::{Mesh, MeshData};
 pub use scene::{

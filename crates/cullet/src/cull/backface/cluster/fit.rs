@@ -172,6 +172,12 @@ pub(super) const ANGULAR_SLACK: f64 = 1e-5;
 
 impl ApexFit {
     pub(super) fn new(planes: &ClusterPlanes) -> Option<Self> {
+        Self::doubting(planes, 0.0)
+    }
+
+    /// With an apex that stays behind all planes though they turn by `doubt` radians around the nearest
+    /// point of the cluster's ball.
+    pub(super) fn doubting(planes: &ClusterPlanes, doubt: f64) -> Option<Self> {
         if !planes.is_usable() {
             return None;
         }
@@ -187,7 +193,9 @@ impl ApexFit {
         // Along the axis a step of 1 is one of n·axis along a normal.
         let longest =
             points.iter().map(|p| p.length_squared()).fold(0.0, f64::max).sqrt().hypot(1.0);
-        let apex = highest - axis * (planes.position_slack(highest) * longest);
+        let slack = planes.position_slack(highest)
+            + doubt * (planes.radius + highest.distance(planes.centre));
+        let apex = highest - axis * (slack * longest);
         Some(Self { axis, across, apex, hull: convex_hull(&points) })
     }
 
