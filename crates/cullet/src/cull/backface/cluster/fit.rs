@@ -210,6 +210,9 @@ const APEX_REACH: f64 = 16.0;
 /// Normals must be at least this far from the equator: 4.6 degrees. Wider clusters have hardly a region.
 const NARROWEST: f64 = 0.08;
 
+/// Steps towards the axis: the last one moves it by a fiftieth of the cone.
+const AXIS_STEPS: u32 = 50;
+
 /// The axis of the narrowest cone around unit normals; `None` where they do not fit into an open
 /// hemisphere by [`NARROWEST`].
 ///
@@ -218,11 +221,16 @@ const NARROWEST: f64 = 0.08;
 /// towards the farthest point by ever smaller steps). Any axis is right; a better one is tighter.
 fn narrowest_cone_axis(normals: &[DVec3]) -> Option<DVec3> {
     let mut centre = normals.iter().sum::<DVec3>() / normals.len() as f64;
-    for step in 1..=100 {
-        let far = normals
-            .iter()
-            .max_by(|a, b| a.distance_squared(centre).total_cmp(&b.distance_squared(centre)))?;
-        centre += (far - centre) / f64::from(step + 1);
+    for step in 1..=AXIS_STEPS {
+        // The farthest of unit vectors is the one with the least product.
+        let mut far = (f64::INFINITY, centre);
+        for n in normals {
+            let along = n.dot(centre);
+            if along < far.0 {
+                far = (along, *n);
+            }
+        }
+        centre += (far.1 - centre) / f64::from(step + 1);
     }
     let axis = centre.try_normalize()?;
     normals.iter().all(|n| n.dot(axis) > NARROWEST).then_some(axis)
