@@ -129,6 +129,9 @@ impl<'m> Survey<'m> {
         let proof = seen.verification.as_mut();
         let seen_instances = proof.as_ref().map(|v| self.tally_seen(index, &v.seen));
         let proof = proof.map(|v| &*v);
+        let backfaces = self.count_backfaces.then_some(&mut self.backfaces);
+        let backfaces = backfaces.and_then(|b| b.measure(scene, view, &self.culler));
+        debug_assert!(backfaces.is_none_or(|b| b.by_cluster == by_cluster), "two counts differ");
         let all = scene.triangle_count();
         let drawn = seen.result.triangle_count;
         let visible = proof.map(|v| v.visible);
@@ -157,10 +160,7 @@ impl<'m> Survey<'m> {
             depth_before: proof.map(|v| depth(&v.before, all, pixels)),
             depth_after: proof.map(|v| depth(&v.after, drawn, pixels)),
             bounds: self.bounds.as_mut().map(|b| b.measure(scene, view, &self.culler)),
-            backfaces: self
-                .count_backfaces
-                .then(|| self.backfaces.measure(scene, view, &self.culler))
-                .flatten(),
+            backfaces,
             seconds: start.elapsed().as_secs_f64(),
         });
         seen

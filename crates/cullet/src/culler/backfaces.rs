@@ -111,9 +111,13 @@ impl Pass<'_> {
                 Eye::Undecided => return false,
                 Eye::Exact(eye) => keep_exact(mesh, &eye, triangles, kept),
                 Eye::Fast(eye) => {
-                    // Runs and ranges ascend by slot.
-                    rest = &rest[rest.partition_point(|run| run.slot < slot)..];
-                    let own = &rest[..rest.partition_point(|run| run.slot == slot)];
+                    // Runs and ranges ascend by slot, most often in step.
+                    let of = |from: &[Run], wanted: fn(u32, u32) -> bool| {
+                        from.iter().take_while(|run| wanted(run.slot, slot)).count()
+                    };
+                    rest = &rest[of(rest, |run, slot| run < slot)..];
+                    let own;
+                    (own, rest) = rest.split_at(of(rest, |run, slot| run == slot));
                     let base = triangles.first().map_or(0, |&t| t / 64);
                     words.clear();
                     for run in own {
