@@ -3,7 +3,8 @@
 //! A triangle is back-facing where n·e − d·w < 0 for its plane n·x = d and the homogeneous eye (e, w):
 //! the product of (n, −d) and (e, w). Quantised, a plane is scaled so that the largest of its four
 //! numbers is 127 (or 32767) and rounded, the eye so that its largest is 8191. The product of the
-//! rounded numbers is off by at most half a unit of every factor times its partner; a triangle is
+//! rounded numbers is off by at most half a unit of every factor times its partner (in eight bits, by what
+//! the planes of the mesh lost at most); a triangle is
 //! culled only where the product is below minus that bound, so what is in doubt is kept.
 //!
 //! Eight bits are four bytes a triangle, and want an 8-bit dot product (AVX-512 VNNI). Sixteen bits are
@@ -78,11 +79,14 @@ impl Frame {
 /// How far the product of a quantised plane and eye may be from the true one.
 fn error_bound(eye: [i32; 4], plane_limit: i32) -> i32 {
     let eye_sum: i32 = eye.iter().map(|v| v.abs()).sum();
-    // What the plane lost before it was quantised, in f64: a thin triangle's normal is off by less than
-    // 4.5e-7 (see SLIVER), times 4 products of up to plane_limit × 8191.
-    let slack = 4 + plane_limit / 64;
     // Half of each factor's partner, and the product of the halves.
-    (eye_sum + 4 * plane_limit) / 2 + slack
+    (eye_sum + 4 * plane_limit) / 2 + slack(plane_limit) as i32
+}
+
+/// What a plane lost before it was quantised, in f64: a thin triangle's normal is off by less than
+/// 4.5e-7 (see SLIVER), times 4 products of up to `plane_limit` × 8191.
+fn slack(plane_limit: i32) -> f64 {
+    f64::from(4 + plane_limit / 64)
 }
 
 /// Planes of a mesh's triangles in four bytes each.
@@ -92,6 +96,10 @@ pub struct Planes8 {
     /// Each number plus 128: the dot product takes unsigned by signed bytes.
     bytes: Vec<[u8; 4]>,
     len: usize,
+    /// By how much each of the four numbers was rounded, at most: half, and nothing where all normals
+    /// lie along an axis, as those of boxes do. Seen from afar near their horizon, those of a city would
+    /// be kept for the half alone.
+    rounded: DVec4,
 }
 
 /// An eye made ready for the [`Planes8`] of one mesh; see [`Planes8::eye`].
@@ -134,7 +142,8 @@ impl Planes8 {
     #[must_use]
     pub fn unset(positions: &[[f32; 3]], len: usize) -> Self {
         let frame = Frame::around(positions);
-        Self { frame, bytes: vec![[128; 4]; len.next_multiple_of(PAD)], len }
+        let bytes = vec![[128; 4]; len.next_multiple_of(PAD)];
+        Self { frame, bytes, len, rounded: DVec4::ZERO }
     }
 
     /// Replaces the plane of triangle `index`, as a deforming mesh does. Right wherever the corners
@@ -145,6 +154,7 @@ impl Planes8 {
     pub fn set(&mut self, index: usize, corners: [[f32; 3]; 3]) {
         assert!(index < self.len, "triangle {index} of {}", self.len);
         let p = self.frame.plane(corners) * 127.0;
+        self.rounded = self.rounded.max((p - p.round()).abs());
         self.bytes[index] = p.to_array().map(|v| (v.round() + 128.0) as u8);
     }
 
@@ -197,7 +207,10 @@ impl Planes8 {
         let eye = self.frame.eye(eye)?;
         // Written so that NaN is too much.
         let extra = (0.0..=1.0 / 512.0).contains(&doubt).then_some(doubt * 127.0 * EYE_LIMIT)?;
-        let bound = error_bound(eye, 127) + extra.ceil() as i32;
+        // As `error_bound`, with what the planes' numbers really lost.
+        let eye_size = DVec4::from(eye.map(|v| f64::from(v.abs()) + 0.5));
+        let lost = self.rounded.dot(eye_size) + 2.0 * 127.0 + slack(127) + extra;
+        let bound = lost.ceil() as i32 + 1;
         // To see a triangle from the front is to see it from behind with every sign turned.
         match facing {
             Facing::Back => Some(PlaneEye { eye, bound }),
