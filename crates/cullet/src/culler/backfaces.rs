@@ -24,7 +24,7 @@ enum Eye {
     /// Only the test from the corners is fine enough, or it is asked for.
     Exact(ObjectEye),
     /// Cones and planes.
-    Fast(BackfaceEye),
+    Fast(ObjectEye, BackfaceEye),
 }
 
 impl<'a> Backs<'a> {
@@ -47,7 +47,7 @@ impl<'a> Backs<'a> {
         }
         let fast = (self.culler.backface == Backface::Fast)
             .then(|| self.scene.mesh(slot).backfaces().eye(&eye));
-        fast.flatten().map_or(Eye::Exact(eye), Eye::Fast)
+        fast.flatten().map_or(Eye::Exact(eye), |fast| Eye::Fast(eye, fast))
     }
 
     /// Sets the bits of those clusters of an instance that face away; whether there may be any.
@@ -60,7 +60,7 @@ impl<'a> Backs<'a> {
         if cones.is_empty() {
             return false;
         }
-        let Eye::Fast(eye) = self.eye_of(slot) else { return false };
+        let Eye::Fast(_, eye) = self.eye_of(slot) else { return false };
         cones.cull(self.culler.level, &eye, culled);
         true
     }
@@ -101,6 +101,7 @@ impl Pass<'_> {
         let backs = Backs::new(self.culler, self.scene, self.view);
         let runs = std::mem::take(&mut self.scratch.runs);
         let mut words = std::mem::take(&mut self.scratch.culled);
+        let mut doubt = std::mem::take(&mut self.scratch.cluster_visible);
         let mut rest = &runs[..];
         self.filter_triangles(Stage::Backface, |slot, triangles, kept| {
             if !backs.has_back(slot) {
@@ -110,7 +111,7 @@ impl Pass<'_> {
             match backs.eye_of(slot) {
                 Eye::Undecided => return false,
                 Eye::Exact(eye) => keep_exact(mesh, &eye, triangles, kept),
-                Eye::Fast(eye) => {
+                Eye::Fast(exact, eye) => {
                     // Runs and ranges ascend by slot, most often in step.
                     let of = |from: &[Run], wanted: fn(u32, u32) -> bool| {
                         from.iter().take_while(|run| wanted(run.slot, slot)).count()
@@ -120,15 +121,26 @@ impl Pass<'_> {
                     (own, rest) = rest.split_at(of(rest, |run, slot| run == slot));
                     let base = triangles.first().map_or(0, |&t| t / 64);
                     words.clear();
-                    for run in own {
-                        let range = triangles_of(mesh, *run);
-                        let (first, end) = (range.start / 64, range.end.div_ceil(64));
-                        // The first triangles of a run may have gone for the frustum.
-                        let first = first.max(base);
-                        if end > first {
+                    // In two turns: neighbouring runs share a word, and the first turn writes it anew.
+                    for find_doubt in [false, true] {
+                        for run in own {
+                            let range = triangles_of(mesh, *run);
+                            // The first triangles of a run may have gone for the frustum.
+                            let (first, end) =
+                                ((range.start / 64).max(base), range.end.div_ceil(64));
+                            if end <= first {
+                                continue;
+                            }
                             words.resize(words.len().max((end - base) as usize), 0);
                             let words = &mut words[(first - base) as usize..(end - base) as usize];
-                            mesh.backfaces().cull_words(level, &eye, first as usize, words);
+                            if !find_doubt {
+                                mesh.backfaces().cull_words(level, &eye, first as usize, words);
+                                continue;
+                            }
+                            doubt.resize(words.len(), 0);
+                            mesh.backfaces().keep_words(level, &eye, first as usize, &mut doubt);
+                            doubt.iter_mut().zip(&*words).for_each(|(d, w)| *d = !(*d | w));
+                            cull_in_doubt(mesh, &exact, *run, first, &doubt, words);
                         }
                     }
                     keep_listed(level, triangles, base, &words, kept);
@@ -138,6 +150,7 @@ impl Pass<'_> {
         });
         self.scratch.runs = runs;
         self.scratch.culled = words;
+        self.scratch.cluster_visible = doubt;
     }
 }
 
@@ -170,6 +183,31 @@ fn next_bit(words: &[u64], from: u32, end: u32, set: bool) -> u32 {
         at = (at / 64 + 1) * 64;
     }
     end
+}
+
+/// Adds those triangles in doubt that the test from the corners culls: few, but for flat things near their
+/// horizon, as roofs and floors of a city seen along its streets. Words begin at word `first`.
+fn cull_in_doubt(
+    mesh: &Mesh,
+    eye: &ObjectEye,
+    run: Run,
+    first: u32,
+    doubt: &[u64],
+    culled: &mut [u64],
+) {
+    let clusters = &mesh.clusters()[run.first_cluster as usize..][..run.cluster_count as usize];
+    for cluster in clusters.iter().filter(|c| !mesh.parts()[c.part as usize].two_sided) {
+        let range = cluster.triangles();
+        let mut t = range.start.max(first * 64);
+        while t < range.end {
+            t = next_bit(doubt, t - first * 64, range.end - first * 64, true) + first * 64;
+            if t < range.end && eye.culls(&mesh.corners(t)) {
+                let at = t - first * 64;
+                culled[at as usize / 64] |= 1 << (at % 64);
+            }
+            t += 1;
+        }
+    }
 }
 
 /// The test of every triangle from its corners.

@@ -34,9 +34,9 @@ pub enum Backface {
     /// Not at all.
     Off,
     /// Whole clusters by an elliptic cone, where clusters are asked for; then, where triangles are, each by
-    /// a plane of four bytes. Both are prepared for a mesh when it is first culled: see
-    /// [`Scene::prepare`](crate::Scene::prepare). A part of what `Exact` culls: up to half a per cent of
-    /// the triangles less, those that are nearly edge-on.
+    /// a plane of four bytes, and the few that are in doubt from their corners. Cones and planes are prepared
+    /// for a mesh when it is first culled: see [`Scene::prepare`](crate::Scene::prepare). The triangles
+    /// left are those that `Exact` leaves.
     #[default]
     Fast,
     /// Every triangle from its corners, where triangles are asked for: nothing is prepared, and it

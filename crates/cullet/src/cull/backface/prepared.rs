@@ -149,6 +149,16 @@ impl Backfaces {
     pub fn cull_words(&self, level: Level, eye: &BackfaceEye, first: usize, culled: &mut [u64]) {
         self.planes.cull_words(level, &eye.planes, first, culled);
     }
+
+    /// Fills words `first..` of the mask of triangles that are proved to be kept, as
+    /// [`cull_words`](Self::cull_words) does for those that go. What neither has is in doubt: nearly
+    /// edge-on, or without a plane.
+    ///
+    /// # Panics
+    /// If the words reach beyond the last triangle's.
+    pub fn keep_words(&self, level: Level, eye: &BackfaceEye, first: usize, kept: &mut [u64]) {
+        self.planes.cull_words(level, &eye.planes.turned(), first, kept);
+    }
 }
 
 /// An eye made ready for the [`Backfaces`] and [`ClusterCones`] of one mesh.

@@ -110,6 +110,14 @@ pub struct PlaneEye {
     bound: i32,
 }
 
+impl PlaneEye {
+    /// The eye for the other side of the triangles: what it culls, this one can never.
+    #[must_use]
+    pub fn turned(self) -> Self {
+        Self { eye: self.eye.map(|v| -v), ..self }
+    }
+}
+
 /// Planes of a mesh's triangles in eight bytes each.
 #[derive(Clone, Debug)]
 pub struct Planes16 {
@@ -214,7 +222,7 @@ impl Planes8 {
         // To see a triangle from the front is to see it from behind with every sign turned.
         match facing {
             Facing::Back => Some(PlaneEye { eye, bound }),
-            Facing::Front => Some(PlaneEye { eye: eye.map(|v| -v), bound }),
+            Facing::Front => Some(PlaneEye { eye, bound }.turned()),
             Facing::Edge => None,
         }
     }
