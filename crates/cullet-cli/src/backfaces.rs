@@ -105,10 +105,10 @@ impl BackfaceTest {
                 }
                 let whole = fast.is_some() && bit(&self.clusters, c);
                 record.by_cluster += if whole { all } else { 0 };
-                record.by_triangle += match &fast {
+                record.by_plane += match &fast {
                     _ if whole => all,
                     Some(_) => cluster.triangles().filter(|&t| bit(&self.words, t)).count() as u64,
-                    None => away,
+                    None => 0,
                 };
             }
         }

@@ -112,8 +112,9 @@ pub(crate) struct BackfaceRecord {
     pub(crate) ideal_by_cluster: u64,
     /// Those in clusters that are culled.
     pub(crate) by_cluster: u64,
-    /// Those that are culled with their cluster or by themselves.
-    pub(crate) by_triangle: u64,
+    /// Those that are culled with their cluster or by their plane; the others that face away go by the test
+    /// from their corners.
+    pub(crate) by_plane: u64,
 }
 
 /// Something visible that was dropped.
@@ -323,7 +324,7 @@ impl BackfaceRecord {
             facing_away: a.facing_away + b.facing_away,
             ideal_by_cluster: a.ideal_by_cluster + b.ideal_by_cluster,
             by_cluster: a.by_cluster + b.by_cluster,
-            by_triangle: a.by_triangle + b.by_triangle,
+            by_plane: a.by_plane + b.by_plane,
         })
     }
 }

@@ -305,11 +305,11 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
     });
     if let Some(b) = s.backfaces.filter(|b| b.facing_away > 0) {
         console.line(format!(
-            "  back faces  {} of one-sided triangles; {} of them go with whole clusters (ideal {}), {} in all",
+            "  back faces  {} of one-sided triangles; {} of them go with whole clusters (ideal {}), {} by their planes",
             percent(b.facing_away, b.one_sided),
             percent(b.by_cluster, b.facing_away),
             percent(b.ideal_by_cluster, b.facing_away),
-            percent(b.by_triangle, b.facing_away),
+            percent(b.by_plane.saturating_sub(b.by_cluster), b.facing_away),
         ));
     }
     for a in s.advice.iter().take(5) {

@@ -183,7 +183,8 @@ pub(crate) fn backfaces(out: &mut String, s: &Summary) {
         out,
         "<h2>Back faces: ideal beside actual</h2><p class=\"sub\">Of {} one-sided triangles a view in clusters \
          that the frustum leaves, {} ({}) face away. A whole cluster goes where its bound proves that all of it \
-         does: who draws clusters has that for next to nothing. Then each triangle is tried by itself.{}</p>\
+         does: who draws clusters has that for next to nothing. Then each triangle is tried by a plane of four bytes, and what \
+         that leaves in doubt from its corners.{}</p>\
          <div class=\"scroll\"><table><thead><tr><th>Taken</th><th class=\"n\">Ideal, a view</th>\
          <th class=\"n\">Actual, a view</th><th class=\"n\">Of the ideal</th><th class=\"n\">Of what faces away</th>\
          <th class=\"n\">Time a view</th></tr></thead><tbody>",
@@ -194,7 +195,8 @@ pub(crate) fn backfaces(out: &mut String, s: &Summary) {
     );
     for (name, unit, ideal, actual) in [
         ("with whole clusters", "clusters", b.ideal_by_cluster, b.by_cluster),
-        ("with clusters, then one by one", "triangles", b.facing_away, b.by_triangle),
+        ("by the plane of each triangle too", "", b.facing_away, b.by_plane),
+        ("and from the corners, where in doubt", "triangles", b.facing_away, b.facing_away),
     ] {
         let of_unit = s.stages.iter().find(|r| r.name == "backface" && r.unit == unit);
         let ms = of_unit.and_then(|r| r.ms);
