@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Boxes, Sphere, Spheres};
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes, cull_spheres};
-use cullet::{Culler, Output, Scene, View, ViewState, Visible};
+use cullet::{Backface, Culler, Output, Scene, View, ViewState, Visible};
 
 use crate::record::BoundsRecord;
 use crate::survey::clock;
@@ -79,7 +79,7 @@ impl BoundsTest {
             time(&mut |hits| cull_spheres(culler.level, &planes, spheres, hits));
         let only_frustum = Culler {
             frustum: true,
-            backface: false,
+            backface: Backface::Off,
             degenerate: false,
             detail: None,
             output: Output::Triangles,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
-use cullet::{Culler, View};
+use cullet::{Backface, Culler, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, Up, scenes};
 
@@ -144,7 +144,7 @@ pub(crate) fn culler(args: &CullArgs) -> Culler {
     Culler {
         frustum: !args.no_frustum,
         frustum_exact: args.exact_frustum,
-        backface: !args.no_backface,
+        backface: if args.no_backface { Backface::Off } else { Backface::default() },
         degenerate: !args.no_degenerate,
         detail: args.detail.map(|threshold_px| Detail { measure, threshold_px }),
         ..Culler::default()

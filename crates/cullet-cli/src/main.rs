@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod args;
+mod backfaces;
 mod bench;
 mod bounds;
 mod calibrate;

@@ -99,6 +99,28 @@ pub(crate) struct BoundsRecord {
     pub(crate) sphere_ns: f64,
 }
 
+/// Back faces of one-sided parts, counted over the clusters that the frustum left.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct BackfaceRecord {
+    /// How many views were counted.
+    pub(crate) views: u64,
+    /// Instances with backs that can be culled.
+    pub(crate) instances: u64,
+    /// Of them, those that only the test from the corners is fine enough for.
+    pub(crate) exact_instances: u64,
+    /// Triangles with a back.
+    pub(crate) one_sided: u64,
+    /// Of them, those that face away.
+    pub(crate) facing_away: u64,
+    /// Those in clusters of which every triangle faces away: what a perfect bound takes.
+    pub(crate) ideal_by_cluster: u64,
+    /// Those in clusters that are culled.
+    pub(crate) by_cluster: u64,
+    /// Those that are culled with their cluster or by their plane; the others that face away go by the test
+    /// from their corners.
+    pub(crate) by_plane: u64,
+}
+
 /// Something visible that was dropped.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Loss {
@@ -134,6 +156,8 @@ pub(crate) struct ViewRecord {
     pub(crate) depth_before: Option<DepthRecord>,
     pub(crate) depth_after: Option<DepthRecord>,
     pub(crate) bounds: Option<BoundsRecord>,
+    /// Null where back faces are not culled, or there was too much to count.
+    pub(crate) backfaces: Option<BackfaceRecord>,
     pub(crate) seconds: f64,
 }
 
@@ -152,6 +176,7 @@ pub(crate) struct Summary {
     pub(crate) depth_before: Option<DepthRecord>,
     pub(crate) depth_after: Option<DepthRecord>,
     pub(crate) bounds: Option<BoundsRecord>,
+    pub(crate) backfaces: Option<BackfaceRecord>,
     pub(crate) advice: Vec<Advice>,
 }
 
@@ -242,6 +267,7 @@ impl Summary {
             depth_before: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_before)),
             depth_after: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_after)),
             bounds: BoundsRecord::sum(views.iter().filter_map(|v| v.bounds)),
+            backfaces: BackfaceRecord::sum(views.iter().filter_map(|v| v.backfaces)),
             advice: Vec::new(),
         }
     }
@@ -292,6 +318,21 @@ impl BoundsRecord {
     }
 }
 
+impl BackfaceRecord {
+    fn sum(views: impl Iterator<Item = Self>) -> Option<Self> {
+        views.reduce(|a, b| Self {
+            views: a.views + b.views,
+            instances: a.instances + b.instances,
+            exact_instances: a.exact_instances + b.exact_instances,
+            one_sided: a.one_sided + b.one_sided,
+            facing_away: a.facing_away + b.facing_away,
+            ideal_by_cluster: a.ideal_by_cluster + b.ideal_by_cluster,
+            by_cluster: a.by_cluster + b.by_cluster,
+            by_plane: a.by_plane + b.by_plane,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -321,6 +362,7 @@ mod tests {
             depth_before: None,
             depth_after: None,
             bounds: None,
+            backfaces: None,
             seconds: 0.0,
         }
     }

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use cullet::{Culler, Output, Reason, Stage, View, ViewState, Visible};
+use cullet::{Backface, Culler, Output, Reason, Stage, View, ViewState, Visible};
 use cullet_draw::{FrameStats, PixelId, Verification, VerifyOptions};
 use cullet_io::Model;
 
+use crate::backfaces::BackfaceTest;
 use crate::bounds::BoundsTest;
 use crate::record::{Counts, DepthRecord, Loss, StageRecord, ViewRecord, tightness};
 
@@ -51,6 +52,8 @@ pub(crate) struct Survey<'m> {
     pub(crate) meshes: Vec<MeshTally>,
     pub(crate) views: Vec<ViewRecord>,
     bounds: Option<BoundsTest>,
+    backfaces: BackfaceTest,
+    count_backfaces: bool,
     state: ViewState,
 }
 
@@ -76,6 +79,10 @@ impl<'m> Survey<'m> {
         culler.reasons = true;
         culler.clock = Some(clock);
         let scene = &model.scene;
+        if culler.backface == Backface::Fast {
+            // Else the first view's times would have it.
+            scene.prepare();
+        }
         let mut meshes = vec![MeshTally::default(); scene.meshes().len()];
         scene.slots().for_each(|s| meshes[scene.mesh_id(s) as usize].instances += 1);
         Self {
@@ -86,6 +93,8 @@ impl<'m> Survey<'m> {
             meshes,
             views: Vec::new(),
             bounds: None,
+            backfaces: BackfaceTest::default(),
+            count_backfaces: false,
             state: ViewState::default(),
         }
     }
@@ -93,6 +102,11 @@ impl<'m> Survey<'m> {
     /// Also compares boxes with spheres in every view.
     pub(crate) fn compare_bounds(&mut self) {
         self.bounds = BoundsTest::new(&self.model.scene);
+    }
+
+    /// Also counts what faces away in every view.
+    pub(crate) fn count_backfaces(&mut self) {
+        self.count_backfaces = true;
     }
 
     /// Culls one view, verifies it if asked, and adds it to the tallies.
@@ -110,10 +124,14 @@ impl<'m> Survey<'m> {
             self.culler.cull_one(scene, view, &mut self.state, &mut result);
             Seen { result, verification: None }
         };
+        let by_cluster = self.backfaces.by_clusters(scene, view, &self.culler);
         self.tally_drawn(view, index, &seen.result);
         let proof = seen.verification.as_mut();
         let seen_instances = proof.as_ref().map(|v| self.tally_seen(index, &v.seen));
         let proof = proof.map(|v| &*v);
+        let backfaces = self.count_backfaces.then_some(&mut self.backfaces);
+        let backfaces = backfaces.and_then(|b| b.measure(scene, view, &self.culler));
+        debug_assert!(backfaces.is_none_or(|b| b.by_cluster == by_cluster), "two counts differ");
         let all = scene.triangle_count();
         let drawn = seen.result.triangle_count;
         let visible = proof.map(|v| v.visible);
@@ -134,7 +152,7 @@ impl<'m> Survey<'m> {
                 potentially_visible: seen.result.instance_count,
                 visible: seen_instances,
             },
-            removed: removed(self.model, &seen.result),
+            removed: removed(self.model, &seen.result, by_cluster),
             tightness: visible.and_then(|v| tightness(drawn, v)),
             verified: proof.is_some(),
             false_culls: losses.len() as u64,
@@ -142,6 +160,7 @@ impl<'m> Survey<'m> {
             depth_before: proof.map(|v| depth(&v.before, all, pixels)),
             depth_after: proof.map(|v| depth(&v.after, drawn, pixels)),
             bounds: self.bounds.as_mut().map(|b| b.measure(scene, view, &self.culler)),
+            backfaces,
             seconds: start.elapsed().as_secs_f64(),
         });
         seen
@@ -170,8 +189,12 @@ impl<'m> Survey<'m> {
                 mesh.kept += 1;
             }
         }
-        for part in result.partial.chunk_by(|a, b| a.slot == b.slot) {
+        // Parts of what the frustum left: what faces away does not make an instance straddle it.
+        for part in self.backfaces.base.partial.chunk_by(|a, b| a.slot == b.slot) {
             let slot = part[0].slot;
+            if result.reasons[slot as usize].is_some() {
+                continue;
+            }
             let inside: u32 = part.iter().map(|r| r.cluster_count).sum();
             let clusters = scene.mesh(slot).clusters().len().max(1);
             let tally = &mut self.slots[slot as usize];
@@ -261,13 +284,18 @@ fn stages(result: &Visible) -> Vec<StageRecord> {
 }
 
 /// How many triangles each stage took. A stage may take whole instances, then clusters, then single
-/// triangles; only the frustum works in all three, so it is what the others leave of the sum.
-fn removed(model: &Model, result: &Visible) -> BTreeMap<&'static str, u64> {
+/// triangles. Back faces go with whole clusters, `by_cluster` of them, and singly; the frustum works in
+/// all three, so it is what the others leave of the sum.
+fn removed(model: &Model, result: &Visible, by_cluster: u64) -> BTreeMap<&'static str, u64> {
     let scene = &model.scene;
     let mut by_stage: BTreeMap<Stage, u64> = BTreeMap::new();
     for slot in scene.slots() {
         let Some(reason) = result.reasons.get(slot as usize).copied().flatten() else { continue };
         let mesh = scene.mesh(slot);
+        if reason.stage == Stage::Backface {
+            // Degenerate triangles are in no cluster, and go with the last one.
+            *by_stage.entry(reason.stage).or_default() += u64::from(mesh.degenerate_count());
+        }
         let whole = match reason.stage {
             Stage::Frustum | Stage::Backface => false,
             // Instances that collapse go whole; of others the stage takes triangles, counted below.
@@ -280,6 +308,7 @@ fn removed(model: &Model, result: &Visible) -> BTreeMap<&'static str, u64> {
             *by_stage.entry(reason.stage).or_default() += u64::from(mesh.triangle_count());
         }
     }
+    *by_stage.entry(Stage::Backface).or_default() += by_cluster;
     for row in &result.funnel.rows {
         let single = matches!(row.stage, Stage::Backface | Stage::Degenerate);
         if single && row.unit == cullet::Unit::Triangles {

@@ -22,13 +22,20 @@ fn fingerprint(model: &Model) -> u64 {
         order.sort_by_key(|t| mesh.original_triangle()[*t as usize]);
         order.iter().flat_map(|t| mesh.triangle(*t)).for_each(|i| eat(u64::from(i)));
     }
-    for slot in model.scene.slots() {
+    for slot in made(model) {
         let t = model.scene.transform(slot);
         eat(u64::from(model.scene.mesh_id(slot)));
         t.linear.iter().flatten().for_each(|v| eat(u64::from(v.to_bits())));
         t.translation.iter().for_each(|v| eat(v.to_bits()));
     }
     hash
+}
+
+/// The slots in the order in which their instances were made.
+fn made(model: &Model) -> Vec<u32> {
+    let mut slots: Vec<_> = model.scene.slots().collect();
+    slots.sort_by_key(|&slot| model.scene.handle(slot));
+    slots
 }
 
 /// Why a mesh is not closed, consistently wound and outward, judged on welded positions.
@@ -103,7 +110,7 @@ fn every_scene_can_be_built_and_is_complete() {
             let fault = fault(mesh);
             assert_eq!(one_sided, fault.is_none(), "{text}: {name}: {fault:?}");
         }
-        let handle = model.scene.handle(3).unwrap();
+        let handle = model.scene.handle(made(&model)[3]).unwrap();
         let name = model.instance_name(handle);
         assert!(name.ends_with(" 3"), "{name}");
     }
@@ -191,7 +198,7 @@ fn solids_are_of_many_kinds() {
     let mirrored = model.scene.slots().filter(mirrored).count();
     assert!((40..70).contains(&mirrored), "{mirrored}");
     // None touches another: their boxes are apart, and above the floor.
-    let boxes: Vec<_> = model.scene.slots().map(|s| model.scene.bounds(s)).collect();
+    let boxes: Vec<_> = made(&model).into_iter().map(|s| model.scene.bounds(s)).collect();
     for (mesh, name) in model.scene.meshes().iter().zip(&model.mesh_names) {
         let b = mesh.bounds();
         let fits = b.min.iter().chain(&b.max).all(|v| v.abs() <= 1.0 + 1e-6);

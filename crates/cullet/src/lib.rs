@@ -17,7 +17,7 @@ pub mod view;
 mod visible;
 
 pub use costs::{Costs, CostsError};
-pub use culler::{CullError, Culler, Explanation, Output, Step, ViewState};
+pub use culler::{Backface, CullError, Culler, Explanation, Output, Step, ViewState};
 pub use fearless_simd::Level;
 pub use hierarchy::{Commit, Handle};
 pub use mesh::{Mesh, MeshData};

@@ -125,6 +125,7 @@ impl<'a> Report<'a> {
         };
         let mut survey = Survey::new(model, inputs::culler(&args.cull), options);
         survey.compare_bounds();
+        survey.count_backfaces();
         let path = args.out.join("views.csv");
         let fail = |e: std::io::Error| Failure::write(&path, &e);
         let mut csv = File::create(&path).map_err(fail)?;
@@ -312,6 +313,15 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
         (0, n) => format!("  verified in {n} of {} views: nothing visible was lost", s.views),
         (n, _) => format!("  {} VISIBLE THINGS WERE LOST: see the page", grouped(n)),
     });
+    if let Some(b) = s.backfaces.filter(|b| b.facing_away > 0) {
+        console.line(format!(
+            "  back faces  {} of one-sided triangles; {} of them go with whole clusters (ideal {}), {} by their planes",
+            percent(b.facing_away, b.one_sided),
+            percent(b.by_cluster, b.facing_away),
+            percent(b.ideal_by_cluster, b.facing_away),
+            percent(b.by_plane.saturating_sub(b.by_cluster), b.facing_away),
+        ));
+    }
     for a in s.advice.iter().take(5) {
         console.line(format!("  advice: {}", a.title));
     }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::charts::{short, stage_color};
 use super::html::escape;
 use crate::console::{grouped, percent};
-use crate::record::{DepthRecord, Record, Summary, ViewRecord};
+use crate::record::{BackfaceRecord, DepthRecord, Record, Summary, ViewRecord};
 
 /// More rows than this are left to report.json: a page of a thousand meshes helps nobody.
 const MESHES_SHOWN: usize = 60;
@@ -173,6 +173,63 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
         );
     }
     out.push_str("</tbody></table></div>\n");
+}
+
+/// Back faces by cluster and by triangle, the ideal beside the actual.
+pub(crate) fn backfaces(out: &mut String, s: &Summary) {
+    let Some(b) = s.backfaces.filter(|b| b.one_sided > 0) else { return };
+    let views = b.views.max(1);
+    let _ = write!(
+        out,
+        "<h2>Back faces: ideal beside actual</h2><p class=\"sub\">Of {} one-sided triangles a view in clusters \
+         that the frustum leaves, {} ({}) face away. A whole cluster goes where its bound proves that all of it \
+         does: who draws clusters has that for next to nothing. Then each triangle is tried by a plane of four bytes, and what \
+         that leaves in doubt from its corners.{}</p>\
+         <div class=\"scroll\"><table><thead><tr><th>Taken</th><th class=\"n\">Ideal, a view</th>\
+         <th class=\"n\">Actual, a view</th><th class=\"n\">Of the ideal</th><th class=\"n\">Of what faces away</th>\
+         <th class=\"n\">Time a view</th></tr></thead><tbody>",
+        grouped(b.one_sided / views),
+        grouped(b.facing_away / views),
+        percent(b.facing_away, b.one_sided),
+        counted(s.views as u64, &b),
+    );
+    for (name, unit, ideal, actual) in [
+        ("with whole clusters", "clusters", b.ideal_by_cluster, b.by_cluster),
+        ("by the plane of each triangle too", "", b.facing_away, b.by_plane),
+        ("and from the corners, where in doubt", "triangles", b.facing_away, b.facing_away),
+    ] {
+        let of_unit = s.stages.iter().find(|r| r.name == "backface" && r.unit == unit);
+        let ms = of_unit.and_then(|r| r.ms);
+        let ms =
+            ms.map_or_else(|| "–".into(), |ms| format!("{:.3} ms", ms / s.views.max(1) as f64));
+        let _ = write!(
+            out,
+            "<tr><td>{name}</td>{}{}<td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{ms}</td></tr>",
+            n(ideal / views),
+            n(actual / views),
+            if ideal > 0 { percent(actual, ideal) } else { "–".into() },
+            percent(actual, b.facing_away),
+        );
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// What the figures on back faces leave out, if anything.
+fn counted(views: u64, b: &BackfaceRecord) -> String {
+    let mut text = String::new();
+    if b.views < views {
+        let _ = write!(text, " Counted in {} of {views} views.", b.views);
+    }
+    if b.exact_instances > 0 {
+        let _ = write!(
+            text,
+            " {} of {} instances are tested from their corners alone: so thin are their triangles, for where \
+             they stand, that only that test is fine enough.",
+            grouped(b.exact_instances / b.views.max(1)),
+            grouped(b.instances / b.views.max(1)),
+        );
+    }
+    text
 }
 
 /// Every view, folded away.

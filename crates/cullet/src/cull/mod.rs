@@ -5,6 +5,6 @@ pub mod backface;
 pub mod degenerate;
 pub mod detail;
 pub mod frustum;
-mod output;
+pub(crate) mod output;
 
 pub use output::Indices;

@@ -67,6 +67,52 @@ pub(in crate::cull) fn expand(level: Level, words: &[u64], base: u32, out: &mut 
     dispatch!(level, simd => expand_with(simd, words, base, out))
 }
 
+/// Appends those of an ascending `list` whose bit in `culled` is not set; bit 0 of the first word is
+/// number 64 · `base`, and numbers beyond the last word are kept. No number may be below the first word.
+///
+/// Where the list runs to the end of a word without a gap, as lists of whole ranges do, the word is
+/// expanded; the rest goes number by number.
+pub(crate) fn keep_listed(
+    level: Level,
+    list: &[u32],
+    base: u32,
+    culled: &[u64],
+    kept: &mut Vec<u32>,
+) {
+    let before = kept.len();
+    // Room for the last word to be stored whole.
+    kept.resize(before + list.len() + 64, 0);
+    let out = &mut kept[before..];
+    let (mut len, mut i) = (0, 0);
+    let mut words = [0; 16];
+    while let Some(&first) = list.get(i) {
+        // Words that the list fills from `first` to their end.
+        let start = first % 64;
+        let mut full = 0;
+        while full < words.len() {
+            let to_end = (full + 1) * 64 - start as usize;
+            if list.get(i + to_end - 1) != Some(&(first + to_end as u32 - 1)) {
+                break;
+            }
+            let word = (first / 64 - base) as usize + full;
+            words[full] = !culled.get(word).copied().unwrap_or(0);
+            full += 1;
+        }
+        if full > 0 {
+            words[0] &= u64::MAX << start;
+            len += expand(level, &words[..full], first - start, &mut out[len..]);
+            i += full * 64 - start as usize;
+        } else {
+            // Half of them go, in no order that a branch could guess.
+            let word = culled.get((first / 64 - base) as usize).copied().unwrap_or(0);
+            out[len] = first;
+            len += usize::from(word >> start & 1 == 0);
+            i += 1;
+        }
+    }
+    kept.truncate(before + len);
+}
+
 #[inline(always)]
 fn expand_with<S: Simd>(simd: S, words: &[u64], base: u32, out: &mut [u32]) -> usize {
     let mut len = 0;
@@ -100,4 +146,31 @@ fn iota<S: Simd>(simd: S) -> S::u32s {
         simd,
         &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15][..S::u32s::LEN],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_loses_what_is_culled() {
+        let culled: Vec<u64> = (1..8_u64).map(|i| i.wrapping_mul(0x9E37_79B9_7F4A_7C15)).collect();
+        let is_culled =
+            |t: u32| culled.get(t as usize / 64 - 2).is_some_and(|w| w >> (t % 64) & 1 == 1);
+        let gaps: [&[u32]; 6] = [
+            &[],
+            &[128, 1000],
+            &[130, 131, 191, 192, 192, 256, 260, 300],
+            &[191, 449],
+            &[140, 150, 180, 320, 575, 579],
+            &[200, 5000],
+        ];
+        for ranges in gaps {
+            let list: Vec<u32> = ranges.chunks(2).flat_map(|r| r[0]..r[1]).collect();
+            let mut kept = vec![7];
+            keep_listed(Level::new(), &list, 2, &culled, &mut kept);
+            let expected = list.iter().copied().filter(|&t| !is_culled(t));
+            assert_eq!(kept, [7].into_iter().chain(expected).collect::<Vec<_>>(), "{ranges:?}");
+        }
+    }
 }

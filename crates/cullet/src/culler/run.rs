@@ -4,7 +4,7 @@
 //! become a list of triangles. A stage runs over everything before the next begins, so that its time
 //! and its counts are its own.
 
-use super::{Culler, Output};
+use super::{Backface, Culler, Output};
 use crate::cull::frustum::tree::Cut;
 use crate::mesh::Mesh;
 use crate::scene::Scene;
@@ -33,6 +33,8 @@ pub(super) struct Scratch {
     pub(super) cluster_visible: Vec<u64>,
     pub(super) cluster_inside: Vec<u64>,
     pub(super) runs: Vec<Run>,
+    pub(super) kept_runs: Vec<Run>,
+    pub(super) culled: Vec<u64>,
     pub(super) kept: Vec<u32>,
 }
 
@@ -94,10 +96,18 @@ impl<'a> Pass<'a> {
             return;
         }
         self.clusters();
+        let backface =
+            self.culler.backface != Backface::Off && self.view.cull_face != CullFace::None;
+        if backface
+            && self.culler.backface == Backface::Fast
+            && self.culler.output >= Output::Clusters
+        {
+            self.backfaces_of_clusters();
+        }
         if self.culler.output == Output::Triangles {
             self.list_triangles();
-            if self.culler.backface && self.view.cull_face != CullFace::None {
-                self.backfaces();
+            if backface {
+                self.backfaces_of_triangles();
             }
             if self.culler.degenerate {
                 self.degenerate_triangles();

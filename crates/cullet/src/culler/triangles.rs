@@ -2,7 +2,6 @@
 
 use super::run::{Pass, triangles_of};
 use crate::clip::outcode::ObjectRegion;
-use crate::cull::backface::ObjectEye;
 use crate::cull::degenerate::Flattening;
 use crate::mesh::{Cluster, Mesh};
 use crate::visible::{Reason, Stage, TriangleRange, Unit};
@@ -57,38 +56,6 @@ impl Pass<'_> {
         }
     }
 
-    /// Drops back faces (or front faces) of one-sided parts.
-    pub(super) fn backfaces(&mut self) {
-        let (scene, view) = (self.scene, self.view);
-        self.filter_triangles(Stage::Backface, |slot, triangles, kept| {
-            let mesh = scene.mesh(slot);
-            let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
-            let two_sided = scene.flags(slot).double_sided || mesh.is_two_sided();
-            if exempt || two_sided || !scene.is_rigid(slot) {
-                return false;
-            }
-            let eye = ObjectEye::of_view(view, scene.transform(slot));
-            let mut rest = triangles;
-            for cluster in clusters_of_list(mesh, triangles) {
-                let end = cluster.first_triangle + cluster.triangle_count;
-                let (of_cluster, after) = rest.split_at(rest.partition_point(|&t| t < end));
-                rest = after;
-                if of_cluster.is_empty() && rest.is_empty() {
-                    break;
-                }
-                if mesh.parts()[cluster.part as usize].two_sided {
-                    kept.extend_from_slice(of_cluster);
-                } else {
-                    let front = |t: &&u32| !eye.culls(&mesh.corners(**t));
-                    kept.extend(of_cluster.iter().filter(front));
-                }
-            }
-            // Degenerate triangles follow the last cluster; they have no back.
-            kept.extend_from_slice(rest);
-            true
-        });
-    }
-
     /// Drops triangles without area: those found when the mesh was made, and those that a flattening
     /// transform makes.
     pub(super) fn degenerate_triangles(&mut self) {
@@ -112,7 +79,7 @@ impl Pass<'_> {
 
     /// Runs a triangle stage over every range in place. The closure appends what it keeps, or returns
     /// `false` to keep all.
-    fn filter_triangles(
+    pub(super) fn filter_triangles(
         &mut self,
         stage: Stage,
         mut keep: impl FnMut(u32, &[u32], &mut Vec<u32>) -> bool,
@@ -153,7 +120,7 @@ impl Pass<'_> {
 }
 
 /// The clusters from the one of the first triangle of an ascending list on.
-fn clusters_of_list<'m>(mesh: &'m Mesh, triangles: &[u32]) -> &'m [Cluster] {
+pub(super) fn clusters_of_list<'m>(mesh: &'m Mesh, triangles: &[u32]) -> &'m [Cluster] {
     let first = triangles.first().copied().unwrap_or(0);
     let clusters = mesh.clusters();
     let at = clusters.partition_point(|c| c.first_triangle + c.triangle_count <= first);

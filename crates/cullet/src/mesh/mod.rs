@@ -1,5 +1,6 @@
 //! Meshes: checked on construction, cut into clusters by one permutation of their triangles.
 
+mod backfaces;
 mod clusters;
 mod nesting;
 mod orient;
@@ -68,6 +69,14 @@ pub struct Cluster {
     pub triangle_count: u32,
     /// The part that all its triangles belong to.
     pub part: u32,
+}
+
+impl Cluster {
+    /// The range of its triangles, in the mesh's order.
+    #[must_use]
+    pub fn triangles(&self) -> std::ops::Range<u32> {
+        self.first_triangle..self.first_triangle + self.triangle_count
+    }
 }
 
 /// A level of detail: a range of the mesh's clusters. Level 0 is the mesh as it was given.
@@ -150,6 +159,7 @@ pub struct Mesh {
     degenerate: u32,
     polygons: u32,
     deformable: bool,
+    prepared: backfaces::Prepared,
 }
 
 impl Mesh {
@@ -216,6 +226,7 @@ impl Mesh {
             levels,
             bounds,
             deformable,
+            prepared: backfaces::Prepared::default(),
         }
     }
 
@@ -330,8 +341,12 @@ impl Mesh {
         self.parts.iter().all(|part| part.two_sided)
     }
 
-    /// Declares every part one-sided or two-sided.
+    /// Declares every part one-sided or two-sided. What was [prepared](Self::prepare) is forgotten where
+    /// that changes a part.
     pub fn set_two_sided(&mut self, two_sided: bool) {
+        if self.parts.iter().any(|p| p.two_sided != two_sided) {
+            self.prepared = backfaces::Prepared::default();
+        }
         self.parts.iter_mut().for_each(|p| p.two_sided = two_sided);
     }
 }

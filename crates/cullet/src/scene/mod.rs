@@ -394,6 +394,19 @@ impl Scene {
         self.overrides[slot as usize] == BoundsOverride::Mesh && !self.mesh(slot).is_deformable()
     }
 
+    /// Makes ahead what the culling of back faces needs of every mesh that has an instance with backs to
+    /// cull. Without it the first cull that sees a mesh pays: some 70 ns a triangle, and 10 to 35 µs a
+    /// cluster (half a second for a million triangles). Nothing for two-sided and for deformable meshes.
+    ///
+    /// Runs on this thread. To use more, call [`Mesh::prepare`] of [`meshes`](Self::meshes) on them.
+    pub fn prepare(&self) {
+        for slot in self.slots() {
+            if self.is_rigid(slot) && !self.flags(slot).double_sided {
+                self.mesh(slot).prepare();
+            }
+        }
+    }
+
     /// Triangles of all instances, degenerate ones included.
     #[must_use]
     pub fn triangle_count(&self) -> u64 {

@@ -31,6 +31,7 @@ mod groups;
 mod mask;
 mod mask_cull;
 mod planes32;
+mod prepared;
 mod quantised;
 mod regions;
 pub mod screen;
@@ -44,13 +45,14 @@ pub use mask::{
 };
 pub use mask_cull::{count_masked, cull_masked, cull_masked_ref, keep_unmasked};
 pub use planes32::Planes32;
-pub use quantised::{Planes8, Planes16};
+pub use prepared::{BackfaceEye, Backfaces, ClusterCones};
+pub use quantised::{PlaneEye, Planes8, Planes16};
 pub use regions::back_regions;
 
 pub use sectors::SectorMasks;
 
 pub use screen::{flips_winding, ndc_normal_z, screen_facing};
-pub use triangle::{ObjectEye, facing_ref};
+pub use triangle::{ObjectEye, ViewEye, facing_ref};
 
 use crate::view::{CullFace, FrontFace};
 

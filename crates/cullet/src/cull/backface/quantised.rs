@@ -3,7 +3,8 @@
 //! A triangle is back-facing where n·e − d·w < 0 for its plane n·x = d and the homogeneous eye (e, w):
 //! the product of (n, −d) and (e, w). Quantised, a plane is scaled so that the largest of its four
 //! numbers is 127 (or 32767) and rounded, the eye so that its largest is 8191. The product of the
-//! rounded numbers is off by at most half a unit of every factor times its partner; a triangle is
+//! rounded numbers is off by at most half a unit of every factor times its partner (in eight bits, by what
+//! the planes of the mesh lost at most); a triangle is
 //! culled only where the product is below minus that bound, so what is in doubt is kept.
 //!
 //! Eight bits are four bytes a triangle, and want an 8-bit dot product (AVX-512 VNNI). Sixteen bits are
@@ -12,6 +13,7 @@
 use fearless_simd::{Level, Simd, dispatch, i16x8, i16x16, i32x4, i32x8, prelude::*, u8x16, u16x8};
 use glam::{DVec3, DVec4};
 
+use super::Facing;
 use super::bulk::{self, Culled};
 use crate::cull::Indices;
 
@@ -26,9 +28,9 @@ const SLIVER: f64 = 1e-9;
 /// Where the numbers of a set of planes are relative to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frame {
-    centre: DVec3,
+    pub(super) centre: DVec3,
     /// What offsets are divided by, so that they are comparable to normals.
-    scale: f64,
+    pub(super) scale: f64,
 }
 
 impl Frame {
@@ -77,11 +79,14 @@ impl Frame {
 /// How far the product of a quantised plane and eye may be from the true one.
 fn error_bound(eye: [i32; 4], plane_limit: i32) -> i32 {
     let eye_sum: i32 = eye.iter().map(|v| v.abs()).sum();
-    // What the plane lost before it was quantised, in f64: a thin triangle's normal is off by less than
-    // 4.5e-7 (see SLIVER), times 4 products of up to plane_limit × 8191.
-    let slack = 4 + plane_limit / 64;
     // Half of each factor's partner, and the product of the halves.
-    (eye_sum + 4 * plane_limit) / 2 + slack
+    (eye_sum + 4 * plane_limit) / 2 + slack(plane_limit) as i32
+}
+
+/// What a plane lost before it was quantised, in f64: a thin triangle's normal is off by less than
+/// 4.5e-7 (see SLIVER), times 4 products of up to `plane_limit` × 8191.
+fn slack(plane_limit: i32) -> f64 {
+    f64::from(4 + plane_limit / 64)
 }
 
 /// Planes of a mesh's triangles in four bytes each.
@@ -91,6 +96,26 @@ pub struct Planes8 {
     /// Each number plus 128: the dot product takes unsigned by signed bytes.
     bytes: Vec<[u8; 4]>,
     len: usize,
+    /// By how much each of the four numbers was rounded, at most: half, and nothing where all normals
+    /// lie along an axis, as those of boxes do. Seen from afar near their horizon, those of a city would
+    /// be kept for the half alone.
+    rounded: DVec4,
+}
+
+/// An eye made ready for the [`Planes8`] of one mesh; see [`Planes8::eye`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlaneEye {
+    eye: [i32; 4],
+    /// What a product must be below the negative of.
+    bound: i32,
+}
+
+impl PlaneEye {
+    /// The eye for the other side of the triangles: what it culls, this one can never.
+    #[must_use]
+    pub fn turned(self) -> Self {
+        Self { eye: self.eye.map(|v| -v), ..self }
+    }
 }
 
 /// Planes of a mesh's triangles in eight bytes each.
@@ -113,13 +138,20 @@ impl Planes8 {
     /// If an index is not below the number of positions.
     #[must_use]
     pub fn new(positions: &[[f32; 3]], indices: &[u32]) -> Self {
-        let frame = Frame::around(positions);
-        let len = indices.len() / 3;
-        let mut planes = Self { frame, bytes: vec![[128; 4]; len.next_multiple_of(PAD)], len };
+        let mut planes = Self::unset(positions, indices.len() / 3);
         for (i, t) in indices.as_chunks::<3>().0.iter().enumerate() {
             planes.set(i, t.map(|v| positions[v as usize]));
         }
         planes
+    }
+
+    /// Room for `len` triangles of a mesh with these positions, none of which is culled until it is
+    /// [set](Self::set).
+    #[must_use]
+    pub fn unset(positions: &[[f32; 3]], len: usize) -> Self {
+        let frame = Frame::around(positions);
+        let bytes = vec![[128; 4]; len.next_multiple_of(PAD)];
+        Self { frame, bytes, len, rounded: DVec4::ZERO }
     }
 
     /// Replaces the plane of triangle `index`, as a deforming mesh does. Right wherever the corners
@@ -130,6 +162,7 @@ impl Planes8 {
     pub fn set(&mut self, index: usize, corners: [[f32; 3]; 3]) {
         assert!(index < self.len, "triangle {index} of {}", self.len);
         let p = self.frame.plane(corners) * 127.0;
+        self.rounded = self.rounded.max((p - p.round()).abs());
         self.bytes[index] = p.to_array().map(|v| (v.round() + 128.0) as u8);
     }
 
@@ -169,16 +202,49 @@ impl Planes8 {
         bulk::keep(&self.seen(eye), level, kept);
     }
 
-    fn seen(&self, eye: [f64; 4]) -> Seen<'_, Self> {
-        Seen { planes: self, eye: self.frame.eye(eye) }
+    /// The eye as [`cull_words`](Self::cull_words) takes it, made once for a mesh and view. `None`, which
+    /// culls nothing, as for [`cull`](Self::cull).
+    ///
+    /// `facing` is what the words are to say: which triangles are seen from their [`Facing::Back`], or
+    /// from their [`Facing::Front`]; `Edge` has no eye. `doubt` is by how much more than this module's own
+    /// rounding the eye and the planes may be off: a share of the eye's largest number in units of the
+    /// mesh times that of a plane's. It is what a renderer's rounding of vertices amounts to; 0 takes
+    /// eye and triangles as exact, and `None` is the answer where it is NaN or above 2⁻⁹.
+    #[must_use]
+    pub fn eye(&self, eye: [f64; 4], facing: Facing, doubt: f64) -> Option<PlaneEye> {
+        let eye = self.frame.eye(eye)?;
+        // Written so that NaN is too much.
+        let extra = (0.0..=1.0 / 512.0).contains(&doubt).then_some(doubt * 127.0 * EYE_LIMIT)?;
+        // As `error_bound`, with what the planes' numbers really lost.
+        let eye_size = DVec4::from(eye.map(|v| f64::from(v.abs()) + 0.5));
+        let lost = self.rounded.dot(eye_size) + 2.0 * 127.0 + slack(127) + extra;
+        let bound = lost.ceil() as i32 + 1;
+        // To see a triangle from the front is to see it from behind with every sign turned.
+        match facing {
+            Facing::Back => Some(PlaneEye { eye, bound }),
+            Facing::Front => Some(PlaneEye { eye, bound }.turned()),
+            Facing::Edge => None,
+        }
+    }
+
+    /// Fills words `first..` of the mask of what is culled, as many as `culled` has: the answers of
+    /// [`cull`](Self::cull) for a range of triangles. The same at every level.
+    ///
+    /// # Panics
+    /// If the words reach beyond the last triangle's.
+    pub fn cull_words(&self, level: Level, eye: &PlaneEye, first: usize, culled: &mut [u64]) {
+        Seen { planes: self, eye: Some(*eye) }.fill(level, first, culled);
+    }
+
+    fn seen(&self, eye: [f64; 4]) -> Seen<'_, Self, PlaneEye> {
+        Seen { planes: self, eye: self.eye(eye, Facing::Back, 0.0) }
     }
 
     /// The oracle of [`cull`](Self::cull): one triangle after the other.
     #[must_use]
     pub fn cull_ref(&self, eye: [f64; 4]) -> Vec<u64> {
         let mut culled = vec![0; self.len.div_ceil(64)];
-        if let Some(eye) = self.frame.eye(eye) {
-            let bound = error_bound(eye, 127);
+        if let Some(PlaneEye { eye, bound }) = self.eye(eye, Facing::Back, 0.0) {
             for i in 0..self.len {
                 let p = self.get(i);
                 let value: i32 = (0..4).map(|k| p[k] * eye[k]).sum();
@@ -261,25 +327,24 @@ impl Planes16 {
         bulk::keep(&self.seen(eye), level, kept);
     }
 
-    fn seen(&self, eye: [f64; 4]) -> Seen<'_, Self> {
+    fn seen(&self, eye: [f64; 4]) -> Seen<'_, Self, [i32; 4]> {
         Seen { planes: self, eye: self.frame.eye(eye) }
     }
 }
 
 /// Planes and an eye, which culls nothing where it is none.
-struct Seen<'a, P> {
+struct Seen<'a, P, E> {
     planes: &'a P,
-    eye: Option<[i32; 4]>,
+    eye: Option<E>,
 }
 
-impl Culled for Seen<'_, Planes8> {
+impl Culled for Seen<'_, Planes8, PlaneEye> {
     fn len(&self) -> usize {
         self.planes.len
     }
 
     fn fill(&self, level: Level, first: usize, out: &mut [u64]) {
-        let Some(eye) = self.eye else { return out.fill(0) };
-        let bound = error_bound(eye, 127);
+        let Some(PlaneEye { eye, bound }) = self.eye else { return out.fill(0) };
         let bytes = &self.planes.bytes[first * 64..(first + out.len()) * 64];
         #[cfg(target_arch = "x86_64")]
         if let Some(avx512) = level.as_avx512() {
@@ -289,7 +354,7 @@ impl Culled for Seen<'_, Planes8> {
     }
 }
 
-impl Culled for Seen<'_, Planes16> {
+impl Culled for Seen<'_, Planes16, [i32; 4]> {
     fn len(&self) -> usize {
         self.planes.len
     }

@@ -26,22 +26,30 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectEye {
     /// The eye in object space, scaled; positive values of n·(eye − weight · p) are counter-clockwise.
-    eye: DVec3,
-    weight: f64,
+    pub(super) eye: DVec3,
+    pub(super) weight: f64,
     /// How far a vertex may be off, in object space: a constant, and per unit of its coordinates.
-    reach: [f64; 2],
+    pub(super) reach: [f64; 2],
     /// How far `eye − weight · p` may be off for that and for its own rounding, likewise.
-    eye_error: [f64; 2],
+    pub(super) eye_error: [f64; 2],
     front_face: FrontFace,
     cull: CullFace,
 }
 
-impl ObjectEye {
-    /// The eye of `view` in the space of an instance, with the view's own front face and culled face.
-    ///
-    /// The transform is relative to the same origin as the view.
+/// The eye of a view before it is moved into the space of an instance: the part of [`ObjectEye::of_view`]
+/// that is the same for all instances, made once a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewEye {
+    eye: (DVec3, DVec3),
+    weight: (f64, f64),
+    far: f64,
+    sides: (FrontFace, CullFace),
+}
+
+impl ViewEye {
+    /// The eye of `view`, with its own front face and culled face.
     #[must_use]
-    pub fn of_view(view: &View, transform: &Transform) -> Self {
+    pub fn new(view: &View) -> Self {
         let m = DMat4::from_cols_array(&view.clip_from_world());
         let rows = [m.row(0), m.row(1), m.row(3)];
         // Each entry a determinant of three columns: its value, and the same with all signs positive,
@@ -65,14 +73,46 @@ impl ObjectEye {
             let n = r.truncate().abs().element_sum();
             if n > 0.0 { r.w.abs() / n } else { 0.0 }
         };
-        let far = offset(rows[0]).max(offset(rows[1]));
-        Self::prepare(
-            (eye, DVec3::new(x.1, y.1, z.1)),
-            (-w.0 * sign, w.1),
-            far,
-            transform,
-            (view.front_face, view.cull_face),
-        )
+        Self {
+            eye: (eye, DVec3::new(x.1, y.1, z.1)),
+            weight: (-w.0 * sign, w.1),
+            far: offset(rows[0]).max(offset(rows[1])),
+            sides: (view.front_face, view.cull_face),
+        }
+    }
+
+    /// Which side of counter-clockwise triangles is culled where it is seen; `Edge` where none is.
+    #[must_use]
+    pub fn culled_side(&self) -> Facing {
+        culled_side(self.sides.0, self.sides.1)
+    }
+
+    /// This eye in the space of an instance; the transform is relative to the same origin as the view.
+    #[must_use]
+    pub fn in_space_of(&self, transform: &Transform) -> ObjectEye {
+        ObjectEye::prepare(self.eye, self.weight, self.far, transform, self.sides)
+    }
+}
+
+/// Of counter-clockwise triangles.
+#[inline]
+fn culled_side(front_face: FrontFace, cull: CullFace) -> Facing {
+    match (cull, front_face) {
+        (CullFace::None, _) => Facing::Edge,
+        (CullFace::Back, FrontFace::CounterClockwise) | (CullFace::Front, FrontFace::Clockwise) => {
+            Facing::Back
+        }
+        _ => Facing::Front,
+    }
+}
+
+impl ObjectEye {
+    /// The eye of `view` in the space of an instance, with the view's own front face and culled face.
+    ///
+    /// The transform is relative to the same origin as the view.
+    #[must_use]
+    pub fn of_view(view: &View, transform: &Transform) -> Self {
+        ViewEye::new(view).in_space_of(transform)
     }
 
     /// A homogeneous eye in the space of an instance: (position, 1) in perspective, or (direction from
@@ -165,15 +205,26 @@ impl ObjectEye {
         value * self.direction() > error
     }
 
+    /// Whether there is an eye at all, and faces that it culls. If not, every triangle is kept.
+    #[must_use]
+    pub fn culls_any(&self) -> bool {
+        self.eye_error[0].is_finite() && self.cull != CullFace::None
+    }
+
     /// The sign of what is culled; 0 where nothing is.
     #[inline]
     fn direction(&self) -> f64 {
-        match (self.cull, self.front_face) {
-            (CullFace::None, _) => 0.0,
-            (CullFace::Back, FrontFace::CounterClockwise)
-            | (CullFace::Front, FrontFace::Clockwise) => -1.0,
-            _ => 1.0,
+        match culled_side(self.front_face, self.cull) {
+            Facing::Back => -1.0,
+            Facing::Front => 1.0,
+            Facing::Edge => 0.0,
         }
+    }
+
+    /// As [`ViewEye::culled_side`].
+    #[must_use]
+    pub fn culled_side(&self) -> Facing {
+        culled_side(self.front_face, self.cull)
     }
 
     /// n·(eye − weight · a), and a bound of its error.

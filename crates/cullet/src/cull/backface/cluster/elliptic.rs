@@ -21,11 +21,29 @@ pub struct EllipticCone {
     pub t: [f32; 3],
 }
 
-impl Bound for EllipticCone {
-    fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        let fit = ApexFit::new(planes)?;
-        let shape = Shape::around(&fit);
-        let normals: Vec<DVec3> = fit.hull.iter().map(|p| fit.lift(*p)).collect();
+impl EllipticCone {
+    /// As [`Bound::fit`], and so that an eye which passes is behind every plane by at least `doubt` times
+    /// its distance from any point of the triangle, and times the cluster's radius: room for what a
+    /// renderer's rounding may do to eye and vertices. `doubt` is an angle in radians, from 0 to 0.01;
+    /// 1e-4 costs nearly nothing.
+    ///
+    /// The apex is lowered by that much of its own distance, and every normal is widened by the angle; the
+    /// two add up to it by the triangle inequality.
+    #[must_use]
+    pub fn fit_doubting(planes: &ClusterPlanes, doubt: f64) -> Option<Self> {
+        let fit = ApexFit::doubting(planes, doubt)?;
+        let farthest = fit.hull.iter().map(|p| p.length_squared()).fold(0.0, f64::max);
+        // What a turn by the angle moves a point of the plane at distance 1, and a little more.
+        let wide = doubt * (1.0 + farthest) * 1.1;
+        let shape = Shape::around(&fit).widened(wide);
+        let lift = |p: &DVec2| fit.lift(*p);
+        let normals: Vec<DVec3> = if doubt > 0.0 {
+            let corners = [(wide, wide), (-wide, wide), (-wide, -wide), (wide, -wide)];
+            let moved = |p: &DVec2| corners.map(|(x, y)| fit.lift(*p + DVec2::new(x, y)));
+            fit.hull.iter().flat_map(moved).collect()
+        } else {
+            fit.hull.iter().map(lift).collect()
+        };
         let mut grow = 1.0;
         // A flat ellipse needs a per cent, hardly any other more than one step.
         for _ in 0..200 {
@@ -38,6 +56,12 @@ impl Bound for EllipticCone {
             grow *= 1.0005;
         }
         None
+    }
+}
+
+impl Bound for EllipticCone {
+    fn fit(planes: &ClusterPlanes) -> Option<Self> {
+        Self::fit_doubting(planes, 0.0)
     }
 
     fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
@@ -68,6 +92,12 @@ impl Shape {
         let [s, t] = [(half[0], along), (half[1], along.perp())]
             .map(|(v, d)| flat(d * v.length().max(floor)));
         Self { axis, s, t }
+    }
+
+    /// With both half-axes longer by twice `by`.
+    fn widened(self, by: f64) -> Self {
+        let longer = |v: DVec3| v * (1.0 + 2.0 * by / v.length());
+        Self { s: longer(self.s), t: longer(self.t), ..self }
     }
 }
 

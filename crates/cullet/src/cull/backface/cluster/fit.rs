@@ -178,6 +178,12 @@ pub(super) const ANGULAR_SLACK: f64 = 1e-5;
 
 impl ApexFit {
     pub(super) fn new(planes: &ClusterPlanes) -> Option<Self> {
+        Self::doubting(planes, 0.0)
+    }
+
+    /// With an apex that stays behind all planes though they turn by `doubt` radians around the nearest
+    /// point of the cluster's ball.
+    pub(super) fn doubting(planes: &ClusterPlanes, doubt: f64) -> Option<Self> {
         if !planes.is_usable() {
             return None;
         }
@@ -193,7 +199,9 @@ impl ApexFit {
         // Along the axis a step of 1 is one of n·axis along a normal.
         let longest =
             points.iter().map(|p| p.length_squared()).fold(0.0, f64::max).sqrt().hypot(1.0);
-        let apex = highest - axis * (planes.position_slack(highest) * longest);
+        let slack = planes.position_slack(highest)
+            + doubt * (planes.radius + highest.distance(planes.centre));
+        let apex = highest - axis * (slack * longest);
         Some(Self { axis, across, apex, hull: convex_hull(&points) })
     }
 
@@ -208,6 +216,9 @@ const APEX_REACH: f64 = 16.0;
 /// Normals must be at least this far from the equator: 4.6 degrees. Wider clusters have hardly a region.
 const NARROWEST: f64 = 0.08;
 
+/// Steps towards the axis: the last one moves it by a fiftieth of the cone.
+const AXIS_STEPS: u32 = 50;
+
 /// The axis of the narrowest cone around unit normals; `None` where they do not fit into an open
 /// hemisphere by [`NARROWEST`].
 ///
@@ -216,11 +227,16 @@ const NARROWEST: f64 = 0.08;
 /// towards the farthest point by ever smaller steps). Any axis is right; a better one is tighter.
 fn narrowest_cone_axis(normals: &[DVec3]) -> Option<DVec3> {
     let mut centre = normals.iter().sum::<DVec3>() / normals.len() as f64;
-    for step in 1..=100 {
-        let far = normals
-            .iter()
-            .max_by(|a, b| a.distance_squared(centre).total_cmp(&b.distance_squared(centre)))?;
-        centre += (far - centre) / f64::from(step + 1);
+    for step in 1..=AXIS_STEPS {
+        // The farthest of unit vectors is the one with the least product.
+        let mut far = (f64::INFINITY, centre);
+        for n in normals {
+            let along = n.dot(centre);
+            if along < far.0 {
+                far = (along, *n);
+            }
+        }
+        centre += (far.1 - centre) / f64::from(step + 1);
     }
     let axis = centre.try_normalize()?;
     normals.iter().all(|n| n.dot(axis) > NARROWEST).then_some(axis)

@@ -50,7 +50,9 @@ impl<const K: usize> Bound for Pyramid<K> {
 /// The corners of the convex hull, counter-clockwise (Andrew, *Another efficient algorithm for convex
 /// hulls in two dimensions*, 1979).
 pub(super) fn convex_hull(points: &[DVec2]) -> Vec<DVec2> {
-    let mut sorted = points.to_vec();
+    // total_cmp puts −0 before 0, which no product of differences would agree with: points between two
+    // ends of one x were lost.
+    let mut sorted: Vec<DVec2> = points.iter().map(|p| *p + DVec2::ZERO).collect();
     sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     sorted.dedup();
     if sorted.len() < 3 {
@@ -95,4 +97,17 @@ fn remove_cheapest_edge(polygon: &mut Vec<DVec2>) -> Option<()> {
     polygon[(i + 1) % n] = meet;
     polygon.remove((i + 2) % n);
     Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of the two faces of an edge, whose normals' x were zeros of both signs, one was lost.
+    #[test]
+    fn zeros_of_both_signs_are_one() {
+        let points = [[-0.0, 1.0], [0.0, -1.0], [0.0, 1.0], [-0.0, -1.0], [0.0, 1.5]];
+        let hull = convex_hull(&points.map(DVec2::from));
+        assert_eq!(hull, [DVec2::new(0.0, -1.0), DVec2::new(0.0, 1.5)]);
+    }
 }

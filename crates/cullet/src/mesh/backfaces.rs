@@ -1,0 +1,52 @@
+//! What a mesh holds ready for back-face culling, made when it is first asked for.
+
+use std::sync::OnceLock;
+
+use super::{Cluster, Mesh};
+use crate::cull::backface::{Backfaces, ClusterCones, Facing};
+
+/// Made on first use, and copied with the mesh.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Prepared {
+    planes: OnceLock<Backfaces>,
+    behind: OnceLock<ClusterCones>,
+    before: OnceLock<ClusterCones>,
+}
+
+impl Mesh {
+    /// The planes of the triangles of one-sided parts, in the mesh's order; made by the first call, see
+    /// [`prepare`](Self::prepare).
+    pub fn backfaces(&self) -> &Backfaces {
+        self.prepared.planes.get_or_init(|| {
+            let ranges = self.clusters.iter().filter(|c| self.is_one_sided(c));
+            Backfaces::new(&self.positions, &self.indices, ranges.map(Cluster::triangles))
+        })
+    }
+
+    /// The cones of the clusters, those of two-sided parts left out, for eyes that see one side of them;
+    /// made by the first call for each side, see [`prepare`](Self::prepare).
+    pub fn cluster_cones(&self, facing: Facing) -> &ClusterCones {
+        let once = match facing {
+            Facing::Front => &self.prepared.before,
+            Facing::Back | Facing::Edge => &self.prepared.behind,
+        };
+        once.get_or_init(|| {
+            let ranges = self.clusters.iter().map(|c| self.is_one_sided(c).then(|| c.triangles()));
+            let facing = if facing == Facing::Front { facing } else { Facing::Back };
+            self.backfaces().cones(&self.positions, &self.indices, ranges, facing)
+        })
+    }
+
+    /// Makes what the culling of back faces needs of this mesh, so that the first frame does not pay for
+    /// it: see [`Scene::prepare`](crate::Scene::prepare) for the cost. Nothing for a mesh whose back faces
+    /// are never culled. Meshes may be prepared at once on several threads.
+    pub fn prepare(&self) {
+        if !self.deformable && !self.is_two_sided() {
+            self.cluster_cones(Facing::Back);
+        }
+    }
+
+    fn is_one_sided(&self, cluster: &Cluster) -> bool {
+        !self.parts[cluster.part as usize].two_sided
+    }
+}
