@@ -30,6 +30,7 @@ pub mod cluster;
 mod groups;
 mod mask;
 mod mask_cull;
+mod patch;
 mod planes32;
 mod quantised;
 pub mod screen;
@@ -42,6 +43,7 @@ pub use mask::{
     corner_directions,
 };
 pub use mask_cull::{count_masked, cull_masked, cull_masked_ref, keep_unmasked};
+pub use patch::{BezierPatch, PatchError};
 pub use planes32::Planes32;
 pub use quantised::{Planes8, Planes16};
 

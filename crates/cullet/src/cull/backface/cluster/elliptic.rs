@@ -23,7 +23,7 @@ pub struct EllipticCone {
 
 impl Bound for EllipticCone {
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        let fit = ApexFit::new(planes)?;
+        let fit = ApexFit::new(planes).ok()?;
         let shape = Shape::around(&fit);
         let normals: Vec<DVec3> = fit.hull.iter().map(|p| fit.lift(*p)).collect();
         let mut grow = 1.0;
