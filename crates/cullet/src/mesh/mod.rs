@@ -3,12 +3,14 @@
 mod clusters;
 mod nesting;
 mod orient;
+mod sides;
 mod surface;
 mod topology;
 mod weld;
 
 pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
 pub use orient::{Repair, orient_triangles};
+pub use sides::TwoSided;
 pub use topology::{NotSolid, Topology};
 
 use thiserror::Error;

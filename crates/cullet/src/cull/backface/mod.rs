@@ -30,6 +30,7 @@ pub mod cluster;
 mod groups;
 mod mask;
 mod mask_cull;
+mod of_mesh;
 mod patch;
 mod planes32;
 mod quantised;

@@ -70,7 +70,8 @@ impl Frame {
         let eye = DVec4::from(eye);
         let e = (eye.truncate() - self.centre * eye.w).extend(eye.w * self.scale);
         let largest = e.abs().max_element();
-        (eye.w >= 0.0 && largest > 0.0 && largest.is_finite()).then(|| e / largest)
+        // The largest of some NaN and a number may be the number.
+        (eye.w >= 0.0 && largest > 0.0 && e.is_finite()).then(|| e / largest)
     }
 }
 
