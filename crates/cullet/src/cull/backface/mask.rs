@@ -291,9 +291,7 @@ impl MaskGrid {
         masks: &mut NormalMasks,
     ) {
         masks.resize(indices.len() / 3);
-        for (i, t) in indices.as_chunks::<3>().0.iter().enumerate() {
-            masks.set(i, self.encode_triangle(t.map(|v| positions[v as usize])));
-        }
+        self.update(positions, indices, 0..masks.len(), masks);
     }
 
     /// The mask of a cone of lines of sight; [`BackfaceMask::NOTHING`] for `None`.

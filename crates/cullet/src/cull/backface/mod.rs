@@ -37,6 +37,7 @@ mod quantised;
 pub mod screen;
 mod sectors;
 pub mod triangle;
+mod update;
 
 pub use groups::Groups;
 pub use mask::{

@@ -117,9 +117,7 @@ impl Planes8 {
         let frame = Frame::around(positions);
         let len = indices.len() / 3;
         let mut planes = Self { frame, bytes: vec![[128; 4]; len.next_multiple_of(PAD)], len };
-        for (i, t) in indices.as_chunks::<3>().0.iter().enumerate() {
-            planes.set(i, t.map(|v| positions[v as usize]));
-        }
+        planes.update(positions, indices, 0..len);
         planes
     }
 
@@ -201,9 +199,7 @@ impl Planes16 {
         let len = indices.len() / 3;
         let zeros = vec![[0; 2]; len.next_multiple_of(PAD)];
         let mut planes = Self { frame, xy: zeros.clone(), zd: zeros, len };
-        for (i, t) in indices.as_chunks::<3>().0.iter().enumerate() {
-            planes.set(i, t.map(|v| positions[v as usize]));
-        }
+        planes.update(positions, indices, 0..len);
         planes
     }
 
