@@ -7,8 +7,8 @@ use backface_common::{Rng, cross, dot, front};
 use cullet::cull::Indices;
 use cullet::cull::backface::cluster::{
     BatchBound, Bound, ClusterBounds, ClusterEye, ClusterFacing, ClusterPlanes, ClusterTracker,
-    EllipticCone, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin, NormalBoxTurned, NormalCone,
-    Pyramid, Tracked, TwoWay,
+    EllipticCone, EllipticConeQuantised, NoRegion, NormalBox, NormalBoxAtOrigin, NormalBoxTurned,
+    NormalCone, Pyramid, Tracked, TwoWay,
 };
 use cullet::cull::frustum::batch::levels;
 
@@ -330,9 +330,19 @@ fn odd_clusters_have_no_bound() {
     for planes in [&none, &nan, &huge, &doubtful] {
         assert!(NormalBox::fit(planes).is_none() && NormalBoxAtOrigin::fit(planes).is_none());
     }
+    let small = ClusterPlanes::new([up.map(|p| p.map(|v: f32| v * 1e-32))]);
+    assert_eq!(none.region(), Err(NoRegion::Empty));
+    assert_eq!(nan.region(), Err(NoRegion::NotCertain));
+    assert_eq!(doubtful.region(), Err(NoRegion::NotCertain));
+    assert_eq!(both.region(), Err(NoRegion::Hemisphere));
+    assert!(matches!(huge.region(), Err(NoRegion::TooLarge { largest, .. }) if largest > 1e20));
+    assert!(matches!(small.region(), Err(NoRegion::TooSmall { radius, .. }) if radius > 0.0));
+    // Only triangles without area: they reach no bound.
+    assert_eq!(ClusterPlanes::new([[up[0]; 3]]).region(), Err(NoRegion::Empty));
     // A triangle without area is no obstacle.
     let flat = ClusterPlanes::new([up, [up[0], up[1], up[1]], [up[0]; 3]]);
-    assert!(flat.is_complete() && EllipticCone::fit(&flat).is_some());
+    assert!(flat.is_complete() && flat.len() == 1 && EllipticCone::fit(&flat).is_some());
+    assert_eq!(flat.region(), Ok(()));
     assert!(ClusterEye::new([1.0, 2.0, 3.0, 0.0]).is_some());
     assert!(ClusterEye::new([1e20, 0.0, 0.0, 1.0]).is_none());
 }

@@ -5,6 +5,7 @@ mod clusters;
 mod nesting;
 mod orient;
 mod regions;
+mod sides;
 mod surface;
 mod topology;
 mod weld;
@@ -12,6 +13,7 @@ mod weld;
 pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
 pub use orient::{Repair, orient_triangles};
 pub use regions::{Regions, connected_regions};
+pub use sides::TwoSided;
 pub use topology::{NotSolid, Topology};
 
 use thiserror::Error;

@@ -123,11 +123,16 @@ impl ViewCone {
     }
 
     /// Lines of sight from a homogeneous eye (as [`View::eye`](crate::View::eye), in the space of the
-    /// sphere) to all points of a sphere. `None` where the eye is inside, or something is not finite:
-    /// then nothing may be culled.
+    /// sphere) to all points of a sphere. `None` where the eye is inside or on the sphere, its weight is
+    /// negative, or something is not finite: then nothing may be culled. A sphere of radius 0 is a point,
+    /// and a negative radius is no sphere.
     #[must_use]
     pub fn to_sphere(eye: [f64; 4], sphere: &Sphere) -> Option<Self> {
         let eye = DVec4::from(eye);
+        // An infinite weight would put the eye at the origin.
+        if !(eye.w >= 0.0 && eye.w.is_finite()) {
+            return None;
+        }
         if eye.w == 0.0 {
             return Self::parallel((-eye.truncate()).into());
         }
@@ -286,9 +291,7 @@ impl MaskGrid {
         masks: &mut NormalMasks,
     ) {
         masks.resize(indices.len() / 3);
-        for (i, t) in indices.as_chunks::<3>().0.iter().enumerate() {
-            masks.set(i, self.encode_triangle(t.map(|v| positions[v as usize])));
-        }
+        self.update(positions, indices, 0..masks.len(), masks);
     }
 
     /// The mask of a cone of lines of sight; [`BackfaceMask::NOTHING`] for `None`.

@@ -30,6 +30,8 @@ pub mod cluster;
 mod groups;
 mod mask;
 mod mask_cull;
+mod of_mesh;
+mod patch;
 mod planes32;
 mod prepared;
 mod quantised;
@@ -37,6 +39,7 @@ mod regions;
 pub mod screen;
 mod sectors;
 pub mod triangle;
+mod update;
 
 pub use groups::Groups;
 pub use mask::{
@@ -44,6 +47,7 @@ pub use mask::{
     corner_directions,
 };
 pub use mask_cull::{count_masked, cull_masked, cull_masked_ref, keep_unmasked};
+pub use patch::{BezierPatch, PatchError};
 pub use planes32::Planes32;
 pub use prepared::{BackfaceEye, Backfaces, ClusterCones};
 pub use quantised::{PlaneEye, Planes8, Planes16};

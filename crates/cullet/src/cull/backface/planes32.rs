@@ -34,9 +34,7 @@ impl Planes32 {
         let len = indices.len() / 3;
         let blocks = vec![Block([[0.0; 16]; 4]); len.next_multiple_of(64) / 16];
         let mut planes = Self { frame: Frame::around(positions), blocks, len };
-        for (i, t) in indices.as_chunks::<3>().0.iter().enumerate() {
-            planes.set(i, t.map(|v| positions[v as usize]));
-        }
+        planes.update(positions, indices, 0..len);
         planes
     }
 

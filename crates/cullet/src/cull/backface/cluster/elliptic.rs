@@ -31,7 +31,7 @@ impl EllipticCone {
     /// two add up to it by the triangle inequality.
     #[must_use]
     pub fn fit_doubting(planes: &ClusterPlanes, doubt: f64) -> Option<Self> {
-        let fit = ApexFit::doubting(planes, doubt)?;
+        let fit = ApexFit::doubting(planes, doubt).ok()?;
         let farthest = fit.hull.iter().map(|p| p.length_squared()).fold(0.0, f64::max);
         // What a turn by the angle moves a point of the plane at distance 1, and a little more.
         let wide = doubt * (1.0 + farthest) * 1.1;

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::NoRegion;
 use super::pyramid::convex_hull;
 use crate::exact::is_collinear;
 
@@ -56,12 +57,29 @@ impl ClusterPlanes {
             }
         }
         if !planes.normals.is_empty() {
-            planes.centre = (low + high) * 0.5;
-            planes.half = (high - low) * 0.5;
-            planes.radius = planes.half.length();
-            planes.largest = low.abs().max(high.abs()).max_element();
+            planes.set_extent(low, high);
         }
         planes
+    }
+
+    /// Planes with unit normals that are not those of triangles, of a surface within a box; `complete`
+    /// says whether what is behind them all is behind the surface.
+    pub(in crate::cull::backface) fn of_surface(
+        planes: impl IntoIterator<Item = (DVec3, f64)>,
+        [low, high]: [DVec3; 2],
+        complete: bool,
+    ) -> Self {
+        let (normals, offsets): (Vec<_>, Vec<_>) = planes.into_iter().unzip();
+        let mut planes = Self { normals, offsets, complete, ..Self::default() };
+        planes.set_extent(low, high);
+        planes
+    }
+
+    fn set_extent(&mut self, low: DVec3, high: DVec3) {
+        self.centre = (low + high) * 0.5;
+        self.half = (high - low) * 0.5;
+        self.radius = self.half.length();
+        self.largest = low.abs().max(high.abs()).max_element();
     }
 
     /// How many planes there are.
@@ -143,9 +161,33 @@ impl ClusterPlanes {
         self.normals.iter().zip(&self.offsets).map(move |(n, d)| (*n, d - n.dot(origin)))
     }
 
+    /// Whether an apex bound (a cone or a pyramid) of these planes has a region, or the reason why no
+    /// eye is proved behind them all. Costs as a fit without its shape; the bounds
+    /// themselves say no more than `None`.
+    ///
+    /// A box of normals ([`NormalBox`](super::NormalBox)) needs no apex, and may have a region where
+    /// this is [`NoRegion::Hemisphere`] or [`NoRegion::NoApex`].
+    ///
+    /// # Errors
+    /// The reason.
+    pub fn region(&self) -> Result<(), NoRegion> {
+        ApexFit::new(self).map(|_| ())
+    }
+
     /// Whether a bound can be made: a plane for each triangle, of a size that f32 can square.
-    pub(super) fn is_usable(&self) -> bool {
-        !self.is_empty() && self.complete && self.largest <= LARGEST && self.radius >= SMALLEST
+    pub(super) fn usable(&self) -> Result<(), NoRegion> {
+        // Where all triangles are in doubt, that is what is amiss.
+        if !self.complete {
+            Err(NoRegion::NotCertain)
+        } else if self.is_empty() {
+            Err(NoRegion::Empty)
+        } else if self.largest > LARGEST {
+            Err(NoRegion::TooLarge { largest: self.largest, limit: LARGEST })
+        } else if self.radius < SMALLEST {
+            Err(NoRegion::TooSmall { radius: self.radius, limit: SMALLEST })
+        } else {
+            Ok(())
+        }
     }
 
     /// How far a point at `distance` from the cluster's middle may be wrongly called behind a plane
@@ -177,17 +219,15 @@ pub(super) struct ApexFit {
 pub(super) const ANGULAR_SLACK: f64 = 1e-5;
 
 impl ApexFit {
-    pub(super) fn new(planes: &ClusterPlanes) -> Option<Self> {
+    pub(super) fn new(planes: &ClusterPlanes) -> Result<Self, NoRegion> {
         Self::doubting(planes, 0.0)
     }
 
     /// With an apex that stays behind all planes though they turn by `doubt` radians around the nearest
     /// point of the cluster's ball.
-    pub(super) fn doubting(planes: &ClusterPlanes, doubt: f64) -> Option<Self> {
-        if !planes.is_usable() {
-            return None;
-        }
-        let axis = narrowest_cone_axis(&planes.normals)?;
+    pub(super) fn doubting(planes: &ClusterPlanes, doubt: f64) -> Result<Self, NoRegion> {
+        planes.usable()?;
+        let axis = narrowest_cone_axis(&planes.normals).ok_or(NoRegion::Hemisphere)?;
         let u = axis.any_orthonormal_vector();
         let across = [u, axis.cross(u)];
         let points: Vec<DVec2> = planes
@@ -195,14 +235,15 @@ impl ApexFit {
             .iter()
             .map(|n| DVec2::new(n.dot(across[0]), n.dot(across[1])) / n.dot(axis))
             .collect();
-        let highest = highest_behind(planes, axis, planes.radius * APEX_REACH)?;
+        let highest =
+            highest_behind(planes, axis, planes.radius * APEX_REACH).ok_or(NoRegion::NoApex)?;
         // Along the axis a step of 1 is one of n·axis along a normal.
         let longest =
             points.iter().map(|p| p.length_squared()).fold(0.0, f64::max).sqrt().hypot(1.0);
         let slack = planes.position_slack(highest)
             + doubt * (planes.radius + highest.distance(planes.centre));
         let apex = highest - axis * (slack * longest);
-        Some(Self { axis, across, apex, hull: convex_hull(&points) })
+        Ok(Self { axis, across, apex, hull: convex_hull(&points) })
     }
 
     /// The point at distance 1 along the axis with these coordinates.

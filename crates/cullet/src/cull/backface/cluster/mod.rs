@@ -42,6 +42,7 @@ mod ellipse;
 mod elliptic;
 mod eye;
 mod fit;
+mod no_region;
 mod normal_box;
 mod normal_cone;
 mod pyramid;
@@ -53,6 +54,7 @@ pub use coherence::{ClusterTracker, Tracked};
 pub use elliptic::EllipticCone;
 pub use eye::ClusterEye;
 pub use fit::ClusterPlanes;
+pub use no_region::NoRegion;
 pub use normal_box::{NormalBox, NormalBoxAtOrigin, NormalBoxTurned};
 pub use normal_cone::NormalCone;
 pub use pyramid::Pyramid;
@@ -77,7 +79,7 @@ pub trait Bound: Sized {
     /// A bound of a cluster with these planes. `None` where no eye can be proved behind all of them:
     /// normals that span half of space or nearly so, a triangle whose normal is not certain (see
     /// [`ClusterPlanes::is_complete`]), no triangle at all, or coordinates that the test in f32 cannot
-    /// hold (beyond 1e14, or a cluster smaller than 1e-30).
+    /// hold (beyond 1e14, or a cluster smaller than 1e-30). [`ClusterPlanes::region`] names which.
     fn fit(planes: &ClusterPlanes) -> Option<Self>;
 
     /// Whether the eye is proved behind every plane.

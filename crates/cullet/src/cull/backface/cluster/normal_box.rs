@@ -87,7 +87,7 @@ impl NormalBox {
     }
 
     fn fit_in(planes: &ClusterPlanes, origin: [f64; 3], axes: DMat3) -> Option<Self> {
-        if !planes.is_usable() {
+        if planes.usable().is_err() {
             return None;
         }
         let origin = DVec3::from(origin).as_vec3();
@@ -186,7 +186,7 @@ impl Bound for NormalBoxAtOrigin {
 impl Bound for NormalBoxTurned {
     /// With its origin at the apex of the cones, its axes along the ellipse of the normals.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        let fit = ApexFit::new(planes)?;
+        let fit = ApexFit::new(planes).ok()?;
         let (_, [long, _]) = best_ellipse(&fit.hull);
         let along = (fit.across[0] * long.x + fit.across[1] * long.y)
             .try_normalize()

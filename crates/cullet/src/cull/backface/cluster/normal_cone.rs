@@ -46,7 +46,7 @@ impl NormalCone {
 
 impl Bound for NormalCone {
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        let fit = ApexFit::new(planes)?;
+        let fit = ApexFit::new(planes).ok()?;
         // A point at distance r from the axis, one along it, is at an angle of atan r.
         let widest = fit.hull.iter().map(|p| p.length()).fold(0.0, f64::max);
         let sine = widest.atan().sin() + ANGULAR_SLACK;

@@ -19,7 +19,7 @@ pub struct Pyramid<const K: usize> {
 impl<const K: usize> Bound for Pyramid<K> {
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         const { assert!(K >= 4, "a parallelogram is not made a triangle by removing an edge") };
-        let fit = ApexFit::new(planes)?;
+        let fit = ApexFit::new(planes).ok()?;
         let mut polygon = fit.hull.clone();
         let centre = polygon.iter().sum::<DVec2>() / polygon.len() as f64;
         // The slack of the test in f32, as an angle: every corner moves away from the middle, and hulls

@@ -24,7 +24,7 @@ impl Bound for EllipticConeQuantised {
     /// Rounds an ellipse on several scales, grows each until every normal is inside again, and takes
     /// the smallest.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        let fit = ApexFit::new(planes)?;
+        let fit = ApexFit::new(planes).ok()?;
         let shape = Shape::around(&fit);
         let normals: Vec<DVec3> = fit.hull.iter().map(|p| fit.lift(*p)).collect();
         let largest = [shape.axis, shape.s, shape.t].map(|v| v.abs().max_element());

@@ -19,11 +19,14 @@
 //! let boxes = Boxes::from_slice(&sorted);
 //! let nodes = Nodes::over(Level::new(), &boxes);
 //!
-//! let view = Camera::looking_at([500.0, 0.5, 0.0], [500.0, 0.5, -1.0], [0.0, 1.0, 0.0])
-//!     .view(&Projection::perspective(1.0, 1.0, 0.1..100.0), [800, 800]);
+//! let projection =
+//!     Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
+//! let (eye, direction, up) = ([500.0, 0.5, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
+//! let frustum = Camera { eye, direction, up, projection }.frustum()?;
 //! let mut cut = Cut::new();
-//! cut.cull(Level::new(), &Planes::new(&view.frustum()), &nodes, &boxes);
+//! cut.cull(Level::new(), &Planes::new(&frustum), &nodes, &boxes);
 //! assert!(cut.count() < 10 && cut.nodes_asked() < 10);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod views;

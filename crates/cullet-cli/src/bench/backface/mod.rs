@@ -1,5 +1,7 @@
 //! Back-face culling of the triangles of one model, and of clusters.
 
+mod frame;
+
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
 use cullet::cull::backface::cluster::{
@@ -134,6 +136,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     run_clusters::<NormalBox>(options, ("box", 40), &planes, each);
     run_clusters::<Pyramid<6>>(options, ("pyramid6", 84), &planes, each);
     run_clusters::<Pyramid<8>>(options, ("pyramid8", 108), &planes, each);
+    frame::run(options, each);
 }
 
 fn run_clusters<B: BatchBound>(
