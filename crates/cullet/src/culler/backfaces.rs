@@ -78,7 +78,7 @@ impl Pass<'_> {
         for runs in runs.chunk_by(|a, b| a.slot == b.slot) {
             let slot = runs[0].slot;
             let before: u32 = runs.iter().map(|run| run.cluster_count).sum();
-            let culled = &mut self.scratch.cluster_visible;
+            let culled = &mut self.scratch.cluster_culled;
             let after = if backs.cull_clusters(slot, culled) {
                 split(runs, culled, &mut kept)
             } else {
@@ -101,7 +101,7 @@ impl Pass<'_> {
         let backs = Backs::new(self.culler, self.scene, self.view);
         let runs = std::mem::take(&mut self.scratch.runs);
         let mut words = std::mem::take(&mut self.scratch.culled);
-        let mut doubt = std::mem::take(&mut self.scratch.cluster_visible);
+        let mut doubt = std::mem::take(&mut self.scratch.cluster_culled);
         let mut rest = &runs[..];
         self.filter_triangles(Stage::Backface, |slot, triangles, kept| {
             if !backs.has_back(slot) {
@@ -150,7 +150,7 @@ impl Pass<'_> {
         });
         self.scratch.runs = runs;
         self.scratch.culled = words;
-        self.scratch.cluster_visible = doubt;
+        self.scratch.cluster_culled = doubt;
     }
 }
 

@@ -4,7 +4,7 @@ use super::Output;
 use super::run::{Pass, Run};
 use crate::bits;
 use crate::bounds::Side;
-use crate::cull::frustum::batch::{self, Planes};
+use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::exact::ExactFrustum;
 use crate::mesh::Mesh;
 use crate::visible::{FrustumWork, Reason, SlotRange, Stage, Unit};
@@ -88,10 +88,13 @@ impl Pass<'_> {
     /// Takes what the frustum does not reject, by the scene's hierarchy.
     fn take_visible(&mut self, all_in: bool) {
         let scene = self.scene;
-        let planes = Planes::new(&self.frustum);
-        let (level, hierarchy) = (self.culler.level, scene.hierarchy());
+        let hierarchy = scene.hierarchy();
         let mut cut = std::mem::take(&mut self.scratch.cut);
-        cut.cull(level, &planes, hierarchy.nodes(), hierarchy.boxes());
+        let planes = self.scratch.planes.take().unwrap_or_else(|| {
+            let planes = Planes::new(&self.frustum);
+            cut.cull(self.culler.level, &planes, hierarchy.nodes(), hierarchy.boxes());
+            planes
+        });
         self.result.funnel.frustum = FrustumWork {
             nodes: cut.nodes_asked(),
             blocks: cut.leaves_asked(),
@@ -263,38 +266,28 @@ impl Pass<'_> {
     fn clusters_of(&mut self, slot: u32, mesh: &Mesh) -> u32 {
         let planes = Planes::new(&self.world_frustum.to_object_space(self.scene.transform(slot)));
         let s = &mut *self.scratch;
-        let boxes = mesh.cluster_boxes();
-        let (visible, inside) = (&mut s.cluster_visible, &mut s.cluster_inside);
-        reset(visible, batch::mask_words(boxes.len()));
-        reset(inside, visible.len());
-        batch::classify_boxes(self.culler.level, &planes, boxes, 0, visible, inside);
-        let level = mesh.levels()[0];
-        let mut kept = 0;
-        for cluster in level.first_cluster..level.first_cluster + level.cluster_count {
-            let (word, bit) = (cluster as usize / 64, cluster % 64);
-            if s.cluster_visible[word] >> bit & 1 == 0 {
-                continue;
-            }
-            kept += 1;
-            let inside = s.cluster_inside[word] >> bit & 1 == 1;
-            match s.runs.last_mut() {
-                Some(run)
-                    if run.slot == slot
-                        && run.inside == inside
-                        && run.first_cluster + run.cluster_count == cluster =>
-                {
-                    run.cluster_count += 1;
+        let cut = &mut s.cluster_cut;
+        cut.cull(self.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
+        for word in cut.touched() {
+            for bit in bits::ones(cut.visible()[word]) {
+                let cluster = (word * 64 + bit) as u32;
+                let inside = cut.inside()[word] >> bit & 1 == 1;
+                match s.runs.last_mut() {
+                    Some(run)
+                        if run.slot == slot
+                            && run.inside == inside
+                            && run.first_cluster + run.cluster_count == cluster =>
+                    {
+                        run.cluster_count += 1;
+                    }
+                    _ => {
+                        s.runs.push(Run { slot, first_cluster: cluster, cluster_count: 1, inside })
+                    }
                 }
-                _ => s.runs.push(Run { slot, first_cluster: cluster, cluster_count: 1, inside }),
             }
         }
-        kept
+        cut.count() as u32
     }
-}
-
-fn reset(words: &mut Vec<u64>, len: usize) {
-    words.clear();
-    words.resize(len, 0);
 }
 
 /// The slots of the bits that are set in a word.

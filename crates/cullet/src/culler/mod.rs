@@ -12,6 +12,8 @@ use fearless_simd::Level;
 use thiserror::Error;
 
 use crate::cull::detail::Detail;
+use crate::cull::frustum::batch::Planes;
+use crate::cull::frustum::tree::cull_together;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
@@ -111,7 +113,8 @@ pub enum CullError {
 }
 
 impl Culler {
-    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would.
+    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would; all of them are taken
+    /// through the scene's hierarchy in one pass.
     ///
     /// # Errors
     /// If there is not one state and one result for each view.
@@ -127,6 +130,20 @@ impl Culler {
                 views: views.len(),
                 states: states.len(),
                 results: results.len(),
+            });
+        }
+        if self.frustum && views.len() > 1 {
+            for (view, state) in views.iter().zip(&mut *states) {
+                let frustum = view.frustum().relative_to(scene.origin());
+                state.scratch.planes = Some(Planes::new(&frustum));
+            }
+            let hierarchy = scene.hierarchy();
+            cull_together(self.level, hierarchy.nodes(), hierarchy.boxes(), |each| {
+                for state in &mut *states {
+                    if let Some(planes) = &state.scratch.planes {
+                        each(planes, &mut state.scratch.cut);
+                    }
+                }
             });
         }
         for ((view, state), result) in views.iter().zip(states).zip(results) {

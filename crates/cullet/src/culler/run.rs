@@ -5,6 +5,7 @@
 //! and its counts are its own.
 
 use super::{Backface, Culler, Output};
+use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::tree::Cut;
 use crate::mesh::Mesh;
 use crate::scene::Scene;
@@ -24,14 +25,16 @@ pub(super) struct Run {
 /// Memory that one view's culls use again and again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
+    /// The planes of the view and what they see, where a pass over several views has just asked.
+    pub(super) planes: Option<Planes>,
     pub(super) cut: Cut,
+    pub(super) cluster_cut: Cut,
     /// One bit a slot: still in the running, and known to be inside the frustum.
     pub(super) alive: Vec<u64>,
     pub(super) inside: Vec<u64>,
     /// The words of the two that are not zero, ascending.
     pub(super) live: Vec<u32>,
-    pub(super) cluster_visible: Vec<u64>,
-    pub(super) cluster_inside: Vec<u64>,
+    pub(super) cluster_culled: Vec<u64>,
     pub(super) runs: Vec<Run>,
     pub(super) kept_runs: Vec<Run>,
     pub(super) culled: Vec<u64>,

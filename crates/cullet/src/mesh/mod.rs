@@ -19,6 +19,7 @@ pub use topology::{NotSolid, Topology};
 use thiserror::Error;
 
 use crate::bounds::{Aabb, Boxes};
+use crate::hierarchy::Nodes;
 
 /// What the alpha of a part's material does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -156,6 +157,7 @@ pub struct Mesh {
     parts: Vec<Part>,
     clusters: Vec<Cluster>,
     cluster_boxes: Boxes,
+    cluster_nodes: Nodes,
     levels: Vec<Level>,
     bounds: Aabb,
     degenerate: u32,
@@ -215,6 +217,7 @@ impl Mesh {
             bounds = bounds.union(&b);
             boxes.push(b);
         }
+        let cluster_boxes = Boxes::from_slice(&boxes);
         let levels = vec![Level { first_cluster: 0, cluster_count: clusters.len() as u32 }];
         Self {
             polygons: if polygons == 0 { triangles as u32 } else { polygons },
@@ -224,7 +227,8 @@ impl Mesh {
             positions,
             original_triangle,
             parts,
-            cluster_boxes: Boxes::from_slice(&boxes),
+            cluster_nodes: Nodes::over(fearless_simd::Level::new(), &cluster_boxes),
+            cluster_boxes,
             levels,
             bounds,
             deformable,
@@ -297,6 +301,12 @@ impl Mesh {
     #[must_use]
     pub fn cluster_boxes(&self) -> &Boxes {
         &self.cluster_boxes
+    }
+
+    /// Nodes over the boxes of the clusters.
+    #[must_use]
+    pub fn cluster_nodes(&self) -> &Nodes {
+        &self.cluster_nodes
     }
 
     /// Levels of detail, finest first.

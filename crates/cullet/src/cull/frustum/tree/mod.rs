@@ -32,6 +32,7 @@
 mod views;
 mod walk;
 
+pub(crate) use views::cull_together;
 pub use views::{ViewMasks, ViewsError, cull_views};
 
 use fearless_simd::Level;

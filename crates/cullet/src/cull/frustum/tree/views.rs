@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::super::batch::{Planes, classify_boxes};
 use super::Cut;
-use super::walk::{Front, Walk};
+use super::walk::Walk;
 use crate::bits;
 use crate::bounds::Boxes;
 use crate::hierarchy::Nodes;
@@ -59,24 +59,39 @@ pub fn cull_views(
     if planes.len() != cuts.len() {
         return Err(ViewsError::Counts { views: planes.len(), cuts: cuts.len() });
     }
-    for (planes, cut) in planes.iter().zip(&mut *cuts) {
+    cull_together(level, nodes, boxes, |each| {
+        planes.iter().zip(&mut *cuts).for_each(|(planes, cut)| each(planes, cut));
+    });
+    Ok(())
+}
+
+/// The same for views that are kept elsewhere: `views` shows each of them to what it is given.
+pub(crate) fn cull_together(
+    level: Level,
+    nodes: &Nodes,
+    boxes: &Boxes,
+    mut views: impl FnMut(&mut dyn FnMut(&Planes, &mut Cut)),
+) {
+    views(&mut |planes, cut| {
         cut.begin(level, planes, nodes, boxes);
         cut.fronts[0].set_root(planes.len());
-    }
+    });
     for at in (0..=nodes.levels().len()).rev() {
-        for (planes, cut) in planes.iter().zip(&mut *cuts) {
-            let mut fronts: [Front; 2] = std::mem::take(&mut cut.fronts);
-            let mut target = cut.target(nodes);
-            Walk { level, planes, nodes, boxes }.step(at, &mut fronts, &mut target);
-            let counts = target.counts;
-            cut.counts.add(counts);
+        views(&mut |planes, cut| {
+            let mut fronts = std::mem::take(&mut cut.fronts);
+            let walk = Walk { level, planes, nodes, boxes };
+            if at == 0 && walk.is_vain(&fronts[0]) {
+                cut.sweep(level, planes, boxes, 0);
+            } else {
+                let mut target = cut.target(nodes);
+                walk.step(at, &mut fronts, &mut target);
+                let counts = target.counts;
+                cut.counts.add(counts);
+            }
             cut.fronts = fronts;
-        }
+        });
     }
-    for (planes, cut) in planes.iter().zip(cuts) {
-        cut.finish(planes, nodes);
-    }
-    Ok(())
+    views(&mut |planes, cut| cut.finish(planes, nodes));
 }
 
 /// The boxes that any of several views sees, each with a mask of those that do. Keeps its memory.

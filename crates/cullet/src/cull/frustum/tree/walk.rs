@@ -148,12 +148,16 @@ impl Walk<'_> {
     pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
         fronts[0].set_root(self.planes.len());
         self.down(self.nodes.levels().len(), 0, fronts, target);
-        let asked = fronts[0].len;
-        if asked * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && asked > 1 {
+        if self.is_vain(&fronts[0]) {
             return false;
         }
         self.leaves(&fronts[0], target);
         true
+    }
+
+    /// Whether so many blocks of boxes are left to ask that sweeping all of them is cheaper.
+    pub(super) fn is_vain(&self, front: &Front) -> bool {
+        front.len * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && front.len > 1
     }
 
     /// One step down, from the front of level `at`: levels count from 1, and at 0 the boxes are asked.
