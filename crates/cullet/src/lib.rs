@@ -21,7 +21,9 @@ pub use culler::{Backface, CullError, Culler, Explanation, Output, Step, ViewSta
 pub use fearless_simd::Level;
 pub use hierarchy::{Commit, Handle};
 pub use mesh::{Mesh, MeshData};
-pub use scene::{BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneError, Stray};
+pub use scene::{
+    BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneBoundsMut, SceneError, Stray,
+};
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
 pub use visible::{

@@ -185,3 +185,40 @@ pub struct Visible {
     /// Instances of which something will be drawn.
     pub instance_count: u64,
 }
+
+impl Visible {
+    /// The slots of which something is drawn, ascending.
+    pub fn slots(&self) -> impl Iterator<Item = u32> + '_ {
+        let mut whole = self.whole.iter().flat_map(|r| r.first..r.first + r.count).peekable();
+        let partial = self.partial.chunk_by(|a, b| a.slot == b.slot);
+        let mut partial = partial.map(|ranges| ranges[0].slot).peekable();
+        // No slot is in both.
+        std::iter::from_fn(move || match (whole.peek(), partial.peek()) {
+            (Some(a), Some(b)) if b < a => partial.next(),
+            (Some(_), _) => whole.next(),
+            (None, _) => partial.next(),
+        })
+    }
+
+    /// Lists the slots of which something is drawn now and was not in `earlier`, and those that went, both
+    /// ascending. Both results must be of one order of the scene's slots (see
+    /// [`Scene::order_version`](crate::Scene::order_version)). The lists are cleared first. The cost is that
+    /// of what is visible.
+    pub fn changes_since(&self, earlier: &Self, added: &mut Vec<u32>, removed: &mut Vec<u32>) {
+        added.clear();
+        removed.clear();
+        let (mut now, mut then) = (self.slots().peekable(), earlier.slots().peekable());
+        loop {
+            match (now.peek(), then.peek()) {
+                (Some(a), Some(b)) if a == b => {
+                    now.next();
+                    then.next();
+                }
+                (Some(a), Some(b)) if a > b => removed.extend(then.next()),
+                (Some(_), _) => added.extend(now.next()),
+                (None, Some(_)) => removed.extend(then.next()),
+                (None, None) => return,
+            }
+        }
+    }
+}

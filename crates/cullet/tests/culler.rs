@@ -257,3 +257,77 @@ fn far_worlds_are_as_good_as_near_ones() {
     // whose back faces are then in doubt and kept.
     assert!(differing * 200 < all, "{differing} of {all} triangles differ");
 }
+
+#[test]
+fn several_views_at_once_are_each_alone() {
+    let mut rng = Rng(31);
+    for _ in 0..6 {
+        let mut scene = random_scene(&mut rng, 300);
+        scene.commit();
+        let views: Vec<View> = (0..5).map(|_| random_view(&mut rng)).collect();
+        let mut states = vec![ViewState::default(); 5];
+        let mut results = vec![Visible::default(); 5];
+        for _ in 0..2 {
+            triangles().cull(&scene, &views, &mut states, &mut results).expect("one each");
+            for (view, result) in views.iter().zip(&results) {
+                assert_eq!(*result, cull(&triangles(), &scene, view));
+            }
+        }
+    }
+}
+
+#[test]
+fn changes_lead_from_one_result_to_the_next() {
+    let mut rng = Rng(32);
+    let mut scene = random_scene(&mut rng, 200);
+    scene.commit();
+    let clusters = Culler::default();
+    let mut before = Visible::default();
+    let (mut added, mut removed) = (Vec::new(), Vec::new());
+    let mut held = BTreeSet::new();
+    for _ in 0..20 {
+        let now = cull(&clusters, &scene, &random_view(&mut rng));
+        let drawn: BTreeSet<u32> = common::slots(&now).into_iter().collect();
+        assert!(now.slots().is_sorted() && now.slots().eq(drawn.iter().copied()));
+        now.changes_since(&before, &mut added, &mut removed);
+        assert!(added.iter().all(|&slot| held.insert(slot)));
+        assert!(removed.iter().all(|slot| held.remove(slot)));
+        assert_eq!(held, drawn);
+        before = now;
+    }
+}
+
+#[test]
+fn bounds_written_in_place_are_bounds_given_by_handle() {
+    let mut rng = Rng(33);
+    for _ in 0..10 {
+        let mut scene = random_scene(&mut rng, 150);
+        scene.commit();
+        let view = random_view(&mut rng);
+        let given: Vec<_> = scene
+            .slots()
+            .filter(|slot| slot % 3 != 0)
+            .map(|slot| {
+                let at = rng.vector(20.0).map(|v| v as f32);
+                let odd = rng.below(10) == 0;
+                let high = if odd { f32::INFINITY } else { at[0] + 2.0 };
+                (slot, cullet::bounds::Aabb::new(at, [high, at[1] + 1.0, at[2] + 1.0]))
+            })
+            .collect();
+        for round in 0..2 {
+            let mut writer = scene.bounds_mut();
+            given.iter().for_each(|(slot, b)| writer.set(*slot, b));
+            drop(writer);
+            scene.hierarchy().validate().expect("refitted");
+            let written = cull(&triangles(), &scene, &view);
+            for (slot, b) in &given {
+                let handle = scene.handle(*slot).expect("it is there");
+                scene.set_bounds(handle, BoundsOverride::World(*b)).expect("it is there");
+            }
+            let mut by_handle = cull(&triangles(), &scene, &view);
+            // The nodes may differ, the answer may not.
+            by_handle.funnel.frustum = written.funnel.frustum;
+            assert_eq!(written, by_handle, "round {round}");
+        }
+    }
+}

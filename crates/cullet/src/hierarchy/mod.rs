@@ -156,6 +156,17 @@ impl Hierarchy {
         }
     }
 
+    /// Replaces a box and nothing else: [`refit_all`](Self::refit_all) must follow.
+    pub(crate) fn write(&mut self, slot: usize, bounds: &Aabb) {
+        self.boxes.set(slot, bounds);
+    }
+
+    /// Fits all nodes.
+    pub(crate) fn refit_all(&mut self) {
+        self.nodes.refit(self.level, &self.boxes);
+        self.loose.fill(0);
+    }
+
     /// All boxes by slot, to be written in place. What changed is not known, so dropping this refits all
     /// nodes: some 0.5 ms for a million boxes.
     pub fn bounds_mut(&mut self) -> BoundsMut<'_> {
@@ -325,14 +336,12 @@ impl BoundsMut<'_> {
     /// # Panics
     /// If there is no such slot.
     pub fn set(&mut self, slot: u32, bounds: &Aabb) {
-        self.hierarchy.boxes.set(slot as usize, bounds);
+        self.hierarchy.write(slot as usize, bounds);
     }
 }
 
 impl Drop for BoundsMut<'_> {
     fn drop(&mut self) {
-        let Hierarchy { level, boxes, nodes, loose, .. } = &mut *self.hierarchy;
-        nodes.refit(*level, boxes);
-        loose.fill(0);
+        self.hierarchy.refit_all();
     }
 }

@@ -225,6 +225,13 @@ impl Scene {
         Ok(())
     }
 
+    /// Bounds in world space of many instances, written straight to their slots: for what the caller moves by
+    /// means of its own (see [`BoundsOverride::World`]). Dropping it fits all nodes again, some 0.5 ms for a
+    /// million instances.
+    pub fn bounds_mut(&mut self) -> SceneBoundsMut<'_> {
+        SceneBoundsMut { scene: self }
+    }
+
     /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull faster,
     /// never different. The cost is that of what moved.
     pub fn refit(&mut self) {
@@ -482,6 +489,44 @@ impl Scene {
         let flat = finite && self.transforms[at].rank() <= 1 && self.is_rigid(slot);
         let nothing = self.mesh(slot).clusters().is_empty();
         bits::set(&mut self.collapsed, at, flat || nothing);
+    }
+}
+
+/// The bounds of a [`Scene`], to be written in place.
+#[derive(Debug)]
+pub struct SceneBoundsMut<'a> {
+    scene: &'a mut Scene,
+}
+
+impl SceneBoundsMut<'_> {
+    /// Gives the instance of a slot this box, relative to the scene's origin, in place of its mesh's. An
+    /// empty slot stays empty.
+    ///
+    /// # Panics
+    /// If there is no such slot.
+    pub fn set(&mut self, slot: u32, bounds: &Aabb) {
+        let scene = &mut *self.scene;
+        let at = slot as usize;
+        let known = matches!(scene.overrides[at], BoundsOverride::World(_));
+        scene.overrides[at] = BoundsOverride::World(*bounds);
+        if scene.is_removed(slot) {
+            return;
+        }
+        if known && bounds.is_finite() && !scene.flags[at].always_visible {
+            // Neither exempt nor collapsed, if it was not: that is worked out once.
+            scene.hierarchy.write(at, bounds);
+            if !bits::get(&scene.exempt, at) {
+                return;
+            }
+        }
+        scene.update_slot(slot);
+    }
+}
+
+impl Drop for SceneBoundsMut<'_> {
+    fn drop(&mut self) {
+        self.scene.hierarchy.refit_all();
+        self.scene.change += 1;
     }
 }
 
