@@ -26,6 +26,7 @@ Examples
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet bench                               the batch tests against this machine's streaming rate
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
+  cullet reproduce johannsen-carter          clusters and their bounds, beside the ideal
 
 Exit codes
   0 fine        1 something visible was culled      2 wrong command line
