@@ -204,7 +204,8 @@ impl<'a> Clusters<'a> {
                 black_box(&culled);
             }
         });
-        let bytes = size_of::<B>() as u64;
+        // As the batch holds it, without the padding of one alone.
+        let bytes = (batch.size_in_bytes() / many.next_multiple_of(64)) as u64;
         record((name, what), bytes, ns / (many * timed.len()) as f64, by_distance, views)
     }
 

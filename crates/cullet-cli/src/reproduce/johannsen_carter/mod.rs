@@ -18,7 +18,7 @@ use self::hierarchy::HierarchyRow;
 use super::model::Subject;
 use crate::bench::Machine;
 use crate::console::{Console, interrupted, write_json};
-use crate::exit::{Exit, Outcome};
+use crate::exit::{Exit, Failure, Outcome};
 
 pub(super) const HELP: &str = "\
 Every triangle is taken for one-sided, whatever the file says, and all instances of a scene as they
@@ -78,6 +78,8 @@ struct Record {
     triangles_per_cluster: f64,
     /// Clusters of ours that are culled too seldom to pay for a test.
     never_culled: Option<u32>,
+    /// Of ours, in triangles drawn for each triangle of the model.
+    expected_cost: Option<f64>,
     exact_percent: f64,
     ideal_percent: f64,
     bounds: Vec<BoundRow>,
@@ -150,11 +152,11 @@ fn measure(
     subject: &Subject,
     made: &Made,
     console: &Console,
-) -> Result<Record, crate::exit::Failure> {
+) -> Result<Record, Failure> {
     const BOUNDS: u64 = 8 + 4;
     let clusters = Clusters::new(&made.mesh);
     let of_views = DISTANCES.len() as u64 * u64::from(args.directions);
-    let mut bar = console.progress("the ideal", of_views);
+    let mut bar = console.progress("exact and ideal tests", of_views);
     let views = clusters.views(subject, args.directions, &mut bar);
     bar.finish();
     let mut bar = console.progress("bounds", BOUNDS);
@@ -179,6 +181,7 @@ fn measure(
         clusters: clusters.len(),
         triangles_per_cluster: triangles as f64 / clusters.len() as f64,
         never_culled: made.report.as_ref().map(|r| r.never_culled),
+        expected_cost: made.report.as_ref().map(|r| r.expected_cost),
         exact_percent: views.exact_percent[MAIN],
         ideal_percent: views.ideal_percent[MAIN],
         bounds,
@@ -202,7 +205,7 @@ fn more(
     subject: &Subject,
     made: &Made,
     console: &Console,
-) -> Result<(), crate::exit::Failure> {
+) -> Result<(), Failure> {
     let data = subject.data();
     let eyes = bounds::eyes(subject, record.directions, DISTANCES[MAIN]);
     record.hierarchy = Some(hierarchy::measure(&made.mesh, &Clusters::new(&made.mesh), &eyes));

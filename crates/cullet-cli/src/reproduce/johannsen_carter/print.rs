@@ -1,8 +1,9 @@
 //! The results as tables for people, and what they answer.
 
 use super::bounds::BoundRow;
+use super::clustering::ProbabilityRow;
 use super::hierarchy::HierarchyRow;
-use super::{Clusterer, MAIN, Record};
+use super::{Clusterer, Record};
 use crate::console::{Console, grouped};
 
 /// Prints all that was found.
@@ -184,10 +185,10 @@ fn clusterings(console: &Console, record: &Record) {
              merging alone,\nt/r = 16. The cost is T over all clusters in triangles drawn, for each \
              triangle of the model; 1 is no culling.",
         );
-        console.line(format!("{:<56}{:>9}{:>9}{:>8}{:>7}", "", "clusters", "ideal %", "cost", "s"));
+        console.line(format!("{:<62}{:>9}{:>9}{:>8}{:>7}", "", "clusters", "ideal %", "cost", "s"));
         for r in &record.probabilities {
             console.line(format!(
-                "{:<56}{:>9}{:>9.2}{:>8.4}{:>7.1}",
+                "{:<62}{:>9}{:>9.2}{:>8.4}{:>7.1}",
                 format!("{:<12}{}", r.name, r.what),
                 r.clusters,
                 r.ideal_percent,
@@ -195,26 +196,36 @@ fn clusterings(console: &Console, record: &Record) {
                 r.seconds
             ));
         }
-        if record.probabilities.len() == 3 {
-            let by = |a: f64, b: f64| if a <= b { "cheaper or as cheap" } else { "dearer" };
-            let [views, scene, near] = [0, 1, 2].map(|i| record.probabilities[i].cost);
+        let cost = |r: &&ProbabilityRow| r.cost;
+        let by_cost = |a: &&ProbabilityRow, b: &&ProbabilityRow| cost(a).total_cmp(&cost(b));
+        let least = record.probabilities.iter().min_by(by_cost);
+        let most = record.probabilities.iter().max_by(by_cost);
+        if let (Some(least), Some(most)) = (least, most) {
             console.line(format!(
-                "View points are {} than the volume in the scene box and {} than that in the near box.",
-                by(views, scene),
-                by(views, near)
+                "Cheapest is {}, {:.1} % below {}.{}",
+                least.name,
+                (1.0 - least.cost / most.cost) * 100.0,
+                most.name,
+                record.expected_cost.map_or_else(String::new, |cost| format!(
+                    " Filled and improved, as in the tables above, it is {} clusters,\nideal {:.2} %, \
+                     cost {cost:.4}.",
+                    record.clusters, record.ideal_percent
+                ))
             ));
         }
     }
     if let Some(m) = &record.materials {
+        let more = (m.cost_split / m.cost_joined.max(f64::MIN_POSITIVE) - 1.0) * 100.0;
         console.line(format!(
-            "\nClusters do not cross the {} parts (instances and materials): {} of them, at a cost of \
-             {:.4} a triangle.\nIf they might, it were {} and {:.4}; the split costs {:+.1} %.",
+            "\nClusters do not cross the {} parts (materials of instances): {} clusters, cost \
+             {:.4}.\nIf they might, it were {} and {:.4}: the split costs {}.",
             m.parts,
             m.clusters_split,
             m.cost_split,
             m.clusters_joined,
             m.cost_joined,
-            (m.cost_split / m.cost_joined.max(f64::MIN_POSITIVE) - 1.0) * 100.0
+            // Both are made by chance moves, too.
+            if more.abs() < 0.5 { "next to nothing".into() } else { format!("{more:+.1} %") }
         ));
     } else if record.model.parts < 2 {
         console.line("\nThe model has one material, so nothing is lost by not crossing any.");
@@ -241,5 +252,3 @@ fn clusterings(console: &Console, record: &Record) {
         );
     }
 }
-
-const _: () = assert!(MAIN < super::DISTANCES.len());
