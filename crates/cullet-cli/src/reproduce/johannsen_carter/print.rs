@@ -46,7 +46,9 @@ fn head(console: &Console, record: &Record) {
         Clusterer::Meshopt => "meshoptimizer (64 vertices, 124 triangles, cone weight 0.5)",
     };
     let never = match record.never_culled {
-        Some(n) if n > 0 => format!("; {n} of them are culled too seldom to test"),
+        Some(n) if n > 0 => {
+            format!("; {} of them are culled too seldom to test", grouped(u64::from(n)))
+        }
         _ => String::new(),
     };
     console.line(format!(
@@ -129,6 +131,10 @@ fn origins(console: &Console, record: &Record) {
     table_head(console);
     record.origins.iter().for_each(|r| row(console, r));
     let [global, centre, best, turned] = record.origins.as_slice() else { return };
+    if record.ideal_percent == 0.0 {
+        console.line("Where nothing can be culled, no origin is better than another.");
+        return;
+    }
     let points = |a: &BoundRow, b: &BoundRow| a.culled_percent - b.culled_percent;
     console.line(format!(
         "Need c be the cluster's own? One origin for all saves 12 of 40 bytes and culls {:.2} points less.",
@@ -155,6 +161,13 @@ fn origins(console: &Console, record: &Record) {
 }
 
 fn hierarchy(console: &Console, record: &Record, h: &HierarchyRow) {
+    if h.flat_tests_per_frame == 0.0 {
+        console.line(
+            "\nHierarchy of joint clusters: no cluster faces wholly one way from any view, so there is \
+             nothing to join.",
+        );
+        return;
+    }
     console.line(format!(
         "\nHierarchy of joint clusters, elliptic cones for back and front, {} nodes above the clusters, \
          from {} radii:\n{:.1} % of the clusters are proved to face away, {:.1} % to face the eye.",
@@ -166,7 +179,7 @@ fn hierarchy(console: &Console, record: &Record, h: &HierarchyRow) {
     line("tree, where a node saves tests", h.tests_per_frame, h.us_per_frame);
     line("flat, one cluster after the other", h.flat_tests_per_frame, h.flat_us_per_frame);
     line("flat, in batches", h.flat_tests_per_frame, h.batch_us_per_frame);
-    let saved = 1.0 - h.tests_per_frame / h.flat_tests_per_frame.max(1.0);
+    let saved = 1.0 - h.tests_per_frame / h.flat_tests_per_frame;
     console.line(format!(
         "The tree saves {:.0} % of the tests; {}.",
         saved * 100.0,
@@ -201,11 +214,13 @@ fn clusterings(console: &Console, record: &Record) {
         let least = record.probabilities.iter().min_by(by_cost);
         let most = record.probabilities.iter().max_by(by_cost);
         if let (Some(least), Some(most)) = (least, most) {
+            let saved = (1.0 - least.cost / most.cost) * 100.0;
+            let cheapest = match saved < 0.05 {
+                true => "All cost the same.".to_owned(),
+                false => format!("Cheapest is {}, {saved:.1} % below {}.", least.name, most.name),
+            };
             console.line(format!(
-                "Cheapest is {}, {:.1} % below {}.{}",
-                least.name,
-                (1.0 - least.cost / most.cost) * 100.0,
-                most.name,
+                "{cheapest}{}",
                 record.expected_cost.map_or_else(String::new, |cost| format!(
                     " Filled and improved, as in the tables above, it is {} clusters,\nideal {:.2} %, \
                      cost {cost:.4}.",
