@@ -77,7 +77,8 @@ impl NormalConeCentre {
     pub(super) const LEAST: f32 = 1e-15;
 
     /// The cone of `cone`'s normals with a sphere that holds the whole cluster. The smaller the sphere,
-    /// the more is culled. A radius that is NaN or negative culls nothing or is not right, in turn.
+    /// the more is culled. With a centre or radius of NaN or infinity nothing is; a negative radius holds
+    /// nothing and makes the bound wrong.
     #[must_use]
     pub const fn new(cone: &NormalCone, centre: [f32; 3], radius: f32) -> Self {
         let size = centre[0].abs() + centre[1].abs() + centre[2].abs() + radius;
