@@ -29,6 +29,7 @@ Examples
   cullet bench                               the batch tests against this machine's streaming rate
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
   cullet calibrate                           what a triangle costs here, for reports in milliseconds
+  cullet reproduce johannsen-carter          clusters and their bounds, beside the ideal
 
 Exit codes
   0 fine        1 something visible was culled      2 wrong command line

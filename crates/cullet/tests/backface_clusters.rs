@@ -8,7 +8,7 @@ use cullet::cull::Indices;
 use cullet::cull::backface::cluster::{
     BatchBound, Bound, ClusterBounds, ClusterEye, ClusterFacing, ClusterPlanes, ClusterTracker,
     EllipticCone, EllipticConeQuantised, NoRegion, NormalBox, NormalBoxAtOrigin, NormalBoxTurned,
-    NormalCone, Pyramid, Tracked, TwoWay,
+    NormalCone, NormalConeCentre, Pyramid, Tracked, TwoWay,
 };
 use cullet::cull::frustum::batch::levels;
 
@@ -107,6 +107,7 @@ macro_rules! all_bounds {
         $each::<EllipticCone>("elliptic", $planes);
         $each::<EllipticConeQuantised>("elliptic_quantised", $planes);
         $each::<NormalCone>("cone", $planes);
+        $each::<NormalConeCentre>("cone around a sphere", $planes);
         $each::<Pyramid<6>>("pyramid6", $planes);
         $each::<Pyramid<8>>("pyramid8", $planes);
         $each::<Pyramid<4>>("pyramid4", $planes);

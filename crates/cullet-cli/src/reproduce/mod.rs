@@ -1,6 +1,7 @@
 //! `cullet reproduce`: the figures of published work, measured again and put beside the published ones.
 
 mod chart;
+mod johannsen_carter;
 mod model;
 mod zhang_hoff;
 
@@ -25,6 +26,9 @@ enum Which {
     /// Fast Backface Culling Using Normal Masks (1997): Table 1 and Graph 1
     #[command(after_help = zhang_hoff::HELP)]
     ZhangHoff(zhang_hoff::ZhangHoffArgs),
+    /// Clustered Backface Culling (1998): the bounds of clusters beside the ideal, and hierarchies
+    #[command(after_help = johannsen_carter::HELP)]
+    JohannsenCarter(johannsen_carter::JohannsenCarterArgs),
 }
 
 impl ReproduceArgs {
@@ -32,6 +36,7 @@ impl ReproduceArgs {
     pub(crate) fn json(&self) -> &Option<PathBuf> {
         match &self.which {
             Which::ZhangHoff(args) => &args.json,
+            Which::JohannsenCarter(args) => &args.json,
         }
     }
 }
@@ -40,5 +45,6 @@ impl ReproduceArgs {
 pub(crate) fn run(args: &ReproduceArgs, console: &Console) -> Outcome {
     match &args.which {
         Which::ZhangHoff(args) => zhang_hoff::run(args, console),
+        Which::JohannsenCarter(args) => johannsen_carter::run(args, console),
     }
 }

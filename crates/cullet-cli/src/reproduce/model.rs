@@ -30,12 +30,15 @@ pub(crate) struct Subject {
 }
 
 impl Subject {
-    /// The file or built-in scene of that name, all its instances made one mesh; else a built-in solid
-    /// of 69,312 triangles.
+    /// The file or built-in scene of that name, all its instances made one mesh with a part for each
+    /// material of each instance; else a built-in solid of 69,312 triangles.
     pub(crate) fn load(model: Option<&str>, console: &Console) -> Result<Self, Failure> {
         let Some(scene) = model else {
             let (positions, indices) = knobbly_ball(76);
-            return Self::new("a built-in knobbly ball".into(), positions, indices);
+            let triangle_count = (indices.len() / 3) as u32;
+            let parts = vec![Part { triangle_count, ..Part::default() }];
+            let data = MeshData { positions, indices, parts, ..MeshData::default() };
+            return Self::new("a built-in knobbly ball".into(), data);
         };
         let args = SceneArgs {
             scene: scene.to_owned(),
@@ -55,15 +58,12 @@ impl Subject {
             );
             return Err(Failure { exit: Exit::Limit, message });
         }
-        let (positions, indices) = joined(&model);
-        Self::new(model.name, positions, indices)
+        let data = joined(&model);
+        Self::new(model.name, data)
     }
 
-    fn new(name: String, positions: Vec<[f32; 3]>, indices: Vec<u32>) -> Result<Self, Failure> {
-        let triangle_count = (indices.len() / 3) as u32;
-        let parts = vec![Part { triangle_count, ..Part::default() }];
-        let mesh = Mesh::new(MeshData { positions, indices, parts, ..MeshData::default() })
-            .map_err(|e| Failure::input(format!("{name}: {e}")))?;
+    fn new(name: String, data: MeshData) -> Result<Self, Failure> {
+        let mesh = Mesh::new(data).map_err(|e| Failure::input(format!("{name}: {e}")))?;
         let solid = mesh.triangle_count() - mesh.degenerate_count();
         if solid == 0 {
             return Err(Failure::input(format!(
@@ -76,6 +76,16 @@ impl Subject {
         let sphere = Sphere::from_points(&used);
         let defect = mesh.solid().err().map(|e| e.to_string());
         Ok(Self { name, mesh, sphere, defect })
+    }
+
+    /// What the mesh was made of, to be cut into other clusters.
+    pub(crate) fn data(&self) -> MeshData {
+        MeshData {
+            positions: self.mesh.positions().to_vec(),
+            indices: as_given(&self.mesh),
+            parts: self.mesh.parts().to_vec(),
+            ..MeshData::default()
+        }
     }
 
     /// The radius of its sphere.
@@ -107,28 +117,44 @@ pub(crate) fn fibonacci(i: usize, count: usize) -> [f64; 3] {
 }
 
 /// The triangles of all instances in one space, around the middle of the scene so that f32 is fine there.
-fn joined(model: &Model) -> (Vec<[f32; 3]>, Vec<u32>) {
+fn joined(model: &Model) -> MeshData {
     let scene = &model.scene;
     let extent = scene.extent();
     let middle = DVec3::from(extent.center()) + DVec3::from(scene.origin());
-    let (mut positions, mut indices) = (Vec::new(), Vec::new());
+    let mut data = MeshData::default();
     for slot in scene.slots() {
         let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
-        let base = positions.len() as u32;
+        let base = data.positions.len() as u32;
+        let first = (data.indices.len() / 3) as u32;
         let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
         let to = DVec3::from(transform.translation) - middle;
-        positions.extend(mesh.positions().iter().map(|p| {
+        data.positions.extend(mesh.positions().iter().map(|p| {
             let [px, py, pz] = p.map(f64::from);
             (x * px + y * py + z * pz + to).as_vec3().to_array()
         }));
         // A mirror turns the winding of what passes through it; outside stays outside.
         let mirrored = transform.determinant() < 0.0;
-        indices.extend(mesh.indices().as_chunks::<3>().0.iter().flat_map(|&[a, b, c]| {
+        data.indices.extend(as_given(mesh).as_chunks::<3>().0.iter().flat_map(|&[a, b, c]| {
             let t = if mirrored { [a, c, b] } else { [a, b, c] };
             t.map(|v| base + v)
         }));
+        data.parts.extend(mesh.parts().iter().map(|p| Part {
+            first_triangle: first + p.first_triangle,
+            triangle_count: p.triangle_count,
+            material: p.material,
+            ..Part::default()
+        }));
     }
-    (positions, indices)
+    data
+}
+
+/// The indices of a mesh in the order they were given in, which its parts speak of.
+fn as_given(mesh: &Mesh) -> Vec<u32> {
+    let mut indices = vec![0; mesh.indices().len()];
+    for (triangle, &t) in mesh.indices().as_chunks::<3>().0.iter().zip(mesh.original_triangle()) {
+        indices[t as usize * 3..][..3].copy_from_slice(triangle);
+    }
+    indices
 }
 
 /// A closed solid of 12·n² triangles: a ball with knobs and hollows, its faces even in size and its

@@ -8,7 +8,7 @@ use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
 use super::{
     Bound, ClusterEye, EllipticCone, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin,
-    NormalBoxTurned, NormalCone, Pyramid,
+    NormalBoxTurned, NormalCone, NormalConeCentre, Pyramid,
 };
 use crate::cull::Indices;
 use crate::cull::backface::bulk::{self, Culled};
@@ -288,6 +288,16 @@ plain!(NormalCone, 7, |simd, block, start, eye| {
     let z = dot::<S>(rows(simd, block.three(3), start), w);
     let cutoff = load::<S>(simd, &block.0[6], start);
     in_cone(simd, z, cutoff * cutoff * dot::<S>(w, w))
+});
+
+plain!(NormalConeCentre, 8, |simd, block, start, eye| {
+    let w = to_eye(simd, block.three(0), start, eye);
+    let room = load::<S>(simd, &block.0[3], start) * S::f32s::splat(simd, eye.w);
+    let z = S::f32s::splat(simd, 0.0) - dot::<S>(rows(simd, block.three(4), start), w) - room;
+    let cutoff = load::<S>(simd, &block.0[7], start);
+    let least = S::f32s::splat(simd, NormalConeCentre::LEAST);
+    let above = z * z - cutoff * cutoff * dot::<S>(w, w);
+    (z.simd_gt(least) & above.simd_gt(S::f32s::splat(simd, super::eye::TINY))).to_bitmask()
 });
 
 plain!(NormalBox, 10, |simd, block, start, eye| {

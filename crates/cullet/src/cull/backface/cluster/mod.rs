@@ -10,6 +10,7 @@
 //! | [`Pyramid`] | 12 + 12 k | k planes through one apex |
 //! | [`EllipticCone`] | 48, quantised 21 | an elliptic cone |
 //! | [`NormalCone`] | 28 | a circular cone |
+//! | [`NormalConeCentre`] | 32 | the same around a sphere, without an apex |
 //! | [`NormalBox`] | 40, at a common origin 28 | the normals in a box: Johannsen & Carter's |
 //!
 //! The cones and pyramids have an apex inside the region. With the normals of the cluster in an open
@@ -56,7 +57,7 @@ pub use eye::ClusterEye;
 pub use fit::ClusterPlanes;
 pub use no_region::NoRegion;
 pub use normal_box::{NormalBox, NormalBoxAtOrigin, NormalBoxTurned};
-pub use normal_cone::NormalCone;
+pub use normal_cone::{NormalCone, NormalConeCentre};
 pub use pyramid::Pyramid;
 pub use quantised::EllipticConeQuantised;
 pub use region::{CullingRegion, RegionFace};

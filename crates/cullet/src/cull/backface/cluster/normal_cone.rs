@@ -28,19 +28,10 @@ impl NormalCone {
         Self { apex, axis, cutoff: cutoff + ANGULAR_SLACK as f32 }
     }
 
-    /// The form without an apex: the eye is behind every plane wherever
-    /// −axis·(e − centre) ≥ cutoff |e − centre| + radius, for a sphere around the cluster. Looser, and
-    /// right for a sphere that is moved or grown.
+    /// The form without an apex, for a sphere around the cluster: see [`NormalConeCentre`].
     #[must_use]
     pub fn is_behind_sphere(&self, eye: [f64; 4], centre: [f32; 3], radius: f32) -> bool {
-        let Some(eye) = ClusterEye::new(eye) else { return false };
-        let w = eye.from(centre);
-        let size = centre[0].abs() + centre[1].abs() + centre[2].abs() + radius;
-        // An eye at a distance is rounded to f32 as the centre's coordinates are.
-        let room = (radius + size * (4.0 * f32::EPSILON)) * eye.w;
-        let z = -dot(self.axis, w) - room;
-        // Squares of what is below 1e-15 have no digits left.
-        z > 1e-15 && z * z - self.cutoff * self.cutoff * dot(w, w) > TINY
+        NormalConeCentre::new(self, centre, radius).is_behind(eye)
     }
 }
 
@@ -61,5 +52,54 @@ impl Bound for NormalCone {
         let w = eye.from(self.apex);
         let z = dot(self.axis, w);
         z < 0.0 && z * z - self.cutoff * self.cutoff * dot(w, w) > TINY
+    }
+}
+
+/// The cone with a sphere around the cluster in place of the apex: 32 bytes.
+///
+/// The region {e : z > 0 and z² > cutoff² |w|²} with w = e − centre and z = −axis·w − radius. Looser than
+/// with an apex, and right for a sphere that is moved or grown.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct NormalConeCentre {
+    /// The middle of the sphere.
+    pub centre: [f32; 3],
+    /// Its radius, and room for what rounding takes.
+    pub radius: f32,
+    /// The unit axis of the cone of normals.
+    pub axis: [f32; 3],
+    /// The sine of the cone's half-angle, as in [`NormalCone`].
+    pub cutoff: f32,
+}
+
+impl NormalConeCentre {
+    /// The least z that culls: the squares of less have no digits left.
+    pub(super) const LEAST: f32 = 1e-15;
+
+    /// The cone of `cone`'s normals with a sphere that holds the whole cluster. The smaller the sphere,
+    /// the more is culled. With a centre or radius of NaN or infinity nothing is; a negative radius holds
+    /// nothing and makes the bound wrong.
+    #[must_use]
+    pub const fn new(cone: &NormalCone, centre: [f32; 3], radius: f32) -> Self {
+        let size = centre[0].abs() + centre[1].abs() + centre[2].abs() + radius;
+        // An eye at a distance is rounded to f32 as the centre's coordinates are.
+        let radius = radius + size * (4.0 * f32::EPSILON);
+        Self { centre, radius, axis: cone.axis, cutoff: cone.cutoff }
+    }
+}
+
+impl Bound for NormalConeCentre {
+    /// With the sphere around the cluster's box; [`NormalConeCentre::new`] takes a smaller one.
+    fn fit(planes: &ClusterPlanes) -> Option<Self> {
+        let cone = NormalCone::fit(planes)?;
+        // The middle is rounded, and so is the radius.
+        let radius = (planes.radius() as f32).next_up();
+        Some(Self::new(&cone, planes.centre().map(|v| v as f32), radius))
+    }
+
+    fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
+        let w = eye.from(self.centre);
+        let z = -dot(self.axis, w) - self.radius * eye.w;
+        z > Self::LEAST && z * z - self.cutoff * self.cutoff * dot(w, w) > TINY
     }
 }

@@ -1,0 +1,227 @@
+//! Johannsen & Carter, *Clustered Backface Culling* (1998), as taught in Zachmann's lectures: clusters,
+//! their bounds, where a bound's origin goes, and hierarchies.
+
+mod bounds;
+mod clustering;
+mod hierarchy;
+mod print;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use cullet_bake::clusters::ClusterOptions;
+use serde::Serialize;
+
+use self::bounds::{BoundRow, Clusters, Wrong};
+use self::clustering::{Made, MaterialRow, MeshoptRow, ProbabilityRow};
+use self::hierarchy::HierarchyRow;
+use super::model::Subject;
+use crate::bench::Machine;
+use crate::console::{Console, interrupted, write_json};
+use crate::exit::{Exit, Failure, Outcome};
+
+pub(super) const HELP: &str = "\
+Every triangle is taken for one-sided, whatever the file says, and all instances of a scene as they
+stand; no cluster crosses an instance or a material. The shares are means over --directions views
+spread over a sphere, from 3 radii of the sphere around the model and from 1.1, 1.5, 6 and 20. Of each
+bound every answer is held against the ideal test: whether the eye is behind every plane of a cluster.
+
+Examples
+  cullet reproduce johannsen-carter                      the built-in solid of 69,312 triangles
+  cullet reproduce johannsen-carter bun_zipper.ply
+  cullet reproduce johannsen-carter armadillo.obj --clusters meshopt
+  cullet reproduce johannsen-carter --json - | jq .bounds";
+
+/// Distances of the views, in radii.
+const DISTANCES: [f64; 5] = [1.1, 1.5, 3.0, 6.0, 20.0];
+/// Which of them the tables are of.
+const MAIN: usize = 2;
+
+/// `cullet reproduce johannsen-carter`
+#[derive(Debug, Args)]
+pub(crate) struct JohannsenCarterArgs {
+    /// A file, or a built-in scene [default: a built-in solid]
+    model: Option<String>,
+    /// Who makes the clusters
+    #[arg(long, value_enum, default_value_t = Clusterer::Cullet)]
+    clusters: Clusterer,
+    /// Also write the results here; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(super) json: Option<PathBuf>,
+    /// How many views, at each distance, the shares are means over
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    directions: u32,
+}
+
+/// Who makes the clusters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Clusterer {
+    /// Ours: greedy merging by what a cluster is expected to save, then filling
+    Cullet,
+    /// Meshoptimizer's meshlets, with a cone weight of 0.5 (needs a build with --features meshopt)
+    Meshopt,
+}
+
+/// All that the command finds.
+#[derive(Debug, Serialize)]
+struct Record {
+    schema: u32,
+    model: ModelRecord,
+    clusters_by: Clusterer,
+    clustering_seconds: f64,
+    /// Views at each distance.
+    directions: u32,
+    /// Of the shares, in radii of the model's sphere, where no other is named.
+    distance_radii: f64,
+    clusters: usize,
+    triangles_per_cluster: f64,
+    /// Clusters of ours that are culled too seldom to pay for a test.
+    never_culled: Option<u32>,
+    /// Of ours, in triangles drawn for each triangle of the model.
+    expected_cost: Option<f64>,
+    exact_percent: f64,
+    ideal_percent: f64,
+    bounds: Vec<BoundRow>,
+    /// Johannsen & Carter's bound by where its origin is.
+    origins: Vec<BoundRow>,
+    /// In radii: what the shares by distance are of.
+    distances_radii: [f64; 5],
+    exact_percent_by_distance: Vec<f64>,
+    ideal_percent_by_distance: Vec<f64>,
+    hierarchy: Option<HierarchyRow>,
+    /// Of greedy merging alone.
+    probabilities: Vec<ProbabilityRow>,
+    materials: Option<MaterialRow>,
+    against_meshopt: Option<MeshoptRow>,
+    wrong: Wrong,
+    machine: Machine,
+    /// False where Ctrl-C stopped the command early.
+    complete: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct ModelRecord {
+    name: String,
+    /// Those that have an area.
+    triangles: u64,
+    /// Materials of all instances.
+    parts: usize,
+    /// Why it is no solid, where it is taken for one-sided all the same.
+    defect: Option<String>,
+}
+
+/// Runs the command.
+pub(super) fn run(args: &JohannsenCarterArgs, console: &Console) -> Outcome {
+    if args.clusters == Clusterer::Meshopt && cfg!(not(feature = "meshopt")) {
+        // Before a large file is read.
+        clustering::meshopt(&Default::default())?;
+    }
+    let subject = Subject::load(args.model.as_deref(), console)?;
+    let data = subject.data();
+    let parts = data.parts.iter().filter(|p| p.triangle_count > 0).count();
+    let options = ClusterOptions { measure_parts: parts > 1, ..ClusterOptions::default() };
+    let made = match args.clusters {
+        Clusterer::Cullet => clustering::ours("clustering", &data, &options, console)?,
+        Clusterer::Meshopt => Some(clustering::meshopt(&data)?),
+    };
+    let Some(made) = made else {
+        console.note("stopped before the clusters were made; nothing was measured");
+        return Ok(Exit::Interrupted);
+    };
+    let mut record = measure(args, &subject, &made, console)?;
+    if !interrupted() {
+        more(&mut record, &subject, &made, console)?;
+    }
+    record.complete = !interrupted();
+    print::all(console, &record);
+    if let Some(path) = &args.json {
+        write_json(path, &record)?;
+    }
+    let lost = record.hierarchy.map_or(0, |h| h.lost);
+    Ok(match record.wrong {
+        w if w.culls + w.batches + lost > 0 => Exit::FalseCull,
+        _ if !record.complete => Exit::Interrupted,
+        _ => Exit::Fine,
+    })
+}
+
+/// The bounds and their origins.
+fn measure(
+    args: &JohannsenCarterArgs,
+    subject: &Subject,
+    made: &Made,
+    console: &Console,
+) -> Result<Record, Failure> {
+    const BOUNDS: u64 = 8 + 4;
+    let clusters = Clusters::new(&made.mesh);
+    let of_views = DISTANCES.len() as u64 * u64::from(args.directions);
+    let mut bar = console.progress("exact and ideal tests", of_views);
+    let views = clusters.views(subject, args.directions, &mut bar);
+    bar.finish();
+    let mut bar = console.progress("bounds", BOUNDS);
+    let mut wrong = Wrong::default();
+    let bounds = clusters.bounds(&views, &mut wrong, || bar.step())?;
+    let origins = clusters.origins(&views, &mut wrong, || bar.step());
+    bar.finish();
+    let mesh = &made.mesh;
+    let triangles = u64::from(mesh.triangle_count() - mesh.degenerate_count());
+    Ok(Record {
+        schema: 1,
+        model: ModelRecord {
+            name: subject.name.clone(),
+            triangles,
+            parts: mesh.parts().iter().filter(|p| p.triangle_count > 0).count(),
+            defect: subject.defect.clone(),
+        },
+        clusters_by: args.clusters,
+        clustering_seconds: made.seconds,
+        directions: args.directions,
+        distance_radii: DISTANCES[MAIN],
+        clusters: clusters.len(),
+        triangles_per_cluster: triangles as f64 / clusters.len() as f64,
+        never_culled: made.report.as_ref().map(|r| r.never_culled),
+        expected_cost: made.report.as_ref().map(|r| r.expected_cost),
+        exact_percent: views.exact_percent[MAIN],
+        ideal_percent: views.ideal_percent[MAIN],
+        bounds,
+        origins,
+        distances_radii: DISTANCES,
+        exact_percent_by_distance: views.exact_percent,
+        ideal_percent_by_distance: views.ideal_percent,
+        hierarchy: None,
+        probabilities: Vec::new(),
+        materials: made.report.as_ref().and_then(|r| MaterialRow::of(r, mesh.parts().len())),
+        against_meshopt: None,
+        wrong,
+        machine: Machine::here(),
+        complete: false,
+    })
+}
+
+/// What takes longer: other clusterings, and the hierarchy.
+fn more(
+    record: &mut Record,
+    subject: &Subject,
+    made: &Made,
+    console: &Console,
+) -> Result<(), Failure> {
+    let data = subject.data();
+    let eyes = bounds::eyes(subject, record.directions, DISTANCES[MAIN]);
+    record.hierarchy = Some(hierarchy::measure(&made.mesh, &Clusters::new(&made.mesh), &eyes));
+    record.probabilities = clustering::probabilities(&data, &eyes, console)?;
+    if cfg!(feature = "meshopt") && !interrupted() {
+        let options = ClusterOptions::default();
+        let other = match record.clusters_by {
+            Clusterer::Cullet => None,
+            Clusterer::Meshopt => {
+                clustering::ours("clustering as cullet", &data, &options, console)?
+            }
+        };
+        let ours = other.as_ref().unwrap_or(made);
+        if !interrupted() {
+            record.against_meshopt = clustering::against_meshopt(&data, &ours.mesh, &eyes)?;
+        }
+    }
+    Ok(())
+}
