@@ -141,6 +141,7 @@ impl Body {
         let n = DVec3::from(plane.normal);
         let d = plane.d + self.error * 2.0 + plane.d.abs() * ROUNDING;
         let mut distance = [0.0; MAX_VERTICES];
+        let distance = &mut distance[..self.count];
         for (s, v) in distance.iter_mut().zip(self.vertices()) {
             *s = n.dot(v.point) - d;
         }
@@ -149,35 +150,39 @@ impl Body {
             return None;
         }
         let inside = |i: usize| distance[i] <= 0.0;
-        if (0..self.count).all(inside) {
+        let before = self.count;
+        if (0..before).all(inside) {
             return None;
         }
         let number = self.plane_count;
-        let mut left = Self { count: 0, ..self.clone() };
-        for i in (0..self.count).filter(|&i| inside(i)) {
-            let a = &self.vertices[i];
-            left.push(*a)?;
-            for j in (0..self.count).filter(|&j| !inside(j)) {
-                let b = &self.vertices[j];
+        for i in (0..before).filter(|&i| inside(i)) {
+            for j in (0..before).filter(|&j| !inside(j)) {
+                let (a, b) = (self.vertices[i], self.vertices[j]);
                 let shared = a.planes & b.planes;
                 if shared.count_ones() < 2 {
                     continue;
                 }
                 let t = distance[i] / (distance[i] - distance[j]);
                 let point = a.point + (b.point - a.point) * t;
-                left.push(Vertex { point, planes: shared | 1 << number, ..*a })?;
+                let Some(place) = self.vertices.get_mut(self.count) else {
+                    self.count = before;
+                    return None;
+                };
+                *place = Vertex { point, planes: shared | 1 << number, ..a };
+                self.count += 1;
             }
         }
-        left.planes[number] = *plane;
-        left.plane_count += 1;
-        *self = left;
+        // What is left, with the new ones after it.
+        let left = (0..self.count).filter(|&i| i >= before || inside(i));
+        let mut count = 0;
+        for i in left {
+            self.vertices[count] = self.vertices[i];
+            count += 1;
+        }
+        self.count = count;
+        self.planes[number] = *plane;
+        self.plane_count += 1;
         Some(number)
-    }
-
-    fn push(&mut self, vertex: Vertex) -> Option<()> {
-        *self.vertices.get_mut(self.count)? = vertex;
-        self.count += 1;
-        Some(())
     }
 }
 

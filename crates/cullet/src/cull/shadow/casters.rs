@@ -15,6 +15,8 @@ use crate::hierarchy::Nodes;
 #[derive(Clone, Debug, Default)]
 pub struct ShadowCasters {
     kept: Vec<u64>,
+    /// The words of `kept` that may not be zero, ascending: so that nothing costs more than what is kept.
+    touched: Vec<u32>,
     len: usize,
     cut: Cut,
 }
@@ -59,8 +61,10 @@ impl ShadowCasters {
         nodes: Option<&Nodes>,
         boxes: &Boxes,
     ) {
+        for word in self.touched.drain(..) {
+            self.kept[word as usize] = 0;
+        }
         self.len = boxes.len();
-        self.kept.clear();
         self.kept.resize(mask_words(boxes.len()), 0);
         if region.no_receiver() {
             return;
@@ -69,14 +73,17 @@ impl ShadowCasters {
             self.cut.cull(level, region.planes(), nodes, boxes);
             for word in self.cut.touched() {
                 self.kept[word] = self.cut.visible()[word];
+                self.touched.push(word as u32);
             }
         } else {
             mask_boxes(level, region.planes(), boxes, 0, &mut self.kept);
+            self.touched.extend(0..self.kept.len() as u32);
         }
         if region.has_sphere() {
-            for (word, kept) in self.kept.iter_mut().enumerate() {
+            for &word in &self.touched {
+                let kept = &mut self.kept[word as usize];
                 for bit in bits::ones(*kept) {
-                    let b = boxes.get(word * 64 + bit);
+                    let b = boxes.get(word as usize * 64 + bit);
                     *kept &= !(u64::from(region.is_beyond_range(&b)) << bit);
                 }
             }
@@ -92,12 +99,19 @@ impl ShadowCasters {
     /// How many may matter.
     #[must_use]
     pub fn count(&self) -> usize {
-        self.kept.iter().map(|w| w.count_ones() as usize).sum()
+        self.touched.iter().map(|&w| self.kept[w as usize].count_ones() as usize).sum()
     }
 
     /// Lists those that may matter, ascending.
     pub fn list(&self, level: Level, kept: &mut Indices) {
-        kept.fill(list_bound(self.len), |out| expand(level, &self.kept, 0, out));
+        kept.fill(list_bound(self.len), |out| {
+            let mut len = 0;
+            for &word in &self.touched {
+                let bits = &self.kept[word as usize..=word as usize];
+                len += expand(level, bits, word * 64, &mut out[len..]);
+            }
+            len
+        });
     }
 
     /// For each caster, why it does not matter; `None` if it may. Two bytes each; one by one for what was dropped.
