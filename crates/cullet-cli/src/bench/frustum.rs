@@ -11,7 +11,7 @@ use super::{BenchOptions, Measured};
 const VISIBLE: [usize; 3] = [5, 30, 70];
 
 /// Half the side of the cube that the items lie in.
-const HALF: f32 = 1000.0;
+pub(super) const HALF: f32 = 1000.0;
 
 /// One kind of bounds.
 struct Kind<B> {
@@ -59,17 +59,21 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     }
 }
 
-fn is_wanted(options: &BenchOptions, name: &str) -> bool {
+pub(super) fn is_wanted(options: &BenchOptions, name: &str) -> bool {
     options.filter.as_ref().is_none_or(|part| name.contains(part.as_str()))
 }
 
 fn name_of(kind: &str, len: usize, percent: usize) -> String {
+    format!("frustum/{kind}/{}/{percent}%", size_name(len))
+}
+
+/// A number of items, as short as it can be said.
+pub(super) fn size_name(len: usize) -> String {
     let power = len.checked_ilog10().unwrap_or(0);
-    let size = match len / 10_usize.pow(power) {
+    match len / 10_usize.pow(power) {
         digit if digit * 10_usize.pow(power) == len => format!("{digit}e{power}"),
         _ => len.to_string(),
-    };
-    format!("frustum/{kind}/{size}/{percent}%")
+    }
 }
 
 fn run_kind<B>(options: &BenchOptions, kind: &Kind<B>, each: &mut dyn FnMut(Measured)) {

@@ -8,6 +8,7 @@ mod backface;
 mod frustum;
 mod measure;
 mod results;
+mod shadow;
 
 pub(crate) use backface::bumpy_ball;
 pub(crate) use frustum::{planes_that_see, random_boxes};
@@ -45,6 +46,7 @@ pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) 
     };
     frustum::run(options, &mut take);
     backface::run(options, &mut take);
+    shadow::run(options, &mut take);
     Results { schema: 1, machine: Machine::here(), results }
 }
 
@@ -58,8 +60,9 @@ mod tests {
         let results = run(&options);
         let levels = cullet::cull::frustum::batch::levels().len();
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
-        // three answers each, and the vertices. A frame: two at each level, and four that have none.
-        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3 + 2) * levels + 1 + 4);
+        // three answers each, and the vertices. A frame: two at each level, and four that have none. Shadows:
+        // three lights.
+        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3 + 2 + 3) * levels + 1 + 4);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
             assert!(r.ns_per_item > 0.0 && r.limit_ratio > 0.0, "{r:?}");

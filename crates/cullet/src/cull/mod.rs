@@ -6,5 +6,6 @@ pub mod degenerate;
 pub mod detail;
 pub mod frustum;
 pub(crate) mod output;
+pub mod shadow;
 
 pub use output::Indices;
