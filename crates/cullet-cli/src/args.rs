@@ -96,6 +96,8 @@ kinds   the scene from outside, each dropped thing coloured by the kind of culli
 shaded  the view itself
 depth   how often each pixel is covered
 map     from above: the frustum, and every instance coloured by what became of it
+hierarchy
+        from above, level by level: what the walk of the hierarchy dropped, took whole, asked on
 
 To teach back-face culling:
 normal-mask       the cube of directions in 216 and 1536 classes, those that face away in green
@@ -247,9 +249,19 @@ pub(crate) struct ReportArgs {
     /// Seconds for verification where a view has over 5e7 triangles
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = parse::seconds)]
     pub(crate) verify_seconds: f64,
+    /// Also draw this of each view that has pictures
+    #[arg(long, value_enum)]
+    pub(crate) show: Vec<Show>,
     /// What counts as tiny in the advice, in pixels
     #[arg(long, value_name = "PX", default_value_t = 4.0, value_parser = parse::pixels)]
     pub(crate) tiny: f64,
+}
+
+/// What a report can draw besides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Show {
+    /// The walk of the scene's hierarchy, level by level
+    Hierarchy,
 }
 
 /// `cullet verify`
@@ -334,6 +346,8 @@ pub(crate) enum PictureKind {
     Depth,
     /// From above, with the frustum
     Map,
+    /// The walk of the scene's hierarchy, level by level, from above
+    Hierarchy,
     /// The cube of directions and its classes that face away
     NormalMask,
     /// The circle of normals and its classes that face away
@@ -358,6 +372,7 @@ impl PictureKind {
             Self::Shaded => "shaded",
             Self::Depth => "depth",
             Self::Map => "map",
+            Self::Hierarchy => "hierarchy",
             Self::NormalMask => "normal-mask",
             Self::NormalPartition => "normal-partition",
             Self::ConservativeSet => "conservative-set",

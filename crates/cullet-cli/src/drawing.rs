@@ -4,6 +4,7 @@ use cullet::{Culler, View};
 use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::Model;
 
+use crate::args::Show;
 use crate::survey::Seen;
 
 /// A picture with its words.
@@ -33,6 +34,7 @@ pub(crate) fn of_view(
     culler: &Culler,
     seen: &Seen,
     featured: bool,
+    show: &[Show],
 ) -> Vec<Titled> {
     let scene = &model.scene;
     let colors = colors(model);
@@ -56,6 +58,18 @@ pub(crate) fn of_view(
         wide: true,
         thumbnail: seen.verification.is_none(),
     });
+    if show.contains(&Show::Hierarchy) {
+        pictures.push(Titled {
+            name: "hierarchy",
+            picture: cullet_draw::hierarchy(scene, view, [1280, 960]),
+            caption: "The walk of the hierarchy, level by level from the top: what lies under a box that is \
+                      outside or inside is never asked."
+                .into(),
+            embed_px: 1280,
+            wide: true,
+            thumbnail: false,
+        });
+    }
     if featured && seen.verification.is_some() {
         pictures.push(Titled {
             name: "kinds",

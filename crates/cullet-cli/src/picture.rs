@@ -50,6 +50,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
             let seen = cullet_draw::render(scene, view, Selection::All, &options).visible();
             cullet_draw::top_down(scene, view, &result, &seen, args.view.size)
         }
+        PictureKind::Hierarchy => cullet_draw::hierarchy(scene, view, args.view.size),
         PictureKind::NormalMask => {
             let half = args.view.fov.unwrap_or(20.0).to_radians() * 0.5;
             let cone = ViewCone::around(sight(view), half).ok_or_else(|| {

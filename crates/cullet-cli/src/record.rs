@@ -145,6 +145,8 @@ pub(crate) struct ViewRecord {
     /// Null where the far plane is at infinity.
     pub(crate) far: Option<f64>,
     pub(crate) stages: Vec<StageRecord>,
+    /// What the frustum stage asked of the scene's hierarchy.
+    pub(crate) hierarchy: HierarchyRecord,
     pub(crate) triangles: Counts,
     pub(crate) instances: Counts,
     /// Triangles that each stage took, whether alone or with its whole cluster or instance.
@@ -173,11 +175,25 @@ pub(crate) struct Summary {
     pub(crate) tightness: Option<f64>,
     pub(crate) false_culls: u64,
     pub(crate) stages: Vec<StageRecord>,
+    pub(crate) hierarchy: HierarchyRecord,
     pub(crate) depth_before: Option<DepthRecord>,
     pub(crate) depth_after: Option<DepthRecord>,
     pub(crate) bounds: Option<BoundsRecord>,
     pub(crate) backfaces: Option<BackfaceRecord>,
     pub(crate) advice: Vec<Advice>,
+}
+
+/// What a frustum stage asked of a hierarchy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct HierarchyRecord {
+    /// Nodes that asked their children, sixteen at a time.
+    pub(crate) nodes: u64,
+    /// Blocks of sixteen instances that were tested one by one.
+    pub(crate) blocks: u64,
+    /// Tests of sixteen things against a plane.
+    pub(crate) plane_tests: u64,
+    /// Instances swept without asking a node.
+    pub(crate) swept: u64,
 }
 
 /// What could be done, with the figures it rests on.
@@ -264,6 +280,12 @@ impl Summary {
             tightness: tightness(drawn, seen),
             false_culls: views.iter().map(|v| v.false_culls).sum(),
             stages,
+            hierarchy: views.iter().fold(HierarchyRecord::default(), |a, v| HierarchyRecord {
+                nodes: a.nodes + v.hierarchy.nodes,
+                blocks: a.blocks + v.hierarchy.blocks,
+                plane_tests: a.plane_tests + v.hierarchy.plane_tests,
+                swept: a.swept + v.hierarchy.swept,
+            }),
             depth_before: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_before)),
             depth_after: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_after)),
             bounds: BoundsRecord::sum(views.iter().filter_map(|v| v.bounds)),
@@ -345,6 +367,7 @@ mod tests {
             direction: [0.0, 0.0, -1.0],
             near: None,
             far: None,
+            hierarchy: HierarchyRecord::default(),
             stages: vec![StageRecord {
                 name: "frustum",
                 unit: "instances",

@@ -10,7 +10,9 @@ use cullet_io::Model;
 
 use crate::backfaces::BackfaceTest;
 use crate::bounds::BoundsTest;
-use crate::record::{Counts, DepthRecord, Loss, StageRecord, ViewRecord, tightness};
+use crate::record::{
+    Counts, DepthRecord, HierarchyRecord, Loss, StageRecord, ViewRecord, tightness,
+};
 
 /// What all views together did to one instance.
 #[derive(Clone, Copy, Debug, Default)]
@@ -146,6 +148,7 @@ impl<'m> Survey<'m> {
             near,
             far,
             stages: stages(&seen.result),
+            hierarchy: hierarchy(&seen.result),
             triangles: Counts { all, potentially_visible: drawn, visible },
             instances: Counts {
                 all: u64::from(scene.instance_count()),
@@ -281,6 +284,12 @@ fn stages(result: &Visible) -> Vec<StageRecord> {
         ms: r.nanoseconds.map(|ns| ns as f64 * 1e-6),
     };
     result.funnel.rows.iter().map(row).collect()
+}
+
+fn hierarchy(result: &Visible) -> HierarchyRecord {
+    let w = result.funnel.frustum;
+    let (nodes, blocks) = (w.nodes, w.blocks);
+    HierarchyRecord { nodes, blocks, plane_tests: w.plane_tests, swept: w.swept }
 }
 
 /// How many triangles each stage took. A stage may take whole instances, then clusters, then single

@@ -56,7 +56,9 @@ mod tile;
 mod verify;
 
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
-pub use picture::{Picture, depth_complexity, fly_out, kinds, kinds_of, palette, shaded, top_down};
+pub use picture::{
+    Picture, depth_complexity, fly_out, hierarchy, kinds, kinds_of, palette, shaded, top_down,
+};
 pub use picture::{
     VolumeFigure, back_regions, clusters, cones, conservative_set, culling_volume, normal_mask,
     normal_partition,

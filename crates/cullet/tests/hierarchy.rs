@@ -5,10 +5,10 @@ mod common;
 use std::collections::HashMap;
 
 use common::Rng;
-use cullet::bounds::{Aabb, Boxes, Plane};
+use cullet::bounds::{Aabb, Boxes, Plane, Side};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{self, Planes, mask_words};
-use cullet::cull::frustum::tree::{CullJob, Cut};
+use cullet::cull::frustum::tree::{CullJob, Cut, Trace};
 use cullet::hierarchy::{Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order};
 use cullet::{Frustum, Level};
 
@@ -67,11 +67,23 @@ fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
                 assert_eq!(split.leaves_asked(), cut.leaves_asked());
             }
         }
+        let trace = Trace::new(planes, nodes, boxes);
+        if cut.swept() as usize <= boxes.len() - nodes.len() / 64 * 64 {
+            let asking = |level: &[Option<Side>]| {
+                level.iter().filter(|side| **side == Some(Side::Straddling)).count() as u64
+            };
+            // The root is asked without being in any level.
+            let inner: u64 =
+                trace.levels[2.min(trace.levels.len())..].iter().map(|l| asking(l)).sum();
+            let root = u64::from(nodes.levels().len() > 0);
+            assert_eq!(cut.nodes_asked(), inner + root);
+        }
         let (mut swept, mut walked) = (Indices::new(), Indices::new());
         batch::cull_boxes(level, planes, boxes, &mut swept);
         cut.list(level, &mut walked);
         assert_eq!(*walked, *swept);
         assert_eq!(cut.count(), swept.len());
+        assert_eq!(trace.visible(planes, boxes), *swept);
         let mut ranges = Vec::new();
         let mut end = None;
         cut.ranges(|first, count| {

@@ -192,7 +192,10 @@ impl<'a> Report<'a> {
 
     fn pictures(&mut self, index: usize, view: &View, seen: &Seen) -> Result<(), Failure> {
         let featured = self.gallery.large.is_empty();
-        let pictures = drawing::of_view(self.model, view, &self.survey.culler, seen, featured);
+        let pictures = {
+            let show = &self.args.show;
+            drawing::of_view(self.model, view, &self.survey.culler, seen, featured, show)
+        };
         for p in pictures {
             let file = format!("view-{index:03}-{}.png", p.name);
             let path = self.args.out.join(&file);

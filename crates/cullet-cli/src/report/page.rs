@@ -174,6 +174,7 @@ pub(crate) fn page(record: &Record, gallery: &Gallery, changes: &[String]) -> St
     tables::bounds(&mut out, s);
     tables::meshes(&mut out, record);
     tables::stages(&mut out, s);
+    tables::hierarchy(&mut out, s);
     tables::backfaces(&mut out, s);
     tables::views(&mut out, &record.views);
     warnings(&mut out, record);

@@ -175,6 +175,21 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
     out.push_str("</tbody></table></div>\n");
 }
 
+/// What the frustum stage asked of the hierarchy, in a line below the stages.
+pub(crate) fn hierarchy(out: &mut String, s: &Summary) {
+    let views = s.views.max(1) as u64;
+    let (h, instances) = (s.hierarchy, s.instances.all / views);
+    let [nodes, blocks, tests, swept] =
+        [h.nodes, h.blocks, h.plane_tests, h.swept].map(|v| grouped(v / views));
+    let _ = write!(
+        out,
+        "<p class=\"sub\">To find the instances in the frustum among {}, a view asked {nodes} nodes of the \
+         hierarchy and {blocks} blocks of sixteen instances ({tests} tests of sixteen things against a plane), and \
+         swept {swept} instances without it.</p>",
+        grouped(instances)
+    );
+}
+
 /// Back faces by cluster and by triangle, the ideal beside the actual.
 pub(crate) fn backfaces(out: &mut String, s: &Summary) {
     let Some(b) = s.backfaces.filter(|b| b.one_sided > 0) else { return };

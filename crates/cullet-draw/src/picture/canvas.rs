@@ -55,14 +55,7 @@ impl Picture {
     }
 
     /// Draws a line `width` pixels thick, with smooth edges.
-    pub fn line(
-        &mut self,
-        from: [f64; 2],
-        to: [f64; 2],
-        width: f64,
-        color: [u8; 3],
-        alpha: f64,
-    ) {
+    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], width: f64, color: [u8; 3], alpha: f64) {
         let Some((from, to)) = self.clipped(from, to) else { return };
         let d = [to[0] - from[0], to[1] - from[1]];
         let length = d[0].hypot(d[1]).max(1e-9);

@@ -219,8 +219,8 @@ impl Legend {
 }
 
 /// From the world to the picture: x to the right, z down.
-struct Map {
-    size: [u32; 2],
+pub(super) struct Map {
+    pub(super) size: [u32; 2],
     middle: [f64; 2],
     pixels: f64,
     /// As far as anything on the map can be.
@@ -228,7 +228,7 @@ struct Map {
 }
 
 impl Map {
-    fn new(scene: &Scene, view: &View, size: [u32; 2]) -> Self {
+    pub(super) fn new(scene: &Scene, view: &View, size: [u32; 2]) -> Self {
         let origin = DVec3::from(scene.origin());
         let mut extent = scene.extent();
         // A ground or a sky may reach far beyond all that stands on it.
@@ -261,7 +261,7 @@ impl Map {
         Self { size, middle: [middle.x, middle.z], pixels, reach: room.length() * 2.0 }
     }
 
-    fn at(&self, p: DVec3) -> [f64; 2] {
+    pub(super) fn at(&self, p: DVec3) -> [f64; 2] {
         [
             (p.x - self.middle[0]) * self.pixels + f64::from(self.size[0]) * 0.5,
             (p.z - self.middle[1]) * self.pixels + f64::from(self.size[1]) * 0.5,
@@ -281,7 +281,7 @@ impl Map {
     }
 
     /// The outline of the frustum, as far as it reaches on the map.
-    fn frustum(&self, space: &Space) -> Vec<[f64; 2]> {
+    pub(super) fn frustum(&self, space: &Space) -> Vec<[f64; 2]> {
         let mut points = Vec::new();
         for [x, y] in [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]] {
             points.push(self.at(space.ray(x, y).0));

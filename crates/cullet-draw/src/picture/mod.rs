@@ -2,6 +2,7 @@
 
 mod canvas;
 mod font;
+mod hierarchy;
 mod kinds;
 mod layers;
 mod map;
@@ -10,6 +11,7 @@ mod shaded;
 mod space;
 mod teach;
 
+pub use hierarchy::hierarchy;
 pub use kinds::{fly_out, kinds, kinds_of};
 pub use layers::depth_complexity;
 pub use map::top_down;

@@ -237,7 +237,7 @@ impl Planes {
     }
 
     /// Where the box in `lane` of a block lies.
-    pub(super) fn boxes(&self, block: &[[f32; 16]; 6], lane: usize) -> Side {
+    pub(in crate::cull::frustum) fn boxes(&self, block: &[[f32; 16]; 6], lane: usize) -> Side {
         if self.box_planes().iter().any(|p| p.rejects(block, lane)) {
             Side::Outside
         } else if self.box_planes().iter().all(|p| p.contains(block, lane)) {

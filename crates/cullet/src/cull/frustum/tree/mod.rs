@@ -29,9 +29,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod trace;
 mod views;
 mod walk;
 
+pub use trace::Trace;
 pub(crate) use views::cull_together;
 pub use views::{ViewMasks, ViewsError, cull_views};
 

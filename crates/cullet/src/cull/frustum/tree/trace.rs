@@ -1,0 +1,60 @@
+//! What a walk does, node by node: the oracle of the walk, and what pictures of it are drawn from.
+
+use super::super::batch::planes::Planes;
+use crate::bounds::{Boxes, LANES, Side};
+use crate::hierarchy::Nodes;
+
+/// Every node that a walk asks, with the answer, level by level.
+///
+/// `levels[0]` is the boxes themselves, `levels[k]` level k − 1 of the nodes: entry i is `None` where the
+/// walk never came to it, because something above it was dropped or taken whole.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Trace {
+    /// Answers by level, from the boxes up.
+    pub levels: Vec<Vec<Option<Side>>>,
+}
+
+impl Trace {
+    /// Walks `nodes`, which are over `boxes` or the first of them, one thing after the other, each against
+    /// all planes. Boxes that lie under no node are asked each.
+    ///
+    /// The slow twin of [`Cut::cull`](super::Cut::cull): the same nodes, the same answers.
+    ///
+    /// # Panics
+    /// If the nodes are over more boxes than there are.
+    #[must_use]
+    pub fn new(planes: &Planes, nodes: &Nodes, boxes: &Boxes) -> Self {
+        assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
+        let all: Vec<&Boxes> = std::iter::once(boxes).chain(nodes.levels()).collect();
+        let mut levels: Vec<_> = all.iter().map(|level| vec![None; level.len()]).collect();
+        let side = |level: &Boxes, i: usize| planes.boxes(&level.blocks()[i / LANES].0, i % LANES);
+        for (at, level) in all.into_iter().enumerate().rev() {
+            for i in 0..level.len() {
+                let above = levels.get(at + 1).filter(|_| at > 0 || i < nodes.len());
+                if above.is_none_or(|above| above[i / LANES] == Some(Side::Straddling)) {
+                    levels[at][i] = Some(side(level, i));
+                }
+            }
+        }
+        Self { levels }
+    }
+
+    /// The boxes that it keeps, ascending: those that it asked and found not outside, and all below a node
+    /// that is inside, empty ones apart where planes reject those.
+    #[must_use]
+    pub fn visible(&self, planes: &Planes, boxes: &Boxes) -> Vec<u32> {
+        let outside = planes.classify_box(&crate::bounds::Aabb::EMPTY) == Side::Outside;
+        let keeps = |i: usize| {
+            let mut index = i;
+            // The first level, going up, at which the walk was.
+            let found = self.levels.iter().find_map(|level| {
+                let side = level[index];
+                index /= LANES;
+                side
+            });
+            let hole = outside && boxes.get(i).is_empty();
+            !hole && found.is_some_and(|side| side != Side::Outside)
+        };
+        (0..boxes.len()).filter(|&i| keeps(i)).map(|i| i as u32).collect()
+    }
+}
