@@ -176,7 +176,7 @@ impl Boxes {
     pub fn gather(&mut self, level: Level, items: &[Aabb], order: &[u32]) {
         self.resize(order.len());
         let (whole, rest) = order.as_chunks::<LANES>();
-        dispatch!(level, simd => gather_blocks(simd, &mut self.blocks, items, whole));
+        gather_into(level, &mut self.blocks, whole, |i| items[i as usize]);
         let first = whole.len() * LANES;
         for (i, &from) in rest.iter().enumerate() {
             self.set(first + i, &items[from as usize]);
@@ -208,16 +208,26 @@ impl Boxes {
     }
 }
 
+/// Fills blocks with the boxes that `item` has under the numbers of `order`, as setting them would.
+pub(crate) fn gather_into(
+    level: Level,
+    blocks: &mut [BoxBlock],
+    order: &[[u32; LANES]],
+    item: impl Fn(u32) -> Aabb,
+) {
+    dispatch!(level, simd => gather_blocks(simd, blocks, order, &item));
+}
+
 #[inline(always)]
 fn gather_blocks<S: Simd>(
     simd: S,
     blocks: &mut [BoxBlock],
-    items: &[Aabb],
     order: &[[u32; LANES]],
+    item: &impl Fn(u32) -> Aabb,
 ) {
     for (block, order) in blocks.iter_mut().zip(order) {
         for (lane, &from) in order.iter().enumerate() {
-            let Aabb { min, max } = items[from as usize];
+            let Aabb { min, max } = item(from);
             for axis in 0..3 {
                 block.0[axis][lane] = -min[axis];
                 block.0[axis + 3][lane] = max[axis];
@@ -225,7 +235,7 @@ fn gather_blocks<S: Simd>(
         }
         if !widen_block(simd, block) {
             for (lane, &from) in order.iter().enumerate() {
-                block.set(lane, &items[from as usize]);
+                block.set(lane, &item(from));
             }
         }
     }

@@ -35,6 +35,14 @@ pub(super) struct Slots {
 }
 
 impl Slots {
+    /// Handles with the indices 0 to n − 1, none reused, of which `order` has those of each slot.
+    pub(super) fn in_order(order: &[u32]) -> Self {
+        let handles = order.iter().map(|&index| Handle { index, generation: 0 }).collect();
+        let mut entries = vec![(0, NO_SLOT); order.len()];
+        (0..).zip(order).for_each(|(slot, &index)| entries[index as usize].1 = slot);
+        Self { handles, entries, ..Self::default() }
+    }
+
     /// A handle for a new slot at the end; `None` if there are as many as there can be.
     pub(super) fn push(&mut self) -> Option<Handle> {
         let slot = self.len();
