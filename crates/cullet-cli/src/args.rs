@@ -57,7 +57,7 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// List the built-in scenes and their settings
     Scenes(ScenesArgs),
-    /// Measure the batch tests against this machine's streaming rate
+    /// Measure the tests and the hierarchy against this machine's streaming rate and each other
     Bench(BenchArgs),
     /// Measure the figures of a published work again, beside the published ones
     Reproduce(Box<ReproduceArgs>),
@@ -270,8 +270,11 @@ pub(crate) struct ScenesArgs {
 /// `cullet bench`
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
-    /// Only workloads whose name contains this
+    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, views, moving
     pub(crate) filter: Option<String>,
+    /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 2.5 GiB, some minutes
+    #[arg(long)]
+    pub(crate) large: bool,
     /// Write the results as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
