@@ -97,8 +97,8 @@ mod tests {
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
         // three answers each, and the vertices.
         let flat = (2 * 3 + (4 + 6) * 3) * levels + 1;
-        // Two layouts: four shares, a list at each level, ranges and sorted; seven of views; six of moves.
-        let trees = 2 * (4 * (levels + 2) + 7 + 6);
+        // Two layouts: four shares, a list at each level, ranges and sorted; seven of views; eight of moves.
+        let trees = 2 * (4 * (levels + 2) + 7 + 8);
         assert_eq!(results.results.len(), flat + trees);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);

@@ -12,9 +12,14 @@ use super::measure::{fastest_of_both, stream};
 use super::world::{Layout, Random, camera_over, planes_of, size_name};
 use super::{BenchOptions, Measured, Yardstick};
 
-/// Frames of drift, and how often in them all windows are sorted again.
+/// Rows of moves: how many things move, one in so many, and whether each is set by itself.
+const MOVES: [(&str, usize, bool); 3] =
+    [("all moved", 1, false), ("10% moved", 10, false), ("all moved, one by one", 1, true)];
+
+/// Frames of drift.
 const FRAMES: usize = 1000;
-const ROUNDS: usize = 10;
+/// Rows of drift, and how often in those frames all windows are sorted again.
+const DRIFTS: [(&str, usize); 2] = [("drift, 10 rounds", 10), ("drift, 40 rounds", 40)];
 /// The most that a box moves along an axis in a frame, in units: a fifth of the world in all.
 const SPEED: f32 = 0.4;
 
@@ -24,9 +29,10 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             let name = format!("moving/{}/{}/", layout.name(), size_name(len));
             let wanted = |row: &str| options.wants(&format!("{name}{row}"));
             let build = wanted("build") || wanted("build, two threads");
-            let moves = wanted("refit") || wanted("all moved") || wanted("10% moved");
-            let drift = len <= options.drift_size && wanted("drift");
-            if !(build || moves || drift) {
+            let moves = wanted("refit") || MOVES.iter().any(|row| wanted(row.0));
+            let drift = DRIFTS.iter().filter(|row| len <= options.drift_size && wanted(row.0));
+            let drift: Vec<_> = drift.collect();
+            if !(build || moves || !drift.is_empty()) {
                 continue;
             }
             let world = World { options, name: name.clone(), items: layout.boxes(len) };
@@ -41,8 +47,8 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             if moves {
                 world.moves(each);
             }
-            if drift {
-                world.drift(each);
+            for (what, rounds) in drift {
+                world.drift(what, *rounds, each);
             }
         }
     }
@@ -111,18 +117,26 @@ impl World<'_> {
         );
         let valid = h.validate().is_ok();
         each(against_stream(self.row("refit", self.items.len(), valid), time, limit));
-        for (what, every) in [("all moved", 1), ("10% moved", 10)] {
+        let pairs = |to: &[Aabb], every: usize| -> Vec<(Handle, Aabb)> {
+            handles.iter().copied().zip(to.iter().copied()).step_by(every).collect()
+        };
+        for (what, every, one_by_one) in MOVES {
+            let [back, forth] = [pairs(&self.items, every), pairs(&moved, every)];
             let mut there = false;
             let [limit, time] = fastest_of_both(
                 seconds,
                 |turn| stream(Level::new(), &floats, turn),
                 || {
                     there = !there;
-                    let to = if there { &moved } else { &self.items };
-                    for (&handle, b) in handles.iter().zip(to).step_by(every) {
-                        h.set_bounds(handle, b).expect("it was never removed");
+                    let moves = if there { &forth } else { &back };
+                    if one_by_one {
+                        for (handle, b) in moves {
+                            h.set_bounds(*handle, b).expect("it was never removed");
+                        }
+                        h.refit();
+                    } else {
+                        h.set_many(moves).expect("none was ever removed");
                     }
-                    h.refit();
                 },
             );
             let at = |handle: Handle| handle.index as usize;
@@ -131,17 +145,13 @@ impl World<'_> {
             let valid = h.validate().is_ok() && holds(&h, &expected, at);
             let row = self.row(what, self.items.len().div_ceil(every), valid);
             each(against_stream(row, time, limit));
-            // Everything back to where it was.
-            for (&handle, b) in handles.iter().zip(&self.items) {
-                h.set_bounds(handle, b).expect("it was never removed");
-            }
-            h.refit();
+            h.set_many(&back).expect("none was ever removed");
         }
     }
 
     /// What a walk costs after everything drifted and only slices were sorted, against one of a hierarchy that was
     /// just built over the same boxes.
-    fn drift(&self, each: &mut dyn FnMut(Measured)) {
+    fn drift(&self, what: &str, rounds: usize, each: &mut dyn FnMut(Measured)) {
         let (mut h, _) = self.built();
         let mut random = Random::new();
         let speeds: Vec<[f32; 3]> = self
@@ -150,8 +160,8 @@ impl World<'_> {
             .map(|_| std::array::from_fn(|_| (random.next() * 2.0 - 1.0) * SPEED))
             .collect();
         let mut places = self.items.clone();
-        // A window is 1024 slots, and 100 frames are a round of all.
-        let slices = (self.items.len().div_ceil(1024) * ROUNDS).div_ceil(FRAMES);
+        // A window is 1024 slots.
+        let slices = (self.items.len().div_ceil(1024) * rounds).div_ceil(FRAMES);
         for _ in 0..FRAMES {
             let by_slot: Vec<_> = (0..h.slot_count()).map(|slot| h.handle(slot)).collect();
             let mut bounds = h.bounds_mut();
@@ -180,7 +190,7 @@ impl World<'_> {
         cull_boxes(Level::new(), &planes, h.boxes(), &mut swept);
         old.list(Level::new(), &mut listed);
         let same = *swept == *listed && old.count() == new.count();
-        let row = self.row("drift", listed.len(), valid && same);
+        let row = self.row(what, listed.len(), valid && same);
         each(row.measured(times, "just built"));
     }
 

@@ -96,7 +96,7 @@ impl Measured {
     pub(crate) fn heading(&self) -> &'static str {
         match self.yardstick {
             Yardstick::Streaming { .. } => {
-                "workload                  level   ns/item  bytes  streaming GB/s  x limit  checked"
+                "workload                               level   ns/item  bytes  streaming GB/s  x limit  checked"
             }
             Yardstick::Other { .. } => {
                 "workload                               level         ms  visible  checked  times another"
@@ -112,7 +112,7 @@ impl fmt::Display for Measured {
         match &self.yardstick {
             Yardstick::Streaming { bytes_per_item, limit_ns_per_item, limit_ratio } => write!(
                 f,
-                "{:<25} {:<7} {:>7.3} {:>6} {:>15.1} {:>8.2}  {checked}",
+                "{:<38} {:<7} {:>7.3} {:>6} {:>15.1} {:>8.2}  {checked}",
                 self.name,
                 self.level,
                 self.ns_per_item,

@@ -283,6 +283,11 @@ impl<B: Block> Batch<B> {
         Self::default()
     }
 
+    /// So many points at the origin, until they are set.
+    pub(crate) fn zeroed(len: usize) -> Self {
+        Self { blocks: bytemuck::zeroed_vec(len.div_ceil(LANES)), len }
+    }
+
     /// A batch of the items of a slice, in their order.
     #[must_use]
     pub fn from_slice(items: &[B::Item]) -> Self {

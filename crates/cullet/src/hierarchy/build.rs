@@ -13,6 +13,7 @@ use std::ops::Range;
 use bytemuck::Zeroable;
 use fearless_simd::Level;
 
+use super::Handle;
 use super::order::{Curve, Extent, radix_sort};
 use crate::bounds::{Aabb, BoxBlock, Boxes, LANES, gather_into};
 
@@ -28,8 +29,8 @@ const PICKED: usize = 1024;
 
 /// What [`sort`] makes.
 pub(super) struct Sorted {
-    /// The number in the input of the box in each slot.
-    pub(super) order: Vec<u32>,
+    /// By slot: its index is the number of the box in the input.
+    pub(super) handles: Vec<Handle>,
     pub(super) boxes: Boxes,
     pub(super) curve: Curve,
 }
@@ -138,24 +139,23 @@ pub(super) fn sort(
     });
     step(all.collect());
 
-    let mut boxes = Boxes::new();
-    boxes.resize(items.len());
-    let mut order = vec![0; items.len()];
+    let mut boxes = Boxes::zeroed(items.len());
+    let mut handles = vec![Handle { index: 0, generation: 0 }; items.len()];
     let (mut blocks, mut passed) = (boxes.blocks_mut(), 0);
-    let mut numbers = &mut *order;
+    let mut rest = &mut *handles;
     let all = parts.iter().map(|part| {
         let slots = starts[part.start]..starts[part.end];
         let whole = whole_blocks(&slots);
         let _shared = blocks.split_off_mut(..whole.start - passed);
         passed = whole.end;
         let own = blocks.split_off_mut(..whole.len()).unwrap_or_default();
-        let order = numbers.split_off_mut(..slots.len()).unwrap_or_default();
+        let handles = rest.split_off_mut(..slots.len()).unwrap_or_default();
         BuildJob(Step::Sort(Sort {
             level,
             records: &records[slots.clone()],
             ends: starts[part.start + 1..=part.end].iter().map(|s| s - slots.start).collect(),
             skip: (whole.start * LANES).min(slots.end) - slots.start,
-            order,
+            handles,
             blocks: own,
         }))
     });
@@ -167,10 +167,10 @@ pub(super) fn sort(
         let before = slots.start..(whole.start * LANES).min(slots.end);
         let after = (whole.end * LANES).clamp(before.end, slots.end)..slots.end;
         for slot in before.chain(after) {
-            boxes.set(slot, &items[order[slot] as usize]);
+            boxes.set(slot, &items[handles[slot].index as usize]);
         }
     }
-    Sorted { order, boxes, curve }
+    Sorted { handles, boxes, curve }
 }
 
 /// The blocks of which all slots are among these.
@@ -227,7 +227,7 @@ struct Sort<'a> {
     ends: Vec<usize>,
     /// How many come first whose block is another's too.
     skip: usize,
-    order: &'a mut [u32],
+    handles: &'a mut [Handle],
     blocks: &'a mut [BoxBlock],
 }
 
@@ -245,8 +245,8 @@ impl Sort<'_> {
             } else {
                 radix_sort::<256, PASSES>(&mut keys, &mut other);
             }
-            for (to, &key) in self.order[first..end].iter_mut().zip(&keys) {
-                *to = self.records[key as u32 as usize].number;
+            for (to, &key) in self.handles[first..end].iter_mut().zip(&keys) {
+                to.index = self.records[key as u32 as usize].number;
             }
             waiting.extend(keys.iter().map(|&key| key as u32));
             let skipped = self.skip.min(waiting.len());

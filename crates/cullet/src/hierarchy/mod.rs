@@ -10,6 +10,7 @@
 //! anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never waits for a commit.
 
 mod build;
+mod moves;
 mod nodes;
 mod order;
 mod slots;
@@ -25,6 +26,7 @@ use thiserror::Error;
 
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
+use moves::Moves;
 use order::Orderer;
 use slots::Slots;
 
@@ -55,6 +57,7 @@ pub struct Hierarchy {
     loose: Vec<u64>,
     order_version: u64,
     orderer: Orderer,
+    moves: Moves,
     /// From this slot on lies what moves: see [`commit_parts`](Self::commit_parts).
     first_moving: usize,
     /// The first key of each window of those slots, at the last commit.
@@ -77,6 +80,7 @@ impl Default for Hierarchy {
             loose: Vec::new(),
             order_version: 0,
             orderer: Orderer::default(),
+            moves: Moves::default(),
             first_moving: 0,
             windows: Vec::new(),
             next_window: 0,
@@ -120,7 +124,7 @@ impl Hierarchy {
         let sorted = build::sort(h.level, boxes, jobs.max(1), &mut run);
         h.orderer = Orderer::along(sorted.curve);
         h.boxes = sorted.boxes;
-        h.slots = Slots::in_order(&sorted.order);
+        h.slots = Slots::in_order(sorted.handles);
         h.settle(0);
         let handles = (0..count).map(|index| Handle { index, generation: 0 }).collect();
         Ok((h, handles))
@@ -154,7 +158,8 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Moves a thing: gives it other bounds. The nodes above grow as far as they must.
+    /// Moves a thing: gives it other bounds. The nodes above grow as far as they must. For many at once there
+    /// is [`set_many`](Self::set_many).
     ///
     /// # Errors
     /// If the handle names nothing.

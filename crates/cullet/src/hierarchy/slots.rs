@@ -35,11 +35,10 @@ pub(super) struct Slots {
 }
 
 impl Slots {
-    /// Handles with the indices 0 to n − 1, none reused, of which `order` has those of each slot.
-    pub(super) fn in_order(order: &[u32]) -> Self {
-        let handles = order.iter().map(|&index| Handle { index, generation: 0 }).collect();
-        let mut entries = vec![(0, NO_SLOT); order.len()];
-        (0..).zip(order).for_each(|(slot, &index)| entries[index as usize].1 = slot);
+    /// Of handles that are the numbers 0 to n − 1, none reused, by slot.
+    pub(super) fn in_order(handles: Vec<Handle>) -> Self {
+        let mut entries = vec![(0, NO_SLOT); handles.len()];
+        (0..).zip(&handles).for_each(|(slot, handle)| entries[handle.index as usize].1 = slot);
         Self { handles, entries, ..Self::default() }
     }
 
