@@ -45,17 +45,15 @@ impl Block for BoxBlock {
     const NAME: &'static str = "box";
 
     fn set(&mut self, lane: usize, b: &Aabb) {
-        let numbers = || b.min.iter().chain(&b.max);
-        // A NaN means keep, whatever the other numbers say; so it is asked for first.
-        let rows = if numbers().any(|v| v.is_nan()) {
-            [Boxes::LIMIT; 6]
-        } else if b.is_empty() {
-            [-Boxes::LIMIT; 6]
-        } else if numbers().any(|v| v.abs() >= Boxes::LIMIT) {
-            [Boxes::LIMIT; 6]
-        } else {
-            let ([x, y, z], [p, q, r]) = (b.min, b.max);
+        let ([x, y, z], [p, q, r]) = (b.min, b.max);
+        let is_plain = |low: f32, high: f32| {
+            (low.abs() < Boxes::LIMIT) & (high.abs() < Boxes::LIMIT) & (low <= high)
+        };
+        // One branch: most boxes are plain.
+        let rows = if is_plain(x, p) & is_plain(y, q) & is_plain(z, r) {
             [-x, -y, -z, p, q, r].map(widen)
+        } else {
+            odd_rows(b)
         };
         for (row, v) in self.0.iter_mut().zip(rows) {
             row[lane] = v;
@@ -103,6 +101,14 @@ impl Block for SphereBlock {
     fn rows_mut(&mut self) -> &mut [[f32; LANES]] {
         &mut self.0
     }
+}
+
+/// What stands for a box that is not plain, in every row.
+#[cold]
+fn odd_rows(b: &Aabb) -> [f32; 6] {
+    // A NaN means keep, whatever the other numbers say; so it is asked for first.
+    let nan = b.min.iter().chain(&b.max).any(|v| v.is_nan());
+    if !nan && b.is_empty() { [-Boxes::LIMIT; 6] } else { [Boxes::LIMIT; 6] }
 }
 
 /// Moves a coordinate outward by 16u|v|: it is positive that way, as −min and max are.

@@ -9,6 +9,8 @@ use crate::bounds::{Aabb, LANES, gather_into};
 
 /// Slots whose boxes are written together: with what comes to them, they fit in the second cache.
 const NEAR: usize = 4096;
+/// Of so many slots, one for every other block.
+const FEW: usize = NEAR / LANES / 2;
 
 /// Memory that one call after another uses.
 #[derive(Clone, Debug, Default)]
@@ -59,6 +61,17 @@ impl Hierarchy {
     fn settle_near(&mut self, arrived: &[Arrival]) {
         let Some(any) = arrived.first() else { return };
         let base = any.slot as usize / NEAR * NEAR;
+        // Where most blocks have none, a table of their slots is dearer than what it brings.
+        if arrived.len() < FEW {
+            for arrival in arrived {
+                let slot = arrival.slot as usize;
+                self.boxes.set(slot, &arrival.bounds);
+                if slot < self.nodes.len() {
+                    bits::set(&mut self.loose, slot / LANES, true);
+                }
+            }
+            return;
+        }
         let mut numbers = [NO_SLOT; NEAR];
         for (number, arrival) in (0..).zip(arrived) {
             numbers[arrival.slot as usize - base] = number;
@@ -66,22 +79,20 @@ impl Hierarchy {
         let bounds = |number: u32| arrived[number as usize].bounds;
         let (blocks, _) = numbers.as_chunks::<LANES>();
         for (block, numbers) in (base / LANES..).zip(blocks) {
-            let missing = numbers.iter().filter(|&&n| n == NO_SLOT).count();
-            if missing == LANES {
-                continue;
-            }
-            if missing == 0 {
+            let present =
+                (0..).zip(numbers).fold(0, |set, (lane, &n)| set | u64::from(n != NO_SLOT) << lane);
+            if present == (1 << LANES) - 1 {
                 let to = &mut self.boxes.blocks_mut()[block..=block];
                 gather_into(self.level, to, std::slice::from_ref(numbers), bounds);
             } else {
-                for (lane, &number) in numbers.iter().enumerate().filter(|(_, n)| **n != NO_SLOT) {
-                    self.boxes.set(block * LANES + lane, &bounds(number));
+                for lane in bits::ones(present) {
+                    self.boxes.set(block * LANES + lane, &bounds(numbers[lane]));
                 }
             }
-            if block * LANES < self.nodes.len() {
-                bits::set(&mut self.loose, block, true);
-            }
         }
+        // While they are near: a subtree of its own.
+        let end = (base + NEAR).min(self.nodes.len());
+        self.nodes.refit_range(self.level, &self.boxes, base.min(end)..end);
     }
 }
 
