@@ -25,6 +25,7 @@ Examples
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet bench                               the batch tests against this machine's streaming rate
+  cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
 
 Exit codes
@@ -272,7 +273,7 @@ pub(crate) struct ScenesArgs {
 pub(crate) struct BenchArgs {
     /// Only workloads whose name contains this, such as frustum, backface, hierarchy, views, moving
     pub(crate) filter: Option<String>,
-    /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 2.5 GiB, some minutes
+    /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 1 GiB, some minutes
     #[arg(long)]
     pub(crate) large: bool,
     /// Write the results as JSON; - is the standard output

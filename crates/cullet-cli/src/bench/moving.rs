@@ -140,7 +140,9 @@ impl World<'_> {
                 },
             );
             let at = |handle: Handle| handle.index as usize;
-            let now = |i: usize| if there && i % every == 0 { &moved[i] } else { &self.items[i] };
+            let now = |i: usize| {
+                if there && i.is_multiple_of(every) { &moved[i] } else { &self.items[i] }
+            };
             let expected: Vec<_> = (0..self.items.len()).map(|i| *now(i)).collect();
             let valid = h.validate().is_ok() && holds(&h, &expected, at);
             let row = self.row(what, self.items.len().div_ceil(every), valid);

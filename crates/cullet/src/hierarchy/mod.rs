@@ -95,7 +95,7 @@ impl Hierarchy {
         Self::default()
     }
 
-    /// Over boxes, sorted. The handle of `boxes[i]` is `handles[i]`. Some 30 ns a box.
+    /// Over boxes, sorted. The handle of `boxes[i]` is `handles[i]`. Some 32 ns a box.
     ///
     /// # Errors
     /// If there are more than there are slots.
