@@ -27,6 +27,7 @@ Examples
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet bench                               the batch tests against this machine's streaming rate
+  cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
   cullet calibrate                           what a triangle costs here, for reports in milliseconds
   cullet reproduce johannsen-carter          clusters and their bounds, beside the ideal
@@ -61,7 +62,7 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// List the built-in scenes and their settings
     Scenes(ScenesArgs),
-    /// Measure the batch tests against this machine's streaming rate
+    /// Measure the tests and the hierarchy against this machine's streaming rate and each other
     Bench(BenchArgs),
     /// Measure the figures of a published work again, beside the published ones
     Reproduce(Box<ReproduceArgs>),
@@ -305,8 +306,11 @@ pub(crate) struct ScenesArgs {
 /// `cullet bench`
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
-    /// Only workloads whose name contains this
+    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, views, moving
     pub(crate) filter: Option<String>,
+    /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 1 GiB, some minutes
+    #[arg(long)]
+    pub(crate) large: bool,
     /// Write the results as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,

@@ -64,12 +64,17 @@ fn run(cli: &Cli) -> Outcome {
 }
 
 fn run_bench(args: &BenchArgs, console: &Console) -> Outcome {
-    let options = bench::BenchOptions { filter: args.filter.clone(), ..Default::default() };
+    let options = bench::BenchOptions::new(args.filter.clone(), args.large);
     let results = if console.json_on_stdout {
         bench::run(&options)
     } else {
-        console.line(bench::Measured::HEADING);
-        bench::run_each(&options, &mut |measured| console.line(measured.to_string()))
+        let mut heading = "";
+        bench::run_each(&options, &mut |measured| {
+            if std::mem::replace(&mut heading, measured.heading()) != measured.heading() {
+                console.line(heading);
+            }
+            console.line(measured.to_string());
+        })
     };
     if let Some(path) = &args.json {
         write_json(path, &results)?;

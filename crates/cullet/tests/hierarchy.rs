@@ -9,7 +9,9 @@ use cullet::bounds::{Aabb, Boxes, Plane, Side};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{self, Planes, mask_words};
 use cullet::cull::frustum::tree::{CullJob, Cut, Trace};
-use cullet::hierarchy::{Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order};
+use cullet::hierarchy::{
+    BuildJob, Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order,
+};
 use cullet::{Frustum, Level};
 
 /// A box of any kind: mostly plain, sometimes one that is no box.
@@ -110,6 +112,82 @@ fn the_walk_is_the_sweep_for_any_number_of_boxes() {
         (0..rng.below(3) * 70).for_each(|_| boxes.push(&random_box(&mut rng)));
         for _ in 0..12 {
             check(&random_planes(&mut rng), &nodes, &boxes, &mut cut);
+        }
+    }
+}
+
+#[test]
+fn any_number_of_jobs_builds_what_sorting_one_by_one_gives() {
+    let mut rng = Rng(5);
+    let heap = |rng: &mut Rng| Aabb::new([rng.range(0.0, 1e-3) as f32; 3], [1.0; 3]);
+    for len in [0, 1, 15, 16, 17, 255, 1000, 4099, 30_000] {
+        for kind in 0..3 {
+            let one = |rng: &mut Rng| match kind {
+                0 => random_box(rng),
+                // Nearly all in one bucket; all alike.
+                1 if rng.below(100) > 0 => heap(rng),
+                1 => random_box(rng),
+                _ => Aabb::new([1.0; 3], [2.0; 3]),
+            };
+            let items: Vec<_> = (0..len).map(|_| one(&mut rng)).collect();
+            let order = spatial_order(&items);
+            let mut expected = Boxes::new();
+            order.iter().for_each(|&i| expected.push(&items[i as usize]));
+            for jobs in [0, 1, 2, 3, 7, 40] {
+                let (h, handles) = Hierarchy::build_in_jobs(&items, jobs, |all| {
+                    assert!(all.len() <= jobs.max(1));
+                    // Last first, as threads might.
+                    all.into_iter().rev().map(BuildJob::run).collect()
+                })
+                .expect("few");
+                h.validate().expect("just built");
+                assert_eq!(h.boxes().as_floats(), expected.as_floats(), "{len}, {jobs} jobs");
+                assert_eq!(h.len() as usize, len);
+                for (slot, &i) in (0..).zip(&order) {
+                    assert_eq!(h.handle(slot), Some(handles[i as usize]));
+                    assert_eq!(h.slot(handles[i as usize]), Ok(slot));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn moving_many_at_once_is_moving_each() {
+    let mut rng = Rng(6);
+    for len in [1, 100, 5000, 20_000] {
+        let items: Vec<_> = (0..len).map(|_| random_box(&mut rng)).collect();
+        let (mut one_by_one, mut handles) = Hierarchy::build(&items).expect("few");
+        // Some without a node, some gone.
+        for _ in 0..rng.below(40) {
+            handles.push(one_by_one.insert(&random_box(&mut rng)).expect("few"));
+        }
+        let gone = handles.swap_remove(rng.below(len) as usize);
+        one_by_one.remove(gone).expect("it is there");
+        let mut at_once = one_by_one.clone();
+        for share in [0, 1, 10, 100] {
+            let mut moves = Vec::new();
+            for &handle in &handles {
+                if rng.below(100) < share {
+                    moves.push((handle, random_box(&mut rng)));
+                }
+            }
+            // One of them twice.
+            if let Some(&(handle, _)) = moves.first() {
+                moves.push((handle, random_box(&mut rng)));
+            }
+            for (handle, bounds) in &moves {
+                one_by_one.set_bounds(*handle, bounds).expect("it is there");
+            }
+            one_by_one.refit();
+            at_once.set_many(&moves).expect("all are there");
+            assert_eq!(at_once.boxes().as_floats(), one_by_one.boxes().as_floats(), "{share} %");
+            assert_eq!(at_once.validate(), one_by_one.validate());
+            check(&random_planes(&mut rng), at_once.nodes(), at_once.boxes(), &mut Cut::new());
+            // An error changes nothing.
+            moves.push((gone, Aabb::EMPTY));
+            assert_eq!(at_once.set_many(&moves), Err(HierarchyError::NoItem(gone)));
+            assert_eq!(at_once.boxes().as_floats(), one_by_one.boxes().as_floats());
         }
     }
 }

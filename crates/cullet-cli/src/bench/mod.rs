@@ -1,18 +1,23 @@
 //! `cullet bench`: named workloads, their times, and how far from what the machine could do.
 //!
 //! A time says little on another machine; so each comes with the time that the same machine, in the
-//! same run and at its best SIMD level, takes only to read the bytes that must be read. Every workload
-//! checks its answer against the scalar oracle before it is timed.
+//! same run and at its best SIMD level, takes only to read the bytes that must be read, or with that of
+//! another way to the same answer. Every workload checks its answer before it is timed: against the scalar
+//! oracle, or, with a hierarchy, against the flat sweep that was.
 
 mod backface;
 mod frustum;
+mod hierarchy;
 mod measure;
+mod moving;
 mod results;
 mod shadow;
+mod views;
+mod world;
 
 pub(crate) use backface::bumpy_ball;
-pub(crate) use frustum::{planes_that_see, random_boxes};
-pub(crate) use results::{Machine, Measured, Results};
+pub(crate) use results::{Machine, Measured, Results, Yardstick};
+pub(crate) use world::{planes_that_see, random_boxes};
 
 /// What to measure.
 #[derive(Clone, Debug)]
@@ -23,12 +28,39 @@ pub(crate) struct BenchOptions {
     pub(crate) seconds: f64,
     /// The sizes, in items.
     pub(crate) sizes: Vec<usize>,
+    /// The sizes of hierarchies, in boxes.
+    pub(crate) tree_sizes: Vec<usize>,
+    /// The largest size of a world whose boxes drift for a thousand frames.
+    pub(crate) drift_size: usize,
+}
+
+impl BenchOptions {
+    /// What the command line asks for.
+    pub(crate) fn new(filter: Option<String>, large: bool) -> Self {
+        let mut options = Self { filter, ..Self::default() };
+        if large {
+            options.tree_sizes.push(10_000_000);
+            options.drift_size = 1_000_000;
+        }
+        options
+    }
+
+    /// Whether a workload is to run.
+    fn wants(&self, name: &str) -> bool {
+        self.filter.as_ref().is_none_or(|part| name.contains(part.as_str()))
+    }
 }
 
 impl Default for BenchOptions {
     fn default() -> Self {
         // 1e5 items stay in the second and third cache, 4e6 do not.
-        Self { filter: None, seconds: 0.25, sizes: vec![100_000, 4_000_000] }
+        Self {
+            filter: None,
+            seconds: 0.25,
+            sizes: vec![100_000, 4_000_000],
+            tree_sizes: vec![100_000, 1_000_000],
+            drift_size: 100_000,
+        }
     }
 }
 
@@ -47,6 +79,9 @@ pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) 
     frustum::run(options, &mut take);
     backface::run(options, &mut take);
     shadow::run(options, &mut take);
+    hierarchy::run(options, &mut take);
+    views::run(options, &mut take);
+    moving::run(options, &mut take);
     Results { schema: 1, machine: Machine::here(), results }
 }
 
@@ -54,18 +89,25 @@ pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) 
 mod tests {
     use super::*;
 
+    fn small(filter: Option<String>) -> BenchOptions {
+        let (sizes, tree_sizes) = (vec![1000], vec![1000]);
+        BenchOptions { filter, seconds: 0.0, sizes, tree_sizes, drift_size: 1000 }
+    }
+
     #[test]
     fn every_workload_of_a_small_run_checks_out() {
-        let options = BenchOptions { filter: None, seconds: 0.0, sizes: vec![1000] };
-        let results = run(&options);
+        let results = run(&small(None));
         let levels = cullet::cull::frustum::batch::levels().len();
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
         // three answers each, and the vertices. A frame: two at each level, and four that have none. Shadows:
         // three lights.
-        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3 + 2 + 3) * levels + 1 + 4);
+        let flat = (2 * 3 + (4 + 6) * 3 + 2 + 3) * levels + 1 + 4;
+        // Two layouts: four shares, a list at each level, ranges and sorted; seven of views; eight of moves.
+        let trees = 2 * (4 * (levels + 2) + 7 + 8);
+        assert_eq!(results.results.len(), flat + trees);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
-            assert!(r.ns_per_item > 0.0 && r.limit_ratio > 0.0, "{r:?}");
+            assert!(r.ns_per_item > 0.0 && r.yardstick.ratio() > 0.0, "{r:?}");
         }
         let json = serde_json::to_value(&results).expect("plain data");
         assert_eq!(json["schema"], 1);
@@ -75,7 +117,7 @@ mod tests {
     #[test]
     fn a_filter_leaves_out_the_rest() {
         let filter = Some("boxes/1e3/30%".to_owned());
-        let options = BenchOptions { filter, seconds: 0.0, sizes: vec![1000] };
+        let options = small(filter);
         let mut seen = 0;
         let results = run_each(&options, &mut |_| seen += 1);
         assert!(results.results.iter().all(|r| r.name == "frustum/boxes/1e3/30%"));

@@ -24,7 +24,7 @@ pub(crate) struct Machine {
     pub(crate) arch: &'static str,
     /// The processor's name, where the system tells it.
     pub(crate) cpu: Option<String>,
-    /// Threads that can run at once; each workload uses one.
+    /// Threads that can run at once; a workload uses one, unless its name says two.
     pub(crate) threads: usize,
     /// The best SIMD level.
     pub(crate) level: &'static str,
@@ -43,40 +43,89 @@ pub(crate) struct Measured {
     pub(crate) visible: usize,
     /// Time an item, of the fastest pass.
     pub(crate) ns_per_item: f64,
-    /// Bytes that must be read for an item.
-    pub(crate) bytes_per_item: usize,
-    /// Time to read those bytes at the best level in the same run.
-    pub(crate) limit_ns_per_item: f64,
-    /// The two times' ratio: 1 is the fastest that can be.
-    pub(crate) limit_ratio: f64,
+    /// What the time is held against.
+    #[serde(flatten)]
+    pub(crate) yardstick: Yardstick,
     /// Whether the answer was that of the scalar oracle.
     pub(crate) checked: bool,
 }
 
-impl Measured {
-    /// The machine's streaming rate, in 1e9 bytes a second.
-    pub(crate) fn streaming_rate(&self) -> f64 {
-        self.bytes_per_item as f64 / self.limit_ns_per_item
+/// What a time is held against.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub(crate) enum Yardstick {
+    /// Reading what must be read.
+    Streaming {
+        /// Bytes that must be read for an item.
+        bytes_per_item: usize,
+        /// Time to read those bytes at the best level in the same run.
+        limit_ns_per_item: f64,
+        /// The two times' ratio: 1 is the fastest that can be.
+        limit_ratio: f64,
+    },
+    /// Another way to do the same, or half as much, timed in turns with it.
+    Other {
+        /// Which.
+        ratio_to: String,
+        /// The two times' ratio: below 1 is faster than the other.
+        ratio: f64,
+    },
+}
+
+impl Yardstick {
+    /// Nanoseconds for all items against those for reading them.
+    pub(crate) fn streaming(bytes: usize, items: usize, time: f64, limit: f64) -> Self {
+        Self::Streaming {
+            bytes_per_item: bytes,
+            limit_ns_per_item: limit / items as f64,
+            limit_ratio: time / limit,
+        }
     }
 
-    /// The heading of [`Display`](fmt::Display)'s columns.
-    pub(crate) const HEADING: &'static str =
-        "workload                  level   ns/item  bytes  streaming GB/s  x limit  checked";
+    /// How many times as long as what it is held against.
+    #[cfg(test)]
+    pub(crate) fn ratio(&self) -> f64 {
+        match self {
+            Self::Streaming { limit_ratio: ratio, .. } | Self::Other { ratio, .. } => *ratio,
+        }
+    }
+}
+
+impl Measured {
+    /// The heading of [`Display`](fmt::Display)'s columns, which depend on the yardstick.
+    pub(crate) fn heading(&self) -> &'static str {
+        match self.yardstick {
+            Yardstick::Streaming { .. } => {
+                "workload                               level   ns/item  bytes  streaming GB/s  x limit  checked"
+            }
+            Yardstick::Other { .. } => {
+                "workload                               level         ms  visible  checked  times another"
+            }
+        }
+    }
 }
 
 impl fmt::Display for Measured {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:<25} {:<7} {:>7.3} {:>6} {:>15.1} {:>8.2}  {}",
-            self.name,
-            self.level,
-            self.ns_per_item,
-            self.bytes_per_item,
-            self.streaming_rate(),
-            self.limit_ratio,
-            if self.checked { "yes" } else { "NO" },
-        )
+        let checked = if self.checked { "yes" } else { "NO" };
+        let ms = self.ns_per_item * self.items as f64 * 1e-6;
+        match &self.yardstick {
+            Yardstick::Streaming { bytes_per_item, limit_ns_per_item, limit_ratio } => write!(
+                f,
+                "{:<38} {:<7} {:>7.3} {:>6} {:>15.1} {:>8.2}  {checked}",
+                self.name,
+                self.level,
+                self.ns_per_item,
+                bytes_per_item,
+                *bytes_per_item as f64 / limit_ns_per_item,
+                limit_ratio,
+            ),
+            Yardstick::Other { ratio_to, ratio } => write!(
+                f,
+                "{:<38} {:<7} {ms:>8.3} {:>8}  {checked:<7}  {ratio:.3} x {ratio_to}",
+                self.name, self.level, self.visible,
+            ),
+        }
     }
 }
 
@@ -85,8 +134,13 @@ impl fmt::Display for Results {
         let m = &self.machine;
         let cpu = m.cpu.as_deref().unwrap_or(m.arch);
         writeln!(f, "{cpu}, {} threads (one used), {}, {}", m.threads, m.os, m.level)?;
-        writeln!(f, "{}", Measured::HEADING)?;
-        self.results.iter().try_for_each(|r| writeln!(f, "{r}"))
+        let mut heading = "";
+        self.results.iter().try_for_each(|r| {
+            if std::mem::replace(&mut heading, r.heading()) != r.heading() {
+                writeln!(f, "{heading}")?;
+            }
+            writeln!(f, "{r}")
+        })
     }
 }
 

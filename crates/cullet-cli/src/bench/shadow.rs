@@ -6,24 +6,23 @@ use cullet::cull::shadow::{CasterRegion, Light, ShadowCasters};
 use cullet::hierarchy::{Nodes, spatial_order};
 use cullet::{Frustum, Level, View};
 
-use super::frustum::{HALF, is_wanted, random_boxes, size_name};
 use super::measure::{fastest_of_both, stream};
-use super::{BenchOptions, Measured};
+use super::world::{HALF, Layout, size_name};
+use super::{BenchOptions, Measured, Yardstick};
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     for &len in &options.sizes {
         let name_of = |light: &str| format!("shadow/{light}/{}", size_name(len));
-        if !lights().iter().any(|(light, _)| is_wanted(options, &name_of(light))) {
+        if !lights().iter().any(|(light, _)| options.wants(&name_of(light))) {
             continue;
         }
-        let unsorted = random_boxes(len);
-        let items: Vec<Aabb> = (0..len).map(|i| unsorted.get(i)).collect();
-        let mut boxes = unsorted;
+        let items = Layout::Random.boxes(len);
+        let mut boxes = Boxes::new();
         boxes.gather(Level::new(), &items, &spatial_order(&items));
         let nodes = Nodes::over(Level::new(), &boxes);
         for (light_name, light) in lights() {
             let name = name_of(light_name);
-            if is_wanted(options, &name) {
+            if options.wants(&name) {
                 run_light(options, name, &light, (&boxes, &nodes), each);
             }
         }
@@ -90,9 +89,7 @@ fn run_light(
             items: boxes.len(),
             visible: casters.count(),
             ns_per_item: time / len,
-            bytes_per_item: 24,
-            limit_ns_per_item: limit / len,
-            limit_ratio: time / limit,
+            yardstick: Yardstick::streaming(24, boxes.len(), time, limit),
             checked,
         });
     }

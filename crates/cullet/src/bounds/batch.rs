@@ -45,17 +45,15 @@ impl Block for BoxBlock {
     const NAME: &'static str = "box";
 
     fn set(&mut self, lane: usize, b: &Aabb) {
-        let numbers = || b.min.iter().chain(&b.max);
-        // A NaN means keep, whatever the other numbers say; so it is asked for first.
-        let rows = if numbers().any(|v| v.is_nan()) {
-            [Boxes::LIMIT; 6]
-        } else if b.is_empty() {
-            [-Boxes::LIMIT; 6]
-        } else if numbers().any(|v| v.abs() >= Boxes::LIMIT) {
-            [Boxes::LIMIT; 6]
-        } else {
-            let ([x, y, z], [p, q, r]) = (b.min, b.max);
+        let ([x, y, z], [p, q, r]) = (b.min, b.max);
+        let is_plain = |low: f32, high: f32| {
+            (low.abs() < Boxes::LIMIT) & (high.abs() < Boxes::LIMIT) & (low <= high)
+        };
+        // One branch: most boxes are plain.
+        let rows = if is_plain(x, p) & is_plain(y, q) & is_plain(z, r) {
             [-x, -y, -z, p, q, r].map(widen)
+        } else {
+            odd_rows(b)
         };
         for (row, v) in self.0.iter_mut().zip(rows) {
             row[lane] = v;
@@ -103,6 +101,14 @@ impl Block for SphereBlock {
     fn rows_mut(&mut self) -> &mut [[f32; LANES]] {
         &mut self.0
     }
+}
+
+/// What stands for a box that is not plain, in every row.
+#[cold]
+fn odd_rows(b: &Aabb) -> [f32; 6] {
+    // A NaN means keep, whatever the other numbers say; so it is asked for first.
+    let nan = b.min.iter().chain(&b.max).any(|v| v.is_nan());
+    if !nan && b.is_empty() { [-Boxes::LIMIT; 6] } else { [Boxes::LIMIT; 6] }
 }
 
 /// Moves a coordinate outward by 16u|v|: it is positive that way, as −min and max are.
@@ -176,7 +182,7 @@ impl Boxes {
     pub fn gather(&mut self, level: Level, items: &[Aabb], order: &[u32]) {
         self.resize(order.len());
         let (whole, rest) = order.as_chunks::<LANES>();
-        dispatch!(level, simd => gather_blocks(simd, &mut self.blocks, items, whole));
+        gather_into(level, &mut self.blocks, whole, |i| items[i as usize]);
         let first = whole.len() * LANES;
         for (i, &from) in rest.iter().enumerate() {
             self.set(first + i, &items[from as usize]);
@@ -208,16 +214,26 @@ impl Boxes {
     }
 }
 
+/// Fills blocks with the boxes that `item` has under the numbers of `order`, as setting them would.
+pub(crate) fn gather_into(
+    level: Level,
+    blocks: &mut [BoxBlock],
+    order: &[[u32; LANES]],
+    item: impl Fn(u32) -> Aabb,
+) {
+    dispatch!(level, simd => gather_blocks(simd, blocks, order, &item));
+}
+
 #[inline(always)]
 fn gather_blocks<S: Simd>(
     simd: S,
     blocks: &mut [BoxBlock],
-    items: &[Aabb],
     order: &[[u32; LANES]],
+    item: &impl Fn(u32) -> Aabb,
 ) {
     for (block, order) in blocks.iter_mut().zip(order) {
         for (lane, &from) in order.iter().enumerate() {
-            let Aabb { min, max } = items[from as usize];
+            let Aabb { min, max } = item(from);
             for axis in 0..3 {
                 block.0[axis][lane] = -min[axis];
                 block.0[axis + 3][lane] = max[axis];
@@ -225,7 +241,7 @@ fn gather_blocks<S: Simd>(
         }
         if !widen_block(simd, block) {
             for (lane, &from) in order.iter().enumerate() {
-                block.set(lane, &items[from as usize]);
+                block.set(lane, &item(from));
             }
         }
     }
@@ -271,6 +287,11 @@ impl<B: Block> Batch<B> {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// So many points at the origin, until they are set.
+    pub(crate) fn zeroed(len: usize) -> Self {
+        Self { blocks: bytemuck::zeroed_vec(len.div_ceil(LANES)), len }
     }
 
     /// A batch of the items of a slice, in their order.

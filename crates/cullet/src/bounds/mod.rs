@@ -10,7 +10,7 @@ mod sphere;
 
 pub use aabb::Aabb;
 pub(crate) use aabb::{round_down, round_up};
-pub(crate) use batch::LANES;
+pub(crate) use batch::{LANES, gather_into};
 
 pub use batch::{Batch, Block, BoxBlock, Boxes, SphereBlock, Spheres};
 pub use deform::{DeformError, JointBoxes, MorphBounds, Morphs, Skin};

@@ -9,10 +9,13 @@
 //! nodes above it grow; [`Hierarchy::refit`] fits them again, [`Hierarchy::commit`] sorts everything
 //! anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never waits for a commit.
 
+mod build;
+mod moves;
 mod nodes;
 mod order;
 mod slots;
 
+pub use build::{BuildDone, BuildJob};
 pub use nodes::{NodeStatistics, Nodes, NodesError};
 pub use order::spatial_order;
 pub(crate) use slots::NO_SLOT;
@@ -23,6 +26,7 @@ use thiserror::Error;
 
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
+use moves::Moves;
 use order::Orderer;
 use slots::Slots;
 
@@ -53,6 +57,7 @@ pub struct Hierarchy {
     loose: Vec<u64>,
     order_version: u64,
     orderer: Orderer,
+    moves: Moves,
     /// From this slot on lies what moves: see [`commit_parts`](Self::commit_parts).
     first_moving: usize,
     /// The first key of each window of those slots, at the last commit.
@@ -75,6 +80,7 @@ impl Default for Hierarchy {
             loose: Vec::new(),
             order_version: 0,
             orderer: Orderer::default(),
+            moves: Moves::default(),
             first_moving: 0,
             windows: Vec::new(),
             next_window: 0,
@@ -89,20 +95,38 @@ impl Hierarchy {
         Self::default()
     }
 
-    /// Over boxes, sorted. The handle of `boxes[i]` is `handles[i]`. Some 40 ns a box.
+    /// Over boxes, sorted. The handle of `boxes[i]` is `handles[i]`. Some 32 ns a box.
     ///
     /// # Errors
     /// If there are more than there are slots.
     pub fn build(boxes: &[Aabb]) -> Result<(Self, Vec<Handle>), HierarchyError> {
+        Self::build_in_jobs(boxes, 1, |jobs| jobs.into_iter().map(BuildJob::run).collect())
+    }
+
+    /// [`build`](Self::build) in four steps of at most `jobs` jobs each: `run` is given those of a step, each to be
+    /// run once, on any thread and in any order, and returns what they return. The same hierarchy, for any
+    /// number of jobs.
+    ///
+    /// With rayon: `|jobs| jobs.into_par_iter().map(BuildJob::run).collect()`.
+    ///
+    /// # Errors
+    /// If there are more boxes than there are slots.
+    ///
+    /// # Panics
+    /// If a job was not run.
+    pub fn build_in_jobs(
+        boxes: &[Aabb],
+        jobs: usize,
+        mut run: impl FnMut(Vec<BuildJob<'_>>) -> Vec<BuildDone>,
+    ) -> Result<(Self, Vec<Handle>), HierarchyError> {
+        let count = u32::try_from(boxes.len()).map_err(|_| HierarchyError::Full(NO_SLOT))?;
         let mut h = Self::new();
-        let handles: Option<Vec<_>> = boxes.iter().map(|_| h.slots.push()).collect();
-        let handles = handles.ok_or(HierarchyError::Full(NO_SLOT))?;
-        let mut order = Vec::new();
-        h.orderer.order(boxes.len(), |i| boxes[i], &mut order);
-        h.boxes.gather(h.level, boxes, &order);
-        let all: Vec<_> = (0..boxes.len() as u32).collect();
-        h.slots.rearrange(&order, &all);
+        let sorted = build::sort(h.level, boxes, jobs.max(1), &mut run);
+        h.orderer = Orderer::along(sorted.curve);
+        h.boxes = sorted.boxes;
+        h.slots = Slots::in_order(sorted.handles);
         h.settle(0);
+        let handles = (0..count).map(|index| Handle { index, generation: 0 }).collect();
         Ok((h, handles))
     }
 
@@ -134,7 +158,8 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Moves a thing: gives it other bounds. The nodes above grow as far as they must.
+    /// Moves a thing: gives it other bounds. The nodes above grow as far as they must. For many at once there
+    /// is [`set_many`](Self::set_many).
     ///
     /// # Errors
     /// If the handle names nothing.

@@ -6,17 +6,21 @@ use crate::bounds::Aabb;
 const KEY_BITS: usize = 32;
 /// The most of them that one axis may take: two tables of 256 entries.
 const AXIS_BITS: u32 = 16;
-/// Bits that one pass of the sort takes: counters that stay in the first cache.
-const DIGIT_BITS: u32 = 11;
-const DIGITS: usize = 1 << DIGIT_BITS;
+/// Values that one pass of the sort tells apart: counters that stay in the first cache.
+const DIGITS: usize = 1 << 11;
+const PASSES: usize = KEY_BITS.div_ceil(DIGITS.ilog2() as usize);
 
 /// The numbers of `boxes` in an order that keeps what is near together: along a Morton curve through
 /// their centres, each bit of which halves what is then the longest side of a cell. Boxes that are
 /// empty or not finite come last, so that they share their nodes with each other only; equal keys keep
-/// their order. O(n), some 15 ns a box.
+/// their order. O(n), some 18 ns a box.
 ///
 /// A curve with cells as cubic as they can be matters where worlds are flat: with ten bits for each axis, a
 /// million trees on a plane share a thousand cells each way.
+///
+/// Of a million boxes, a walk for 1, 10 or 50 % of them tests 0.97 to 1.00 times the blocks that it tests in
+/// the order of a binary tree built by surface area, and 1.06 to 1.08 times where they lie in heaps (obvhs,
+/// medium, in `benches/peers`, program `trees`).
 #[must_use]
 pub fn spatial_order(boxes: &[Aabb]) -> Vec<u32> {
     let mut order = Vec::new();
@@ -33,6 +37,11 @@ pub(super) struct Orderer {
 }
 
 impl Orderer {
+    /// Along this curve from now on.
+    pub(super) fn along(curve: Curve) -> Self {
+        Self { curve, ..Self::default() }
+    }
+
     /// Writes to `order` the numbers 0..`len` sorted by where their boxes are.
     pub(super) fn order(
         &mut self,
@@ -59,8 +68,7 @@ impl Orderer {
         if len < DIGITS {
             self.keys.sort_unstable();
         } else {
-            self.other.resize(len, 0);
-            self.sort();
+            radix_sort::<DIGITS, PASSES>(&mut self.keys, &mut self.other);
         }
         order.clear();
         order.extend(self.keys.iter().map(|&k| k as u32));
@@ -70,39 +78,43 @@ impl Orderer {
     pub(super) fn key(&self, b: &Aabb) -> u32 {
         self.curve.key(b)
     }
+}
 
-    /// A stable radix sort by the upper half.
-    fn sort(&mut self) {
-        const PASSES: usize = KEY_BITS.div_ceil(DIGIT_BITS as usize);
-        let mut counts = [[0u32; DIGITS]; PASSES];
-        let digit = |key: u64, pass: usize| {
-            (key >> (32 + DIGIT_BITS as usize * pass)) as usize & (DIGITS - 1)
-        };
-        for &key in &self.keys {
-            for (pass, counts) in counts.iter_mut().enumerate() {
-                counts[digit(key, pass)] += 1;
-            }
-        }
+/// A stable sort by `PASSES` digits of `DIGITS` values each, from bit 32 on upwards.
+pub(super) fn radix_sort<const DIGITS: usize, const PASSES: usize>(
+    keys: &mut Vec<u64>,
+    other: &mut Vec<u64>,
+) {
+    other.resize(keys.len(), 0);
+    let mut counts = [[0u32; DIGITS]; PASSES];
+    let digit = |key: u64, pass: usize| {
+        (key >> (32 + DIGITS.ilog2() as usize * pass)) as usize & (DIGITS - 1)
+    };
+    for &key in &*keys {
         for (pass, counts) in counts.iter_mut().enumerate() {
-            if counts.iter().any(|&c| c as usize == self.keys.len()) {
-                continue;
-            }
-            let mut start = 0;
-            for count in counts.iter_mut() {
-                start += std::mem::replace(count, start);
-            }
-            for &key in &self.keys {
-                let to = &mut counts[digit(key, pass)];
-                self.other[*to as usize] = key;
-                *to += 1;
-            }
-            std::mem::swap(&mut self.keys, &mut self.other);
+            counts[digit(key, pass)] += 1;
         }
+    }
+    for (pass, counts) in counts.iter_mut().enumerate() {
+        if counts.iter().any(|&c| c as usize == keys.len()) {
+            continue;
+        }
+        let mut start = 0;
+        for count in counts.iter_mut() {
+            start += std::mem::replace(count, start);
+        }
+        for &key in &*keys {
+            let to = &mut counts[digit(key, pass)];
+            other[*to as usize] = key;
+            *to += 1;
+        }
+        std::mem::swap(keys, other);
     }
 }
 
-/// The span of all finite centres, doubled.
-struct Extent {
+/// The span of all finite centres.
+#[derive(Clone, Debug)]
+pub(super) struct Extent {
     low: [f32; 3],
     high: [f32; 3],
 }
@@ -113,28 +125,42 @@ impl Default for Extent {
     }
 }
 
-/// Twice the centre, each half of it halved first where the sum would overflow; `None` for a box that
-/// is nowhere in particular.
-fn centre(b: &Aabb) -> Option<[f32; 3]> {
+/// The centre, each half of it halved first where the sum would overflow, and whether the box is anywhere
+/// in particular.
+#[inline(always)]
+fn centre(b: &Aabb) -> ([f32; 3], bool) {
     let c = std::array::from_fn(|a| b.min[a] * 0.5 + b.max[a] * 0.5);
-    let ordered = (0..3).all(|a| b.min[a] <= b.max[a]);
-    (ordered && c.iter().all(|v: &f32| v.is_finite())).then_some(c)
+    // Bits and not branches: there are six comparisons.
+    let somewhere = (0..3).fold(true, |all, a| all & (b.min[a] <= b.max[a]) & is_finite(c[a]));
+    (c, somewhere)
+}
+
+#[inline(always)]
+fn is_finite(v: f32) -> bool {
+    v.abs() < f32::INFINITY
 }
 
 impl Extent {
-    fn add(&mut self, b: &Aabb) {
-        if let Some(c) = centre(b) {
-            for a in 0..3 {
-                self.low[a] = if c[a] < self.low[a] { c[a] } else { self.low[a] };
-                self.high[a] = if c[a] > self.high[a] { c[a] } else { self.high[a] };
-            }
+    #[inline(always)]
+    pub(super) fn add(&mut self, b: &Aabb) {
+        let (c, somewhere) = centre(b);
+        for a in 0..3 {
+            self.low[a] = if somewhere & (c[a] < self.low[a]) { c[a] } else { self.low[a] };
+            self.high[a] = if somewhere & (c[a] > self.high[a]) { c[a] } else { self.high[a] };
+        }
+    }
+
+    pub(super) fn merge(&mut self, other: &Self) {
+        for a in 0..3 {
+            self.low[a] = self.low[a].min(other.low[a]);
+            self.high[a] = self.high[a].max(other.high[a]);
         }
     }
 }
 
 /// How centres become keys.
 #[derive(Clone, Debug)]
-struct Curve {
+pub(super) struct Curve {
     low: [f32; 3],
     scale: [f32; 3],
     last: [f32; 3],
@@ -149,7 +175,7 @@ impl Default for Curve {
 }
 
 impl Curve {
-    fn new(extent: &Extent) -> Self {
+    pub(super) fn new(extent: &Extent) -> Self {
         let mut side: [f64; 3] = std::array::from_fn(|a| {
             (f64::from(extent.high[a]) - f64::from(extent.low[a])).max(0.0)
         });
@@ -181,13 +207,20 @@ impl Curve {
         Self { low: extent.low, scale, last: cells.map(|c| c as f32 - 1.0), spread }
     }
 
-    fn key(&self, b: &Aabb) -> u32 {
-        let Some(c) = centre(b) else { return u32::MAX };
+    #[inline(always)]
+    pub(super) fn key(&self, b: &Aabb) -> u32 {
+        let (c, somewhere) = centre(b);
+        if !somewhere {
+            return u32::MAX;
+        }
         let mut key = 0;
         for a in 0..3 {
             let cell = (c[a] - self.low[a]) * self.scale[a];
-            // A NaN (infinity by zero, in spans beyond f32) becomes cell 0; any order is right.
-            let cell = cell.min(self.last[a]) as usize;
+            // A NaN (infinity by zero, in spans beyond f32) becomes the last cell; any order is right.
+            let cell = cell.min(self.last[a]).max(0.0);
+            // Added to 2²³, a number has its whole part in the last bits, rounded: a conversion that saturates
+            // costs twice that.
+            let cell = (cell + (1 << 23) as f32).to_bits() as usize;
             key |= self.spread[a][0][cell & 255] | self.spread[a][1][cell >> 8 & 255];
         }
         key

@@ -39,6 +39,13 @@ pub(super) struct Slots {
 }
 
 impl Slots {
+    /// Of handles that are the numbers 0 to n − 1, none reused, by slot.
+    pub(super) fn in_order(handles: Vec<Handle>) -> Self {
+        let mut entries = vec![(0, NO_SLOT); handles.len()];
+        (0..).zip(&handles).for_each(|(slot, handle)| entries[handle.index as usize].1 = slot);
+        Self { handles, entries, ..Self::default() }
+    }
+
     /// A handle for a new slot at the end; `None` if there are as many as there can be.
     pub(super) fn push(&mut self) -> Option<Handle> {
         let slot = self.len();

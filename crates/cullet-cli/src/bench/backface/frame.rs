@@ -9,7 +9,7 @@ use cullet::cull::backface::{
 use cullet::cull::frustum::batch;
 
 use super::super::measure::{fastest_of_both, stream};
-use super::{BenchOptions, EYE, Measured, bumpy_ball, is_wanted};
+use super::{BenchOptions, EYE, Measured, Yardstick, bumpy_ball};
 
 /// As many triangles as the bunny has, in whole clusters.
 const TRIANGLES: usize = 69_440;
@@ -27,7 +27,7 @@ const NAMES: [&str; 6] = [
 ];
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
-    if !NAMES.iter().any(|name| is_wanted(options, name)) {
+    if !NAMES.iter().any(|name| options.wants(name)) {
         return;
     }
     let model = bumpy_ball(TRIANGLES);
@@ -56,9 +56,7 @@ fn measure(
         items,
         visible,
         ns_per_item: time / items as f64,
-        bytes_per_item: bytes,
-        limit_ns_per_item: limit / items as f64,
-        limit_ratio: time / limit,
+        yardstick: Yardstick::streaming(bytes, items, time, limit),
         checked: checked(),
     });
 }
@@ -68,7 +66,7 @@ type Model = (Vec<[f32; 3]>, Vec<u32>);
 /// Masks with N = 16 for a frame of groups; a group is an item, and what it reads are the corners.
 fn group_masks(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured)) {
     let [name, ..] = NAMES;
-    let Some(grid) = MaskGrid::new(16).ok().filter(|_| is_wanted(options, name)) else { return };
+    let Some(grid) = MaskGrid::new(16).ok().filter(|_| options.wants(name)) else { return };
     let groups = Groups::kd(&model.0, &model.1, GROUPS);
     let expected: Vec<BackfaceMask> = groups.masks(cullet::Level::baseline(), &grid, EYE).collect();
     // Whatever level made them, no normal of a class that is set may be in front.
@@ -106,7 +104,7 @@ fn group_masks(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measu
 /// The clusters of the model that are not behind, as a list.
 fn clusters(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured)) {
     let [_, name, ..] = NAMES;
-    if !is_wanted(options, name) {
+    if !options.wants(name) {
         return;
     }
     let fits: Vec<Option<EllipticCone>> = model
@@ -134,7 +132,7 @@ fn clusters(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured
 /// triangle that is kept. Its gathers through the indices keep it from being vectorised.
 fn vertices(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn FnMut(Measured)) {
     let [_, _, name, ..] = NAMES;
-    if !is_wanted(options, name) {
+    if !options.wants(name) {
         return;
     }
     let eye: [f32; 3] = [0, 1, 2].map(|k| EYE[k] as f32);
@@ -170,7 +168,7 @@ fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn 
     let sizes = [TRIANGLES, TRIANGLES, 18];
     // What is updated is first made of another shape in the same box.
     let other: Vec<[f32; 3]> = positions.iter().map(|[x, y, z]| [-x, *y, *z]).collect();
-    if let Some(grid) = MaskGrid::new(16).ok().filter(|_| is_wanted(options, masks_name)) {
+    if let Some(grid) = MaskGrid::new(16).ok().filter(|_| options.wants(masks_name)) {
         let mut masks = NormalMasks::default();
         grid.encode_triangles(&other, indices, &mut masks);
         let mut expected = NormalMasks::default();
@@ -180,7 +178,7 @@ fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn 
         let pass = || grid.update(positions, indices, 0..TRIANGLES, &mut masks);
         measure(options, (masks_name, "scalar"), sizes, each, pass, || same);
     }
-    if is_wanted(options, name8) {
+    if options.wants(name8) {
         let mut planes = Planes8::new(positions, indices);
         let expected = planes.cull_ref(EYE);
         planes.update(&other, indices, 0..TRIANGLES);
@@ -190,7 +188,7 @@ fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn 
         let pass = || planes.update(positions, indices, 0..TRIANGLES);
         measure(options, (name8, "scalar"), sizes, each, pass, || same);
     }
-    if is_wanted(options, name16) {
+    if options.wants(name16) {
         let mut planes = Planes16::new(positions, indices);
         let expected = planes.cull_ref(EYE);
         planes.update(&other, indices, 0..TRIANGLES);

@@ -16,7 +16,7 @@ use cullet::cull::frustum::batch;
 use cullet::{CullFace, FrontFace, Level, Transform};
 
 use super::measure::{fastest_of_both, stream};
-use super::{BenchOptions, Measured};
+use super::{BenchOptions, Measured, Yardstick};
 
 /// Three radii from the middle, where the methods are compared.
 const EYE: [f64; 4] = [1.8, -0.9, 2.226, 1.0];
@@ -97,7 +97,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             continue;
         }
         let (positions, indices) = bumpy_ball(len);
-        if is_wanted(options, &format!("{}/list", triangles("vertices", len))) {
+        if options.wants(&format!("{}/list", triangles("vertices", len))) {
             run_vertices(options, (&positions, &indices), each);
         }
         // One form at a time: four million triangles fill much memory.
@@ -158,11 +158,7 @@ fn run_clusters<B: BatchBound>(
 const OUTPUTS: [&str; 3] = ["mask", "count", "list"];
 
 fn any_output(options: &BenchOptions, name: &str) -> bool {
-    OUTPUTS.iter().any(|o| is_wanted(options, &format!("{name}/{o}")))
-}
-
-fn is_wanted(options: &BenchOptions, name: &str) -> bool {
-    options.filter.as_ref().is_none_or(|part| name.contains(part.as_str()))
+    OUTPUTS.iter().any(|o| options.wants(&format!("{name}/{o}")))
 }
 
 fn triangles(kind: &str, len: usize) -> String {
@@ -193,7 +189,7 @@ fn run_test(
     let (mut words, mut kept) = (Vec::new(), Indices::new());
     for output in OUTPUTS {
         let name = format!("{name}/{output}");
-        if !is_wanted(options, &name) {
+        if !options.wants(&name) {
             continue;
         }
         for (level_name, level) in batch::levels() {
@@ -218,9 +214,7 @@ fn run_test(
                 items: len,
                 visible: kept_ref.len(),
                 ns_per_item: time / len as f64,
-                bytes_per_item: bytes,
-                limit_ns_per_item: limit / len as f64,
-                limit_ratio: time / limit,
+                yardstick: Yardstick::streaming(bytes, len, time, limit),
                 checked,
             });
         }
@@ -256,9 +250,7 @@ fn run_vertices(
         items: len,
         visible: kept.len(),
         ns_per_item: time / len as f64,
-        bytes_per_item: 18,
-        limit_ns_per_item: limit / len as f64,
-        limit_ratio: time / limit,
+        yardstick: Yardstick::streaming(18, len, time, limit),
         checked: expected.eq(kept.iter().copied()),
     });
 }
