@@ -43,7 +43,9 @@ impl Slots {
     pub(super) fn in_order(handles: Vec<Handle>) -> Self {
         let mut entries = vec![(0, NO_SLOT); handles.len()];
         (0..).zip(&handles).for_each(|(slot, handle)| entries[handle.index as usize].1 = slot);
-        Self { handles, entries, ..Self::default() }
+        let mut present = vec![0; handles.len().div_ceil(64)];
+        bits::words_of(0..handles.len()).for_each(|(word, bits)| present[word] = bits);
+        Self { handles, entries, present, ..Self::default() }
     }
 
     /// A handle for a new slot at the end; `None` if there are as many as there can be.
