@@ -10,6 +10,7 @@ const FOLDER: &str = "docs/src/pictures";
 /// A picture's file, and what follows `cullet picture` to draw it.
 const PICTURES: &[(&str, &str)] = &[
     ("kinds.png", "kinds city --path walk --views 8 --view 2 --size 1280x720"),
+    ("hierarchy.png", "hierarchy city --path walk --views 8 --view 2 --size 1280x960"),
     ("city.png", "shaded city --path fly --views 12 --view 4 --size 960x540"),
     ("map.png", "map city --path walk --views 8 --view 2 --size 960x720"),
     ("depth.png", "depth city --path fly --views 12 --view 4 --size 960x540"),
