@@ -52,6 +52,7 @@ pub struct Hierarchy {
     /// Blocks of sixteen whose nodes may be larger than they need be.
     loose: Vec<u64>,
     order_version: u64,
+    change_version: u64,
     orderer: Orderer,
     /// From this slot on lies what moves: see [`commit_parts`](Self::commit_parts).
     first_moving: usize,
@@ -74,6 +75,7 @@ impl Default for Hierarchy {
             slots: Slots::default(),
             loose: Vec::new(),
             order_version: 0,
+            change_version: 0,
             orderer: Orderer::default(),
             first_moving: 0,
             windows: Vec::new(),
@@ -120,6 +122,7 @@ impl Hierarchy {
     /// If there are as many as there can be.
     pub fn insert(&mut self, bounds: &Aabb) -> Result<Handle, HierarchyError> {
         let handle = self.slots.push().ok_or(HierarchyError::Full(NO_SLOT))?;
+        self.change_version += 1;
         self.boxes.push(bounds);
         Ok(handle)
     }
@@ -149,6 +152,7 @@ impl Hierarchy {
     /// # Panics
     /// If there is no such slot.
     pub(crate) fn set_slot(&mut self, slot: usize, bounds: &Aabb) {
+        self.change_version += 1;
         self.boxes.set(slot, bounds);
         self.nodes.grow(&self.boxes, slot);
         if slot < self.nodes.len() {
@@ -194,6 +198,7 @@ impl Hierarchy {
         self.boxes.gather_stored(&staged, &from);
         self.settle(first_moving);
         self.order_version += 1;
+        self.change_version += 1;
         Commit { slot_of_old, order_version: self.order_version }
     }
 
@@ -245,6 +250,7 @@ impl Hierarchy {
             self.nodes.refit_range(self.level, &self.boxes, slots_of(w));
         }
         self.order_version += 1;
+        self.change_version += 1;
         from.iter().zip(&to).filter(|(a, b)| a != b).map(|(&a, &b)| [a, b]).collect()
     }
 
@@ -292,6 +298,13 @@ impl Hierarchy {
         self.order_version
     }
 
+    /// Rises whenever a box or the order of the slots may have changed: what was found out about boxes under
+    /// one number holds as long as the number is the same.
+    #[must_use]
+    pub fn change_version(&self) -> u64 {
+        self.change_version
+    }
+
     /// The boxes by slot.
     #[must_use]
     pub fn boxes(&self) -> &Boxes {
@@ -331,7 +344,8 @@ impl BoundsMut<'_> {
 
 impl Drop for BoundsMut<'_> {
     fn drop(&mut self) {
-        let Hierarchy { level, boxes, nodes, loose, .. } = &mut *self.hierarchy;
+        let Hierarchy { level, boxes, nodes, loose, change_version, .. } = &mut *self.hierarchy;
+        *change_version += 1;
         nodes.refit(*level, boxes);
         loose.fill(0);
     }

@@ -26,9 +26,11 @@
 //! assert!(cut.count() < 10 && cut.nodes_asked() < 10);
 //! ```
 
+mod coherent;
 mod views;
 mod walk;
 
+pub use coherent::Coherent;
 pub use views::{ViewMasks, ViewsError, cull_views};
 
 use fearless_simd::Level;

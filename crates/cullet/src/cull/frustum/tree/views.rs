@@ -61,7 +61,7 @@ pub fn cull_views(
     }
     for (planes, cut) in planes.iter().zip(&mut *cuts) {
         cut.begin(level, planes, nodes, boxes);
-        cut.fronts[0].set_root(planes.len());
+        cut.fronts[0].set_root(planes.len(), nodes);
     }
     for at in (0..=nodes.levels().len()).rev() {
         for (planes, cut) in planes.iter().zip(&mut *cuts) {

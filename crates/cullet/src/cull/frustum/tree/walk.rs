@@ -31,12 +31,12 @@ impl Front {
         }
     }
 
-    /// The root, which straddles all of so many planes as far as is known.
-    pub(super) fn set_root(&mut self, planes: usize) {
+    /// The root of `nodes`, if they are over anything: it straddles all of so many planes as far as is known.
+    pub(super) fn set_root(&mut self, planes: usize, nodes: &Nodes) {
         self.reserve(1);
         self.blocks[0] = 0;
         self.open[0] = if planes == 32 { u32::MAX } else { (1 << planes) - 1 };
-        self.len = 1;
+        self.len = usize::from(!nodes.is_empty());
     }
 
     /// Takes entries of another.
@@ -47,7 +47,15 @@ impl Front {
         self.len = entries.len();
     }
 
-    fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    pub(super) fn get(&self, at: usize) -> (u32, u32) {
+        (self.blocks[at], self.open[at])
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
         self.blocks[..self.len].iter().copied().zip(self.open[..self.len].iter().copied())
     }
 }
@@ -116,7 +124,7 @@ impl<'a> Target<'a> {
 
     /// Takes those of one block of sixteen whose bits are set.
     #[inline(always)]
-    fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
+    pub(super) fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
         let (word, shift) = (block / 4 - self.first_word, block % 4 * LANES);
         self.visible[word] |= u64::from(visible) << shift;
         self.inside[word] |= u64::from(inside) << shift;
@@ -146,14 +154,20 @@ impl Walk<'_> {
     /// All of it. `false` if so many boxes are left to ask that sweeping all of them is cheaper: then what
     /// was written is only a part.
     pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
-        fronts[0].set_root(self.planes.len());
+        let worth = self.inner(fronts, target);
+        if worth {
+            self.leaves(&fronts[0], target);
+        }
+        worth
+    }
+
+    /// All but the boxes, of which those to ask are left in the first front. `false` as in
+    /// [`run`](Self::run).
+    pub(super) fn inner(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
+        fronts[0].set_root(self.planes.len(), self.nodes);
         self.down(self.nodes.levels().len(), 0, fronts, target);
         let asked = fronts[0].len;
-        if asked * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && asked > 1 {
-            return false;
-        }
-        self.leaves(&fronts[0], target);
-        true
+        asked * SWEEP.1 <= self.nodes.len() / LANES * SWEEP.0 || asked <= 1
     }
 
     /// One step down, from the front of level `at`: levels count from 1, and at 0 the boxes are asked.
@@ -172,7 +186,7 @@ impl Walk<'_> {
         fronts: &mut [Front; 2],
         mut target: Target<'t>,
     ) -> Vec<Job<'t>> {
-        fronts[0].set_root(self.planes.len());
+        fronts[0].set_root(self.planes.len(), self.nodes);
         let top = self.nodes.levels().len();
         let from = top.min(SPLIT_LEVEL + 1);
         self.down(top, from, fronts, &mut target);
@@ -235,7 +249,7 @@ impl Job<'_> {
 
 /// The bits of a block's lanes that a batch of `len` has.
 #[inline(always)]
-fn valid(len: usize, block: usize) -> u32 {
+pub(super) fn valid(len: usize, block: usize) -> u32 {
     let left = len - block * LANES;
     if left >= LANES { 0xffff } else { (1 << left) - 1 }
 }
@@ -295,7 +309,7 @@ fn leaves<S: Simd>(
 /// The same arithmetic as the flat sweep's. Rounding is monotone and all coefficients are positive, so
 /// what holds for a node's larger box holds for each box in it: the answers are the same, to the last bit.
 #[inline(always)]
-fn test<S: Simd>(
+pub(super) fn test<S: Simd>(
     simd: S,
     planes: &[BoxPlane],
     open: u32,
