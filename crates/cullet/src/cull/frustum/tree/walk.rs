@@ -55,7 +55,15 @@ impl Front {
         (self.blocks[at], self.open[at])
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
+    pub(super) fn put(&mut self, at: usize, (block, open): (u32, u32)) {
+        (self.blocks[at], self.open[at]) = (block, open);
+    }
+
+    pub(super) fn truncate(&mut self, len: usize) {
+        self.len = self.len.min(len);
+    }
+
+    fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
         self.blocks[..self.len].iter().copied().zip(self.open[..self.len].iter().copied())
     }
 }
@@ -109,7 +117,7 @@ impl<'a> Target<'a> {
     }
 
     /// Takes blocks of sixteen whole: those of them that there are.
-    fn take_whole(&mut self, first: usize, count: usize) {
+    pub(super) fn take_whole(&mut self, first: usize, count: usize) {
         let base = self.first_word * 64;
         let first = first * LANES - base;
         let end = (first + count * LANES).min(self.covered - base);
@@ -129,6 +137,22 @@ impl<'a> Target<'a> {
         self.visible[word] |= u64::from(visible) << shift;
         self.inside[word] |= u64::from(inside) << shift;
         self.touched[word / 64] |= u64::from(visible != 0) << (word % 64);
+    }
+
+    /// Takes what was found before of the 256 boxes of a block of nodes.
+    pub(super) fn take_group(&mut self, group: usize, visible: &[u64; 4], inside: &[u64; 4]) {
+        let word = group * 4 - self.first_word;
+        self.visible[word..word + 4].copy_from_slice(visible);
+        self.inside[word..word + 4].copy_from_slice(inside);
+        let touched = (0..4).fold(0, |bits, i| bits | u64::from(visible[i] != 0) << i);
+        self.touched[word / 64] |= touched << (word % 64);
+    }
+
+    /// What was found of the 256 boxes of a block of nodes.
+    pub(super) fn group(&self, group: usize) -> ([u64; 4], [u64; 4]) {
+        let word = group * 4 - self.first_word;
+        let four = |words: &[u64]| std::array::from_fn(|i| words[word + i]);
+        (four(self.visible), four(self.inside))
     }
 }
 
@@ -154,20 +178,28 @@ impl Walk<'_> {
     /// All of it. `false` if so many boxes are left to ask that sweeping all of them is cheaper: then what
     /// was written is only a part.
     pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
-        let worth = self.inner(fronts, target);
-        if worth {
-            self.leaves(&fronts[0], target);
-        }
-        worth
+        self.down_to_groups(fronts, target);
+        self.below_groups(fronts, target)
     }
 
-    /// All but the boxes, of which those to ask are left in the first front. `false` as in
-    /// [`run`](Self::run).
-    pub(super) fn inner(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
+    /// The part of [`run`](Self::run) above the nodes that are next to the boxes. Leaves the blocks of these
+    /// that are to be asked in the first front, and returns how many.
+    pub(super) fn down_to_groups(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> usize {
         fronts[0].set_root(self.planes.len(), self.nodes);
-        self.down(self.nodes.levels().len(), 0, fronts, target);
+        let top = self.nodes.levels().len();
+        self.down(top, top.min(1), fronts, target);
+        fronts[0].len
+    }
+
+    /// The rest of [`run`](Self::run).
+    pub(super) fn below_groups(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
+        self.down(self.nodes.levels().len().min(1), 0, fronts, target);
         let asked = fronts[0].len;
-        asked * SWEEP.1 <= self.nodes.len() / LANES * SWEEP.0 || asked <= 1
+        if asked * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && asked > 1 {
+            return false;
+        }
+        self.leaves(&fronts[0], target);
+        true
     }
 
     /// One step down, from the front of level `at`: levels count from 1, and at 0 the boxes are asked.
@@ -249,7 +281,7 @@ impl Job<'_> {
 
 /// The bits of a block's lanes that a batch of `len` has.
 #[inline(always)]
-pub(super) fn valid(len: usize, block: usize) -> u32 {
+fn valid(len: usize, block: usize) -> u32 {
     let left = len - block * LANES;
     if left >= LANES { 0xffff } else { (1 << left) - 1 }
 }
@@ -309,7 +341,7 @@ fn leaves<S: Simd>(
 /// The same arithmetic as the flat sweep's. Rounding is monotone and all coefficients are positive, so
 /// what holds for a node's larger box holds for each box in it: the answers are the same, to the last bit.
 #[inline(always)]
-pub(super) fn test<S: Simd>(
+fn test<S: Simd>(
     simd: S,
     planes: &[BoxPlane],
     open: u32,
