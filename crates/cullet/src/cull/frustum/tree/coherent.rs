@@ -9,7 +9,29 @@
 //! back has not moved, and what a turn costs in precision is the group's own width times the turn, not its
 //! distance from the eye.
 //!
-//! FIGURES
+//! What that gains depends on how many groups a step leaves alone, and that is soon known: a group that
+//! straddles a plane holds boxes by the dozen on either side, and some change sides. Measured on a Zen 4
+//! server, one thread, 1e6 boxes of 1 to 6 units in a cube of 2000 (`cargo test --release -p cullet --test
+//! hierarchy_coherent -- --ignored --nocapture`); *same* is the share of the straddling groups whose answer
+//! is that of the frame before, which no memory of groups can exceed:
+//!
+//! | step | 1 % seen: same, gain | 10 % | 50 % |
+//! |---|---|---|---|
+//! | still | 100 %, 32 times | 100 %, 55 times | 100 %, 58 times |
+//! | 0.1 units ahead | 95 %, 2.1 times | 88 %, 2.0 times | 78 %, 1.3 times |
+//! | 1 unit ahead | 63 %, 0.94 times | 38 %, 0.96 times | 18 %, 0.96 times |
+//! | turned by 0.03° | 71 %, 0.95 times | 64 %, 0.93 times | 56 %, 0.96 times |
+//! | turned by 0.1° | 52 %, 0.93 times | 43 %, 0.95 times | 29 %, 0.95 times |
+//! | turned by 1.2° | 25 %, 0.91 times | 15 %, 0.94 times | 9 %, 0.95 times |
+//!
+//! Clustered boxes come out alike (1.7, 1.7 and 1.1 times at 0.1 units). So memory serves views that stand,
+//! or creep, or worlds with fewer things in the picture's edge; a view that turns in a world of a million is
+//! best walked cold, and where too little holds, a [`Coherent`] does so but for one group in
+//! thirty-two, which costs it some 5 % (on the smallest views 10).
+//!
+//! Tried, and slower: a memory of 64 bytes for each block of sixteen boxes. It holds oftener (60 % against
+//! 34 % at 0.1°, 10 % seen), but to look at it costs 8 to 9 ns where the cold test of the block takes 13: no
+//! faster than a cold walk at any step but none.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
