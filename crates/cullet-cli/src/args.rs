@@ -25,6 +25,7 @@ Examples
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet bench                               the batch tests against this machine's streaming rate
+  cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
 
 Exit codes
