@@ -6,7 +6,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use common::{Rng, random_scene, random_view};
-use cullet::{Culler, Output, View, ViewState, Visible};
+use cullet::cull::frustum::batch::Planes;
+use cullet::cull::frustum::tree::Coherent;
+use cullet::{Culler, Level, Output, View, ViewState, Visible};
 
 struct Counting;
 
@@ -49,5 +51,18 @@ fn steady_state_allocates_nothing() {
         let after = ALLOCATIONS.load(Ordering::Relaxed);
         assert_eq!(after - before, 0, "{output:?}");
     }
+    let h = scene.hierarchy();
+    let mut coherent = Coherent::new();
+    let mut pass = || {
+        for view in &views {
+            let planes = Planes::new(&view.frustum());
+            coherent.cull(Level::new(), &planes, h.nodes(), h.boxes(), h.change_version());
+        }
+        ALLOCATIONS.load(Ordering::Relaxed)
+    };
+    // Two results take turns, and each may have to grow.
+    pass();
+    let grown = pass();
+    assert_eq!(pass() - grown, 0, "coherent");
     assert!(ALLOCATIONS.load(Ordering::Relaxed) > 0, "the allocator counts");
 }

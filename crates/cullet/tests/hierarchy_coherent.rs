@@ -89,8 +89,8 @@ impl Walker {
             }
             // Along an axis, where planes have coefficients of nought.
             _ => {
-                self.turn =
-                    DQuat::from_rotation_y(rng.below(4) as f64 * std::f64::consts::FRAC_PI_2)
+                let quarters = rng.below(4) as f64;
+                self.turn = DQuat::from_rotation_y(quarters * std::f64::consts::FRAC_PI_2);
             }
         }
     }

@@ -61,10 +61,10 @@ pub(super) fn chart(record: &Record) -> Chart {
             c.band([one, middle + 4.0], [x, middle + 20.0], TESTS);
         }
         let x = plot.at(speedup.log10(), 0.0)[0];
-        let lower = if tests.is_some() { 2.0 } else { 20.0 };
+        let (lower, beside) = if tests.is_some() { (2.0, -9.0) } else { (20.0, 0.0) };
         c.band([one, middle - 20.0], [x, middle + lower], color);
         let text = format!("{speedup:.2}");
-        c.text([one.max(x) + 10.0, middle - 9.0], text, Anchor::Start, color);
+        c.text([one.max(x) + 10.0, middle + beside], text, Anchor::Start, color);
     }
     let legend = [
         (SCALAR, "speed, one box at a time"),

@@ -62,8 +62,8 @@ fn words(console: &Console, record: &Record) {
     let best = record.rows.iter().max_by(|a, b| a.speedup.total_cmp(&b.speedup));
     if let (Some(best), [cold, warm]) = (best, &record.wide[..]) {
         console.line(format!(
-            "\nThe paper claims 2 to 11 times over other ways to cull boxes. Here its best is '{}', {:.2} times as \
-             fast as\nplain; sixteen boxes at once are {:.1} times as fast as that.",
+            "\nThe paper claims 2 to 11 times over other ways to cull boxes. Here its best is '{}',\n{:.2} times as fast \
+             as plain; sixteen boxes at once are {:.1} times as fast as that.",
             best.variant,
             best.speedup,
             best.ns / cold.ns

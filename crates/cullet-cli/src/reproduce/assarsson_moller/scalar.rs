@@ -158,7 +158,7 @@ impl Tree {
                 }
             }
             let open = if tricks.masking { mask } else { 0x3f };
-            let to_test = if tricks.octant { open & !hidden(node, sides) } else { open };
+            let to_test = if tricks.octant { open & !hidden(node, sides, open) } else { open };
             let mut across = 0;
             let mut rejected = None;
             let first = if tricks.plane { 1 << last & to_test } else { 0 };
@@ -229,15 +229,19 @@ fn distances(node: &Node, side: &Side) -> (f64, f64) {
     (sum(inward), sum(outward))
 }
 
-/// The octant test: of each two opposite planes the one that the node cannot reach, for it is on the other
+/// The octant test: of each two opposite open planes the one that the node cannot reach, for it is on the other
 /// side of the middle between them, and its sphere is smaller than half their distance there.
 ///
 /// The paper asks for a sphere smaller than the frustum at its middle. Towards the eye a frustum is narrower,
 /// so here the distance is that at the node, and the answer is never another.
-fn hidden(node: &Node, sides: &Sides) -> u8 {
+fn hidden(node: &Node, sides: &Sides, open: u8) -> u8 {
     let middle = (node.min + node.max) * 0.5;
     let mut hidden = 0;
     for pair in 0..3 {
+        // Of one alone there is no middle.
+        if open >> (pair * 2) & 3 != 3 {
+            continue;
+        }
         let [a, b] = [sides[pair * 2], sides[pair * 2 + 1]].map(|s| s.d - s.n.dot(middle));
         if (a + b) * 0.5 > node.radius * (1.0 + 1e-9) + 1e-9 * node.reach {
             hidden |= 1 << (pair * 2 + usize::from(a < b));

@@ -434,7 +434,7 @@ fn test_groups<S: Simd>(
         };
         let memory = &mut memory[at];
         for (i, number) in bits::ones(u64::from(open)).enumerate().take(PLANES) {
-            let least = nearest[i].map(|v| v.reduce_min());
+            let least = nearest[i].map(S::f32s::reduce_min);
             memory.margins[i] = Margin::new(&planes[number], least, &around);
         }
         (memory.visible, memory.inside) = target.group(at);
