@@ -264,8 +264,10 @@ mod tests {
             (seed >> 40) as f64 / f64::from(1 << 24) - 0.5
         };
         let boxes: Vec<[DVec3; 2]> = (0..2000)
-            .map(|_| DVec3::new(number(), number(), number()) * 200.0)
-            .map(|c| [c, c + DVec3::new(number() + 0.5, number() + 0.5, 1.0) * 9.0])
+            .map(|_| {
+                let corner = DVec3::new(number(), number(), number()) * 200.0;
+                [corner, corner + DVec3::new(number() + 0.5, number() + 0.5, 1.0) * 9.0]
+            })
             .collect();
         let tree = Tree::new(&boxes);
         let all = [false, true];
