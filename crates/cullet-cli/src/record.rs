@@ -192,6 +192,8 @@ pub(crate) struct HierarchyRecord {
     pub(crate) blocks: u64,
     /// Tests of sixteen things against a plane.
     pub(crate) plane_tests: u64,
+    /// Groups of 256 instances answered by the last view.
+    pub(crate) remembered: u64,
     /// Instances swept without asking a node.
     pub(crate) swept: u64,
 }
@@ -284,6 +286,7 @@ impl Summary {
                 nodes: a.nodes + v.hierarchy.nodes,
                 blocks: a.blocks + v.hierarchy.blocks,
                 plane_tests: a.plane_tests + v.hierarchy.plane_tests,
+                remembered: a.remembered + v.hierarchy.remembered,
                 swept: a.swept + v.hierarchy.swept,
             }),
             depth_before: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_before)),

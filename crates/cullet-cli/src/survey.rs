@@ -288,8 +288,13 @@ fn stages(result: &Visible) -> Vec<StageRecord> {
 
 fn hierarchy(result: &Visible) -> HierarchyRecord {
     let w = result.funnel.frustum;
-    let (nodes, blocks) = (w.nodes, w.blocks);
-    HierarchyRecord { nodes, blocks, plane_tests: w.plane_tests, swept: w.swept }
+    HierarchyRecord {
+        nodes: w.nodes,
+        blocks: w.blocks,
+        plane_tests: w.plane_tests,
+        remembered: w.remembered,
+        swept: w.swept,
+    }
 }
 
 /// How many triangles each stage took. A stage may take whole instances, then clusters, then single

@@ -113,18 +113,27 @@ pub struct FrustumWork {
     pub blocks: u64,
     /// How many times sixteen things were tested against a plane.
     pub plane_tests: u64,
+    /// Groups of 256 instances that were not asked at all, for the view has not moved enough since they were.
+    pub remembered: u64,
     /// Instances that were swept without asking a node: those added since the last commit, or all of them
     /// where that is cheaper.
     pub swept: u64,
 }
 
-/// Counts in and out of each stage that ran, in order.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Counts in and out of each stage that ran, in order. Two funnels are equal if their counts are, whatever
+/// work it took to get them.
+#[derive(Clone, Debug, Default)]
 pub struct Funnel {
     /// One row a stage and unit.
     pub rows: Vec<FunnelRow>,
-    /// What the frustum stage did to get its answer, where it ran.
+    /// What the frustum stage did to get its answer, where it ran: less where the last frame's answer serves.
     pub frustum: FrustumWork,
+}
+
+impl PartialEq for Funnel {
+    fn eq(&self, other: &Self) -> bool {
+        self.rows == other.rows
+    }
 }
 
 /// A range of slots whose instances are drawn whole.

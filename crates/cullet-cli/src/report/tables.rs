@@ -179,13 +179,13 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
 pub(crate) fn hierarchy(out: &mut String, s: &Summary) {
     let views = s.views.max(1) as u64;
     let (h, instances) = (s.hierarchy, s.instances.all / views);
-    let [nodes, blocks, tests, swept] =
-        [h.nodes, h.blocks, h.plane_tests, h.swept].map(|v| grouped(v / views));
+    let [nodes, blocks, tests, remembered, swept] =
+        [h.nodes, h.blocks, h.plane_tests, h.remembered, h.swept].map(|v| grouped(v / views));
     let _ = write!(
         out,
         "<p class=\"sub\">To find the instances in the frustum among {}, a view asked {nodes} nodes of the \
-         hierarchy and {blocks} blocks of sixteen instances ({tests} tests of sixteen things against a plane), and \
-         swept {swept} instances without it.</p>",
+         hierarchy and {blocks} blocks of sixteen instances ({tests} tests of sixteen things against a plane), knew \
+         {remembered} groups of 256 from the view before, and swept {swept} instances without asking a node.</p>",
         grouped(instances)
     );
 }

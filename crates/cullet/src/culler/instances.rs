@@ -89,16 +89,19 @@ impl Pass<'_> {
     fn take_visible(&mut self, all_in: bool) {
         let scene = self.scene;
         let hierarchy = scene.hierarchy();
-        let mut cut = std::mem::take(&mut self.scratch.cut);
-        let planes = self.scratch.planes.take().unwrap_or_else(|| {
-            let planes = Planes::new(&self.frustum);
-            cut.cull(self.culler.level, &planes, hierarchy.nodes(), hierarchy.boxes());
-            planes
-        });
+        let planes = Planes::new(&self.frustum);
+        let mut coherent = std::mem::take(&mut self.scratch.coherent);
+        if std::mem::replace(&mut self.scratch.scene, scene.id()) != scene.id() {
+            coherent.forget();
+        }
+        let (boxes, version) = (hierarchy.boxes(), hierarchy.change_version());
+        coherent.cull(self.culler.level, &planes, hierarchy.nodes(), boxes, version);
+        let cut = coherent.cut();
         self.result.funnel.frustum = FrustumWork {
             nodes: cut.nodes_asked(),
             blocks: cut.leaves_asked(),
             plane_tests: cut.plane_tests(),
+            remembered: coherent.answered(),
             swept: cut.swept(),
         };
         let mut exempt = scene.exempt_words().peekable();
@@ -125,7 +128,7 @@ impl Pass<'_> {
                 }
             }
         }
-        self.scratch.cut = cut;
+        self.scratch.coherent = coherent;
     }
 
     /// Drops boxes that straddle planes but lie beyond the frustum's corners.

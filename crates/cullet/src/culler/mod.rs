@@ -12,8 +12,6 @@ use fearless_simd::Level;
 use thiserror::Error;
 
 use crate::cull::detail::Detail;
-use crate::cull::frustum::batch::Planes;
-use crate::cull::frustum::tree::cull_together;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
@@ -86,8 +84,9 @@ impl Default for Culler {
     }
 }
 
-/// What a culler remembers of one view between frames: scratch memory and, later, coherence. Dropping
-/// it costs time, never an answer.
+/// What a culler remembers of one view between frames: scratch memory, and what was proved of the scene's
+/// hierarchy. It notices by itself that the scene is another, or has changed. Dropping it costs time, never
+/// an answer.
 #[derive(Clone, Debug, Default)]
 pub struct ViewState {
     scratch: run::Scratch,
@@ -113,8 +112,9 @@ pub enum CullError {
 }
 
 impl Culler {
-    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would; all of them are taken
-    /// through the scene's hierarchy in one pass.
+    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would. What a view remembers of
+    /// its last frame saves more than several views save together: see
+    /// [`cull_views`](crate::cull::frustum::tree::cull_views).
     ///
     /// # Errors
     /// If there is not one state and one result for each view.
@@ -130,20 +130,6 @@ impl Culler {
                 views: views.len(),
                 states: states.len(),
                 results: results.len(),
-            });
-        }
-        if self.frustum && views.len() > 1 {
-            for (view, state) in views.iter().zip(&mut *states) {
-                let frustum = view.frustum().relative_to(scene.origin());
-                state.scratch.planes = Some(Planes::new(&frustum));
-            }
-            let hierarchy = scene.hierarchy();
-            cull_together(self.level, hierarchy.nodes(), hierarchy.boxes(), |each| {
-                for state in &mut *states {
-                    if let Some(planes) = &state.scratch.planes {
-                        each(planes, &mut state.scratch.cut);
-                    }
-                }
             });
         }
         for ((view, state), result) in views.iter().zip(states).zip(results) {

@@ -5,8 +5,7 @@
 //! and its counts are its own.
 
 use super::{Backface, Culler, Output};
-use crate::cull::frustum::batch::Planes;
-use crate::cull::frustum::tree::Cut;
+use crate::cull::frustum::tree::{Coherent, Cut};
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 use crate::view::{CullFace, Frustum, View};
@@ -25,9 +24,9 @@ pub(super) struct Run {
 /// Memory that one view's culls use again and again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    /// The planes of the view and what they see, where a pass over several views has just asked.
-    pub(super) planes: Option<Planes>,
-    pub(super) cut: Cut,
+    /// Which scene the last frame was of, and what it saw.
+    pub(super) scene: u64,
+    pub(super) coherent: Coherent,
     pub(super) cluster_cut: Cut,
     /// One bit a slot: still in the running, and known to be inside the frustum.
     pub(super) alive: Vec<u64>,

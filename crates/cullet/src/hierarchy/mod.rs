@@ -56,6 +56,7 @@ pub struct Hierarchy {
     /// Blocks of sixteen whose nodes may be larger than they need be.
     loose: Vec<u64>,
     order_version: u64,
+    change_version: u64,
     orderer: Orderer,
     moves: Moves,
     /// From this slot on lies what moves: see [`commit_parts`](Self::commit_parts).
@@ -79,6 +80,7 @@ impl Default for Hierarchy {
             slots: Slots::default(),
             loose: Vec::new(),
             order_version: 0,
+            change_version: 0,
             orderer: Orderer::default(),
             moves: Moves::default(),
             first_moving: 0,
@@ -144,6 +146,7 @@ impl Hierarchy {
     /// If there are as many as there can be.
     pub fn insert(&mut self, bounds: &Aabb) -> Result<Handle, HierarchyError> {
         let handle = self.slots.push().ok_or(HierarchyError::Full(NO_SLOT))?;
+        self.change_version += 1;
         self.boxes.push(bounds);
         Ok(handle)
     }
@@ -174,6 +177,7 @@ impl Hierarchy {
     /// # Panics
     /// If there is no such slot.
     pub(crate) fn set_slot(&mut self, slot: usize, bounds: &Aabb) {
+        self.change_version += 1;
         self.boxes.set(slot, bounds);
         self.nodes.grow(&self.boxes, slot);
         if slot < self.nodes.len() {
@@ -188,6 +192,7 @@ impl Hierarchy {
 
     /// Fits all nodes.
     pub(crate) fn refit_all(&mut self) {
+        self.change_version += 1;
         self.nodes.refit(self.level, &self.boxes);
         self.loose.fill(0);
     }
@@ -230,6 +235,7 @@ impl Hierarchy {
         self.boxes.gather_stored(&staged, &from);
         self.settle(first_moving);
         self.order_version += 1;
+        self.change_version += 1;
         Commit { slot_of_old, order_version: self.order_version }
     }
 
@@ -281,6 +287,7 @@ impl Hierarchy {
             self.nodes.refit_range(self.level, &self.boxes, slots_of(w));
         }
         self.order_version += 1;
+        self.change_version += 1;
         from.iter().zip(&to).filter(|(a, b)| a != b).map(|(&a, &b)| [a, b]).collect()
     }
 
@@ -326,6 +333,13 @@ impl Hierarchy {
     #[must_use]
     pub fn order_version(&self) -> u64 {
         self.order_version
+    }
+
+    /// Rises whenever a box or the order of the slots may have changed: what was found out about boxes under
+    /// one number holds as long as the number is the same.
+    #[must_use]
+    pub fn change_version(&self) -> u64 {
+        self.change_version
     }
 
     /// The boxes by slot.

@@ -52,6 +52,7 @@ impl Hierarchy {
                 first = end as usize;
             }
             self.refit();
+            self.change_version += 1;
         }
         self.moves = memory;
         found

@@ -29,12 +29,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod coherent;
 mod trace;
 mod views;
 mod walk;
 
+pub use coherent::Coherent;
 pub use trace::Trace;
-pub(crate) use views::cull_together;
 pub use views::{ViewMasks, ViewsError, cull_views};
 
 use fearless_simd::Level;

@@ -37,7 +37,7 @@ pub enum ViewsError {
     },
 }
 
-/// Culls for several views, cuts[i] for planes[i]: each as [`Cut::cull`] would. All views are taken down
+/// Culls for several views, one result for each set of planes: each as [`Cut::cull`] would. All views are taken down
 /// the tree level by level together, so that the nodes of a level are near when the next view asks them.
 /// No view at all is no work.
 ///
@@ -66,7 +66,7 @@ pub fn cull_views(
 }
 
 /// The same for views that are kept elsewhere: `views` shows each of them to what it is given.
-pub(crate) fn cull_together(
+fn cull_together(
     level: Level,
     nodes: &Nodes,
     boxes: &Boxes,
@@ -74,7 +74,7 @@ pub(crate) fn cull_together(
 ) {
     views(&mut |planes, cut| {
         cut.begin(level, planes, nodes, boxes);
-        cut.fronts[0].set_root(planes.len());
+        cut.fronts[0].set_root(planes.len(), nodes);
     });
     for at in (0..=nodes.levels().len()).rev() {
         views(&mut |planes, cut| {

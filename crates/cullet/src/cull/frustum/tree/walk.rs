@@ -31,12 +31,12 @@ impl Front {
         }
     }
 
-    /// The root, which straddles all of so many planes as far as is known.
-    pub(super) fn set_root(&mut self, planes: usize) {
+    /// The root of `nodes`, if they are over anything: it straddles all of so many planes as far as is known.
+    pub(super) fn set_root(&mut self, planes: usize, nodes: &Nodes) {
         self.reserve(1);
         self.blocks[0] = 0;
         self.open[0] = if planes == 32 { u32::MAX } else { (1 << planes) - 1 };
-        self.len = 1;
+        self.len = usize::from(!nodes.is_empty());
     }
 
     /// Takes entries of another.
@@ -45,6 +45,22 @@ impl Front {
         self.blocks[..entries.len()].copy_from_slice(&from.blocks[entries.clone()]);
         self.open[..entries.len()].copy_from_slice(&from.open[entries.clone()]);
         self.len = entries.len();
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.len
+    }
+
+    pub(super) fn get(&self, at: usize) -> (u32, u32) {
+        (self.blocks[at], self.open[at])
+    }
+
+    pub(super) fn put(&mut self, at: usize, (block, open): (u32, u32)) {
+        (self.blocks[at], self.open[at]) = (block, open);
+    }
+
+    pub(super) fn truncate(&mut self, len: usize) {
+        self.len = self.len.min(len);
     }
 
     fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
@@ -101,7 +117,7 @@ impl<'a> Target<'a> {
     }
 
     /// Takes blocks of sixteen whole: those of them that there are.
-    fn take_whole(&mut self, first: usize, count: usize) {
+    pub(super) fn take_whole(&mut self, first: usize, count: usize) {
         let base = self.first_word * 64;
         let first = first * LANES - base;
         let end = (first + count * LANES).min(self.covered - base);
@@ -116,11 +132,27 @@ impl<'a> Target<'a> {
 
     /// Takes those of one block of sixteen whose bits are set.
     #[inline(always)]
-    fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
+    pub(super) fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
         let (word, shift) = (block / 4 - self.first_word, block % 4 * LANES);
         self.visible[word] |= u64::from(visible) << shift;
         self.inside[word] |= u64::from(inside) << shift;
         self.touched[word / 64] |= u64::from(visible != 0) << (word % 64);
+    }
+
+    /// Takes what was found before of the 256 boxes of a block of nodes.
+    pub(super) fn take_group(&mut self, group: usize, visible: &[u64; 4], inside: &[u64; 4]) {
+        let word = group * 4 - self.first_word;
+        self.visible[word..word + 4].copy_from_slice(visible);
+        self.inside[word..word + 4].copy_from_slice(inside);
+        let touched = (0..4).fold(0, |bits, i| bits | u64::from(visible[i] != 0) << i);
+        self.touched[word / 64] |= touched << (word % 64);
+    }
+
+    /// What was found of the 256 boxes of a block of nodes.
+    pub(super) fn group(&self, group: usize) -> ([u64; 4], [u64; 4]) {
+        let word = group * 4 - self.first_word;
+        let four = |words: &[u64]| std::array::from_fn(|i| words[word + i]);
+        (four(self.visible), four(self.inside))
     }
 }
 
@@ -146,8 +178,22 @@ impl Walk<'_> {
     /// All of it. `false` if so many boxes are left to ask that sweeping all of them is cheaper: then what
     /// was written is only a part.
     pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
-        fronts[0].set_root(self.planes.len());
-        self.down(self.nodes.levels().len(), 0, fronts, target);
+        self.down_to_groups(fronts, target);
+        self.below_groups(fronts, target)
+    }
+
+    /// The part of [`run`](Self::run) above the nodes that are next to the boxes. Leaves the blocks of these
+    /// that are to be asked in the first front, and returns how many.
+    pub(super) fn down_to_groups(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> usize {
+        fronts[0].set_root(self.planes.len(), self.nodes);
+        let top = self.nodes.levels().len();
+        self.down(top, top.min(1), fronts, target);
+        fronts[0].len
+    }
+
+    /// The rest of [`run`](Self::run).
+    pub(super) fn below_groups(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
+        self.down(self.nodes.levels().len().min(1), 0, fronts, target);
         if self.is_vain(&fronts[0]) {
             return false;
         }
@@ -176,7 +222,7 @@ impl Walk<'_> {
         fronts: &mut [Front; 2],
         mut target: Target<'t>,
     ) -> Vec<Job<'t>> {
-        fronts[0].set_root(self.planes.len());
+        fronts[0].set_root(self.planes.len(), self.nodes);
         let top = self.nodes.levels().len();
         let from = top.min(SPLIT_LEVEL + 1);
         self.down(top, from, fronts, &mut target);
