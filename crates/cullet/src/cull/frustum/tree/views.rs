@@ -66,7 +66,7 @@ pub fn cull_views(
     for at in (0..=nodes.levels().len()).rev() {
         for (planes, cut) in planes.iter().zip(&mut *cuts) {
             let mut fronts: [Front; 2] = std::mem::take(&mut cut.fronts);
-            let mut target = cut.target(nodes);
+            let mut target = cut.target(nodes.len());
             Walk { level, planes, nodes, boxes }.step(at, &mut fronts, &mut target);
             let counts = target.counts;
             cut.counts.add(counts);
@@ -74,7 +74,7 @@ pub fn cull_views(
         }
     }
     for (planes, cut) in planes.iter().zip(cuts) {
-        cut.finish(planes, nodes);
+        cut.finish(planes, nodes.holes());
     }
     Ok(())
 }
