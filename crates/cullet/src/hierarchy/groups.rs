@@ -105,7 +105,9 @@ impl std::fmt::Display for Member {
 #[non_exhaustive]
 pub enum GroupsError {
     /// A group lies in one that is not there.
-    #[error("group {group} lies in group {parent}, but there are {groups}: give a number below that, or Groups::NONE for one at the top")]
+    #[error(
+        "group {group} lies in group {parent}, but there are {groups}: give a number below that, or Groups::NONE for one at the top"
+    )]
     NoParent {
         /// Which group.
         group: u32,
@@ -169,7 +171,9 @@ pub enum GroupsError {
         groups: usize,
     },
     /// A group's box does not hold what is in the group.
-    #[error("{member} leaves the box of group {group}: enlarge the box, or let Groups::fit make it")]
+    #[error(
+        "{member} leaves the box of group {group}: enlarge the box, or let Groups::fit make it"
+    )]
     Leaves {
         /// The group; [`Groups::NONE`] for the one above all.
         group: u32,
@@ -303,7 +307,9 @@ impl Groups {
             node.first_child = first_child as u32;
             node.children = below.len() as u32;
             steps.push(Step::End(at as u32));
-            steps.extend((first_child..first_child + below.len()).rev().map(|n| Step::Begin(n as u32)));
+            steps.extend(
+                (first_child..first_child + below.len()).rev().map(|n| Step::Begin(n as u32)),
+            );
         }
         if reached == parents.len() {
             return Ok(());
@@ -589,7 +595,8 @@ impl Lists {
         let list = |group: u32| if group == Groups::NONE { groups } else { group as usize };
         let mut starts = vec![0; groups + 2];
         for (number, group) in group_of.clone().enumerate() {
-            let Some(start) = starts.get_mut(list(group) + 1).filter(|_| list(group) <= groups) else {
+            let Some(start) = starts.get_mut(list(group) + 1).filter(|_| list(group) <= groups)
+            else {
                 return Self { numbers: Vec::new(), starts, missed: Some(number as u32) };
             };
             *start += 1;

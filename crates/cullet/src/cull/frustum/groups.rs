@@ -57,7 +57,7 @@ pub enum Fate {
         /// The number of the first plane that rejects the group.
         plane: u8,
     },
-    /// It was dropped by itself.
+    /// It was dropped by itself; so is what has an empty box, wherever it is.
     Alone {
         /// The number of the first plane that rejects it.
         plane: u8,
@@ -104,7 +104,8 @@ pub fn explain_groups(
         }
     });
     for (place, fate) in fates.iter_mut().enumerate() {
-        if *fate == Fate::Visible && !bits::get(cut.visible(), place) {
+        let gone = !bits::get(cut.visible(), place);
+        if gone && (*fate == Fate::Visible || bits::get(groups.holes(), place)) {
             *fate = Fate::Alone { plane: planes.first_rejecting(groups.boxes(), place) };
         }
     }
@@ -117,9 +118,11 @@ pub fn cull_groups_ref(planes: &Planes, groups: &Groups) -> Vec<Fate> {
     let fate = |place: usize| {
         let item = groups.items()[place];
         let innermost = groups.group_of(item);
-        let mut chain: Vec<_> =
-            std::iter::successors(innermost, |&g| groups.parent(g)).collect();
+        let mut chain: Vec<_> = std::iter::successors(innermost, |&g| groups.parent(g)).collect();
         chain.reverse();
+        if bits::get(groups.holes(), place) {
+            chain.clear();
+        }
         for group in chain {
             let Some(node) = nodes.iter().position(|n| n.group == group) else { continue };
             let plane = planes.first_rejecting(groups.node_boxes(), node);
@@ -155,8 +158,7 @@ fn walk(
     front.reserve(groups.nodes().len());
     let mut target = cut.target(things);
     let walk = Walk { planes, groups, few };
-    let asked =
-        dispatch!(level, simd => walk.nodes(simd, &mut front, &mut target, &mut rejected));
+    let asked = dispatch!(level, simd => walk.nodes(simd, &mut front, &mut target, &mut rejected));
     let sweeps = asked * SWEEP.1 > things / LANES * SWEEP.0 && asked > 1;
     if !sweeps {
         dispatch!(level, simd => walk.things(simd, &front, &mut target));

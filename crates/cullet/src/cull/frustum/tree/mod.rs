@@ -257,7 +257,13 @@ impl Cut {
     }
 
     /// Tests words from `first` on one by one.
-    pub(in crate::cull::frustum) fn sweep(&mut self, level: Level, planes: &Planes, boxes: &Boxes, first: usize) {
+    pub(in crate::cull::frustum) fn sweep(
+        &mut self,
+        level: Level,
+        planes: &Planes,
+        boxes: &Boxes,
+        first: usize,
+    ) {
         self.swept = boxes.len() - first * 64;
         let (visible, inside) = (&mut self.visible[first..], &mut self.inside[first..]);
         classify_boxes(level, planes, boxes, first, visible, inside);
