@@ -223,21 +223,43 @@ impl Groups {
         members: &[[u32; 2]],
         bounds: &[Aabb],
     ) -> Result<Self, GroupsError> {
+        let mut groups = Self::over_nothing(parents, members, bounds.len())?;
+        groups.set_all(bounds);
+        Ok(groups)
+    }
+
+    /// [`build`](Self::build) over boxes that are stored already, those of a [`Hierarchy`](super::Hierarchy)
+    /// or a scene by slot, say: they are taken as they are, so that the answers are the same to the last bit.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    pub fn over(parents: &[u32], members: &[[u32; 2]], boxes: &Boxes) -> Result<Self, GroupsError> {
+        let mut groups = Self::over_nothing(parents, members, boxes.len())?;
+        groups.set_all_stored(boxes);
+        Ok(groups)
+    }
+
+    /// Groups with places for things, of which no box is set.
+    fn over_nothing(
+        parents: &[u32],
+        members: &[[u32; 2]],
+        items: usize,
+    ) -> Result<Self, GroupsError> {
         let too_many = |what, count| GroupsError::TooMany { what, count, limit: MOST };
         if parents.len() > MOST {
             return Err(too_many("groups", parents.len()));
         }
-        if bounds.len() > MOST {
-            return Err(too_many("items", bounds.len()));
+        if items > MOST {
+            return Err(too_many("items", items));
         }
-        let group_of_item = groups_of_items(parents.len(), members, bounds.len())?;
+        let group_of_item = groups_of_items(parents.len(), members, items)?;
         let children = Lists::new(parents.len(), parents.iter().copied());
         let own = Lists::new(parents.len(), group_of_item.iter().copied());
         let mut groups = Self {
             level: Level::new(),
-            items: Vec::with_capacity(bounds.len()),
-            place_of_item: vec![0; bounds.len()],
-            node_of_place: Vec::with_capacity(bounds.len()),
+            items: Vec::with_capacity(items),
+            place_of_item: vec![0; items],
+            node_of_place: Vec::with_capacity(items),
             boxes: Boxes::new(),
             nodes: vec![GroupNode::UNUSED],
             node_boxes: Boxes::new(),
@@ -251,8 +273,7 @@ impl Groups {
         groups.node_boxes.resize(nodes);
         groups.alone.resize(nodes.div_ceil(64), 0);
         groups.loose.resize(nodes.div_ceil(64), 0);
-        groups.holes.resize(bounds.len().div_ceil(64), 0);
-        groups.set_all(bounds);
+        groups.holes.resize(items.div_ceil(64), 0);
         Ok(groups)
     }
 
@@ -392,6 +413,21 @@ impl Groups {
     pub fn set_all(&mut self, bounds: &[Aabb]) {
         assert_eq!(bounds.len(), self.items.len(), "boxes of things");
         self.boxes.gather(self.level, bounds, &self.items);
+        self.fit_to_new();
+    }
+
+    /// [`set_all`](Self::set_all) from boxes that are stored already: see [`over`](Self::over).
+    ///
+    /// # Panics
+    /// If there is not one box a thing.
+    pub fn set_all_stored(&mut self, boxes: &Boxes) {
+        assert_eq!(boxes.len(), self.items.len(), "boxes of things");
+        let staged: Vec<_> = (0..boxes.len()).map(|i| boxes.get(i)).collect();
+        self.boxes.gather_stored(&staged, &self.items);
+        self.fit_to_new();
+    }
+
+    fn fit_to_new(&mut self) {
         for place in 0..self.items.len() {
             bits::set(&mut self.holes, place, is_hole(&self.boxes, place));
         }
