@@ -68,7 +68,7 @@ pub enum Fate {
 /// or two tests of sixteen, where the groups' boxes would be one more.
 ///
 /// Measured: see the table at [`cull_groups`].
-const FEW: usize = 24;
+const FEW: usize = 64;
 
 /// Culls by groups, with the answer in places: `cut` is what
 /// [`classify_boxes`](super::batch::classify_boxes) finds of [`Groups::boxes`], visible and inside. Any
@@ -182,7 +182,10 @@ impl Walk<'_> {
     /// The places that a node asks one by one, and whether it asks the groups in it.
     #[inline(always)]
     fn asks(&self, node: &GroupNode) -> (Range<usize>, bool) {
-        if node.children == 0 || node.places().len() <= self.few {
+        let below = (node.end - node.own_end) as usize;
+        // No more things than groups, each in one of its own as in many files: their boxes say no less.
+        let listed = below <= node.children as usize && self.few > 0;
+        if listed || node.places().len() <= self.few {
             (node.places(), false)
         } else {
             (node.own(), true)
