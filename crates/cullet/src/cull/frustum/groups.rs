@@ -65,9 +65,8 @@ pub enum Fate {
 }
 
 /// Groups of no more things than this do not ask the groups in them, but all things at once: that is one
-/// or two tests of sixteen, where the groups' boxes would be one more.
-///
-/// Measured: see the table at [`cull_groups`].
+/// to five tests of sixteen, which wait for nothing. Measured on the nested city below: 24 takes 28.0 µs, 64
+/// takes 24.7.
 const FEW: usize = 64;
 
 /// Culls by groups, with the answer in places: `cut` is what
@@ -75,6 +74,22 @@ const FEW: usize = 64;
 /// number of planes up to 32. Allocates only where `cut` never held as much.
 ///
 /// Where so much straddles that a sweep of all things is cheaper, it sweeps; [`Cut::swept`] tells.
+///
+/// Against our own [`Nodes`](crate::hierarchy::Nodes) over the same boxes and the flat sweep of those, µs a
+/// view, one thread, AVX-512 (`cargo test --release -p cullet-io --test groups -- --nocapture`):
+///
+/// | scene | things | groups | went with a group | by groups | by nodes | flat |
+/// |---|---|---|---|---|---|---|
+/// | city, blocks of houses of floors | 882,384 | 90,940 | 88 % | 25 | 14 | 930 |
+/// | the same, the floors alone | 882,384 | 90,940 | 88 % | 480 | 14 | 970 |
+/// | the same, twenty kinds of things | 882,384 | 20 | 0 % | 1210 | 14 | 1090 |
+/// | intel-castle, its node tree | 2,114 | 2,418 | 86 % | 1.8 | 0.5 | 1.2 |
+/// | duplex, one node for all | 215 | 216 | 80 % | 0.4 | 0.4 | 0.3 |
+///
+/// So groups that are nested by place come within a factor of two of nodes that are made for culling; groups
+/// in one long list lose by the length of the list; groups by kind of thing are no better than none. Take
+/// them for their names and for subtrees that are switched or moved as one, or where making nodes is not
+/// worth its while; else take nodes.
 pub fn cull_groups(level: Level, planes: &Planes, groups: &Groups, cut: &mut Cut) {
     walk(level, planes, groups, cut, FEW, |_, _| {});
 }
