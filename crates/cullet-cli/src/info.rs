@@ -21,7 +21,20 @@ struct InfoRecord<'a> {
     mirrored_instances: u64,
     non_finite_instances: u64,
     singular_instances: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    groups: Option<GroupsRecord>,
     meshes: &'a [MeshRecord],
+}
+
+/// The node tree of the file, as groups to cull by.
+#[derive(Serialize)]
+struct GroupsRecord {
+    nodes: usize,
+    /// Nodes with no instance below them.
+    empty: usize,
+    depth: usize,
+    /// The most nodes and instances that one node has for its own.
+    widest: usize,
 }
 
 /// Runs the command.
@@ -35,6 +48,9 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
     let transforms = |odd: fn(&cullet::Transform) -> bool| {
         scene.slots().filter(|&s| odd(scene.transform(s))).count() as u64
     };
+    // A node tree that is none would be an error of loading.
+    let tree = Some(&model.node_tree).filter(|t| !t.is_empty());
+    let groups = tree.and_then(|_| model.groups().ok()?.validate().ok());
     let info = InfoRecord {
         schema: SCHEMA,
         scene: &record,
@@ -44,6 +60,12 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
         mirrored_instances: transforms(|t| t.is_finite() && t.determinant() < 0.0),
         non_finite_instances: transforms(|t| !t.is_finite()),
         singular_instances: transforms(|t| t.is_finite() && t.determinant() == 0.0),
+        groups: groups.map(|g| GroupsRecord {
+            nodes: g.groups,
+            empty: g.empty,
+            depth: g.depth,
+            widest: g.widest,
+        }),
         meshes: &facts,
     };
     print(args, console, &info);
@@ -73,6 +95,18 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
         row("size", format!("{} (x × y × z)", size.join(" × ")));
     }
     row("materials", grouped(s.materials));
+    if let Some(g) = &info.groups {
+        row(
+            "node tree",
+            format!(
+                "{} nodes, {} deep, at most {} in one; {} with nothing to draw below",
+                grouped(g.nodes as u64),
+                g.depth,
+                grouped(g.widest as u64),
+                grouped(g.empty as u64)
+            ),
+        );
+    }
     if info.cells > 0 {
         row("cells", format!("{}, with {} portals", info.cells, info.portals));
     }

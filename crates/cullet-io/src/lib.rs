@@ -6,6 +6,7 @@ mod builder;
 mod error;
 mod format;
 mod gltf;
+mod groups;
 mod load;
 mod model;
 mod mtl;
@@ -21,5 +22,6 @@ mod text;
 mod weld;
 
 pub use error::{ErrorKind, LoadError};
+pub use groups::NodeTree;
 pub use load::{LoadOptions, load, load_bytes};
 pub use model::{CameraNode, Cell, CellGraph, Material, MatrixView, Model, Portal, Up, Warning};

@@ -4,6 +4,8 @@ use std::borrow::Cow;
 
 use cullet::{Handle, Projection, Scene, Transform};
 
+use crate::NodeTree;
+
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
 pub struct Model {
@@ -16,6 +18,8 @@ pub struct Model {
     /// The name of each instance, by the index of its handle; empty where names are made up from the
     /// meshes', as for a scene of millions.
     pub instance_names: Vec<String>,
+    /// The nodes of the file and which of them drew each instance; empty where the format has none.
+    pub node_tree: NodeTree,
     /// Materials; [`cullet::mesh::Part::material`] is an index into these.
     pub materials: Vec<Material>,
     /// Cameras, fixed or moving.

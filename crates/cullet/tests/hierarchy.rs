@@ -4,46 +4,15 @@ mod common;
 
 use std::collections::HashMap;
 
-use common::Rng;
-use cullet::bounds::{Aabb, Boxes, Plane, Side};
+use common::{Rng, random_box, random_planes};
+use cullet::Level;
+use cullet::bounds::{Aabb, Boxes, Side};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{self, Planes, mask_words};
 use cullet::cull::frustum::tree::{CullJob, Cut, Trace};
 use cullet::hierarchy::{
     BuildJob, Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order,
 };
-use cullet::{Frustum, Level};
-
-/// A box of any kind: mostly plain, sometimes one that is no box.
-fn random_box(rng: &mut Rng) -> Aabb {
-    let centre = rng.vector(100.0).map(|v| v as f32);
-    let half = rng.range(0.0, 6.0) as f32;
-    let mut b = Aabb::new(centre.map(|c| c - half), centre.map(|c| c + half));
-    match rng.below(60) {
-        0 => b = Aabb::EMPTY,
-        1 => b.min[1] = f32::NAN,
-        2 => b = Aabb::EVERYTHING,
-        3 => b.min[0] = b.max[0] + 1.0,
-        4 => b.max[2] = f32::INFINITY,
-        5 => b = Aabb::new([1e30; 3], [2e30; 3]),
-        6 => b = Aabb::new(centre, centre),
-        _ => {}
-    }
-    b
-}
-
-/// Planes of a view, of a region of up to 32 planes, or none.
-fn random_planes(rng: &mut Rng) -> Planes {
-    if rng.below(2) == 0 {
-        return Planes::new(&common::random_view(rng).frustum());
-    }
-    let mut frustum = Frustum::everything();
-    for _ in 0..rng.below(33) {
-        let normal = rng.vector(1.0);
-        let _ = frustum.push(Plane::new(normal, rng.range(-20.0, 120.0)));
-    }
-    Planes::new(&frustum)
-}
 
 /// The walk says what the sweep says, in every form, at every level.
 fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {

@@ -50,6 +50,8 @@ pub(super) struct Placed {
     pub(super) placements: Vec<Placement>,
     /// The name of each.
     pub(super) names: Vec<String>,
+    /// The node of each.
+    pub(super) nodes: Vec<u32>,
     /// Nodes with cameras, and where they stand.
     pub(super) cameras: Vec<(u32, DAffine3)>,
 }
@@ -104,6 +106,7 @@ pub(super) fn place(
     }
     placed.placements.reserve_exact(total as usize);
     placed.names.reserve_exact(total as usize);
+    placed.nodes.reserve_exact(total as usize);
     nodes.walk(|index, node, global| {
         if node.camera.is_some() {
             placed.cameras.push((index, *global));
@@ -128,6 +131,7 @@ pub(super) fn place(
             let mesh = number_of[mesh as usize];
             placed.placements.push(Placement { mesh, transform, skinned: node.skinned });
             placed.names.push(name);
+            placed.nodes.push(index);
         };
         match &node.instancing {
             None => add(global, name),

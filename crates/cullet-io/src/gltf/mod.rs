@@ -27,7 +27,7 @@ use std::path::Path;
 use cullet::{Mesh, MeshData, Scene, Transform};
 use glam::DAffine3;
 
-use crate::{CameraNode, ErrorKind, LoadOptions, Material, Model};
+use crate::{CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
 use notes::Notes;
 
@@ -70,6 +70,7 @@ struct Decoded {
     /// Their numbers are those of `meshes`.
     placements: Vec<Placement>,
     names: Vec<String>,
+    node_tree: NodeTree,
     materials: Vec<Material>,
     cameras: Vec<CameraNode>,
     notes: Notes,
@@ -126,6 +127,7 @@ fn decode(
         meshes: data,
         placements: std::mem::take(&mut placed.placements),
         names: placed.names,
+        node_tree: nodes.tree(placed.nodes),
         materials,
         cameras,
         notes,
@@ -152,6 +154,7 @@ impl Decoded {
             scene,
             mesh_names,
             instance_names: self.names,
+            node_tree: self.node_tree,
             materials: self.materials,
             cameras: self.cameras,
             warnings: self.notes.into_warnings(),

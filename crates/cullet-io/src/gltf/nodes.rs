@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use super::json::{self, Float, NodeItem, Root, SceneItem};
 use super::notes::Notes;
 use super::uri::shorten;
-use crate::{ErrorKind, Up};
+use crate::{ErrorKind, NodeTree, Up};
 
 /// How far from 1 the length of a rotation may be: what the reference validator allows for rounding.
 const ROTATION_TOLERANCE: f64 = 0.007_69;
@@ -131,6 +131,18 @@ impl Nodes {
             std::iter::successors(Some(index), |&i| self.all[i as usize].parent).collect();
         chain.reverse();
         chain
+    }
+
+    /// The tree as a model keeps it. `node_of_instance` is the node of each instance.
+    pub(super) fn tree(&self, node_of_instance: Vec<u32>) -> NodeTree {
+        let none = cullet::hierarchy::Groups::NONE;
+        NodeTree {
+            parents: self.all.iter().map(|n| n.parent.unwrap_or(none)).collect(),
+            names: (self.all.iter())
+                .map(|n| n.name.as_deref().map_or_else(String::new, shorten))
+                .collect(),
+            node_of_instance,
+        }
     }
 
     /// What stands above the roots.

@@ -3,10 +3,12 @@
 
 use std::collections::BTreeSet;
 
+use cullet::bounds::{Aabb, Plane};
+use cullet::cull::frustum::batch::Planes;
 use cullet::mesh::Part;
 use cullet::{
-    Camera, CullFace, Depth, FrontFace, Instance, Level, Mesh, MeshData, Projection, Scene,
-    Transform, View, Visible,
+    Camera, CullFace, Depth, FrontFace, Frustum, Instance, Level, Mesh, MeshData, Projection,
+    Scene, Transform, View, Visible,
 };
 
 /// `SplitMix64`.
@@ -320,4 +322,35 @@ fn survives_clipping(triangle: &[[f64; 4]; 3], margin: f64) -> bool {
         polygon = next;
     }
     polygon.len() >= 3
+}
+
+/// A box of any kind: mostly plain, sometimes one that is no box.
+pub fn random_box(rng: &mut Rng) -> Aabb {
+    let centre = rng.vector(100.0).map(|v| v as f32);
+    let half = rng.range(0.0, 6.0) as f32;
+    let mut b = Aabb::new(centre.map(|c| c - half), centre.map(|c| c + half));
+    match rng.below(60) {
+        0 => b = Aabb::EMPTY,
+        1 => b.min[1] = f32::NAN,
+        2 => b = Aabb::EVERYTHING,
+        3 => b.min[0] = b.max[0] + 1.0,
+        4 => b.max[2] = f32::INFINITY,
+        5 => b = Aabb::new([1e30; 3], [2e30; 3]),
+        6 => b = Aabb::new(centre, centre),
+        _ => {}
+    }
+    b
+}
+
+/// Planes of a view, of a region of up to 32 planes, or none.
+pub fn random_planes(rng: &mut Rng) -> Planes {
+    if rng.below(2) == 0 {
+        return Planes::new(&random_view(rng).frustum());
+    }
+    let mut frustum = Frustum::everything();
+    for _ in 0..rng.below(33) {
+        let normal = rng.vector(1.0);
+        let _ = frustum.push(Plane::new(normal, rng.range(-20.0, 120.0)));
+    }
+    Planes::new(&frustum)
 }

@@ -125,6 +125,16 @@ impl<B: BatchBound> ClusterBounds<B> {
         Seen { bounds: self, eye: ClusterEye::new(eye) }
     }
 
+    /// Bits of sixteen clusters.
+    #[inline(always)]
+    pub(super) fn block<S: Simd>(&self, simd: S, block: usize, eye: &ClusterEye) -> u64 {
+        let mut found = 0;
+        for start in (0..16).step_by(S::f32s::LEN) {
+            found |= B::test_lanes(simd, &self.blocks[block], start, eye) << start;
+        }
+        found
+    }
+
     /// Bits of 64 clusters.
     pub(super) fn word(&self, level: Level, word: usize, eye: &ClusterEye) -> u64 {
         let mut out = [0];

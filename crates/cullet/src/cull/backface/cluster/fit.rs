@@ -82,6 +82,31 @@ impl ClusterPlanes {
         self.largest = low.abs().max(high.abs()).max_element();
     }
 
+    /// The planes of several clusters as those of one: what a bound of a group of clusters is fitted to.
+    #[must_use]
+    pub fn join<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
+        let mut all = Self { complete: true, ..Self::default() };
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for part in parts {
+            all.complete &= part.complete;
+            if part.is_empty() {
+                continue;
+            }
+            all.normals.extend(&part.normals);
+            all.offsets.extend(&part.offsets);
+            low = low.min(part.centre - part.half);
+            high = high.max(part.centre + part.half);
+            all.largest = all.largest.max(part.largest);
+        }
+        if !all.normals.is_empty() {
+            all.centre = (low + high) * 0.5;
+            // The corners of each part are known from its middle, give or take the rounding of a sum.
+            all.half = (high - low) * 0.5 + all.largest * (4.0 * f64::EPSILON);
+            all.radius = all.half.length();
+        }
+        all
+    }
+
     /// How many planes there are.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -117,7 +117,7 @@ impl Coherent {
         std::mem::swap(&mut self.now, &mut self.before);
         self.now.begin(level, planes, nodes, boxes);
         let mut fronts = std::mem::take(&mut self.now.fronts);
-        let mut target = self.now.target(nodes);
+        let mut target = self.now.target(nodes.len());
         let walk = Walk { level, planes, nodes, boxes };
         let reached = walk.down_to_groups(&mut fronts, &mut target);
         self.found = Found { reached, ..Found::default() };
@@ -134,7 +134,7 @@ impl Coherent {
         self.now.counts = target.counts;
         self.now.fronts = fronts;
         if walked {
-            self.now.finish(planes, nodes);
+            self.now.finish(planes, nodes.holes());
         } else {
             self.found.answered = 0;
             self.now.sweep(level, planes, boxes, 0);

@@ -32,7 +32,7 @@
 mod coherent;
 mod trace;
 mod views;
-mod walk;
+pub(in crate::cull::frustum) mod walk;
 
 pub use coherent::Coherent;
 pub use trace::Trace;
@@ -59,9 +59,9 @@ pub struct Cut {
     /// Bit b of word w: word 64 w + b of the masks is not zero.
     touched: Vec<u64>,
     len: usize,
-    counts: Counts,
+    pub(in crate::cull::frustum) counts: Counts,
     swept: usize,
-    fronts: [Front; 2],
+    pub(in crate::cull::frustum) fronts: [Front; 2],
 }
 
 impl Cut {
@@ -80,12 +80,12 @@ impl Cut {
         assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
         self.begin(level, planes, nodes, boxes);
         let mut fronts = std::mem::take(&mut self.fronts);
-        let mut target = self.target(nodes);
+        let mut target = self.target(nodes.len());
         let walked = Walk { level, planes, nodes, boxes }.run(&mut fronts, &mut target);
         self.counts = target.counts;
         self.fronts = fronts;
         if walked {
-            self.finish(planes, nodes);
+            self.finish(planes, nodes.holes());
         } else {
             self.sweep(level, planes, boxes, 0);
         }
@@ -116,7 +116,7 @@ impl Cut {
         self.begin(level, planes, nodes, boxes);
         let walk = Walk { level, planes, nodes, boxes };
         let mut fronts = std::mem::take(&mut self.fronts);
-        let all = walk.split(jobs, &mut fronts, self.target(nodes));
+        let all = walk.split(jobs, &mut fronts, self.target(nodes.len()));
         let all: Vec<_> = all.into_iter().map(|job| CullJob { walk, job }).collect();
         let expected = all.len();
         let done = run(all);
@@ -125,7 +125,7 @@ impl Cut {
         for JobDone(counts) in done {
             self.counts.add(counts);
         }
-        self.finish(planes, nodes);
+        self.finish(planes, nodes.holes());
     }
 
     /// Clears the masks, and sweeps what lies under no node.
@@ -137,21 +137,21 @@ impl Cut {
         }
     }
 
-    fn target(&mut self, nodes: &Nodes) -> Target<'_> {
+    pub(in crate::cull::frustum) fn target(&mut self, covered: usize) -> Target<'_> {
         Target {
             visible: &mut self.visible,
             inside: &mut self.inside,
             touched: &mut self.touched,
             first_word: 0,
-            covered: nodes.len(),
+            covered,
             counts: Counts::default(),
         }
     }
 
     /// A node that is taken whole may have empty children, which planes reject (unless they reject nothing
     /// at all).
-    fn finish(&mut self, planes: &Planes, nodes: &Nodes) {
-        if let Some(holes) = nodes.holes()
+    pub(in crate::cull::frustum) fn finish(&mut self, planes: &Planes, holes: Option<&[u64]>) {
+        if let Some(holes) = holes
             && planes.classify_box(&Aabb::EMPTY) == Side::Outside
         {
             self.drop_holes(holes);
@@ -246,7 +246,7 @@ impl Cut {
     }
 
     /// Empties the masks, for `len` boxes: only what was set is cleared.
-    fn clear(&mut self, len: usize) {
+    pub(in crate::cull::frustum) fn clear(&mut self, len: usize) {
         for (index, touched) in self.touched.iter_mut().enumerate() {
             for run in bits::runs(std::mem::take(touched)) {
                 let words = index * 64 + run.start..index * 64 + run.end;
@@ -264,7 +264,13 @@ impl Cut {
     }
 
     /// Tests words from `first` on one by one.
-    fn sweep(&mut self, level: Level, planes: &Planes, boxes: &Boxes, first: usize) {
+    pub(in crate::cull::frustum) fn sweep(
+        &mut self,
+        level: Level,
+        planes: &Planes,
+        boxes: &Boxes,
+        first: usize,
+    ) {
         self.swept = boxes.len() - first * 64;
         let (visible, inside) = (&mut self.visible[first..], &mut self.inside[first..]);
         classify_boxes(level, planes, boxes, first, visible, inside);

@@ -74,7 +74,7 @@ fn cull_together(
 ) {
     views(&mut |planes, cut| {
         cut.begin(level, planes, nodes, boxes);
-        cut.fronts[0].set_root(planes.len(), nodes);
+        cut.fronts[0].set_root(planes.len(), nodes.len());
     });
     for at in (0..=nodes.levels().len()).rev() {
         views(&mut |planes, cut| {
@@ -83,7 +83,7 @@ fn cull_together(
             if at == 0 && walk.is_vain(&fronts[0]) {
                 cut.sweep(level, planes, boxes, 0);
             } else {
-                let mut target = cut.target(nodes);
+                let mut target = cut.target(nodes.len());
                 walk.step(at, &mut fronts, &mut target);
                 let counts = target.counts;
                 cut.counts.add(counts);
@@ -91,7 +91,7 @@ fn cull_together(
             cut.fronts = fronts;
         });
     }
-    views(&mut |planes, cut| cut.finish(planes, nodes));
+    views(&mut |planes, cut| cut.finish(planes, nodes.holes()));
 }
 
 /// The boxes that any of several views sees, each with a mask of those that do. Keeps its memory.

@@ -16,27 +16,27 @@ use crate::hierarchy::Nodes;
 
 /// The blocks of one level that are still to be asked, with the planes that each of them straddles.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Front {
-    blocks: Vec<u32>,
-    open: Vec<u32>,
-    len: usize,
+pub(in crate::cull::frustum) struct Front {
+    pub(in crate::cull::frustum) blocks: Vec<u32>,
+    pub(in crate::cull::frustum) open: Vec<u32>,
+    pub(in crate::cull::frustum) len: usize,
 }
 
 impl Front {
     /// Room for `len` blocks, and a vector more.
-    fn reserve(&mut self, len: usize) {
+    pub(in crate::cull::frustum) fn reserve(&mut self, len: usize) {
         if self.blocks.len() < len + LANES {
             self.blocks.resize(len + LANES, 0);
             self.open.resize(len + LANES, 0);
         }
     }
 
-    /// The root of `nodes`, if they are over anything: it straddles all of so many planes as far as is known.
-    pub(super) fn set_root(&mut self, planes: usize, nodes: &Nodes) {
+    /// The root over so many boxes, if there are any: it straddles all of so many planes as far as is known.
+    pub(in crate::cull::frustum) fn set_root(&mut self, planes: usize, boxes: usize) {
         self.reserve(1);
         self.blocks[0] = 0;
         self.open[0] = if planes == 32 { u32::MAX } else { (1 << planes) - 1 };
-        self.len = usize::from(!nodes.is_empty());
+        self.len = usize::from(boxes > 0);
     }
 
     /// Takes entries of another.
@@ -70,7 +70,7 @@ impl Front {
 
 /// Part of the masks that a walk writes: what a job of its own may have.
 #[derive(Debug)]
-pub(super) struct Target<'a> {
+pub(in crate::cull::frustum) struct Target<'a> {
     pub(super) visible: &'a mut [u64],
     pub(super) inside: &'a mut [u64],
     pub(super) touched: &'a mut [u64],
@@ -78,15 +78,15 @@ pub(super) struct Target<'a> {
     pub(super) first_word: usize,
     /// How many boxes lie under nodes.
     pub(super) covered: usize,
-    pub(super) counts: Counts,
+    pub(in crate::cull::frustum) counts: Counts,
 }
 
 /// What a walk cost.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Counts {
-    pub(super) nodes: u64,
-    pub(super) leaves: u64,
-    pub(super) planes: u64,
+pub(in crate::cull::frustum) struct Counts {
+    pub(in crate::cull::frustum) nodes: u64,
+    pub(in crate::cull::frustum) leaves: u64,
+    pub(in crate::cull::frustum) planes: u64,
 }
 
 impl Counts {
@@ -120,19 +120,23 @@ impl<'a> Target<'a> {
     pub(super) fn take_whole(&mut self, first: usize, count: usize) {
         let base = self.first_word * 64;
         let first = first * LANES - base;
-        let end = (first + count * LANES).min(self.covered - base);
-        for (word, bits) in bits::words_of(first..end) {
+        self.take_range(first..(first + count * LANES).min(self.covered - base));
+    }
+
+    /// Takes a range of boxes that is not empty, counted from the first that is here.
+    pub(in crate::cull::frustum) fn take_range(&mut self, range: Range<usize>) {
+        for (word, bits) in bits::words_of(range.clone()) {
             self.visible[word] |= bits;
             self.inside[word] |= bits;
         }
-        for (word, bits) in bits::words_of(first / 64..end.div_ceil(64)) {
+        for (word, bits) in bits::words_of(range.start / 64..range.end.div_ceil(64)) {
             self.touched[word] |= bits;
         }
     }
 
     /// Takes those of one block of sixteen whose bits are set.
     #[inline(always)]
-    pub(super) fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
+    pub(in crate::cull::frustum) fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
         let (word, shift) = (block / 4 - self.first_word, block % 4 * LANES);
         self.visible[word] |= u64::from(visible) << shift;
         self.inside[word] |= u64::from(inside) << shift;
@@ -172,7 +176,7 @@ const SPLIT_WORDS: usize = 64;
 
 /// A block that the walk asks takes some 14 ns, one that a sweep passes 9: so a walk that has to ask more
 /// than this share of the blocks is not worth its while.
-const SWEEP: (usize, usize) = (5, 8);
+pub(in crate::cull::frustum) const SWEEP: (usize, usize) = (5, 8);
 
 impl Walk<'_> {
     /// All of it. `false` if so many boxes are left to ask that sweeping all of them is cheaper: then what
@@ -185,7 +189,7 @@ impl Walk<'_> {
     /// The part of [`run`](Self::run) above the nodes that are next to the boxes. Leaves the blocks of these
     /// that are to be asked in the first front, and returns how many.
     pub(super) fn down_to_groups(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> usize {
-        fronts[0].set_root(self.planes.len(), self.nodes);
+        fronts[0].set_root(self.planes.len(), self.nodes.len());
         let top = self.nodes.levels().len();
         self.down(top, top.min(1), fronts, target);
         fronts[0].len
@@ -222,7 +226,7 @@ impl Walk<'_> {
         fronts: &mut [Front; 2],
         mut target: Target<'t>,
     ) -> Vec<Job<'t>> {
-        fronts[0].set_root(self.planes.len(), self.nodes);
+        fronts[0].set_root(self.planes.len(), self.nodes.len());
         let top = self.nodes.levels().len();
         let from = top.min(SPLIT_LEVEL + 1);
         self.down(top, from, fronts, &mut target);
@@ -345,7 +349,7 @@ fn leaves<S: Simd>(
 /// The same arithmetic as the flat sweep's. Rounding is monotone and all coefficients are positive, so
 /// what holds for a node's larger box holds for each box in it: the answers are the same, to the last bit.
 #[inline(always)]
-fn test<S: Simd>(
+pub(in crate::cull::frustum) fn test<S: Simd>(
     simd: S,
     planes: &[BoxPlane],
     open: u32,
@@ -396,7 +400,7 @@ fn test<S: Simd>(
 
 /// Appends at `len` of `next` the children whose bits are set, with their open planes.
 #[inline(always)]
-fn compress<S: Simd>(
+pub(in crate::cull::frustum) fn compress<S: Simd>(
     simd: S,
     first: u32,
     children: u32,
