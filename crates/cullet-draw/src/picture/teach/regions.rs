@@ -116,10 +116,11 @@ fn towards_eye_of(scene: &Scene, view: &View) -> DVec3 {
     (DVec3::new(x, y, z) - ball_around(scene).0 * w).normalize_or(DVec3::Z)
 }
 
-/// From where an eye in that direction is on the left; a little behind what it looks at, and above.
+/// From where an eye in that direction is on the left; a little above, and on the eye's side, where the
+/// regions are many.
 fn beside(toward: DVec3) -> DVec3 {
     let left = DVec3::new(toward.x, 0.0, toward.z).normalize_or(DVec3::X);
-    DVec3::Y.cross(left) - left * 0.3 + DVec3::Y * 0.25
+    DVec3::Y.cross(left) + left * 0.35 + DVec3::Y * 0.25
 }
 
 /// An arrow along the direction of sight, before the scene.

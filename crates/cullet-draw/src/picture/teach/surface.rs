@@ -121,7 +121,7 @@ pub(super) fn whole(scene: &Scene, from: [f64; 3], size: [u32; 2]) -> Option<Vie
     let projection = Projection::Perspective { fov_y_radians, aspect, near, far };
     // Not straight down, where up is no direction.
     let from = if from.y.abs() > 0.95 { DVec3::new(0.2, from.y, 0.2).normalize() } else { from };
-    let camera = Camera::look_at(middle + from * (radius * 2.7), middle, projection);
+    let camera = Camera::look_at(middle + from * (radius * 2.1), middle, projection);
     View::new(&camera, Depth::Reversed, size).ok()
 }
 
