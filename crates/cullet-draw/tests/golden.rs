@@ -115,9 +115,9 @@ const SHEET: [u32; 2] = [640, 360];
 #[test]
 fn diagrams_of_normals() {
     let cone = ViewCone::around([-3.0, -2.0, -5.0], 10f64.to_radians()).unwrap();
-    golden("normal-mask", &normal_mask(&cone, SHEET));
-    golden("normal-partition", &normal_partition(20.0, SHEET));
-    golden("conservative-set", &conservative_set(90.0, SHEET));
+    golden("normal-mask", &normal_mask(&cone, SHEET).halved());
+    golden("normal-partition", &normal_partition(20.0, SHEET).halved());
+    golden("conservative-set", &conservative_set(90.0, SHEET).halved());
 }
 
 #[test]
@@ -172,7 +172,7 @@ fn a_cluster_and_its_volume() {
     let (scene, _) = knobs();
     let slot = scene.slots().next().unwrap();
     let (picture, figure) = culling_volume(&scene, slot, None, SHEET).unwrap();
-    golden("culling-volume", &picture);
+    golden("culling-volume", &picture.halved());
     // What is proved is a part of what is so.
     assert!(0.02 < figure.proved && figure.proved < figure.ideal && figure.ideal < 0.5);
     let again = culling_volume(&scene, slot, Some(figure.cluster), SHEET).unwrap();
