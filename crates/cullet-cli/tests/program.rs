@@ -317,7 +317,7 @@ fn a_cluster_that_is_not_there_is_refused_with_the_limit() {
     assert_eq!(refused.status.code(), Some(2), "{message}");
     assert!(message.contains("--cluster 100000: the first mesh has "), "{message}");
     assert!(message.contains(" clusters, numbered from 0"), "{message}");
-    assert!(!std::path::Path::new(&out).exists());
+    assert!(!Path::new(&out).exists());
 }
 
 /// A file of costs: 4 ns for a triangle that is rejected, 5 to 7 ns for one that is drawn.

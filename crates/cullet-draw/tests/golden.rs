@@ -184,7 +184,7 @@ fn a_cluster_and_its_volume() {
 
 #[test]
 fn pictures_of_nothing_are_pictures() {
-    let (scene, view) = (cullet::Scene::new(), view([40, 30]));
+    let (scene, view) = (Scene::new(), view([40, 30]));
     let frame = render(&scene, &view, Selection::All, &RenderOptions::default());
     let none = cullet::Visible::default();
     assert_eq!(shaded(&scene, &frame, &view, &[]).rgb.len(), 40 * 30 * 3);
