@@ -108,14 +108,15 @@ conservative-set  how the set of back-facing normals grows as the view is cut in
 culling-volume    a cluster, and the eyes from which all of it faces away (--cluster N)
 clusters          the model in the colours of its clusters
 cones             the clusters with their cones of normals
-back-regions      the connected regions that face away, counted
-The first three draw no scene: the eye of the view gives the direction of sight, --fov the angle.
+back-regions      the connected regions that face away from the view's eye, counted
+The first three read no scene: --eye and --target give the direction of sight, --fov the angle.
 Clusters of two-sided meshes are never culled, and made otherwise: give --one-sided for scans with
 holes.
 
 Examples
   cullet picture kinds --out kinds.png
   cullet picture normal-mask --eye 3,2,5 --target 0,0,0 --fov 20
+  cullet picture back-regions knobs --views 8 --view 1
   cullet picture culling-volume bunny.ply --one-sided --cluster 17
   cullet picture map city:seed=3 --path walk --view 2 --views 4";
 

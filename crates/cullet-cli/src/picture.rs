@@ -1,18 +1,50 @@
 //! `cullet picture`: one picture of one view.
 
+use std::ops::ControlFlow;
+
 use cullet::cull::backface::ViewCone;
-use cullet::{Mesh, MeshData, Output, Scene, View, ViewState, Visible};
-use cullet_bake::clusters::{ClusterOptions, build};
+use cullet::{Mesh, MeshData, Output, Scene, ViewState, Visible};
+use cullet_bake::clusters::{ClusterOptions, Progress, build_reported};
 use cullet_draw::{Picture, RenderOptions, Selection, VolumeFigure};
 
-use crate::args::{PictureArgs, PictureKind};
-use crate::console::Console;
+use crate::args::{PictureArgs, PictureKind, ViewArgs};
+use crate::console::{Console, interrupted};
 use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::inputs;
 
+/// Where diagrams look from and to, where no eye is given.
+const SIGHT: [[f64; 3]; 2] = [[3.0, 2.0, 5.0], [0.0; 3]];
+
 /// Runs the command.
 pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
+    let picture = match args.kind {
+        PictureKind::NormalMask => {
+            let half = args.view.fov.unwrap_or(20.0).to_radians() * 0.5;
+            let cone = ViewCone::around(sight(&args.view)?, half).ok_or_else(|| {
+                Failure::usage(
+                    "normal-mask: the lines of sight must spread by less than 180 degrees; try \
+                     --fov 20",
+                )
+            })?;
+            cullet_draw::normal_mask(&cone, args.view.size)
+        }
+        PictureKind::NormalPartition => {
+            cullet_draw::normal_partition(args.view.fov.unwrap_or(40.0) * 0.5, args.view.size)
+        }
+        PictureKind::ConservativeSet => {
+            cullet_draw::conservative_set(args.view.fov.unwrap_or(90.0), args.view.size)
+        }
+        _ => of_scene(args, console)?,
+    };
+    let out = args.out.clone().unwrap_or_else(|| format!("{}.png", args.kind.name()).into());
+    std::fs::write(&out, picture.to_png()).map_err(|e| Failure::write(&out, &e))?;
+    console.line(format!("{} written, {}x{}", out.display(), picture.width, picture.height));
+    Ok(Exit::Fine)
+}
+
+/// The pictures that show a scene.
+fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let mut model = inputs::load(&args.scene, console)?;
     let views = inputs::views(&model, &args.view, console)?;
     let Some(view) = views.get(args.index as usize) else {
@@ -25,7 +57,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
     let clustered = [PictureKind::CullingVolume, PictureKind::Clusters, PictureKind::Cones]
         .contains(&args.kind);
     if clustered {
-        cluster(&mut model.scene)?;
+        cluster(&mut model.scene, console)?;
     }
     let mut culler = inputs::culler(&args.cull);
     culler.output = Output::Triangles;
@@ -33,7 +65,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
     let scene = &model.scene;
     let colors = drawing::colors(&model);
     let options = RenderOptions { threads: args.view.threads, ..RenderOptions::default() };
-    let picture: Picture = match args.kind {
+    Ok(match args.kind {
         PictureKind::Kinds => cullet_draw::kinds(scene, view, &culler, args.view.size),
         PictureKind::Shaded => {
             let frame = cullet_draw::render(scene, view, Selection::All, &options);
@@ -51,21 +83,6 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
             cullet_draw::top_down(scene, view, &result, &seen, args.view.size)
         }
         PictureKind::Hierarchy => cullet_draw::hierarchy(scene, view, args.view.size),
-        PictureKind::NormalMask => {
-            let half = args.view.fov.unwrap_or(20.0).to_radians() * 0.5;
-            let cone = ViewCone::around(sight(view), half).ok_or_else(|| {
-                Failure::usage(
-                    "normal-mask: the lines of sight must spread by less than 180 degrees",
-                )
-            })?;
-            cullet_draw::normal_mask(&cone, args.view.size)
-        }
-        PictureKind::NormalPartition => {
-            cullet_draw::normal_partition(args.view.fov.unwrap_or(40.0) * 0.5, args.view.size)
-        }
-        PictureKind::ConservativeSet => {
-            cullet_draw::conservative_set(args.view.fov.unwrap_or(90.0), args.view.size)
-        }
         PictureKind::CullingVolume => {
             let (picture, f) = volume(args, scene)?;
             console.line(format!(
@@ -85,35 +102,74 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
             console.line(format!("{count} connected back-facing {noun}"));
             picture
         }
-    };
-    let out = args.out.clone().unwrap_or_else(|| format!("{}.png", args.kind.name()).into());
-    std::fs::write(&out, picture.to_png()).map_err(|e| Failure::write(&out, &e))?;
-    console.line(format!("{} written, {}x{}", out.display(), picture.width, picture.height));
-    Ok(Exit::Fine)
+        // The others show no scene.
+        PictureKind::NormalMask | PictureKind::NormalPartition | PictureKind::ConservativeSet => {
+            Picture::default()
+        }
+    })
 }
 
 /// Gives every mesh the clusters that are made for culling.
-fn cluster(scene: &mut Scene) -> Result<(), Failure> {
+fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
+    /// Steps of the bar.
+    const STEPS: u64 = 1000;
+    let whole = scene.meshes().iter().map(|m| f64::from(m.triangle_count())).sum::<f64>().max(1.0);
+    let mut bar = console.progress("clusters", STEPS);
+    let (mut before, mut shown) = (0.0, 0);
     for (number, mesh) in scene.meshes_mut().enumerate() {
-        let data = MeshData {
-            positions: mesh.positions().to_vec(),
-            indices: mesh.indices().to_vec(),
-            parts: mesh.parts().to_vec(),
-            polygons: mesh.polygon_count(),
-            deformable: mesh.is_deformable(),
-        };
+        let triangles = f64::from(mesh.triangle_count());
+        let data = as_given(mesh);
         let failed = |e: String| Failure::input(format!("mesh {number}: {e}"));
-        let clustering =
-            build(&data, &ClusterOptions::default()).map_err(|e| failed(e.to_string()))?;
+        let progress = |p: Progress| {
+            let share = (before + f64::from(p.share) * triangles) / whole;
+            while shown < (share * STEPS as f64) as u64 {
+                bar.step();
+                shown += 1;
+            }
+            if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let (clustering, report) = build_reported(&data, &ClusterOptions::default(), progress)
+            .map_err(|e| failed(e.to_string()))?;
+        if !report.complete {
+            return Err(Failure {
+                exit: Exit::Interrupted,
+                message: "stopped before all clusters were made; no picture is written".into(),
+            });
+        }
+        before += triangles;
         *mesh = Mesh::with_clusters(data, &clustering).map_err(|e| failed(e.to_string()))?;
     }
     Ok(())
 }
 
-/// The direction of the line of sight in the middle; straight ahead where the view has none.
-fn sight(view: &View) -> [f64; 3] {
-    let middle = view.viewport().map(|v| f64::from(v) * 0.5);
-    view.ray(middle).map_or([0.0, 0.0, -1.0], |ray| ray.direction)
+/// What a mesh was made of: its triangles in the order they were given in, which its parts speak of.
+fn as_given(mesh: &Mesh) -> MeshData {
+    let mut indices = vec![[0; 3]; mesh.original_triangle().len()];
+    for (triangle, &t) in mesh.indices().as_chunks::<3>().0.iter().zip(mesh.original_triangle()) {
+        indices[t as usize] = *triangle;
+    }
+    MeshData {
+        positions: mesh.positions().to_vec(),
+        indices: indices.into_flattened(),
+        parts: mesh.parts().to_vec(),
+        polygons: mesh.polygon_count(),
+        deformable: mesh.is_deformable(),
+    }
+}
+
+/// The direction of sight of a diagram.
+fn sight(view: &ViewArgs) -> Result<[f64; 3], Failure> {
+    let [eye, target] = match (view.eye, view.target) {
+        (Some(eye), Some(target)) => [eye, target],
+        _ => SIGHT,
+    };
+    let toward = [0, 1, 2].map(|k| target[k] - eye[k]);
+    if toward == [0.0; 3] || !toward.iter().all(|v| v.is_finite()) {
+        return Err(Failure::usage(
+            "normal-mask: --eye and --target must be two points, or there is no direction of sight",
+        ));
+    }
+    Ok(toward)
 }
 
 fn volume(args: &PictureArgs, scene: &Scene) -> Result<(Picture, VolumeFigure), Failure> {

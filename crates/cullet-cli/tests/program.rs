@@ -271,6 +271,55 @@ fn every_picture_is_a_png() {
     assert_eq!(code(&["picture", "map", "solids:n=20", "--views", "2", "--view", "2"]), 2);
 }
 
+#[test]
+fn every_teaching_picture_is_a_png() {
+    let folder = Folder::new("teaching");
+    let kinds = [
+        "normal-mask",
+        "normal-partition",
+        "conservative-set",
+        "culling-volume",
+        "clusters",
+        "cones",
+        "back-regions",
+    ];
+    let help = cullet(&["picture", "--help"]);
+    let help = String::from_utf8(help.stdout).unwrap();
+    for kind in kinds {
+        assert!(help.lines().any(|l| l.starts_with(&format!("{kind} "))), "{kind} has no line");
+        let out = folder.path(&format!("{kind}.png"));
+        assert_eq!(code(&["picture", kind, "knobs:n=6", "--size", "160x90", "--out", &out]), 0);
+        assert!(std::fs::read(&out).unwrap().starts_with(b"\x89PNG\r\n\x1a\n"), "{kind}");
+    }
+}
+
+#[test]
+fn a_diagram_reads_no_scene() {
+    let folder = Folder::new("diagrams");
+    let out = folder.path("diagram.png");
+    for kind in ["normal-mask", "normal-partition", "conservative-set"] {
+        assert_eq!(code(&["picture", kind, "no-such-file.glb", "--out", &out]), 0, "{kind}");
+    }
+    let still = ["--eye", "1,2,3", "--target", "1,2,3"];
+    assert_eq!(code(&[&["picture", "normal-mask", "--out", &out], &still[..]].concat()), 2);
+    assert_eq!(code(&["picture", "clusters", "no-such-file.glb", "--out", &out]), 3);
+}
+
+#[test]
+fn a_cluster_that_is_not_there_is_refused_with_the_limit() {
+    let folder = Folder::new("no-cluster");
+    let out = folder.path("volume.png");
+    let run = |n: &str| {
+        cullet(&["picture", "culling-volume", "knobs:n=6", "--cluster", n, "--out", &out])
+    };
+    let refused = run("100000");
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(message.contains("--cluster 100000: the first mesh has "), "{message}");
+    assert!(message.contains(" clusters, numbered from 0"), "{message}");
+    assert!(!Path::new(&out).exists());
+}
+
 /// A file of costs: 4 ns for a triangle that is rejected, 5 to 7 ns for one that is drawn.
 fn costs_file() -> Value {
     let names = [

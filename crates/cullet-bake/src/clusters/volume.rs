@@ -195,6 +195,9 @@ impl Estimate for Volumes {
 
 #[cfg(test)]
 mod tests {
+    use cullet::cull::backface::cluster::CullingRegion;
+    use proptest::prelude::*;
+
     use super::*;
 
     /// Points of a grid in the unit cube.
@@ -252,5 +255,50 @@ mod tests {
         assert!(share > 0.2 && (share - f64::from(counted) / 64e3).abs() < 0.02, "{share}");
         let half = a.share_of(low, high);
         assert!(half > share && half < 0.6, "{half}");
+    }
+
+    /// The share as that of a polyhedron: the greatest n·x over a box of normals is that of one of its
+    /// eight corners, so the region is where all eight half-spaces meet.
+    fn share_ref(c: &Culling, low: DVec3, high: DVec3) -> f64 {
+        let half_spaces = (0..8usize).map(|i| {
+            let n: [f64; 3] = std::array::from_fn(|k| c.normals[i >> k & 1][k]);
+            (n, c.least + DVec3::from(n).dot(c.middle()))
+        });
+        let region = CullingRegion::clip(half_spaces, low.into(), high.into());
+        region.volume() / (high - low).to_array().iter().product::<f64>()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(256))]
+
+        #[test]
+        fn the_share_is_that_of_the_polyhedron(
+            planes in prop::collection::vec(
+                (prop::array::uniform3(-1.0..1.0f64), prop::array::uniform3(-0.5..0.5f64)), 1..4),
+            lean in 0.0..2.0f64,
+            low in prop::array::uniform3(-3.0..-0.5f64),
+            high in prop::array::uniform3(-0.4..3.0f64),
+        ) {
+            // Leaning one way, or few joint clusters would have a region.
+            let leaf = |(n, p): &([f64; 3], [f64; 3])| {
+                let n = (DVec3::from(*n) + DVec3::new(0.3, 1.0, -0.5) * lean).normalize_or(DVec3::Y);
+                let (p, (u, v)) = (DVec3::from(*p), n.any_orthonormal_pair());
+                Culling::of(n, n.dot(p), [p, p + u * 0.1, p + v * 0.1])
+            };
+            let joint = planes.iter().map(leaf).reduce(|a, b| a.join(&b));
+            let joint = joint.expect("one plane at least");
+            let (low, high) = (DVec3::from(low), DVec3::from(high));
+            let (got, expected) = (joint.share_of(low, high), share_ref(&joint, low, high));
+            prop_assert!((got - expected).abs() < 1e-5, "{got} {expected} {joint:?}");
+        }
+    }
+
+    #[test]
+    fn the_polyhedron_of_one_plane_is_half_the_box() {
+        let n = DVec3::new(0.6, 0.0, 0.8);
+        let c = Culling::of(n, 0.0, [DVec3::ZERO, DVec3::Y, -DVec3::Y]);
+        let (low, high) = (DVec3::splat(-1.0), DVec3::splat(1.0));
+        assert!((share_ref(&c, low, high) - 0.5).abs() < 1e-12);
+        assert!((c.share_of(low, high) - 0.5).abs() < 1e-5);
     }
 }

@@ -1,11 +1,10 @@
 //! What the reproductions look at: one solid of one-sided triangles, and where they look from.
 
-use std::collections::HashMap;
-
 use cullet::bounds::Sphere;
 use cullet::mesh::Part;
 use cullet::{Mesh, MeshData};
 use cullet_io::Model;
+use cullet_io::scenes::knobbly_ball;
 use glam::DVec3;
 
 use crate::args::SceneArgs;
@@ -155,56 +154,6 @@ fn as_given(mesh: &Mesh) -> Vec<u32> {
         indices[t as usize * 3..][..3].copy_from_slice(triangle);
     }
     indices
-}
-
-/// A closed solid of 12·n² triangles: a ball with knobs and hollows, its faces even in size and its
-/// normals in all directions, as a scanned figure has them. Roots and polynomials alone, so that it is
-/// the same on every machine.
-fn knobbly_ball(n: u16) -> (Vec<[f32; 3]>, Vec<u32>) {
-    let mut positions = Vec::new();
-    let mut known: HashMap<[u16; 3], u32> = HashMap::new();
-    let mut indices = Vec::with_capacity(usize::from(n) * usize::from(n) * 36);
-    for face in 0..6 {
-        let (axis, high) = (face / 2, face % 2 == 1);
-        let mut vertex = |u: u16, v: u16| {
-            let mut at = [0; 3];
-            at[axis] = if high { n } else { 0 };
-            at[(axis + 1) % 3] = u;
-            at[(axis + 2) % 3] = v;
-            *known.entry(at).or_insert_with(|| {
-                positions.push(knob(at.map(|v| 2.0 * f64::from(v) / f64::from(n) - 1.0)));
-                positions.len() as u32 - 1
-            })
-        };
-        for v in 0..n {
-            for u in 0..n {
-                let [a, b] = [vertex(u, v), vertex(u + 1, v)];
-                let [c, d] = [vertex(u + 1, v + 1), vertex(u, v + 1)];
-                // u, v and the outward axis are right-handed on the high face.
-                let quad = if high { [a, b, c, a, c, d] } else { [a, c, b, a, d, c] };
-                indices.extend(quad);
-            }
-        }
-    }
-    (positions, indices)
-}
-
-/// A point of the cube's surface, moved to the ball.
-fn knob(cube: [f64; 3]) -> [f32; 3] {
-    // As wide in the middle of a face as at its edges, nearly: tan(π/4·t) by a cubic.
-    let even = cube.map(|t| t * (0.8 + 0.2 * t * t));
-    let d = DVec3::from(even).normalize();
-    let r = 1.0 + 0.05 * (chebyshev(9, d.x) + chebyshev(8, d.y) + chebyshev(7, d.z));
-    (d * r).as_vec3().to_array()
-}
-
-/// cos(n·acos x).
-fn chebyshev(n: u32, x: f64) -> f64 {
-    let (mut before, mut now) = (1.0, x);
-    for _ in 1..n {
-        (before, now) = (now, 2.0 * x * now - before);
-    }
-    now
 }
 
 #[cfg(test)]

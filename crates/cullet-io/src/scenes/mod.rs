@@ -5,6 +5,7 @@
 
 mod city;
 mod forest;
+mod knobs;
 mod moving;
 mod office;
 mod rng;
@@ -12,6 +13,7 @@ mod shapes;
 mod solids;
 mod spec;
 
+pub use knobs::knobbly_ball;
 pub use spec::{KeyInfo, SceneInfo, SceneSpecError};
 
 pub(crate) use rng::{Rng, sin_cos};
@@ -24,7 +26,8 @@ use crate::{Material, Model};
 use shapes::{Shape, mesh_data};
 use spec::Spec;
 
-static SCENES: &[SceneInfo] = &[city::INFO, solids::INFO, office::INFO, forest::INFO, moving::INFO];
+static SCENES: &[SceneInfo] =
+    &[city::INFO, solids::INFO, office::INFO, forest::INFO, moving::INFO, knobs::INFO];
 
 /// The built-in scenes, with their keys.
 #[must_use]
@@ -56,6 +59,7 @@ pub fn build(text: &str) -> Result<Model, SceneSpecError> {
         "solids" => solids::build(&spec),
         "office" => office::build(&spec),
         "moving" => moving::build(&spec),
+        "knobs" => knobs::build(&spec),
         _ => forest::build(&spec),
     }
 }

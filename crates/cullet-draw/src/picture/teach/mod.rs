@@ -2,13 +2,15 @@
 
 mod circle;
 mod masks;
+mod regions;
 mod sheet;
 mod surface;
 mod volume;
 
 pub use circle::{conservative_set, normal_partition};
 pub use masks::normal_mask;
-pub use surface::{back_regions, clusters, cones};
+pub use regions::back_regions;
+pub use surface::{clusters, cones};
 pub use volume::{VolumeFigure, culling_volume};
 
 /// Green, as the lectures show it: what faces away.

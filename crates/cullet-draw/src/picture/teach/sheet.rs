@@ -54,17 +54,8 @@ impl Sheet {
     }
 
     pub(super) fn arrow(&mut self, a: [f64; 2], b: [f64; 2], width: f64, color: [u8; 3]) {
-        let d = [b[0] - a[0], b[1] - a[1]];
-        let length = d[0].hypot(d[1]);
-        if length < 1e-6 {
-            return;
-        }
-        let head = (4.0 * width + 3.0).min(length);
-        let [u, v] = d.map(|v| v / length * head);
-        let neck = [b[0] - u, b[1] - v];
-        self.line(a, [b[0] - u * 0.7, b[1] - v * 0.7], width, color);
-        let side = |s: f64| [neck[0] - v * 0.42 * s, neck[1] + u * 0.42 * s];
-        self.fill(&[b, side(1.0), side(-1.0)], color, 1.0);
+        let [a, b] = [a, b].map(|p| p.map(|v| v * 2.0));
+        self.large.arrow(a, b, width * 2.0, color);
     }
 
     pub(super) fn disc(&mut self, c: [f64; 2], r: f64, color: [u8; 3]) {

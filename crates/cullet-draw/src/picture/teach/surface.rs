@@ -1,14 +1,12 @@
-//! A model's surface in the colours of its clusters and of its back-facing regions.
+//! A model's surface in the colours of its clusters, and their cones of normals.
 
 use std::collections::HashMap;
 
 use cullet::cull::backface::cluster::{Bound, ClusterPlanes, NormalCone};
-use cullet::cull::backface::{self, ObjectEye};
-use cullet::mesh::Regions;
 use cullet::{Camera, CullFace, Depth, Mesh, Projection, Scene, View};
 use glam::{DMat3, DVec3};
 
-use super::{BACK, KEPT, SIGHT};
+use super::{KEPT, SIGHT};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::picture::Picture;
 use crate::picture::canvas::{grouped, text_width};
@@ -18,7 +16,7 @@ use crate::picture::space::{Space, Surfaces};
 use crate::render::render;
 
 /// Colours of neighbours, taken in turn.
-const COLORS: [[u8; 3]; 8] = [
+pub(super) const COLORS: [[u8; 3]; 8] = [
     [0xE6, 0x9F, 0x00],
     [0x56, 0xB4, 0xE9],
     [0x00, 0x9E, 0x73],
@@ -28,6 +26,17 @@ const COLORS: [[u8; 3]; 8] = [
     [0xCC, 0x79, 0xA7],
     [0xB4, 0xB0, 0xA6],
 ];
+
+/// A cone of normals on a picture.
+struct Glyph {
+    depth: f64,
+    /// Where it stands on its cluster.
+    foot: [f64; 2],
+    /// The end of its axis.
+    tip: [f64; 2],
+    /// Its rim.
+    ring: Vec<[f64; 2]>,
+}
 
 /// The scene in the colours of its clusters: two that touch differ where eight colours suffice. Both
 /// sides of every surface are drawn. Cost: two frames at twice the size.
@@ -48,7 +57,7 @@ pub fn cones(scene: &Scene, view: &View) -> Picture {
     let space = Space::new(view);
     let size = [picture.width, picture.height];
     let (mut with, mut all) = (0u64, 0u64);
-    let mut glyphs: Vec<(f64, [f64; 2], [f64; 2], Vec<[f64; 2]>)> = Vec::new();
+    let mut glyphs: Vec<Glyph> = Vec::new();
     for slot in scene.slots() {
         let mesh = scene.mesh(slot);
         let transform = scene.transform(slot);
@@ -78,16 +87,16 @@ pub fn cones(scene: &Scene, view: &View) -> Picture {
             let ends = (space.project(middle, size), space.project(world(axis * length), size));
             let (Some((foot, depth)), Some((tip, _))) = ends else { continue };
             if ring.len() == 28 && !is_hidden(&frame, &space, foot, middle, planes.radius()) {
-                glyphs.push((depth, foot, tip, ring));
+                glyphs.push(Glyph { depth, foot, tip, ring });
             }
         }
     }
     // Farthest first.
-    glyphs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    glyphs.sort_by(|a, b| a.depth.total_cmp(&b.depth));
     if !space.nearer(1.0, 0.0) {
         glyphs.reverse();
     }
-    for (_, foot, tip, ring) in glyphs {
+    for Glyph { foot, tip, ring, .. } in glyphs {
         let mut hull = ring.clone();
         hull.push(foot);
         picture.fill_convex(&crate::picture::canvas::hull(&hull), PAPER, 0.30);
@@ -100,55 +109,11 @@ pub fn cones(scene: &Scene, view: &View) -> Picture {
     picture
 }
 
-/// The connected regions of the scene that face away from the eye of `view`, each in a colour, seen from
-/// the other side; and how many there are. Of each instance, [`backface::back_regions`] decides.
-#[must_use]
-pub fn back_regions(scene: &Scene, view: &View) -> (Picture, usize) {
-    let regions: Vec<Regions> = scene
-        .slots()
-        .map(|slot| {
-            let mesh = scene.mesh(slot);
-            let eye = ObjectEye::of_view(view, scene.transform(slot));
-            backface::back_regions(&eye, mesh.positions(), mesh.indices())
-        })
-        .collect();
-    let count = regions.iter().map(Regions::count).sum();
-    // By size: the largest has the colour of what faces away, so that the others stand out.
-    let color = |slot: u32, t: u32| -> [u8; 3] {
-        let Some(r) = regions.get(slot as usize) else { return KEPT };
-        match r.of.get(t as usize) {
-            Some(&n) if n != Regions::NONE => {
-                let size = r.triangles[n as usize];
-                if r.triangles.iter().all(|s| *s <= size) { BACK } else { REST[n as usize % 6] }
-            }
-            _ => KEPT,
-        }
-    };
-    const REST: [[u8; 3]; 6] = [COLORS[0], COLORS[1], COLORS[3], COLORS[4], COLORS[5], COLORS[6]];
-    let mut picture = colored(scene, &other_side(scene, view), &color).0.halved();
-    let noun = if count == 1 { "region faces" } else { "regions face" };
-    caption(&mut picture, &format!("{count} connected {noun} away, seen from behind"));
-    (picture, count)
-}
-
-/// The view from the far side of the scene, a little above; the view itself where there is none.
-fn other_side(scene: &Scene, view: &View) -> View {
-    let [x, y, z, w] = view.eye();
-    let away = if w == 0.0 {
-        -DVec3::new(x, y, z)
-    } else {
-        DVec3::from(scene.extent().center().map(f64::from)) - DVec3::new(x, y, z) / w
-    };
-    let away = away.normalize_or(DVec3::NEG_Z);
-    whole(scene, (away + DVec3::Y * 0.2).into(), view.viewport()).unwrap_or_else(|| view.clone())
-}
-
 /// A view of the whole scene from a direction; `None` for an empty scene.
 pub(super) fn whole(scene: &Scene, from: [f64; 3], size: [u32; 2]) -> Option<View> {
     let extent = scene.extent();
     let from = DVec3::from(from).try_normalize().filter(|_| !extent.is_empty())?;
-    let middle = DVec3::from(extent.center().map(f64::from));
-    let radius = DVec3::from(extent.half_extent().map(f64::from)).length();
+    let (middle, radius) = ball_around(scene);
     let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
     // High enough for the width, too.
     let fov_y_radians = 2.0 * (0.34f64.tan() / aspect.min(1.0)).atan();
@@ -156,8 +121,15 @@ pub(super) fn whole(scene: &Scene, from: [f64; 3], size: [u32; 2]) -> Option<Vie
     let projection = Projection::Perspective { fov_y_radians, aspect, near, far };
     // Not straight down, where up is no direction.
     let from = if from.y.abs() > 0.95 { DVec3::new(0.2, from.y, 0.2).normalize() } else { from };
-    let camera = Camera::look_at(middle + from * (radius * 2.7), middle, projection);
+    let camera = Camera::look_at(middle + from * (radius * 2.1), middle, projection);
     View::new(&camera, Depth::Reversed, size).ok()
+}
+
+/// The middle of the scene in the world, and how far its extent reaches from there.
+pub(super) fn ball_around(scene: &Scene) -> (DVec3, f64) {
+    let extent = scene.extent();
+    let middle = DVec3::from(scene.origin()) + DVec3::from(extent.center().map(f64::from));
+    (middle, DVec3::from(extent.half_extent().map(f64::from)).length())
 }
 
 /// The planes of a range of a mesh's triangles.
@@ -239,7 +211,7 @@ fn is_hidden(frame: &Frame, space: &Space, at: [f64; 2], p: DVec3, radius: f64) 
     space.project(raised, [frame.width, frame.height]).is_none_or(|(_, d)| space.nearer(depth, d))
 }
 
-fn caption(picture: &mut Picture, words: &str) {
+pub(super) fn caption(picture: &mut Picture, words: &str) {
     let scale = if picture.width >= 760 { 2 } else { 1 };
     let (wide, high) = (text_width(words, scale), 7 * i64::from(scale));
     picture.fill([12, 12], [wide + 20, high + 18], PAPER, 0.9);

@@ -34,7 +34,8 @@ impl CullingRegion {
     ///
     /// Empty where the half-spaces have no common volume in the box, flat ones included; where the box
     /// is empty, flat or not finite; and where a half-space is not finite, for such a one proves nothing.
-    /// A normal of zero length holds everywhere or nowhere. Cost: about 0.1 µs a half-space and face.
+    /// A normal of zero length holds everywhere or nowhere. Each half-space is tried on every corner there
+    /// is by then, so the cost is O(h²) for h half-spaces that all bound the region.
     #[must_use]
     pub fn clip(
         half_spaces: impl IntoIterator<Item = ([f64; 3], f64)>,
