@@ -45,6 +45,7 @@
 #![forbid(unsafe_code)]
 
 mod bounds;
+mod clipped;
 mod frame;
 mod geometry;
 pub mod picture;
@@ -55,6 +56,7 @@ mod sample;
 mod tile;
 mod verify;
 
+pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
 pub use picture::{Picture, depth_complexity, fly_out, kinds, kinds_of, palette, shaded, top_down};
 pub use picture::{
