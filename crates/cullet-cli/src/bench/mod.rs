@@ -5,6 +5,7 @@
 //! checks its answer against the scalar oracle before it is timed.
 
 mod backface;
+mod clip;
 mod frustum;
 mod measure;
 mod results;
@@ -45,6 +46,7 @@ pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) 
     };
     frustum::run(options, &mut take);
     backface::run(options, &mut take);
+    clip::run(options, &mut take);
     Results { schema: 1, machine: Machine::here(), results }
 }
 

@@ -60,12 +60,13 @@
 mod exact_point;
 pub mod line;
 pub mod outcode;
+mod outcode_batch;
 pub mod polygon;
 pub mod region;
 pub mod space;
 
 pub use line::Window;
-pub use outcode::{ObjectRegion, Outcode, outcode_ref};
+pub use outcode::{ObjectRegion, Outcode, Sorted, Verdict, outcode_ref};
 pub use polygon::{Clipper, Vertex};
 pub use region::{ClipError, HalfSpace, Region, Scalar};
 pub use space::GuardBand;
