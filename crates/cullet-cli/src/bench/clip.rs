@@ -179,18 +179,24 @@ fn window_in_f64() -> Region<f64, 3> {
     Window::new([-1.0; 3], [1.0; 3]).expect("low is below high").region()
 }
 
-/// Triangles that all straddle the band or the near plane, none of them outside of the view.
-fn straddling(guard: &GuardBand<f32>) -> Vec<[[f32; 4]; 3]> {
+/// Triangles of a soup around the eye that all straddle the band or the near plane, none of them outside
+/// of the view: what is left to cut when all that can be told at a glance has gone. Each straddles at most so many planes;
+/// one with a corner behind the eye straddles several, for that is outside of left or right whatever its x.
+fn straddling(guard: &GuardBand<f32>, planes: u32) -> Vec<[[f32; 4]; 3]> {
     let mut random = Random(0x1234_5678_9abc_def1);
+    let m = view().clip_from_world();
     let mut found = Vec::with_capacity(PRIMITIVES);
     while found.len() < PRIMITIVES {
+        let at: [f32; 3] = random.point(4.0);
         let corners = [0; 3].map(|_| {
-            let [x, y, z, w] = random.point(1.0);
-            [x * 40.0, y * 40.0, z, w * 2.0 + 1.0]
+            let off: [f32; 3] = random.point(2.0);
+            let [x, y, z] = [0, 1, 2].map(|i| f64::from(at[i] + off[i]));
+            [0, 1, 2, 3].map(|r| (m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r]) as f32)
         });
         let codes = corners.map(|p| guard.outcodes(&p));
         let and = |k: usize| codes[0][k] & codes[1][k] & codes[2][k];
-        if and(0) == 0 && codes[0][1] | codes[1][1] | codes[2][1] != 0 {
+        let or = codes[0][1] | codes[1][1] | codes[2][1];
+        if and(0) == 0 && or != 0 && or.count_ones() <= planes {
             found.push(corners);
         }
     }
@@ -199,11 +205,12 @@ fn straddling(guard: &GuardBand<f32>) -> Vec<[[f32; 4]; 3]> {
 
 fn guard_band(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     let guard = GuardBand::new(Depth::Reversed, 16.0_f32).expect("16 is a width");
-    let names = ["guard-band", "full", "near"].map(|what| format!("clip/triangles/{what}"));
+    let names =
+        ["one-plane", "guard-band", "full", "near"].map(|what| format!("clip/triangles/{what}"));
     if !names.iter().any(|name| is_wanted(options, name)) {
         return;
     }
-    let triangles = straddling(&guard);
+    let [one, triangles] = [1, 6].map(|planes| straddling(&guard, planes));
     let [full, near] = [space::full::<f32>(Depth::Reversed), space::near(Depth::Reversed)];
     let wide = |r: &Region<f32, 4>| {
         let sides = r.sides().map(|(_, s)| {
@@ -213,34 +220,36 @@ fn guard_band(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         sides.collect::<Result<Vec<_>, _>>().and_then(Region::new).expect("they were planes")
     };
     let mut clipper = Clipper::new();
-    let mut run = |name: &str, region: &Region<f32, 4>, banded: bool| {
-        if !is_wanted(options, name) {
-            return;
-        }
-        let mut in_f64 = Clipper::new();
-        let region_in_f64 = wide(region);
-        let mut visible = 0;
-        let checked = triangles.iter().all(|t| {
-            let cut = clip(&guard, region, banded, &mut clipper, t);
-            visible += usize::from(!cut.is_empty());
-            let area = area_of(cut.iter().map(|p| p.map(f64::from)));
-            let exact = in_f64.clip(&region_in_f64, &t.map(|p| p.map(f64::from)));
-            let exact = area_of(exact.iter().copied());
-            (0..3).all(|i| (area[i] - exact[i]).abs() < 1e-2)
-        });
-        let row = Row { name, level: "scalar", items: PRIMITIVES, visible, bytes: 48, checked };
-        let mut vertices = Vec::with_capacity(PRIMITIVES * 9);
-        measure(options, &row, each, || {
-            vertices.clear();
-            for t in &triangles {
-                vertices.extend_from_slice(clip(&guard, region, banded, &mut clipper, t));
+    let mut run =
+        |name: &str, triangles: &[[[f32; 4]; 3]], region: &Region<f32, 4>, banded: bool| {
+            if !is_wanted(options, name) {
+                return;
             }
-            black_box(&vertices);
-        });
-    };
-    run(&names[0], guard.region(), true);
-    run(&names[1], &full, false);
-    run(&names[2], &near, false);
+            let mut in_f64 = Clipper::new();
+            let region_in_f64 = wide(region);
+            let mut visible = 0;
+            let checked = triangles.iter().all(|t| {
+                let cut = clip(&guard, region, banded, &mut clipper, t);
+                visible += usize::from(!cut.is_empty());
+                let area = area_of(cut.iter().map(|p| p.map(f64::from)));
+                let exact = in_f64.clip(&region_in_f64, &t.map(|p| p.map(f64::from)));
+                let exact = area_of(exact.iter().copied());
+                (0..3).all(|i| (area[i] - exact[i]).abs() < 1e-2)
+            });
+            let row = Row { name, level: "scalar", items: PRIMITIVES, visible, bytes: 48, checked };
+            let mut vertices = Vec::with_capacity(PRIMITIVES * 9);
+            measure(options, &row, each, || {
+                vertices.clear();
+                for t in triangles {
+                    vertices.extend_from_slice(clip(&guard, region, banded, &mut clipper, t));
+                }
+                black_box(&vertices);
+            });
+        };
+    run(&names[0], &one, guard.region(), true);
+    run(&names[1], &triangles, guard.region(), true);
+    run(&names[2], &triangles, &full, false);
+    run(&names[3], &triangles, &near, false);
 }
 
 #[inline]
@@ -331,7 +340,7 @@ mod tests {
         let guard = GuardBand::new(Depth::Reversed, 16.0_f32).unwrap();
         let full = space::full::<f32>(Depth::Reversed);
         let mut clipper = Clipper::new();
-        for t in straddling(&guard) {
+        for t in straddling(&guard, 6).into_iter().chain(straddling(&guard, 1)) {
             let cut = guard.clip(&mut clipper, &t);
             assert!(cut != t, "one that is not cut does not count");
             let codes = t.map(|p| full.outcode(&p));

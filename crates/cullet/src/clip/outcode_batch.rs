@@ -1,6 +1,7 @@
 //! Outcodes of many points: f32 where it is sure, f64 where it is not.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 
 use super::outcode::ObjectRegion;
@@ -82,43 +83,51 @@ fn blocks<S: Simd>(
 }
 
 /// Writes the codes of a block; `false` where f32 cannot be sure of them.
-///
-/// Plain loops over arrays of fixed length: compiled once for each level, they become vectors.
 #[inline(always)]
 fn sure<S: Simd>(
-    _: S,
+    simd: S,
     planes: &[Narrow],
     points: &[[f32; 3]; BLOCK],
     codes: &mut [u32; BLOCK],
 ) -> bool {
-    let (mut x, mut y, mut z) = ([0.0_f32; BLOCK], [0.0_f32; BLOCK], [0.0_f32; BLOCK]);
-    for i in 0..BLOCK {
-        [x[i], y[i], z[i]] = points[i];
+    let lanes = S::f32s::LEN;
+    let mut axes = [[0.0_f32; BLOCK]; 3];
+    for (i, p) in points.iter().enumerate() {
+        (axes[0][i], axes[1][i], axes[2][i]) = (p[0], p[1], p[2]);
     }
-    let largest = |v: &[f32; BLOCK]| {
-        let mut most = [0.0_f32; 16];
-        for i in 0..BLOCK {
-            let a = v[i].abs();
-            most[i % 16] = if a > most[i % 16] { a } else { most[i % 16] };
+    let mut most = [0.0; 3];
+    for (most, axis) in most.iter_mut().zip(&axes) {
+        let mut largest = S::f32s::splat(simd, 0.0);
+        for part in axis.chunks_exact(lanes) {
+            largest = largest.max(S::f32s::from_slice(simd, part).abs());
         }
-        most.into_iter().fold(0.0, f32::max)
-    };
-    let most = [largest(&x), largest(&y), largest(&z)];
-    let mut doubtful = [0_u32; BLOCK];
-    *codes = [0; BLOCK];
-    for p in planes {
-        let margin = p.doubt_per[0] * most[0]
-            + p.doubt_per[1] * most[1]
-            + p.doubt_per[2] * most[2]
-            + p.doubt;
-        for i in 0..BLOCK {
-            let height = p.n[0] * x[i] + p.n[1] * y[i] + p.n[2] * z[i] - p.d;
-            codes[i] |= if height > 0.0 { p.bit } else { 0 };
-            // From its opposite, so that NaN is doubtful.
-            doubtful[i] |= u32::from(!(height.abs() > margin));
-        }
+        *most = largest.as_slice().iter().fold(0.0, |a, &b| f32::max(a, b));
     }
-    doubtful.iter().fold(0, |a, b| a | b) == 0
+    let mut margins = [0.0; 32];
+    for (margin, p) in margins.iter_mut().zip(planes) {
+        let [x, y, z] = [0, 1, 2].map(|i| p.doubt_per[i] * most[i]);
+        *margin = x + y + z + p.doubt;
+    }
+    let mut certain = S::mask32s::splat(simd, true);
+    for (at, codes) in (0..BLOCK).step_by(lanes).zip(codes.chunks_exact_mut(lanes)) {
+        let load = |axis: &[f32; BLOCK]| S::f32s::from_slice(simd, &axis[at..at + lanes]);
+        let (x, y, z) = (load(&axes[0]), load(&axes[1]), load(&axes[2]));
+        let mut code = S::u32s::splat(simd, 0);
+        for (p, &margin) in planes.iter().zip(&margins) {
+            // Fused or not, as the level has it: within the margin either way.
+            let splat = |v| S::f32s::splat(simd, v);
+            let height = x.mul_add(
+                splat(p.n[0]),
+                y.mul_add(splat(p.n[1]), z.mul_add(splat(p.n[2]), splat(-p.d))),
+            );
+            let bit = S::u32s::splat(simd, p.bit);
+            code = code | height.simd_gt(0.0).select(bit, S::u32s::splat(simd, 0));
+            // False for a NaN.
+            certain = certain & height.abs().simd_gt(margin);
+        }
+        code.store_slice(codes);
+    }
+    certain.all_true()
 }
 
 #[cold]

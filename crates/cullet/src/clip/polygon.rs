@@ -42,15 +42,44 @@ impl<T: Scalar, const D: usize, const N: usize> Vertex<T, D> for [T; N] {
 
 /// Cuts polygons; keeps its memory from one to the next.
 ///
-/// It starts with room for 64 vertices. A convex polygon of n vertices cut by k planes has at most n + k,
-/// so triangles and quads never allocate against any region; larger polygons do until the largest has
-/// been seen.
+/// It has room for 64 vertices from the first polygon on. A convex polygon of n vertices cut by k planes has
+/// at most n + k, so triangles and quads allocate once against any region; larger polygons do until the
+/// largest has been seen.
 #[derive(Clone, Debug)]
 pub struct Clipper<V> {
+    from: Ring<V>,
+    to: Ring<V>,
+}
+
+/// A polygon in buffers that only grow: what is beyond `len` is left over from before.
+#[derive(Clone, Debug)]
+struct Ring<V> {
     vertices: Vec<V>,
     codes: Vec<u32>,
-    next: Vec<V>,
-    next_codes: Vec<u32>,
+    len: usize,
+}
+
+impl<V: Copy> Ring<V> {
+    const EMPTY: Self = Self { vertices: Vec::new(), codes: Vec::new(), len: 0 };
+    const ROOM: usize = 64;
+
+    /// Makes room for so many vertices; `any` fills it, for safe code has no memory without a value.
+    #[inline]
+    fn reserve(&mut self, len: usize, any: V) {
+        if self.vertices.len() < len {
+            self.grow(len.max(Self::ROOM), any);
+        }
+    }
+
+    #[cold]
+    fn grow(&mut self, len: usize, any: V) {
+        self.vertices.resize(len, any);
+        self.codes.resize(len, 0);
+    }
+
+    fn get(&self) -> (&[V], &[u32]) {
+        (&self.vertices[..self.len], &self.codes[..self.len])
+    }
 }
 
 impl<V: Copy> Default for Clipper<V> {
@@ -60,17 +89,10 @@ impl<V: Copy> Default for Clipper<V> {
 }
 
 impl<V: Copy> Clipper<V> {
-    const ROOM: usize = 64;
-
-    /// A clipper with room for 64 vertices.
+    /// A clipper that has no memory yet.
     #[must_use]
-    pub fn new() -> Self {
-        Self {
-            vertices: Vec::with_capacity(Self::ROOM),
-            codes: Vec::with_capacity(Self::ROOM),
-            next: Vec::with_capacity(Self::ROOM),
-            next_codes: Vec::with_capacity(Self::ROOM),
-        }
+    pub const fn new() -> Self {
+        Self { from: Ring::EMPTY, to: Ring::EMPTY }
     }
 
     /// The part of a polygon within a region: its vertices in the order they came in, none where nothing
@@ -81,110 +103,114 @@ impl<V: Copy> Clipper<V> {
     /// area, so filling is right. A vertex with a NaN position is kept, and cuts nothing; an edge longer
     /// than the largest number gives infinite vertices.
     ///
-    /// Planes are taken in ascending order. Cost: an outcode a vertex, and for every plane that some
+    /// Planes are taken in ascending order, in clip space the near one first: what is behind the eye is outside
+    /// of many planes, and beyond them no more once it is gone. Cost: an outcode a vertex, and for every plane that some
     /// vertex is outside of, one walk around the polygon.
     pub fn clip<T: Scalar, const D: usize>(&mut self, region: &Region<T, D>, polygon: &[V]) -> &[V]
     where
         V: Vertex<T, D>,
     {
-        self.load(&mut polygon.iter().map(|v| (*v, region.outcode(&v.position()))));
-        self.cut_loaded(region, false)
+        let codes = |p: &_| [region.outcode(p); 2];
+        self.clip_coded(region, polygon, codes, |p, bits| region.outcode_of(p, bits))
     }
 
-    /// Takes vertices with their outcodes, in place of what there was.
+    /// [`clip`](Self::clip) by the outcodes of the caller: those by which all may be rejected at once, and
+    /// those of the region; `recode` gives the latter of a cut vertex, at least the bits that it is asked.
     #[inline]
-    pub(super) fn load(&mut self, polygon: &mut impl Iterator<Item = (V, u32)>) {
-        self.vertices.clear();
-        self.codes.clear();
-        for (vertex, code) in polygon {
-            self.vertices.push(vertex);
-            self.codes.push(code);
-        }
-    }
-
-    /// Cuts what was loaded; to nothing where it is known to be `rejected`.
-    #[inline]
-    pub(super) fn cut_loaded<T: Scalar, const D: usize>(
+    pub(super) fn clip_coded<T: Scalar, const D: usize>(
         &mut self,
         region: &Region<T, D>,
-        rejected: bool,
+        polygon: &[V],
+        codes: impl Fn(&[T; D]) -> [u32; 2],
+        recode: impl Fn(&[T; D], u32) -> u32,
     ) -> &[V]
     where
         V: Vertex<T, D>,
     {
-        let (mut or, mut and) = (0, region.present());
-        for code in &self.codes {
+        self.from.len = 0;
+        if polygon.len() < 3 {
+            return &[];
+        }
+        self.from.reserve(polygon.len(), polygon[0]);
+        let (mut or, mut and) = (0, u32::MAX);
+        let to = self.from.vertices.iter_mut().zip(&mut self.from.codes);
+        for ((to, to_code), vertex) in to.zip(polygon) {
+            let [rejecting, code] = codes(&vertex.position());
+            (*to, *to_code) = (*vertex, code);
+            and &= rejecting;
             or |= code;
-            and &= code;
         }
-        if rejected || self.vertices.len() < 3 || and != 0 {
-            self.vertices.clear();
-            return &self.vertices;
+        if and != 0 {
+            return &[];
         }
-        let mut left = or & region.present();
-        while left != 0 {
-            self.cut(region, left.trailing_zeros() as usize);
-            left &= left - 1;
+        self.from.len = polygon.len();
+        let first = region.first();
+        for mut left in [or & first, or & !first] {
+            while left != 0 {
+                self.cut(region, left.trailing_zeros() as usize, &recode);
+                left &= left - 1;
+            }
         }
-        &self.vertices
+        self.from.get().0
     }
 
     /// Cuts what there is by one plane.
     #[inline]
-    fn cut<T: Scalar, const D: usize>(&mut self, region: &Region<T, D>, number: usize)
-    where
+    fn cut<T: Scalar, const D: usize>(
+        &mut self,
+        region: &Region<T, D>,
+        number: usize,
+        recode: &impl Fn(&[T; D], u32) -> u32,
+    ) where
         V: Vertex<T, D>,
     {
         let (side, bit) = (region.side(number), 1_u32 << number);
+        let (vertices, codes) = self.from.get();
         let (mut or, mut and) = (0, bit);
-        for code in &self.codes {
+        for code in codes {
             or |= code;
             and &= code;
         }
         if or & bit == 0 {
             return;
         }
-        self.next.clear();
-        self.next_codes.clear();
+        let mut len = 0;
         if and == 0 {
+            // At most a crossing and itself for each vertex.
+            self.to.reserve(vertices.len() * 2, vertices[0]);
+            let (to, to_codes) = (&mut self.to.vertices[..], &mut self.to.codes[..]);
             let mut crossings = 0;
-            let Some((mut last, mut last_code)) =
-                self.vertices.last().copied().zip(self.codes.last().copied())
-            else {
-                return;
-            };
-            for (&vertex, &code) in self.vertices.iter().zip(&self.codes) {
-                if (code ^ last_code) & bit != 0 {
-                    let ((p, p_code), (q, q_code)) = if code & bit == 0 {
-                        ((vertex, code), (last, last_code))
-                    } else {
-                        ((last, last_code), (vertex, code))
-                    };
-                    if let Some(t) = side.crossing(&p.position(), &q.position()) {
-                        let cut = p.between(&q, t);
-                        let differ = (p_code ^ q_code) & !bit;
-                        let known = p_code & q_code;
-                        self.next.push(cut);
-                        self.next_codes.push(known | region.outcode_of(&cut.position(), differ));
+            let mut last = vertices.len() - 1;
+            for i in 0..vertices.len() {
+                if (codes[i] ^ codes[last]) & bit != 0 {
+                    let [p, q] = if codes[i] & bit == 0 { [i, last] } else { [last, i] };
+                    let ends = [vertices[p].position(), vertices[q].position()];
+                    if let Some(t) = side.crossing(&ends[0], &ends[1]) {
+                        let cut = vertices[p].between(&vertices[q], t);
+                        let mut code = codes[p] & codes[q];
+                        let differ = (codes[p] ^ codes[q]) & !bit;
+                        if differ != 0 {
+                            code |= recode(&cut.position(), differ) & differ;
+                        }
+                        (to[len], to_codes[len]) = (cut, code);
+                        len += 1;
                         crossings += 1;
                     }
                 }
-                if code & bit == 0 {
-                    self.next.push(vertex);
-                    self.next_codes.push(code);
-                }
-                (last, last_code) = (vertex, code);
+                // Written whether it stays or not: no branch to guess.
+                (to[len], to_codes[len]) = (vertices[i], codes[i]);
+                len += usize::from(codes[i] & bit == 0);
+                last = i;
             }
             // Without a crossing all that is left may be on the plane: a touch from outside.
             let touches =
-                crossings == 0 && self.next.iter().all(|v| side.height(&v.position()) >= T::ZERO);
-            if touches || self.next.len() < 3 {
-                self.next.clear();
-                self.next_codes.clear();
+                crossings == 0 && to[..len].iter().all(|v| side.height(&v.position()) >= T::ZERO);
+            if touches || len < 3 {
+                len = 0;
             }
         }
-        std::mem::swap(&mut self.vertices, &mut self.next);
-        std::mem::swap(&mut self.codes, &mut self.next_codes);
+        self.to.len = len;
+        std::mem::swap(&mut self.from, &mut self.to);
     }
 }
 

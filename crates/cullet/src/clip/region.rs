@@ -10,7 +10,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use thiserror::Error;
 
 use crate::bounds::Plane;
-use crate::view::Frustum;
+use crate::view::{Frustum, FrustumPlane};
 
 /// A number to clip with: `f32` or `f64`.
 pub trait Scalar:
@@ -182,6 +182,8 @@ impl TryFrom<Plane> for HalfSpace<f64, 3> {
 pub struct Region<T, const D: usize> {
     sides: [HalfSpace<T, D>; Frustum::MAX_PLANES],
     present: u32,
+    /// Planes that cut before the others.
+    first: u32,
 }
 
 impl<T: Scalar, const D: usize> Default for Region<T, D> {
@@ -195,7 +197,7 @@ impl<T: Scalar, const D: usize> Region<T, D> {
     #[must_use]
     pub fn everything() -> Self {
         let nothing = HalfSpace { normal: [T::ZERO; D], d: T::ZERO };
-        Self { sides: [nothing; Frustum::MAX_PLANES], present: 0 }
+        Self { sides: [nothing; Frustum::MAX_PLANES], present: 0, first: 0 }
     }
 
     /// The region within some half-spaces, numbered in their order.
@@ -226,6 +228,16 @@ impl<T: Scalar, const D: usize> Region<T, D> {
     pub(super) fn set(&mut self, number: usize, side: HalfSpace<T, D>) {
         self.sides[number] = side;
         self.present |= 1 << number;
+    }
+
+    /// Lets a plane cut before the others, because it makes cuts by them unnecessary.
+    pub(super) fn cut_first(&mut self, number: usize) {
+        self.first |= 1 << number;
+    }
+
+    #[inline]
+    pub(super) fn first(&self) -> u32 {
+        self.first
     }
 
     /// The same region without the planes that are not in `mask`; the rest keep their numbers.
@@ -280,6 +292,7 @@ impl<T: Scalar> From<&Frustum> for Region<T, 3> {
             let normal = plane.normal.map(T::from_f64);
             region.set(i, HalfSpace { normal, d: T::from_f64(plane.d) });
         }
+        region.cut_first(FrustumPlane::Near as usize);
         region
     }
 }

@@ -36,6 +36,7 @@ fn region<T: Scalar>(depth: Depth, wide: T) -> Region<T, 4> {
             region.set(number, side);
         }
     }
+    region.cut_first(NEAR);
     region
 }
 
@@ -109,13 +110,7 @@ impl<T: Scalar> GuardBand<T> {
     /// one plane of the view. A polygon within the band comes back as it is. See [`Clipper::clip`].
     #[inline]
     pub fn clip<'a, V: Vertex<T, 4>>(&self, clipper: &'a mut Clipper<V>, polygon: &[V]) -> &'a [V] {
-        let mut and = u32::MAX;
-        clipper.load(&mut polygon.iter().map(|v| {
-            let [view, band] = self.outcodes(&v.position());
-            and &= view;
-            (*v, band)
-        }));
-        clipper.cut_loaded(&self.band, and != 0)
+        clipper.clip_coded(&self.band, polygon, |p| self.outcodes(p), |p, _| self.outcodes(p)[1])
     }
 }
 
