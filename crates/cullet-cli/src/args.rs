@@ -347,6 +347,14 @@ pub(crate) enum PictureKind {
     Cones,
     /// The connected regions that face away
     BackRegions,
+    /// The nine regions of outcodes, with lines and triangles
+    Outcodes,
+    /// A polygon clipped side by side
+    ClipPolygon,
+    /// A segment behind the eye, divided and then clipped, and the other way round
+    ClipW,
+    /// The spaces of the pipeline and the tests in each
+    Pipeline,
 }
 
 impl PictureKind {
@@ -364,6 +372,10 @@ impl PictureKind {
             Self::Clusters => "clusters",
             Self::Cones => "cones",
             Self::BackRegions => "back-regions",
+            Self::Outcodes => "outcodes",
+            Self::ClipPolygon => "clip-polygon",
+            Self::ClipW => "clip-w",
+            Self::Pipeline => "pipeline",
         }
     }
 }

@@ -78,6 +78,10 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
         }
         PictureKind::Clusters => cullet_draw::clusters(scene, view),
         PictureKind::Cones => cullet_draw::cones(scene, view),
+        PictureKind::Outcodes => cullet_draw::outcodes(args.view.size),
+        PictureKind::ClipPolygon => cullet_draw::clip_polygon(args.view.size),
+        PictureKind::ClipW => cullet_draw::clip_w(args.view.size),
+        PictureKind::Pipeline => cullet_draw::pipeline(args.view.size),
         PictureKind::BackRegions => {
             let (picture, count) = cullet_draw::back_regions(scene, view);
             let noun = if count == 1 { "region" } else { "regions" };

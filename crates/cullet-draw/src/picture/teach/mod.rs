@@ -1,12 +1,16 @@
-//! Diagrams that teach back-face culling, drawn from what the library computes.
+//! Diagrams that teach back-face culling and clipping, drawn from what the library computes.
 
 mod circle;
+mod clip;
+mod clip_w;
 mod masks;
 mod sheet;
 mod surface;
 mod volume;
 
 pub use circle::{conservative_set, normal_partition};
+pub use clip::{clip_polygon, outcodes};
+pub use clip_w::{clip_w, pipeline};
 pub use masks::normal_mask;
 pub use surface::{back_regions, clusters, cones};
 pub use volume::{VolumeFigure, culling_volume};
