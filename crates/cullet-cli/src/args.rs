@@ -108,6 +108,12 @@ The first three draw no scene: the eye of the view gives the direction of sight,
 Clusters of two-sided meshes are never culled, and made otherwise: give --one-sided for scans with
 holes.
 
+To teach clipping; these draw no scene:
+outcodes          the nine regions around a window; lines and triangles by their codes
+clip-polygon      Sutherland & Hodgman, one side after another
+clip-w            a segment behind the eye, divided before it is clipped, and after
+pipeline          the spaces of the pipeline, the tests in each, and their cost on this machine
+
 Examples
   cullet picture kinds --out kinds.png
   cullet picture normal-mask --eye 3,2,5 --target 0,0,0 --fov 20

@@ -6,6 +6,7 @@ use cullet_bake::clusters::{ClusterOptions, build};
 use cullet_draw::{Picture, RenderOptions, Selection, VolumeFigure};
 
 use crate::args::{PictureArgs, PictureKind};
+use crate::bench::{self, BenchOptions};
 use crate::console::Console;
 use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
@@ -81,7 +82,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
         PictureKind::Outcodes => cullet_draw::outcodes(args.view.size),
         PictureKind::ClipPolygon => cullet_draw::clip_polygon(args.view.size),
         PictureKind::ClipW => cullet_draw::clip_w(args.view.size),
-        PictureKind::Pipeline => cullet_draw::pipeline(args.view.size),
+        PictureKind::Pipeline => cullet_draw::pipeline(&costs(), args.view.size),
         PictureKind::BackRegions => {
             let (picture, count) = cullet_draw::back_regions(scene, view);
             let noun = if count == 1 { "region" } else { "regions" };
@@ -93,6 +94,18 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
     std::fs::write(&out, picture.to_png()).map_err(|e| Failure::write(&out, &e))?;
     console.line(format!("{} written, {}x{}", out.display(), picture.width, picture.height));
     Ok(Exit::Fine)
+}
+
+/// What the tests of the pipeline cost here: the benchmarks, briefly, at the best SIMD level.
+fn costs() -> Vec<(String, f64)> {
+    let measure = |name: &str| {
+        let filter = Some(name.to_owned());
+        let options = BenchOptions { filter, seconds: 0.1, sizes: vec![100_000] };
+        // The best level comes first.
+        let first = bench::run(&options).results.into_iter().next()?;
+        Some((first.name, first.ns_per_item))
+    };
+    cullet_draw::pipeline_costs().filter_map(measure).collect()
 }
 
 /// Gives every mesh the clusters that are made for culling.

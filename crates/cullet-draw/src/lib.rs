@@ -61,7 +61,7 @@ pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
 pub use picture::{Picture, depth_complexity, fly_out, kinds, kinds_of, palette, shaded, top_down};
 pub use picture::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set,
-    culling_volume, normal_mask, normal_partition, outcodes, pipeline,
+    culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };
 pub use reference::render_ref;
 pub use render::render;

@@ -60,8 +60,10 @@ mod tests {
         let results = run(&options);
         let levels = cullet::cull::frustum::batch::levels().len();
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
-        // three answers each, and the vertices.
-        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3) * levels + 1);
+        // three answers each, and the vertices. Clipping: outcodes; sorting, three ways for lines, four for
+        // triangles, two places.
+        let clipping = levels + 1 + 3 + 4 + 2;
+        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3) * levels + 1 + clipping);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
             assert!(r.ns_per_item > 0.0 && r.limit_ratio > 0.0, "{r:?}");

@@ -37,9 +37,9 @@ fn verdict(codes: &[u32], left: bool) -> [u8; 3] {
 #[must_use]
 pub fn outcodes(size: [u32; 2]) -> Picture {
     const LINES: [[[f64; 2]; 2]; 7] = [
-        [[-0.7, 0.55], [0.25, 0.8]],
+        [[-0.7, 0.35], [0.2, 0.6]],
         [[-1.7, 0.1], [-0.1, -0.75]],
-        [[-0.35, 1.5], [0.8, -1.5]],
+        [[-0.1, 1.5], [0.8, -1.5]],
         [[-1.75, 1.05], [-0.75, 1.75]],
         [[1.15, -1.7], [1.75, 0.3]],
         [[-1.75, -0.75], [-0.55, -1.75]],
@@ -49,8 +49,8 @@ pub fn outcodes(size: [u32; 2]) -> Picture {
         [[-0.65, -0.5], [0.1, -0.7], [-0.35, 0.25]],
         [[0.35, -0.35], [1.6, -0.6], [0.75, 0.45]],
         [[-1.7, -1.15], [-0.85, -1.6], [-1.35, -1.85]],
-        [[0.1, 1.2], [0.75, 1.75], [-0.35, 1.65]],
-        [[0.35, 1.65], [1.7, 0.2], [1.75, 1.7]],
+        [[-0.75, 1.2], [0.2, 1.75], [-0.35, 1.3]],
+        [[0.55, 1.75], [1.75, 0.5], [1.8, 1.8]],
     ];
     let mut sheet = Sheet::new(size);
     let [w, h] = sheet.size();
@@ -68,10 +68,10 @@ pub fn outcodes(size: [u32; 2]) -> Picture {
         }
         for (x, y) in (0..9).map(|i| (i % 3 - 1, i / 3 - 1)) {
             let middle = [x, y].map(|v| f64::from(v) * 1.5);
-            let [px, py] = at([middle[0], middle[1] + if y == 0 { 0.97 } else { 0.46 }]);
-            // In a corner of its region, clear of what is drawn there.
-            let shift = if x == 0 { 0.0 } else { f64::from(x) * scale * 0.12 };
-            sheet.centred([px + shift, py], digits(window.outcode(&middle)), INK);
+            // In the top left of its region, clear of most of what is drawn there.
+            let edge = |v: i32, ends: [f64; 3]| ends[(v + 1) as usize];
+            let [px, py] = at([edge(x, [-1.95, -1.0, 1.0]), edge(y, [-1.0, 1.0, 1.95])]);
+            sheet.text([px + 10.0, py + 10.0], digits(window.outcode(&middle)), INK);
         }
         let (mut misses, mut candidates) = (0, 0);
         let mut clipper = Clipper::new();

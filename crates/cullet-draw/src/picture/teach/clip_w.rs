@@ -96,58 +96,66 @@ pub fn clip_w(size: [u32; 2]) -> Picture {
     sheet.finish()
 }
 
+/// A test in its box: what it is, the benchmark that knows its cost, and what that is the cost of.
+type Test = (&'static str, &'static str, &'static str);
+
+const SPACES: [(&str, &str, &[Test]); 4] = [
+    (
+        "object",
+        "before any transform",
+        &[
+            ("outcodes", "clip/outcodes/1e5", "vertex"),
+            ("back faces: planes", "backface/planes16/1e5/mask", "triangle"),
+            ("back faces: masks", "backface/masks/1e5/mask", "triangle"),
+            ("clusters: cones", "backface/clusters/elliptic8/mask", "cluster"),
+            ("degenerate, cut-aways", "", ""),
+        ],
+    ),
+    (
+        "world, eye",
+        "after the model matrix",
+        &[
+            ("layers, size", "", ""),
+            ("frustum: boxes", "frustum/boxes/1e5/30%", "box"),
+            ("frustum: spheres", "frustum/spheres/1e5/30%", "sphere"),
+            ("clip, then project", "clip/place/world", "triangle"),
+        ],
+    ),
+    (
+        "clip",
+        "projected, not divided",
+        &[
+            ("winding by x, y, w", "", ""),
+            ("project, then clip", "clip/place/clip-space", "triangle"),
+            ("cut: near alone", "clip/triangles/near", "triangle"),
+            ("cut: guard band", "clip/triangles/guard-band", "triangle"),
+            ("cut: full", "clip/triangles/full", "triangle"),
+        ],
+    ),
+    (
+        "screen",
+        "divided by w",
+        &[("coverage of samples", "", ""), ("depth test", "", ""), ("verify: pixel owners", "", "")],
+    ),
+];
+
+/// The names of the benchmarks whose times [`pipeline`] shows.
+pub fn pipeline_costs() -> impl Iterator<Item = &'static str> {
+    SPACES.iter().flat_map(|s| s.2).map(|t| t.1).filter(|name| !name.is_empty())
+}
+
 /// The pipeline, from the space of a mesh to the screen, and in each space the tests of the project that
-/// work there, with what one costs: nanoseconds measured on one core of a Zen 4 server, of those tests
-/// that the benchmarks know. `size` is at least 1100 × 560, so that the words have room.
+/// work there, with what one of them costs: `costs` are nanoseconds by the name of a benchmark, those of
+/// [`pipeline_costs`]; a test without one has no figure. `size` is at least 1160 × 600, so that the
+/// words have room.
 #[must_use]
-pub fn pipeline(size: [u32; 2]) -> Picture {
-    const SPACES: [(&str, &str, &[&str]); 4] = [
-        (
-            "object",
-            "before any transform",
-            &[
-                "outcodes of vertices",
-                "back faces: planes,",
-                "  masks, cones",
-                "degenerate triangles",
-                "cut-aways",
-            ],
-        ),
-        (
-            "world, eye",
-            "after the model matrix",
-            &[
-                "layers",
-                "frustum: boxes,",
-                "  spheres, trees",
-                "projected size",
-                "clip by the planes",
-                "  of the frustum",
-            ],
-        ),
-        (
-            "clip",
-            "projected, not divided",
-            &[
-                "outcodes: x with w",
-                "clip: near alone,",
-                "  full, guard band",
-                "w <= 0 is right here",
-                "winding by x, y, w",
-            ],
-        ),
-        (
-            "screen",
-            "divided by w",
-            &["coverage of samples", "depth test", "who owns a pixel:", "  verify"],
-        ),
-    ];
-    let mut sheet = Sheet::new([size[0].max(1100), size[1].max(560)]);
+pub fn pipeline(costs: &[(String, f64)], size: [u32; 2]) -> Picture {
+    let mut sheet = Sheet::new([size[0].max(1160), size[1].max(600)]);
     let [w, h] = sheet.size();
     let step = w / 4.0;
-    let arrows = ["view", "projection", "divide"];
+    let arrows = ["model", "projection", "divide"];
     for (i, (name, when, tests)) in SPACES.into_iter().enumerate() {
-        let (left, right) = (step * i as f64 + 12.0, step * (i as f64 + 1.0) - 22.0);
+        let (left, right) = (step * i as f64 + 8.0, step * (i as f64 + 1.0) - 8.0);
         let (top, bottom) = (78.0, h - 104.0);
         let tint = [BACK, OTHER, SIGHT, LOST][i];
         let frame = [[left, top], [right, top], [right, bottom], [left, bottom]];
@@ -158,19 +166,25 @@ pub fn pipeline(size: [u32; 2]) -> Picture {
         let middle = (left + right) * 0.5;
         sheet.centred([middle, top + 13.0], name, INK);
         sheet.centred([middle, top + 52.0], when, mix(INK, PAPER, 0.3));
-        for (row, test) in (0..).zip(tests) {
-            let y = top + 96.0 + 34.0 * f64::from(row);
+        let high = ((bottom - top - 92.0) / 5.0).min(80.0);
+        for (row, (test, key, unit)) in (0..).zip(tests) {
+            let y = top + 92.0 + high * f64::from(row);
             sheet.text([left + 12.0, y], *test, INK);
+            if let Some((_, ns)) = costs.iter().find(|(name, _)| name == key) {
+                let words = if *ns < 10.0 { format!("{ns:.2}") } else { format!("{ns:.0}") };
+                let words = format!("  {words} ns a {unit}");
+                sheet.text([left + 12.0, y + 22.0], words, mix(tint, INK, 0.45));
+            }
         }
         if let Some(words) = arrows.get(i) {
-            let y = bottom + 22.0;
-            let x = right + 5.0;
+            let (x, y) = (right + 8.0, bottom + 18.0);
             sheet.arrow([x - 60.0, y], [x + 60.0, y], 3.0, INK);
             sheet.centred([x, y + 14.0], *words, INK);
         }
     }
     sheet.centred([w * 0.5, 18.0], "Where each test has its place", INK);
-    sheet.centred([w * 0.5, 46.0], "whole things first, far left; single samples last", INK);
+    let under = if costs.is_empty() { "" } else { "and what one costs, on this machine, one thread" };
+    sheet.centred([w * 0.5, 46.0], under, INK);
     sheet.centred([w * 0.5, h - 30.0], "each step to the right sees only what is left", INK);
     sheet.finish()
 }

@@ -10,7 +10,7 @@ mod volume;
 
 pub use circle::{conservative_set, normal_partition};
 pub use clip::{clip_polygon, outcodes};
-pub use clip_w::{clip_w, pipeline};
+pub use clip_w::{clip_w, pipeline, pipeline_costs};
 pub use masks::normal_mask;
 pub use surface::{back_regions, clusters, cones};
 pub use volume::{VolumeFigure, culling_volume};
