@@ -10,6 +10,8 @@
 //! and by parameters against any planes (Cyrus & Beck, *Generalized Two- and Three-Dimensional Clipping*,
 //! 1978).
 
+use std::cmp::Ordering;
+
 use super::ClipError;
 use super::region::{HalfSpace, Region, Scalar};
 
@@ -38,7 +40,8 @@ fn narrow<T: Scalar>(t: &mut [T; 2], a: T, b: T) -> bool {
             t[1] = leaves;
         }
     }
-    !(t[0] > t[1])
+    let empty = t[0] > t[1];
+    !empty
 }
 
 impl<T: Scalar, const D: usize> HalfSpace<T, D> {
@@ -77,7 +80,7 @@ impl<T: Scalar, const D: usize> Window<T, D> {
     /// # Errors
     /// [`ClipError::NoWindow`] where a low exceeds its high, or is NaN.
     pub fn new(low: [T; D], high: [T; D]) -> Result<Self, ClipError> {
-        match (0..D).find(|&i| !(low[i] <= high[i])) {
+        match (0..D).find(|&i| low[i].partial_cmp(&high[i]).is_none_or(Ordering::is_gt)) {
             None => Ok(Self { low, high }),
             Some(axis) => Err(ClipError::NoWindow {
                 axis,

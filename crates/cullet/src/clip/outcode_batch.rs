@@ -121,9 +121,9 @@ fn sure<S: Simd>(
                 y.mul_add(splat(p.n[1]), z.mul_add(splat(p.n[2]), splat(-p.d))),
             );
             let bit = S::u32s::splat(simd, p.bit);
-            code = code | height.simd_gt(0.0).select(bit, S::u32s::splat(simd, 0));
+            code |= height.simd_gt(0.0).select(bit, S::u32s::splat(simd, 0));
             // False for a NaN.
-            certain = certain & height.abs().simd_gt(margin);
+            certain &= height.abs().simd_gt(margin);
         }
         code.store_slice(codes);
     }

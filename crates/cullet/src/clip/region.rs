@@ -158,12 +158,11 @@ impl<T: Scalar, const D: usize> HalfSpace<T, D> {
     #[inline]
     pub(super) fn crossing(&self, inside: &[T; D], outside: &[T; D]) -> Option<T> {
         let p = self.height(inside);
-        if !(p < T::ZERO) {
-            return None;
-        }
-        let q = self.height(outside);
-        // A cut vertex that inherited its side may round to the other one.
-        Some(if q > T::ZERO { p / (p - q) } else { T::ONE })
+        (p < T::ZERO).then(|| {
+            let q = self.height(outside);
+            // A cut vertex that inherited its side may round to the other one.
+            if q > T::ZERO { p / (p - q) } else { T::ONE }
+        })
     }
 }
 
