@@ -113,6 +113,12 @@ The first three read no scene: --eye and --target give the direction of sight, -
 Clusters of two-sided meshes are never culled, and made otherwise: give --one-sided for scans with
 holes.
 
+To teach clipping; these draw no scene:
+outcodes          the nine regions around a window; lines and triangles by their codes
+clip-polygon      Sutherland & Hodgman, one side after another
+clip-w            a segment behind the eye, divided before it is clipped, and after
+pipeline          the spaces of the pipeline, the tests in each, and their cost on this machine
+
 Examples
   cullet picture kinds --out kinds.png
   cullet picture normal-mask --eye 3,2,5 --target 0,0,0 --fov 20
@@ -368,6 +374,14 @@ pub(crate) enum PictureKind {
     Cones,
     /// The connected regions that face away
     BackRegions,
+    /// The nine regions of outcodes, with lines and triangles
+    Outcodes,
+    /// A polygon clipped side by side
+    ClipPolygon,
+    /// A segment behind the eye, divided and then clipped, and the other way round
+    ClipW,
+    /// The spaces of the pipeline and the tests in each
+    Pipeline,
 }
 
 impl PictureKind {
@@ -386,6 +400,10 @@ impl PictureKind {
             Self::Clusters => "clusters",
             Self::Cones => "cones",
             Self::BackRegions => "back-regions",
+            Self::Outcodes => "outcodes",
+            Self::ClipPolygon => "clip-polygon",
+            Self::ClipW => "clip-w",
+            Self::Pipeline => "pipeline",
         }
     }
 }

@@ -8,6 +8,7 @@ use cullet_bake::clusters::{ClusterOptions, Progress, build_reported};
 use cullet_draw::{Picture, RenderOptions, Selection, VolumeFigure};
 
 use crate::args::{PictureArgs, PictureKind, ViewArgs};
+use crate::bench::{self, BenchOptions};
 use crate::console::{Console, interrupted};
 use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
@@ -35,6 +36,10 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
         PictureKind::ConservativeSet => {
             cullet_draw::conservative_set(args.view.fov.unwrap_or(90.0), args.view.size)
         }
+        PictureKind::Outcodes => cullet_draw::outcodes(args.view.size),
+        PictureKind::ClipPolygon => cullet_draw::clip_polygon(args.view.size),
+        PictureKind::ClipW => cullet_draw::clip_w(args.view.size),
+        PictureKind::Pipeline => cullet_draw::pipeline(&costs(), args.view.size),
         _ => of_scene(args, console)?,
     };
     let out = args.out.clone().unwrap_or_else(|| format!("{}.png", args.kind.name()).into());
@@ -103,10 +108,27 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
             picture
         }
         // The others show no scene.
-        PictureKind::NormalMask | PictureKind::NormalPartition | PictureKind::ConservativeSet => {
-            Picture::default()
-        }
+        PictureKind::NormalMask
+        | PictureKind::NormalPartition
+        | PictureKind::ConservativeSet
+        | PictureKind::Outcodes
+        | PictureKind::ClipPolygon
+        | PictureKind::ClipW
+        | PictureKind::Pipeline => Picture::default(),
     })
+}
+
+/// What the tests of the pipeline cost here: the benchmarks, briefly, at the best SIMD level.
+fn costs() -> Vec<(String, f64)> {
+    let measure = |name: &str| {
+        let filter = Some(name.to_owned());
+        let sizes = vec![100_000];
+        let options = BenchOptions { filter, seconds: 0.1, sizes, ..BenchOptions::default() };
+        // The best level comes first.
+        let first = bench::run(&options).results.into_iter().next()?;
+        Some((first.name, first.ns_per_item))
+    };
+    cullet_draw::pipeline_costs().filter_map(measure).collect()
 }
 
 /// Gives every mesh the clusters that are made for culling.

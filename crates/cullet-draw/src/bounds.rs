@@ -1,5 +1,7 @@
 //! Where on the screen a box may be seen: the renderer's own rejects, in f64.
 
+use cullet::clip::{Clipper, HalfSpace, Region};
+
 use crate::geometry::{Clip, Lens, ObjectLens, Surface};
 use crate::sample::{Rect, Samples};
 
@@ -172,41 +174,30 @@ pub(crate) fn triangle_rect(lens: &Lens, corners: &[Clip; 3], samples: &Samples)
 fn crossing_rect(lens: &Lens, corners: &[Clip; 3], samples: &Samples) -> Option<Rect> {
     // So much wider that rounding cannot make the difference.
     const WIDER: f64 = 1.01;
+    const DEPTH_SLACK: f64 = 1e-9;
     let [low, high] = lens.range;
-    let mut polygon: Vec<Clip> = corners.to_vec();
-    let mut next: Vec<Clip> = Vec::with_capacity(8);
-    let depth_slack = 1e-9;
-    let sides: [[f64; 4]; 6] = [
-        [1.0, 0.0, 0.0, WIDER],
-        [-1.0, 0.0, 0.0, WIDER],
-        [0.0, 1.0, 0.0, WIDER],
-        [0.0, -1.0, 0.0, WIDER],
-        [0.0, 0.0, 1.0, depth_slack - low],
-        [0.0, 0.0, -1.0, high + depth_slack],
-    ];
     let size = corners.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
-    for s in sides {
-        let height = |p: &Clip| s[0] * p[0] + s[1] * p[1] + s[2] * p[2] + s[3] * p[3];
-        next.clear();
-        for i in 0..polygon.len() {
-            let (p, q) = (&polygon[i], &polygon[(i + 1) % polygon.len()]);
-            // What lies within rounding of the side counts as inside.
-            let (hp, hq) = (height(p) + size * 1e-14, height(q) + size * 1e-14);
-            if hp >= 0.0 {
-                next.push(*p);
-            }
-            if (hp >= 0.0) != (hq >= 0.0) {
-                let t = hp / (hp - hq);
-                next.push(std::array::from_fn(|k| p[k] + (q[k] - p[k]) * t));
-            }
-        }
-        std::mem::swap(&mut polygon, &mut next);
-    }
+    let sides: [[f64; 4]; 6] = [
+        [-1.0, 0.0, 0.0, -WIDER],
+        [1.0, 0.0, 0.0, -WIDER],
+        [0.0, -1.0, 0.0, -WIDER],
+        [0.0, 1.0, 0.0, -WIDER],
+        [0.0, 0.0, -1.0, low - DEPTH_SLACK],
+        [0.0, 0.0, 1.0, -high - DEPTH_SLACK],
+    ];
+    // What lies within rounding of a side counts as inside.
+    let sides = sides.map(|row| HalfSpace::new(row, size * 1e-14));
+    let Ok(region) = sides.into_iter().collect::<Result<Vec<_>, _>>().and_then(Region::new) else {
+        // A coordinate that is not finite: the surface will have none of it.
+        return Some(samples.everything());
+    };
+    let mut clipper = Clipper::new();
+    let polygon = clipper.clip(&region, corners);
     if polygon.is_empty() {
         return None;
     }
     let mut rect = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-    for p in &polygon {
+    for p in polygon {
         // At the eye itself any direction may be meant.
         if p[3] <= size * 1e-9 || p[3].is_nan() {
             return Some(samples.everything());

@@ -49,6 +49,11 @@ impl Lens {
         }
     }
 
+    /// A point of the world in clip space.
+    pub(crate) fn clip(&self, [x, y, z]: [f64; 3]) -> Clip {
+        self.rows.map(|r| r[0] * x + r[1] * y + r[2] * z + r[3])
+    }
+
     /// The depth in NDC of an inner depth; the far value for the infinity of an empty pixel.
     pub(crate) fn ndc_depth(&self, inner: f64) -> f64 {
         match (self.reversed, inner.is_finite()) {

@@ -45,6 +45,7 @@
 #![forbid(unsafe_code)]
 
 mod bounds;
+mod clipped;
 mod frame;
 mod geometry;
 pub mod picture;
@@ -55,13 +56,14 @@ mod sample;
 mod tile;
 mod verify;
 
+pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
 pub use picture::{
     Picture, depth_complexity, fly_out, hierarchy, kinds, kinds_of, palette, shaded, top_down,
 };
 pub use picture::{
-    VolumeFigure, back_regions, clusters, cones, conservative_set, culling_volume, normal_mask,
-    normal_partition,
+    VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set,
+    culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };
 pub use reference::render_ref;
 pub use render::render;

@@ -4,7 +4,7 @@ use cullet::mesh::Alpha;
 use cullet::{Scene, View};
 
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
-use crate::geometry::{Lens, Surface, has_area, is_flat};
+use crate::geometry::{Clip, Lens, Surface, has_area, is_flat};
 use crate::prepare::part_of;
 use crate::render::frame_samples;
 use crate::sample::Samples;
@@ -23,12 +23,31 @@ pub fn render_ref(
     render_samples(scene, view, selection, &frame_samples(view, options), options.count_layers)
 }
 
+/// The pieces of one triangle that are drawn in its place: slot and corners in the mesh, then in clip
+/// space; the pieces go to the list.
+pub(crate) type Pieces<'a> =
+    &'a mut dyn FnMut(u32, &[[f32; 3]; 3], &[Clip; 3], &mut Vec<[Clip; 3]>);
+
 pub(crate) fn render_samples(
     scene: &Scene,
     view: &View,
     selection: Selection,
     samples: &Samples,
     count_layers: bool,
+) -> Frame {
+    let mut whole =
+        |_: u32, _: &_, clip: &[Clip; 3], pieces: &mut Vec<[Clip; 3]>| pieces.push(*clip);
+    render_pieces(scene, view, selection, samples, count_layers, &mut whole)
+}
+
+/// [`render_samples`] where each triangle is drawn as the pieces that `split` makes of it.
+pub(crate) fn render_pieces(
+    scene: &Scene,
+    view: &View,
+    selection: Selection,
+    samples: &Samples,
+    count_layers: bool,
+    split: Pieces<'_>,
 ) -> Frame {
     let lens = Lens::new(view);
     let [width, height] = samples.size;
@@ -41,7 +60,7 @@ pub(crate) fn render_samples(
         layers: vec![0; if count_layers { pixels } else { 0 }],
         ..Frame::default()
     };
-    let mut blended = Vec::new();
+    let (mut blended, mut pieces) = (Vec::new(), Vec::new());
     for opaque in [true, false] {
         for slot in scene.slots() {
             let transform = scene.transform(slot);
@@ -60,12 +79,25 @@ pub(crate) fn render_samples(
                     continue;
                 }
                 let clip = corners.map(|p| object.clip(p));
-                let Some((surface, counter_clockwise)) = Surface::new(clip) else { continue };
-                if object.draws(counter_clockwise, part.two_sided || flags.double_sided) {
-                    let id = PixelId { slot, triangle };
-                    let passed = draw(&mut frame, &surface, id, &lens, samples, opaque);
-                    blended.extend(passed.map(|at| (id, at)));
+                pieces.clear();
+                split(slot, &corners, &clip, &mut pieces);
+                // The first sample, by row and column, of all pieces.
+                let mut passed = None;
+                let id = PixelId { slot, triangle };
+                for piece in &pieces {
+                    let Some((surface, counter_clockwise)) = Surface::new(*piece) else { continue };
+                    if object.draws(counter_clockwise, part.two_sided || flags.double_sided) {
+                        let at = draw(&mut frame, &surface, id, &lens, samples, opaque);
+                        let earlier = |a: [u32; 2], b: [u32; 2]| {
+                            if (a[1], a[0]) <= (b[1], b[0]) { a } else { b }
+                        };
+                        passed = match (passed, at) {
+                            (Some(a), Some(b)) => Some(earlier(a, b)),
+                            (a, b) => a.or(b),
+                        };
+                    }
                 }
+                blended.extend(passed.map(|at| (id, at)));
             }
         }
     }

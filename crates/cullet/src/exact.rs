@@ -172,6 +172,12 @@ impl Exact {
         a.iter().zip(b).fold(Self(Vec::new()), |sum, (a, b)| sum.plus(&a.times(b)))
     }
 
+    /// The number, rounded.
+    pub(crate) fn value(&self) -> f64 {
+        // From the smallest part on, so that nothing is lost to the larger ones.
+        self.0.iter().sum()
+    }
+
     pub(crate) fn sign(&self) -> i32 {
         self.0.last().map_or(0, |&t| sign_of(t))
     }

@@ -1,8 +1,9 @@
 //! Outcodes against the exact oracle, over views of every kind.
 
 use cullet::bounds::Side;
-use cullet::clip::{ObjectRegion, outcode_ref};
-use cullet::{Camera, Depth, Projection, Transform, View};
+use cullet::clip::{ObjectRegion, Sorted, Verdict, outcode_ref};
+use cullet::cull::frustum::batch::levels;
+use cullet::{Camera, Depth, Level, Projection, Transform, View};
 use proptest::prelude::*;
 
 fn vector() -> impl Strategy<Value = [f64; 3]> {
@@ -75,7 +76,7 @@ proptest! {
         prop_assert_eq!(region.rejects(&corners, u32::MAX), expected);
         prop_assert_eq!(region.classify(&corners) == Side::Outside, shared != 0);
         let mut words = vec![1];
-        region.outcodes_into(&corners, 0b1101, &mut words);
+        region.outcodes_into(Level::new(), &corners, 0b1101, &mut words);
         prop_assert!(words.iter().eq(codes.map(|c| c.outside & 0b1101).iter()));
         let mut kept = Vec::new();
         region.keep_into(&corners, &[0, 1, 2, 0, 1, 3], 0..2, u32::MAX, &mut kept);
@@ -99,4 +100,114 @@ proptest! {
             }
         }
     }
+
+    /// Far points, near ones, ones on a plane or not finite: at every level what one point alone gets.
+    #[test]
+    fn many_points_at_once_are_each_alone(
+        view in view(),
+        transform in transform(),
+        points in prop::collection::vec(corners(), 0..60),
+        odd in 0..8usize,
+    ) {
+        let region = ObjectRegion::new(&view.frustum(), &transform);
+        let mut points: Vec<_> = points.into_iter().flatten().collect();
+        if let Some(p) = points.get_mut(70) {
+            p[odd % 3] = [f32::NAN, f32::INFINITY, f32::MAX, 0.0][odd / 2];
+        }
+        let expected: Vec<u32> = points.iter().map(|&p| region.outcode(p).outside & 0b11_0111).collect();
+        let mut codes = Vec::new();
+        for (name, level) in levels() {
+            region.outcodes_into(level, &points, 0b11_0111, &mut codes);
+            prop_assert_eq!(&codes, &expected, "{}", name);
+        }
+    }
+
+    /// Accepted, rejected or a candidate, in a batch as one by one; and of the candidates those that
+    /// miss have no point that is inside.
+    #[test]
+    fn sorted_triangles_are_those_of_single_verdicts(
+        view in view(),
+        transform in transform(),
+        triangles in prop::collection::vec(corners(), 1..30),
+        weights in prop::collection::vec(prop::array::uniform3(0.0..1.0f32), 20),
+    ) {
+        let region = ObjectRegion::new(&view.frustum(), &transform);
+        let points: Vec<_> = triangles.iter().copied().flatten().collect();
+        let indices: Vec<u32> = (0..points.len() as u32).chain([0, 1, 9999]).collect();
+        let mut sorted = Sorted::default();
+        let count = indices.len() as u32 / 3;
+        region.sort_into(&points, &indices, 0..count + 7, &mut sorted);
+        let mut expected = [Vec::new(), Vec::new(), Vec::new()];
+        for (t, corners) in (0..).zip(&triangles) {
+            let kind = match region.verdict(corners) {
+                Verdict::Accepted => 0,
+                Verdict::Candidate(planes) => {
+                    let xor = corners.iter().fold(0, |or, &p| or | region.outcode(p).not_inside);
+                    prop_assert_eq!(planes, xor);
+                    1
+                }
+                Verdict::Rejected(_) => 2,
+            };
+            expected[kind].push(t);
+        }
+        expected[1].push(count - 1);
+        prop_assert_eq!(&sorted.accepted, &expected[0]);
+        prop_assert_eq!(&sorted.candidates, &expected[1]);
+        prop_assert_eq!(sorted.rejected as usize, expected[2].len());
+        let all = sorted.candidates.clone();
+        region.resolve(&points, &indices, &mut sorted);
+        prop_assert_eq!(all.len(), sorted.candidates.len() + sorted.false_positives as usize);
+        for t in all.iter().filter(|t| !sorted.candidates.contains(t)) {
+            let [a, b, c] = triangles[*t as usize];
+            for w in &weights {
+                let sum = w[0] + w[1] + w[2] + 1e-9;
+                let p = [0, 1, 2].map(|i| (a[i] * w[0] + b[i] * w[1] + c[i] * w[2]) / sum);
+                let code = region.outcode(p);
+                prop_assert!(code.not_inside != 0, "{:?} is inside", p);
+            }
+        }
+    }
+}
+
+/// Around a corner of a cube: no plane rejects it, clipping does.
+#[test]
+fn a_triangle_around_a_corner_is_a_false_positive() {
+    let plane = |n: [f64; 3]| Some(cullet::bounds::Plane::new(n, 1.0));
+    let cube = cullet::Frustum::from_planes([
+        plane([-1.0, 0.0, 0.0]),
+        plane([1.0, 0.0, 0.0]),
+        plane([0.0, -1.0, 0.0]),
+        plane([0.0, 1.0, 0.0]),
+        plane([0.0, 0.0, -1.0]),
+        plane([0.0, 0.0, 1.0]),
+    ]);
+    let region = ObjectRegion::new(&cube, &Transform::IDENTITY);
+    let points = [
+        [3.0, 0.0, 0.0],
+        [0.0, 3.0, 0.0],
+        [2.0, 2.0, 0.0], // around an edge
+        [3.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [2.0, 2.0, 0.0], // through it
+        [0.0, 0.0, 0.0],
+        [0.5, 0.0, 0.0],
+        [0.0, 0.5, 0.0], // inside
+        [5.0, 0.0, 0.0],
+        [6.0, 0.0, 0.0],
+        [5.0, 0.5, 0.0], // outside
+        [f32::NAN, 3.0, 0.0],
+        [0.0, 2.0, 0.0],
+        [3.0, 2.0, 0.0], // who knows
+    ];
+    let indices: Vec<u32> = (0..15).collect();
+    let mut sorted = Sorted::default();
+    region.sort_into(&points, &indices, 0..5, &mut sorted);
+    assert_eq!((&sorted.accepted[..], &sorted.candidates[..]), (&[2][..], &[0, 1, 4][..]));
+    assert_eq!(region.verdict(&points[..3]), Verdict::Candidate(0b1010));
+    assert_eq!(region.verdict(&points[9..12]), Verdict::Rejected(0b10));
+    assert_eq!(region.verdict(&[[-3.0, 0.0, 0.0], [3.0, 0.5, 0.0]]), Verdict::Candidate(0b11));
+    region.resolve(&points, &indices, &mut sorted);
+    assert_eq!((sorted.false_positives, &sorted.candidates[..]), (1, &[1, 4][..]));
+    region.sort_into(&points, &indices, 4..4, &mut sorted);
+    assert_eq!((sorted.candidates.len(), sorted.rejected, sorted.false_positives), (0, 0, 0));
 }

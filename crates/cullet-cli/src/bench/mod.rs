@@ -6,6 +6,7 @@
 //! oracle, or, with a hierarchy, against the flat sweep that was.
 
 mod backface;
+mod clip;
 mod frustum;
 mod hierarchy;
 mod measure;
@@ -82,6 +83,7 @@ pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) 
     hierarchy::run(options, &mut take);
     views::run(options, &mut take);
     moving::run(options, &mut take);
+    clip::run(options, &mut take);
     Results { schema: 1, machine: Machine::here(), results }
 }
 
@@ -104,7 +106,9 @@ mod tests {
         let flat = (2 * 3 + (4 + 6) * 3 + 2 + 3) * levels + 1 + 4;
         // Two layouts: four shares, a list at each level, ranges and sorted; seven of views; eight of moves.
         let trees = 2 * (4 * (levels + 2) + 7 + 8);
-        assert_eq!(results.results.len(), flat + trees);
+        // Outcodes; sorting, three ways for lines, four for triangles, two places.
+        let clipping = levels + 1 + 3 + 4 + 2;
+        assert_eq!(results.results.len(), flat + trees + clipping);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
             assert!(r.ns_per_item > 0.0 && r.yardstick.ratio() > 0.0, "{r:?}");

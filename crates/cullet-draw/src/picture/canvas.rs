@@ -1,5 +1,7 @@
 //! Drawing on a picture: what maps and legends need.
 
+use cullet::clip::{Window, line};
+
 use super::Picture;
 use super::font;
 use super::palette::mix;
@@ -103,28 +105,16 @@ impl Picture {
         }
     }
 
-    /// The part of a line that lies near the picture (Liang & Barsky, *A New Concept and Method for
-    /// Line Clipping*, 1984): a line to far away is not walked to its end. `None` also for NaN.
+    /// The part of a line that lies near the picture: a line to far away is not walked to its end. `None`
+    /// also for NaN.
     fn clipped(&self, from: [f64; 2], to: [f64; 2]) -> Option<([f64; 2], [f64; 2])> {
         const ROOM: f64 = 16.0;
-        let size = [f64::from(self.width), f64::from(self.height)];
-        let d = [to[0] - from[0], to[1] - from[1]];
-        let (mut first, mut last) = (0.0f64, 1.0f64);
-        for a in 0..2 {
-            let (low, high) = (-ROOM - from[a], size[a] + ROOM - from[a]);
-            if d[a] == 0.0 {
-                if !(low <= 0.0 && high >= 0.0) {
-                    return None;
-                }
-                continue;
-            }
-            let (s, t) = (low / d[a], high / d[a]);
-            first = first.max(s.min(t));
-            last = last.min(s.max(t));
+        if !from.iter().chain(&to).all(|v| v.is_finite()) {
+            return None;
         }
-        let at = |t: f64| [from[0] + d[0] * t, from[1] + d[1] * t];
-        let finite = from.iter().chain(&to).all(|v| v.is_finite());
-        (finite && first <= last).then(|| (at(first), at(last)))
+        let high = [self.width, self.height].map(|v| f64::from(v) + ROOM);
+        let t = Window::new([-ROOM; 2], high).ok()?.liang_barsky(&from, &to)?;
+        Some((line::at(&from, &to, t[0]), line::at(&from, &to, t[1])))
     }
 
     /// Writes one line of text from its top left corner, in dots of `scale` pixels; returns its width.

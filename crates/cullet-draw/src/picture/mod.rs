@@ -17,8 +17,8 @@ pub use layers::depth_complexity;
 pub use map::top_down;
 pub use shaded::shaded;
 pub use teach::{
-    VolumeFigure, back_regions, clusters, cones, conservative_set, culling_volume, normal_mask,
-    normal_partition,
+    VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set,
+    culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };
 
 use std::io;

@@ -1,4 +1,44 @@
-//! Clipping: outcodes.
+//! Clipping: what is decided at a glance, by outcodes, and what must be cut: lines and polygons, at planes,
+//! windows and convex regions, in object or world space and in clip space.
+//!
+//! | | a plane | a window | a convex region |
+//! |---|---|---|---|
+//! | points | [`HalfSpace::height`] | [`Window::outcode`] | [`Region::outcode`], proved: [`ObjectRegion::outcode`] |
+//! | lines | [`HalfSpace::clip_line`] | [`Window::cohen_sutherland`], [`Window::liang_barsky`] | [`Region::clip_line`] |
+//! | polygons | [`Clipper::clip`] | by [`Window::region`] | [`Clipper::clip`], [`GuardBand::clip`] |
+//!
+//! On a plane is inside, everywhere. Decisions and cuts depend on the two ends of an edge alone and not on
+//! the polygon they are asked for, so neighbours agree.
+//!
+//! A polygon with a colour, cut by a frustum in world space and by the same view's clip volume:
+//!
+//! ```
+//! use cullet::clip::{Clipper, Region, space};
+//! use cullet::{Camera, Depth, Projection, View};
+//!
+//! let projection =
+//!     Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: f64::INFINITY };
+//! let camera = Camera::look_at([0.0, 0.0, 5.0], [0.0; 3], projection);
+//! let view = View::new(&camera, Depth::Standard, [640, 480])?;
+//! // x, y, z, red: the last corner is behind the eye.
+//! let triangle = [[-1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.5, 9.0, 1.0]];
+//! let mut clipper = Clipper::new();
+//! let in_world = clipper.clip(&Region::<f64, 3>::from(&view.frustum()), &triangle).to_vec();
+//! let m = view.clip_from_world();
+//! let projected = triangle.map(|[x, y, z, red]| {
+//!     let row = |r: usize| m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r];
+//!     [row(0), row(1), row(2), row(3), red]
+//! });
+//! let mut clipper = Clipper::new();
+//! let in_clip = clipper.clip(&space::full::<f64>(Depth::Standard), &projected);
+//! assert_eq!(in_world.len(), in_clip.len());
+//! for (world, clip) in in_world.iter().zip(in_clip) {
+//!     assert!((world[3] - clip[4]).abs() < 1e-9);
+//! }
+//! # Ok::<(), cullet::view::ViewError>(())
+//! ```
+//!
+//! Outcodes of a triangle in the space of its mesh:
 //!
 //! ```
 //! use cullet::bounds::Side;
@@ -16,6 +56,16 @@
 //! # Ok::<(), cullet::view::ViewError>(())
 //! ```
 
+mod exact_point;
+pub mod line;
 pub mod outcode;
+mod outcode_batch;
+pub mod polygon;
+pub mod region;
+pub mod space;
 
-pub use outcode::{ObjectRegion, Outcode, outcode_ref};
+pub use line::Window;
+pub use outcode::{ObjectRegion, Outcode, Sorted, Verdict, outcode_ref};
+pub use polygon::{Clipper, Vertex};
+pub use region::{ClipError, HalfSpace, Region, Scalar};
+pub use space::GuardBand;

@@ -8,8 +8,11 @@
 
 use std::ops::Range;
 
+use fearless_simd::Level;
 use glam::DVec3;
 
+use super::polygon::Clipper;
+use super::region::{HalfSpace, Region, bits};
 use crate::bounds::Side;
 use crate::exact::Exact;
 use crate::transform::Transform;
@@ -28,13 +31,57 @@ pub struct Outcode {
     pub not_inside: u32,
 }
 
+/// What outcodes alone say of a line, a triangle, or the convex hull of any points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// Inside every plane: no clipping needed. The OR of the codes is 0.
+    Accepted,
+    /// Wholly outside each of these planes: the AND of the codes.
+    Rejected(u32),
+    /// To be clipped by these planes, outside of which some of the points may be: the OR of the codes, which
+    /// for a line that is not rejected is their XOR. It may miss the region all the same.
+    Candidate(u32),
+}
+
+impl Verdict {
+    /// The verdict on the points with these codes. No points are accepted.
+    #[must_use]
+    pub fn of(codes: impl IntoIterator<Item = Outcode>) -> Self {
+        let (mut and, mut or) = (u32::MAX, 0);
+        for code in codes {
+            and &= code.outside;
+            or |= code.not_inside;
+        }
+        match (or, and) {
+            (0, _) => Self::Accepted,
+            (_, 0) => Self::Candidate(or),
+            _ => Self::Rejected(and),
+        }
+    }
+}
+
+/// Triangles sorted by their outcodes; keeps its memory from call to call.
+#[derive(Clone, Debug, Default)]
+pub struct Sorted {
+    /// Those that need no clipping, ascending.
+    pub accepted: Vec<u32>,
+    /// Those that may, ascending. Of these some miss the region, unless
+    /// [`resolve`](ObjectRegion::resolve) took them out.
+    pub candidates: Vec<u32>,
+    /// How many were rejected.
+    pub rejected: u32,
+    /// How many candidates have been found to miss the region.
+    pub false_positives: u32,
+    codes: Vec<Outcode>,
+}
+
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct ObjectPlane {
-    normal: DVec3,
-    d: f64,
+pub(super) struct ObjectPlane {
+    pub(super) normal: DVec3,
+    pub(super) d: f64,
     /// The error of n·p − d: a constant, and a factor for each absolute coordinate.
-    error: f64,
-    error_per: DVec3,
+    pub(super) error: f64,
+    pub(super) error_per: DVec3,
 }
 
 impl ObjectPlane {
@@ -44,7 +91,7 @@ impl ObjectPlane {
     }
 
     #[inline]
-    fn is_outside(&self, p: DVec3) -> bool {
+    pub(super) fn is_outside(&self, p: DVec3) -> bool {
         // False for a NaN.
         let (value, error) = self.value(p);
         value > error
@@ -83,6 +130,10 @@ impl ObjectRegion {
         Self { planes, present: frustum.present() }
     }
 
+    pub(super) fn plane(&self, number: usize) -> &ObjectPlane {
+        &self.planes[number]
+    }
+
     /// Bit i is set where plane i exists.
     #[must_use]
     pub fn present(&self) -> u32 {
@@ -106,16 +157,20 @@ impl ObjectRegion {
 
     /// The planes of `active` that each point is proved outside of, one word a point, in place of what
     /// `codes` held. A triangle may be rejected where the words of its corners share a bit.
-    pub fn outcodes_into(&self, points: &[[f32; 3]], active: u32, codes: &mut Vec<u32>) {
-        codes.clear();
+    ///
+    /// Sixty-four points at a time are tested in f32, with a margin in which f32 could be wrong; where a point is
+    /// within it, its sixty-four are tested again as [`outcode`](Self::outcode) does, so that the answer is that one's
+    /// at every level.
+    pub fn outcodes_into(
+        &self,
+        level: Level,
+        points: &[[f32; 3]],
+        active: u32,
+        codes: &mut Vec<u32>,
+    ) {
+        // Every word is overwritten.
         codes.resize(points.len(), 0);
-        // Plane by plane, so that its numbers stay in registers.
-        for i in bits(active & self.present) {
-            let plane = self.planes[i];
-            for (code, p) in codes.iter_mut().zip(points) {
-                *code |= u32::from(plane.is_outside(DVec3::from(p.map(f64::from)))) << i;
-            }
-        }
+        super::outcode_batch::fill(level, self, active & self.present, points, codes);
     }
 
     /// Rejects a triangle ([`Side::Outside`]: all corners outside one plane), accepts it
@@ -123,14 +178,94 @@ impl ObjectRegion {
     /// candidate. It may be outside though it is a candidate.
     #[must_use]
     pub fn classify(&self, corners: &[[f32; 3]; 3]) -> Side {
-        let [a, b, c] = corners.map(|p| self.outcode(p));
-        if a.outside & b.outside & c.outside != 0 {
-            Side::Outside
-        } else if a.not_inside | b.not_inside | c.not_inside == 0 {
-            Side::Inside
-        } else {
-            Side::Straddling
+        match self.verdict(corners) {
+            Verdict::Accepted => Side::Inside,
+            Verdict::Rejected(_) => Side::Outside,
+            Verdict::Candidate(_) => Side::Straddling,
         }
+    }
+
+    /// The verdict on the convex hull of some points: two are a line, three a triangle.
+    #[must_use]
+    pub fn verdict(&self, points: &[[f32; 3]]) -> Verdict {
+        Verdict::of(points.iter().map(|&p| self.outcode(p)))
+    }
+
+    /// Whether a triangle misses the region though no single plane rejects it, as one that passes by a
+    /// corner of the region does: proved by clipping it, in f64 and to a region wider by far more than
+    /// rounding. `false` keeps it, also where a number is not finite. Some 100 ns.
+    #[must_use]
+    pub fn misses(&self, corners: &[[f32; 3]; 3]) -> bool {
+        self.cuts_to_nothing(corners, &mut Clipper::new())
+    }
+
+    fn cuts_to_nothing(&self, corners: &[[f32; 3]; 3], clipper: &mut Clipper<[f64; 3]>) -> bool {
+        /// Wider by this part of what a plane's terms amount to; cutting by 32 planes rounds some hundred
+        /// times, by 1.1e-16 each.
+        const WIDER: f64 = 1e-12;
+        let corners = corners.map(|p| p.map(f64::from));
+        if !corners.iter().flatten().all(|v| v.is_finite()) {
+            return false;
+        }
+        let largest = corners.iter().fold(DVec3::ZERO, |m, &p| m.max(DVec3::from(p).abs()));
+        let mut region = Region::everything();
+        for i in bits(self.present) {
+            let plane = &self.planes[i];
+            let size = plane.normal.abs().dot(largest) + plane.d.abs();
+            // The errors that outcodes allow for come on top: they may be of larger terms that cancel.
+            let room = size * WIDER + plane.error_per.dot(largest) + plane.error;
+            // A plane that is none, flattened by the transform, excludes nothing.
+            if let Ok(side) = HalfSpace::new(plane.normal.into(), plane.d + room) {
+                region.set(i, side);
+            }
+        }
+        clipper.clip(&region, &corners).is_empty()
+    }
+
+    /// Sorts the triangles of `range` by their outcodes, in place of what `sorted` held. `indices` is the
+    /// whole index list; a triangle beyond it is left out, and one whose vertices are out of range is a
+    /// candidate.
+    ///
+    /// Cost: an outcode for each of `positions`, then three look-ups a triangle.
+    pub fn sort_into(
+        &self,
+        positions: &[[f32; 3]],
+        indices: &[u32],
+        range: Range<u32>,
+        sorted: &mut Sorted,
+    ) {
+        sorted.accepted.clear();
+        sorted.candidates.clear();
+        (sorted.rejected, sorted.false_positives) = (0, 0);
+        sorted.codes.clear();
+        sorted.codes.extend(positions.iter().map(|&p| self.outcode(p)));
+        let unknown = Outcode { outside: 0, not_inside: self.present };
+        each_triangle(indices, range, |t, corners| {
+            let code = |v: u32| sorted.codes.get(v as usize).copied().unwrap_or(unknown);
+            match Verdict::of(corners.map(code)) {
+                Verdict::Accepted => sorted.accepted.push(t),
+                Verdict::Candidate(_) => sorted.candidates.push(t),
+                Verdict::Rejected(_) => sorted.rejected += 1,
+            }
+        });
+    }
+
+    /// Takes out the candidates that [miss](Self::misses) the region, and counts them. `positions` and
+    /// `indices` are those that were sorted. Some 50 ns a candidate.
+    pub fn resolve(&self, positions: &[[f32; 3]], indices: &[u32], sorted: &mut Sorted) {
+        let mut clipper = Clipper::new();
+        let before = sorted.candidates.len();
+        sorted.candidates.retain(|&t| {
+            let corner = |k: usize| {
+                let v = *indices.get(t as usize * 3 + k)?;
+                positions.get(v as usize).copied()
+            };
+            match (corner(0), corner(1), corner(2)) {
+                (Some(a), Some(b), Some(c)) => !self.cuts_to_nothing(&[a, b, c], &mut clipper),
+                _ => true,
+            }
+        });
+        sorted.false_positives += (before - sorted.candidates.len()) as u32;
     }
 
     /// The number of the first plane of `active` that a triangle is wholly outside of: the planes that
@@ -156,10 +291,8 @@ impl ObjectRegion {
         kept: &mut Vec<u32>,
     ) -> usize {
         let before = kept.len();
-        let end = (range.end as usize).min(indices.len() / 3);
-        let start = (range.start as usize).min(end);
-        for (triangle, t) in indices[start * 3..end * 3].chunks_exact(3).zip(range.start..) {
-            let at = |i: usize| positions.get(triangle[i] as usize).copied();
+        each_triangle(indices, range, |t, corners| {
+            let at = |i: usize| positions.get(corners[i] as usize).copied();
             let rejected = match (at(0), at(1), at(2)) {
                 (Some(a), Some(b), Some(c)) => self.rejects(&[a, b, c], active).is_some(),
                 _ => false,
@@ -167,18 +300,19 @@ impl ObjectRegion {
             if !rejected {
                 kept.push(t);
             }
-        }
+        });
         kept.len() - before
     }
 }
 
-/// The numbers of the bits that are set, ascending.
-fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = mask.trailing_zeros() as usize;
-        mask &= mask.wrapping_sub(1);
-        (bit < 32).then_some(bit)
-    })
+/// Calls `f` with number and vertices of the triangles of `range` that `indices` has.
+fn each_triangle(indices: &[u32], range: Range<u32>, mut f: impl FnMut(u32, [u32; 3])) {
+    let end = (range.end as usize).min(indices.len() / 3);
+    let start = (range.start as usize).min(end);
+    let triangles = indices[start * 3..end * 3].as_chunks::<3>().0;
+    for (t, &corners) in (range.start..).zip(triangles) {
+        f(t, corners);
+    }
 }
 
 /// The oracle: the planes of `frustum` that the image of a point is outside of, by the exact sign of

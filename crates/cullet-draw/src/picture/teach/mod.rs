@@ -1,6 +1,8 @@
-//! Diagrams that teach back-face culling, drawn from what the library computes.
+//! Diagrams that teach back-face culling and clipping, drawn from what the library computes.
 
 mod circle;
+mod clip;
+mod clip_w;
 mod masks;
 mod regions;
 mod sheet;
@@ -8,6 +10,8 @@ mod surface;
 mod volume;
 
 pub use circle::{conservative_set, normal_partition};
+pub use clip::{clip_polygon, outcodes};
+pub use clip_w::{clip_w, pipeline, pipeline_costs};
 pub use masks::normal_mask;
 pub use regions::back_regions;
 pub use surface::{clusters, cones};

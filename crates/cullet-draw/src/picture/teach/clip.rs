@@ -1,0 +1,192 @@
+//! Clipping in the plane: outcodes, and a polygon cut side by side.
+
+use cullet::clip::{Clipper, Region, Window, line};
+
+use super::sheet::Sheet;
+use super::{BACK, KEPT, LOST, OTHER, SIGHT};
+use crate::picture::Picture;
+use crate::picture::palette::{INK, PAPER, mix};
+
+/// The window of both diagrams.
+const LOW: [f64; 2] = [-1.0, -1.0];
+const HIGH: [f64; 2] = [1.0, 1.0];
+
+fn window() -> Option<Window<f64, 2>> {
+    Window::new(LOW, HIGH).ok()
+}
+
+/// The codes as they are written: top, bottom, right, left.
+fn digits(code: u32) -> String {
+    format!("{code:04b}")
+}
+
+/// What is drawn for a primitive: the colour of its verdict, and how many candidates missed.
+fn verdict(codes: &[u32], left: bool) -> [u8; 3] {
+    let (and, or) = codes.iter().fold((u32::MAX, 0), |(and, or), c| (and & c, or | c));
+    match (or, and, left) {
+        (0, _, _) => BACK,
+        (_, 1.., _) => mix(INK, PAPER, 0.45),
+        (_, _, true) => OTHER,
+        _ => SIGHT,
+    }
+}
+
+/// The nine regions around a window with their outcodes, and lines and triangles by what the codes of
+/// their ends say: accepted, rejected, candidates; those candidates marked that miss the window. Verdicts,
+/// codes and what is left are the library's own. `size` is at least 640 × 360.
+#[must_use]
+pub fn outcodes(size: [u32; 2]) -> Picture {
+    const LINES: [[[f64; 2]; 2]; 7] = [
+        [[-0.7, 0.35], [0.2, 0.6]],
+        [[-1.7, 0.1], [-0.1, -0.75]],
+        [[-0.1, 1.5], [0.8, -1.5]],
+        [[-1.75, 1.05], [-0.75, 1.75]],
+        [[1.15, -1.7], [1.75, 0.3]],
+        [[-1.75, -0.75], [-0.55, -1.75]],
+        [[0.3, 1.45], [1.75, 0.75]],
+    ];
+    const TRIANGLES: [[[f64; 2]; 3]; 5] = [
+        [[-0.65, -0.5], [0.1, -0.7], [-0.35, 0.25]],
+        [[0.35, -0.35], [1.6, -0.6], [0.75, 0.45]],
+        [[-1.7, -1.15], [-0.85, -1.6], [-1.35, -1.85]],
+        [[-0.75, 1.2], [0.2, 1.75], [-0.35, 1.3]],
+        [[0.55, 1.75], [1.75, 0.5], [1.8, 1.8]],
+    ];
+    let mut sheet = Sheet::new(size);
+    let [w, h] = sheet.size();
+    let Some(window) = window() else { return sheet.finish() };
+    let region = window.region();
+    let scale = ((w * 0.5 - 30.0).min(h - 130.0)) / 4.0;
+    for (column, triangles) in [(0.25, false), (0.75, true)] {
+        let c = [w * column, h * 0.5 - 12.0];
+        let at = |p: [f64; 2]| [c[0] + p[0] * scale, c[1] - p[1] * scale];
+        sheet.fill(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(at), KEPT, 1.0);
+        for side in [-1.0, 1.0] {
+            let thin = mix(INK, PAPER, 0.5);
+            sheet.line(at([side, -1.95]), at([side, 1.95]), 1.0, thin);
+            sheet.line(at([-1.95, side]), at([1.95, side]), 1.0, thin);
+        }
+        for (x, y) in (0..9).map(|i| (i % 3 - 1, i / 3 - 1)) {
+            let middle = [x, y].map(|v| f64::from(v) * 1.5);
+            // In the top left of its region, clear of most of what is drawn there.
+            let edge = |v: i32, ends: [f64; 3]| ends[(v + 1) as usize];
+            let [px, py] = at([edge(x, [-1.95, -1.0, 1.0]), edge(y, [-1.0, 1.0, 1.95])]);
+            sheet.text([px + 10.0, py + 10.0], digits(window.outcode(&middle)), INK);
+        }
+        let (mut misses, mut candidates) = (0, 0);
+        let mut clipper = Clipper::new();
+        if triangles {
+            for t in TRIANGLES {
+                let codes = t.map(|p| window.outcode(&p));
+                let left = clipper.clip(&region, &t).to_vec();
+                let color = verdict(&codes, !left.is_empty());
+                sheet.fill(&t.map(at), mix(color, PAPER, 0.7), 1.0);
+                if !left.is_empty() {
+                    let left: Vec<_> = left.into_iter().map(at).collect();
+                    sheet.fill(&left, color, 0.8);
+                }
+                sheet.outline(&t.map(at), 2.0, color);
+                candidates += u32::from(color == OTHER || color == SIGHT);
+                misses += u32::from(color == SIGHT);
+            }
+        } else {
+            for [a, b] in LINES {
+                let codes = [window.outcode(&a), window.outcode(&b)];
+                let left = window.cohen_sutherland(&a, &b);
+                let color = verdict(&codes, left.is_some());
+                sheet.line(at(a), at(b), 1.6, mix(color, PAPER, 0.45));
+                for t in left.into_iter() {
+                    let ends = t.map(|t| at(line::at(&a, &b, t)));
+                    sheet.line(ends[0], ends[1], 4.5, color);
+                }
+                for p in [a, b] {
+                    sheet.disc(at(p), 4.0, color);
+                }
+                candidates += u32::from(color == OTHER || color == SIGHT);
+                misses += u32::from(color == SIGHT);
+            }
+        }
+        sheet.outline(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(at), 3.0, INK);
+        let kind = if triangles { "triangles" } else { "lines" };
+        let words = format!("{kind}: {misses} of {candidates} candidates miss");
+        sheet.centred([c[0], h - 62.0], words, INK);
+    }
+    sheet.centred([w * 0.5, 14.0], "Outcodes: top, bottom, right, left", INK);
+    let entries = [
+        (BACK, "accepted"),
+        (mix(INK, PAPER, 0.45), "rejected"),
+        (OTHER, "candidate"),
+        (SIGHT, "false positive"),
+    ];
+    sheet.legend([26.0, h - 30.0], &entries);
+    sheet.finish()
+}
+
+/// Sutherland & Hodgman, step by step: a polygon, and what is left of it after each of the four sides of
+/// a window. Vertices that stay and vertices that a cut makes are told apart. Each step is what the
+/// library's clipper leaves. `size` is at least 640 × 360.
+#[must_use]
+pub fn clip_polygon(size: [u32; 2]) -> Picture {
+    const POLYGON: [[f64; 2]; 6] =
+        [[-1.55, 0.35], [-0.35, -1.5], [0.75, -1.3], [1.6, 0.3], [0.55, 0.6], [-0.15, 1.65]];
+    let mut sheet = Sheet::new(size);
+    let [w, h] = sheet.size();
+    let Some(window) = window() else { return sheet.finish() };
+    let region: Region<f64, 2> = window.region();
+    let names = ["the polygon", "left", "right", "bottom", "top", "what is left"];
+    let (wide, high) = (w / 3.0, (h - 90.0) / 2.0);
+    let scale = (wide - 20.0).min(high - 34.0) / 3.7;
+    let mut polygon = POLYGON.to_vec();
+    let mut clipper = Clipper::new();
+    for (step, name) in names.into_iter().enumerate() {
+        let (column, row) = (step % 3, step / 3);
+        let c = [wide * (column as f64 + 0.5), 44.0 + high * (row as f64 + 0.5) - 12.0];
+        let at = |p: [f64; 2]| [c[0] + p[0] * scale, c[1] - p[1] * scale];
+        let before = polygon.clone();
+        let cutting = (1..=4).contains(&step);
+        if cutting {
+            polygon = clipper.clip(&region.clone().only(1 << (step - 1)), &polygon).to_vec();
+        }
+        sheet.outline(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(at), 1.0, INK);
+        if cutting {
+            // The part that goes, and the side that cuts it off.
+            let gone: Vec<_> = before.iter().map(|&p| at(p)).collect();
+            fill_any(&mut sheet, &gone, mix(LOST, PAPER, 0.55));
+            let (axis, sign) = ((step - 1) / 2, if step % 2 == 1 { -1.0 } else { 1.0 });
+            let end = |along: f64| {
+                let mut p = [along; 2];
+                p[axis] = sign;
+                at(p)
+            };
+            sheet.line(end(-1.8), end(1.8), 2.6, SIGHT);
+        }
+        let points: Vec<_> = polygon.iter().map(|&p| at(p)).collect();
+        fill_any(&mut sheet, &points, mix(OTHER, PAPER, 0.55));
+        sheet.outline(&points, 2.0, OTHER);
+        for &p in &polygon {
+            let new = cutting && !before.contains(&p);
+            sheet.disc(at(p), if new { 5.5 } else { 4.0 }, if new { SIGHT } else { INK });
+        }
+        let words = if cutting { format!("{step}. {name}") } else { name.to_owned() };
+        let count = polygon.len();
+        sheet.centred([c[0], c[1] + scale * 1.85], format!("{words}: {count} vertices"), INK);
+    }
+    sheet.centred([w * 0.5, 14.0], "Sutherland-Hodgman: one side after another", INK);
+    let entries = [
+        (OTHER, "kept"),
+        (LOST, "cut off"),
+        (INK, "vertex that stays"),
+        (SIGHT, "side, new vertex"),
+    ];
+    sheet.legend([26.0, h - 30.0], &entries);
+    sheet.finish()
+}
+
+/// Fills a polygon that is star-shaped around its mean.
+fn fill_any(sheet: &mut Sheet, points: &[[f64; 2]], color: [u8; 3]) {
+    let n = points.len().max(1) as f64;
+    let sum = points.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+    for (i, &p) in points.iter().enumerate() {
+        sheet.fill(&[sum.map(|v| v / n), p, points[(i + 1) % points.len()]], color, 1.0);
+    }
+}
