@@ -117,10 +117,20 @@ pub(crate) fn keep_listed(
 fn expand_with<S: Simd>(simd: S, words: &[u64], base: u32, out: &mut [u32]) -> usize {
     let mut len = 0;
     for (index, &bits) in words.iter().enumerate() {
+        // Neighbours share their answers: most words are none or all. Without the two short ways a word
+        // of a ball took 4.2 ns and not 1.5; words in no order lose nothing by them. Bytes compressed as
+        // one vector of 64 and widened take 1.8, and 1.6 where only as many as there are get stored.
+        if bits == 0 {
+            continue;
+        }
         let out = &mut out[len..len + 64];
         let base = base + (index * 64) as u32;
+        if bits == u64::MAX {
+            for (start, out) in (0..).step_by(S::u32s::LEN).zip(out.chunks_exact_mut(S::u32s::LEN)) {
+                (iota(simd) + (base + start)).store_slice(out);
+            }
         // Counted afresh for each part and not added up: no part waits for the one before.
-        if S::u32s::LEN == 16 {
+        } else if S::u32s::LEN == 16 {
             for part in 0..4 {
                 let n = (bits & ((1 << (16 * part)) - 1)).count_ones() as usize;
                 let numbers = iota(simd) + (base + 16 * part);
