@@ -101,6 +101,7 @@ fn run_kind<B>(options: &BenchOptions, kind: &Kind<B>, each: &mut dyn FnMut(Meas
                 limit_ns_per_item: limit / kind.len as f64,
                 limit_ratio: time / limit,
                 checked,
+                versus: None,
             });
         }
     }

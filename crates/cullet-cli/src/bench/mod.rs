@@ -58,8 +58,8 @@ mod tests {
         let results = run(&options);
         let levels = cullet::cull::frustum::batch::levels().len();
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
-        // three answers each, and the vertices. A frame: two at each level, and four that have none.
-        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3 + 2) * levels + 1 + 4);
+        // three answers each, and the vertices. A frame: three at each level, and four that have none.
+        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3 + 3) * levels + 1 + 4);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
             assert!(r.ns_per_item > 0.0 && r.limit_ratio > 0.0, "{r:?}");

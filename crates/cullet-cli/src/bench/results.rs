@@ -51,6 +51,9 @@ pub(crate) struct Measured {
     pub(crate) limit_ratio: f64,
     /// Whether the answer was that of the scalar oracle.
     pub(crate) checked: bool,
+    /// Another way to the same answer in the same run, and how many times its time is this one's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) versus: Option<(&'static str, f64)>,
 }
 
 impl Measured {
@@ -76,7 +79,8 @@ impl fmt::Display for Measured {
             self.streaming_rate(),
             self.limit_ratio,
             if self.checked { "yes" } else { "NO" },
-        )
+        )?;
+        self.versus.map_or(Ok(()), |(name, times)| write!(f, "      {times:.1} x {name}"))
     }
 }
 

@@ -126,7 +126,8 @@ fn expand_with<S: Simd>(simd: S, words: &[u64], base: u32, out: &mut [u32]) -> u
         let out = &mut out[len..len + 64];
         let base = base + (index * 64) as u32;
         if bits == u64::MAX {
-            for (start, out) in (0..).step_by(S::u32s::LEN).zip(out.chunks_exact_mut(S::u32s::LEN)) {
+            for (start, out) in (0..).step_by(S::u32s::LEN).zip(out.chunks_exact_mut(S::u32s::LEN))
+            {
                 (iota(simd) + (base + start)).store_slice(out);
             }
         // Counted afresh for each part and not added up: no part waits for the one before.
