@@ -8,8 +8,8 @@ use cullet::Level;
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
 use cullet::cull::backface::{
-    BackfaceMask, MaskGrid, NormalMasks, Planes8, Planes16, Planes32, ViewCone, count_masked,
-    cull_masked, cull_masked_ref, keep_unmasked,
+    BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, Planes16, Planes32, ViewCone,
+    count_masked, cull_masked, cull_masked_ref, keep_unmasked,
 };
 use cullet::cull::frustum::batch::levels;
 
@@ -147,4 +147,25 @@ fn odd_inputs() {
     assert_eq!(culled, [0], "a point has no back");
     assert!(ViewCone::around([0.0; 3], 0.1).is_none());
     assert!(ViewCone::around([1.0, 0.0, 0.0], 2.0).is_none());
+}
+
+#[test]
+fn some_words_are_listed_as_in_the_whole() {
+    let mut rng = Rng(23);
+    let (positions, indices) = triangles(&mut rng, 64 * 130 + 7);
+    let planes = Planes8::new(&positions, &indices);
+    let eye = [2.0, 0.5, -1.0, 1.0];
+    let prepared = planes.eye(eye, Facing::Back, 0.0).expect("an eye");
+    let culled = planes.cull_ref(eye);
+    let all = unset(&culled, planes.len() as u32);
+    // Runs over the ends of 64 words, single words, all, none; and bits of words that are not there.
+    for words in [[u64::MAX; 3], [0; 3], [0x8000_0000_0000_0001, 0xff00_0000_0000_000d, 0b101]] {
+        let wanted = |t: &u32| words[*t as usize / 4096] >> (*t / 64 % 64) & 1 == 1;
+        let expected: Vec<u32> = all.iter().copied().filter(wanted).collect();
+        for (name, level) in levels() {
+            let mut kept = Indices::new();
+            planes.keep_in_words(level, &prepared, &words, &mut kept);
+            assert_eq!(*kept, *expected, "{name}, {words:x?}");
+        }
+    }
 }

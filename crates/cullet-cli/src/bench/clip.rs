@@ -24,10 +24,6 @@ struct Row<'a> {
     checked: bool,
 }
 
-fn is_wanted(options: &BenchOptions, name: &str) -> bool {
-    options.filter.as_ref().is_none_or(|part| name.contains(part.as_str()))
-}
-
 fn measure(
     options: &BenchOptions,
     row: &Row<'_>,
@@ -46,6 +42,7 @@ fn measure(
         ns_per_item: time / row.items as f64,
         yardstick: Yardstick::streaming(row.bytes, row.items, time, limit),
         checked: row.checked,
+        versus: None,
     });
 }
 
@@ -91,13 +88,13 @@ fn outcodes(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) 
         len.to_string()
     };
     let [points_name, sort_name] = ["outcodes", "sort"].map(|what| format!("clip/{what}/{size}"));
-    if !is_wanted(options, &points_name) && !is_wanted(options, &sort_name) {
+    if !options.wants(&points_name) && !options.wants(&sort_name) {
         return;
     }
     let mut random = Random(0x1234_5678_9abc_def1);
     let points: Vec<[f32; 3]> = (0..len).map(|_| random.point(HALF)).collect();
     let region = ObjectRegion::new(&view().frustum(), &Transform::IDENTITY);
-    if is_wanted(options, &points_name) {
+    if options.wants(&points_name) {
         let expected: Vec<u32> = points.iter().map(|&p| region.outcode(p).outside).collect();
         let visible = expected.iter().filter(|c| **c == 0).count();
         let mut codes = Vec::new();
@@ -112,7 +109,7 @@ fn outcodes(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) 
             });
         }
     }
-    if is_wanted(options, &sort_name) {
+    if options.wants(&sort_name) {
         // Each point begins a triangle with the next two, so there are as many as points.
         let last = len.saturating_sub(1) as u32;
         let indices: Vec<u32> =
@@ -153,7 +150,7 @@ fn lines(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     let wide = window_in_f64();
     for (name, way) in &ways {
         let name = format!("clip/lines/{name}");
-        if !is_wanted(options, &name) {
+        if !options.wants(&name) {
             continue;
         }
         let checked = ends.iter().all(|line| {
@@ -205,7 +202,7 @@ fn guard_band(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     let guard = GuardBand::new(Depth::Reversed, 16.0_f32).expect("16 is a width");
     let names =
         ["one-plane", "guard-band", "full", "near"].map(|what| format!("clip/triangles/{what}"));
-    if !names.iter().any(|name| is_wanted(options, name)) {
+    if !names.iter().any(|name| options.wants(name)) {
         return;
     }
     let [one, triangles] = [1, 6].map(|planes| straddling(&guard, planes));
@@ -220,7 +217,7 @@ fn guard_band(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     let mut clipper = Clipper::new();
     let mut run =
         |name: &str, triangles: &[[[f32; 4]; 3]], region: &Region<f32, 4>, banded: bool| {
-            if !is_wanted(options, name) {
+            if !options.wants(name) {
                 return;
             }
             let mut in_f64 = Clipper::new();
@@ -276,7 +273,7 @@ fn area_of(polygon: impl Iterator<Item = [f64; 4]>) -> [f64; 3] {
 /// after it, of triangles of which some are accepted, some rejected and some cut.
 fn both_places(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     let names = ["world", "clip-space"].map(|what| format!("clip/place/{what}"));
-    if !names.iter().any(|name| is_wanted(options, name)) {
+    if !names.iter().any(|name| options.wants(name)) {
         return;
     }
     let view = view();
@@ -316,7 +313,7 @@ fn both_places(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     type Place<'a> = &'a mut dyn FnMut(&[[f64; 3]; 3], &mut Vec<[f64; 4]>);
     let places: [Place<'_>; 2] = [&mut in_world, &mut in_clip];
     for (name, place) in names.iter().zip(places) {
-        if !is_wanted(options, name) {
+        if !options.wants(name) {
             continue;
         }
         let row = Row { name, level: "scalar", items: PRIMITIVES, visible, bytes: 72, checked };

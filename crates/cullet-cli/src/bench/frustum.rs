@@ -87,6 +87,7 @@ fn run_kind<B>(options: &BenchOptions, kind: &Kind<B>, each: &mut dyn FnMut(Meas
                 ns_per_item: time / kind.len as f64,
                 yardstick: Yardstick::streaming(kind.bytes, kind.len, time, limit),
                 checked,
+                versus: None,
             });
         }
     }

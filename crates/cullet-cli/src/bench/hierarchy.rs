@@ -34,6 +34,7 @@ impl Against {
             ns_per_item: time / items as f64,
             yardstick: Yardstick::Other { ratio_to: ratio_to.to_owned(), ratio: time / other },
             checked,
+            versus: None,
         }
     }
 }

@@ -101,9 +101,9 @@ mod tests {
         let results = run(&small(None));
         let levels = cullet::cull::frustum::batch::levels().len();
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
-        // three answers each, and the vertices. A frame: two at each level, and four that have none. Shadows:
-        // three lights.
-        let flat = (2 * 3 + (4 + 6) * 3 + 2 + 3) * levels + 1 + 4;
+        // three answers each, and the vertices. A frame: three at each level, and four that have none.
+        // Shadows: three lights.
+        let flat = (2 * 3 + (4 + 6) * 3 + 3 + 3) * levels + 1 + 4;
         // Two layouts: four shares, a list at each level, ranges and sorted; seven of views; eight of moves.
         let trees = 2 * (4 * (levels + 2) + 7 + 8);
         // Outcodes; sorting, three ways for lines, four for triangles, two places.

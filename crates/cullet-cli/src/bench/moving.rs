@@ -208,7 +208,16 @@ fn cull(h: &Hierarchy, planes: &Planes, cut: &mut Cut) {
 fn against_stream(row: Against, time: f64, limit: f64) -> Measured {
     let Against { name, level, items, visible, checked } = row;
     let yardstick = Yardstick::streaming(size_of::<Aabb>(), items, time, limit);
-    Measured { name, level, items, visible, ns_per_item: time / items as f64, yardstick, checked }
+    Measured {
+        name,
+        level,
+        items,
+        visible,
+        ns_per_item: time / items as f64,
+        yardstick,
+        checked,
+        versus: None,
+    }
 }
 
 /// A box moved by up to a frame's way.

@@ -48,6 +48,9 @@ pub(crate) struct Measured {
     pub(crate) yardstick: Yardstick,
     /// Whether the answer was that of the scalar oracle.
     pub(crate) checked: bool,
+    /// Another way to the same answer in the same run, and how many times its time is this one's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) versus: Option<(&'static str, f64)>,
 }
 
 /// What a time is held against.
@@ -119,13 +122,14 @@ impl fmt::Display for Measured {
                 bytes_per_item,
                 *bytes_per_item as f64 / limit_ns_per_item,
                 limit_ratio,
-            ),
+            )?,
             Yardstick::Other { ratio_to, ratio } => write!(
                 f,
                 "{:<38} {:<7} {ms:>8.3} {:>8}  {checked:<7}  {ratio:.3} x {ratio_to}",
                 self.name, self.level, self.visible,
-            ),
+            )?,
         }
+        self.versus.map_or(Ok(()), |(name, times)| write!(f, "      {times:.1} x {name}"))
     }
 }
 

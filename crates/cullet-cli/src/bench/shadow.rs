@@ -91,6 +91,7 @@ fn run_light(
             ns_per_item: time / len,
             yardstick: Yardstick::streaming(24, boxes.len(), time, limit),
             checked,
+            versus: None,
         });
     }
 }

@@ -117,10 +117,22 @@ pub(crate) fn keep_listed(
 fn expand_with<S: Simd>(simd: S, words: &[u64], base: u32, out: &mut [u32]) -> usize {
     let mut len = 0;
     for (index, &bits) in words.iter().enumerate() {
+        // Neighbours share their answers: most words are none or all. Without the two short ways a word
+        // of a ball took 4.2 ns and not 1.5; words of random bits lose nothing by them (3.5 and 3.7).
+        // Bytes compressed as one vector of 64, widened and stored as far as there are any, with AVX-512
+        // alone, take 1.8 and 3.0; the same all stored, 4.6 and 4.4.
+        if bits == 0 {
+            continue;
+        }
         let out = &mut out[len..len + 64];
         let base = base + (index * 64) as u32;
+        if bits == u64::MAX {
+            for (start, out) in (0..).step_by(S::u32s::LEN).zip(out.chunks_exact_mut(S::u32s::LEN))
+            {
+                (iota(simd) + (base + start)).store_slice(out);
+            }
         // Counted afresh for each part and not added up: no part waits for the one before.
-        if S::u32s::LEN == 16 {
+        } else if S::u32s::LEN == 16 {
             for part in 0..4 {
                 let n = (bits & ((1 << (16 * part)) - 1)).count_ones() as usize;
                 let numbers = iota(simd) + (base + 16 * part);

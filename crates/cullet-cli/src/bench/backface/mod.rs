@@ -103,15 +103,23 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         // One form at a time: four million triangles fill much memory.
         if wanted("planes32") {
             let planes = Planes32::new(&positions, &indices);
-            run_test(options, &triangles("planes32", len), &planes, len, 16, each);
+            run_test(options, &triangles("planes32", len), &planes, [len, 16], None, each);
         }
         if wanted("planes16") {
             let planes = Planes16::new(&positions, &indices);
-            run_test(options, &triangles("planes16", len), &planes, len, 8, each);
+            run_test(options, &triangles("planes16", len), &planes, [len, 8], None, each);
         }
         if wanted("planes8") {
             let planes = Planes8::new(&positions, &indices);
-            run_test(options, &triangles("planes8", len), &planes, len, 4, each);
+            let name = triangles("planes8", len);
+            let is_list = options.wants(&format!("{name}/list"));
+            let versus = is_list.then(|| {
+                let mut kept = Vec::new();
+                let pass = || frame::keep_of_vertices(&positions, &indices, &mut kept);
+                let [_, time] = fastest_of_both(options.seconds, |_| (), pass);
+                ("vertices-f32", time / len as f64)
+            });
+            run_test(options, &name, &planes, [len, 4], versus, each);
         }
         if let Some(grid) = MaskGrid::new(16).ok().filter(|_| wanted("masks")) {
             let mut masks = NormalMasks::default();
@@ -119,7 +127,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             let sphere = Sphere { center: [0.0; 3], radius: 1.0 };
             let cone = ViewCone::to_sphere(EYE, &sphere);
             let mask = grid.mask(Level::new(), cone.as_ref());
-            run_test(options, &triangles("masks", len), &(masks, mask), len, 2, each);
+            run_test(options, &triangles("masks", len), &(masks, mask), [len, 2], None, each);
         }
     }
     let (positions, indices) = bumpy_ball(DISTINCT * 64);
@@ -152,7 +160,7 @@ fn run_clusters<B: BatchBound>(
     let fits: Vec<Option<B>> = planes.iter().map(B::fit).collect();
     let all: Vec<Option<B>> = fits.iter().copied().cycle().take(CLUSTERS).collect();
     let test = (all.iter().copied().collect::<ClusterBounds<B>>(), all);
-    run_test(options, &name, &test, CLUSTERS, bytes, each);
+    run_test(options, &name, &test, [CLUSTERS, bytes], None, each);
 }
 
 const OUTPUTS: [&str; 3] = ["mask", "count", "list"];
@@ -171,12 +179,13 @@ fn triangles(kind: &str, len: usize) -> String {
     }
 }
 
+/// `versus` is the name and the time an item of what lists are held against.
 fn run_test(
     options: &BenchOptions,
     name: &str,
     test: &impl Test,
-    len: usize,
-    bytes: usize,
+    [len, bytes]: [usize; 2],
+    versus: Option<(&'static str, f64)>,
     each: &mut dyn FnMut(Measured),
 ) {
     let expected = test.oracle();
@@ -216,6 +225,9 @@ fn run_test(
                 ns_per_item: time / len as f64,
                 yardstick: Yardstick::streaming(bytes, len, time, limit),
                 checked,
+                versus: versus
+                    .filter(|_| output == "list")
+                    .map(|(name, ns)| (name, ns * len as f64 / time)),
             });
         }
     }
@@ -252,6 +264,7 @@ fn run_vertices(
         ns_per_item: time / len as f64,
         yardstick: Yardstick::streaming(18, len, time, limit),
         checked: expected.eq(kept.iter().copied()),
+        versus: None,
     });
 }
 

@@ -40,17 +40,52 @@ pub(super) fn keep(things: &impl Culled, level: Level, kept: &mut Indices) {
     kept.fill(things.len().next_multiple_of(64), |out| {
         let mut len = 0;
         each(things, level, |first, words| {
-            let last = things.len() - first * 64;
-            for word in words.iter_mut() {
-                *word = !*word;
-            }
-            if let Some(end) = words.get_mut(last / 64) {
-                *end &= (1 << (last % 64)) - 1;
-            }
-            len += expand(level, words, (first * 64) as u32, &mut out[len..]);
+            len += list(things, level, first, words, &mut out[len..]);
         });
         len
     });
+}
+
+/// Lists what is kept in those words whose bit in `wanted` is set; bits beyond the last word are ignored.
+pub(super) fn keep_in(things: &impl Culled, level: Level, wanted: &[u64], kept: &mut Indices) {
+    let room = wanted.iter().map(|w| w.count_ones() as usize * 64).sum();
+    let words = things.len().div_ceil(64);
+    kept.fill(room, |out| {
+        let (mut len, mut block) = (0, [0; AT_ONCE]);
+        for (i, &bits) in wanted.iter().enumerate() {
+            let mut rest = bits;
+            while rest != 0 {
+                let start = rest.trailing_zeros();
+                let run = (rest >> start).trailing_ones();
+                rest &= !(u64::MAX >> (64 - run) << start);
+                let first = i * 64 + start as usize;
+                if first < words {
+                    let block = &mut block[..(words - first).min(run as usize)];
+                    things.fill(level, first, block);
+                    len += list(things, level, first, block, &mut out[len..]);
+                }
+            }
+        }
+        len
+    });
+}
+
+/// Writes the numbers of what words `first..` of the mask of what is culled keep.
+fn list(
+    things: &impl Culled,
+    level: Level,
+    first: usize,
+    culled: &mut [u64],
+    out: &mut [u32],
+) -> usize {
+    let last = things.len() - first * 64;
+    for word in culled.iter_mut() {
+        *word = !*word;
+    }
+    if let Some(end) = culled.get_mut(last / 64) {
+        *end &= (1 << (last % 64)) - 1;
+    }
+    expand(level, culled, (first * 64) as u32, out)
 }
 
 fn each(things: &impl Culled, level: Level, mut take: impl FnMut(usize, &mut [u64])) {

@@ -209,14 +209,19 @@ fn fill_bytes<S: Simd>(
     out: &mut [u64],
 ) {
     const AT_ONCE: usize = 16;
-    let mut found = [[0; 64]; AT_ONCE];
+    let mut found = [[0_u8; 64]; AT_ONCE];
     let zero = u8x16::splat(simd, 0);
     let chunks = offsets.chunks(AT_ONCE).zip(bits.chunks(AT_ONCE));
     for ((offsets, bits), out) in chunks.zip(out.chunks_mut(AT_ONCE)) {
         for (found, offset) in found.iter_mut().zip(offsets) {
-            // Eight at once in a register was tried, and is slower.
-            for (f, o) in found.iter_mut().zip(offset) {
-                *f = table[usize::from(*o)];
+            // Eight offsets a load: with one each it took 0.35 ns a triangle and not 0.29. Results put
+            // together in registers too were no faster, or 0.41 with the comparison done in them as well.
+            let eights = offset.as_chunks::<8>().0;
+            for (f, o) in found.as_chunks_mut::<8>().0.iter_mut().zip(eights) {
+                let o = u64::from_le_bytes(*o);
+                for (k, f) in f.iter_mut().enumerate() {
+                    *f = table[usize::from((o >> (8 * k)) as u8)];
+                }
             }
         }
         for ((found, bit), out) in found.iter().zip(bits).zip(out) {

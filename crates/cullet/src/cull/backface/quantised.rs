@@ -237,6 +237,13 @@ impl Planes8 {
         Seen { planes: self, eye: Some(*eye) }.fill(level, first, culled);
     }
 
+    /// Lists, ascending, the triangles that are *not* culled among those of some words: triangles
+    /// 64 · w to 64 · w + 63 where bit w of `words` is set. For clusters of 64 triangles of which only
+    /// some want a test of each triangle. Bits beyond the last word are ignored. The same at every level.
+    pub fn keep_in_words(&self, level: Level, eye: &PlaneEye, words: &[u64], kept: &mut Indices) {
+        bulk::keep_in(&Seen { planes: self, eye: Some(*eye) }, level, words, kept);
+    }
+
     fn seen(&self, eye: [f64; 4]) -> Seen<'_, Self, PlaneEye> {
         Seen { planes: self, eye: self.eye(eye, Facing::Back, 0.0) }
     }
