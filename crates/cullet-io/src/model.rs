@@ -4,6 +4,8 @@ use std::borrow::Cow;
 
 use cullet::{Handle, Projection, Scene, Transform};
 
+use crate::Motion;
+
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
 pub struct Model {
@@ -24,6 +26,8 @@ pub struct Model {
     pub views: Vec<MatrixView>,
     /// Rooms and openings, where the scene was made with them.
     pub cells: CellGraph,
+    /// How it moves, if it does; see [`Model::pose`](Self::pose).
+    pub motion: Option<Motion>,
     /// What was odd in the file but did not stop it.
     pub warnings: Vec<Warning>,
 }
