@@ -131,7 +131,8 @@ impl<'a> Report<'a> {
         let fail = |e: std::io::Error| Failure::write(&path, &e);
         let mut csv = File::create(&path).map_err(fail)?;
         writeln!(csv, "{CSV_HEAD}").map_err(fail)?;
-        let export = args.export.as_deref().map(|p| Export::create(p, &survey.model)).transpose()?;
+        let export =
+            args.export.as_deref().map(|p| Export::create(p, &survey.model)).transpose()?;
         let triangles = survey.model.scene.triangle_count();
         if triangles > MOST_TRIANGLES_VERIFIED {
             console.note(format!(
