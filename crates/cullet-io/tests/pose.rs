@@ -4,7 +4,9 @@
 mod pose_common;
 
 use cullet::bounds::Aabb;
-use cullet::{BoundsOverride, Handle};
+use cullet::{BoundsOverride, Culler, Handle, View, ViewState};
+use cullet_draw::VerifyOptions;
+use cullet_io::paths::{self, Overrides};
 use cullet_io::{LoadOptions, Model, load_bytes, scenes};
 use pose_common::{figures, twitching};
 
@@ -126,6 +128,35 @@ fn a_bound_of_another_time_is_found() {
         assert_eq!(strays[0].handle, h);
         assert!(strays[0].excess > 0.5, "{strays:?}");
     }
+}
+
+/// How many things a view of the upper left of the bar loses.
+fn lost(model: &Model) -> usize {
+    let (size, overrides) = ([160, 90], Overrides::default());
+    // Only where the bent bar reaches: the upright one is outside to the right.
+    let camera = paths::look_at(model, [8.3, 2.0, 1.5], [8.3, 2.0, 0.0], size, &overrides).unwrap();
+    let view = View::new(&camera, overrides.depth, size).unwrap();
+    let mut state = ViewState::default();
+    let options = VerifyOptions { samples: 2, ..VerifyOptions::default() };
+    let v = cullet_draw::verify(&model.scene, &view, &Culler::default(), &mut state, &options);
+    assert!(v.visible > 0, "the bar is in sight");
+    v.false_culls.len()
+}
+
+#[test]
+fn a_bound_of_another_time_costs_pixels() {
+    let mut model = load(&figures());
+    model.pose(0.0).unwrap();
+    let old = bounds(&model, "bar");
+    model.pose(1.0).unwrap();
+    assert_eq!(lost(&model), 0);
+    let h = handle(&model, "bar");
+    model.scene.set_bounds(h, BoundsOverride::World(old)).unwrap();
+    model.scene.refit();
+    assert!(!model.scene.audit(|_| None).unwrap().is_empty());
+    assert!(lost(&model) > 0, "the stale bound hides nothing");
+    model.pose(1.0).unwrap();
+    assert_eq!(lost(&model), 0);
 }
 
 #[test]
