@@ -143,11 +143,31 @@ fn lost(model: &Model) -> usize {
     v.false_culls.len()
 }
 
+/// How many things are lost along an orbit around all.
+fn lost_in_the_open(model: &Model) -> usize {
+    let (size, overrides) = ([160, 90], Overrides::default());
+    let cameras = paths::cameras(model, &"orbit".parse().unwrap(), 4, size, &overrides).unwrap();
+    let mut state = ViewState::default();
+    let mut lost = 0;
+    for camera in &cameras {
+        let view = View::new(camera, overrides.depth, size).unwrap();
+        let options = VerifyOptions { samples: 2, ..VerifyOptions::default() };
+        let v = cullet_draw::verify(&model.scene, &view, &Culler::default(), &mut state, &options);
+        assert!(v.visible > 0, "nothing is in sight");
+        lost += v.false_culls.len();
+    }
+    lost
+}
+
 #[test]
 fn a_bound_of_another_time_costs_pixels() {
     let mut model = load(&figures());
     model.pose(0.0).unwrap();
     let old = bounds(&model, "bar");
+    for t in [0.0, 0.4, 1.0, 1.7, 2.5] {
+        model.pose(t).unwrap();
+        assert_eq!(lost_in_the_open(&model), 0, "at {t} s");
+    }
     model.pose(1.0).unwrap();
     assert_eq!(lost(&model), 0);
     let h = handle(&model, "bar");

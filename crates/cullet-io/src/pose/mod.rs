@@ -77,8 +77,8 @@ impl Model {
     /// first. The built-in `moving` is taken at that many seconds after the `t` of its text, to the
     /// millisecond.
     ///
-    /// Costs O(nodes) for what is rigid; about 0.2 µs a vertex, and a new [`Mesh`](cullet::Mesh), for what
-    /// deforms. A built-in scene is made anew.
+    /// Costs O(nodes) for what is rigid; O(vertices × (joints + targets)), and a new [`Mesh`](cullet::Mesh),
+    /// for what deforms. A built-in scene is made anew.
     ///
     /// # Errors
     /// If `seconds` is not finite, a deformed vertex is nowhere, a built-in scene has no such time, or an
