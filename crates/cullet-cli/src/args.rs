@@ -84,6 +84,9 @@ report.
 culled_percent; OP is one of > >= < <= == !=; VALUE a number, or, with --baseline, 'baseline',
 'baseline+5%' or 'baseline-5%'. Examples: 'tightness>3', 'potentially_visible>baseline+2%'.
 
+--time 1.5 poses what moves (the animations, skins and morph targets of a glTF, or the built-in scene
+moving) at 1.5 s; --time 0..4 lets four seconds pass along the views. Animations start again at their end.
+
 A --path is orbit (around the scene), walk (through it at eye height), fly (over and through it),
 file:PATH (a JSON list of cameras) or camera:NAME (a camera of the file, over its animation).";
 
@@ -91,7 +94,14 @@ const VERIFY_HELP: &str = "\
 Draws every view with and without culling, and demands that each pixel be owned by the same triangle
 of the same instance. With --samples 4 it also looks for instances that own one of 4x4 jittered
 samples a pixel and were dropped. Every loss is printed with its view, instance, stage and reason,
-and the exit code is 1.";
+and the exit code is 1.
+
+--time 0..4 lets what moves do so along the views, under bounds from its joints and morph targets.
+
+Examples
+  cullet verify city --path walk
+  cullet verify figure.glb --time 0..4 --views 32
+  cullet verify moving --time 1.5 --path walk";
 
 const PICTURE_HELP: &str = "\
 kinds   the scene from outside, each dropped thing coloured by the kind of culling that took it
@@ -183,6 +193,9 @@ pub(crate) struct ViewArgs {
     /// Distance of the far plane, or inf [default: fits the scene]
     #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
     pub(crate) far: Option<f64>,
+    /// Pose what moves at T seconds; A..B lets the time pass evenly over the views
+    #[arg(long, value_name = "T|A..B", value_parser = parse::span, allow_hyphen_values = true)]
+    pub(crate) time: Option<[f64; 2]>,
     /// Seed of the jittered samples
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

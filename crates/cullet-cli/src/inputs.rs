@@ -5,7 +5,7 @@ use std::path::Path;
 use cullet::cull::detail::{Detail, Measure};
 use cullet::{Backface, Culler, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
-use cullet_io::{ErrorKind, LoadOptions, Model, Up, scenes};
+use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
 
 use crate::args::{CullArgs, DetailMeasure, SceneArgs, UpAxis, ViewArgs};
 use crate::console::Console;
@@ -69,6 +69,52 @@ fn limit(model: &Model, args: &SceneArgs) -> Result<(), Failure> {
     }
 }
 
+/// Poses a model at the first of the times asked for, so that paths find it where it is.
+pub(crate) fn begin(model: &mut Model, args: &ViewArgs, console: &Console) -> Result<(), Failure> {
+    let Some([first, _]) = args.time else {
+        let seconds = model.motion.as_ref().and_then(cullet_io::Motion::seconds);
+        match seconds {
+            Some(s) if s > 0.0 => console.note(format!(
+                "{}: what moves in it stands as it is stored; --time 0..{} lets it move",
+                model.name,
+                short(s)
+            )),
+            Some(_) => console.note(format!(
+                "{}: what deforms in it stands as it is stored; --time 0 poses it",
+                model.name
+            )),
+            None => {}
+        }
+        return Ok(());
+    };
+    if model.motion.is_none() {
+        return Err(Failure::usage(format!(
+            "{}: nothing in it moves, so --time would change nothing; leave it out",
+            model.name
+        )));
+    }
+    pose(model, first)?;
+    // What had no bounds was sorted by nothing.
+    model.scene.commit();
+    Ok(())
+}
+
+/// Poses a model.
+pub(crate) fn pose(model: &mut Model, seconds: f64) -> Result<(), Failure> {
+    let posed = model.pose(seconds);
+    posed.map_err(|e| match e {
+        PoseError::Time(_) | PoseError::Scene(_) => Failure::usage(format!("--time: {e}")),
+        e => Failure::input(format!("{}: {e}", model.name)),
+    })
+}
+
+/// The time of each of `views` views; none where no time was asked for.
+pub(crate) fn times(args: &ViewArgs, views: usize) -> Vec<f64> {
+    let Some([first, last]) = args.time else { return Vec::new() };
+    let steps = views.saturating_sub(1).max(1) as f64;
+    (0..views).map(|i| first + (last - first) * (i as f64 / steps)).collect()
+}
+
 /// The views asked for, and a line that says what near and far came to.
 pub(crate) fn views(
     model: &Model,
@@ -97,10 +143,11 @@ pub(crate) fn views(
         true => short(low),
         false => format!("{} to {}", short(low), short(high)),
     };
+    let time = args.time.map_or_else(String::new, |t| format!(", time {} s", span(t)));
     let [w, h] = args.size;
     let n = cameras.len();
     console.note(format!(
-        "{}: {n} {} of {w}x{h}, near {}, far {}",
+        "{}: {n} {} of {w}x{h}, near {}, far {}{time}",
         model.name,
         if n == 1 { "view" } else { "views" },
         span(near),
@@ -125,13 +172,20 @@ fn short(v: f64) -> String {
 
 /// The path, as people wrote it.
 pub(crate) fn path_words(args: &ViewArgs) -> String {
-    match (args.eye, args.target) {
+    let mut words = match (args.eye, args.target) {
         (Some(eye), Some(target)) => {
             let point = |p: [f64; 3]| p.map(|v| v.to_string()).join(",");
             format!("from {} to {}", point(eye), point(target))
         }
         _ => args.path.clone(),
+    };
+    if let Some([first, last]) = args.time {
+        words += &match first == last {
+            true => format!(", at {first} s"),
+            false => format!(", from {first} s to {last} s"),
+        };
     }
+    words
 }
 
 /// The culler asked for.

@@ -52,6 +52,16 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a number of seconds, 0 or more; try 60")
 }
 
+/// A time in seconds, `1.5`, or two, `0..4`.
+pub(crate) fn span(text: &str) -> Result<[f64; 2], String> {
+    let second = |t: &str| t.trim().parse().ok().filter(|v: &f64| v.is_finite());
+    let (from, to) = text.split_once("..").unwrap_or((text, text));
+    match (second(from), second(to)) {
+        (Some(from), Some(to)) => Ok([from, to]),
+        _ => Err(format!("'{text}' is no time in seconds, nor two; try 1.5, or 0..4")),
+    }
+}
+
 /// Nanoseconds of something that happens.
 pub(crate) fn nanoseconds(text: &str) -> Result<f64, String> {
     let fine = |v| v > 0.0 && v <= cullet::Costs::MOST_NS;
@@ -75,6 +85,16 @@ mod tests {
         assert_eq!(point("1,-2.5, 3e2"), Ok([1.0, -2.5, 300.0]));
         for bad in ["1,2", "1,2,3,4", "a,b,c", "1,2,nan", "inf,0,0"] {
             assert!(point(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_time_is_a_moment_or_a_span() {
+        assert_eq!(span("1.5"), Ok([1.5, 1.5]));
+        assert_eq!(span("0..4"), Ok([0.0, 4.0]));
+        assert_eq!(span("-1 .. 1e-3"), Ok([-1.0, 1e-3]));
+        for bad in ["", "..", "1..", "..2", "0..inf", "nan", "1..2..3", "4s"] {
+            assert!(span(bad).is_err(), "{bad}");
         }
     }
 

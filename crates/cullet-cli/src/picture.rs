@@ -51,7 +51,11 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
 /// The pictures that show a scene.
 fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let mut model = inputs::load(&args.scene, console)?;
+    inputs::begin(&mut model, &args.view, console)?;
     let views = inputs::views(&model, &args.view, console)?;
+    if let Some(&seconds) = inputs::times(&args.view, views.len()).get(args.index as usize) {
+        inputs::pose(&mut model, seconds)?;
+    }
     let Some(view) = views.get(args.index as usize) else {
         let last = views.len().saturating_sub(1);
         return Err(Failure::usage(format!(

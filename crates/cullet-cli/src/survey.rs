@@ -10,6 +10,8 @@ use cullet_io::Model;
 
 use crate::backfaces::BackfaceTest;
 use crate::bounds::BoundsTest;
+use crate::exit::Failure;
+use crate::inputs;
 use crate::record::{
     Counts, DepthRecord, HierarchyRecord, Loss, StageRecord, ViewRecord, tightness,
 };
@@ -46,8 +48,11 @@ pub(crate) struct MeshTally {
 
 /// A run over views.
 #[derive(Debug)]
-pub(crate) struct Survey<'m> {
-    pub(crate) model: &'m Model,
+pub(crate) struct Survey {
+    /// Posed at the time of the last view.
+    pub(crate) model: Model,
+    /// When each view is; empty where the model stands still.
+    times: Vec<f64>,
     pub(crate) culler: Culler,
     pub(crate) options: VerifyOptions,
     pub(crate) slots: Vec<SlotTally>,
@@ -74,9 +79,9 @@ pub(crate) fn clock() -> u64 {
     START.get_or_init(Instant::now).elapsed().as_nanos() as u64
 }
 
-impl<'m> Survey<'m> {
+impl Survey {
     /// Ready for the first view.
-    pub(crate) fn new(model: &'m Model, mut culler: Culler, options: VerifyOptions) -> Self {
+    pub(crate) fn new(model: Model, mut culler: Culler, options: VerifyOptions) -> Self {
         culler.output = Output::Triangles;
         culler.reasons = true;
         culler.clock = Some(clock);
@@ -87,11 +92,13 @@ impl<'m> Survey<'m> {
         }
         let mut meshes = vec![MeshTally::default(); scene.meshes().len()];
         scene.slots().for_each(|s| meshes[scene.mesh_id(s) as usize].instances += 1);
+        let slots = vec![SlotTally::default(); scene.slot_count() as usize];
         Self {
             model,
+            times: Vec::new(),
             culler,
             options,
-            slots: vec![SlotTally::default(); scene.slot_count() as usize],
+            slots,
             meshes,
             views: Vec::new(),
             bounds: None,
@@ -99,6 +106,11 @@ impl<'m> Survey<'m> {
             count_backfaces: false,
             state: ViewState::default(),
         }
+    }
+
+    /// Lets the model move: view i is at time i.
+    pub(crate) fn move_over(&mut self, times: Vec<f64>) {
+        self.times = times;
     }
 
     /// Also compares boxes with spheres in every view.
@@ -112,10 +124,19 @@ impl<'m> Survey<'m> {
     }
 
     /// Culls one view, verifies it if asked, and adds it to the tallies.
-    pub(crate) fn add(&mut self, view: &View, verify: bool) -> Seen {
+    ///
+    /// # Errors
+    /// If the model cannot be posed at the view's time.
+    pub(crate) fn add(&mut self, view: &View, verify: bool) -> Result<Seen, Failure> {
+        let index = self.views.len();
+        if let Some(&seconds) = self.times.get(index) {
+            inputs::pose(&mut self.model, seconds)?;
+            if self.bounds.is_some() {
+                self.bounds = BoundsTest::new(&self.model.scene);
+            }
+        }
         let start = Instant::now();
         let scene = &self.model.scene;
-        let index = self.views.len();
         let mut seen = if verify {
             let mut v =
                 cullet_draw::verify(scene, view, &self.culler, &mut self.state, &self.options);
@@ -131,6 +152,7 @@ impl<'m> Survey<'m> {
         let proof = seen.verification.as_mut();
         let seen_instances = proof.as_ref().map(|v| self.tally_seen(index, &v.seen));
         let proof = proof.map(|v| &*v);
+        let scene = &self.model.scene;
         let backfaces = self.count_backfaces.then_some(&mut self.backfaces);
         let backfaces = backfaces.and_then(|b| b.measure(scene, view, &self.culler));
         debug_assert!(backfaces.is_none_or(|b| b.by_cluster == by_cluster), "two counts differ");
@@ -155,7 +177,7 @@ impl<'m> Survey<'m> {
                 potentially_visible: seen.result.instance_count,
                 visible: seen_instances,
             },
-            removed: removed(self.model, &seen.result, by_cluster),
+            removed: removed(&self.model, &seen.result, by_cluster),
             tightness: visible.and_then(|v| tightness(drawn, v)),
             verified: proof.is_some(),
             false_culls: losses.len() as u64,
@@ -166,7 +188,7 @@ impl<'m> Survey<'m> {
             backfaces,
             seconds: start.elapsed().as_secs_f64(),
         });
-        seen
+        Ok(seen)
     }
 
     fn tally_drawn(&mut self, view: &View, index: usize, result: &Visible) {
@@ -187,7 +209,7 @@ impl<'m> Survey<'m> {
             let triangles = &result.triangles[range.first as usize..][..range.count as usize];
             let mesh = &mut self.meshes[scene.mesh_id(range.slot) as usize];
             mesh.drawn += u64::from(range.count);
-            mesh.facing_away += facing_away(self.model, view, range.slot, triangles);
+            mesh.facing_away += facing_away(&self.model, view, range.slot, triangles);
             if mesh.last_kept.replace(index) != Some(index) {
                 mesh.kept += 1;
             }
@@ -226,7 +248,7 @@ impl<'m> Survey<'m> {
             let handle = self.model.scene.handle(f.slot);
             Loss {
                 view,
-                instance: name_of(self.model, f.slot),
+                instance: name_of(&self.model, f.slot),
                 handle: handle.map_or([u32::MAX, 0], |h| [h.index, h.generation]),
                 triangle: f.triangle,
                 pixel: f.pixel,

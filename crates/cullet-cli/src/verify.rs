@@ -24,7 +24,8 @@ struct VerifyRecord<'a> {
 
 /// Runs the command.
 pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
-    let model = inputs::load(&args.scene, console)?;
+    let mut model = inputs::load(&args.scene, console)?;
+    inputs::begin(&mut model, &args.view, console)?;
     let views = inputs::views(&model, &args.view, console)?;
     let options = cullet_draw::VerifyOptions {
         samples: args.samples,
@@ -32,10 +33,11 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
         threads: args.view.threads,
         count_layers: false,
     };
-    let mut survey = Survey::new(&model, inputs::culler(&args.cull), options);
+    let mut survey = Survey::new(model, inputs::culler(&args.cull), options);
+    survey.move_over(inputs::times(&args.view, views.len()));
     let mut progress = console.progress("views", views.len() as u64);
     for view in &views {
-        survey.add(view, true);
+        survey.add(view, true)?;
         progress.step();
         if interrupted() {
             break;
@@ -51,7 +53,7 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     if let Some(path) = &args.json {
         let record = VerifyRecord {
             schema: SCHEMA,
-            scene: &model.name,
+            scene: &survey.model.name,
             samples: args.samples,
             views: &survey.views,
             summary: &summary,

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use cullet::{Handle, Projection, Scene, Transform};
 
-use crate::NodeTree;
+use crate::{Motion, NodeTree};
 
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
@@ -28,6 +28,8 @@ pub struct Model {
     pub views: Vec<MatrixView>,
     /// Rooms and openings, where the scene was made with them.
     pub cells: CellGraph,
+    /// How it moves, if it does; see [`Model::pose`](Self::pose).
+    pub motion: Option<Motion>,
     /// What was odd in the file but did not stop it.
     pub warnings: Vec<Warning>,
 }

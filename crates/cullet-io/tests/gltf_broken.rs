@@ -83,8 +83,8 @@ const OTHER: [(&str, &str); 10] = [
     ("ACCESSOR_MIN_MISMATCH", "declared bounds are not used"),
     ("DUPLICATE_ELEMENTS", "of extension names"),
     ("EMPTY_ENTITY", "an empty array changes nothing; a warning"),
-    ("NODE_SKIN_WITH_NON_SKINNED_MESH", "skins are not applied"),
-    ("NODE_WEIGHTS_INVALID", "morph weights are not applied"),
+    ("NODE_SKIN_WITH_NON_SKINNED_MESH", "a bad skin is left out; a warning"),
+    ("NODE_WEIGHTS_INVALID", "those left out are 0"),
     ("UNDECLARED_EXTENSION", "bookkeeping of extensions"),
     ("UNUSED_EXTENSION_REQUIRED", "bookkeeping of extensions"),
 ];

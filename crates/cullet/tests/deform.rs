@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use cullet::bounds::{Aabb, DeformError, JointBoxes, MorphBounds, Morphs, Skin};
+use cullet::bounds::{Aabb, DeformError, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
 use cullet::{BoundsOverride, Instance, Mesh, MeshData, Scene, SceneError, Transform};
 use proptest::prelude::*;
 
@@ -122,6 +122,32 @@ proptest! {
     #[test]
     fn joint_boxes_hold_careless_weights(figure in figure(careless_weights())) {
         hold(&figure)?;
+    }
+
+    #[test]
+    fn morphed_joint_boxes_hold_what_is_morphed_and_then_skinned(
+        figure in figure(normal_weights()),
+        pulls in prop::collection::vec(prop::array::uniform3(-5.0f32..5.0), 80),
+        weights in prop::collection::vec(prop_oneof![Just(0.0f32), -2.0f32..2.0, Just(1e4)], 0..3),
+    ) {
+        let n = figure.positions.len();
+        let targets = [&pulls[..n], &pulls[40..40 + n]];
+        let boxes = MorphedJointBoxes::new(&figure.skin(), &targets).unwrap();
+        let bounds = boxes.bounds(&figure.now, &weights, [0.0; 3]);
+        prop_assert!(bounds.is_finite());
+        let morphs = Morphs { positions: &figure.positions, targets: &targets };
+        let morphed = Figure { positions: morphs.pose(&weights).unwrap(), ..figure.clone() };
+        for points in [morphed.skin().pose(&figure.now).unwrap(), posed_in_f32(&morphed)] {
+            for (v, p) in points.into_iter().enumerate() {
+                prop_assert!(bounds.contains(p), "vertex {v} at {p:?} leaves {bounds:?}");
+            }
+        }
+        if weights.iter().all(|w| *w == 0.0) {
+            let plain = JointBoxes::new(&figure.skin()).unwrap().bounds(&figure.now, [0.0; 3]);
+            let grown = (0..3).map(|a| bounds.max[a] - plain.max[a]).fold(0.0f32, f32::max);
+            let size = plain.max.iter().chain(&plain.min).fold(0.0f32, |m, v| m.max(v.abs()));
+            prop_assert!(grown <= size * 1e-3, "without weights it is as loose as {grown}");
+        }
     }
 
     #[test]
@@ -268,4 +294,28 @@ fn audit_names_the_stale_and_nothing_else() {
     assert_eq!((strays.len(), strays[0].vertex, strays[0].excess), (1, 1, f64::INFINITY));
     let error = scene.audit(|h| (h == stale).then(|| Cow::Borrowed(&moved[..2]))).unwrap_err();
     assert_eq!(error, SceneError::Positions { handle: stale, given: 2, vertices: 4 });
+}
+
+#[test]
+fn a_target_grows_only_the_joints_whose_vertices_it_moves() {
+    let positions = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]];
+    let skin = Skin {
+        positions: &positions,
+        joints: &[[0, 0, 0, 0], [1, 0, 0, 0]],
+        weights: &[[1.0, 0.0, 0.0, 0.0]; 2],
+        inverse_binds: &[Transform::IDENTITY; 2],
+    };
+    let smile: [[f32; 3]; 2] = [[0.0, 2.0, 0.0], [0.0, 0.0, 0.0]];
+    let lost: [[f32; 3]; 2] = [[f32::NAN, 0.0, 0.0], [0.0, 0.0, 0.0]];
+    let boxes = MorphedJointBoxes::new(&skin, &[&smile, &lost]).unwrap();
+    // Joint 1 is lifted far up, and no vertex that the target moves is with it.
+    let joints = [Transform::IDENTITY, Transform::from_translation([0.0, 50.0, 0.0])];
+    let b = boxes.bounds(&joints, &[1.5], [0.0; 3]);
+    assert!((b.max[1] - 50.0).abs() < 1e-2 && b.min[1] > -1e-2, "{b:?}");
+    assert_eq!(boxes.bounds(&joints, &[1.5, 0.1], [0.0; 3]), Aabb::EVERYTHING);
+    assert_eq!(boxes.bounds(&joints, &[f32::NAN], [0.0; 3]), Aabb::EVERYTHING);
+    assert_eq!(boxes.bounds(&joints[..1], &[1.5], [0.0; 3]), Aabb::EVERYTHING);
+    let short: [[f32; 3]; 1] = [[0.0; 3]];
+    let error = MorphedJointBoxes::new(&skin, &[&short]).unwrap_err();
+    assert!(matches!(error, DeformError::Length { count: 1, vertices: 2, .. }), "{error}");
 }

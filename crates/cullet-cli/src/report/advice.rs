@@ -23,7 +23,7 @@ pub(crate) fn advise(
     if views == 0 {
         return Vec::new();
     }
-    let ctx = Context { survey, model: survey.model, summary, meshes, views, tiny_px };
+    let ctx = Context { survey, model: &survey.model, summary, meshes, views, tiny_px };
     let mut advice: Vec<Advice> = [
         ctx.does_not_pay(pixels),
         ctx.hidden(),
@@ -47,9 +47,9 @@ pub(crate) fn advise(
     advice
 }
 
-struct Context<'a, 'm> {
-    survey: &'a Survey<'m>,
-    model: &'m Model,
+struct Context<'a> {
+    survey: &'a Survey,
+    model: &'a Model,
     summary: &'a Summary,
     meshes: &'a [MeshRecord],
     views: usize,
@@ -69,7 +69,7 @@ fn shown(names: &[String]) -> String {
     if more > 0 { format!("{list} and {} more", grouped(more as u64)) } else { list }
 }
 
-impl Context<'_, '_> {
+impl Context<'_> {
     fn advice(
         &self,
         kind: &'static str,

@@ -56,12 +56,14 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     let baseline = args.baseline.as_deref().map(baseline::read).transpose()?;
     let costs = Origin::find(&args.costs, console)?;
     let start = Instant::now();
-    let model = inputs::load(&args.scene, console)?;
+    let mut model = inputs::load(&args.scene, console)?;
+    inputs::begin(&mut model, &args.view, console)?;
     let views = inputs::views(&model, &args.view, console)?;
     let pricing = costs.map(|origin| Pricing::new(origin, &model.scene));
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let facts = meshes::facts(&model);
-    let mut report = Report::new(args, &model, facts, baseline.as_ref(), pricing, console)?;
+    let mut report = Report::new(args, model, facts, baseline.as_ref(), pricing, console)?;
+    report.survey.move_over(inputs::times(&args.view, views.len()));
     let mut progress = console.progress("views", views.len() as u64);
     for view in &views {
         report.add(view, views.len())?;
@@ -95,8 +97,7 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
 
 struct Report<'a> {
     args: &'a ReportArgs,
-    model: &'a Model,
-    survey: Survey<'a>,
+    survey: Survey,
     facts: Vec<MeshRecord>,
     baseline: Option<&'a Value>,
     pricing: Option<Pricing>,
@@ -111,7 +112,7 @@ struct Report<'a> {
 impl<'a> Report<'a> {
     fn new(
         args: &'a ReportArgs,
-        model: &'a Model,
+        model: Model,
         facts: Vec<MeshRecord>,
         baseline: Option<&'a Value>,
         pricing: Option<Pricing>,
@@ -130,17 +131,18 @@ impl<'a> Report<'a> {
         let fail = |e: std::io::Error| Failure::write(&path, &e);
         let mut csv = File::create(&path).map_err(fail)?;
         writeln!(csv, "{CSV_HEAD}").map_err(fail)?;
-        let export = args.export.as_deref().map(|p| Export::create(p, model)).transpose()?;
-        if model.scene.triangle_count() > MOST_TRIANGLES_VERIFIED {
+        let export =
+            args.export.as_deref().map(|p| Export::create(p, &survey.model)).transpose()?;
+        let triangles = survey.model.scene.triangle_count();
+        if triangles > MOST_TRIANGLES_VERIFIED {
             console.note(format!(
                 "{} triangles a view: verifying as many views as fit {} s (--verify-seconds)",
-                grouped(model.scene.triangle_count()),
+                grouped(triangles),
                 args.verify_seconds
             ));
         }
         Ok(Self {
             args,
-            model,
             survey,
             facts,
             baseline,
@@ -156,7 +158,7 @@ impl<'a> Report<'a> {
 
     /// Whether the next view is verified: always, but for scenes so large that time must be shared out.
     fn verifies(&self) -> bool {
-        if self.model.scene.triangle_count() <= MOST_TRIANGLES_VERIFIED {
+        if self.survey.model.scene.triangle_count() <= MOST_TRIANGLES_VERIFIED {
             return true;
         }
         let budget = Duration::from_secs_f64(self.args.verify_seconds.min(1e9));
@@ -168,7 +170,7 @@ impl<'a> Report<'a> {
         let index = self.survey.views.len();
         let verify = self.verifies();
         let start = Instant::now();
-        let seen = self.survey.add(view, verify);
+        let seen = self.survey.add(view, verify)?;
         if verify {
             self.verify_last = start.elapsed();
             self.verify_time += self.verify_last;
@@ -177,7 +179,7 @@ impl<'a> Report<'a> {
             self.pictures(index, view, &seen)?;
         }
         if let Some(export) = &mut self.export {
-            export.add(self.model, view, &seen.result)?;
+            export.add(&self.survey.model, view, &seen.result)?;
         }
         let row = csv_row(&self.survey.views[index]);
         let path = self.args.out.join("views.csv");
@@ -192,10 +194,8 @@ impl<'a> Report<'a> {
 
     fn pictures(&mut self, index: usize, view: &View, seen: &Seen) -> Result<(), Failure> {
         let featured = self.gallery.large.is_empty();
-        let pictures = {
-            let show = &self.args.show;
-            drawing::of_view(self.model, view, &self.survey.culler, seen, featured, show)
-        };
+        let Survey { model, culler, .. } = &self.survey;
+        let pictures = drawing::of_view(model, view, culler, seen, featured, &self.args.show);
         for p in pictures {
             let file = format!("view-{index:03}-{}.png", p.name);
             let path = self.args.out.join(&file);
@@ -230,7 +230,7 @@ impl<'a> Report<'a> {
         summary.advice = advice::advise(&self.survey, &summary, &meshes, pixels, self.args.tiny);
         Record {
             schema: SCHEMA,
-            scene: meshes::scene_record(self.model, &self.facts),
+            scene: meshes::scene_record(&self.survey.model, &self.facts),
             settings: Settings {
                 path: inputs::path_words(&self.args.view),
                 size,

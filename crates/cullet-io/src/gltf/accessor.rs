@@ -157,7 +157,7 @@ impl Accessors {
         self.all.get(index)?.as_ref()
     }
 
-    /// Decodes an accessor of `N` components into floats. Normalised integers become fractions, others
+    /// Decodes an accessor of `N` components into floats; 16 are those of a 4x4 matrix. Normalised integers become fractions, others
     /// keep their value.
     ///
     /// # Errors
@@ -170,7 +170,8 @@ impl Accessors {
     ) -> Result<Vec<[f32; N]>, ErrorKind> {
         let a = self.get(index, user)?;
         let wrong = |message: String| ErrorKind::invalid(user, message);
-        if a.columns != 1 || a.rows != N || a.component == Component::U32 {
+        let shape = if N == 16 { (4, 4) } else { (1, N) };
+        if (a.columns, a.rows) != shape || a.component == Component::U32 {
             return Err(wrong(format!(
                 "accessor {index} has {}x{} components of {:?}; expected {N} of F32, I8, U8, I16 or U16",
                 a.columns, a.rows, a.component

@@ -1,56 +1,25 @@
-//! Animations of nodes, as far as they move a camera.
+//! Animations of nodes: read, and sampled at the keys that move a camera.
 
-use glam::{DAffine3, DQuat, DVec3, DVec4};
+use std::collections::HashSet;
+
+use glam::{DAffine3, DVec3, DVec4};
 
 use super::accessor::{Accessors, Component};
 use super::buffers::Buffers;
 use super::json::{self, AnimationItem, Root, Sampler};
-use super::nodes::{Local, Nodes};
+use super::nodes::Nodes;
 use super::notes::Notes;
 use super::uri::shorten;
 use crate::ErrorKind;
+use crate::pose::Clip;
+use crate::pose::track::{Interpolation, Local, Property, Track, WeightTrack};
 
 /// A curve of degree three is given by this many straight pieces between two of its keys.
 const PIECES: usize = 8;
 
-/// What of a node a track moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Property {
-    Translation,
-    Rotation,
-    Scale,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Interpolation {
-    Linear,
-    Step,
-    /// Each key has three values: tangent in, value, tangent out.
-    Cubic,
-}
-
-/// The values of one property of one node over time.
-#[derive(Debug)]
-struct Track {
-    node: u32,
-    property: Property,
-    interpolation: Interpolation,
-    /// Seconds, ascending, at least one.
-    times: Vec<f64>,
-    /// One value a time, or three.
-    values: Vec<DVec4>,
-}
-
-/// The tracks of an animation that move given nodes.
-#[derive(Debug)]
-pub(super) struct Clip {
-    pub(super) name: String,
-    tracks: Vec<Track>,
-}
-
 impl Clip {
-    /// Reads the tracks of animation `index` for which `wanted` says yes to the node. A track that is
-    /// malformed is left out with a note: no geometry hangs on it.
+    /// Reads the tracks of animation `index`; `targets` says how many morph targets a node of the document
+    /// has, `None` for a node that is not there. A track that is malformed is left out with a note.
     ///
     /// # Errors
     /// If the animation itself is malformed.
@@ -59,7 +28,7 @@ impl Clip {
         index: usize,
         accessors: &Accessors,
         buffers: &Buffers<'_>,
-        wanted: impl Fn(usize) -> bool,
+        targets: impl Fn(usize) -> Option<usize>,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
         let raw = &root.animations.as_deref().unwrap_or_default()[index];
@@ -68,21 +37,23 @@ impl Clip {
             Some(name) if !name.is_empty() => shorten(name),
             _ => format!("animation {index}"),
         };
-        let mut tracks: Vec<Track> = Vec::new();
+        let mut clip = Self { name, tracks: Vec::new(), weights: Vec::new() };
+        let mut moved = HashSet::new();
         for (c, channel) in item.channels.iter().enumerate() {
             let user = || format!("animation {index}, channel {c}");
             let property = match channel.target.path.as_str() {
-                "translation" => Property::Translation,
-                "rotation" => Property::Rotation,
-                "scale" => Property::Scale,
+                "translation" => Some(Property::Translation),
+                "rotation" => Some(Property::Rotation),
+                "scale" => Some(Property::Scale),
+                "weights" => None,
                 _ => continue,
             };
-            let Some(node) = channel.target.node.map(json::Integer::index).filter(|&n| wanted(n))
-            else {
+            let Some(node) = channel.target.node.map(json::Integer::index) else { continue };
+            let Some(targets) = targets(node).filter(|&n| property.is_some() || n > 0) else {
                 continue;
             };
             let node = node as u32;
-            if tracks.iter().any(|t| t.node == node && t.property == property) {
+            if !moved.insert((node, property)) {
                 notes.push(user(), "moves what another channel moves, and is left out");
                 continue;
             }
@@ -90,12 +61,17 @@ impl Clip {
                 notes.push(user(), "names a sampler that is not there, and is left out");
                 continue;
             };
-            match track(sampler, node, property, accessors, buffers, &user()) {
-                Ok(track) => tracks.push(track),
-                Err(e) => notes.push(user(), format!("is left out: {e}")),
+            let read = match property {
+                Some(property) => track(sampler, node, property, accessors, buffers, &user())
+                    .map(|track| clip.tracks.push(track)),
+                None => weight_track(sampler, node, targets, accessors, buffers, &user())
+                    .map(|track| clip.weights.push(track)),
+            };
+            if let Err(e) = read {
+                notes.push(user(), format!("is left out: {e}"));
             }
         }
-        Ok(Self { name, tracks })
+        Ok(clip)
     }
 
     /// Whether it moves any of these nodes.
@@ -144,20 +120,7 @@ impl Link<'_> {
         match self {
             Self::Still(m) => *m,
             Self::Moving(local, tracks) => {
-                let (mut scale, mut rotation, mut translation) = match *local {
-                    Local::Parts { translation, rotation, scale } => (scale, rotation, translation),
-                    // Not allowed; the parts that no track gives are then those of the identity.
-                    Local::Matrix(_) => (DVec3::ONE, DQuat::IDENTITY, DVec3::ZERO),
-                };
-                for track in tracks {
-                    let v = track.at(time);
-                    match track.property {
-                        Property::Translation => translation = v.truncate(),
-                        Property::Rotation => rotation = unit(v),
-                        Property::Scale => scale = v.truncate(),
-                    }
-                }
-                DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+                tracks.iter().fold(*local, |local, track| local.moved(track, time)).affine()
             }
         }
     }
@@ -181,47 +144,6 @@ impl Track {
         };
         self.times.iter().copied().chain(between).collect()
     }
-
-    /// The value at a time; before the first key and after the last it stays.
-    fn at(&self, time: f64) -> DVec4 {
-        let value = |i: usize| match self.interpolation {
-            Interpolation::Cubic => self.values[i * 3 + 1],
-            _ => self.values[i],
-        };
-        let after = self.times.partition_point(|&t| t <= time);
-        if after == 0 {
-            return value(0);
-        }
-        let i = after - 1;
-        if after == self.times.len() {
-            return value(i);
-        }
-        let span = self.times[after] - self.times[i];
-        let s = (time - self.times[i]) / span;
-        match self.interpolation {
-            Interpolation::Step => value(i),
-            Interpolation::Linear if self.property == Property::Rotation => {
-                let (a, b) = (unit(value(i)), unit(value(after)));
-                let v = a.slerp(b, s);
-                DVec4::new(v.x, v.y, v.z, v.w)
-            }
-            Interpolation::Linear => value(i).lerp(value(after), s),
-            Interpolation::Cubic => {
-                // Hermite, as appendix C of the specification has it.
-                let (out, into) = (self.values[i * 3 + 2] * span, self.values[after * 3] * span);
-                let (s2, s3) = (s * s, s * s * s);
-                value(i) * (2.0 * s3 - 3.0 * s2 + 1.0)
-                    + out * (s3 - 2.0 * s2 + s)
-                    + value(after) * (3.0 * s2 - 2.0 * s3)
-                    + into * (s3 - s2)
-            }
-        }
-    }
-}
-
-fn unit(v: DVec4) -> DQuat {
-    // A quaternion of zeros turns nothing.
-    v.try_normalize().map_or(DQuat::IDENTITY, |v| DQuat::from_array(v.to_array()))
 }
 
 fn track(
@@ -232,23 +154,8 @@ fn track(
     buffers: &Buffers<'_>,
     user: &str,
 ) -> Result<Track, ErrorKind> {
-    let wrong = |message: String| Err(ErrorKind::invalid(user, message));
-    let interpolation = match sampler.interpolation.as_deref() {
-        None | Some("LINEAR") => Interpolation::Linear,
-        Some("STEP") => Interpolation::Step,
-        Some("CUBICSPLINE") => Interpolation::Cubic,
-        Some(other) => return wrong(format!("interpolation {:?} is unknown", shorten(other))),
-    };
-    let (input, output) = (sampler.input.index(), sampler.output.index());
-    if accessors.get(input, user)?.component != Component::F32 {
-        return wrong(format!("its times, accessor {input}, are not floats"));
-    }
-    let times: Vec<[f32; 1]> = accessors.floats(input, buffers, user)?;
-    let times: Vec<f64> = times.into_iter().map(|[t]| f64::from(t)).collect();
-    let ascending = times.windows(2).all(|w| w[0] < w[1]);
-    if !ascending || !times.iter().all(|t| t.is_finite()) {
-        return wrong("its times do not ascend".into());
-    }
+    let (interpolation, times) = keys(sampler, accessors, buffers, user)?;
+    let output = sampler.output.index();
     let values: Vec<DVec4> = if property == Property::Rotation {
         let v: Vec<[f32; 4]> = accessors.floats(output, buffers, user)?;
         v.into_iter().map(|v| DVec4::from(v.map(f64::from))).collect()
@@ -256,64 +163,82 @@ fn track(
         let v: Vec<[f32; 3]> = accessors.floats(output, buffers, user)?;
         v.into_iter().map(|v| DVec3::from(v.map(f64::from)).extend(0.0)).collect()
     };
-    let each = if interpolation == Interpolation::Cubic { 3 } else { 1 };
-    if values.len() != times.len().saturating_mul(each) {
-        return wrong(format!("has {} times but {} values", times.len(), values.len()));
-    }
+    check_values(values.len(), times.len(), interpolation.values(), user)?;
     if !values.iter().all(|v| v.is_finite()) {
-        return wrong("has values that are not finite".into());
+        return Err(ErrorKind::invalid(user, "has values that are not finite"));
     }
     Ok(Track { node, property, interpolation, times, values })
+}
+
+fn weight_track(
+    sampler: &Sampler,
+    node: u32,
+    targets: usize,
+    accessors: &Accessors,
+    buffers: &Buffers<'_>,
+    user: &str,
+) -> Result<WeightTrack, ErrorKind> {
+    let (interpolation, times) = keys(sampler, accessors, buffers, user)?;
+    let values: Vec<[f32; 1]> = accessors.floats(sampler.output.index(), buffers, user)?;
+    let each = targets.saturating_mul(interpolation.values());
+    check_values(values.len(), times.len(), each, user)?;
+    let values: Vec<f32> = values.into_iter().map(|[v]| v).collect();
+    if !values.iter().all(|v| v.is_finite()) {
+        return Err(ErrorKind::invalid(user, "has values that are not finite"));
+    }
+    Ok(WeightTrack { node, interpolation, times, targets, values })
+}
+
+fn check_values(values: usize, times: usize, each: usize, user: &str) -> Result<(), ErrorKind> {
+    if values == times.saturating_mul(each) {
+        return Ok(());
+    }
+    let message = format!("has {times} times but {values} values; expected {each} for each time");
+    Err(ErrorKind::invalid(user, message))
+}
+
+/// How a sampler goes from key to key, and when the keys are.
+fn keys(
+    sampler: &Sampler,
+    accessors: &Accessors,
+    buffers: &Buffers<'_>,
+    user: &str,
+) -> Result<(Interpolation, Vec<f64>), ErrorKind> {
+    let wrong = |message: String| Err(ErrorKind::invalid(user, message));
+    let interpolation = match sampler.interpolation.as_deref() {
+        None | Some("LINEAR") => Interpolation::Linear,
+        Some("STEP") => Interpolation::Step,
+        Some("CUBICSPLINE") => Interpolation::Cubic,
+        Some(other) => return wrong(format!("interpolation {:?} is unknown", shorten(other))),
+    };
+    let input = sampler.input.index();
+    if accessors.get(input, user)?.component != Component::F32 {
+        return wrong(format!("its times, accessor {input}, are not floats"));
+    }
+    let times: Vec<[f32; 1]> = accessors.floats(input, buffers, user)?;
+    let times: Vec<f64> = times.into_iter().map(|[t]| f64::from(t)).collect();
+    let ascending = times.windows(2).all(|w| w[0] < w[1]);
+    if times.is_empty() || !ascending || !times.iter().all(|t| t.is_finite()) {
+        return wrong("its times do not ascend".into());
+    }
+    Ok((interpolation, times))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn track(interpolation: Interpolation, times: &[f64], xs: &[f64]) -> Track {
-        Track {
+    #[test]
+    fn straight_lines_between_key_times_follow_the_track() {
+        let track = |interpolation| Track {
             node: 0,
             property: Property::Translation,
             interpolation,
-            times: times.to_vec(),
-            values: xs.iter().map(|&x| DVec4::new(x, 0.0, 0.0, 0.0)).collect(),
-        }
-    }
-
-    #[test]
-    fn linear_and_step_and_beyond_the_ends() {
-        let linear = track(Interpolation::Linear, &[1.0, 3.0], &[10.0, 20.0]);
-        let x = |t: &Track, time| t.at(time).x;
-        assert_eq!(
-            [0.0, 1.0, 2.0, 3.0, 9.0].map(|t| x(&linear, t)),
-            [10.0, 10.0, 15.0, 20.0, 20.0]
-        );
-        let step = track(Interpolation::Step, &[1.0, 3.0], &[10.0, 20.0]);
-        let before = 3f64.next_down();
-        assert_eq!([1.0, 2.9, before, 3.0].map(|t| x(&step, t)), [10.0, 10.0, 10.0, 20.0]);
-        assert_eq!(step.key_times(), [1.0, 3.0, before]);
-    }
-
-    #[test]
-    fn a_cubic_with_the_tangents_of_a_line_is_that_line() {
-        // Slope 5: tangents are per second.
-        let values = [5.0, 10.0, 5.0, 5.0, 20.0, 5.0];
-        let cubic = track(Interpolation::Cubic, &[1.0, 3.0], &values);
-        for time in cubic.key_times() {
-            assert!((cubic.at(time).x - (5.0 * time + 5.0)).abs() < 1e-12, "{time}");
-        }
-        assert_eq!(cubic.key_times().len(), 2 + PIECES - 1);
-    }
-
-    #[test]
-    fn rotations_take_the_shorter_way() {
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let rotation = Track {
-            property: Property::Rotation,
-            values: vec![DVec4::new(0.0, 0.0, 0.0, 1.0), DVec4::new(0.0, -half, 0.0, -half)],
-            ..track(Interpolation::Linear, &[0.0, 1.0], &[])
+            times: vec![1.0, 3.0],
+            values: vec![DVec4::ZERO; 6],
         };
-        let turned = unit(rotation.at(0.5)) * DVec3::X;
-        assert!(turned.abs_diff_eq(DVec3::new(half, 0.0, -half), 1e-12), "{turned}");
+        assert_eq!(track(Interpolation::Linear).key_times(), [1.0, 3.0]);
+        assert_eq!(track(Interpolation::Step).key_times(), [1.0, 3.0, 3f64.next_down()]);
+        assert_eq!(track(Interpolation::Cubic).key_times().len(), 2 + PIECES - 1);
     }
 }

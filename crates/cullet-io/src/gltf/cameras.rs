@@ -1,17 +1,12 @@
 //! Cameras, standing or moved by animations.
 
-use std::collections::HashSet;
-
 use cullet::{Projection, Transform};
 use glam::DAffine3;
 
-use super::accessor::Accessors;
-use super::animation::Clip;
-use super::buffers::Buffers;
 use super::json::{self, CameraItem, Root};
 use super::nodes::Nodes;
 use super::notes::Notes;
-use super::transform;
+use crate::pose::{Clip, transform};
 use crate::{CameraNode, ErrorKind};
 
 /// More work than this to sample animations is no camera path but an attack.
@@ -21,25 +16,16 @@ const MOST_WORK: u64 = 50_000_000;
 /// camera for each animation that moves it.
 ///
 /// # Errors
-/// If a camera or animation is malformed.
+/// If a camera is malformed.
 pub(super) fn read(
     root: &Root<'_>,
     nodes: &Nodes,
     placed: &[(u32, DAffine3)],
-    accessors: &Accessors,
-    buffers: &Buffers<'_>,
+    clips: &[Clip],
     notes: &mut Notes,
 ) -> Result<Vec<CameraNode>, ErrorKind> {
     let items = root.cameras.as_deref().unwrap_or_default();
     let chains: Vec<Vec<u32>> = placed.iter().map(|&(node, _)| nodes.chain(node)).collect();
-    let wanted: HashSet<usize> = chains.iter().flatten().map(|&n| n as usize).collect();
-    let mut clips = Vec::new();
-    if !placed.is_empty() {
-        for i in 0..root.animations.as_deref().unwrap_or_default().len() {
-            let clip = Clip::read(root, i, accessors, buffers, |n| wanted.contains(&n), notes)?;
-            clips.push(clip);
-        }
-    }
     let mut cameras = Vec::new();
     let mut work = 0u64;
     for ((node, global), chain) in placed.iter().zip(&chains) {

@@ -8,7 +8,8 @@ use super::buffers::Buffers;
 use super::meshes::Meshes;
 use super::nodes::{Instancing, Nodes};
 use super::notes::Notes;
-use super::transform;
+use super::rig::{self, Plan};
+use crate::pose::transform;
 use crate::{ErrorKind, LoadOptions};
 
 /// An instance to be.
@@ -44,8 +45,13 @@ impl Instancing {
 /// What the nodes of the scene place.
 #[derive(Debug, Default)]
 pub(super) struct Placed {
-    /// The file's meshes that are drawn, in the order they first are.
+    /// The file's meshes that are drawn, in the order of the file; after them one more of its mesh for each
+    /// node that deforms and shares it.
     pub(super) meshes: Vec<u32>,
+    /// Nodes that deform, each with its own of `meshes`.
+    pub(super) deformed: Vec<(u32, u32)>,
+    /// Instances that move or deform.
+    pub(super) followers: Vec<rig::Placed>,
     /// The instances; their meshes are indices into `meshes`.
     pub(super) placements: Vec<Placement>,
     /// The name of each.
@@ -65,11 +71,13 @@ pub(super) fn place(
     meshes: &Meshes,
     accessors: &Accessors,
     buffers: &Buffers<'_>,
+    plan: &Plan,
     options: &LoadOptions,
     notes: &mut Notes,
 ) -> Result<Placed, ErrorKind> {
     let mut placed = Placed::default();
     let mut number_of = vec![u32::MAX; meshes.all.len()];
+    let mut users = vec![0u32; meshes.all.len()];
     // Counted first: names and transforms cost more than what stands for them in the file.
     let mut total = 0u64;
     nodes.walk(|index, node, _| {
@@ -79,6 +87,7 @@ pub(super) fn place(
                 None => 1,
             });
             number_of[mesh as usize] = 0;
+            users[mesh as usize] = users[mesh as usize].saturating_add(1);
         }
         Ok(())
     })?;
@@ -115,30 +124,47 @@ pub(super) fn place(
             return Ok(());
         };
         let name = nodes.name(index);
-        if node.skinned {
-            notes.push(
-                &name,
-                "is skinned: it is drawn in its bind pose, and has no bounds, so it is always kept",
-            );
+        let deforms = plan.deforms[index as usize];
+        let skinned = node.skin.is_some();
+        if skinned {
+            let how = match deforms {
+                true => "is skinned: until it is posed at a time, it is drawn in its bind pose",
+                false => "is skinned: it is drawn in its bind pose",
+            };
+            notes.push(&name, format!("{how}, and has no bounds, so it is always kept"));
         } else if meshes.all[mesh as usize].has_joints {
             notes.push(&name, "has a mesh with joints but no skin");
         }
-        let mut add = |global: &DAffine3, name: String| {
+        let mut number = number_of[mesh as usize];
+        if deforms {
+            // Of its own, unless it has it for itself.
+            if users[mesh as usize] > 1 {
+                number = placed.meshes.len() as u32;
+                placed.meshes.push(mesh);
+            }
+            placed.deformed.push((index, number));
+        }
+        let moved = plan.moved[index as usize] && !skinned;
+        let mut add = |global: &DAffine3, name: String, inner: Option<DAffine3>| {
             let transform = transform(global);
             if !transform.is_finite() {
                 notes.push(&name, "has a transform that is not finite: it is always kept");
             }
-            let mesh = number_of[mesh as usize];
-            placed.placements.push(Placement { mesh, transform, skinned: node.skinned });
+            if moved || deforms {
+                let placement = placed.placements.len() as u32;
+                placed.followers.push(rig::Placed { placement, node: index, inner });
+            }
+            placed.placements.push(Placement { mesh: number, transform, skinned });
             placed.names.push(name);
             placed.nodes.push(index);
         };
         match &node.instancing {
-            None => add(global, name),
+            None => add(global, name, None),
             Some(instancing) => {
                 let locals = Locals::read(instancing, accessors, buffers, &user(index))?;
                 for i in 0..locals.count {
-                    add(&(*global * locals.at(i)), format!("{name}[{i}]"));
+                    let inner = locals.at(i);
+                    add(&(*global * inner), format!("{name}[{i}]"), Some(inner));
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The JSON of a glTF, as far as geometry, sidedness and cameras go.
 //!
 //! Every array is first read as raw pieces, and each piece on its own: so an error can name the item
-//! it is in, and what nobody asks for (images, skins, textures) is never read.
+//! it is in, and what nobody asks for (images, textures) is never read.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -65,6 +65,7 @@ pub(super) struct NodeItem<'a> {
     pub(super) mesh: Option<Index>,
     pub(super) camera: Option<Index>,
     pub(super) skin: Option<Index>,
+    pub(super) weights: Option<Vec<Float>>,
     pub(super) matrix: Option<[Float; 16]>,
     pub(super) translation: Option<[Float; 3]>,
     pub(super) rotation: Option<[Float; 4]>,
@@ -97,6 +98,8 @@ pub(super) struct MeshItem<'a> {
     #[serde(borrow)]
     pub(super) name: Option<Cow<'a, str>>,
     pub(super) primitives: Vec<PrimitiveItem>,
+    #[serde(default)]
+    pub(super) weights: Vec<Float>,
 }
 
 #[derive(Debug, Derive)]
@@ -257,6 +260,13 @@ pub(super) struct Orthographic {
     pub(super) ymag: Float,
     pub(super) zfar: Float,
     pub(super) znear: Float,
+}
+
+#[derive(Debug, Derive)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SkinItem {
+    pub(super) joints: Vec<Index>,
+    pub(super) inverse_bind_matrices: Option<Index>,
 }
 
 #[derive(Debug, Derive)]

@@ -32,7 +32,32 @@ struct Primitive {
     indices: Option<usize>,
     material: Option<usize>,
     topology: Topology,
-    deformable: bool,
+    deform: Deform,
+}
+
+/// The accessors that move the vertices of a primitive; none where it is rigid.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+struct Deform {
+    joints: Option<usize>,
+    weights: Option<usize>,
+    /// For each morph target its displacements, if it has any.
+    targets: Vec<Option<usize>>,
+}
+
+impl Deform {
+    fn is_rigid(&self) -> bool {
+        self.joints.is_none() && self.targets.is_empty()
+    }
+}
+
+/// What moves the vertices of a mesh, vertex by vertex.
+#[derive(Debug, Default)]
+pub(super) struct Binding {
+    /// Joints and weights; those without any are moved by the first joint alone.
+    pub(super) joints: Vec<[u16; 4]>,
+    pub(super) weights: Vec<[f32; 4]>,
+    /// For each morph target the displacement of every vertex.
+    pub(super) targets: Vec<Vec<[f32; 3]>>,
 }
 
 /// A mesh, not yet decoded.
@@ -42,6 +67,12 @@ pub(super) struct MeshSource {
     primitives: Vec<Primitive>,
     /// Whether primitives have joints.
     pub(super) has_joints: bool,
+    /// Whether primitives have more joints a vertex than four.
+    pub(super) has_more_joints: bool,
+    /// How many morph targets there are.
+    pub(super) targets: usize,
+    /// The weights of the targets; those left out are 0.
+    pub(super) weights: Vec<f32>,
 }
 
 impl MeshSource {
@@ -81,10 +112,18 @@ impl Meshes {
             if item.primitives.is_empty() {
                 notes.push(&name, "has no primitives");
             }
-            let mut source = MeshSource { name, primitives: Vec::new(), has_joints: false };
+            let mut source = MeshSource {
+                name,
+                primitives: Vec::new(),
+                has_joints: false,
+                has_more_joints: false,
+                targets: item.primitives.iter().map(|p| p.targets.len()).max().unwrap_or(0),
+                weights: item.weights.iter().map(|w| w.0 as f32).collect(),
+            };
             for (p, item) in item.primitives.iter().enumerate() {
                 let user = user(m, &source.name, p);
                 source.has_joints |= item.attributes.contains_key("JOINTS_0");
+                source.has_more_joints |= item.attributes.contains_key("JOINTS_1");
                 source
                     .primitives
                     .extend(primitive(item, p, &user, accessors, materials, &mut named, notes)?);
@@ -171,7 +210,11 @@ fn primitive(
         indices: item.indices.map(Integer::index),
         material,
         topology,
-        deformable: !item.targets.is_empty() || item.attributes.contains_key("JOINTS_0"),
+        deform: Deform {
+            joints: item.attributes.get("JOINTS_0").map(|i| i.index()),
+            weights: item.attributes.get("WEIGHTS_0").map(|i| i.index()),
+            targets: item.targets.iter().map(|t| t.get("POSITION").map(|i| i.index())).collect(),
+        },
     }))
 }
 
@@ -184,6 +227,10 @@ pub(super) struct Decoder<'a> {
     /// Vertex accessors that several meshes use.
     shared: HashMap<usize, Shared>,
     triangles: u64,
+    /// Of deformable meshes.
+    vertices: u64,
+    /// Of the mesh last decoded: where the vertices of a deformable primitive begin.
+    blocks: Vec<(u32, usize)>,
     /// Whether a primitive named no material.
     pub(super) used_default: bool,
 }
@@ -207,7 +254,8 @@ impl<'a> Decoder<'a> {
         // How many meshes use a vertex accessor, and the last that was counted.
         let mut users: HashMap<usize, (u32, usize)> = HashMap::new();
         for (number, mesh) in used.enumerate() {
-            for p in &mesh.primitives {
+            // What deforms keeps its vertices in the order of the file, beside what moves them.
+            for p in mesh.primitives.iter().filter(|p| p.deform.is_rigid()) {
                 let entry = users.entry(p.positions).or_insert((0, usize::MAX));
                 if entry.1 != number {
                     *entry = (entry.0 + 1, number);
@@ -221,7 +269,17 @@ impl<'a> Decoder<'a> {
                 (accessor, Shared { positions: None, place: Vec::new(), meshes_left: meshes })
             })
             .collect();
-        Self { accessors, buffers, surfaces, options, shared, triangles: 0, used_default: false }
+        Self {
+            accessors,
+            buffers,
+            surfaces,
+            options,
+            shared,
+            triangles: 0,
+            vertices: 0,
+            blocks: Vec::new(),
+            used_default: false,
+        }
     }
 
     /// Decodes a mesh: one part for each primitive of triangles, in order. Vertices are those of the
@@ -238,9 +296,10 @@ impl<'a> Decoder<'a> {
     ) -> Result<MeshData, ErrorKind> {
         let mut data = MeshData::default();
         // Where the vertices of an accessor of this mesh alone begin.
-        let mut bases: HashMap<usize, u32> = HashMap::new();
+        let mut bases: HashMap<(usize, &Deform), u32> = HashMap::new();
         let mut finished = Vec::new();
-        for p in &mesh.primitives {
+        self.blocks.clear();
+        for (at, p) in mesh.primitives.iter().enumerate() {
             let user = user(index, &mesh.name, p.number);
             let count = self.accessors.get(p.positions, &user)?.count;
             let corners = match p.indices {
@@ -269,7 +328,7 @@ impl<'a> Decoder<'a> {
             }
             let list = self.corners(p, count, corners, &user)?;
             let first_triangle = (data.indices.len() / 3) as u32;
-            match self.shared.get_mut(&p.positions) {
+            match self.shared.get_mut(&p.positions).filter(|_| p.deform.is_rigid()) {
                 Some(shared) => {
                     if shared.positions.is_none() {
                         let decoded =
@@ -296,7 +355,7 @@ impl<'a> Decoder<'a> {
                     }
                 }
                 None => {
-                    let base = match bases.get(&p.positions) {
+                    let base = match bases.get(&(p.positions, &p.deform)) {
                         Some(&base) => base,
                         None => {
                             let decoded =
@@ -307,7 +366,10 @@ impl<'a> Decoder<'a> {
                             } else {
                                 data.positions.extend(decoded);
                             }
-                            bases.insert(p.positions, base);
+                            bases.insert((p.positions, &p.deform), base);
+                            if !p.deform.is_rigid() {
+                                self.blocks.push((base, at));
+                            }
                             base
                         }
                     };
@@ -329,7 +391,7 @@ impl<'a> Decoder<'a> {
                     }
                 }
             }
-            data.deformable |= p.deformable;
+            data.deformable |= !p.deform.is_rigid();
             data.parts.push(self.part(p, first_triangle, triangles as u32));
         }
         // Joined lists grew by doubling; what is kept should not.
@@ -344,6 +406,61 @@ impl<'a> Decoder<'a> {
             }
         }
         Ok(data)
+    }
+
+    /// What moves the vertices of the mesh that was decoded last, of which there are `vertices`.
+    ///
+    /// # Errors
+    /// If joints, weights or displacements are of another form or number than the vertices.
+    pub(super) fn binding(
+        &mut self,
+        index: usize,
+        mesh: &MeshSource,
+        vertices: usize,
+    ) -> Result<Binding, ErrorKind> {
+        self.vertices = self.vertices.saturating_add((vertices * (1 + mesh.targets)) as u64);
+        let (count, limit) = (self.vertices, self.options.max_triangles);
+        if count > limit {
+            let item = "vertices of deformed meshes, and of their morph targets".into();
+            return Err(ErrorKind::OverLimit { item, count, limit });
+        }
+        let mut binding = Binding {
+            joints: vec![[0; 4]; vertices],
+            weights: vec![[1.0, 0.0, 0.0, 0.0]; vertices],
+            targets: vec![vec![[0.0; 3]; vertices]; mesh.targets],
+        };
+        for &(base, at) in &self.blocks {
+            let p = &mesh.primitives[at];
+            let user = user(index, &mesh.name, p.number);
+            let count = self.accessors.get(p.positions, &user)?.count;
+            let place = base as usize..base as usize + count;
+            let same = |found: usize, what: &str| match found == count {
+                true => Ok(()),
+                false => {
+                    let message = format!("has {found} {what} for {count} vertices");
+                    Err(ErrorKind::invalid(&user, message))
+                }
+            };
+            if let (Some(joints), Some(weights)) = (p.deform.joints, p.deform.weights) {
+                let joints: Vec<[f32; 4]> = self.accessors.floats(joints, self.buffers, &user)?;
+                let weights: Vec<[f32; 4]> = self.accessors.floats(weights, self.buffers, &user)?;
+                same(joints.len(), "joints")?;
+                same(weights.len(), "weights")?;
+                for (to, j) in binding.joints[place.clone()].iter_mut().zip(joints) {
+                    *to = j.map(|j| j as u16);
+                }
+                for (to, w) in binding.weights[place.clone()].iter_mut().zip(weights) {
+                    *to = normalised(w);
+                }
+            }
+            for (to, target) in binding.targets.iter_mut().zip(&p.deform.targets) {
+                let Some(target) = *target else { continue };
+                let target: Vec<[f32; 3]> = self.accessors.floats(target, self.buffers, &user)?;
+                same(target.len(), "displacements")?;
+                to[place.clone()].copy_from_slice(&target);
+            }
+        }
+        Ok(binding)
     }
 
     fn part(&mut self, p: &Primitive, first_triangle: u32, triangle_count: u32) -> Part {
@@ -390,6 +507,15 @@ impl<'a> Decoder<'a> {
             return Err(ErrorKind::OverLimit { item, count: self.triangles, limit });
         }
         Ok(())
+    }
+}
+
+/// Weights that add to 1, as most programs make them when they load; without any, the first has all.
+fn normalised(w: [f32; 4]) -> [f32; 4] {
+    let sum: f32 = w.iter().sum();
+    match sum > 0.0 && sum.is_finite() {
+        true => w.map(|v| v / sum),
+        false => [1.0, 0.0, 0.0, 0.0],
     }
 }
 

@@ -17,6 +17,7 @@ mod meshes;
 mod meshopt;
 mod nodes;
 mod notes;
+mod rig;
 mod uri;
 
 #[cfg(test)]
@@ -24,9 +25,9 @@ mod tests;
 
 use std::path::Path;
 
-use cullet::{Mesh, MeshData, Scene, Transform};
-use glam::DAffine3;
+use cullet::{Mesh, MeshData, Scene};
 
+use crate::pose::{Deformed, Kind, Motion};
 use crate::{CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
 use notes::Notes;
@@ -36,7 +37,8 @@ use notes::Notes;
 ///
 /// The scene that the file chooses is loaded (else its first, else every root node): one mesh for each
 /// mesh that a node draws, one instance for each drawing. Points and lines are skipped with a warning.
-/// Skinned and morphed meshes come in the pose they were bound in. Vertices keep their order, except
+/// Skinned and morphed meshes come in the pose they were bound in, each node's its own mesh; the model's
+/// motion poses them. Vertices keep their order, except
 /// that meshes which share a vertex accessor get only the vertices that they use.
 ///
 /// Costs O(size of the file + instances); at its peak takes the file's bytes and once the decoded
@@ -73,6 +75,11 @@ struct Decoded {
     node_tree: NodeTree,
     materials: Vec<Material>,
     cameras: Vec<CameraNode>,
+    plan: rig::Plan,
+    nodes: nodes::Nodes,
+    /// Instances that move or deform, by their place in `placements`.
+    followers: Vec<rig::Placed>,
+    deformed: Vec<Deformed>,
     notes: Notes,
 }
 
@@ -100,20 +107,43 @@ fn decode(
     let nodes = nodes::Nodes::read(&root, &counts, options.up.unwrap_or_default(), &mut notes)?;
     check_unused(&root, &accessors, &buffers, &meshes, &nodes)?;
 
-    let mut placed = instances::place(&nodes, &meshes, &accessors, &buffers, options, &mut notes)?;
-    let cameras = cameras::read(&root, &nodes, &placed.cameras, &accessors, &buffers, &mut notes)?;
-    if count(&root.animations) > 0 {
-        let n = count(&root.animations);
-        notes.push("animations", format!("{n} are there; only cameras are moved by them"));
-    }
+    let plan = rig::Plan::read(&root, &nodes, &meshes, &accessors, &buffers, &mut notes)?;
+    let mut placed =
+        instances::place(&nodes, &meshes, &accessors, &buffers, &plan, options, &mut notes)?;
+    let cameras = cameras::read(&root, &nodes, &placed.cameras, &plan.clips, &mut notes)?;
 
     surfaces.push(materials::default());
     let drawn = placed.meshes.iter().map(|&m| &meshes.all[m as usize]);
     let mut decoder = meshes::Decoder::new(&accessors, &buffers, &surfaces, options, drawn);
     let mut data = Vec::with_capacity(placed.meshes.len());
-    for &m in &placed.meshes {
+    let mut owners = vec![None; placed.meshes.len()];
+    placed.deformed.iter().for_each(|&(node, mesh)| owners[mesh as usize] = Some(node));
+    let mut deformed = Vec::new();
+    for (number, &m) in placed.meshes.iter().enumerate() {
         let source = &meshes.all[m as usize];
-        data.push((source.name.clone(), decoder.decode(m as usize, source, &mut notes)?));
+        let mesh = decoder.decode(m as usize, source, &mut notes)?;
+        if let Some(index) = owners[number] {
+            let node = &nodes.all[index as usize];
+            let name = nodes.name(index);
+            let mut left = |e: String| {
+                notes.push(&name, format!("cannot be posed, and stays as it is stored: {e}"));
+            };
+            match decoder.binding(m as usize, source, mesh.positions.len()) {
+                Ok(binding) => {
+                    let mesh = (number as u32, &mesh);
+                    match plan.deformed((index, node), mesh, &source.weights, binding) {
+                        Ok(d) => deformed.push(d),
+                        Err(e) => left(e.to_string()),
+                    }
+                }
+                Err(e @ ErrorKind::OverLimit { .. }) => return Err(e),
+                Err(e) => left(e.to_string()),
+            }
+            if node.skin.is_some() && source.has_more_joints {
+                notes.push(&name, "has more than four joints a vertex: the first four move it");
+            }
+        }
+        data.push((source.name.clone(), mesh));
     }
     let used_default = decoder.used_default;
     let mut materials: Vec<Material> = surfaces.into_iter().map(|s| s.material).collect();
@@ -130,6 +160,10 @@ fn decode(
         node_tree: nodes.tree(placed.nodes),
         materials,
         cameras,
+        plan,
+        nodes,
+        followers: placed.followers,
+        deformed,
         notes,
     })
 }
@@ -144,11 +178,18 @@ impl Decoded {
             scene.add_mesh(mesh);
             mesh_names.push(name);
         }
-        for placement in &self.placements {
-            scene
+        let mut handles = Vec::new();
+        for (i, placement) in self.placements.iter().enumerate() {
+            let handle = scene
                 .add(placement.instance())
                 .map_err(|e| ErrorKind::invalid("scene", e.to_string()))?;
+            // In step with `followers`, so that millions that stand need no list.
+            if self.followers.get(handles.len()).is_some_and(|f| f.placement as usize == i) {
+                handles.push(handle);
+            }
         }
+        let rig = self.plan.rig(&self.nodes, &self.followers, self.deformed, &handles);
+        let motion = rig.moves().then_some(Motion { kind: Kind::Rig(rig) });
         scene.commit();
         Ok(Model {
             scene,
@@ -157,6 +198,7 @@ impl Decoded {
             node_tree: self.node_tree,
             materials: self.materials,
             cameras: self.cameras,
+            motion,
             warnings: self.notes.into_warnings(),
             ..Model::default()
         })
@@ -208,14 +250,4 @@ fn check_unused(
         }
     }
     Ok(())
-}
-
-/// Rounds to what an instance holds.
-fn transform(m: &DAffine3) -> Transform {
-    let column = |c: glam::DVec3| [c.x as f32, c.y as f32, c.z as f32];
-    let l = m.matrix3;
-    Transform {
-        linear: [column(l.x_axis), column(l.y_axis), column(l.z_axis)],
-        translation: m.translation.into(),
-    }
 }

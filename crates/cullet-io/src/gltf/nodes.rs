@@ -5,30 +5,11 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use super::json::{self, Float, NodeItem, Root, SceneItem};
 use super::notes::Notes;
 use super::uri::shorten;
+use crate::pose::track::Local;
 use crate::{ErrorKind, NodeTree, Up};
 
 /// How far from 1 the length of a rotation may be: what the reference validator allows for rounding.
 const ROTATION_TOLERANCE: f64 = 0.007_69;
-
-/// The transform of a node relative to its parent.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Local {
-    /// A matrix, which no animation can move.
-    Matrix(DAffine3),
-    /// Scale, then rotation, then translation.
-    Parts { translation: DVec3, rotation: DQuat, scale: DVec3 },
-}
-
-impl Local {
-    pub(super) fn affine(&self) -> DAffine3 {
-        match *self {
-            Self::Matrix(m) => m,
-            Self::Parts { translation, rotation, scale } => {
-                DAffine3::from_scale_rotation_translation(scale, rotation, translation)
-            }
-        }
-    }
-}
 
 /// The attributes of `EXT_mesh_gpu_instancing`, by accessor.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,7 +30,10 @@ pub(super) struct Node {
     pub(super) parent: Option<u32>,
     pub(super) mesh: Option<u32>,
     pub(super) camera: Option<u32>,
-    pub(super) skinned: bool,
+    /// The skin of its mesh; `None` without a mesh.
+    pub(super) skin: Option<u32>,
+    /// Morph weights in place of its mesh's.
+    pub(super) weights: Option<Vec<f32>>,
     pub(super) instancing: Option<Box<Instancing>>,
     pub(super) hidden: bool,
 }
@@ -145,6 +129,18 @@ impl Nodes {
         }
     }
 
+    /// Every node, drawn or not, each after its parent.
+    pub(super) fn parents_first(&self) -> Vec<u32> {
+        let is_root = |&i: &u32| self.all[i as usize].parent.is_none();
+        let mut order: Vec<u32> = (0..self.all.len() as u32).filter(is_root).collect();
+        let mut at = 0;
+        while let Some(&i) = order.get(at) {
+            order.extend(&self.all[i as usize].children);
+            at += 1;
+        }
+        order
+    }
+
     /// What stands above the roots.
     pub(super) fn base(&self) -> DAffine3 {
         self.base
@@ -221,7 +217,8 @@ fn node(
         parent: None,
         mesh,
         camera,
-        skinned: skin.is_some() && mesh.is_some(),
+        skin: skin.filter(|_| mesh.is_some()),
+        weights: item.weights.map(|w| w.iter().map(|w| w.0 as f32).collect()),
         instancing,
         hidden,
     })

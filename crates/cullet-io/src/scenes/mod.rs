@@ -64,6 +64,17 @@ pub fn build(text: &str) -> Result<Model, SceneSpecError> {
     }
 }
 
+/// Makes the built-in `moving` as it is `seconds` after the time of its text, to the millisecond.
+///
+/// # Errors
+/// As [`build`]; also if the scene has no such time.
+pub(crate) fn build_at(text: &str, seconds: f64) -> Result<Model, SceneSpecError> {
+    let mut spec = Spec::parse(text, SCENES)?;
+    let t = spec.get("t") as f64 + seconds * 1e3;
+    spec.set("t", t)?;
+    moving::build(&spec)
+}
+
 /// Whether a mesh is drawn from one side or from both.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sides {

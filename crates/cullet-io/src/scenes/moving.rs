@@ -13,6 +13,7 @@ use super::shapes::{Shape, mesh_data};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
 use super::{Builder, Sides, fill, turned};
 use crate::Model;
+use crate::pose::{Kind, Motion};
 
 pub(super) const INFO: SceneInfo = SceneInfo {
     name: "moving",
@@ -331,5 +332,6 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
             }
         }
     }
+    b.model.motion = Some(Motion { kind: Kind::Scene(spec.canonical()) });
     Ok(b.finish())
 }

@@ -141,6 +141,20 @@ impl Spec {
         at.map_or(0, |at| self.values[at])
     }
 
+    /// Sets a key to the whole number nearest to `value`.
+    pub(super) fn set(&mut self, key: &str, value: f64) -> Result<(), SceneSpecError> {
+        let Some(at) = self.info.keys.iter().position(|k| k.name == key) else { return Ok(()) };
+        let KeyInfo { name: key, min, max, .. } = self.info.keys[at];
+        let number = value.round();
+        // Saturates, so that what is beyond u64 is out of range too.
+        if !(number >= min as f64 && number as u64 <= max) {
+            let (scene, value) = (self.info.name, value.to_string());
+            return Err(SceneSpecError::Value { scene, key, value, min, max });
+        }
+        self.values[at] = number as u64;
+        Ok(())
+    }
+
     /// The text with only what differs from the defaults: the shortest that names this scene.
     pub(super) fn canonical(&self) -> String {
         let items: Vec<String> = self

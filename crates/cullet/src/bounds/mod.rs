@@ -13,7 +13,7 @@ pub(crate) use aabb::{round_down, round_up};
 pub(crate) use batch::{LANES, gather_into};
 
 pub use batch::{Batch, Block, BoxBlock, Boxes, SphereBlock, Spheres};
-pub use deform::{DeformError, JointBoxes, MorphBounds, Morphs, Skin};
+pub use deform::{DeformError, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
 pub use obb::Obb;
 pub use plane::{Plane, Side};
 pub use sphere::Sphere;

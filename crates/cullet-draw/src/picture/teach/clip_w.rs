@@ -135,7 +135,11 @@ const SPACES: [(&str, &str, &[Test]); 4] = [
     (
         "screen",
         "divided by w",
-        &[("coverage of samples", "", ""), ("depth test", "", ""), ("verify: pixel owners", "", "")],
+        &[
+            ("coverage of samples", "", ""),
+            ("depth test", "", ""),
+            ("verify: pixel owners", "", ""),
+        ],
     ),
 ];
 
@@ -183,7 +187,8 @@ pub fn pipeline(costs: &[(String, f64)], size: [u32; 2]) -> Picture {
         }
     }
     sheet.centred([w * 0.5, 18.0], "Where each test has its place", INK);
-    let under = if costs.is_empty() { "" } else { "and what one costs, on this machine, one thread" };
+    let under =
+        if costs.is_empty() { "" } else { "and what one costs, on this machine, one thread" };
     sheet.centred([w * 0.5, 46.0], under, INK);
     sheet.centred([w * 0.5, h - 30.0], "each step to the right sees only what is left", INK);
     sheet.finish()

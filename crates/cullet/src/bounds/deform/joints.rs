@@ -21,7 +21,7 @@ pub struct Skin<'a> {
 }
 
 impl Skin<'_> {
-    fn check(&self) -> Result<(), DeformError> {
+    pub(super) fn check(&self) -> Result<(), DeformError> {
         let vertices = self.positions.len();
         for (what, count) in [("joints", self.joints.len()), ("weights", self.weights.len())] {
             if count != vertices {
@@ -39,7 +39,7 @@ impl Skin<'_> {
     }
 
     /// The joints that move a vertex, and how much.
-    fn moved_by(&self, vertex: usize) -> impl Iterator<Item = (u16, f64)> {
+    pub(super) fn moved_by(&self, vertex: usize) -> impl Iterator<Item = (u16, f64)> {
         let pairs = self.joints[vertex].into_iter().zip(self.weights[vertex]);
         pairs.filter(|(_, w)| *w != 0.0).map(|(j, w)| (j, f64::from(w)))
     }
@@ -71,12 +71,12 @@ fn affine(t: &Transform) -> DAffine3 {
 
 /// What one joint moves.
 #[derive(Clone, Copy, Debug)]
-struct Moved {
-    joint: u16,
+pub(super) struct Moved {
+    pub(super) joint: u16,
     /// In the joint's space.
-    bounds: Aabb,
+    pub(super) bounds: Aabb,
     /// The sizes of all terms that made those positions, for what rounding may lose.
-    size: DVec3,
+    pub(super) size: DVec3,
 }
 
 /// For each joint the box of the vertices it moves, in the joint's own space: bounds of a skinned mesh for
@@ -89,12 +89,12 @@ struct Moved {
 /// world, if weights are careless).
 #[derive(Clone, Debug)]
 pub struct JointBoxes {
-    moved: Vec<Moved>,
+    pub(super) moved: Vec<Moved>,
     /// Least and greatest sum of a vertex's positive weights.
     positive: [f64; 2],
     /// Greatest sum of a vertex's negative weights, without the sign.
     negative: f64,
-    unbounded: bool,
+    pub(super) unbounded: bool,
 }
 
 impl JointBoxes {
@@ -154,6 +154,16 @@ impl JointBoxes {
     /// [`Aabb::EVERYTHING`] where a joint that moves something is missing from `joints` or not finite.
     #[must_use]
     pub fn bounds(&self, joints: &[Transform], origin: [f64; 3]) -> Aabb {
+        self.bounds_of(self.moved.iter().copied(), joints, origin)
+    }
+
+    /// The same with other boxes in place of its own, of the same joints.
+    pub(super) fn bounds_of(
+        &self,
+        moved: impl Iterator<Item = Moved>,
+        joints: &[Transform],
+        origin: [f64; 3],
+    ) -> Aabb {
         if self.unbounded {
             return Aabb::EVERYTHING;
         }
@@ -162,7 +172,7 @@ impl JointBoxes {
         }
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut size = DVec3::ZERO;
-        for m in &self.moved {
+        for m in moved {
             let Some(joint) = joints.get(usize::from(m.joint)).filter(|j| j.is_finite()) else {
                 return Aabb::EVERYTHING;
             };

@@ -1,12 +1,15 @@
-//! Bounds of meshes whose vertices move: skinned by joints, or morphed between shapes.
+//! Bounds of meshes whose vertices move: skinned by joints, morphed between shapes, or first morphed and
+//! then skinned.
 //!
-//! Both types are prepared once from the mesh and asked once a frame; the answer, in the space that the
+//! The types are prepared once from the mesh and asked once a frame; the answer, in the space that the
 //! joints or the mesh are given in, goes to the scene as
 //! [`BoundsOverride::World`](crate::BoundsOverride::World).
 
+mod both;
 mod joints;
 mod morphs;
 
+pub use both::MorphedJointBoxes;
 pub use joints::{JointBoxes, Skin};
 pub use morphs::{MorphBounds, Morphs};
 

@@ -15,7 +15,7 @@ pub struct Morphs<'a> {
 }
 
 impl Morphs<'_> {
-    fn check(&self) -> Result<(), DeformError> {
+    pub(super) fn check(&self) -> Result<(), DeformError> {
         let vertices = self.positions.len();
         let wrong = self.targets.iter().enumerate().find(|(_, t)| t.len() != vertices);
         wrong.map_or(Ok(()), |(i, t)| {
