@@ -16,6 +16,7 @@
 //! # Ok::<(), cullet::view::ViewError>(())
 //! ```
 
+pub mod cut;
 pub mod outcode;
 
 pub use outcode::{ObjectRegion, Outcode, outcode_ref};
