@@ -71,8 +71,7 @@ pub(super) fn arrange(
         Arrangement { segments: QuickMap::default(), order: Vec::new(), split: Vec::new() };
     for (segment, chain) in outlines.iter().zip(chains) {
         for w in chain.windows(2) {
-            let (link, way) =
-                if w[0] < w[1] { ([w[0], w[1]], 1) } else { ([w[1], w[0]], -1) };
+            let (link, way) = if w[0] < w[1] { ([w[0], w[1]], 1) } else { ([w[1], w[0]], -1) };
             let entry = found.segments.entry(link).or_insert_with(|| {
                 found.order.push(link);
                 (0, false)
@@ -106,9 +105,9 @@ fn find_splits(links: &[[u32; 2]], places: &mut Places<'_>, budget: &mut usize) 
                 let (p, q) = (links[s as usize], links[t as usize]);
                 let [a, b] = p.map(|v| places.flat(v));
                 let [c, d] = q.map(|v| places.flat(v));
-                if !(0..2).all(|i| {
-                    a[i].min(b[i]) <= c[i].max(d[i]) && c[i].min(d[i]) <= a[i].max(b[i])
-                }) {
+                if !(0..2)
+                    .all(|i| a[i].min(b[i]) <= c[i].max(d[i]) && c[i].min(d[i]) <= a[i].max(b[i]))
+                {
                     continue;
                 }
                 let sides = [side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b)];

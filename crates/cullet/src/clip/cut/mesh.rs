@@ -33,8 +33,7 @@ pub fn cut_mesh(
     for (t, &original) in mesh.indices().chunks_exact(3).zip(mesh.original_triangle()) {
         indices[original as usize * 3..][..3].copy_from_slice(t);
     }
-    let input =
-        CutInput { positions: mesh.positions(), indices: &indices, ..CutInput::default() };
+    let input = CutInput { positions: mesh.positions(), indices: &indices, ..CutInput::default() };
     let done = cut(&input, planes, options)?;
     let walls = done.origin.iter().position(|&o| o == NO_ORIGIN).unwrap_or(done.origin.len());
     // Untouched and cut triangles both ascend by origin, so each part has a range of either.

@@ -80,7 +80,8 @@ impl CutMesh {
     #[must_use]
     pub fn cap_area(&self, cap: &Cap, plane: &Plane) -> f64 {
         let Some([_, _, n]) = section_frame(plane) else { return 0.0 };
-        let triangles = self.indices[cap.triangles.start * 3..cap.triangles.end * 3].chunks_exact(3);
+        let triangles =
+            self.indices[cap.triangles.start * 3..cap.triangles.end * 3].chunks_exact(3);
         let area = |t: &[u32]| {
             let at = |i: usize| DVec3::from(self.positions[t[i] as usize].map(f64::from));
             (at(1) - at(0)).cross(at(2) - at(0)).dot(DVec3::from(n)) * 0.5

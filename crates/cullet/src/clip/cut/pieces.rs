@@ -285,7 +285,11 @@ impl Work<'_> {
             self.edges.push([entry, exit]);
         }
         let ([o, p], len) = outer;
-        self.remove(piece, [exit, o, if len == 2 { p } else { entry }], (len == 2).then_some(entry));
+        self.remove(
+            piece,
+            [exit, o, if len == 2 { p } else { entry }],
+            (len == 2).then_some(entry),
+        );
         if side.iter().all(|&s| s >= 0) {
             return;
         }
@@ -317,8 +321,7 @@ impl Work<'_> {
         if let Some(&v) = self.cuts.get(&edge) {
             return v;
         }
-        let (low, high) =
-            if before(self.position(p), self.position(q)) { (p, q) } else { (q, p) };
+        let (low, high) = if before(self.position(p), self.position(q)) { (p, q) } else { (q, p) };
         let (share, point) = plane.meet(self.position(low), self.position(high));
         let count = self.input.positions.len();
         let v = (count + self.positions.len()) as u32;

@@ -28,11 +28,15 @@ pub(super) fn prepare(planes: &[Plane]) -> Result<Vec<CutPlane>, CutError> {
     let prepared = planes.iter().enumerate().map(|(number, &plane)| {
         let size = plane.normal.map(f64::abs);
         let axis = (0..3).fold(0, |a, b| if size[b] > size[a] { b } else { a });
-        // The exponent alone, so that scaling does not round; subnormal ones have no power of two to do it.
+        let error = CutError::Plane { plane: number, value: plane };
+        if !plane.is_finite() || !size[axis].is_normal() {
+            return Err(error);
+        }
+        // The exponent alone, so that scaling does not round.
         let scale = f64::from_bits((2046u64 << 52) - (size[axis].to_bits() & (0x7FF << 52)));
         let (normal, d) = (plane.normal.map(|n| n * scale), plane.d * scale);
-        if !plane.is_finite() || !size[axis].is_normal() || !scale.is_normal() || !d.is_finite() {
-            return Err(CutError::Plane { plane: number, value: plane });
+        if !scale.is_normal() || !d.is_finite() {
+            return Err(error);
         }
         let along = (0..3).all(|a| a == axis || normal[a] == 0.0);
         let level = along.then(|| (d / normal[axis]) as f32).filter(|l| l.is_finite());
