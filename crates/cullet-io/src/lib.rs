@@ -1,4 +1,4 @@
-//! Loads models and makes scenes.
+//! Loads and saves models, and makes scenes.
 #![forbid(unsafe_code)]
 
 mod blocks;
@@ -15,6 +15,7 @@ mod off;
 pub mod paths;
 mod ply;
 mod polygon;
+mod save;
 pub mod scenes;
 mod stl;
 mod text;
@@ -23,3 +24,4 @@ mod weld;
 pub use error::{ErrorKind, LoadError};
 pub use load::{LoadOptions, load, load_bytes};
 pub use model::{CameraNode, Cell, CellGraph, Material, MatrixView, Model, Portal, Up, Warning};
+pub use save::{SaveError, SaveErrorKind, SaveFormat, save};

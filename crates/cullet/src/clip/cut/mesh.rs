@@ -29,10 +29,7 @@ pub fn cut_mesh(
     options: &CutOptions,
     cap_material: u32,
 ) -> Result<CutParts, CutError> {
-    let mut indices = vec![0; mesh.indices().len()];
-    for (t, &original) in mesh.indices().chunks_exact(3).zip(mesh.original_triangle()) {
-        indices[original as usize * 3..][..3].copy_from_slice(t);
-    }
+    let indices = mesh.original_indices();
     let input = CutInput { positions: mesh.positions(), indices: &indices, ..CutInput::default() };
     let done = cut(&input, planes, options)?;
     let walls = done.origin.iter().position(|&o| o == NO_ORIGIN).unwrap_or(done.origin.len());
