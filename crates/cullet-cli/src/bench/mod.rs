@@ -5,6 +5,7 @@
 //! checks its answer against the scalar oracle before it is timed.
 
 mod backface;
+mod cut;
 mod frustum;
 mod measure;
 mod results;
@@ -45,6 +46,7 @@ pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) 
     };
     frustum::run(options, &mut take);
     backface::run(options, &mut take);
+    cut::run(options, &mut take);
     Results { schema: 1, machine: Machine::here(), results }
 }
 
@@ -58,8 +60,8 @@ mod tests {
         let results = run(&options);
         let levels = cullet::cull::frustum::batch::levels().len();
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
-        // three answers each, and the vertices.
-        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3) * levels + 1);
+        // three answers each, and the vertices. Cuts: six.
+        assert_eq!(results.results.len(), (2 * 3 + (4 + 6) * 3) * levels + 1 + 6);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
             assert!(r.ns_per_item > 0.0 && r.limit_ratio > 0.0, "{r:?}");
