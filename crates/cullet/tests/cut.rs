@@ -169,7 +169,7 @@ fn holes_leave_what_crosses_them_uncapped_unless_healed() {
     let healed = cut(&input, &[plane], &CutOptions { caps, ..CutOptions::default() }).unwrap();
     assert_eq!((healed.report.open_chains, healed.report.healed), (0, 1));
     let area = healed.cap_area(&healed.caps[0], &plane);
-    assert!(area > 3.0 && area < 3.14, "{area}");
+    assert!(area > 3.0 && area < 3.13, "{area}");
     // A hole elsewhere is none of the cut's business.
     let apart = capped(&shape, &[Plane::new([1.0, 0.0, 0.0], 0.2)], Keep::Outside);
     assert_eq!((apart.report.open_chains, apart.caps.len()), (0, 1));

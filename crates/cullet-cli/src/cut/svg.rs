@@ -79,9 +79,16 @@ pub(super) fn draw(model: &Model, planes: &[Plane], sections: &[Section]) -> Str
     text
 }
 
-/// The colour of a material in sRGB; a pale red where there is none.
+/// What has no colour of its own.
+const PALE: &str = "#c98b80";
+
+/// The colour of a material in sRGB; a pale red where there is none, or it is white.
 fn color(model: &Model, material: u32) -> String {
-    let Some(m) = model.materials.get(material as usize) else { return "#c98b80".into() };
+    let Some(m) = model.materials.get(material as usize) else { return PALE.into() };
+    // White on white shows nothing.
+    if m.color[..3].iter().all(|&v| v > 0.85) {
+        return PALE.into();
+    }
     // A gamma of 2.2 is near enough for a drawing.
     let byte = |v: f32| (v.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
     let [r, g, b] = [0, 1, 2].map(|i| byte(m.color[i]));

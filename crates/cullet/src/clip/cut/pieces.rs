@@ -8,7 +8,7 @@
 
 use super::hash::{QuickMap, key};
 use super::sides::{CutPlane, Sides, before};
-use super::{Cap, CutInput, CutMesh, CutOptions, Keep, NO_ORIGIN, cap, section};
+use super::{Cap, CutInput, CutMesh, CutOptions, Keep, MAX_CUT_PLANES, NO_ORIGIN, cap, section};
 use crate::exact;
 
 /// No vertex of the result.
@@ -31,7 +31,15 @@ struct Removed {
     corners: [u32; 4],
     len: usize,
     origin: u32,
-    divided: bool,
+    on: On,
+}
+
+/// Which edges of what was cut off lie in the plane, so that later planes may divide them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum On {
+    None,
+    Last,
+    All,
 }
 
 struct Work<'a> {
@@ -42,6 +50,9 @@ struct Work<'a> {
     attributes: Vec<f32>,
     /// The new vertex of each edge that was cut, by its ends.
     cuts: QuickMap<[u32; 2], u32>,
+    /// The same by the positions of its ends, where the outside is kept: the two sides of an edge in a
+    /// plane may have vertices of their own.
+    cuts_at: QuickMap<[[u32; 3]; 2], u32>,
     walls: Vec<Piece>,
     caps: Vec<Piece>,
     removed: Vec<Removed>,
@@ -64,6 +75,7 @@ pub(super) fn run(
         positions: Vec::new(),
         attributes: Vec::new(),
         cuts: QuickMap::default(),
+        cuts_at: QuickMap::default(),
         walls: Vec::new(),
         caps: Vec::new(),
         removed: Vec::new(),
@@ -119,7 +131,14 @@ impl Work<'_> {
         // An open cut to the inside needs nothing of a triangle that any plane rejects.
         let any_rejects = inside && self.options.caps.is_none();
         let (indices, origin) = (&mut self.result.indices, &mut self.result.origin);
-        for (t, corners) in (0..).zip(self.input.indices.chunks_exact(3)) {
+        let all = self.input.indices;
+        // Runs of triangles that stay are copied at once: that is most of the work.
+        let mut copy = |from: usize, to: usize| {
+            indices.extend(all[from * 3..to * 3].iter().map(|&v| place[v as usize]));
+            origin.extend(from as u32..to as u32);
+        };
+        let mut run = 0;
+        for (t, corners) in all.chunks_exact(3).enumerate() {
             let corners = [corners[0], corners[1], corners[2]];
             let [a, b, c] = corners.map(|v| outside[v as usize]);
             let any = a | b | c;
@@ -148,12 +167,17 @@ impl Work<'_> {
                 }
             }
             if keep {
-                indices.extend_from_slice(&corners.map(|v| place[v as usize]));
-                origin.push(t);
-            } else if touched {
-                self.walls.push(Piece { corners, origin: t, cap: None });
+                continue;
+            }
+            if run < t {
+                copy(run, t);
+            }
+            run = t + 1;
+            if touched {
+                self.walls.push(Piece { corners, origin: t as u32, cap: None });
             }
         }
+        copy(run, all.len() / 3);
         self.result.untouched = self.result.origin.len();
     }
 
@@ -251,7 +275,8 @@ impl Work<'_> {
             self.edges.extend([[a, b], [b, c], [c, a]]);
         }
         if side.iter().all(|&s| s > 0) || side.iter().all(|&s| s == 0) {
-            return self.remove(piece, corners, None);
+            let on = if side == [0; 3] { On::All } else { On::None };
+            return self.remove(piece, corners, None, on);
         }
         let (mut kept, mut kept_len) = ([0; 4], 0);
         let [mut exit, mut entry] = [DROPPED; 2];
@@ -285,11 +310,9 @@ impl Work<'_> {
             self.edges.push([entry, exit]);
         }
         let ([o, p], len) = outer;
-        self.remove(
-            piece,
-            [exit, o, if len == 2 { p } else { entry }],
-            (len == 2).then_some(entry),
-        );
+        let third = if len == 2 { p } else { entry };
+        let on = if exit == entry { On::None } else { On::Last };
+        self.remove(piece, [exit, o, third], (len == 2).then_some(entry), on);
         if side.iter().all(|&s| s >= 0) {
             return;
         }
@@ -301,7 +324,7 @@ impl Work<'_> {
     }
 
     /// Notes what was cut off a wall, if that is what is kept.
-    fn remove(&mut self, piece: Piece, [a, b, c]: [u32; 3], d: Option<u32>) {
+    fn remove(&mut self, piece: Piece, [a, b, c]: [u32; 3], d: Option<u32>, on: On) {
         if self.options.keep == Keep::Inside || piece.cap.is_some() {
             return;
         }
@@ -311,8 +334,7 @@ impl Work<'_> {
             Some(d) => ([a, b, c, d], 4),
             None => ([a, b, c, c], 3),
         };
-        let divided = [a, b, c] != piece.corners;
-        self.removed.push(Removed { corners, len, origin: piece.origin, divided });
+        self.removed.push(Removed { corners, len, origin: piece.origin, on });
     }
 
     /// The vertex where the plane meets an edge: the same for all triangles at it.
@@ -336,6 +358,10 @@ impl Work<'_> {
             self.attributes.push(a + (b - a) * share);
         }
         self.cuts.insert(edge, v);
+        if self.options.keep == Keep::Outside {
+            let ends = [key(self.position(low)), key(self.position(high))];
+            self.cuts_at.insert(ends, v);
+        }
         v
     }
 
@@ -405,14 +431,27 @@ impl Work<'_> {
         let mut pieces = Vec::with_capacity(removed.len() * 2);
         let mut rim = Vec::new();
         for r in &removed {
-            let [exit, apex] = [r.corners[0], r.corners[1]];
+            let [exit, mut apex] = [r.corners[0], r.corners[1]];
             rim.clear();
-            rim.extend_from_slice(&r.corners[2..r.len]);
-            let entry = r.corners[r.len - 1];
-            if r.divided {
-                self.divide(entry, exit, &mut rim);
+            match r.on {
+                On::All => {
+                    apex = exit;
+                    for i in 0..3 {
+                        let next = r.corners[(i + 1) % 3];
+                        self.divide(r.corners[i], next, 0, &mut rim);
+                        if i < 2 {
+                            rim.push(next);
+                        }
+                    }
+                }
+                on => {
+                    rim.extend_from_slice(&r.corners[2..r.len]);
+                    if on == On::Last {
+                        self.divide(r.corners[r.len - 1], exit, 0, &mut rim);
+                    }
+                    rim.push(exit);
+                }
             }
-            rim.push(exit);
             for w in rim.windows(2) {
                 let corners = [apex, w[0], w[1]];
                 pieces.push(Piece { corners, origin: r.origin, cap: None });
@@ -422,12 +461,21 @@ impl Work<'_> {
     }
 
     /// Appends the vertices at which later planes divided an edge, in order.
-    fn divide(&self, from: u32, to: u32, rim: &mut Vec<u32>) {
-        // Depth is bounded by the number of planes: each half lies on one side of the one that cut it.
-        if let Some(&v) = self.cuts.get(&[from.min(to), from.max(to)]) {
-            self.divide(from, v, rim);
+    fn divide(&self, from: u32, to: u32, depth: usize, rim: &mut Vec<u32>) {
+        // Each half lies on one side of the plane that cut it, so no way is cut more often than that.
+        if depth > MAX_CUT_PLANES {
+            return;
+        }
+        let (p, q) = (self.position(from), self.position(to));
+        let ends = if before(p, q) { [key(p), key(q)] } else { [key(q), key(p)] };
+        let cut = self.cuts.get(&[from.min(to), from.max(to)]);
+        // A vertex that rounding has put on an end divides nothing, and would be found for ever.
+        let apart = |v: &&u32| !ends.contains(&key(self.position(**v)));
+        let cut = cut.or_else(|| self.cuts_at.get(&ends).filter(apart));
+        if let Some(&v) = cut {
+            self.divide(from, v, depth + 1, rim);
             rim.push(v);
-            self.divide(v, to, rim);
+            self.divide(v, to, depth + 1, rim);
         }
     }
 }
