@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::calibrate::{self, CalibrateArgs};
+use crate::cut::{self, CutArgs};
 use crate::parse;
 use crate::report::CostArgs;
 use crate::reproduce::ReproduceArgs;
@@ -26,6 +27,8 @@ Examples
   cullet info model.glb                      what is in a file, and what is wrong with it
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
+  cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
+                                             cut it open; the caps leave no gap
   cullet bench                               the batch tests against this machine's streaming rate
   cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
@@ -73,6 +76,9 @@ pub(crate) enum Command {
     /// Draw one picture of one view
     #[command(after_help = PICTURE_HELP)]
     Picture(Box<PictureArgs>),
+    /// Cut a scene open at planes or a box, with caps
+    #[command(after_help = cut::HELP)]
+    Cut(Box<CutArgs>),
 }
 
 const REPORT_HELP: &str = "\

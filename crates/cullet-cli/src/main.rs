@@ -7,6 +7,7 @@ mod bench;
 mod bounds;
 mod calibrate;
 mod console;
+mod cut;
 mod drawing;
 mod exit;
 mod info;
@@ -59,6 +60,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Bench(args) => run_bench(args, &console(&args.json)),
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(&args.json)),
+        Command::Cut(args) => cut::run(args, &console(&args.json)),
         Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
     }
 }

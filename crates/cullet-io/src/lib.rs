@@ -1,4 +1,4 @@
-//! Loads models and makes scenes.
+//! Loads and saves models, and makes scenes.
 #![forbid(unsafe_code)]
 
 mod blocks;
@@ -17,6 +17,7 @@ pub mod paths;
 mod ply;
 mod polygon;
 mod pose;
+mod save;
 pub mod scenes;
 mod stl;
 mod text;
@@ -27,3 +28,4 @@ pub use groups::NodeTree;
 pub use load::{LoadOptions, load, load_bytes};
 pub use model::{CameraNode, Cell, CellGraph, Material, MatrixView, Model, Portal, Up, Warning};
 pub use pose::{Motion, PoseError};
+pub use save::{SaveError, SaveErrorKind, SaveFormat, save};

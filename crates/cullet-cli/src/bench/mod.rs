@@ -7,6 +7,7 @@
 
 mod backface;
 mod clip;
+mod cut;
 mod frustum;
 mod hierarchy;
 mod measure;
@@ -84,6 +85,7 @@ pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) 
     views::run(options, &mut take);
     moving::run(options, &mut take);
     clip::run(options, &mut take);
+    cut::run(options, &mut take);
     Results { schema: 1, machine: Machine::here(), results }
 }
 
@@ -106,8 +108,8 @@ mod tests {
         let flat = (2 * 3 + (4 + 6) * 3 + 3 + 3) * levels + 1 + 4;
         // Two layouts: four shares, a list at each level, ranges and sorted; seven of views; eight of moves.
         let trees = 2 * (4 * (levels + 2) + 7 + 8);
-        // Outcodes; sorting, three ways for lines, four for triangles, two places.
-        let clipping = levels + 1 + 3 + 4 + 2;
+        // Outcodes; sorting, three ways for lines, four for triangles, two places. Cuts: six.
+        let clipping = levels + 1 + 3 + 4 + 2 + 6;
         assert_eq!(results.results.len(), flat + trees + clipping);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);

@@ -56,6 +56,7 @@
 //! # Ok::<(), cullet::view::ViewError>(())
 //! ```
 
+pub mod cut;
 mod exact_point;
 pub mod line;
 pub mod outcode;

@@ -272,6 +272,16 @@ impl Mesh {
         &self.original_triangle
     }
 
+    /// Three indices a triangle, in the original order, which is that of the parts. O(triangles).
+    #[must_use]
+    pub fn original_indices(&self) -> Vec<u32> {
+        let mut indices = vec![0; self.indices.len()];
+        for (t, &original) in self.indices.chunks_exact(3).zip(&self.original_triangle) {
+            indices[original as usize * 3..][..3].copy_from_slice(t);
+        }
+        indices
+    }
+
     /// The vertex indices of triangle `t` of the mesh's order.
     #[must_use]
     pub fn triangle(&self, t: u32) -> [u32; 3] {

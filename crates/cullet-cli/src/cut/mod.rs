@@ -1,0 +1,250 @@
+//! `cullet cut`: a scene cut open at planes, with caps.
+
+mod apply;
+mod picture;
+mod svg;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use cullet::bounds::Plane;
+use cullet::clip::cut::{Keep, MAX_CUT_PLANES, box_planes};
+use cullet_io::{SaveErrorKind, SaveFormat, save};
+use serde::Serialize;
+
+use crate::args::SceneArgs;
+use crate::console::{Console, grouped, write_json};
+use crate::exit::{Exit, Failure, Outcome};
+use crate::{inputs, parse};
+use apply::{Applied, Settings};
+
+/// What `cullet cut --help` ends with.
+pub(crate) const HELP: &str = "\
+A plane is nx,ny,nz,d: all points with n.x = d, in world units. What has n.x < d is kept. Several planes
+make a convex region; --keep outside keeps all but that. --cap closes what was closed before the cut:
+each cap is a part of its own, with the material 'cut face'. Instances that no plane touches stay as they
+are and go on sharing their mesh.
+
+Where the outline at the cut does not close, because the surface has a hole there, there is no cap, and
+it is said; --heal DISTANCE joins ends that are as near as that by a straight line.
+
+Examples
+  cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
+  cullet cut house.glb --plane 0,1,0,2.4 --cap --section plan.svg --picture plan.png
+  cullet cut engine.glb --box 0,0,0,9,9,9 --keep outside --cap -o open.stl
+  cullet cut scan.ply --plane 1,0,0,0 --cap --heal 0.01 -o half.ply";
+
+/// `cullet cut`
+#[derive(Debug, Args)]
+pub(crate) struct CutArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Cut at this plane; may be given several times
+    #[arg(long, value_name = "NX,NY,NZ,D", value_parser = plane, allow_hyphen_values = true, required_unless_present = "cut_box")]
+    plane: Vec<Plane>,
+    /// Cut at the six planes of this box
+    #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = bounds, allow_hyphen_values = true)]
+    cut_box: Option<[f64; 6]>,
+    /// Which part is kept: what is inside of all planes, or the rest
+    #[arg(long, value_enum, default_value_t = KeepArg::Inside)]
+    keep: KeepArg,
+    /// Close the cut
+    #[arg(long)]
+    cap: bool,
+    /// With --cap and --section: join ends of an open outline up to this far apart, in world units
+    #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
+    heal: Option<f64>,
+    /// The file to write: .glb, .ply, .obj or .stl
+    #[arg(long, short, value_name = "PATH")]
+    out: Option<PathBuf>,
+    /// Write the section as filled outlines
+    #[arg(long, value_name = "SVG")]
+    section: Option<PathBuf>,
+    /// Draw what is left, seen from where it was opened
+    #[arg(long, value_name = "PNG")]
+    picture: Option<PathBuf>,
+    /// Pixels of the picture
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
+    size: [u32; 2],
+    /// Draw the picture from this point
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "target")]
+    eye: Option<[f64; 3]>,
+    /// Draw the picture looking at this point
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "eye")]
+    target: Option<[f64; 3]>,
+    /// Write the figures as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// Which part is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum KeepArg {
+    /// What is inside of all planes
+    Inside,
+    /// What is outside of any
+    Outside,
+}
+
+fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let values: Option<Vec<f64>> = text.split(',').map(|v| v.trim().parse().ok()).collect();
+    let values: [f64; N] = values?.try_into().ok()?;
+    values.iter().all(|v| v.is_finite()).then_some(values)
+}
+
+fn plane(text: &str) -> Result<Plane, String> {
+    let [x, y, z, d] = numbers(text)
+        .ok_or_else(|| format!("'{text}' is not four finite numbers; try 0,1,0,2.5"))?;
+    Plane::new([x, y, z], d)
+        .normalized()
+        .map(|_| Plane::new([x, y, z], d))
+        .ok_or_else(|| format!("'{text}': the normal has no direction; try 0,1,0,2.5"))
+}
+
+fn bounds(text: &str) -> Result<[f64; 6], String> {
+    let b: [f64; 6] = numbers(text)
+        .ok_or_else(|| format!("'{text}' is not six finite numbers; try 0,0,0,1,1,1"))?;
+    match (0..3).find(|&a| b[a] >= b[a + 3]) {
+        Some(a) => Err(format!(
+            "'{text}': its low {axis} of {} is not below its high {axis} of {}",
+            b[a],
+            b[a + 3],
+            axis = ["x", "y", "z"][a]
+        )),
+        None => Ok(b),
+    }
+}
+
+/// The figures of a cut.
+#[derive(Debug, Serialize)]
+struct CutRecord {
+    schema: u32,
+    triangles_before: u64,
+    triangles_after: u64,
+    cap_triangles: u64,
+    cap_area: f64,
+    instances_before: u64,
+    instances_untouched: u64,
+    instances_cut: u64,
+    instances_dropped: u64,
+    duplicates_dropped: u64,
+    open_chains: u64,
+    open_edges: u64,
+    healed: u64,
+    even_odd_outlines: u64,
+    crossings: u64,
+    folded_caps: u64,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
+    // Known before minutes of work are done.
+    if let Some(out) = args.out.as_deref().filter(|p| SaveFormat::of(p).is_none()) {
+        let kind = SaveErrorKind::Unsupported;
+        return Err(Failure::usage(format!("{}: {kind}", out.display())));
+    }
+    let mut planes = args.plane.clone();
+    if let Some([a, b, c, d, e, f]) = args.cut_box {
+        planes.extend(box_planes([a, b, c], [d, e, f]));
+    }
+    if planes.len() > MAX_CUT_PLANES {
+        let count = planes.len();
+        return Err(Failure::usage(format!(
+            "{count} planes exceed the limit of {MAX_CUT_PLANES}; cut the result again"
+        )));
+    }
+    let model = inputs::load(&args.scene, console)?;
+    let keep = match args.keep {
+        KeepArg::Inside => Keep::Inside,
+        KeepArg::Outside => Keep::Outside,
+    };
+    let settings = Settings {
+        planes: &planes,
+        keep,
+        cap: args.cap,
+        outlines: args.section.is_some(),
+        heal: args.heal.unwrap_or(0.0),
+    };
+    let Applied { model: mut cut, record, sections } = apply::apply(&model, &settings, console)?;
+    print(args, console, &record);
+    if let Some(path) = &args.out {
+        save(&cut, path).map_err(Failure::input)?;
+        console.line(format!("{} written", path.display()));
+    }
+    if let Some(path) = &args.section {
+        let text = svg::draw(&model, &planes, &sections);
+        std::fs::write(path, text).map_err(|e| Failure::write(path, &e))?;
+        console.line(format!("{} written", path.display()));
+    }
+    if let Some(path) = &args.picture {
+        let eye = args.eye.zip(args.target);
+        let whole = model.scene.extent();
+        let picture = picture::draw(&mut cut, &whole, &settings, eye, args.size)?;
+        std::fs::write(path, picture.to_png()).map_err(|e| Failure::write(path, &e))?;
+        let (w, h) = (picture.width, picture.height);
+        console.line(format!("{} written, {w}x{h}", path.display()));
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &record)?;
+    }
+    Ok(Exit::Fine)
+}
+
+fn print(args: &CutArgs, console: &Console, r: &CutRecord) {
+    console.line(format!(
+        "{} of {} triangles are left; of {} instances {} are untouched, {} cut, {} gone",
+        grouped(r.triangles_after),
+        grouped(r.triangles_before),
+        grouped(r.instances_before),
+        grouped(r.instances_untouched),
+        grouped(r.instances_cut),
+        grouped(r.instances_dropped)
+    ));
+    if args.cap {
+        console.line(format!(
+            "caps: {} triangles, {:.6} square units",
+            grouped(r.cap_triangles),
+            r.cap_area
+        ));
+    }
+    let found = [
+        (r.duplicates_dropped, "triangles at the cut were there twice and are kept once"),
+        (r.healed, "gaps in outlines were joined by a straight line"),
+        (r.even_odd_outlines, "outlines have walls wound both ways: filled by the even-odd rule"),
+        (r.crossings, "points where the surface penetrates itself at the cut"),
+        (r.folded_caps, "caps cross themselves so often that they are closed, but folded"),
+    ];
+    for (n, what) in found.iter().filter(|f| f.0 > 0) {
+        console.note(format!("note: {} {what}", grouped(*n)));
+    }
+    if r.open_chains > 0 {
+        let advice = match args.heal {
+            Some(_) => "a larger --heal joins them",
+            None => "--heal DISTANCE joins ends that are near each other",
+        };
+        console.note(format!(
+            "warning: {} outlines of {} edges do not close and have no cap; {advice}",
+            grouped(r.open_chains),
+            grouped(r.open_edges)
+        ));
+    }
+    if r.triangles_after == 0 {
+        console.note("note: nothing is left on the side that is kept");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planes_and_boxes_are_checked() {
+        assert_eq!(plane("0,1, 0,2.5"), Ok(Plane::new([0.0, 1.0, 0.0], 2.5)));
+        for bad in ["0,0,0,1", "1,0,0", "a,0,0,1", "nan,0,0,1", "1,0,0,inf", ""] {
+            assert!(plane(bad).is_err(), "{bad}");
+        }
+        assert_eq!(bounds("0,0,0,1,2,3"), Ok([0.0, 0.0, 0.0, 1.0, 2.0, 3.0]));
+        assert!(bounds("0,0,0,1,-2,3").unwrap_err().contains("low y of 0"));
+        assert!(bounds("0,0,0,1,2").is_err());
+    }
+}

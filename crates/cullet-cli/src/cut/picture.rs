@@ -1,0 +1,86 @@
+//! A picture of what is left, seen from where it was opened.
+
+use cullet::View;
+use cullet::bounds::Aabb;
+use cullet::clip::cut::Keep;
+use cullet_draw::{Picture, RenderOptions, Selection};
+use cullet_io::{Model, paths};
+use glam::{DMat3, DVec3};
+
+use super::apply::Settings;
+use crate::drawing;
+use crate::exit::Failure;
+
+/// The vertical field of view: narrow, so that the cut keeps its shape.
+const FOV_DEGREES: f64 = 35.0;
+/// The brightest that a surface is drawn: white ones would lose their shading in the light.
+const BRIGHTEST: f32 = 0.62;
+
+/// Draws. All surfaces become two-sided: an open cut shows insides.
+pub(super) fn draw(
+    model: &mut Model,
+    whole: &Aabb,
+    settings: &Settings<'_>,
+    eye: Option<([f64; 3], [f64; 3])>,
+    size: [u32; 2],
+) -> Result<Picture, Failure> {
+    model.scene.meshes_mut().for_each(|m| m.set_two_sided(true));
+    let ([eye, target], overrides) = (
+        eye.map_or_else(|| stand(model, whole, settings, size), |(eye, target)| [eye, target]),
+        paths::Overrides { fov_degrees: Some(FOV_DEGREES), ..paths::Overrides::default() },
+    );
+    let camera = paths::look_at(model, eye, target, size, &overrides).map_err(Failure::usage)?;
+    let view = View::new(&camera, overrides.depth, size).map_err(Failure::usage)?;
+    let scene = &model.scene;
+    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
+    let frame = cullet_draw::render(scene, &view, Selection::All, &options);
+    let mut colors = drawing::colors(model);
+    for c in colors.iter_mut().flat_map(|c| &mut c[..3]) {
+        *c = c.min(BRIGHTEST);
+    }
+    Ok(cullet_draw::shaded(scene, &frame, &view, &colors).halved())
+}
+
+/// Above and to the side of the cut, far enough for all that is left.
+fn stand(model: &Model, whole: &Aabb, settings: &Settings<'_>, size: [u32; 2]) -> [[f64; 3]; 2] {
+    let left = model.scene.extent();
+    let shown = if left.is_empty() { whole } else { &left };
+    let centre = DVec3::from(shown.center());
+    let reach = DVec3::from(shown.half_extent()).length().max(1e-6);
+    // A region's faces point all ways; of a box the corner towards +X, +Y and +Z is opened.
+    let mut open = DVec3::ZERO;
+    if let [plane] = settings.planes {
+        open = DVec3::from(plane.normal).normalize_or_zero();
+        if settings.keep == Keep::Outside {
+            open = -open;
+        }
+    }
+    let towards = if open.y.abs() > 0.8 {
+        open * 0.9 + DVec3::new(0.35, 0.0, 0.75)
+    } else {
+        let side = open.cross(DVec3::Y).normalize_or(DVec3::X);
+        open.try_normalize().unwrap_or(DVec3::Z) + DVec3::Y * 0.5 - side * 0.45
+    };
+    let towards = towards.normalize();
+    // So far that every vertex is within the picture, with a little air.
+    let right = DVec3::Y.cross(towards).normalize_or(DVec3::X);
+    let up = towards.cross(right);
+    let high = (FOV_DEGREES * 0.5).to_radians().tan() * 0.92;
+    let wide = high * f64::from(size[0]) / f64::from(size[1]);
+    let origin = DVec3::from(model.scene.origin());
+    let target = centre + origin;
+    let mut distance = reach * 1e-3;
+    for slot in model.scene.slots() {
+        let t = model.scene.transform(slot);
+        let linear = DMat3::from_cols_array_2d(&t.linear.map(|c| c.map(f64::from)));
+        for &p in model.scene.mesh(slot).positions() {
+            let from = linear * DVec3::from(p.map(f64::from)) + DVec3::from(t.translation) - target;
+            let needed = (from.dot(right).abs() / wide).max(from.dot(up).abs() / high);
+            // False for what is not finite.
+            if needed + from.dot(towards) > distance {
+                distance = needed + from.dot(towards);
+            }
+        }
+    }
+    [(target + towards * distance).into(), target.into()]
+}

@@ -1,0 +1,174 @@
+//! Binary glTF 2.0.
+
+use std::collections::HashMap;
+use std::io::Write;
+
+use cullet::mesh::{Alpha, Part};
+use serde_json::{Value, json};
+
+use super::SaveErrorKind;
+use crate::Model;
+
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+
+pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveErrorKind> {
+    let scene = &model.scene;
+    let mut used = vec![false; scene.meshes().len()];
+    scene.slots().for_each(|s| used[scene.mesh_id(s) as usize] = true);
+    let mut file = File::default();
+    let mut number = vec![None; used.len()];
+    let mut meshes = Vec::new();
+    for (m, mesh) in scene.meshes().iter().enumerate().filter(|(m, _)| used[*m]) {
+        let primitives = file.primitives(model, mesh);
+        // A mesh without triangles is forbidden.
+        if primitives.is_empty() {
+            continue;
+        }
+        number[m] = Some(meshes.len());
+        let name = model.mesh_names.get(m).map_or("", String::as_str);
+        meshes.push(json!({ "name": name, "primitives": primitives }));
+    }
+    let nodes: Vec<Value> = scene
+        .slots()
+        .filter_map(|slot| {
+            let mesh = number[scene.mesh_id(slot) as usize]?;
+            let name = scene.handle(slot).map(|h| model.instance_name(h).into_owned());
+            let matrix = scene.transform(slot).to_matrix();
+            // What is not finite has no place in a file.
+            let place = matrix.iter().all(|v| v.is_finite());
+            let mut node = json!({ "name": name, "mesh": mesh });
+            let identity = cullet::Transform::IDENTITY.to_matrix();
+            if place && matrix != identity {
+                node["matrix"] = json!(matrix);
+            }
+            place.then_some(node)
+        })
+        .collect();
+    let mut root = json!({
+        "asset": { "version": "2.0", "generator": "cullet" },
+        "scene": 0,
+        "scenes": [{ "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
+    });
+    // Empty arrays are forbidden.
+    if nodes.is_empty() {
+        root["scenes"] = json!([{}]);
+    } else {
+        root["nodes"] = json!(nodes);
+        root["meshes"] = json!(meshes);
+        root["materials"] = json!(file.materials);
+        root["accessors"] = json!(file.accessors);
+        root["bufferViews"] = json!(file.views);
+        root["buffers"] = json!([{ "byteLength": file.bin.len() }]);
+    }
+    let mut text = root.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let chunk = |len: usize| if len == 0 { 0 } else { 8 + len as u64 };
+    let total = 12 + chunk(text.len()) + chunk(file.bin.len());
+    let limit = u64::from(u32::MAX);
+    if total > limit {
+        return Err(SaveErrorKind::TooMany { what: "bytes", count: total, limit });
+    }
+    let word = |v: u64| (v as u32).to_le_bytes();
+    out.write_all(b"glTF")?;
+    out.write_all(&word(2))?;
+    out.write_all(&word(total))?;
+    for (kind, bytes) in [(b"JSON", &text), (b"BIN\0", &file.bin)] {
+        if !bytes.is_empty() {
+            out.write_all(&word(bytes.len() as u64))?;
+            out.write_all(kind)?;
+            out.write_all(bytes)?;
+        }
+    }
+    Ok(())
+}
+
+/// The parts of the file that grow with each mesh. Everything in `bin` is of four bytes, so aligned.
+#[derive(Default)]
+struct File {
+    bin: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+    materials: Vec<Value>,
+    /// A material of the file is one of the model with the sides and the alpha of a part.
+    by_part: HashMap<(u32, bool, Alpha), usize>,
+}
+
+impl File {
+    fn primitives(&mut self, model: &Model, mesh: &cullet::Mesh) -> Vec<Value> {
+        if mesh.triangle_count() == 0 {
+            return Vec::new();
+        }
+        let positions = mesh.positions();
+        let start = self.bin.len();
+        let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for p in positions {
+            for a in 0..3 {
+                (min[a], max[a]) = (min[a].min(p[a]), max[a].max(p[a]));
+                self.bin.extend_from_slice(&p[a].to_le_bytes());
+            }
+        }
+        let view = self.view(start, ARRAY_BUFFER);
+        let place = self.accessors.len();
+        self.accessors.push(json!({
+            "bufferView": view, "componentType": FLOAT, "count": positions.len(), "type": "VEC3",
+            "min": min, "max": max,
+        }));
+        let indices = mesh.original_indices();
+        let parts = mesh.parts().iter().filter(|p| p.triangle_count > 0);
+        let primitives = parts.map(|part| {
+            let start = self.bin.len();
+            let first = part.first_triangle as usize * 3;
+            let count = part.triangle_count as usize * 3;
+            for i in &indices[first..first + count] {
+                self.bin.extend_from_slice(&i.to_le_bytes());
+            }
+            let view = self.view(start, ELEMENT_ARRAY_BUFFER);
+            self.accessors.push(json!({
+                "bufferView": view, "componentType": UNSIGNED_INT, "count": count, "type": "SCALAR",
+            }));
+            json!({
+                "attributes": { "POSITION": place },
+                "indices": self.accessors.len() - 1,
+                "material": self.material(model, part),
+            })
+        });
+        primitives.collect()
+    }
+
+    fn view(&mut self, start: usize, target: u32) -> usize {
+        let length = self.bin.len() - start;
+        self.views.push(
+            json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }),
+        );
+        self.views.len() - 1
+    }
+
+    fn material(&mut self, model: &Model, part: &Part) -> usize {
+        let next = self.materials.len();
+        let index =
+            *self.by_part.entry((part.material, part.two_sided, part.alpha)).or_insert(next);
+        if index == next {
+            let given = model.materials.get(part.material as usize);
+            let name = given.map_or("default", |m| m.name.as_str());
+            // Colours are shares of light; a file may have held others.
+            let color = given.map_or([1.0; 4], |m| m.color).map(|v| v.clamp(0.0, 1.0));
+            let mode = match part.alpha {
+                Alpha::Opaque => "OPAQUE",
+                Alpha::Masked => "MASK",
+                Alpha::Blended => "BLEND",
+            };
+            self.materials.push(json!({
+                "name": name,
+                "doubleSided": part.two_sided,
+                "alphaMode": mode,
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": color, "metallicFactor": 0.0, "roughnessFactor": 0.9,
+                },
+            }));
+        }
+        index
+    }
+}

@@ -1,0 +1,147 @@
+//! Saving a model: GLB, PLY, OBJ or STL, by the ending of the file's name.
+
+mod glb;
+mod obj;
+mod ply;
+mod stl;
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use cullet::{Scene, Transform};
+use thiserror::Error;
+
+use crate::Model;
+
+/// Why a model cannot be saved.
+#[derive(Debug, Error)]
+#[error("{}: {kind}", path.display())]
+pub struct SaveError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong.
+    pub kind: SaveErrorKind,
+}
+
+/// What stops a model from being saved.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SaveErrorKind {
+    /// The file cannot be written.
+    #[error("cannot be written: {0}")]
+    Io(#[from] std::io::Error),
+    /// The ending names no kind of file that is written.
+    #[error("is of no kind that is written; use .glb, .ply, .obj or .stl")]
+    Unsupported,
+    /// More than the format's numbers can count.
+    #[error("{count} {what} exceed the {limit} that the format can hold")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many.
+        count: u64,
+        /// How many at the most.
+        limit: u64,
+    },
+}
+
+/// A kind of file that is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaveFormat {
+    /// Binary glTF 2.0: meshes are shared by their nodes, with names, materials and sidedness. Nodes are
+    /// flat, one for each instance.
+    Glb,
+    /// Binary, little-endian: all instances as one mesh in world space.
+    Ply,
+    /// Text: a group for each instance, in world space, and a file of materials beside it.
+    Obj,
+    /// Binary: all instances as one mesh in world space, three vertices a triangle.
+    Stl,
+}
+
+impl SaveFormat {
+    /// The kind that the ending of a name stands for, in either case.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match ending.as_str() {
+            "glb" => Self::Glb,
+            "ply" => Self::Ply,
+            "obj" => Self::Obj,
+            "stl" => Self::Stl,
+            _ => return None,
+        })
+    }
+}
+
+/// Saves the meshes, instances and materials of a model; cameras, cells and views are left out. Every
+/// triangle is written, in its original order, degenerate ones too. Positions in world space are rounded
+/// to f32 once. An existing file is replaced.
+///
+/// # Errors
+/// If the ending is of no kind that is written, the file cannot be written, or the format cannot count so
+/// much.
+pub fn save(model: &Model, path: &Path) -> Result<(), SaveError> {
+    let write = || -> Result<(), SaveErrorKind> {
+        let format = SaveFormat::of(path).ok_or(SaveErrorKind::Unsupported)?;
+        // Counts are held against limits before an existing file is emptied.
+        let totals = Totals::of(&model.scene);
+        totals.check(format)?;
+        let mut out = BufWriter::with_capacity(1 << 16, File::create(path)?);
+        match format {
+            SaveFormat::Glb => glb::write(model, &mut out)?,
+            SaveFormat::Ply => ply::write(model, &totals, &mut out)?,
+            SaveFormat::Obj => obj::write(model, path, &mut out)?,
+            SaveFormat::Stl => stl::write(model, &totals, &mut out)?,
+        }
+        Ok(out.flush()?)
+    };
+    write().map_err(|kind| SaveError { path: path.to_owned(), kind })
+}
+
+/// What all instances come to.
+struct Totals {
+    vertices: u64,
+    triangles: u64,
+}
+
+impl Totals {
+    fn of(scene: &Scene) -> Self {
+        let count = |of: fn(&cullet::Mesh) -> usize| -> u64 {
+            scene.slots().map(|s| of(scene.mesh(s)) as u64).sum()
+        };
+        Self {
+            vertices: count(|m| m.positions().len()),
+            triangles: count(|m| m.triangle_count() as usize),
+        }
+    }
+
+    fn check(&self, format: SaveFormat) -> Result<(), SaveErrorKind> {
+        let limit = u64::from(u32::MAX);
+        let (what, count) = match format {
+            SaveFormat::Ply => ("vertices", self.vertices),
+            SaveFormat::Stl => ("triangles", self.triangles),
+            SaveFormat::Glb | SaveFormat::Obj => return Ok(()),
+        };
+        if count > limit { Err(SaveErrorKind::TooMany { what, count, limit }) } else { Ok(()) }
+    }
+}
+
+/// A point of an instance in world space.
+fn world(transform: &Transform, p: [f32; 3]) -> [f32; 3] {
+    let l = transform.linear.map(|c| c.map(f64::from));
+    let p = p.map(f64::from);
+    std::array::from_fn(|i| {
+        (l[0][i] * p[0] + l[1][i] * p[1] + l[2][i] * p[2] + transform.translation[i]) as f32
+    })
+}
+
+/// The triangles of an instance in world space: a mirrored one is turned, so that its outside stays out.
+fn world_indices(scene: &Scene, slot: u32) -> Vec<u32> {
+    let mut indices = scene.mesh(slot).original_indices();
+    if scene.transform(slot).determinant() < 0.0 {
+        indices.chunks_exact_mut(3).for_each(|t| t.swap(1, 2));
+    }
+    indices
+}
