@@ -118,7 +118,8 @@ fn a_mesh_of_two_nodes_is_one_mesh_with_two_instances() {
     assert_eq!(model.scene.meshes().len(), 1);
     assert_eq!(model.instance_names, ["top", "node 0"]);
     assert_eq!(model.mesh_names, ["mesh 0"]);
-    let t = model.scene.transform(1);
+    let is_second = |slot: &u32| model.scene.handle(*slot).is_some_and(|h| h.index == 1);
+    let t = model.scene.transform(model.scene.slots().find(is_second).unwrap());
     // Composed in f64: f32 would lose the 2 beside 1e7.
     assert_eq!(t.translation, [-2.0, 1e7, 0.0]);
     assert!(t.determinant() < 0.0, "mirrors stay mirrors");
