@@ -1,12 +1,16 @@
 //! Groups that the author of a scene made, as a hierarchy: a scene graph, floors and rooms, assemblies.
 
+mod error;
+mod moves;
+
+pub use error::{GroupStatistics, GroupsError, Member};
+
 use std::ops::Range;
 
 use fearless_simd::Level;
-use thiserror::Error;
 
-use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
+use moves::rows_of;
 
 /// Groups of things, and groups of groups, each with a box that holds all below it.
 ///
@@ -80,126 +84,6 @@ impl GroupNode {
     pub(crate) fn own(&self) -> Range<usize> {
         self.first as usize..self.own_end as usize
     }
-}
-
-/// What is in a group.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Member {
-    /// A thing, by the caller's number.
-    Item(u32),
-    /// A group, by the caller's number.
-    Group(u32),
-}
-
-impl std::fmt::Display for Member {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Item(item) => write!(f, "item {item}"),
-            Self::Group(group) => write!(f, "group {group}"),
-        }
-    }
-}
-
-/// Why groups are refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum GroupsError {
-    /// A group lies in one that is not there.
-    #[error(
-        "group {group} lies in group {parent}, but there are {groups}: give a number below that, or Groups::NONE for one at the top"
-    )]
-    NoParent {
-        /// Which group.
-        group: u32,
-        /// What it says it lies in.
-        parent: u32,
-        /// How many groups there are.
-        groups: u32,
-    },
-    /// A group lies in itself, by way of others or at once.
-    #[error("group {group} lies in itself: follow its parents, one of them must be taken out")]
-    Cycle {
-        /// A group of the circle.
-        group: u32,
-    },
-    /// A thing is in a group that is not there.
-    #[error("item {item} is in group {group}, but there are {groups}")]
-    NoGroup {
-        /// Which thing.
-        item: u32,
-        /// The group it says it is in.
-        group: u32,
-        /// How many groups there are.
-        groups: u32,
-    },
-    /// A thing that has no bounds is in a group.
-    #[error("group {group} has item {item}, but there are bounds of {items} items")]
-    NoItem {
-        /// The group.
-        group: u32,
-        /// Which thing.
-        item: u32,
-        /// How many there are.
-        items: u32,
-    },
-    /// A thing is in two groups, or twice in one.
-    #[error("item {item} is in group {first} and again in group {second}: leave it in one")]
-    Twice {
-        /// Which thing.
-        item: u32,
-        /// The group that has it.
-        first: u32,
-        /// The one that would have it, too.
-        second: u32,
-    },
-    /// Numbers are u32, and some of them are in use.
-    #[error("{count} {what}, but there may be {limit}: make several hierarchies")]
-    TooMany {
-        /// Groups or items.
-        what: &'static str,
-        /// How many.
-        count: usize,
-        /// How many there may be.
-        limit: usize,
-    },
-    /// There is not one box a group.
-    #[error("{given} boxes for {groups} groups: give one for each")]
-    Count {
-        /// How many boxes.
-        given: usize,
-        /// How many groups.
-        groups: usize,
-    },
-    /// A group's box does not hold what is in the group.
-    #[error(
-        "{member} leaves the box of group {group}: enlarge the box, or let Groups::fit make it"
-    )]
-    Leaves {
-        /// The group; [`Groups::NONE`] for the one above all.
-        group: u32,
-        /// What leaves it.
-        member: Member,
-    },
-}
-
-/// What [`Groups::validate`] measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct GroupStatistics {
-    /// How many groups there are.
-    pub groups: usize,
-    /// How many of them have nothing below them.
-    pub empty: usize,
-    /// How many groups lie in each other at most; 1 if none does.
-    pub depth: usize,
-    /// The most groups and things that one group has for its own.
-    pub widest: usize,
-    /// How many things are in no group.
-    pub ungrouped: usize,
-    /// Surface of all groups over that of the box around everything: how many of them a random ray meets,
-    /// so the lower the better. 0 where everything is a point or nothing is finite.
-    pub surface: f64,
-    /// Bytes of the groups: without the boxes of things.
-    pub bytes: usize,
 }
 
 /// Few enough that numbers of nodes, with what blocks leave free, stay u32.
@@ -371,108 +255,6 @@ impl Groups {
         (0..self.nodes.len()).for_each(|node| self.note_alone(node));
         self.loose.fill(0);
         Ok(())
-    }
-
-    /// Moves a thing: gives it other bounds. The groups above grow as far as they must, and so are right at
-    /// any time; [`refit`](Self::refit) makes them tight again. O(depth) at most, mostly O(1).
-    ///
-    /// # Errors
-    /// If there is no such thing.
-    pub fn set_bounds(&mut self, item: u32, bounds: &Aabb) -> Result<(), GroupsError> {
-        let Some(&place) = self.place_of_item.get(item as usize) else {
-            let items = self.items.len() as u32;
-            return Err(GroupsError::NoItem { group: Self::NONE, item, items });
-        };
-        let place = place as usize;
-        self.boxes.set(place, bounds);
-        bits::set(&mut self.holes, place, is_hole(&self.boxes, place));
-        let rows = rows_of(&self.boxes, place);
-        let mut node = self.node_of_place[place] as usize;
-        bits::set(&mut self.loose, node, true);
-        loop {
-            let held = rows_of(&self.node_boxes, node);
-            let grown: [f32; 6] = std::array::from_fn(|r| larger(held[r], rows[r]));
-            // A thing alone may have left a larger box behind, so this is asked even if nothing grew.
-            if grown != held {
-                set_rows(&mut self.node_boxes, node, grown);
-            }
-            self.note_alone(node);
-            let count = self.nodes[node].places().len();
-            if node == 0 || (grown == held && count > 1) {
-                return Ok(());
-            }
-            node = self.nodes[node].parent as usize;
-        }
-    }
-
-    /// Gives all things other bounds, by their number, and fits all groups to them: for a world in which
-    /// most things move.
-    ///
-    /// # Panics
-    /// If there is not one box a thing.
-    pub fn set_all(&mut self, bounds: &[Aabb]) {
-        assert_eq!(bounds.len(), self.items.len(), "boxes of things");
-        self.boxes.gather(self.level, bounds, &self.items);
-        self.fit_to_new();
-    }
-
-    /// [`set_all`](Self::set_all) from boxes that are stored already: see [`over`](Self::over).
-    ///
-    /// # Panics
-    /// If there is not one box a thing.
-    pub fn set_all_stored(&mut self, boxes: &Boxes) {
-        assert_eq!(boxes.len(), self.items.len(), "boxes of things");
-        let staged: Vec<_> = (0..boxes.len()).map(|i| boxes.get(i)).collect();
-        self.boxes.gather_stored(&staged, &self.items);
-        self.fit_to_new();
-    }
-
-    fn fit_to_new(&mut self) {
-        for place in 0..self.items.len() {
-            bits::set(&mut self.holes, place, is_hole(&self.boxes, place));
-        }
-        self.fit();
-    }
-
-    /// Fits all groups to what is in them; also those whose box was [given](Self::give_bounds).
-    pub fn fit(&mut self) {
-        // Children come after their parents.
-        (0..self.nodes.len()).rev().for_each(|node| self.fit_node(node));
-        self.loose.fill(0);
-    }
-
-    /// Fits the groups above all things that were set since the last time. The cost is that of the groups
-    /// that change and their members, and of a bit a group.
-    pub fn refit(&mut self) {
-        for word in (0..self.loose.len()).rev() {
-            // From the highest down: a parent may be in the same word.
-            while self.loose[word] != 0 {
-                let bit = 63 - self.loose[word].leading_zeros() as usize;
-                self.loose[word] &= !(1 << bit);
-                let node = word * 64 + bit;
-                let before = rows_of(&self.node_boxes, node);
-                self.fit_node(node);
-                if node != 0 && rows_of(&self.node_boxes, node) != before {
-                    bits::set(&mut self.loose, self.nodes[node].parent as usize, true);
-                }
-            }
-        }
-    }
-
-    fn fit_node(&mut self, node: usize) {
-        let n = self.nodes[node];
-        let mut rows = [-Boxes::LIMIT; 6];
-        largest(&self.boxes, n.own(), &mut rows);
-        largest(&self.node_boxes, n.child_range(), &mut rows);
-        set_rows(&mut self.node_boxes, node, rows);
-        self.note_alone(node);
-    }
-
-    fn note_alone(&mut self, node: usize) {
-        let n = &self.nodes[node];
-        let alone = n.end - n.first == 1
-            && rows_of(&self.node_boxes, node) == rows_of(&self.boxes, n.first as usize);
-        bits::set(&mut self.alone, node, alone);
     }
 
     /// How many groups there are.
@@ -653,37 +435,5 @@ impl Lists {
     fn of(&self, group: u32) -> &[u32] {
         let list = if group == Groups::NONE { self.starts.len() - 2 } else { group as usize };
         &self.numbers[self.starts[list] as usize..self.starts[list + 1] as usize]
-    }
-}
-
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
-
-fn rows_of(boxes: &Boxes, index: usize) -> [f32; 6] {
-    boxes.blocks()[index / LANES].0.map(|row| row[index % LANES])
-}
-
-/// For rows that are wide enough already.
-fn set_rows(boxes: &mut Boxes, index: usize, rows: [f32; 6]) {
-    let block = &mut boxes.blocks_mut()[index / LANES].0;
-    block.iter_mut().zip(rows).for_each(|(row, v)| row[index % LANES] = v);
-}
-
-fn is_hole(boxes: &Boxes, index: usize) -> bool {
-    boxes.blocks()[index / LANES].0[3][index % LANES] == -Boxes::LIMIT
-}
-
-/// Enlarges rows by those of some boxes: −min and max, so that the largest is the box around all.
-fn largest(boxes: &Boxes, range: Range<usize>, rows: &mut [f32; 6]) {
-    let mut at = range.start;
-    while at < range.end {
-        let end = ((at / LANES + 1) * LANES).min(range.end);
-        let block = &boxes.blocks()[at / LANES].0;
-        let lanes = at % LANES..at % LANES + (end - at);
-        for (row, to) in block.iter().zip(&mut *rows) {
-            *to = row[lanes.clone()].iter().fold(*to, |a, &v| larger(a, v));
-        }
-        at = end;
     }
 }
