@@ -46,7 +46,7 @@ fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
             // The root is asked without being in any level.
             let inner: u64 =
                 trace.levels[2.min(trace.levels.len())..].iter().map(|l| asking(l)).sum();
-            let root = u64::from(nodes.levels().len() > 0);
+            let root = u64::from(!nodes.levels().is_empty());
             assert_eq!(cut.nodes_asked(), inner + root);
         }
         let (mut swept, mut walked) = (Indices::new(), Indices::new());

@@ -284,7 +284,8 @@ impl Pass<'_> {
                         run.cluster_count += 1;
                     }
                     _ => {
-                        s.runs.push(Run { slot, first_cluster: cluster, cluster_count: 1, inside })
+                        let (first_cluster, cluster_count) = (cluster, 1);
+                        s.runs.push(Run { slot, first_cluster, cluster_count, inside });
                     }
                 }
             }
