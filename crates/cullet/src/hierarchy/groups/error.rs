@@ -95,14 +95,14 @@ pub enum GroupsError {
         "{member} leaves the box of group {group}: enlarge the box, or let Groups::fit make it"
     )]
     Leaves {
-        /// The group; [`Groups::NONE`] for the one above all.
+        /// The group; [`Groups::NONE`](super::Groups::NONE) for the one above all.
         group: u32,
         /// What leaves it.
         member: Member,
     },
 }
 
-/// What [`Groups::validate`] measured.
+/// What [`Groups::validate`](super::Groups::validate) measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GroupStatistics {
     /// How many groups there are.

@@ -72,7 +72,7 @@ impl Cut {
     }
 
     /// Walks `nodes`, which are over `boxes` or the first of them, and sweeps the rest; keeps what is visible
-    /// and what is inside every plane: the answer of [`classify_boxes`](super::batch::classify_boxes).
+    /// and what is inside every plane: the answer of [`classify_boxes`].
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are.
