@@ -275,7 +275,10 @@ impl Occscn {
             let name = scene.handle(slot).map_or_else(Default::default, |h| model.instance_name(h));
             ErrorKind::invalid(format!("instance {slot} \"{name}\""), "it is not finite")
         };
-        for slot in scene.slots() {
+        // In the order in which they were added, whatever their places.
+        let mut slots: Vec<u32> = scene.slots().collect();
+        slots.sort_by_key(|&slot| scene.handle(slot));
+        for slot in slots {
             if scene.flags(slot).no_occlusion {
                 let bounds = scene.bounds(slot);
                 if !bounds.is_finite() {

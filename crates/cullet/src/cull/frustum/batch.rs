@@ -28,7 +28,7 @@
 //! assert_eq!(*visible, [0, 2]);
 //! ```
 
-mod boxes;
+pub(in crate::cull::frustum) mod boxes;
 mod levels;
 pub(in crate::cull::frustum) mod planes;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

@@ -19,9 +19,11 @@
 //! let members: Vec<_> = (0..40).map(|i| [i / 20, i]).collect();
 //! let groups = Groups::build(&[Groups::NONE; 2], &members, &things)?;
 //!
-//! let view = Camera::looking_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0])
-//!     .view(&Projection::perspective(1.0, 1.0, 0.1..100.0), [800, 800]);
-//! let planes = Planes::new(&view.frustum());
+//! let projection =
+//!     Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
+//! let (eye, direction, up) = ([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
+//! let frustum = Camera { eye, direction, up, projection }.frustum()?;
+//! let planes = Planes::new(&frustum);
 //! let mut cut = Cut::new();
 //! cull_groups(Level::new(), &planes, &groups, &mut cut);
 //! assert_eq!(cut.count(), 20);
@@ -30,7 +32,7 @@
 //! explain_groups(Level::new(), &planes, &groups, &mut cut, &mut fates);
 //! let place = groups.place(25).expect("it is there");
 //! assert!(matches!(fates[place as usize], Fate::WithGroup { group: 1, .. }));
-//! # Ok::<(), cullet::hierarchy::GroupsError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 use std::ops::Range;

@@ -193,6 +193,6 @@ fn signs<S: Simd, const INSIDE: bool, const V: usize>(
 }
 
 #[inline(always)]
-pub(super) fn load<S: Simd>(simd: S, row: &[f32; 16], at: usize) -> S::f32s {
+pub(in crate::cull::frustum) fn load<S: Simd>(simd: S, row: &[f32; 16], at: usize) -> S::f32s {
     S::f32s::from_slice(simd, &row[at..at + S::f32s::LEN])
 }

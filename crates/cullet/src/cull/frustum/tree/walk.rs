@@ -9,6 +9,7 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 
+use super::super::batch::boxes::load;
 use super::super::batch::planes::{BoxPlane, Planes};
 use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
@@ -377,9 +378,12 @@ pub(in crate::cull::frustum) fn test<S: Simd>(
         let bit = S::i32s::splat(simd, (1u32 << number) as i32);
         for i in 0..vectors {
             let at = i * lanes;
-            let row = |r: usize| S::f32s::from_slice(simd, &rows[r][at..at + lanes]);
-            let near = row(p) + (row(q) * b + row(r) * c) + d;
-            let far = inside - (row(u) + (row(v) * b + row(w) * c));
+            let near = load::<S>(simd, &rows[p], at)
+                + (load::<S>(simd, &rows[q], at) * b + load::<S>(simd, &rows[r], at) * c)
+                + d;
+            let far = inside
+                - (load::<S>(simd, &rows[u], at)
+                    + (load::<S>(simd, &rows[v], at) * b + load::<S>(simd, &rows[w], at) * c));
             let near: S::i32s = near.bitcast();
             let far: S::i32s = far.bitcast();
             negative[i] |= near;
