@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use cullet::cull::backface::ViewCone;
-use cullet::{Mesh, MeshData, Output, Scene, ViewState, Visible};
+use cullet::{Mesh, Output, Scene, ViewState, Visible};
 use cullet_bake::clusters::{ClusterOptions, Progress, build_reported};
 use cullet_draw::{Picture, RenderOptions, Selection, VolumeFigure};
 
@@ -144,7 +144,7 @@ fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
     let (mut before, mut shown) = (0.0, 0);
     for (number, mesh) in scene.meshes_mut().enumerate() {
         let triangles = f64::from(mesh.triangle_count());
-        let data = as_given(mesh);
+        let data = mesh.to_data();
         let failed = |e: String| Failure::input(format!("mesh {number}: {e}"));
         let progress = |p: Progress| {
             let share = (before + f64::from(p.share) * triangles) / whole;
@@ -166,21 +166,6 @@ fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
         *mesh = Mesh::with_clusters(data, &clustering).map_err(|e| failed(e.to_string()))?;
     }
     Ok(())
-}
-
-/// What a mesh was made of: its triangles in the order they were given in, which its parts speak of.
-fn as_given(mesh: &Mesh) -> MeshData {
-    let mut indices = vec![[0; 3]; mesh.original_triangle().len()];
-    for (triangle, &t) in mesh.indices().as_chunks::<3>().0.iter().zip(mesh.original_triangle()) {
-        indices[t as usize] = *triangle;
-    }
-    MeshData {
-        positions: mesh.positions().to_vec(),
-        indices: indices.into_flattened(),
-        parts: mesh.parts().to_vec(),
-        polygons: mesh.polygon_count(),
-        deformable: mesh.is_deformable(),
-    }
 }
 
 /// The direction of sight of a diagram.

@@ -81,7 +81,7 @@ impl Subject {
     pub(crate) fn data(&self) -> MeshData {
         MeshData {
             positions: self.mesh.positions().to_vec(),
-            indices: as_given(&self.mesh),
+            indices: self.mesh.original_indices(),
             parts: self.mesh.parts().to_vec(),
             ..MeshData::default()
         }
@@ -133,10 +133,12 @@ fn joined(model: &Model) -> MeshData {
         }));
         // A mirror turns the winding of what passes through it; outside stays outside.
         let mirrored = transform.determinant() < 0.0;
-        data.indices.extend(as_given(mesh).as_chunks::<3>().0.iter().flat_map(|&[a, b, c]| {
-            let t = if mirrored { [a, c, b] } else { [a, b, c] };
-            t.map(|v| base + v)
-        }));
+        data.indices.extend(mesh.original_indices().as_chunks::<3>().0.iter().flat_map(
+            |&[a, b, c]| {
+                let t = if mirrored { [a, c, b] } else { [a, b, c] };
+                t.map(|v| base + v)
+            },
+        ));
         data.parts.extend(mesh.parts().iter().map(|p| Part {
             first_triangle: first + p.first_triangle,
             triangle_count: p.triangle_count,
@@ -145,15 +147,6 @@ fn joined(model: &Model) -> MeshData {
         }));
     }
     data
-}
-
-/// The indices of a mesh in the order they were given in, which its parts speak of.
-fn as_given(mesh: &Mesh) -> Vec<u32> {
-    let mut indices = vec![0; mesh.indices().len()];
-    for (triangle, &t) in mesh.indices().as_chunks::<3>().0.iter().zip(mesh.original_triangle()) {
-        indices[t as usize * 3..][..3].copy_from_slice(triangle);
-    }
-    indices
 }
 
 #[cfg(test)]

@@ -282,6 +282,19 @@ impl Mesh {
         indices
     }
 
+    /// What the mesh was made of, its triangles in their original order: to make it again in another way.
+    /// Copies all of it.
+    #[must_use]
+    pub fn to_data(&self) -> MeshData {
+        MeshData {
+            positions: self.positions.clone(),
+            indices: self.original_indices(),
+            parts: self.parts.clone(),
+            polygons: self.polygons,
+            deformable: self.deformable,
+        }
+    }
+
     /// The vertex indices of triangle `t` of the mesh's order.
     #[must_use]
     pub fn triangle(&self, t: u32) -> [u32; 3] {
