@@ -55,8 +55,7 @@ impl<T: Scalar, const D: usize> HalfSpace<T, D> {
 }
 
 impl<T: Scalar, const D: usize> Region<T, D> {
-    /// The part of a line within the region, by Cyrus & Beck; `None` where there is none. Some 2 ns a
-    /// plane.
+    /// The part of a line within the region, by Cyrus & Beck; `None` where there is none.
     ///
     /// In four dimensions, before the divide, this is right for points with w ≤ 0 as well: the part within
     /// a clip volume has w ≥ 0. A line with a NaN is kept whole by the planes that it hides from.

@@ -98,7 +98,7 @@ impl ObjectPlane {
     }
 }
 
-/// A convex region in the space of a mesh. Some 10 ns a plane to make.
+/// A convex region in the space of a mesh.
 ///
 /// A plane whose numbers are not finite in that space, because the transform's are not, excludes
 /// nothing and includes nothing.
@@ -193,7 +193,7 @@ impl ObjectRegion {
 
     /// Whether a triangle misses the region though no single plane rejects it, as one that passes by a
     /// corner of the region does: proved by clipping it, in f64 and to a region wider by far more than
-    /// rounding. `false` keeps it, also where a number is not finite. Some 100 ns.
+    /// rounding. `false` keeps it, also where a number is not finite.
     #[must_use]
     pub fn misses(&self, corners: &[[f32; 3]; 3]) -> bool {
         self.cuts_to_nothing(corners, &mut Clipper::new())
@@ -251,7 +251,7 @@ impl ObjectRegion {
     }
 
     /// Takes out the candidates that [miss](Self::misses) the region, and counts them. `positions` and
-    /// `indices` are those that were sorted. Some 50 ns a candidate.
+    /// `indices` are those that were sorted.
     pub fn resolve(&self, positions: &[[f32; 3]], indices: &[u32], sorted: &mut Sorted) {
         let mut clipper = Clipper::new();
         let before = sorted.candidates.len();

@@ -30,8 +30,8 @@
 //! thirty-two, which costs it some 5 % (on the smallest views 10).
 //!
 //! Tried, and slower: a memory of 64 bytes for each block of sixteen boxes. It holds oftener (60 % against
-//! 34 % at 0.1°, 10 % seen), but to look at it costs 8 to 9 ns where the cold test of the block takes 13: no
-//! faster than a cold walk at any step but none.
+//! 34 % at 0.1°, 10 % seen), but to look at it costs 8 to 9 ns where the cold test of the block takes 13: nearly
+//! everywhere slower than a cold walk.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
