@@ -120,6 +120,17 @@ pub struct FrustumWork {
     pub swept: u64,
 }
 
+/// What the occlusion stage did to get its answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OcclusionWork {
+    /// Shapes in the view that could hide something.
+    pub offered: u64,
+    /// Those of them that the budget allowed.
+    pub chosen: u64,
+    /// Those of them that were drawn: the others were hidden by then.
+    pub drawn: u64,
+}
+
 /// Counts in and out of each stage that ran, in order. Two funnels are equal if their counts are, whatever
 /// work it took to get them.
 #[derive(Clone, Debug, Default)]
@@ -128,6 +139,8 @@ pub struct Funnel {
     pub rows: Vec<FunnelRow>,
     /// What the frustum stage did to get its answer, where it ran: less where the last frame's answer serves.
     pub frustum: FrustumWork,
+    /// What the occlusion stage did, where it ran.
+    pub occlusion: OcclusionWork,
 }
 
 impl PartialEq for Funnel {

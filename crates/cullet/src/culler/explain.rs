@@ -30,6 +30,8 @@ pub struct Explanation {
     pub reason: Option<Reason>,
     /// The stages, in order.
     pub steps: Vec<Step>,
+    /// Where it is hidden, the slots of the instances that hide it, the nearest first.
+    pub hidden_by: Vec<u32>,
 }
 
 impl Culler {
@@ -47,7 +49,8 @@ impl Culler {
         let slot = scene.slot(handle)?;
         let asked = Self { reasons: true, clock: None, ..self.clone() };
         let mut result = Visible::default();
-        Pass::new(&asked, scene, view, &mut Scratch::default(), &mut result).only(slot).run();
+        let mut scratch = Scratch::default();
+        Pass::new(&asked, scene, view, &mut scratch, &mut result).only(slot).run();
         let reason = result.reasons[slot as usize];
         let steps = result
             .funnel
@@ -59,10 +62,17 @@ impl Culler {
                 unit: row.unit,
                 entered: row.entered,
                 left: row.left,
-                finding: self.finding(scene, view, slot, row, reason),
+                finding: if row.stage == Stage::Occlusion {
+                    scratch.occlusion.finding(scene, slot)
+                } else {
+                    self.finding(scene, view, slot, row, reason)
+                },
             })
             .collect();
-        Ok(Explanation { reason, steps })
+        let hidden = reason.is_some_and(|r| r.stage == Stage::Occlusion);
+        let hidden_by =
+            if hidden { scratch.occlusion.blockers(self, scene, view, slot) } else { Vec::new() };
+        Ok(Explanation { reason, steps, hidden_by })
     }
 
     fn finding(

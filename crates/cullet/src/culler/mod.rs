@@ -3,6 +3,7 @@
 mod backfaces;
 mod explain;
 mod instances;
+mod occlusion;
 mod run;
 mod triangles;
 
@@ -12,6 +13,7 @@ use fearless_simd::Level;
 use thiserror::Error;
 
 use crate::cull::detail::Detail;
+use crate::cull::occlusion::Occlusion;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
@@ -58,6 +60,9 @@ pub struct Culler {
     pub degenerate: bool,
     /// Cull what is small on the screen: lossy, so off by default.
     pub detail: Option<Detail>,
+    /// Cull instances that lie behind others. Not lossy: what is dropped is proved to be hidden, at every resolution. It
+    /// costs some tenths of a millisecond, which a scene with little hidden does not give back; so off by default.
+    pub occlusion: Option<Occlusion>,
     /// How deep the answer goes.
     pub output: Output,
     /// Fill [`Visible::reasons`]. Default off.
@@ -76,6 +81,7 @@ impl Default for Culler {
             backface: Backface::default(),
             degenerate: true,
             detail: None,
+            occlusion: None,
             output: Output::default(),
             reasons: false,
             level: Level::new(),

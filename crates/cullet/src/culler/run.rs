@@ -4,12 +4,15 @@
 //! become a list of triangles. A stage runs over everything before the next begins, so that its time
 //! and its counts are its own.
 
+use super::occlusion::OcclusionState;
 use super::{Backface, Culler, Output};
 use crate::cull::frustum::tree::{Coherent, Cut};
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 use crate::view::{CullFace, Frustum, View};
-use crate::visible::{DrawRange, FrustumWork, FunnelRow, Reason, SlotRange, Stage, Unit, Visible};
+use crate::visible::{
+    DrawRange, FrustumWork, FunnelRow, OcclusionWork, Reason, SlotRange, Stage, Unit, Visible,
+};
 
 /// Consecutive clusters of one instance to which the frustum gave the same answer.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +31,7 @@ pub(super) struct Scratch {
     pub(super) scene: u64,
     pub(super) coherent: Coherent,
     pub(super) cluster_cut: Cut,
+    pub(super) occlusion: OcclusionState,
     /// One bit a slot: still in the running, and known to be inside the frustum.
     pub(super) alive: Vec<u64>,
     pub(super) inside: Vec<u64>,
@@ -93,6 +97,9 @@ impl<'a> Pass<'a> {
         if self.culler.degenerate {
             self.collapsed();
         }
+        if let Some(settings) = self.culler.occlusion {
+            self.occlusion(&settings);
+        }
         if self.culler.output == Output::Instances {
             self.emit_instances();
             return;
@@ -127,6 +134,7 @@ impl<'a> Pass<'a> {
         r.reasons.clear();
         r.funnel.rows.clear();
         r.funnel.frustum = FrustumWork::default();
+        r.funnel.occlusion = OcclusionWork::default();
         (r.triangle_count, r.instance_count) = (0, 0);
         if self.culler.reasons {
             r.reasons.resize(self.scene.slot_count() as usize, None);

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use super::{Cluster, Mesh};
 use crate::cull::backface::{Backfaces, ClusterCones, Facing};
+use crate::cull::occlusion::Occluder;
 
 /// Made on first use, and copied with the mesh.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +12,7 @@ pub(super) struct Prepared {
     planes: OnceLock<Backfaces>,
     behind: OnceLock<ClusterCones>,
     before: OnceLock<ClusterCones>,
+    occluder: OnceLock<Occluder>,
 }
 
 impl Mesh {
@@ -35,6 +37,17 @@ impl Mesh {
             let facing = if facing == Facing::Front { facing } else { Facing::Back };
             self.backfaces().cones(&self.positions, &self.indices, ranges, facing)
         })
+    }
+
+    /// What stands for the mesh in an occlusion buffer: what was given by [`set_occluder`](Self::set_occluder), or else
+    /// [`Occluder::of_mesh`], made by the first call.
+    pub fn occluder(&self) -> &Occluder {
+        self.prepared.occluder.get_or_init(|| Occluder::of_mesh(self))
+    }
+
+    /// Gives the mesh an occluder, such as one that was baked: its shapes must lie within what the mesh hides.
+    pub fn set_occluder(&mut self, occluder: Occluder) {
+        self.prepared.occluder = OnceLock::from(occluder);
     }
 
     /// Makes what the culling of back faces needs of this mesh, so that the first frame does not pay for

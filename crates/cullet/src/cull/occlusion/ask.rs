@@ -25,6 +25,14 @@ pub struct Footprint {
     pub nearness: f32,
 }
 
+impl Footprint {
+    /// How many pixels it has.
+    #[must_use]
+    pub fn pixels(&self) -> f32 {
+        (0..2).map(|a| (self.max[a] - self.min[a] + 1) as f32).product()
+    }
+}
+
 impl OcclusionBuffer {
     /// Whether a box, given relative to the buffer's origin, is hidden. NaN and infinite boxes are visible, and so is everything
     /// before [`begin`](Self::begin); an empty box is outside.
@@ -61,12 +69,23 @@ impl OcclusionBuffer {
         }
     }
 
+    /// The pixels that a box may touch, given relative to the buffer's origin; `None` where it reaches none, crosses
+    /// the near plane or is not finite.
+    #[must_use]
+    pub fn footprint_of(&self, b: &Aabb) -> Option<Footprint> {
+        if b.is_empty() {
+            return None;
+        }
+        self.footprint(&b.corners().map(|c| c.map(f64::from))).ok().flatten()
+    }
+
     /// The pixels that the convex hull of points may touch; `None` where it reaches none.
     pub(super) fn footprint(&self, corners: &[[f64; 3]]) -> Result<Option<Footprint>, Unbounded> {
         let Some(screen) = &self.screen else { return Err(Unbounded) };
         let rows = screen.rows();
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         let mut nearest = f64::NEG_INFINITY;
+        let (mut crosses, mut behind) = (false, true);
         for p in corners {
             let sum = |r: [f64; 4]| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3];
             let error = |r: [f64; 4]| {
@@ -78,8 +97,11 @@ impl OcclusionBuffer {
             let [ex, ey, en, enear, ew] = rows.map(error);
             // A NaN fails both.
             if !(near >= -enear && w > 2.0 * ew) {
-                return Err(Unbounded);
+                crosses = true;
+                behind &= near < -enear;
+                continue;
             }
+            behind = false;
             let low = w - ew;
             let off =
                 |value: f64, error: f64| (error + value.abs() * ew) / low + value.abs() * 1e-15;
@@ -90,6 +112,9 @@ impl OcclusionBuffer {
             }
             let value = nearness / w;
             nearest = nearest.max(value + off(value, en));
+        }
+        if crosses {
+            return if behind { Ok(None) } else { Err(Unbounded) };
         }
         if !(min.iter().chain(&max).all(|v| v.is_finite()) && nearest.is_finite()) {
             return Err(Unbounded);

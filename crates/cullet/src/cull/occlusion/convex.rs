@@ -62,12 +62,21 @@ impl Convex {
     /// any other list, and for one with too many corners.
     #[must_use]
     pub fn from_mesh(positions: &[[f32; 3]], indices: &[u32]) -> Option<Self> {
-        let first = weld(positions);
-        let triangles: Vec<[u32; 3]> = indices
-            .chunks_exact(3)
-            .map(|t| [t[0], t[1], t[2]].map(|v| first.get(v as usize).copied().unwrap_or(u32::MAX)))
-            .collect();
-        if triangles.len() < 4 || triangles.iter().flatten().any(|&v| v == u32::MAX) {
+        // The positions may be those of much more.
+        let mut number = HashMap::new();
+        let mut used = Vec::new();
+        let mut local = Vec::with_capacity(indices.len());
+        for &v in indices {
+            let position = *positions.get(v as usize)?;
+            local.push(*number.entry(v).or_insert_with(|| {
+                used.push(position);
+                used.len() - 1
+            }));
+        }
+        let (positions, first) = (&used, weld(&used));
+        let triangles: Vec<[u32; 3]> =
+            local.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|v| first[v])).collect();
+        if triangles.len() < 4 {
             return None;
         }
         let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);

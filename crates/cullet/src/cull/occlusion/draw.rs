@@ -130,6 +130,7 @@ impl OcclusionBuffer {
         let mut faces = std::mem::take(&mut self.faces);
         faces.clear();
         let mut drawn = [false; 2];
+        let window = window(patch, &clips);
         for (number, corners) in patch.triangles.iter().enumerate() {
             let face = self.triangle(
                 level,
@@ -147,6 +148,7 @@ impl OcclusionBuffer {
         }
         for (side, drawn) in [Side::Front, Side::Back].into_iter().zip(drawn) {
             if drawn && (side == Side::Front || patch.two_sided) {
+                self.fringe.begin(nearest(&clips), window);
                 self.edges(patch, &clips, &faces, side, &screen, reach);
                 self.take_fringe();
             }
@@ -246,7 +248,7 @@ impl OcclusionBuffer {
             };
             if a.w > 0.0 && b.w > 0.0 {
                 let doubt = Doubt::of(screen, reach, [&a, &b].into_iter());
-                self.fringe.walk(a.spot(), b.spot(), doubt.pixels, along);
+                self.fringe.walk(&self.far, a.spot(), b.spot(), doubt.pixels, along);
             }
         }
         // Where the near plane cuts a triangle, what shows that side ends.
@@ -259,7 +261,13 @@ impl OcclusionBuffer {
                 for k in 0..clipped.len() {
                     let (a, b) = (&clipped[k], &clipped[(k + 1) % clipped.len()]);
                     if a.near == 0.0 && b.near == 0.0 {
-                        self.fringe.walk(a.spot(), b.spot(), doubt.pixels, Along::Border);
+                        self.fringe.walk(
+                            &self.far,
+                            a.spot(),
+                            b.spot(),
+                            doubt.pixels,
+                            Along::Border,
+                        );
                     }
                 }
             }
@@ -304,6 +312,29 @@ fn on_screen(spots: &[Spot], size: [u32; 2]) -> Option<([f64; 2], [f64; 2])> {
     let [width, height] = size.map(f64::from);
     let on = max[0] >= -1.0 && max[1] >= -1.0 && min[0] <= width + 1.0 && min[1] <= height + 1.0;
     on.then_some((min, max))
+}
+
+/// The nearest of points in front, rounded upward; what the near plane cuts may be as near as anything.
+fn nearest(clips: &[Clip]) -> f32 {
+    if !clips.iter().all(Clip::is_in_front) {
+        return f32::INFINITY;
+    }
+    let most = clips.iter().fold(0.0_f64, |n, c| n.max(c.nearness / c.w));
+    (most * (1.0 + 2.0_f64.powi(-20))) as f32
+}
+
+/// The pixels that the patch's own triangles may touch.
+fn window(patch: &Patch, clips: &[Clip]) -> [[i32; 2]; 2] {
+    let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for &v in patch.triangles[..patch.own].iter().flatten() {
+        let clip = &clips[v as usize];
+        if !clip.is_in_front() {
+            return [[0; 2], [i32::MAX; 2]];
+        }
+        let s = clip.spot();
+        (min, max) = ([min[0].min(s.x), min[1].min(s.y)], [max[0].max(s.x), max[1].max(s.y)]);
+    }
+    [min.map(|v| v.floor() as i32), max.map(|v| v.floor() as i32)]
 }
 
 /// Cuts a polygon at the near plane.

@@ -25,6 +25,8 @@ pub(super) struct Fringe {
     /// The tiles that are not all infinite.
     touched: Vec<u32>,
     is_touched: Vec<bool>,
+    nearest: f32,
+    window: [[i32; 2]; 2],
 }
 
 /// What is along an edge.
@@ -45,21 +47,33 @@ impl Fringe {
             tiles: vec![Tile::filled(f32::INFINITY); columns * rows],
             touched: Vec::new(),
             is_touched: vec![false; columns * rows],
+            nearest: f32::INFINITY,
+            window: [[0; 2], size.map(|s| s as i32 - 1)],
         }
     }
 
-    /// Walks every pixel that the edge touches, `doubt` pixels to either side included.
-    pub(super) fn walk(&mut self, p: Spot, q: Spot, doubt: f64, along: Along<'_>) {
+    /// Begins a side of a patch: nothing of it is nearer than `nearest`, and nothing beyond `window` (first
+    /// column and row, last column and row) is wanted. Both hold for all edges alike, borders too.
+    pub(super) fn begin(&mut self, nearest: f32, window: [[i32; 2]; 2]) {
+        self.nearest = nearest;
+        let limit = |v: i32, a: usize| v.clamp(-1, self.size[a]);
+        let [min, max] = window;
+        self.window = [
+            [limit(min[0], 0).max(0), limit(min[1], 1).max(0)],
+            [limit(max[0], 0).min(self.size[0] - 1), limit(max[1], 1).min(self.size[1] - 1)],
+        ];
+    }
+
+    /// Walks every pixel that the edge touches, `doubt` pixels to either side included; but those of tiles which are
+    /// covered already by what is nearer than all of the patch.
+    pub(super) fn walk(&mut self, far: &[f32], p: Spot, q: Spot, doubt: f64, along: Along<'_>) {
         let wide = doubt + SLACK;
-        let [width, height] = self.size;
+        let [min, max] = self.window;
         let (p, q) = if p.y <= q.y { (p, q) } else { (q, p) };
-        let first = ((p.y - wide).floor().max(0.0)) as i32;
-        let last = (q.y + wide).floor().min(f64::from(height - 1)) as i32;
+        let first = (p.y - wide).floor().max(f64::from(min[1])) as i32;
+        let last = (q.y + wide).floor().min(f64::from(max[1])) as i32;
         let (low, high) = (p.x.min(q.x), p.x.max(q.x));
-        if !(low.is_finite() && high.is_finite())
-            || high + wide < 0.0
-            || low - wide > f64::from(width)
-        {
+        if high + wide < f64::from(min[0]) || low - wide > f64::from(max[0] + 1) {
             return;
         }
         // Level edges have no slope that would be of use: every row spans all of them.
@@ -71,32 +85,41 @@ impl Fringe {
                 let (a, b) = (at(f64::from(row) - wide), at(f64::from(row + 1) + wide));
                 (from, to) = (a.min(b).max(low), a.max(b).min(high));
             }
-            let from = (from - wide).floor().max(0.0) as i32;
-            let to = (to + wide).floor().min(f64::from(width - 1)) as i32;
-            for column in from..=to {
-                self.touch(column, row, along);
+            let from = (from - wide).floor().max(f64::from(min[0])) as i32;
+            let to = (to + wide).floor().min(f64::from(max[0])) as i32;
+            if from <= to {
+                self.touch(far, [from as usize, to as usize], row as usize, along);
             }
         }
     }
 
+    /// Touches some pixels of a row.
     #[inline(always)]
-    fn touch(&mut self, column: i32, row: i32, along: Along<'_>) {
-        let (x, y) = (column as usize, row as usize);
-        let t = y / TILE * self.columns + x / TILE;
-        if !self.is_touched[t] {
-            self.is_touched[t] = true;
-            self.touched.push(t as u32);
-        }
-        let value = match along {
-            Along::Border => 0.0,
-            // A plane goes on beyond its face, so a face is at least as near as its farthest corner.
-            Along::Faces(a, far_a, b, far_b) => {
-                let (x, y) = (column as f32, row as f32);
-                a.at(x, y).max(far_a).min(b.at(x, y).max(far_b))
+    fn touch(&mut self, far: &[f32], [from, to]: [usize; 2], row: usize, along: Along<'_>) {
+        for column in from / TILE..=to / TILE {
+            let t = row / TILE * self.columns + column;
+            if far[t] >= self.nearest {
+                continue;
             }
-        };
-        let pixel = &mut self.tiles[t].0[y % TILE * TILE + x % TILE];
-        *pixel = pixel.min(value);
+            if !self.is_touched[t] {
+                self.is_touched[t] = true;
+                self.touched.push(t as u32);
+            }
+            let pixels = &mut self.tiles[t].0[row % TILE * TILE..][..TILE];
+            let x0 = column * TILE;
+            for x in from.max(x0)..=to.min(x0 + TILE - 1) {
+                let value = match along {
+                    Along::Border => 0.0,
+                    // A plane goes on beyond its face, so a face is at least as near as its farthest corner.
+                    Along::Faces(a, far_a, b, far_b) => {
+                        let (x, y) = (x as f32, row as f32);
+                        a.at(x, y).max(far_a).min(b.at(x, y).max(far_b))
+                    }
+                };
+                let pixel = &mut pixels[x - x0];
+                *pixel = pixel.min(value);
+            }
+        }
     }
 }
 

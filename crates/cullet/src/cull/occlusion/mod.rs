@@ -21,9 +21,11 @@
 
 mod ask;
 mod buffer;
+mod choose;
 mod convex;
 mod draw;
 mod fringe;
+mod occluder;
 mod outline;
 mod patch;
 mod plane;
@@ -31,7 +33,10 @@ mod screen;
 
 pub use ask::{Footprint, Verdict};
 pub use buffer::{OcclusionBuffer, OcclusionError, TILE};
+pub use choose::Occlusion;
+pub(crate) use choose::{Candidate, choose};
 pub use convex::Convex;
+pub use occluder::{Occluder, Shape};
 pub use patch::Patch;
 
 use thiserror::Error;

@@ -1,0 +1,104 @@
+//! Occluders of whole meshes.
+
+use std::ops::Range;
+
+use super::{Convex, OccluderError, Patch};
+use crate::bounds::Aabb;
+use crate::mesh::{Alpha, Mesh};
+
+/// A piece of an occluder that is drawn, or left out, as one.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A convex body or polygon.
+    Convex(Convex),
+    /// Some triangles of a surface.
+    Patch(Patch),
+}
+
+impl Shape {
+    /// Its box, in the space of the mesh.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        match self {
+            Self::Convex(convex) => convex.bounds(),
+            Self::Patch(patch) => patch.bounds(),
+        }
+    }
+
+    /// Whether it hides from behind as well as from the front.
+    #[must_use]
+    pub fn is_two_sided(&self) -> bool {
+        match self {
+            Self::Convex(convex) => convex.face_count() == 2,
+            Self::Patch(patch) => patch.is_two_sided(),
+        }
+    }
+}
+
+/// What stands for a mesh in an occlusion buffer: shapes that lie within what the mesh hides.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Occluder {
+    shapes: Vec<Shape>,
+}
+
+impl Occluder {
+    /// Of shapes that the caller knows to lie within what the mesh hides.
+    #[must_use]
+    pub fn new(shapes: Vec<Shape>) -> Self {
+        Self { shapes }
+    }
+
+    /// The mesh itself: one body where it is convex, closed and opaque; else its opaque triangles, a patch for each
+    /// cluster, with a kept edge to its neighbours. Blended and alpha-masked parts do not occlude, nor does a mesh
+    /// that can deform.
+    #[must_use]
+    pub fn of_mesh(mesh: &Mesh) -> Self {
+        let opaque = mesh.parts().iter().all(|p| p.alpha == Alpha::Opaque);
+        if mesh.is_deformable() || mesh.clusters().is_empty() {
+            return Self::default();
+        }
+        let drawn = (mesh.triangle_count() - mesh.degenerate_count()) as usize * 3;
+        if opaque
+            && drawn <= Convex::MAX_VERTICES * 32
+            && let Some(convex) = Convex::from_mesh(mesh.positions(), &mesh.indices()[..drawn])
+        {
+            return Self { shapes: vec![Shape::Convex(convex)] };
+        }
+        let mut shapes = Vec::new();
+        for two_sided in [false, true] {
+            // Edges join what is opaque and has as many sides.
+            let (mut indices, mut patches) = (Vec::new(), Vec::new());
+            for cluster in mesh.clusters() {
+                let part = &mesh.parts()[cluster.part as usize];
+                if part.alpha == Alpha::Opaque && part.two_sided == two_sided {
+                    let Range { start, end } = cluster.triangles();
+                    let first = indices.len() as u32 / 3;
+                    indices.extend(&mesh.indices()[start as usize * 3..end as usize * 3]);
+                    patches.push(first..first + cluster.triangle_count);
+                }
+            }
+            // A mesh was checked when it was made, so nothing here is refused.
+            if let Ok(cut) = Patch::cut(mesh.positions(), &indices, &patches, two_sided) {
+                shapes.extend(cut.into_iter().map(Shape::Patch));
+            }
+        }
+        Self { shapes }
+    }
+
+    /// Boxes and polygons, as a bake finds them within a mesh.
+    ///
+    /// # Errors
+    /// As [`Convex::from_box`] and [`Convex::from_polygon`].
+    pub fn from_proxies(boxes: &[Aabb], polygons: &[Vec<[f32; 3]>]) -> Result<Self, OccluderError> {
+        let boxes = boxes.iter().map(Convex::from_box);
+        let polygons = polygons.iter().map(|p| Convex::from_polygon(p));
+        let shapes = boxes.chain(polygons).map(|c| c.map(Shape::Convex));
+        Ok(Self { shapes: shapes.collect::<Result<_, _>>()? })
+    }
+
+    /// What it is made of.
+    #[must_use]
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+}

@@ -1,0 +1,227 @@
+//! The stage that drops what lies behind something.
+
+use super::run::{Pass, Scratch};
+use super::{Culler, Output};
+use crate::bits;
+use crate::bounds::Aabb;
+use crate::cull::occlusion::{
+    Candidate, Footprint, Occlusion, OcclusionBuffer, Shape, Verdict, choose,
+};
+use crate::scene::Scene;
+use crate::view::{CullFace, FrontFace, View};
+use crate::visible::{OcclusionWork, Reason, Stage, Unit, Visible};
+
+/// What a view keeps of its occlusion buffer.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OcclusionState {
+    pub(super) buffer: Option<OcclusionBuffer>,
+    candidates: Vec<Candidate>,
+    /// Slots and shapes that were drawn.
+    pub(super) drawn: Vec<(u32, u32)>,
+    footprints: Vec<(u32, Footprint)>,
+}
+
+impl OcclusionState {
+    /// Why an instance is hidden or not, in words: which pixel lets it through, or what covers it.
+    pub(super) fn finding(&self, scene: &Scene, slot: u32) -> String {
+        let Some(buffer) = &self.buffer else { return String::new() };
+        let [width, height] = buffer.size();
+        let Some(footprint) = buffer.footprint_of(&scene.bounds(slot)) else {
+            return "crosses the near plane, or has no bounds: never hidden".to_owned();
+        };
+        let Footprint { min: [x0, y0], max: [x1, y1], nearness } = footprint;
+        let place = format!(
+            "pixels {x0}..={x1} x {y0}..={y1} of {width} x {height}, nearness {nearness:e}"
+        );
+        match buffer.first_open(&footprint) {
+            Some([x, y]) => format!(
+                "{place}: pixel ({x}, {y}) lets it through, covered only at {:e}",
+                buffer.nearness(x, y)
+            ),
+            None => format!("{place}: all covered by what is nearer"),
+        }
+    }
+
+    /// The instances of which something covers a footprint alone or in part, front to back.
+    pub(super) fn blockers(
+        &self,
+        culler: &Culler,
+        scene: &Scene,
+        view: &View,
+        slot: u32,
+    ) -> Vec<u32> {
+        let (Some(buffer), mut found) = (&self.buffer, Vec::new()) else { return Vec::new() };
+        let Some(footprint) = buffer.footprint_of(&scene.bounds(slot)) else { return found };
+        let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return found };
+        for &(by, shape) in &self.drawn {
+            alone.begin(view, scene.origin());
+            draw(
+                &mut alone,
+                culler,
+                scene,
+                by,
+                &scene.mesh(by).occluder().shapes()[shape as usize],
+            );
+            let Footprint { min, max, nearness } = footprint;
+            let covers = (min[1]..=max[1])
+                .any(|y| (min[0]..=max[0]).any(|x| alone.nearness(x, y) > nearness));
+            if covers && !found.contains(&by) {
+                found.push(by);
+            }
+        }
+        found
+    }
+}
+
+/// Draws a shape of an instance.
+fn draw(buffer: &mut OcclusionBuffer, culler: &Culler, scene: &Scene, slot: u32, shape: &Shape) {
+    let transform = scene.transform(slot);
+    match shape {
+        Shape::Convex(convex) => buffer.draw_convex(culler.level, convex, transform),
+        Shape::Patch(patch) => buffer.draw_patch(culler.level, patch, transform),
+    }
+}
+
+impl Pass<'_> {
+    /// Drops instances whose boxes are hidden.
+    pub(super) fn occlusion(&mut self, settings: &Occlusion) {
+        let entered = self.alive_count();
+        if let Some(slot) = self.only {
+            self.occlusion_of(slot);
+        } else {
+            self.occlusion_of_all(settings);
+        }
+        let left = self.alive_count();
+        self.row(Stage::Occlusion, Unit::Instances, entered, left);
+    }
+
+    fn occlusion_of_all(&mut self, settings: &Occlusion) {
+        let mut state = std::mem::take(&mut self.scratch.occlusion);
+        let size = settings.size(self.view.viewport());
+        if state.buffer.as_ref().is_none_or(|b| b.size() != size) {
+            // Never refused: the size is within the limits.
+            state.buffer = OcclusionBuffer::new(size).ok();
+        }
+        if let Some(mut buffer) = state.buffer.take() {
+            buffer.begin(self.view, self.scene.origin());
+            self.gather(&buffer, &mut state);
+            let offered = state.candidates.len() as u64;
+            choose(&mut state.candidates, settings.budget);
+            let chosen = state.candidates.len() as u64;
+            self.draw(&mut buffer, &mut state);
+            self.result.funnel.occlusion =
+                OcclusionWork { offered, chosen, drawn: state.drawn.len() as u64 };
+            for &(slot, footprint) in &state.footprints {
+                if buffer.covers(&footprint) {
+                    self.scratch.alive[slot as usize / 64] &= !(1 << (slot % 64));
+                    self.drop_slot(slot, Reason { stage: Stage::Occlusion, detail: 0 });
+                }
+            }
+            state.buffer = Some(buffer);
+        }
+        self.scratch.occlusion = state;
+    }
+
+    /// The footprint of every instance that may be dropped, and the shapes that may hide it.
+    fn gather(&mut self, buffer: &OcclusionBuffer, state: &mut OcclusionState) {
+        let scene = self.scene;
+        state.candidates.clear();
+        state.footprints.clear();
+        let fronts_are_drawn = fronts_are_drawn(self.view);
+        for at in 0..self.scratch.live.len() {
+            let word = self.scratch.live[at] as usize;
+            for bit in bits::ones(self.scratch.alive[word]) {
+                let slot = (word * 64 + bit) as u32;
+                let footprint = buffer.footprint_of(&scene.bounds(slot));
+                if let Some(footprint) = footprint
+                    && scene.exempt()[word] >> bit & 1 == 0
+                {
+                    state.footprints.push((slot, footprint));
+                }
+                offer(scene, buffer, slot, footprint, fronts_are_drawn, &mut state.candidates);
+            }
+        }
+    }
+
+    /// Draws the chosen, front to back; one that is hidden by then adds nothing.
+    fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) {
+        state.drawn.clear();
+        for c in &state.candidates {
+            let shape = &self.scene.mesh(c.slot).occluder().shapes()[c.shape as usize];
+            let bounds = world_box(self.scene, c.slot, shape);
+            if c.nearness.is_finite() && buffer.ask_box(&bounds) != Verdict::Visible {
+                continue;
+            }
+            draw(buffer, self.culler, self.scene, c.slot, shape);
+            state.drawn.push((c.slot, c.shape));
+        }
+    }
+
+    /// One slot alone: what hides it is everything else, so all of the scene is culled to know.
+    fn occlusion_of(&mut self, slot: u32) {
+        let all =
+            Culler { output: Output::Instances, reasons: true, clock: None, ..self.culler.clone() };
+        let (mut scratch, mut result) = (Scratch::default(), Visible::default());
+        Pass::new(&all, self.scene, self.view, &mut scratch, &mut result).run();
+        let hidden = Reason { stage: Stage::Occlusion, detail: 0 };
+        if result.reasons[slot as usize] == Some(hidden) {
+            self.scratch.alive[slot as usize / 64] &= !(1 << (slot % 64));
+            self.drop_slot(slot, hidden);
+        }
+        self.scratch.occlusion = scratch.occlusion;
+        self.result.funnel.occlusion = result.funnel.occlusion;
+    }
+}
+
+/// Whether the view draws the fronts of one-sided meshes: where it draws their backs alone, as some shadow passes
+/// do, their fronts hide nothing.
+fn fronts_are_drawn(view: &View) -> bool {
+    matches!(
+        (view.cull_face, view.front_face),
+        (CullFace::None, _)
+            | (CullFace::Back, FrontFace::CounterClockwise)
+            | (CullFace::Front, FrontFace::Clockwise)
+    )
+}
+
+/// Offers the shapes of an instance.
+fn offer(
+    scene: &Scene,
+    buffer: &OcclusionBuffer,
+    slot: u32,
+    footprint: Option<Footprint>,
+    fronts_are_drawn: bool,
+    candidates: &mut Vec<Candidate>,
+) {
+    /// Smaller ones hide next to nothing.
+    const LEAST_PIXELS: f32 = 16.0;
+    let flags = scene.flags(slot);
+    let small = footprint.is_some_and(|f| f.pixels() < LEAST_PIXELS);
+    if small || flags.no_occlusion || flags.transparent || !scene.is_rigid(slot) {
+        return;
+    }
+    let shapes = scene.mesh(slot).occluder().shapes();
+    for (number, shape) in shapes.iter().enumerate() {
+        if !(fronts_are_drawn || shape.is_two_sided()) {
+            continue;
+        }
+        let own = match shapes {
+            [_] => footprint,
+            _ => buffer.footprint_of(&world_box(scene, slot, shape)),
+        };
+        let (pixels, nearness) = match own {
+            Some(f) => (f.pixels(), f.nearness),
+            None if buffer.ask_box(&world_box(scene, slot, shape)) == Verdict::Outside => continue,
+            None => (buffer.size().iter().map(|&s| s as f32).product(), f32::INFINITY),
+        };
+        if pixels >= LEAST_PIXELS {
+            let cost = Candidate::cost(shape, pixels);
+            candidates.push(Candidate { pixels, nearness, slot, shape: number as u32, cost });
+        }
+    }
+}
+
+/// The box of a shape relative to the scene's origin.
+pub(super) fn world_box(scene: &Scene, slot: u32, shape: &Shape) -> Aabb {
+    scene.transform(slot).transform_box(&shape.bounds(), scene.origin())
+}
