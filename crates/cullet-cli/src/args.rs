@@ -229,6 +229,15 @@ pub(crate) struct CullArgs {
     /// Keep triangles without area
     #[arg(long)]
     pub(crate) no_degenerate: bool,
+    /// Keep what is hidden behind something
+    #[arg(long)]
+    pub(crate) no_occlusion: bool,
+    /// Pixels across the occlusion buffer; never more than the view has
+    #[arg(long, value_name = "PX", default_value_t = 640, value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub(crate) occlusion_width: u32,
+    /// What drawing occluders may cost a view, in modelled microseconds
+    #[arg(long, value_name = "US", default_value_t = 2000.0, value_parser = parse::microseconds)]
+    pub(crate) occlusion_budget: f32,
     /// Test big boxes at the frustum's corners exactly
     #[arg(long)]
     pub(crate) exact_frustum: bool,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
+use cullet::cull::occlusion::Occlusion;
 use cullet::{Backface, Culler, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
@@ -201,6 +202,8 @@ pub(crate) fn culler(args: &CullArgs) -> Culler {
         backface: if args.no_backface { Backface::Off } else { Backface::default() },
         degenerate: !args.no_degenerate,
         detail: args.detail.map(|threshold_px| Detail { measure, threshold_px }),
+        occlusion: (!args.no_occlusion)
+            .then_some(Occlusion { width: args.occlusion_width, budget: args.occlusion_budget }),
         ..Culler::default()
     }
 }
@@ -214,6 +217,9 @@ pub(crate) fn culling_words(args: &CullArgs) -> Vec<String> {
     if let Some(px) = args.detail {
         let unit = if args.detail_by == DetailMeasure::Area { "square px" } else { "px" };
         words.push(format!("detail under {px} {unit} (lossy)"));
+    }
+    if !args.no_occlusion {
+        words.push("occlusion".into());
     }
     if !args.no_backface {
         words.push("backface".into());

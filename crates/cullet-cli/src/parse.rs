@@ -47,6 +47,12 @@ pub(crate) fn pixels(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a number of pixels, 0 or more; try 2")
 }
 
+/// Microseconds of a cost model.
+pub(crate) fn microseconds(text: &str) -> Result<f32, String> {
+    let expected = "a number of microseconds, 0 or more; try 500";
+    number(text, |v| v >= 0.0 && v.is_finite(), expected).map(|v| v as f32)
+}
+
 /// Seconds.
 pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a number of seconds, 0 or more; try 60")
