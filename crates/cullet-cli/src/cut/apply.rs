@@ -1,12 +1,14 @@
 //! Cutting every instance of a model.
 
 use cullet::bounds::Plane;
-use cullet::clip::cut::{CapOptions, CutOptions, Keep, cut_mesh};
+use cullet::clip::cut::{CutOptions, Keep};
+use cullet::hierarchy::Groups;
 use cullet::{Instance, Mesh, Scene, Transform};
-use cullet_io::{Material, Model};
+use cullet_io::{Attributes, Material, Model, NodeTree};
 use glam::{DMat3, DVec3};
 
 use super::CutRecord;
+use super::parts::{caps, cut_parts};
 use crate::console::{Console, interrupted};
 use crate::exit::{Exit, Failure};
 use crate::record::SCHEMA;
@@ -60,6 +62,7 @@ pub(super) fn apply(
         name: model.name.clone(),
         materials: model.materials.clone(),
         cameras: model.cameras.clone(),
+        node_tree: NodeTree { node_of_instance: Vec::new(), ..model.node_tree.clone() },
         ..Model::default()
     };
     out.scene = Scene::new();
@@ -87,7 +90,12 @@ pub(super) fn apply(
     let mut shared = vec![None; scene.meshes().len()];
     let mut progress = console.progress("cutting", record.instances_before);
     let inside = settings.keep == Keep::Inside;
-    for slot in scene.slots() {
+    let none = Attributes::default();
+    // In the order of the file: slots are sorted by place.
+    let mut slots: Vec<(u32, u32)> =
+        scene.slots().filter_map(|s| Some((scene.handle(s)?.index, s))).collect();
+    slots.sort_unstable();
+    for (index, slot) in slots {
         if interrupted() {
             let message = "interrupted; nothing was written".into();
             return Err(Failure { exit: Exit::Interrupted, message });
@@ -95,6 +103,7 @@ pub(super) fn apply(
         let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
         let number = scene.mesh_id(slot) as usize;
         let name = model.mesh_names.get(number).cloned().unwrap_or_default();
+        let attributes = model.attributes.get(number).unwrap_or(&none);
         let made = match place(mesh, transform, settings.planes) {
             Place::Inside if inside => None,
             Place::Outside if !inside => None,
@@ -104,7 +113,7 @@ pub(super) fn apply(
                 continue;
             }
             Place::Touched(planes) => {
-                let cut = Cut { settings, mesh, transform, planes: &planes };
+                let cut = Cut { settings, mesh, attributes, transform, planes: &planes };
                 Some(cut.run(&name, cap_material, &mut record, &mut sections)?)
             }
         };
@@ -113,6 +122,7 @@ pub(super) fn apply(
                 record.instances_untouched += 1;
                 *shared[number].get_or_insert_with(|| {
                     out.mesh_names.push(name);
+                    out.attributes.push(attributes.clone());
                     out.scene.add_mesh(mesh.clone())
                 })
             }
@@ -121,9 +131,10 @@ pub(super) fn apply(
                 progress.step();
                 continue;
             }
-            Some(Some(mesh)) => {
+            Some(Some((mesh, attributes))) => {
                 record.instances_cut += 1;
                 out.mesh_names.push(name);
+                out.attributes.push(attributes);
                 out.scene.add_mesh(mesh)
             }
         };
@@ -135,6 +146,9 @@ pub(super) fn apply(
         out.scene.add(instance).map_err(|e| Failure::input(e.to_string()))?;
         let handle = scene.handle(slot);
         out.instance_names.push(handle.map_or_else(String::new, |h| model.instance_name(h).into()));
+        // Handles count up from 0 in the order of adding.
+        let node = model.node_tree.node_of_instance.get(index as usize);
+        out.node_tree.node_of_instance.push(node.copied().unwrap_or(Groups::NONE));
         progress.step();
     }
     if record.cap_triangles > 0 {
@@ -188,6 +202,7 @@ fn place(mesh: &Mesh, transform: &Transform, planes: &[Plane]) -> Place {
 struct Cut<'a> {
     settings: &'a Settings<'a>,
     mesh: &'a Mesh,
+    attributes: &'a Attributes,
     transform: &'a Transform,
     /// In the space of the mesh.
     planes: &'a [Plane],
@@ -201,15 +216,15 @@ impl Cut<'_> {
         cap_material: u32,
         record: &mut CutRecord,
         sections: &mut Vec<Section>,
-    ) -> Result<Option<Mesh>, Failure> {
+    ) -> Result<Option<(Mesh, Attributes)>, Failure> {
         let failed = |e: String| Failure::input(format!("mesh `{name}`: {e}"));
         let linear = self.transform.linear.map(|c| c.map(f64::from));
         let scale = linear.iter().flatten().map(|v| v * v).sum::<f64>().sqrt() / 3f64.sqrt();
         let heal = if self.settings.heal > 0.0 { (self.settings.heal / scale) as f32 } else { 0.0 };
         let wanted = self.settings.cap || self.settings.outlines;
-        let caps = wanted.then(|| CapOptions { heal, ..CapOptions::default() });
+        let caps = wanted.then(|| caps(self.attributes, heal));
         let options = CutOptions { keep: self.settings.keep, caps };
-        let done = cut_mesh(self.mesh, self.planes, &options, cap_material)
+        let done = cut_parts(self.mesh, self.attributes, self.planes, &options, cap_material)
             .map_err(|e| failed(e.to_string()))?;
         let report = &done.cut.report;
         record.duplicates_dropped += report.duplicates as u64;
@@ -248,6 +263,7 @@ impl Cut<'_> {
         if data.indices.is_empty() {
             return Ok(None);
         }
-        Mesh::new(data).map(Some).map_err(|e| failed(e.to_string()))
+        let mesh = Mesh::new(data).map_err(|e| failed(e.to_string()))?;
+        Ok(Some((mesh, done.attributes)))
     }
 }

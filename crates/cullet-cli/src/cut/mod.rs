@@ -1,6 +1,7 @@
 //! `cullet cut`: a scene cut open at planes, with caps.
 
 mod apply;
+mod parts;
 mod picture;
 mod svg;
 
@@ -153,7 +154,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
             "{count} planes exceed the limit of {MAX_CUT_PLANES}; cut the result again"
         )));
     }
-    let model = inputs::load(&args.scene, console)?;
+    let model = inputs::load_to_save(&args.scene, console)?;
     let keep = match args.keep {
         KeepArg::Inside => Keep::Inside,
         KeepArg::Outside => Keep::Outside,
