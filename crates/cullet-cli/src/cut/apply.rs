@@ -3,7 +3,7 @@
 use cullet::bounds::Plane;
 use cullet::clip::cut::{CutOptions, Keep};
 use cullet::hierarchy::Groups;
-use cullet::{Instance, Mesh, Scene, Transform};
+use cullet::{Handle, Instance, Mesh, Scene, Transform};
 use cullet_io::{Attributes, Material, Model, NodeTree};
 use glam::{DMat3, DVec3};
 
@@ -18,31 +18,35 @@ const CUT_FACE: [f32; 4] = [0.62, 0.10, 0.06, 1.0];
 
 /// What to do.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Settings<'a> {
+pub(crate) struct Settings<'a> {
     /// In world space.
-    pub(super) planes: &'a [Plane],
-    pub(super) keep: Keep,
-    pub(super) cap: bool,
+    pub(crate) planes: &'a [Plane],
+    pub(crate) keep: Keep,
+    pub(crate) cap: bool,
     /// Whether the outlines are wanted, with caps or without.
-    pub(super) outlines: bool,
+    pub(crate) outlines: bool,
     /// In world units.
-    pub(super) heal: f64,
+    pub(crate) heal: f64,
 }
 
 /// The outlines of one instance at one plane, in world space.
 #[derive(Debug)]
-pub(super) struct Section {
-    pub(super) plane: usize,
-    pub(super) material: u32,
-    pub(super) outlines: Vec<Vec<[f64; 3]>>,
+pub(crate) struct Section {
+    pub(crate) plane: usize,
+    pub(crate) material: u32,
+    pub(crate) outlines: Vec<Vec<[f64; 3]>>,
 }
 
 /// What came of it.
 #[derive(Debug)]
-pub(super) struct Applied {
-    pub(super) model: Model,
-    pub(super) record: CutRecord,
-    pub(super) sections: Vec<Section>,
+pub(crate) struct Applied {
+    pub(crate) model: Model,
+    pub(crate) record: CutRecord,
+    pub(crate) sections: Vec<Section>,
+    /// Which instance each of what is left is of, by the index of its handle.
+    pub(crate) origin: Vec<Handle>,
+    /// The material of caps.
+    pub(crate) cap_material: u32,
 }
 
 /// Where an instance lies.
@@ -52,7 +56,7 @@ enum Place {
     Touched(Vec<Plane>),
 }
 
-pub(super) fn apply(
+pub(crate) fn apply(
     model: &Model,
     settings: &Settings<'_>,
     console: &Console,
@@ -92,10 +96,11 @@ pub(super) fn apply(
     let inside = settings.keep == Keep::Inside;
     let none = Attributes::default();
     // In the order of the file: slots are sorted by place.
-    let mut slots: Vec<(u32, u32)> =
-        scene.slots().filter_map(|s| Some((scene.handle(s)?.index, s))).collect();
-    slots.sort_unstable();
-    for (index, slot) in slots {
+    let mut handles: Vec<Handle> = scene.slots().filter_map(|s| scene.handle(s)).collect();
+    handles.sort_unstable_by_key(|h| h.index);
+    let mut origin = Vec::new();
+    for handle in handles {
+        let Ok(slot) = scene.slot(handle) else { continue };
         if interrupted() {
             let message = "interrupted; nothing was written".into();
             return Err(Failure { exit: Exit::Interrupted, message });
@@ -144,10 +149,10 @@ pub(super) fn apply(
             ..Instance::new(id, *transform)
         };
         out.scene.add(instance).map_err(|e| Failure::input(e.to_string()))?;
-        let handle = scene.handle(slot);
-        out.instance_names.push(handle.map_or_else(String::new, |h| model.instance_name(h).into()));
+        out.instance_names.push(model.instance_name(handle).into());
+        origin.push(handle);
         // Handles count up from 0 in the order of adding.
-        let node = model.node_tree.node_of_instance.get(index as usize);
+        let node = model.node_tree.node_of_instance.get(handle.index as usize);
         out.node_tree.node_of_instance.push(node.copied().unwrap_or(Groups::NONE));
         progress.step();
     }
@@ -156,7 +161,7 @@ pub(super) fn apply(
     }
     out.scene.commit();
     record.triangles_after = out.scene.triangle_count();
-    Ok(Applied { model: out, record, sections })
+    Ok(Applied { model: out, record, sections, origin, cap_material })
 }
 
 /// Moves the planes into the space of a mesh, and sees whether they touch its box at all.

@@ -16,6 +16,21 @@ const FOV_DEGREES: f64 = 35.0;
 /// The brightest that a surface is drawn: white ones would lose their shading in the light.
 const BRIGHTEST: f32 = 0.62;
 
+/// The view from a point to another; without, from where the model was opened.
+pub(crate) fn stand(
+    model: &Model,
+    whole: &Aabb,
+    settings: &Settings<'_>,
+    eye: Option<([f64; 3], [f64; 3])>,
+    size: [u32; 2],
+) -> Result<View, Failure> {
+    let (eye, target) = eye.unwrap_or_else(|| place(model, whole, settings, size));
+    let overrides =
+        paths::Overrides { fov_degrees: Some(FOV_DEGREES), ..paths::Overrides::default() };
+    let camera = paths::look_at(model, eye, target, size, &overrides).map_err(Failure::usage)?;
+    View::new(&camera, overrides.depth, size).map_err(Failure::usage)
+}
+
 /// Draws. All surfaces become two-sided: an open cut shows insides.
 pub(super) fn draw(
     model: &mut Model,
@@ -25,12 +40,7 @@ pub(super) fn draw(
     size: [u32; 2],
 ) -> Result<Picture, Failure> {
     model.scene.meshes_mut().for_each(|m| m.set_two_sided(true));
-    let ([eye, target], overrides) = (
-        eye.map_or_else(|| stand(model, whole, settings, size), |(eye, target)| [eye, target]),
-        paths::Overrides { fov_degrees: Some(FOV_DEGREES), ..paths::Overrides::default() },
-    );
-    let camera = paths::look_at(model, eye, target, size, &overrides).map_err(Failure::usage)?;
-    let view = View::new(&camera, overrides.depth, size).map_err(Failure::usage)?;
+    let view = stand(model, whole, settings, eye, size)?;
     let scene = &model.scene;
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };
     let frame = cullet_draw::render(scene, &view, Selection::All, &options);
@@ -42,7 +52,12 @@ pub(super) fn draw(
 }
 
 /// Above and to the side of the cut, far enough for all that is left.
-fn stand(model: &Model, whole: &Aabb, settings: &Settings<'_>, size: [u32; 2]) -> [[f64; 3]; 2] {
+fn place(
+    model: &Model,
+    whole: &Aabb,
+    settings: &Settings<'_>,
+    size: [u32; 2],
+) -> ([f64; 3], [f64; 3]) {
     let left = model.scene.extent();
     let shown = if left.is_empty() { whole } else { &left };
     let centre = DVec3::from(shown.center());
@@ -82,5 +97,5 @@ fn stand(model: &Model, whole: &Aabb, settings: &Settings<'_>, size: [u32; 2]) -
             }
         }
     }
-    [(target + towards * distance).into(), target.into()]
+    ((target + towards * distance).into(), target.into())
 }
