@@ -14,7 +14,7 @@ use crate::exit::{Exit, Failure};
 use crate::record::SCHEMA;
 
 /// The colour of caps: the red of cut faces in drawings.
-const CUT_FACE: [f32; 4] = [0.62, 0.10, 0.06, 1.0];
+const CUT_FACE: [f32; 4] = [0.50, 0.065, 0.04, 1.0];
 
 /// What to do.
 #[derive(Clone, Copy, Debug)]

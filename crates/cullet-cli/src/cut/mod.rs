@@ -121,7 +121,8 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         outlines: args.section.is_some(),
         heal: args.heal.unwrap_or(0.0),
     };
-    let Applied { model: mut cut, record, sections, .. } = apply(&model, &settings, console)?;
+    let Applied { model: mut cut, record, sections, cap_material, .. } =
+        apply(&model, &settings, console)?;
     print(args, console, &record);
     if let Some(path) = &args.out {
         save(&cut, path).map_err(Failure::input)?;
@@ -135,7 +136,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
     if let Some(path) = &args.picture {
         let eye = args.eye.zip(args.target);
         let whole = model.scene.extent();
-        let picture = picture::draw(&mut cut, &whole, &settings, eye, args.size)?;
+        let picture = picture::draw(&mut cut, &whole, &settings, cap_material, eye, args.size)?;
         std::fs::write(path, picture.to_png()).map_err(|e| Failure::write(path, &e))?;
         let (w, h) = (picture.width, picture.height);
         console.line(format!("{} written, {w}x{h}", path.display()));
