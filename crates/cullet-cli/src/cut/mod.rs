@@ -26,7 +26,8 @@ pub(crate) const HELP: &str = "\
 A plane is nx,ny,nz,d: all points with n.x = d, in world units. What has n.x < d is kept. Several planes
 make a convex region; --keep outside keeps all but that. --cap closes what was closed before the cut:
 each cap is a part of its own, with the material 'cut face'. Instances that no plane touches stay as they
-are and go on sharing their mesh.
+are and go on sharing their mesh. Normals, texture coordinates and colours of vertices are carried along, and
+in GLB the tree of nodes.
 
 Where the outline at the cut does not close, because the surface has a hole there, there is no cap, and
 it is said; --heal DISTANCE joins ends that are as near as that by a straight line.
