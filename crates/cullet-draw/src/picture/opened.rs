@@ -7,7 +7,7 @@ use super::Picture;
 use super::kinds::{draw_frustum, explain};
 use super::map::{Fate, counts, fates};
 use super::palette::{INK, mix};
-use super::shaded::{light_through, linear};
+use super::shaded::{irradiance, light_through, linear};
 use super::space::Surfaces;
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::render::render;
@@ -54,7 +54,13 @@ pub fn cut_away(
         let most = r.max(g).max(b);
         // All alike, so that the hue stays.
         let tone = if most > BRIGHTEST { BRIGHTEST / most } else { 1.0 };
-        DVec3::new(f64::from(r * tone), f64::from(g * tone), f64::from(b * tone))
+        let color = DVec3::new(f64::from(r * tone), f64::from(g * tone), f64::from(b * tone));
+        if surfaces.part(id).material != cut_material {
+            return color;
+        }
+        // A section reads by its colour: as light whichever way it faces.
+        let light = irradiance(surfaces.normal(id), 1.0).element_sum() / 3.0;
+        color * (1.0 / light).clamp(0.7, 2.5)
     };
     let mut picture = light_through(0.0, scene, frame, view, &surfaces, color);
     finish(&mut picture, frame, &surfaces, cut_material);
@@ -86,14 +92,12 @@ fn finish(picture: &mut Picture, frame: &Frame, surfaces: &Surfaces<'_>, cut_mat
                 picture.fill(pixel, [1, 1], backdrop, 1.0);
             }
             let own = cuts[at];
-            // Both sides of a border, two halves of a pixel each.
+            // Of each border the pixels above and to the left: thin walls keep room for their colour.
             let differs = |dx: usize, dy: usize| {
                 let (x, y) = (x + dx, y + dy);
                 x < width && y < height && cuts[y * width + x] != own
             };
-            let left = x >= 2 && cuts[at - 2] != own;
-            let above = y >= 2 && cuts[at - 2 * width] != own;
-            if differs(2, 0) || differs(0, 2) || left || above {
+            if differs(2, 0) || differs(0, 2) {
                 picture.fill(pixel, [1, 1], INK, 0.85);
             } else if own != u32::MAX {
                 let [across, down] = pixel;
