@@ -78,7 +78,8 @@ fn a_report_shows_the_scene_opened() {
     assert!(folder.0.join("view-000-opened.png").exists());
     let page = std::fs::read_to_string(folder.0.join("index.html")).unwrap();
     assert!(page.contains("alt=\"Cut open at 0,0,1,0: what is outside is left."));
-    for (cut, why) in [("0,0,1", "3 numbers"), ("0,0,0,1", "no direction"), ("1,0,0,0,1,1", "low x")]
+    for (cut, why) in
+        [("0,0,1", "3 numbers"), ("0,0,0,1", "no direction"), ("1,0,0,0,1,1", "low x")]
     {
         let output = cullet(&[&["report", "solids:n=20", "--cut", cut][..], &view].concat());
         assert_eq!(output.status.code(), Some(2));

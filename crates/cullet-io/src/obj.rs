@@ -265,10 +265,10 @@ impl<'a> Reader<'a> {
         bucket.polygons += 1;
         let first = bucket.indices.len();
         self.triangulator.push(&self.polygon, &self.positions, &mut bucket.indices);
-        if let Some(corners) = &mut self.corners {
-            if !corners.resolve(&self.polygon, &mut bucket.indices[first..]) {
-                return Err(self.c.error("more corners than 32-bit indices can name"));
-            }
+        if let Some(corners) = &mut self.corners
+            && !corners.resolve(&self.polygon, &mut bucket.indices[first..])
+        {
+            return Err(self.c.error("more corners than 32-bit indices can name"));
         }
         Ok(())
     }

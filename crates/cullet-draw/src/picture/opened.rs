@@ -101,7 +101,7 @@ fn finish(picture: &mut Picture, frame: &Frame, surfaces: &Surfaces<'_>, cut_mat
                 picture.fill(pixel, [1, 1], INK, 0.85);
             } else if own != u32::MAX {
                 let [across, down] = pixel;
-                let along = if own % 2 == 0 { across + down } else { across - down };
+                let along = if own.is_multiple_of(2) { across + down } else { across - down };
                 if along.rem_euclid(HATCH[0]) < HATCH[1] {
                     picture.fill(pixel, [1, 1], INK, 0.38);
                 }
