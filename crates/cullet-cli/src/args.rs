@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cut::{self, CutArgs};
 use crate::parse;
-use crate::report::CostArgs;
+use crate::report::{CostArgs, OpenedArgs};
 use crate::reproduce::ReproduceArgs;
 
 const ABOUT: &str =
@@ -20,6 +20,7 @@ Examples
   cullet report model.glb --path walk --views 32 --size 1920x1080
   cullet report model.glb --eye 0,2,9 --target 0,1,0 --fov 60
                                              one view of your choice
+  cullet report house.glb --cut 0,1,0,2.4    also shows it cut open, with what was culled inside
   cullet report model.glb --detail 2         also drop what stays under 2 pixels (lossy)
   cullet report model.glb --baseline old/report.json --fail-if 'tightness>3'
                                              for CI: what changed, and exit code 5 if too loose
@@ -286,6 +287,8 @@ pub(crate) struct ReportArgs {
     /// Seconds for verification where a view has over 5e7 triangles
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = parse::seconds)]
     pub(crate) verify_seconds: f64,
+    #[command(flatten)]
+    pub(crate) opened: OpenedArgs,
     /// Also draw this of each view that has pictures
     #[arg(long, value_enum)]
     pub(crate) show: Vec<Show>,

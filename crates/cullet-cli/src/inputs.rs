@@ -14,6 +14,15 @@ use crate::exit::{Exit, Failure};
 
 /// Loads a file, or makes a built-in scene.
 pub(crate) fn load(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
+    load_with(args, console, false)
+}
+
+/// As [`load`], and with all that a file written from it should have again.
+pub(crate) fn load_to_save(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
+    load_with(args, console, true)
+}
+
+fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model, Failure> {
     let path = Path::new(&args.scene);
     // A file of that name wins over a built-in scene, for a name can be changed with a `./`.
     let builtin = !path.exists() && scenes::is_builtin(&args.scene);
@@ -26,7 +35,7 @@ pub(crate) fn load(args: &SceneArgs, console: &Console) -> Result<Model, Failure
         limit(&model, args)?;
         model
     } else {
-        let mut options = LoadOptions { two_sided, ..LoadOptions::default() };
+        let mut options = LoadOptions { two_sided, details, ..LoadOptions::default() };
         options.up = args.up.map(|up| match up {
             UpAxis::Y => Up::Y,
             UpAxis::Z => Up::Z,

@@ -59,7 +59,8 @@ mod verify;
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
 pub use picture::{
-    Picture, depth_complexity, fly_out, hierarchy, kinds, kinds_of, palette, shaded, top_down,
+    OpenedScene, Picture, cut_away, depth_complexity, fly_out, hierarchy, kinds, kinds_of, opened,
+    palette, shaded, top_down,
 };
 pub use picture::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set,

@@ -4,7 +4,7 @@ use cullet::bounds::Aabb;
 use cullet::mesh::MeshData;
 use cullet::{Instance, Mesh, MeshId, Transform};
 
-use crate::{ErrorKind, LoadOptions, Material, Model, Up, Warning};
+use crate::{Attributes, ErrorKind, LoadOptions, Material, Model, Up, Warning};
 
 /// A model that is being loaded: what was read, free of the file's bytes. Meshes and instances are made
 /// only by [`finish`](Self::finish), so that the file can be freed before.
@@ -62,6 +62,25 @@ impl<'a> Builder<'a> {
         self.triangles += (data.indices.len() / 3) as u64;
         self.meshes.push((name, data));
         Ok((self.meshes.len() - 1) as MeshId)
+    }
+
+    /// Keeps what the vertices of the mesh that is added next have; those of meshes before it that
+    /// brought nothing are empty.
+    pub(crate) fn attributes(&mut self, mut attributes: Attributes) {
+        let bad = attributes.mend();
+        if bad > 0 {
+            self.warn(
+                "file",
+                format!("{bad} normals, texture coordinates or colours are not finite: left out"),
+            );
+        }
+        self.model.attributes.resize(self.meshes.len(), Attributes::default());
+        self.model.attributes.push(attributes);
+    }
+
+    /// Whether attributes are wanted.
+    pub(crate) fn keeps_details(&self) -> bool {
+        self.options.details
     }
 
     /// Adds an instance as it is in the file, but for the bounds; its up axis is applied here.

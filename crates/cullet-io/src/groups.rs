@@ -11,6 +11,9 @@ pub struct NodeTree {
     pub parents: Vec<u32>,
     /// The name of each node; empty where it has none.
     pub names: Vec<String>,
+    /// The transform of each node to its parent, column-major, a root's to the scene; as the file has it,
+    /// whatever moved since. Empty unless [`LoadOptions::details`](crate::LoadOptions::details) asked for it.
+    pub locals: Vec<[f64; 16]>,
     /// The node that drew each instance, by the index of the instance's handle. Those beyond the end were
     /// drawn by none.
     pub node_of_instance: Vec<u32>,

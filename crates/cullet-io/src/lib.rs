@@ -1,6 +1,7 @@
 //! Loads and saves models, and makes scenes.
 #![forbid(unsafe_code)]
 
+mod attributes;
 mod blocks;
 mod builder;
 mod error;
@@ -23,6 +24,7 @@ mod stl;
 mod text;
 mod weld;
 
+pub use attributes::Attributes;
 pub use error::{ErrorKind, LoadError};
 pub use groups::NodeTree;
 pub use load::{LoadOptions, load, load_bytes};

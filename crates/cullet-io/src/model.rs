@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use cullet::{Handle, Projection, Scene, Transform};
 
-use crate::{Motion, NodeTree};
+use crate::{Attributes, Motion, NodeTree};
 
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
@@ -15,6 +15,9 @@ pub struct Model {
     pub scene: Scene,
     /// The name of each mesh, by its number.
     pub mesh_names: Vec<String>,
+    /// What the vertices of each mesh have besides positions, by its number; empty unless asked for. Meshes
+    /// beyond the end have none.
+    pub attributes: Vec<Attributes>,
     /// The name of each instance, by the index of its handle; empty where names are made up from the
     /// meshes', as for a scene of millions.
     pub instance_names: Vec<String>,

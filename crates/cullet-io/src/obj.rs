@@ -1,12 +1,15 @@
 //! Wavefront OBJ: polygons in groups. Each object or group is a mesh with one instance, each material
-//! of a mesh a part; texture coordinates, normals, colours, smoothing groups, points, lines and
-//! free-form surfaces are passed over.
+//! of a mesh a part; texture coordinates, normals and colours are kept where they are wanted; smoothing
+//! groups, points, lines and free-form surfaces are passed over.
+
+mod attributes;
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use cullet::mesh::{Alpha, MeshData, Part};
 
+use self::attributes::{Corners, List};
 use crate::blocks::{Source, push};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
@@ -75,6 +78,8 @@ struct Reader<'a> {
     ahead: Option<(u32, u64)>,
     statements: u64,
     skipped: Skipped,
+    /// What corners have besides positions; `None` where it is not wanted.
+    corners: Option<Box<Corners>>,
 }
 
 pub(crate) fn read<'o>(
@@ -85,6 +90,7 @@ pub(crate) fn read<'o>(
 ) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
     let mut reader = Reader::new(source);
+    reader.corners = options.details.then(Box::default);
     reader.read(&builder)?;
     reader.warn(&mut builder);
     let library = reader.library(folder, &mut builder);
@@ -112,6 +118,7 @@ impl<'a> Reader<'a> {
             ahead: None,
             statements: 0,
             skipped: Skipped::default(),
+            corners: None,
         }
     }
 
@@ -133,7 +140,9 @@ impl<'a> Reader<'a> {
                     self.face(start)?;
                     builder.check_triangles(self.triangles)?;
                 }
-                b"vt" | b"vn" | b"vp" | b"s" => {}
+                b"vt" => self.attribute(List::Uv)?,
+                b"vn" => self.attribute(List::Normal)?,
+                b"vp" | b"s" => {}
                 b"g" => self.group = self.name(),
                 b"o" => {
                     self.object = self.name();
@@ -171,6 +180,12 @@ impl<'a> Reader<'a> {
                 format!("a face refers to vertex {index}, but there are only {vertices} (from 1)"),
             ));
         }
+        if let Some((what, index, count, at)) = self.corners.as_ref().and_then(|c| c.ahead()) {
+            return Err(self.c.error_at(
+                at,
+                format!("a face refers to {what} {index}, but there are only {count} (from 1)"),
+            ));
+        }
         if self.statements == 0 && self.skipped.unknown > 0 {
             self.c.go_to(self.skipped.first_unknown.0)?;
             return Err(self.c.expected("a statement of OBJ, such as v or f"));
@@ -206,11 +221,17 @@ impl<'a> Reader<'a> {
             return Err(self.c.error("more vertices than 32-bit indices can name"));
         }
         push(&mut self.positions, position);
+        if self.corners.is_some() {
+            self.color();
+        }
         Ok(())
     }
 
     fn face(&mut self, start: u64) -> Result<(), ErrorKind> {
         self.polygon.clear();
+        if let Some(corners) = &mut self.corners {
+            corners.begin();
+        }
         loop {
             self.c.skip_blanks();
             if self.c.at_line_end() || self.c.peek() == Some(b'#') {
@@ -218,8 +239,13 @@ impl<'a> Reader<'a> {
             }
             let at = self.c.offset();
             let index = self.c.integer_prefix();
-            let whole = matches!(self.c.token(), [] | [b'/', ..]);
-            let Some(index) = index.filter(|_| whole) else {
+            let rest = self.c.token();
+            let whole = matches!(rest, [] | [b'/', ..]);
+            let named = match &mut self.corners {
+                Some(corners) => corners.name(rest, at),
+                None => true,
+            };
+            let Some(index) = index.filter(|_| whole && named) else {
                 self.c.seek(at);
                 return Err(self.c.expected("a vertex of the form v, v/vt, v//vn or v/vt/vn"));
             };
@@ -237,7 +263,13 @@ impl<'a> Reader<'a> {
         };
         let bucket = &mut self.buckets[bucket];
         bucket.polygons += 1;
+        let first = bucket.indices.len();
         self.triangulator.push(&self.polygon, &self.positions, &mut bucket.indices);
+        if let Some(corners) = &mut self.corners
+            && !corners.resolve(&self.polygon, &mut bucket.indices[first..])
+        {
+            return Err(self.c.error("more corners than 32-bit indices can name"));
+        }
         Ok(())
     }
 
@@ -360,8 +392,13 @@ impl<'a> Reader<'a> {
         self.buckets.iter_mut().for_each(|b| b.indices.shrink_to_fit());
         // Stable: the parts of a mesh stay in the order of first use.
         self.buckets.sort_by_key(|b| b.mesh);
-        let one_mesh = self.meshes.names.len() == 1;
-        let mut compact = Compact::new(if one_mesh { 0 } else { self.positions.len() });
+        let mut corners = self.corners.take();
+        if let Some(corners) = &mut corners {
+            corners.close();
+        }
+        let one_mesh = self.meshes.names.len() == 1 && corners.is_none();
+        let shared = corners.as_ref().map_or(self.positions.len(), |c| c.len());
+        let mut compact = Compact::new(if one_mesh { 0 } else { shared });
         let mut buckets = self.buckets.into_iter().peekable();
         while let Some(first) = buckets.next() {
             let mesh = first.mesh;
@@ -389,6 +426,11 @@ impl<'a> Reader<'a> {
             }
             data.positions = if one_mesh {
                 std::mem::take(&mut self.positions)
+            } else if let Some(corners) = &corners {
+                let (own, attributes) =
+                    corners.take(&self.positions, &mut compact, &mut data.indices);
+                builder.attributes(attributes);
+                own
             } else {
                 compact.take(&self.positions, &mut data.indices)
             };
@@ -423,7 +465,7 @@ impl Compact {
     }
 
     /// The vertices that `indices` use, in the order of first use; renumbers the indices.
-    pub(crate) fn take(&mut self, positions: &[[f32; 3]], indices: &mut [u32]) -> Vec<[f32; 3]> {
+    pub(crate) fn take<T: Copy>(&mut self, vertices: &[T], indices: &mut [u32]) -> Vec<T> {
         self.mesh += 1;
         let mut count = 0;
         for index in &mut *indices {
@@ -438,7 +480,7 @@ impl Compact {
             let (_, number) = self.used[*index as usize];
             // Numbers are in the order of first use.
             if number as usize == own.len() {
-                own.push(positions[*index as usize]);
+                own.push(vertices[*index as usize]);
             }
             *index = number;
         }

@@ -1,46 +1,52 @@
 //! Cutting every instance of a model.
 
 use cullet::bounds::Plane;
-use cullet::clip::cut::{CapOptions, CutOptions, Keep, cut_mesh};
-use cullet::{Instance, Mesh, Scene, Transform};
-use cullet_io::{Material, Model};
+use cullet::clip::cut::{CutOptions, Keep};
+use cullet::hierarchy::Groups;
+use cullet::{Handle, Instance, Mesh, Scene, Transform};
+use cullet_io::{Attributes, Material, Model, NodeTree};
 use glam::{DMat3, DVec3};
 
 use super::CutRecord;
+use super::parts::{caps, cut_parts};
 use crate::console::{Console, interrupted};
 use crate::exit::{Exit, Failure};
 use crate::record::SCHEMA;
 
 /// The colour of caps: the red of cut faces in drawings.
-const CUT_FACE: [f32; 4] = [0.62, 0.10, 0.06, 1.0];
+const CUT_FACE: [f32; 4] = [0.50, 0.065, 0.04, 1.0];
 
 /// What to do.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Settings<'a> {
+pub(crate) struct Settings<'a> {
     /// In world space.
-    pub(super) planes: &'a [Plane],
-    pub(super) keep: Keep,
-    pub(super) cap: bool,
+    pub(crate) planes: &'a [Plane],
+    pub(crate) keep: Keep,
+    pub(crate) cap: bool,
     /// Whether the outlines are wanted, with caps or without.
-    pub(super) outlines: bool,
+    pub(crate) outlines: bool,
     /// In world units.
-    pub(super) heal: f64,
+    pub(crate) heal: f64,
 }
 
 /// The outlines of one instance at one plane, in world space.
 #[derive(Debug)]
-pub(super) struct Section {
-    pub(super) plane: usize,
-    pub(super) material: u32,
-    pub(super) outlines: Vec<Vec<[f64; 3]>>,
+pub(crate) struct Section {
+    pub(crate) plane: usize,
+    pub(crate) material: u32,
+    pub(crate) outlines: Vec<Vec<[f64; 3]>>,
 }
 
 /// What came of it.
 #[derive(Debug)]
-pub(super) struct Applied {
-    pub(super) model: Model,
-    pub(super) record: CutRecord,
-    pub(super) sections: Vec<Section>,
+pub(crate) struct Applied {
+    pub(crate) model: Model,
+    pub(crate) record: CutRecord,
+    pub(crate) sections: Vec<Section>,
+    /// Which instance each of what is left is of, by the index of its handle.
+    pub(crate) origin: Vec<Handle>,
+    /// The material of caps.
+    pub(crate) cap_material: u32,
 }
 
 /// Where an instance lies.
@@ -50,7 +56,7 @@ enum Place {
     Touched(Vec<Plane>),
 }
 
-pub(super) fn apply(
+pub(crate) fn apply(
     model: &Model,
     settings: &Settings<'_>,
     console: &Console,
@@ -60,6 +66,7 @@ pub(super) fn apply(
         name: model.name.clone(),
         materials: model.materials.clone(),
         cameras: model.cameras.clone(),
+        node_tree: NodeTree { node_of_instance: Vec::new(), ..model.node_tree.clone() },
         ..Model::default()
     };
     out.scene = Scene::new();
@@ -87,7 +94,13 @@ pub(super) fn apply(
     let mut shared = vec![None; scene.meshes().len()];
     let mut progress = console.progress("cutting", record.instances_before);
     let inside = settings.keep == Keep::Inside;
-    for slot in scene.slots() {
+    let none = Attributes::default();
+    // In the order of the file: slots are sorted by place.
+    let mut handles: Vec<Handle> = scene.slots().filter_map(|s| scene.handle(s)).collect();
+    handles.sort_unstable_by_key(|h| h.index);
+    let mut origin = Vec::new();
+    for handle in handles {
+        let Ok(slot) = scene.slot(handle) else { continue };
         if interrupted() {
             let message = "interrupted; nothing was written".into();
             return Err(Failure { exit: Exit::Interrupted, message });
@@ -95,6 +108,7 @@ pub(super) fn apply(
         let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
         let number = scene.mesh_id(slot) as usize;
         let name = model.mesh_names.get(number).cloned().unwrap_or_default();
+        let attributes = model.attributes.get(number).unwrap_or(&none);
         let made = match place(mesh, transform, settings.planes) {
             Place::Inside if inside => None,
             Place::Outside if !inside => None,
@@ -104,7 +118,7 @@ pub(super) fn apply(
                 continue;
             }
             Place::Touched(planes) => {
-                let cut = Cut { settings, mesh, transform, planes: &planes };
+                let cut = Cut { settings, mesh, attributes, transform, planes: &planes };
                 Some(cut.run(&name, cap_material, &mut record, &mut sections)?)
             }
         };
@@ -113,6 +127,7 @@ pub(super) fn apply(
                 record.instances_untouched += 1;
                 *shared[number].get_or_insert_with(|| {
                     out.mesh_names.push(name);
+                    out.attributes.push(attributes.clone());
                     out.scene.add_mesh(mesh.clone())
                 })
             }
@@ -121,9 +136,10 @@ pub(super) fn apply(
                 progress.step();
                 continue;
             }
-            Some(Some(mesh)) => {
+            Some(Some((mesh, attributes))) => {
                 record.instances_cut += 1;
                 out.mesh_names.push(name);
+                out.attributes.push(attributes);
                 out.scene.add_mesh(mesh)
             }
         };
@@ -133,8 +149,11 @@ pub(super) fn apply(
             ..Instance::new(id, *transform)
         };
         out.scene.add(instance).map_err(|e| Failure::input(e.to_string()))?;
-        let handle = scene.handle(slot);
-        out.instance_names.push(handle.map_or_else(String::new, |h| model.instance_name(h).into()));
+        out.instance_names.push(model.instance_name(handle).into());
+        origin.push(handle);
+        // Handles count up from 0 in the order of adding.
+        let node = model.node_tree.node_of_instance.get(handle.index as usize);
+        out.node_tree.node_of_instance.push(node.copied().unwrap_or(Groups::NONE));
         progress.step();
     }
     if record.cap_triangles > 0 {
@@ -142,7 +161,7 @@ pub(super) fn apply(
     }
     out.scene.commit();
     record.triangles_after = out.scene.triangle_count();
-    Ok(Applied { model: out, record, sections })
+    Ok(Applied { model: out, record, sections, origin, cap_material })
 }
 
 /// Moves the planes into the space of a mesh, and sees whether they touch its box at all.
@@ -188,6 +207,7 @@ fn place(mesh: &Mesh, transform: &Transform, planes: &[Plane]) -> Place {
 struct Cut<'a> {
     settings: &'a Settings<'a>,
     mesh: &'a Mesh,
+    attributes: &'a Attributes,
     transform: &'a Transform,
     /// In the space of the mesh.
     planes: &'a [Plane],
@@ -201,15 +221,15 @@ impl Cut<'_> {
         cap_material: u32,
         record: &mut CutRecord,
         sections: &mut Vec<Section>,
-    ) -> Result<Option<Mesh>, Failure> {
+    ) -> Result<Option<(Mesh, Attributes)>, Failure> {
         let failed = |e: String| Failure::input(format!("mesh `{name}`: {e}"));
         let linear = self.transform.linear.map(|c| c.map(f64::from));
         let scale = linear.iter().flatten().map(|v| v * v).sum::<f64>().sqrt() / 3f64.sqrt();
         let heal = if self.settings.heal > 0.0 { (self.settings.heal / scale) as f32 } else { 0.0 };
         let wanted = self.settings.cap || self.settings.outlines;
-        let caps = wanted.then(|| CapOptions { heal, ..CapOptions::default() });
+        let caps = wanted.then(|| caps(self.attributes, heal));
         let options = CutOptions { keep: self.settings.keep, caps };
-        let done = cut_mesh(self.mesh, self.planes, &options, cap_material)
+        let done = cut_parts(self.mesh, self.attributes, self.planes, &options, cap_material)
             .map_err(|e| failed(e.to_string()))?;
         let report = &done.cut.report;
         record.duplicates_dropped += report.duplicates as u64;
@@ -248,6 +268,7 @@ impl Cut<'_> {
         if data.indices.is_empty() {
             return Ok(None);
         }
-        Mesh::new(data).map(Some).map_err(|e| failed(e.to_string()))
+        let mesh = Mesh::new(data).map_err(|e| failed(e.to_string()))?;
+        Ok(Some((mesh, done.attributes)))
     }
 }

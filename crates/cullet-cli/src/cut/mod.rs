@@ -1,14 +1,15 @@
 //! `cullet cut`: a scene cut open at planes, with caps.
 
 mod apply;
+mod parts;
 mod picture;
+pub(crate) mod shape;
 mod svg;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use cullet::bounds::Plane;
-use cullet::clip::cut::{Keep, MAX_CUT_PLANES, box_planes};
 use cullet_io::{SaveErrorKind, SaveFormat, save};
 use serde::Serialize;
 
@@ -16,14 +17,17 @@ use crate::args::SceneArgs;
 use crate::console::{Console, grouped, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{inputs, parse};
-use apply::{Applied, Settings};
+pub(crate) use apply::{Applied, Settings, apply};
+pub(crate) use picture::stand;
+use shape::KeepArg;
 
 /// What `cullet cut --help` ends with.
 pub(crate) const HELP: &str = "\
 A plane is nx,ny,nz,d: all points with n.x = d, in world units. What has n.x < d is kept. Several planes
 make a convex region; --keep outside keeps all but that. --cap closes what was closed before the cut:
 each cap is a part of its own, with the material 'cut face'. Instances that no plane touches stay as they
-are and go on sharing their mesh.
+are and go on sharing their mesh. Normals, texture coordinates and colours of vertices are carried along, and
+in GLB the tree of nodes.
 
 Where the outline at the cut does not close, because the surface has a hole there, there is no cap, and
 it is said; --heal DISTANCE joins ends that are as near as that by a straight line.
@@ -40,10 +44,10 @@ pub(crate) struct CutArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Cut at this plane; may be given several times
-    #[arg(long, value_name = "NX,NY,NZ,D", value_parser = plane, allow_hyphen_values = true, required_unless_present = "cut_box")]
+    #[arg(long, value_name = "NX,NY,NZ,D", value_parser = shape::plane, allow_hyphen_values = true, required_unless_present = "cut_box")]
     plane: Vec<Plane>,
     /// Cut at the six planes of this box
-    #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = bounds, allow_hyphen_values = true)]
+    #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = shape::bounds, allow_hyphen_values = true)]
     cut_box: Option<[f64; 6]>,
     /// Which part is kept: what is inside of all planes, or the rest
     #[arg(long, value_enum, default_value_t = KeepArg::Inside)]
@@ -77,47 +81,9 @@ pub(crate) struct CutArgs {
     pub(crate) json: Option<PathBuf>,
 }
 
-/// Which part is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum KeepArg {
-    /// What is inside of all planes
-    Inside,
-    /// What is outside of any
-    Outside,
-}
-
-fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
-    let values: Option<Vec<f64>> = text.split(',').map(|v| v.trim().parse().ok()).collect();
-    let values: [f64; N] = values?.try_into().ok()?;
-    values.iter().all(|v| v.is_finite()).then_some(values)
-}
-
-fn plane(text: &str) -> Result<Plane, String> {
-    let [x, y, z, d] = numbers(text)
-        .ok_or_else(|| format!("'{text}' is not four finite numbers; try 0,1,0,2.5"))?;
-    Plane::new([x, y, z], d)
-        .normalized()
-        .map(|_| Plane::new([x, y, z], d))
-        .ok_or_else(|| format!("'{text}': the normal has no direction; try 0,1,0,2.5"))
-}
-
-fn bounds(text: &str) -> Result<[f64; 6], String> {
-    let b: [f64; 6] = numbers(text)
-        .ok_or_else(|| format!("'{text}' is not six finite numbers; try 0,0,0,1,1,1"))?;
-    match (0..3).find(|&a| b[a] >= b[a + 3]) {
-        Some(a) => Err(format!(
-            "'{text}': its low {axis} of {} is not below its high {axis} of {}",
-            b[a],
-            b[a + 3],
-            axis = ["x", "y", "z"][a]
-        )),
-        None => Ok(b),
-    }
-}
-
 /// The figures of a cut.
 #[derive(Debug, Serialize)]
-struct CutRecord {
+pub(crate) struct CutRecord {
     schema: u32,
     triangles_before: u64,
     triangles_after: u64,
@@ -144,28 +110,20 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         return Err(Failure::usage(format!("{}: {kind}", out.display())));
     }
     let mut planes = args.plane.clone();
-    if let Some([a, b, c, d, e, f]) = args.cut_box {
-        planes.extend(box_planes([a, b, c], [d, e, f]));
+    if let Some(bounds) = args.cut_box {
+        planes.extend(shape::of_box(bounds));
     }
-    if planes.len() > MAX_CUT_PLANES {
-        let count = planes.len();
-        return Err(Failure::usage(format!(
-            "{count} planes exceed the limit of {MAX_CUT_PLANES}; cut the result again"
-        )));
-    }
-    let model = inputs::load(&args.scene, console)?;
-    let keep = match args.keep {
-        KeepArg::Inside => Keep::Inside,
-        KeepArg::Outside => Keep::Outside,
-    };
+    shape::check(&planes)?;
+    let model = inputs::load_to_save(&args.scene, console)?;
     let settings = Settings {
         planes: &planes,
-        keep,
+        keep: args.keep.into(),
         cap: args.cap,
         outlines: args.section.is_some(),
         heal: args.heal.unwrap_or(0.0),
     };
-    let Applied { model: mut cut, record, sections } = apply::apply(&model, &settings, console)?;
+    let Applied { model: mut cut, record, sections, cap_material, .. } =
+        apply(&model, &settings, console)?;
     print(args, console, &record);
     if let Some(path) = &args.out {
         save(&cut, path).map_err(Failure::input)?;
@@ -179,7 +137,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
     if let Some(path) = &args.picture {
         let eye = args.eye.zip(args.target);
         let whole = model.scene.extent();
-        let picture = picture::draw(&mut cut, &whole, &settings, eye, args.size)?;
+        let picture = picture::draw(&mut cut, &whole, &settings, cap_material, eye, args.size)?;
         std::fs::write(path, picture.to_png()).map_err(|e| Failure::write(path, &e))?;
         let (w, h) = (picture.width, picture.height);
         console.line(format!("{} written, {w}x{h}", path.display()));
@@ -230,21 +188,5 @@ fn print(args: &CutArgs, console: &Console, r: &CutRecord) {
     }
     if r.triangles_after == 0 {
         console.note("note: nothing is left on the side that is kept");
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn planes_and_boxes_are_checked() {
-        assert_eq!(plane("0,1, 0,2.5"), Ok(Plane::new([0.0, 1.0, 0.0], 2.5)));
-        for bad in ["0,0,0,1", "1,0,0", "a,0,0,1", "nan,0,0,1", "1,0,0,inf", ""] {
-            assert!(plane(bad).is_err(), "{bad}");
-        }
-        assert_eq!(bounds("0,0,0,1,2,3"), Ok([0.0, 0.0, 0.0, 1.0, 2.0, 3.0]));
-        assert!(bounds("0,0,0,1,-2,3").unwrap_err().contains("low y of 0"));
-        assert!(bounds("0,0,0,1,2").is_err());
     }
 }

@@ -6,6 +6,7 @@ mod charts;
 mod export;
 mod fail_if;
 pub(crate) mod html;
+mod opened;
 mod page;
 mod saved;
 mod tables;
@@ -31,9 +32,11 @@ use crate::record::{MeshRecord, Record, SCHEMA, Settings, Summary, ViewRecord};
 use crate::survey::{Seen, Survey};
 use export::Export;
 use fail_if::FailIf;
+use opened::Opened;
 use page::{Gallery, Image};
 use saved::{Origin, Pricing};
 
+pub(crate) use opened::OpenedArgs;
 pub(crate) use saved::{CostArgs, CostsRecord};
 
 /// Above this a view takes so long to draw that only some are verified.
@@ -60,9 +63,11 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     inputs::begin(&mut model, &args.view, console)?;
     let views = inputs::views(&model, &args.view, console)?;
     let pricing = costs.map(|origin| Pricing::new(origin, &model.scene));
+    let opened = Opened::new(&args.opened, &model, console)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let facts = meshes::facts(&model);
     let mut report = Report::new(args, model, facts, baseline.as_ref(), pricing, console)?;
+    report.opened = opened;
     report.survey.move_over(inputs::times(&args.view, views.len()));
     let mut progress = console.progress("views", views.len() as u64);
     for view in &views {
@@ -102,6 +107,7 @@ struct Report<'a> {
     baseline: Option<&'a Value>,
     pricing: Option<Pricing>,
     gallery: Gallery,
+    opened: Option<Opened>,
     csv: File,
     export: Option<Export>,
     verify_time: Duration,
@@ -148,6 +154,7 @@ impl<'a> Report<'a> {
             baseline,
             pricing,
             gallery: Gallery::default(),
+            opened: None,
             csv,
             export,
             verify_time: Duration::ZERO,
@@ -195,7 +202,9 @@ impl<'a> Report<'a> {
     fn pictures(&mut self, index: usize, view: &View, seen: &Seen) -> Result<(), Failure> {
         let featured = self.gallery.large.is_empty();
         let Survey { model, culler, .. } = &self.survey;
-        let pictures = drawing::of_view(model, view, culler, seen, featured, &self.args.show);
+        let mut pictures = drawing::of_view(model, view, culler, seen, featured, &self.args.show);
+        let opened = self.opened.as_ref().filter(|_| featured);
+        pictures.extend(opened.map(|o| o.picture(model, view, seen)));
         for p in pictures {
             let file = format!("view-{index:03}-{}.png", p.name);
             let path = self.args.out.join(&file);

@@ -53,7 +53,6 @@ pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> P
     };
     let mut picture = light(scene, &frame, &from, &surfaces, color).halved();
     draw_frustum(&mut picture, scene, view, &from, &frame);
-    let scale = if picture.width >= 900 { 2 } else { 1 };
     let mut counts = counts(&fates);
     let mut shown = frame.ids.clone();
     shown.dedup();
@@ -61,14 +60,20 @@ pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> P
     if shown.iter().any(|&id| id != PixelId::NONE && triangles.of(id) == facing_away) {
         counts.push((facing_away, 0));
     }
+    explain(&mut picture, &counts);
+    picture
+}
+
+/// Puts a legend into the corner, where it would cover less than a quarter of the picture.
+pub(super) fn explain(picture: &mut Picture, counts: &[(Fate, u64)]) {
+    let scale = if picture.width >= 900 { 2 } else { 1 };
     let legend = Legend { at: [26, 26], scale, ink: INK, paper: PAPER };
     let widest = text_width("in no layer of the view", scale) + 56;
     let high = legend.height(counts.len()) + 14;
     if widest * high * 4 < i64::from(picture.width) * i64::from(picture.height) {
         picture.fill([12, 12], [widest, high], PAPER, 0.86);
-        legend.draw(&mut picture, "the view and its culling", &counts);
+        legend.draw(picture, "the view and its culling", counts);
     }
-    picture
 }
 
 /// A view from behind and above another, that has its frustum and much of the scene before it. The
@@ -156,7 +161,13 @@ impl<'a> TriangleFates<'a> {
 
 /// Draws the edges of a view's frustum into a picture taken from another; where the scene hides them,
 /// faintly.
-fn draw_frustum(picture: &mut Picture, scene: &Scene, view: &View, from: &View, frame: &Frame) {
+pub(super) fn draw_frustum(
+    picture: &mut Picture,
+    scene: &Scene,
+    view: &View,
+    from: &View,
+    frame: &Frame,
+) {
     let (inner, outer) = (Space::new(view), Space::new(from));
     let length = 0.9 * reach(scene);
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];

@@ -6,6 +6,7 @@ mod hierarchy;
 mod kinds;
 mod layers;
 mod map;
+mod opened;
 pub mod palette;
 mod shaded;
 mod space;
@@ -15,6 +16,7 @@ pub use hierarchy::hierarchy;
 pub use kinds::{fly_out, kinds, kinds_of};
 pub use layers::depth_complexity;
 pub use map::top_down;
+pub use opened::{OpenedScene, cut_away, opened};
 pub use shaded::shaded;
 pub use teach::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set,

@@ -134,7 +134,7 @@ fn default_color(n: u32) -> DVec3 {
 }
 
 /// Light on a surface: sun, and a sky above a paler ground.
-fn irradiance(n: DVec3, open: f64) -> DVec3 {
+pub(crate) fn irradiance(n: DVec3, open: f64) -> DVec3 {
     let up = n.y * 0.5 + 0.5;
     let sky = DVec3::new(0.42, 0.47, 0.58);
     let ground = DVec3::new(0.25, 0.22, 0.19);

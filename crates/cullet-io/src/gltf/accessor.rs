@@ -98,6 +98,11 @@ pub(super) struct Accessor {
 }
 
 impl Accessor {
+    /// Whether its elements are vectors of three.
+    pub(super) fn is_vec3(&self) -> bool {
+        (self.columns, self.rows) == (1, 3)
+    }
+
     /// Whether its elements lie in a view, rather than being zeros.
     pub(super) fn has_bytes(&self) -> bool {
         self.run.is_some()

@@ -8,6 +8,7 @@ mod accessor;
 mod animation;
 mod buffers;
 mod cameras;
+mod decode;
 mod extensions;
 mod glb;
 mod instances;
@@ -28,7 +29,7 @@ use std::path::Path;
 use cullet::{Mesh, MeshData, Scene};
 
 use crate::pose::{Deformed, Kind, Motion};
-use crate::{CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
+use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
 use notes::Notes;
 
@@ -69,6 +70,8 @@ pub(crate) fn load(
 /// What was read, free of the file's bytes.
 struct Decoded {
     meshes: Vec<(String, MeshData)>,
+    /// By mesh; empty unless asked for.
+    attributes: Vec<Attributes>,
     /// Their numbers are those of `meshes`.
     placements: Vec<Placement>,
     names: Vec<String>,
@@ -98,7 +101,8 @@ fn decode(
     let buffers = buffers::Buffers::read(&root, bytes, container.bin, container.is_glb, folder)?;
     let accessors = accessor::Accessors::read(&root, &buffers)?;
     let mut surfaces = materials::read(&root, &mut notes)?;
-    let meshes = meshes::Meshes::read(&root, &accessors, surfaces.len(), &mut notes)?;
+    let meshes =
+        meshes::Meshes::read(&root, &accessors, surfaces.len(), options.details, &mut notes)?;
     let counts = nodes::Counts {
         meshes: meshes.all.len(),
         cameras: count(&root.cameras),
@@ -114,14 +118,18 @@ fn decode(
 
     surfaces.push(materials::default());
     let drawn = placed.meshes.iter().map(|&m| &meshes.all[m as usize]);
-    let mut decoder = meshes::Decoder::new(&accessors, &buffers, &surfaces, options, drawn);
+    let mut decoder = decode::Decoder::new(&accessors, &buffers, &surfaces, options, drawn);
     let mut data = Vec::with_capacity(placed.meshes.len());
+    let mut attributes = Vec::new();
     let mut owners = vec![None; placed.meshes.len()];
     placed.deformed.iter().for_each(|&(node, mesh)| owners[mesh as usize] = Some(node));
     let mut deformed = Vec::new();
     for (number, &m) in placed.meshes.iter().enumerate() {
         let source = &meshes.all[m as usize];
-        let mesh = decoder.decode(m as usize, source, &mut notes)?;
+        let (mesh, kept) = decoder.decode(m as usize, source, &mut notes)?;
+        if options.details {
+            attributes.push(kept);
+        }
         if let Some(index) = owners[number] {
             let node = &nodes.all[index as usize];
             let name = nodes.name(index);
@@ -155,9 +163,10 @@ fn decode(
     }
     Ok(Decoded {
         meshes: data,
+        attributes,
         placements: std::mem::take(&mut placed.placements),
         names: placed.names,
-        node_tree: nodes.tree(placed.nodes),
+        node_tree: nodes.tree(placed.nodes, options.details),
         materials,
         cameras,
         plan,
@@ -194,6 +203,7 @@ impl Decoded {
         Ok(Model {
             scene,
             mesh_names,
+            attributes: self.attributes,
             instance_names: self.names,
             node_tree: self.node_tree,
             materials: self.materials,

@@ -1,6 +1,6 @@
 //! The node tree: read, checked to be a tree, and walked from the roots of the scene.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 use super::json::{self, Float, NodeItem, Root, SceneItem};
 use super::notes::Notes;
@@ -117,14 +117,21 @@ impl Nodes {
         chain
     }
 
-    /// The tree as a model keeps it. `node_of_instance` is the node of each instance.
-    pub(super) fn tree(&self, node_of_instance: Vec<u32>) -> NodeTree {
+    /// The tree as a model keeps it. `node_of_instance` is the node of each instance; `details` is whether
+    /// the nodes' places are kept.
+    pub(super) fn tree(&self, node_of_instance: Vec<u32>, details: bool) -> NodeTree {
+        let local = |n: &Node| {
+            let local = n.local.affine();
+            let placed = if n.parent.is_none() { self.base * local } else { local };
+            DMat4::from(placed).to_cols_array()
+        };
         let none = cullet::hierarchy::Groups::NONE;
         NodeTree {
             parents: self.all.iter().map(|n| n.parent.unwrap_or(none)).collect(),
             names: (self.all.iter())
                 .map(|n| n.name.as_deref().map_or_else(String::new, shorten))
                 .collect(),
+            locals: if details { self.all.iter().map(local).collect() } else { Vec::new() },
             node_of_instance,
         }
     }

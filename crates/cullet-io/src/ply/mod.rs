@@ -1,16 +1,19 @@
 //! PLY: one mesh of vertices, polygons and triangle strips, in ASCII and both binary orders. Properties
-//! may have any type and order; elements and properties that are not geometry are passed over.
+//! may have any type and order. Normals, texture coordinates and colours of vertices are kept where they are
+//! wanted; elements and properties that are not geometry are passed over.
 
+mod attributes;
 mod header;
 
 use cullet::mesh::MeshData;
 
+use self::attributes::Columns;
 use self::header::{Element, Encoding, Header, Kind};
 use crate::blocks::{Records, Source, make_room};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
 use crate::text::Cursor;
-use crate::{ErrorKind, LoadOptions};
+use crate::{Attributes, ErrorKind, LoadOptions};
 
 pub(crate) fn read<'o>(
     name: &str,
@@ -194,7 +197,8 @@ fn read_rows(
         let limit = u64::from(u32::MAX);
         return Err(ErrorKind::OverLimit { item: "vertices".into(), count: vertex.count, limit });
     };
-    let mut out = Surface { vertex_count, ..Surface::default() };
+    let details = builder.keeps_details();
+    let mut out = Surface { vertex_count, details, ..Surface::default() };
     for element in &header.elements {
         match element.name.as_str() {
             // Without properties there are no bytes, and a loop over the rows may never end.
@@ -231,7 +235,10 @@ fn read_rows(
         return Ok(());
     }
     let name = builder.model.name.clone();
-    let Surface { positions, indices, polygons, .. } = out;
+    let Surface { positions, attributes, indices, polygons, .. } = out;
+    if details {
+        builder.attributes(attributes);
+    }
     builder.mesh_instance(name, MeshData { positions, indices, polygons, ..MeshData::default() })
 }
 
@@ -239,7 +246,10 @@ fn read_rows(
 #[derive(Default)]
 struct Surface {
     vertex_count: u32,
+    /// Whether attributes are kept.
+    details: bool,
     positions: Vec<[f32; 3]>,
+    attributes: Attributes,
     indices: Vec<u32>,
     polygons: u32,
     list: Vec<u32>,
@@ -267,7 +277,10 @@ impl Surface {
         };
         // The header's count was held against the bytes left.
         self.positions.reserve_exact(self.vertex_count as usize);
+        let columns = if self.details { Columns::find(element) } else { Columns::default() };
+        columns.reserve(&mut self.attributes, self.vertex_count as usize);
         for row in 0..element.count {
+            let mut extra = columns.none();
             let mut position = [0.0f32; 3];
             for (property, p) in element.properties.iter().enumerate() {
                 let at = Row { element, row, property };
@@ -281,12 +294,14 @@ impl Surface {
                         position[axis] = value as f32;
                     }
                 }
+                columns.take(property, value, &mut extra);
             }
             if let Some(axis) = position.iter().position(|v| !v.is_finite()) {
                 let at = Row { element, row, property: [x, y, z][axis] };
                 let message = format!("not finite in 32 bits: {}", position[axis]);
                 return Err(values.error(&at, message));
             }
+            columns.push(&extra, &mut self.attributes);
             self.positions.push(position);
         }
         Ok(())

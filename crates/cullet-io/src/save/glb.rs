@@ -6,7 +6,8 @@ use std::io::Write;
 use cullet::mesh::{Alpha, Part};
 use serde_json::{Value, json};
 
-use super::SaveErrorKind;
+use super::nodes::{self, Written};
+use super::{SaveErrorKind, attributes};
 use crate::Model;
 
 const ARRAY_BUFFER: u32 = 34962;
@@ -21,8 +22,8 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
     let mut file = File::default();
     let mut number = vec![None; used.len()];
     let mut meshes = Vec::new();
-    for (m, mesh) in scene.meshes().iter().enumerate().filter(|(m, _)| used[*m]) {
-        let primitives = file.primitives(model, mesh);
+    for m in (0..used.len()).filter(|&m| used[m]) {
+        let primitives = file.primitives(model, m);
         // A mesh without triangles is forbidden.
         if primitives.is_empty() {
             continue;
@@ -31,26 +32,11 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         let name = model.mesh_names.get(m).map_or("", String::as_str);
         meshes.push(json!({ "name": name, "primitives": primitives }));
     }
-    let nodes: Vec<Value> = scene
-        .slots()
-        .filter_map(|slot| {
-            let mesh = number[scene.mesh_id(slot) as usize]?;
-            let name = scene.handle(slot).map(|h| model.instance_name(h).into_owned());
-            let matrix = scene.transform(slot).to_matrix();
-            // What is not finite has no place in a file.
-            let place = matrix.iter().all(|v| v.is_finite());
-            let mut node = json!({ "name": name, "mesh": mesh });
-            let identity = cullet::Transform::IDENTITY.to_matrix();
-            if place && matrix != identity {
-                node["matrix"] = json!(matrix);
-            }
-            place.then_some(node)
-        })
-        .collect();
+    let Written { nodes, roots } = nodes::write(model, &number);
     let mut root = json!({
         "asset": { "version": "2.0", "generator": "cullet" },
         "scene": 0,
-        "scenes": [{ "nodes": (0..nodes.len()).collect::<Vec<_>>() }],
+        "scenes": [{ "nodes": roots }],
     });
     // Empty arrays are forbidden.
     if nodes.is_empty() {
@@ -97,7 +83,8 @@ struct File {
 }
 
 impl File {
-    fn primitives(&mut self, model: &Model, mesh: &cullet::Mesh) -> Vec<Value> {
+    fn primitives(&mut self, model: &Model, number: usize) -> Vec<Value> {
+        let mesh = &model.scene.meshes()[number];
         if mesh.triangle_count() == 0 {
             return Vec::new();
         }
@@ -116,6 +103,19 @@ impl File {
             "bufferView": view, "componentType": FLOAT, "count": positions.len(), "type": "VEC3",
             "min": min, "max": max,
         }));
+        let mut named = json!({ "POSITION": place });
+        let kept = attributes(model, number);
+        if !kept.normals.is_empty() {
+            named["NORMAL"] = self.vertices(&kept.unit_normals(mesh), "VEC3").into();
+        }
+        if !kept.uvs.is_empty() {
+            named["TEXCOORD_0"] = self.vertices(&kept.uvs, "VEC2").into();
+        }
+        if !kept.colors.is_empty() {
+            // Colours are shares of light; a file may have held others.
+            let colors: Vec<_> = kept.colors.iter().map(|c| c.map(|v| v.clamp(0.0, 1.0))).collect();
+            named["COLOR_0"] = self.vertices(&colors, "VEC4").into();
+        }
         let indices = mesh.original_indices();
         let parts = mesh.parts().iter().filter(|p| p.triangle_count > 0);
         let primitives = parts.map(|part| {
@@ -130,12 +130,23 @@ impl File {
                 "bufferView": view, "componentType": UNSIGNED_INT, "count": count, "type": "SCALAR",
             }));
             json!({
-                "attributes": { "POSITION": place },
+                "attributes": named,
                 "indices": self.accessors.len() - 1,
                 "material": self.material(model, part),
             })
         });
         primitives.collect()
+    }
+
+    /// The accessor of something that every vertex has.
+    fn vertices<const N: usize>(&mut self, values: &[[f32; N]], kind: &str) -> usize {
+        let start = self.bin.len();
+        self.bin.extend(values.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+        let view = self.view(start, ARRAY_BUFFER);
+        self.accessors.push(json!({
+            "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": kind,
+        }));
+        self.accessors.len() - 1
     }
 
     fn view(&mut self, start: usize, target: u32) -> usize {

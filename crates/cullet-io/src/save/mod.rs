@@ -1,6 +1,7 @@
 //! Saving a model: GLB, PLY, OBJ or STL, by the ending of the file's name.
 
 mod glb;
+mod nodes;
 mod obj;
 mod ply;
 mod stl;
@@ -10,9 +11,10 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use cullet::{Scene, Transform};
+use glam::{DMat3, DVec3};
 use thiserror::Error;
 
-use crate::Model;
+use crate::{Attributes, Model};
 
 /// Why a model cannot be saved.
 #[derive(Debug, Error)]
@@ -49,12 +51,14 @@ pub enum SaveErrorKind {
 /// A kind of file that is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaveFormat {
-    /// Binary glTF 2.0: meshes are shared by their nodes, with names, materials and sidedness. Nodes are
-    /// flat, one for each instance.
+    /// Binary glTF 2.0: meshes are shared by their nodes, with names, materials, sidedness and attributes.
+    /// Of the model's node tree the nodes are kept that lead to an instance; where it has none, there is one
+    /// node for each instance.
     Glb,
-    /// Binary, little-endian: all instances as one mesh in world space.
+    /// Binary, little-endian: all instances as one mesh in world space, with their attributes; normals only
+    /// if all have them.
     Ply,
-    /// Text: a group for each instance, in world space, and a file of materials beside it.
+    /// Text: a group for each instance, in world space, with attributes, and a file of materials beside it.
     Obj,
     /// Binary: all instances as one mesh in world space, three vertices a triangle.
     Stl,
@@ -75,7 +79,7 @@ impl SaveFormat {
     }
 }
 
-/// Saves the meshes, instances and materials of a model; cameras, cells and views are left out. Every
+/// Saves the meshes, instances and materials of a model, and the attributes that it has; cameras, cells and views are left out. Every
 /// triangle is written, in its original order, degenerate ones too. Positions in world space are rounded
 /// to f32 once. An existing file is replaced.
 ///
@@ -135,6 +139,30 @@ fn world(transform: &Transform, p: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|i| {
         (l[0][i] * p[0] + l[1][i] * p[1] + l[2][i] * p[2] + transform.translation[i]) as f32
     })
+}
+
+/// What the vertices of a mesh have besides positions: nothing where a list is not of one entry a vertex.
+fn attributes(model: &Model, mesh: usize) -> Attributes {
+    let vertices = model.scene.meshes()[mesh].positions().len();
+    let mut kept = model.attributes.get(mesh).cloned().unwrap_or_default();
+    let fits = |count: usize| count == vertices;
+    kept.normals.truncate(if fits(kept.normals.len()) { vertices } else { 0 });
+    kept.uvs.truncate(if fits(kept.uvs.len()) { vertices } else { 0 });
+    kept.colors.truncate(if fits(kept.colors.len()) { vertices } else { 0 });
+    kept
+}
+
+/// The normals of an instance in world space, of unit length.
+fn world_normals(transform: &Transform, mesh: &cullet::Mesh, kept: &Attributes) -> Vec<[f32; 3]> {
+    let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
+    // That of planes; a transform that flattens has none, and normals stay as they are.
+    let inverse = linear.inverse().transpose();
+    let turn = if inverse.is_finite() { inverse } else { DMat3::IDENTITY };
+    let world = |n: [f32; 3]| {
+        let n = turn * DVec3::from(n.map(f64::from));
+        n.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array()
+    };
+    kept.unit_normals(mesh).into_iter().map(world).collect()
 }
 
 /// The triangles of an instance in world space: a mirrored one is turned, so that its outside stays out.

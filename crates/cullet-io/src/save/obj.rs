@@ -3,8 +3,9 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::{world, world_indices};
+use super::{attributes, world, world_indices, world_normals};
 use crate::Model;
+use crate::attributes::srgb_byte;
 
 pub(super) fn write(model: &Model, path: &Path, out: &mut impl Write) -> io::Result<()> {
     let library = path.with_extension("mtl");
@@ -21,15 +22,35 @@ pub(super) fn write(model: &Model, path: &Path, out: &mut impl Write) -> io::Res
     }
     let scene = &model.scene;
     // OBJ counts from 1.
-    let mut first = 1u64;
+    let (mut first, mut first_uv, mut first_normal) = (1u64, 1u64, 1u64);
     for slot in scene.slots() {
         let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
         let name = scene.handle(slot).map(|h| model.instance_name(h));
         writeln!(out, "o {}", one_line(&name.unwrap_or_default()))?;
-        for &p in mesh.positions() {
+        let kept = attributes(model, scene.mesh_id(slot) as usize);
+        for (v, &p) in mesh.positions().iter().enumerate() {
             let [x, y, z] = world(transform, p);
-            writeln!(out, "v {x} {y} {z}")?;
+            write!(out, "v {x} {y} {z}")?;
+            // Colours of the screen behind positions, as most programs have them; there is no alpha.
+            if let Some(c) = kept.colors.get(v) {
+                let [r, g, b] = [0, 1, 2].map(|i| f32::from(srgb_byte(c[i])) / 255.0);
+                write!(out, " {r} {g} {b}")?;
+            }
+            writeln!(out)?;
         }
+        for [s, t] in &kept.uvs {
+            // The first row of an image is at the bottom here.
+            writeln!(out, "vt {s} {}", 1.0 - t)?;
+        }
+        for [x, y, z] in world_normals(transform, mesh, &kept) {
+            writeln!(out, "vn {x} {y} {z}")?;
+        }
+        let corner = |v: u64| match (kept.uvs.is_empty(), kept.normals.is_empty()) {
+            (true, true) => format!("{}", first + v),
+            (false, true) => format!("{}/{}", first + v, first_uv + v),
+            (true, false) => format!("{}//{}", first + v, first_normal + v),
+            (false, false) => format!("{}/{}/{}", first + v, first_uv + v, first_normal + v),
+        };
         let indices = world_indices(scene, slot);
         for part in mesh.parts() {
             if (part.material as usize) < model.materials.len() {
@@ -37,11 +58,13 @@ pub(super) fn write(model: &Model, path: &Path, out: &mut impl Write) -> io::Res
             }
             let range = part.first_triangle as usize * 3..;
             for t in indices[range].chunks_exact(3).take(part.triangle_count as usize) {
-                let [a, b, c] = [0, 1, 2].map(|i| first + u64::from(t[i]));
+                let [a, b, c] = [0, 1, 2].map(|i| corner(t[i].into()));
                 writeln!(out, "f {a} {b} {c}")?;
             }
         }
         first += mesh.positions().len() as u64;
+        first_uv += kept.uvs.len() as u64;
+        first_normal += kept.normals.len() as u64;
     }
     Ok(())
 }

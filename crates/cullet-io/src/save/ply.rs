@@ -2,23 +2,56 @@
 
 use std::io::{self, Write};
 
-use super::{Totals, world, world_indices};
-use crate::Model;
+use super::{Totals, attributes, world, world_indices, world_normals};
+use crate::attributes::{NO_COLOR, NO_UV, srgb_byte};
+use crate::{Attributes, Model};
 
 pub(super) fn write(model: &Model, totals: &Totals, out: &mut impl Write) -> io::Result<()> {
     let scene = &model.scene;
+    let kept: Vec<Attributes> =
+        (0..scene.meshes().len()).map(|mesh| attributes(model, mesh)).collect();
+    let of = |slot: u32| &kept[scene.mesh_id(slot) as usize];
+    let solid = |slot: &u32| !scene.mesh(*slot).positions().is_empty();
+    let filled = || scene.slots().filter(solid);
+    let normals = filled().next().is_some() && filled().all(|s| !of(s).normals.is_empty());
+    let uvs = filled().any(|s| !of(s).uvs.is_empty());
+    let colors = filled().any(|s| !of(s).colors.is_empty());
     write!(
         out,
         "ply\nformat binary_little_endian 1.0\ncomment written by cullet\nelement vertex {}\n\
-         property float x\nproperty float y\nproperty float z\nelement face {}\n\
+         property float x\nproperty float y\nproperty float z\n{}{}{}element face {}\n\
          property list uchar uint vertex_indices\nend_header\n",
-        totals.vertices, totals.triangles
+        totals.vertices,
+        if normals { "property float nx\nproperty float ny\nproperty float nz\n" } else { "" },
+        if uvs { "property float s\nproperty float t\n" } else { "" },
+        if colors {
+            "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n"
+        } else {
+            ""
+        },
+        totals.triangles
     )?;
     for slot in scene.slots() {
-        let transform = scene.transform(slot);
-        for &p in scene.mesh(slot).positions() {
-            for v in world(transform, p) {
-                out.write_all(&v.to_le_bytes())?;
+        let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
+        let kept = of(slot);
+        let turned = if normals { world_normals(transform, mesh, kept) } else { Vec::new() };
+        for (v, &p) in mesh.positions().iter().enumerate() {
+            let mut write = |values: &[f32]| -> io::Result<()> {
+                values.iter().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+            };
+            write(&world(transform, p))?;
+            if normals {
+                write(&turned[v])?;
+            }
+            if uvs {
+                let [s, t] = kept.uvs.get(v).copied().unwrap_or(NO_UV);
+                // The first row of an image is at the bottom here.
+                write(&[s, 1.0 - t])?;
+            }
+            if colors {
+                let [r, g, b, a] = kept.colors.get(v).copied().unwrap_or(NO_COLOR);
+                let alpha = (a * 255.0).round() as u8;
+                out.write_all(&[srgb_byte(r), srgb_byte(g), srgb_byte(b), alpha])?;
             }
         }
     }

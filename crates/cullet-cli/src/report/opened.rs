@@ -1,0 +1,82 @@
+//! `report --cut`: the scene opened, with the frustum and what was culled inside.
+
+use clap::Args;
+use cullet::View;
+use cullet_draw::OpenedScene;
+use cullet_io::Model;
+
+use crate::console::Console;
+use crate::cut::shape::{self, KeepArg, Shape};
+use crate::cut::{self, Applied, Settings};
+use crate::drawing::Titled;
+use crate::exit::Failure;
+use crate::survey::Seen;
+
+/// How to open the scene.
+#[derive(Debug, Args)]
+pub(crate) struct OpenedArgs {
+    /// Also show the scene cut open at this plane (NX,NY,NZ,D) or box (X0,Y0,Z0,X1,Y1,Z1), as in cullet cut; may
+    /// be given several times
+    #[arg(long, value_name = "PLANE|BOX", value_parser = shape::shape, allow_hyphen_values = true)]
+    cut: Vec<Shape>,
+    /// With --cut: which part is kept, what is inside of all planes, or the rest
+    #[arg(long, value_enum, default_value_t = KeepArg::Inside, requires = "cut")]
+    cut_keep: KeepArg,
+}
+
+/// A model that was cut open, once.
+#[derive(Debug)]
+pub(super) struct Opened {
+    left: Applied,
+    /// Seen from where it was opened.
+    from: View,
+    words: String,
+}
+
+impl Opened {
+    /// Cuts a model, with caps; `None` where it is not asked for.
+    pub(super) fn new(
+        args: &OpenedArgs,
+        model: &Model,
+        console: &Console,
+    ) -> Result<Option<Self>, Failure> {
+        if args.cut.is_empty() {
+            return Ok(None);
+        }
+        let planes = shape::planes(&args.cut)?;
+        let keep = args.cut_keep.into();
+        let settings = Settings { planes: &planes, keep, cap: true, outlines: false, heal: 0.0 };
+        let left = cut::apply(model, &settings, console)?;
+        if left.model.scene.instance_count() == 0 {
+            console.note("note: --cut leaves nothing of the scene on the side that is kept");
+        }
+        let from = cut::stand(&left.model, &model.scene.extent(), &settings, None, [1280, 720])?;
+        let texts: Vec<&str> = args.cut.iter().map(|s| s.text.as_str()).collect();
+        let side = match args.cut_keep {
+            KeepArg::Inside => "what is inside is left",
+            KeepArg::Outside => "what is outside is left",
+        };
+        Ok(Some(Self { left, from, words: format!("{}: {side}", texts.join(" and ")) }))
+    }
+
+    /// What became of everything in a view, seen in the opened scene.
+    pub(super) fn picture(&self, model: &Model, view: &View, seen: &Seen) -> Titled {
+        let left = OpenedScene {
+            scene: &self.left.model.scene,
+            origin: &self.left.origin,
+            cut_material: self.left.cap_material,
+        };
+        Titled {
+            name: "opened",
+            picture: cullet_draw::opened(&model.scene, view, &seen.result, &left, &self.from),
+            caption: format!(
+                "Cut open at {}. The frustum, and every instance in the colour of what became of it; cut \
+                 faces are darker.",
+                self.words
+            ),
+            embed_px: 1280,
+            wide: true,
+            thumbnail: false,
+        }
+    }
+}
