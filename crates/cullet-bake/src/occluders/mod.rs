@@ -41,6 +41,7 @@
 //! ```
 
 mod blocks;
+mod data;
 mod flat;
 mod grow;
 mod surface;

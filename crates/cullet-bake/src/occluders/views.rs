@@ -4,6 +4,7 @@ use cullet::bounds::Aabb;
 use glam::{DVec2, DVec3};
 
 use super::Occluders;
+use super::data::{BOX_QUADS, box_corners};
 use super::surface::Surface;
 use crate::sample::fibonacci;
 
@@ -43,7 +44,7 @@ pub(super) fn hidden(
                 mesh.fill(&surface.corners(t), t.two_sided);
             }
             for b in &occluders.boxes {
-                box_triangles(b).iter().for_each(|t| proxies.fill(t, true));
+                box_triangles(b).for_each(|t| proxies.fill(&t, true));
             }
             for polygon in &occluders.polygons {
                 let points: Vec<DVec3> =
@@ -65,15 +66,12 @@ pub(super) fn hidden(
 }
 
 /// The twelve triangles of a box, wound outward.
-pub(super) fn box_triangles(b: &Aabb) -> Vec<[DVec3; 3]> {
-    let corner = |i: usize| {
-        DVec3::from([0, 1, 2].map(|a| f64::from(if i >> a & 1 == 1 { b.max[a] } else { b.min[a] })))
-    };
-    [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]]
+fn box_triangles(b: &Aabb) -> impl Iterator<Item = [DVec3; 3]> {
+    let corners = box_corners(b).map(|p| DVec3::from(p.map(f64::from)));
+    BOX_QUADS
         .into_iter()
         .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]])
-        .map(|t| t.map(corner))
-        .collect()
+        .map(move |t| t.map(|v| corners[v]))
 }
 
 /// Which points of a plane are covered, seen along a direction.
