@@ -358,7 +358,7 @@ fn draw(args: &OccludersArgs, model: &Model, placed: &Model) -> Result<Picture, 
     for (at, id) in frame.ids.iter().enumerate() {
         let drawn = *id != cullet_draw::PixelId::NONE;
         for c in at * 3..at * 3 + 3 {
-            let ghost = f32::from(picture.rgb[c]) * 0.4 + 255.0 * 0.6;
+            let ghost = f32::from(picture.rgb[c]) * 0.55 + 255.0 * 0.45;
             let mixed = if drawn { ghost * 0.25 + f32::from(proxies.rgb[c]) * 0.75 } else { ghost };
             picture.rgb[c] = mixed.round() as u8;
         }
@@ -372,7 +372,8 @@ fn stand(model: &Model) -> [[f64; 3]; 2] {
     let (middle, half) = (extent.center(), extent.half_extent());
     let origin = model.scene.origin();
     let radius = half.iter().map(|h| h * h).sum::<f64>().sqrt().max(1e-6);
-    let away = radius / (FOV_DEGREES * 0.5).to_radians().sin();
+    // The ball around a box is mostly air, and scenes are wider than high.
+    let away = 0.62 * radius / (FOV_DEGREES * 0.5).to_radians().sin();
     let target =
         [0, 1, 2].map(|a| if extent.is_empty() { origin[a] } else { middle[a] + origin[a] });
     // A direction of length 1, near enough.
