@@ -7,7 +7,7 @@ use crate::tools::{Done, cargo_program, command, root, run};
 /// Where pictures lie, from the root.
 const FOLDER: &str = "docs/src/pictures";
 
-/// A picture's file, and what follows `cullet picture` to draw it.
+/// A picture's file, and what follows `cullet picture` to draw it; or a command with `--picture` at its end.
 const PICTURES: &[(&str, &str)] = &[
     ("kinds.png", "kinds city --path walk --views 8 --view 2 --size 1280x720"),
     ("hierarchy.png", "hierarchy city --path walk --views 8 --view 2 --size 1280x960"),
@@ -27,6 +27,7 @@ const PICTURES: &[(&str, &str)] = &[
     ("back-regions.png", "back-regions knobs --views 8 --view 1 --size 800x450"),
     ("solids.png", "shaded solids --views 8 --view 1 --size 960x540"),
     ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 960x540"),
+    ("occluders.png", "occluders solids --eye 8,5,14 --target 0,0.5,0 --size 960x540 --picture"),
     ("moving.png", "shaded moving:t=1500 --eye 6,4,14 --target 0,0.5,0 --size 960x540"),
 ];
 
@@ -37,9 +38,13 @@ pub(crate) fn draw() -> Done {
     for (file, args) in PICTURES {
         let out = folder.join(file);
         let mut words = vec!["run", "--quiet", "--release", "--package", "cullet-cli", "--"];
-        words.extend(["--quiet", "picture"].into_iter().chain(args.split(' ')));
         let out = out.to_string_lossy();
-        words.extend_from_slice(&["--out", &out]);
+        words.push("--quiet");
+        if args.ends_with("--picture") {
+            words.extend(args.split(' ').chain([&*out]));
+        } else {
+            words.extend(["picture"].into_iter().chain(args.split(' ')).chain(["--out", &*out]));
+        }
         run(command(&cargo_program(), &words))?;
     }
     all_there()
