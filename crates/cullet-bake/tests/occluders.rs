@@ -359,7 +359,7 @@ fn castle_meshes_hide_most_of_what_they_are() {
         report.hidden.iter().for_each(|h| sums = [sums[0] + h.occluders, sums[1] + h.mesh]);
     }
     println!("{boxes} boxes hide {:.3}", sums[0] / sums[1]);
-    assert!(boxes > 200 && sums[0] > 0.75 * sums[1], "{boxes} {sums:?}");
+    assert!(boxes >= 300 && sums[0] > 0.73 * sums[1], "{boxes} {sums:?}");
 }
 
 /// A rotation about a tilted axis.
@@ -373,7 +373,7 @@ fn turned(data: &mut MeshData, angle: f32) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Any number of turned, overlapping blocks, some inside out: every point of every box has an outward
     /// block around it, by solid angle.

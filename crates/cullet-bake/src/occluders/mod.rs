@@ -84,8 +84,8 @@ impl Occluders {
     /// view's eye and its near rectangle (what the near plane cuts away hides nothing), of an orthographic
     /// view the rectangle alone. Not if it meets [`sealed`](Self::sealed), nor if it is empty or NaN.
     ///
-    /// A view that draws back faces alone ([`CullFace::Front`](cullet::CullFace::Front)) must use neither
-    /// boxes nor polygons of a one-sided mesh.
+    /// A view that draws back faces alone ([`CullFace::Front`](cullet::CullFace::Front)), or takes clockwise
+    /// triangles for the front, must use neither boxes nor polygons of a one-sided mesh.
     #[must_use]
     pub fn boxes_hold(&self, near: &Aabb) -> bool {
         let apart = |b: &Aabb| (0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a]);
