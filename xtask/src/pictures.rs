@@ -30,22 +30,24 @@ const PICTURES: &[(&str, &str)] = &[
     ("moving.png", "shaded moving:t=1500 --eye 6,4,14 --target 0,0.5,0 --size 960x540"),
 ];
 
-/// Pictures of cut-aways: a file, and what follows `cullet cut` to draw it.
-const CUTS: &[(&str, &str)] = &[
-    ("cut-office.png", "office --plane 0,1,0,1.6 --cap --size 960x540"),
-    ("cut-solids.png", "solids --plane 0,0,1,0 --cap --size 960x540"),
+/// Pictures that other commands draw: a file, and the command.
+const OTHERS: &[(&str, &str)] = &[
+    ("occluders.png", "occluders solids --eye 8,5,14 --target 0,0.5,0 --size 960x540"),
+    ("cut-office.png", "cut office --plane 0,1,0,1.6 --cap --size 960x540"),
+    ("cut-solids.png", "cut solids --plane 0,0,1,0 --cap --size 960x540"),
 ];
 
 /// Draws them all again.
 pub(crate) fn draw() -> Done {
     let folder = root().join(FOLDER);
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let pictures = PICTURES.iter().map(|p| (p, "picture", "--out"));
-    let cuts = CUTS.iter().map(|p| (p, "cut", "--picture"));
-    for ((file, args), what, option) in pictures.chain(cuts) {
+    let pictures = PICTURES.iter().map(|p| (p, Some("picture"), "--out"));
+    let others = OTHERS.iter().map(|p| (p, None, "--picture"));
+    for ((file, args), what, option) in pictures.chain(others) {
         let out = folder.join(file);
         let mut words = vec!["run", "--quiet", "--release", "--package", "cullet-cli", "--"];
-        words.extend(["--quiet", what].into_iter().chain(args.split(' ')));
+        words.push("--quiet");
+        words.extend(what.into_iter().chain(args.split(' ')));
         let out = out.to_string_lossy();
         words.extend_from_slice(&[option, &out]);
         run(command(&cargo_program(), &words))?;
@@ -77,7 +79,7 @@ pub(crate) fn all_there() -> Done {
             shown.extend(link.rsplit('/').next().map(str::to_owned));
         }
     }
-    match PICTURES.iter().chain(CUTS).find(|(file, _)| !shown.iter().any(|s| s == file)) {
+    match PICTURES.iter().chain(OTHERS).find(|(file, _)| !shown.iter().any(|s| s == file)) {
         Some((file, _)) => Err(format!("{FOLDER}/{file} is drawn, but no page shows it")),
         None => Ok(()),
     }

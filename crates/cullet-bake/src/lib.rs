@@ -1,9 +1,10 @@
 //! Prepares meshes for culling: what is done once, so that every frame is cheaper.
 //!
 //! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
-//! where that pays.
+//! where that pays; [`occluders`] finds boxes and polygons that hide what the mesh hides.
 #![forbid(unsafe_code)]
 
 pub mod clusters;
 pub mod joint;
+pub mod occluders;
 mod sample;

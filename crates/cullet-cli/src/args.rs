@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cut::{self, CutArgs};
+use crate::occluders::{self, OccludersArgs};
 use crate::parse;
 use crate::report::{CostArgs, OpenedArgs};
 use crate::reproduce::ReproduceArgs;
@@ -30,6 +31,7 @@ Examples
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
+  cullet occluders model.glb --picture o.png boxes inside of it, and polygons in its surface
   cullet bench                               the batch tests against this machine's streaming rate
   cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
@@ -80,6 +82,9 @@ pub(crate) enum Command {
     /// Cut a scene open at planes or a box, with caps
     #[command(after_help = cut::HELP)]
     Cut(Box<CutArgs>),
+    /// Make what can stand for each mesh when things behind it are looked for
+    #[command(after_help = occluders::HELP)]
+    Occluders(Box<OccludersArgs>),
 }
 
 const REPORT_HELP: &str = "\

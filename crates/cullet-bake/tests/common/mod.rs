@@ -77,8 +77,8 @@ pub(crate) fn check(data: &MeshData, clustering: &Clustering, options: &ClusterO
     mesh
 }
 
-/// A model of the shared test data as one one-sided mesh, or `None` with a line that says so.
-pub(crate) fn model(name: &str) -> Option<MeshData> {
+/// A file of the shared test data, or `None` with a line that says so.
+pub(crate) fn data(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("CULLET_DATA").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
         PathBuf::from,
@@ -90,6 +90,12 @@ pub(crate) fn model(name: &str) -> Option<MeshData> {
         println!("skipped: {} is not there; set CULLET_DATA", path.display());
         return None;
     }
+    Some(path)
+}
+
+/// A model of the shared test data as one one-sided mesh, or `None` where it is not there.
+pub(crate) fn model(name: &str) -> Option<MeshData> {
+    let path = data(name)?;
     let options =
         cullet_io::LoadOptions { two_sided: Some(false), ..cullet_io::LoadOptions::default() };
     let model = cullet_io::load(&path, &options).expect("a model that loads");
