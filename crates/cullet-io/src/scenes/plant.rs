@@ -22,7 +22,7 @@ pub(super) const INFO: SceneInfo = SceneInfo {
         KeyInfo {
             name: "bays",
             about: "length in bays of 8 m; each has 6 rooms' worth of pipes on a storey",
-            default: 14,
+            default: 12,
             min: 2,
             max: 200,
         },
@@ -30,7 +30,7 @@ pub(super) const INFO: SceneInfo = SceneInfo {
         KeyInfo {
             name: "pipes",
             about: "pipes in the rack of a bay, some 1300 triangles each",
-            default: 12,
+            default: 9,
             min: 1,
             max: 100,
         },
@@ -66,10 +66,12 @@ const DEPTH: usize = 3;
 /// Width of the galleries along the nave.
 const GALLERY: f64 = 1.8;
 /// How far the nave goes on west of the first bay, where one stands and looks.
-const PORCH: f64 = 24.0;
+const PORCH: f64 = 14.0;
 const OUTER: f64 = NAVE + WALL + DEPTH as f64 * BAY;
 /// Doors from rooms to the nave: width and height.
 const DOOR: [f64; 2] = [2.2, 2.8];
+/// How many rooms are open to the nave.
+const OPEN: f64 = 0.3;
 /// Bays along the nave for a vessel.
 const VESSEL_BAYS: usize = 2;
 
@@ -226,7 +228,7 @@ impl Plant {
         }
         self.boxed(wall, [l, -LAP, -OUTER - LAP], [l + WALL - LAP, h - LAP, OUTER + LAP])?;
         self.boxed(wall, [-PORCH - WALL, -LAP, -NAVE - WALL], [-PORCH, h, NAVE + WALL])?;
-        for i in -3..=self.bays as i32 {
+        for i in -1..=self.bays as i32 {
             let x = f64::from(i) * BAY + if i == self.bays as i32 { -0.4 } else { 0.4 };
             for z in [-NAVE + 0.3, NAVE - 0.3] {
                 self.boxed(steel, [x - 0.2, -LAP, z - 0.2], [x + 0.2, h + 0.3, z + 0.2])?;
@@ -258,12 +260,17 @@ impl Plant {
             for first in (0..self.bays).step_by(2) {
                 let count = (self.bays - first).min(2);
                 let (x0, x1) = (first as f64 * BAY, (first + count) as f64 * BAY);
+                // Some rooms are open to the nave.
+                let open = self.rng.chance(OPEN);
                 let z = across(NAVE, NAVE + WALL);
                 let door = x0 + (x1 - x0) * self.rng.range(0.25, 0.75) - DOOR[0] * 0.5;
-                self.boxed(wall, [x0, y - LAP, z[0]], [door, top + LAP, z[1]])?;
-                self.boxed(wall, [door + DOOR[0], y - LAP, z[0]], [x1, top + LAP, z[1]])?;
-                let lintel = [door - LAP, y + DOOR[1], z[0] + 0.01];
-                self.boxed(wall, lintel, [door + DOOR[0] + LAP, top + LAP, z[1] - 0.01])?;
+                if !open {
+                    self.boxed(wall, [x0, y - LAP, z[0]], [door, top + LAP, z[1]])?;
+                    self.boxed(wall, [door + DOOR[0], y - LAP, z[0]], [x1, top + LAP, z[1]])?;
+                    let lintel = [door - LAP, y + DOOR[1], z[0] + 0.01];
+                    let to = [door + DOOR[0] + LAP, top + LAP, z[1] - 0.01];
+                    self.boxed(wall, lintel, to)?;
+                }
                 if x1 < l {
                     let z = across(NAVE + 0.02, OUTER + LAP);
                     let x = [x1 - WALL * 0.5, x1 + WALL * 0.5];
@@ -334,24 +341,34 @@ impl Plant {
                 self.b.add(self.parts.pump, turned(turn, [1.3; 3], at))?;
             }
         }
-        // Bridges of pipes between the aisles, behind each vessel.
-        for bay in (1..self.bays).step_by(2) {
+        // Bridges of pipes between the aisles, from vessel to vessel.
+        for bay in (1..self.bays).step_by(VESSEL_BAYS) {
             for floor in 0..self.floors {
-                if !self.rng.chance(0.5) {
+                if !self.rng.chance(0.4) {
                     continue;
                 }
-                let y = floor as f64 * STOREY;
-                let rack = self.parts.racks[self.rng.below(self.parts.racks.len())];
-                let scale = [0.28, 0.5, 2.0 * NAVE / BAY];
-                let at = [bay as f64 * BAY + 6.8, y + STOREY * 0.35, -NAVE];
-                for mesh in rack {
-                    self.b.add(mesh, turned(0.0, scale, at))?;
+                let scale = NAVE / BAY;
+                for half in 0..2 {
+                    let rack = self.parts.racks[self.rng.below(self.parts.racks.len())];
+                    let at = [
+                        (bay as f64 + 0.4) * BAY,
+                        floor as f64 * STOREY,
+                        NAVE * (f64::from(half) - 1.0),
+                    ];
+                    for mesh in rack {
+                        self.b.add(mesh, turned(0.0, [scale; 3], at))?;
+                    }
                 }
-                let beam = [at[0] - 0.1, at[1] + 1.15, -NAVE];
-                let to = [at[0] + 2.3, at[1] + 1.3, NAVE];
-                if y + STOREY < h {
-                    self.b.add(self.parts.steel, fill(beam, to))?;
-                }
+            }
+        }
+        // Before the first bay, on both sides of whoever stands there.
+        for side in [-1.0, 1.0] {
+            for i in 0..4 {
+                let at = [-2.0 - 2.6 * f64::from(i), 0.0, side * (NAVE - 1.3)];
+                let tank = self.parts.tanks[self.rng.below(self.parts.tanks.len())];
+                let mesh = if i % 2 == 0 { tank } else { self.parts.cabinet };
+                let turn = if side > 0.0 { 0.5 } else { 0.0 };
+                self.b.add(mesh, turned(turn, [1.0; 3], at))?;
             }
         }
         Ok(())

@@ -217,11 +217,7 @@ pub(super) fn ladder(height: f64) -> Shape {
         let frame = move |t: f64| {
             let (sin, cos) = sin_cos(0.5 * t);
             let out = DVec3::new(cos, 0.0, sin);
-            (
-                DVec3::new(0.0, y, 0.03) + out * DVec3::new(0.38, 0.0, 0.7),
-                DVec3::Y,
-                out.cross(DVec3::Y),
-            )
+            (DVec3::new(0.0, y, 0.03) + out * DVec3::new(0.38, 0.0, 0.7), out, DVec3::Y)
         };
         s = s.and(&Shape::rod(10, false, 0.02, 6, frame));
     }
@@ -278,9 +274,14 @@ pub(super) fn girder(length: f64, depth: f64) -> Shape {
         }
         let panels = (length / depth).round().max(1.0) as u32;
         for i in 0..panels {
-            let at = |k: u32| length * f64::from(k) / f64::from(panels);
+            // Bars end short of each other, or they would share corners.
+            let at = |k: u32, gap: f64| length * f64::from(k) / f64::from(panels) + gap;
             let (low, high) = if i % 2 == 0 { (-depth, 0.0) } else { (0.0, -depth) };
-            s = s.and(&bar(DVec3::new(x, low, at(i)), DVec3::new(x, high, at(i + 1)), 0.05));
+            s = s.and(&bar(
+                DVec3::new(x, low, at(i, 0.01)),
+                DVec3::new(x, high, at(i + 1, -0.01)),
+                0.05,
+            ));
         }
     }
     s
