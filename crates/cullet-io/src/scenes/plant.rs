@@ -21,7 +21,7 @@ pub(super) const INFO: SceneInfo = SceneInfo {
         KeyInfo { name: "seed", about: "which plant", default: 1, min: 0, max: u64::MAX },
         KeyInfo {
             name: "bays",
-            about: "length in bays of 8 m; each has 6 rooms' worth of pipes on a storey",
+            about: "length in bays of 8 m; each has 6 racks of pipes on a storey",
             default: 12,
             min: 2,
             max: 200,
@@ -324,7 +324,6 @@ impl Plant {
 
     /// Vessels in a row, with ladders, and pipes across.
     fn nave(&mut self) -> Result<(), SceneSpecError> {
-        let h = self.height();
         for (i, first) in (0..self.bays).step_by(VESSEL_BAYS).enumerate() {
             let count = (self.bays - first).min(VESSEL_BAYS) as f64;
             let x = (first as f64 + count * 0.5) * BAY;
