@@ -1,6 +1,6 @@
 //! Two judges of what is hidden, both in f64 and neither with a line of the engine's occlusion culling
-//! in it: [`reference`](self::reference) looks at samples, and so may call hidden what shows between
-//! them; [`proof`](self::proof) calls hidden only what it can prove to be, between the samples too.
+//! in it: `reference` looks at samples, and so may call hidden what shows between
+//! them; `proof` calls hidden only what it can prove to be, between the samples too.
 
 pub(crate) mod interval;
 pub(crate) mod planar;

@@ -454,7 +454,7 @@ impl Search<'_> {
     }
 
     /// Whether triangles of one mesh and winding, all of them before the box, cover a cell together: see
-    /// the [module's page](self).
+    /// the head of this file.
     fn is_covered(&self, cell: &Cell, group: &[u32]) -> bool {
         if group.len() < 2 {
             return false;

@@ -66,7 +66,7 @@ impl Default for SampleOptions {
 /// is drawn there. A box that is empty, NaN or infinite is [`Sampled::CrossesNear`], that is, kept.
 ///
 /// Cost: one frame of N² times the pixels, then some microseconds a box in the picture. The city of
-/// 120,000 triangles and 100,000 boxes is a benchmark for it: see the tests.
+/// 120,000 triangles and 100,000 boxes takes a second or so at N = 4 of 1280 × 720.
 #[must_use]
 pub fn sampled_boxes(
     scene: &Scene,

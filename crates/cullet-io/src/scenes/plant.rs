@@ -375,7 +375,7 @@ impl Plant {
 
     fn cameras(&mut self) {
         let (l, h) = (self.length(), self.height());
-        let eye = DVec3::new(-PORCH + 1.5, (h * 0.42).min(15.0).max(1.7), 3.0);
+        let eye = DVec3::new(-PORCH + 1.5, (h * 0.42).clamp(1.7, 15.0), 3.0);
         let mut add = |name: &str, keys: Vec<(f64, Transform)>| {
             self.b.model.cameras.push(CameraNode {
                 name: name.to_owned(),
