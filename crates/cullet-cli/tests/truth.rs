@@ -36,6 +36,7 @@ fn built_in_scenes() {
         ("city:objects=5000,cells=40", [50.0, 22.0, 24.0]),
         ("solids", [51.0, 18.0, 21.0]),
         ("office", [53.0, 23.0, 18.0]),
+        ("plant:bays=4,floors=2,kinds=6", [51.0, 8.0, 22.0]),
         ("forest:n=20000", [60.0, 22.0, 26.0]),
         // What deforms is culled whole or not at all, so an orbit leaves nearly all.
         ("moving", [97.0, 45.0, 44.0]),

@@ -75,6 +75,7 @@ fn the_same_text_gives_the_same_scene_everywhere() {
         ("city:cells=20,objects=3000", "5a16908649c329a5"),
         ("solids:n=60", "ecb25c20308e374f"),
         ("office:floors=2", "77b0e19ac6dfa177"),
+        ("plant:bays=2,floors=2,kinds=2", "12940e6477ed4d58"),
         ("forest:n=20000", "f43dc8b850eab4b4"),
         ("moving:n=40,t=1500", "a03e6079a86b3ea0"),
     ];
@@ -91,9 +92,15 @@ fn the_same_text_gives_the_same_scene_everywhere() {
 
 #[test]
 fn every_scene_can_be_built_and_is_complete() {
-    for text in
-        ["city:cells=10,objects=500", "solids", "office", "forest:n=5000", "moving:t=2000", "knobs"]
-    {
+    for text in [
+        "city:cells=10,objects=500",
+        "solids",
+        "office",
+        "plant:bays=3,floors=2,kinds=3",
+        "forest:n=5000",
+        "moving:t=2000",
+        "knobs",
+    ] {
         let model = scenes::build(text).unwrap();
         assert!(scenes::is_builtin(text));
         assert_eq!(model.name.split(':').next(), text.split(':').next());

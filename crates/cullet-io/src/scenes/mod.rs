@@ -8,6 +8,7 @@ mod forest;
 mod knobs;
 mod moving;
 mod office;
+mod plant;
 mod rng;
 mod shapes;
 mod solids;
@@ -27,7 +28,7 @@ use shapes::{Shape, mesh_data};
 use spec::Spec;
 
 static SCENES: &[SceneInfo] =
-    &[city::INFO, solids::INFO, office::INFO, forest::INFO, moving::INFO, knobs::INFO];
+    &[city::INFO, solids::INFO, office::INFO, plant::INFO, forest::INFO, moving::INFO, knobs::INFO];
 
 /// The built-in scenes, with their keys.
 #[must_use]
@@ -58,6 +59,7 @@ pub fn build(text: &str) -> Result<Model, SceneSpecError> {
         "city" => city::build(&spec),
         "solids" => solids::build(&spec),
         "office" => office::build(&spec),
+        "plant" => plant::build(&spec),
         "moving" => moving::build(&spec),
         "knobs" => knobs::build(&spec),
         _ => forest::build(&spec),
