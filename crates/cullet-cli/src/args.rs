@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cut::{self, CutArgs};
+use crate::occscn::{self, OccscnArgs};
 use crate::parse;
 use crate::report::CostArgs;
 use crate::reproduce::ReproduceArgs;
@@ -31,6 +32,7 @@ Examples
                                              cut it open; the caps leave no gap
   cullet bench                               the batch tests against this machine's streaming rate
   cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
+  cullet occscn city:ground=0 -o city.bin    triangles, boxes and views, for comparing occlusion cullers
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
   cullet calibrate                           what a triangle costs here, for reports in milliseconds
@@ -79,6 +81,9 @@ pub(crate) enum Command {
     /// Cut a scene open at planes or a box, with caps
     #[command(after_help = cut::HELP)]
     Cut(Box<CutArgs>),
+    /// Write a scene as triangles, boxes and views for comparing occlusion cullers
+    #[command(after_help = occscn::HELP)]
+    Occscn(Box<OccscnArgs>),
 }
 
 const REPORT_HELP: &str = "\

@@ -13,6 +13,7 @@ mod exit;
 mod info;
 mod inputs;
 mod meshes;
+mod occscn;
 mod parse;
 mod picture;
 mod record;
@@ -61,6 +62,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(&args.json)),
         Command::Cut(args) => cut::run(args, &console(&args.json)),
+        Command::Occscn(args) => occscn::run(args, &Console::new(cli.quiet, None)),
         Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
     }
 }

@@ -6,11 +6,15 @@
 //! the cameras, `matrix (column-major, depth 0..1), eye, near`; the objects, a box each. A box is its
 //! lowest and its highest corner.
 
+mod make;
+
 use std::io::{self, Write};
 
 use cullet::bounds::Aabb;
-use cullet::mesh::MeshData;
+use cullet::mesh::{Alpha, MeshData, Part};
 use cullet::{BoundsOverride, Instance, InstanceFlags, Transform};
+
+pub use make::{MakeOptions, Objects};
 
 use crate::builder::{Builder, GREY};
 use crate::obj::Compact;
@@ -262,13 +266,24 @@ impl Occscn {
     }
 
     /// The contents for a model: instances with
-    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion) are objects, by their bounds; all others
-    /// are meshes, one each, in world space; [`Model::views`] are the cameras. Sides, materials, names
-    /// and levels are lost. Positions are rounded to f32, so a scene far from 0 loses what f32 loses.
+    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion) are objects, by their bounds, and so are
+    /// those of which nothing is opaque; all others are meshes, one each, in world space, with their
+    /// opaque triangles; [`Model::views`] are the cameras. Sides, materials, names and levels are lost.
+    /// Positions are rounded to f32, so a scene far from 0 loses what f32 loses.
     ///
     /// # Errors
     /// If a count does not fit 32 bits, or an instance has bounds or a transform that are not finite.
     pub fn from_model(model: &Model) -> Result<Self, ErrorKind> {
+        let mut out = Self::gather(model, |slot| match model.scene.flags(slot).no_occlusion {
+            true => Role::Object,
+            false => Role::Occluder,
+        })?;
+        out.cameras = model.views.iter().map(OccCamera::from).collect();
+        Ok(out)
+    }
+
+    /// Instances as what `role` says of their slots; no cameras.
+    fn gather(model: &Model, role: impl Fn(u32) -> Role) -> Result<Self, ErrorKind> {
         let scene = &model.scene;
         let mut out = Self::default();
         let not_finite = |slot: u32| {
@@ -279,16 +294,24 @@ impl Occscn {
         let mut slots: Vec<u32> = scene.slots().collect();
         slots.sort_by_key(|&slot| scene.handle(slot));
         for slot in slots {
-            if scene.flags(slot).no_occlusion {
-                let bounds = scene.bounds(slot);
-                if !bounds.is_finite() {
-                    return Err(not_finite(slot));
+            let mesh = scene.mesh(slot);
+            // What shows what is behind it hides nothing.
+            let opaque = |part: &&Part| part.alpha == Alpha::Opaque;
+            let see_through = scene.flags(slot).transparent
+                || (mesh.triangle_count() > 0 && !mesh.parts().iter().any(|p| opaque(&p)));
+            match role(slot) {
+                Role::Nothing => continue,
+                Role::Occluder if !see_through => {}
+                Role::Occluder | Role::Object => {
+                    let bounds = scene.bounds(slot);
+                    if !bounds.is_finite() {
+                        return Err(not_finite(slot));
+                    }
+                    out.objects.push(in_world(&bounds, scene.origin()));
+                    continue;
                 }
-                out.objects.push(in_world(&bounds, scene.origin()));
-                continue;
             }
             let transform = scene.transform(slot);
-            let mesh = scene.mesh(slot);
             let base = fits("vertices", out.vertices.len() + mesh.positions().len())?
                 - mesh.positions().len() as u32;
             let first_triangle = fits("triangles", out.triangles.len())?;
@@ -301,21 +324,32 @@ impl Occscn {
             }
             // A mirror turns the winding round; the file has only one.
             let mirrored = transform.determinant() < 0.0;
-            out.triangles.extend((0..mesh.triangle_count()).map(|t| {
-                let [a, b, c] = mesh.triangle(t).map(|v| v + base);
-                if mirrored { [a, c, b] } else { [a, b, c] }
-            }));
-            fits("triangles", out.triangles.len())?;
-            let triangle_count = mesh.triangle_count();
+            // Parts are ranges of the original order, which is the file's.
+            let indices = mesh.original_indices();
+            let triangles = indices.as_chunks::<3>().0;
+            for part in mesh.parts().iter().filter(opaque) {
+                let first = part.first_triangle as usize;
+                let own = &triangles[first..first + part.triangle_count as usize];
+                out.triangles.extend(own.iter().map(|t| {
+                    let [a, b, c] = t.map(|v| v + base);
+                    if mirrored { [a, c, b] } else { [a, b, c] }
+                }));
+            }
+            let triangle_count = fits("triangles", out.triangles.len())? - first_triangle;
             out.meshes.push(MeshRange { first_triangle, triangle_count });
         }
-        out.cameras.extend(model.views.iter().map(|v| OccCamera {
-            clip_from_world: v.clip_from_world.map(|x| x as f32),
-            eye: v.eye.map(|x| x as f32),
-            near: v.near as f32,
-        }));
         Ok(out)
     }
+}
+
+/// What becomes of an instance.
+enum Role {
+    /// A mesh, if it is opaque; else an object.
+    Occluder,
+    /// An object.
+    Object,
+    /// Neither.
+    Nothing,
 }
 
 /// Writes a model, as [`Occscn::from_model`] sees it. Pass a buffered writer.
