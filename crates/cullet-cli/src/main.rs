@@ -68,6 +68,9 @@ fn run(cli: &Cli) -> Outcome {
 }
 
 fn run_bench(args: &BenchArgs, console: &Console) -> Outcome {
+    if args.occlusion.scene.is_some() {
+        return bench::run_scene(args, console);
+    }
     let options = bench::BenchOptions::new(args.filter.clone(), args.large);
     let results = if console.json_on_stdout {
         bench::run(&options)

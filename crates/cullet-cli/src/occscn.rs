@@ -53,6 +53,9 @@ pub(crate) struct OccscnArgs {
     /// Where from: as of cullet report [default: the scene's own views or cameras, else walk]
     #[arg(long, value_name = "PATH")]
     path: Option<String>,
+    /// Distance of the near plane [default: the camera's own, else a thousandth of the scene's diagonal]
+    #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
+    near: Option<f64>,
     /// How many views along the path
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     views: u32,
@@ -71,6 +74,8 @@ struct Cluster(Option<u32>);
 /// Triangles of a mesh and boxes asked for where nobody says another number: those of published figures.
 const CLUSTER: u32 = 128;
 const BOXES: u32 = 20_000;
+/// Distance of the near plane, by the scene's diagonal.
+const NEAR: f64 = 1e-3;
 /// More would take more memory than the format's 32 bits are meant for.
 const MOST_BOXES: u32 = 100_000_000;
 
@@ -98,7 +103,7 @@ fn objects(text: &str) -> Result<Objects, String> {
 pub(crate) fn run(args: &OccscnArgs, console: &Console) -> Outcome {
     let model = inputs::load(&args.scene, console)?;
     let path = args.path.as_deref().map(str::parse).transpose().map_err(Failure::usage)?;
-    let overrides = Overrides { seed: args.seed, ..Overrides::default() };
+    let overrides = Overrides { seed: args.seed, near: args.near, ..Overrides::default() };
     let views = views(&model, path, args.views as usize, args.size, &overrides)?;
     let mut options = default_options(&model);
     options.seed = args.seed;

@@ -28,6 +28,9 @@ const HEADER: usize = 32;
 const SIZES: [usize; 5] = [12, 12, 32, 80, 24];
 const NAMES: [&str; 5] = ["vertices", "triangles", "meshes", "cameras", "objects"];
 
+/// The box of a mesh without triangles.
+const ZERO: Aabb = Aabb { min: [0.0; 3], max: [0.0; 3] };
+
 /// A range of triangles that may be culled or sorted as one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshRange {
@@ -191,23 +194,22 @@ impl Occscn {
         Ok(())
     }
 
-    /// The triangles of a mesh; none for an empty one, wherever it says it is.
-    fn triangles_of(&self, mesh: &MeshRange) -> &[[u32; 3]] {
-        let first = mesh.first_triangle as usize;
-        self.triangles.get(first..first + mesh.triangle_count as usize).unwrap_or(&[])
+    /// The box of a mesh's vertices; empty for a mesh without triangles.
+    ///
+    /// # Panics
+    /// If `mesh` is not below the number of meshes.
+    #[must_use]
+    pub fn mesh_bounds(&self, mesh: usize) -> Aabb {
+        let used = self.triangles_of(&self.meshes[mesh]).as_flattened();
+        let corners: Vec<[f32; 3]> = used.iter().map(|&v| self.vertices[v as usize]).collect();
+        Aabb::from_points(&corners)
     }
 
-    /// The box of a mesh's vertices, as the file has it: zeros if there are none.
-    fn mesh_box(&self, mesh: &MeshRange) -> [[f32; 3]; 2] {
-        let mut b = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-        for &v in self.triangles_of(mesh).as_flattened() {
-            let p = self.vertices[v as usize];
-            b = [
-                std::array::from_fn(|a| b[0][a].min(p[a])),
-                std::array::from_fn(|a| b[1][a].max(p[a])),
-            ];
-        }
-        if b[0][0] > b[1][0] { [[0.0; 3]; 2] } else { b }
+    /// The triangles of a mesh; none for an empty one, wherever it says it is.
+    #[must_use]
+    pub fn triangles_of(&self, mesh: &MeshRange) -> &[[u32; 3]] {
+        let first = mesh.first_triangle as usize;
+        self.triangles.get(first..first + mesh.triangle_count as usize).unwrap_or(&[])
     }
 
     /// Writes the file. Pass a buffered writer.
@@ -246,10 +248,12 @@ impl Occscn {
         for i in self.triangles.iter().flatten() {
             out.write_all(&i.to_le_bytes())?;
         }
-        for mesh in &self.meshes {
+        for (m, mesh) in self.meshes.iter().enumerate() {
             out.write_all(&mesh.first_triangle.to_le_bytes())?;
             out.write_all(&mesh.triangle_count.to_le_bytes())?;
-            let [min, max] = self.mesh_box(mesh);
+            let bounds = self.mesh_bounds(m);
+            // A box inside out is no number that other programs expect.
+            let Aabb { min, max } = if bounds.is_empty() { ZERO } else { bounds };
             floats(out, &min)?;
             floats(out, &max)?;
         }

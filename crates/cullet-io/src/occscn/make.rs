@@ -82,7 +82,7 @@ impl Occscn {
         let mut items: Vec<([f64; 3], [u32; 3])> =
             self.triangles.iter().map(|t| (centre(t), *t)).collect();
         self.meshes.clear();
-        let mut rest = vec![0..items.len()];
+        let mut rest = Vec::from_iter((!items.is_empty()).then_some(0..items.len()));
         while let Some(range) = rest.pop() {
             if range.len() <= most.max(1) as usize {
                 self.meshes.push(MeshRange {
