@@ -1,7 +1,7 @@
 //! Welding: which vertices lie in the same place.
 
 /// For each vertex the first vertex at the same position (−0 equals 0). Expected O(n).
-pub(super) fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
+pub(crate) fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
     const FREE: u32 = u32::MAX;
     // Open addressing at a load of at most one half.
     let slots = (positions.len() * 2).next_power_of_two().max(2);

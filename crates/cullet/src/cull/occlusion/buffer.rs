@@ -1,0 +1,177 @@
+//! The buffer: tiles of pixels, each with the nearness of what is proved to cover all of it.
+
+use thiserror::Error;
+
+use super::fringe::Fringe;
+use super::outline::Outline;
+use super::screen::{Clip, Screen};
+use crate::view::View;
+
+/// Pixels along an edge of a tile.
+pub const TILE: usize = 8;
+
+/// Why a buffer cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum OcclusionError {
+    /// No pixels, or too many.
+    #[error("an occlusion buffer of {0}x{1} pixels is not between 1x1 and {2}x{2}")]
+    Size(u32, u32, u32),
+    /// Buffers of different sizes, or of different views.
+    #[error("a buffer of {0}x{1} pixels cannot take in one of {2}x{3}, or of another view")]
+    Merge(u32, u32, u32, u32),
+}
+
+/// Sixty-four pixels, row by row: 0 where nothing is proved to cover the whole pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub(super) struct Tile(pub(super) [f32; TILE * TILE]);
+
+impl Tile {
+    pub(super) const fn filled(value: f32) -> Self {
+        Self([value; TILE * TILE])
+    }
+}
+
+/// What is proved to be hidden, pixel by pixel.
+///
+/// A pixel holds a *nearness*: all of the pixel, as a closed square of the image plane and not merely its middle, is
+/// covered by occluders that are at least that near. 0 is a pixel of which some point may be open. A thing that is
+/// everywhere farther than the pixels that it can touch is hidden, at every resolution and from every sample.
+///
+/// Tiles of 8 × 8 pixels keep the least of their pixels, which most questions end at. Clearing touches one
+/// number a tile.
+#[derive(Clone, Debug)]
+pub struct OcclusionBuffer {
+    pub(super) size: [u32; 2],
+    /// Tiles in a row.
+    pub(super) columns: usize,
+    pub(super) tiles: Vec<Tile>,
+    /// The least of the pixels of each tile.
+    pub(super) far: Vec<f32>,
+    /// Whether the pixels of a tile are of this frame.
+    pub(super) live: Vec<bool>,
+    pub(super) screen: Option<Screen>,
+    pub(super) origin: [f64; 3],
+    pub(super) fringe: Fringe,
+    pub(super) outline: Outline,
+    pub(super) clips: Vec<Clip>,
+    pub(super) faces: Vec<super::patch::Face>,
+}
+
+impl OcclusionBuffer {
+    /// The longest edge that a buffer may have.
+    pub const LIMIT: u32 = 16384;
+
+    /// A buffer of `size` pixels, which need not be a multiple of anything, nor that of the view. It
+    /// is empty: nothing is hidden. Half or a quarter of the view's resolution proves nearly as much.
+    ///
+    /// # Errors
+    /// [`OcclusionError::Size`] where it has no pixel, or an edge beyond [`LIMIT`](Self::LIMIT).
+    pub fn new(size: [u32; 2]) -> Result<Self, OcclusionError> {
+        if size.iter().any(|&s| s == 0 || s > Self::LIMIT) {
+            return Err(OcclusionError::Size(size[0], size[1], Self::LIMIT));
+        }
+        let [columns, rows] = size.map(|s| (s as usize).div_ceil(TILE));
+        Ok(Self {
+            size,
+            columns,
+            tiles: vec![Tile::filled(0.0); columns * rows],
+            far: vec![0.0; columns * rows],
+            live: vec![false; columns * rows],
+            screen: None,
+            origin: [0.0; 3],
+            fringe: Fringe::new(size),
+            outline: Outline::default(),
+            clips: Vec::new(),
+            faces: Vec::new(),
+        })
+    }
+
+    /// Width and height in pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Empties the buffer and turns it to a view. What is asked about later is given relative to `origin`.
+    pub fn begin(&mut self, view: &View, origin: [f64; 3]) {
+        self.far.fill(0.0);
+        self.live.fill(false);
+        self.screen = Some(Screen::new(view, origin, self.size));
+        self.origin = origin;
+    }
+
+    /// The nearness that covers all of a pixel, counted from the top left; 0 where none is proved, and
+    /// beyond the buffer. Larger is nearer: 1 / w in perspective.
+    #[must_use]
+    pub fn nearness(&self, x: u32, y: u32) -> f32 {
+        if x >= self.size[0] || y >= self.size[1] {
+            return 0.0;
+        }
+        let (x, y) = (x as usize, y as usize);
+        let tile = y / TILE * self.columns + x / TILE;
+        if self.live[tile] { self.tiles[tile].0[y % TILE * TILE + x % TILE] } else { 0.0 }
+    }
+
+    /// The least nearness of each tile, row by row, and how many tiles there are in a row: the coarser
+    /// level of the buffer.
+    #[must_use]
+    pub fn tiles(&self) -> (&[f32], usize) {
+        (&self.far, self.columns)
+    }
+
+    /// Takes in what another buffer of the same view proved: of each pixel the nearer proof. Neither the order of
+    /// merging nor how occluders were shared out changes the result.
+    ///
+    /// # Errors
+    /// [`OcclusionError::Merge`] where sizes or views differ.
+    pub fn merge(&mut self, other: &Self) -> Result<(), OcclusionError> {
+        if self.size != other.size || self.screen != other.screen || self.origin != other.origin {
+            let ([a, b], [c, d]) = (self.size, other.size);
+            return Err(OcclusionError::Merge(a, b, c, d));
+        }
+        for t in 0..self.tiles.len() {
+            if !other.live[t] {
+                continue;
+            }
+            if self.live[t] {
+                let mut far = f32::INFINITY;
+                for (mine, theirs) in self.tiles[t].0.iter_mut().zip(&other.tiles[t].0) {
+                    *mine = mine.max(*theirs);
+                    far = far.min(*mine);
+                }
+                self.far[t] = far;
+            } else {
+                (self.tiles[t], self.far[t], self.live[t]) = (other.tiles[t], other.far[t], true);
+            }
+        }
+        Ok(())
+    }
+
+    /// The pixels of a tile, made of this frame: 0, and infinitely near beyond the buffer's edge, so that
+    /// what is not there never counts as open.
+    #[inline(always)]
+    pub(super) fn wake(
+        size: [u32; 2],
+        columns: usize,
+        tiles: &mut [Tile],
+        live: &mut [bool],
+        t: usize,
+    ) {
+        if live[t] {
+            return;
+        }
+        live[t] = true;
+        tiles[t] = Tile::filled(0.0);
+        let (x, y) = (t % columns * TILE, t / columns * TILE);
+        let [width, height] = size.map(|s| s as usize);
+        if x + TILE > width || y + TILE > height {
+            for (i, pixel) in tiles[t].0.iter_mut().enumerate() {
+                if x + i % TILE >= width || y + i / TILE >= height {
+                    *pixel = f32::INFINITY;
+                }
+            }
+        }
+    }
+}

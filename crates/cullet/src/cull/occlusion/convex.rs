@@ -1,0 +1,244 @@
+//! Convex occluders: drawn as one, by their silhouette.
+
+use std::collections::HashMap;
+
+use super::OccluderError;
+use crate::bounds::Aabb;
+use crate::exact;
+use crate::mesh::weld;
+
+/// A convex polyhedron, or a convex polygon that hides from both sides.
+///
+/// On the screen it is one outline, the edges between a face that is seen and one that is not; and at each pixel it is as
+/// near as the farthest of the planes of the faces seen, since a line enters a convex body at the last plane that
+/// it crosses inward.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Convex {
+    pub(super) vertices: Vec<[f32; 3]>,
+    /// Loops of vertices, counter-clockwise seen from outside, one after the other.
+    loops: Vec<u32>,
+    /// Where the loop of each face begins; one more than there are faces.
+    starts: Vec<u32>,
+    /// Three corners of each face that lie well apart.
+    pub(super) spread: Vec<[u32; 3]>,
+    /// Edges: from, to, the face that winds that way, the face that winds the other way.
+    pub(super) edges: Vec<[u32; 4]>,
+    bounds: Aabb,
+}
+
+impl Convex {
+    /// The most vertices that a convex occluder has.
+    pub const MAX_VERTICES: usize = 256;
+
+    /// A box. One that is flat hides by its two largest sides; one without area hides nothing.
+    ///
+    /// # Errors
+    /// [`OccluderError::NotFinite`], and [`OccluderError::Empty`] for an empty box.
+    pub fn from_box(b: &Aabb) -> Result<Self, OccluderError> {
+        if b.is_empty() {
+            return Err(OccluderError::Empty);
+        }
+        let vertices = b.corners().to_vec();
+        // Corner i has the upper x, y, z where bits 0, 1, 2 are set.
+        let faces: [[u32; 4]; 6] =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        Self::from_loops(vertices, &faces.map(|f| f.to_vec()))
+    }
+
+    /// A flat convex polygon, which hides from both sides. Its corners are taken to lie in one plane: what
+    /// they stand out of it by must be made good by the caller, who shrinks or moves it.
+    ///
+    /// # Errors
+    /// Where it has fewer than three corners, too many, or one that is not finite.
+    pub fn from_polygon(corners: &[[f32; 3]]) -> Result<Self, OccluderError> {
+        let count = corners.len() as u32;
+        if count < 3 {
+            return Err(OccluderError::Empty);
+        }
+        Self::from_loops(corners.to_vec(), &[(0..count).collect(), (0..count).rev().collect()])
+    }
+
+    /// The convex body that a triangle list is the surface of: exactly convex, closed and wound outward. `None` for
+    /// any other list, and for one with too many corners.
+    #[must_use]
+    pub fn from_mesh(positions: &[[f32; 3]], indices: &[u32]) -> Option<Self> {
+        let first = weld(positions);
+        let triangles: Vec<[u32; 3]> = indices
+            .chunks_exact(3)
+            .map(|t| [t[0], t[1], t[2]].map(|v| first.get(v as usize).copied().unwrap_or(u32::MAX)))
+            .collect();
+        if triangles.len() < 4 || triangles.iter().flatten().any(|&v| v == u32::MAX) {
+            return None;
+        }
+        let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
+        let mut half_edges = HashMap::with_capacity(triangles.len() * 3);
+        for (t, v) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                if half_edges.insert((v[k], v[(k + 1) % 3]), t).is_some() {
+                    return None;
+                }
+            }
+        }
+        // Triangles in one plane are one face.
+        let mut face = vec![usize::MAX; triangles.len()];
+        let mut faces: Vec<Vec<usize>> = Vec::new();
+        for seed in 0..triangles.len() {
+            if face[seed] != usize::MAX {
+                continue;
+            }
+            if exact::is_collinear(&corners(seed)) {
+                return None;
+            }
+            let plane = corners(seed);
+            let mut members = vec![seed];
+            face[seed] = faces.len();
+            let mut at = 0;
+            while let Some(&t) = members.get(at) {
+                at += 1;
+                for k in 0..3 {
+                    let (a, b) = (triangles[t][k], triangles[t][(k + 1) % 3]);
+                    let &other = half_edges.get(&(b, a))?;
+                    let flat = triangles[other]
+                        .iter()
+                        .all(|&v| exact::side_sign(&plane, positions[v as usize]) == 0);
+                    if flat && face[other] == usize::MAX {
+                        face[other] = faces.len();
+                        members.push(other);
+                    }
+                }
+            }
+            faces.push(members);
+            if faces.len() > Self::MAX_VERTICES * 2 {
+                return None;
+            }
+        }
+        let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
+        used.sort_unstable();
+        used.dedup();
+        for members in &faces {
+            let plane = corners(members[0]);
+            if used.iter().any(|&v| exact::side_sign(&plane, positions[v as usize]) > 0) {
+                return None;
+            }
+        }
+        // A vertex where fewer than three faces meet lies within a face or an edge.
+        let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
+        for (t, v) in triangles.iter().enumerate() {
+            for &v in v {
+                let faces = around.entry(v).or_default();
+                if !faces.contains(&face[t]) {
+                    faces.push(face[t]);
+                }
+            }
+        }
+        let mut number = HashMap::new();
+        let mut vertices = Vec::new();
+        for &v in used.iter().filter(|v| around[v].len() >= 3) {
+            number.insert(v, vertices.len() as u32);
+            vertices.push(positions[v as usize]);
+        }
+        let mut loops = Vec::with_capacity(faces.len());
+        for members in &faces {
+            let rim: HashMap<u32, u32> = members
+                .iter()
+                .flat_map(|&t| (0..3).map(move |k| (t, k)))
+                .map(|(t, k)| (triangles[t][k], triangles[t][(k + 1) % 3]))
+                .filter(|&(a, b)| face[half_edges[&(b, a)]] != face[half_edges[&(a, b)]])
+                .collect();
+            let start = *rim.keys().min()?;
+            let (mut v, mut outline) = (start, Vec::new());
+            for _ in 0..rim.len() {
+                outline.extend(number.get(&v).copied());
+                v = *rim.get(&v)?;
+            }
+            if v != start {
+                return None;
+            }
+            loops.push(outline);
+        }
+        Self::from_loops(vertices, &loops).ok()
+    }
+
+    /// From the loops of its faces, counter-clockwise seen from outside. Trusted to be convex.
+    fn from_loops(vertices: Vec<[f32; 3]>, loops: &[Vec<u32>]) -> Result<Self, OccluderError> {
+        if let Some((vertex, &position)) =
+            vertices.iter().enumerate().find(|(_, p)| !p.iter().all(|v| v.is_finite()))
+        {
+            return Err(OccluderError::NotFinite { vertex, position });
+        }
+        if vertices.len() > Self::MAX_VERTICES {
+            return Err(OccluderError::TooManyVertices(vertices.len(), Self::MAX_VERTICES));
+        }
+        let mut half_edges = HashMap::new();
+        for (f, corners) in loops.iter().enumerate() {
+            for k in 0..corners.len() {
+                half_edges.insert((corners[k], corners[(k + 1) % corners.len()]), f as u32);
+            }
+        }
+        let mut edges: Vec<[u32; 4]> = half_edges
+            .iter()
+            .filter(|&(&(a, b), _)| a < b)
+            .filter_map(|(&(a, b), &f)| Some([a, b, f, *half_edges.get(&(b, a))?]))
+            .collect();
+        edges.sort_unstable();
+        if edges.len() * 2 != half_edges.len() {
+            return Err(OccluderError::Open);
+        }
+        let spread = loops.iter().map(|corners| spread(&vertices, corners)).collect();
+        let mut starts = vec![0];
+        starts.extend(loops.iter().scan(0, |at, l| {
+            *at += l.len() as u32;
+            Some(*at)
+        }));
+        let bounds = vertices.iter().fold(Aabb::EMPTY, |b, &p| b.union(&Aabb { min: p, max: p }));
+        Ok(Self { vertices, loops: loops.concat(), starts, spread, edges, bounds })
+    }
+
+    /// How many faces there are.
+    #[must_use]
+    pub fn face_count(&self) -> usize {
+        self.spread.len()
+    }
+
+    /// Its vertices.
+    #[must_use]
+    pub fn vertices(&self) -> &[[f32; 3]] {
+        &self.vertices
+    }
+
+    /// The loop of a face, counter-clockwise seen from outside.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    #[must_use]
+    pub fn face(&self, face: usize) -> &[u32] {
+        &self.loops[self.starts[face] as usize..self.starts[face + 1] as usize]
+    }
+
+    /// Its box.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+}
+
+/// Three corners of a loop that span a large triangle, in the loop's order.
+fn spread(vertices: &[[f32; 3]], corners: &[u32]) -> [u32; 3] {
+    let at = |k: usize| glam::DVec3::from(vertices[corners[k] as usize].map(f64::from));
+    let area = |k: [usize; 3]| (at(k[1]) - at(k[0])).cross(at(k[2]) - at(k[0])).length_squared();
+    let n = corners.len();
+    let mut best = [0, n / 3, (2 * n).div_ceil(3).min(n - 1)];
+    // Moving one corner at a time to where the triangle is largest soon stops.
+    for _ in 0..4 {
+        for j in 0..3 {
+            for k in 0..n {
+                let mut next = best;
+                next[j] = k;
+                if next.is_sorted() && area(next) > area(best) {
+                    best = next;
+                }
+            }
+        }
+    }
+    best.map(|k| corners[k])
+}

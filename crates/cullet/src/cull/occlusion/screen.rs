@@ -1,0 +1,182 @@
+//! Where things lie in the buffer: pixels, and how near they are.
+
+use glam::{DMat4, DVec4};
+
+use crate::transform::Transform;
+use crate::view::{Depth, View};
+
+/// Beyond this many units in the last place of f64 no chain of operations here is off.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// The map from world space, relative to an origin, to the pixels of a buffer and to *nearness*.
+///
+/// Nearness is larger the nearer a point is, above zero, and affine on the screen, in perspective and in
+/// orthographic views alike: 1 / w where lines of sight meet (whatever the depth range, reversed and
+/// infinite ones included), and how far a point is from the far plane, as a share of the depth range, where
+/// they are parallel. So a plane of the world is a plane over the screen.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Screen {
+    /// Take a point to x·w, y·w (pixels, down from the top left corner), nearness·w, height over the near
+    /// plane, w.
+    rows: [DVec4; 5],
+    pub(super) size: [u32; 2],
+    /// Whether outward windings look clockwise where they face the eye.
+    pub(super) mirrored: bool,
+    pub(super) perspective: bool,
+}
+
+/// A point in the buffer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Spot {
+    /// Pixels from the left and the top.
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) nearness: f64,
+}
+
+/// A point before the divide.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Clip {
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) nearness: f64,
+    /// At most zero where the point is cut off.
+    pub(super) near: f64,
+    pub(super) w: f64,
+}
+
+impl Clip {
+    pub(super) fn is_finite(&self) -> bool {
+        [self.x, self.y, self.nearness, self.near, self.w].iter().all(|v| v.is_finite())
+    }
+
+    /// Whether the point is this side of the near plane, with digits to spare.
+    pub(super) fn is_in_front(&self) -> bool {
+        self.near >= 0.0 && self.w > 0.0
+    }
+
+    /// The place of a point that is in front.
+    pub(super) fn spot(&self) -> Spot {
+        let inverse = 1.0 / self.w;
+        Spot { x: self.x * inverse, y: self.y * inverse, nearness: self.nearness * inverse }
+    }
+
+    /// Where the line to a point of the other side of the near plane meets it.
+    pub(super) fn meet_near(&self, other: &Self) -> Self {
+        let t = self.near / (self.near - other.near);
+        let mix = |a: f64, b: f64| a + (b - a) * t;
+        Self {
+            x: mix(self.x, other.x),
+            y: mix(self.y, other.y),
+            nearness: mix(self.nearness, other.nearness),
+            near: 0.0,
+            w: mix(self.w, other.w),
+        }
+    }
+}
+
+impl Screen {
+    /// The screen of a view in a buffer of `size` pixels, for points relative to `origin`.
+    pub(super) fn new(view: &View, origin: [f64; 3], size: [u32; 2]) -> Self {
+        let [x, y, z] = origin;
+        let m = DMat4::from_cols_array(&view.clip_from_world())
+            * DMat4::from_translation([x, y, z].into());
+        let perspective = !view.is_orthographic();
+        // So that w is the distance along the line of view, or 1: a matrix may be times any factor.
+        let unit = if perspective { m.row(3).truncate().length() } else { m.row(3).w };
+        let [x, y, z, w] = std::array::from_fn(|i| m.row(i) / unit);
+        let [width, height] = size.map(f64::from);
+        let (near, nearness) = match view.depth() {
+            Depth::Standard => (z, w - z),
+            Depth::Reversed => (w - z, z),
+        };
+        Self {
+            rows: [
+                (x + w) * (0.5 * width),
+                (w - y) * (0.5 * height),
+                if perspective { DVec4::W } else { nearness },
+                near,
+                w,
+            ],
+            size,
+            mirrored: view.is_mirrored(),
+            perspective,
+        }
+    }
+
+    /// The same screen for the points of an object.
+    pub(super) fn of_object(&self, transform: &Transform, origin: [f64; 3]) -> ObjectScreen {
+        let mut m = DMat4::from_cols_array(&transform.to_matrix());
+        m.w_axis -= DVec4::new(origin[0], origin[1], origin[2], 0.0);
+        // Row vectors times the matrix.
+        let rows = self.rows.map(|r| m.transpose() * r);
+        ObjectScreen { rows, mirrored: self.mirrored ^ (transform.determinant() < 0.0) }
+    }
+
+    /// The rows that take a point to x·w, y·w, nearness·w, height over the near plane and w.
+    pub(super) fn rows(&self) -> [[f64; 4]; 5] {
+        self.rows.map(Into::into)
+    }
+}
+
+/// The map from an object's own space.
+#[derive(Clone, Debug)]
+pub(super) struct ObjectScreen {
+    rows: [DVec4; 5],
+    /// Whether outward windings look clockwise on a screen whose y grows upward.
+    pub(super) mirrored: bool,
+}
+
+impl ObjectScreen {
+    pub(super) fn clip(&self, p: [f32; 3]) -> Clip {
+        let [x, y, z] = p.map(f64::from);
+        let [x, y, nearness, near, w] = self.rows.map(|r| r.x * x + r.y * y + r.z * z + r.w);
+        Clip { x, y, nearness, near, w }
+    }
+
+    /// How far each number of [`clip`](Self::clip) may be off, for points within `reach` of the object's
+    /// origin along each axis.
+    pub(super) fn error(&self, reach: [f32; 3]) -> Clip {
+        let [x, y, z] = reach.map(|v| f64::from(v.abs()));
+        let error =
+            |r: DVec4| (r.x.abs() * x + r.y.abs() * y + r.z.abs() * z + r.w.abs()) * ROUNDING;
+        let [x, y, nearness, near, w] = self.rows.map(error);
+        Clip { x, y, nearness, near, w }
+    }
+}
+
+/// How far corners on the screen may be off.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doubt {
+    pub(super) pixels: f64,
+    pub(super) nearness: f64,
+}
+
+impl Doubt {
+    /// That of points in front of the near plane, all within `reach` in their own space.
+    pub(super) fn of<'a>(
+        screen: &ObjectScreen,
+        reach: [f32; 3],
+        clips: impl Iterator<Item = &'a Clip>,
+    ) -> Self {
+        let error = screen.error(reach);
+        let (mut w, mut x, mut nearness) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+        for c in clips {
+            w = w.min(c.w);
+            x = x.max(c.x.abs().max(c.y.abs()) / c.w);
+            nearness = nearness.max(c.nearness / c.w);
+        }
+        let of =
+            |error: f64, value: f64, of_w: f64| (error + value * of_w) / (w - of_w).max(1e-300);
+        Self {
+            pixels: of(error.x.max(error.y), x, error.w) + x * 4.0 * f64::EPSILON,
+            nearness: of(error.nearness, nearness, error.w) + nearness * 4.0 * f64::EPSILON,
+        }
+    }
+
+    /// What the double of an area may be off by.
+    pub(super) fn area(&self, [a, b, c]: [Spot; 3]) -> f64 {
+        let size = (b.x - a.x).abs() + (b.y - a.y).abs() + (c.x - a.x).abs() + (c.y - a.y).abs();
+        size * (4.0 * self.pixels + size * 8.0 * f64::EPSILON) + 8.0 * self.pixels * self.pixels
+    }
+}
