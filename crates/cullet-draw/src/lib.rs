@@ -42,12 +42,16 @@
 //!
 //! [`verify`] draws a view with and without culling and compares the owners of all pixels, then looks
 //! for dropped instances at N × N jittered samples a pixel.
+//!
+//! Of what is hidden there are two judges besides, for boxes of any kind: [`sampled_boxes`] looks at
+//! samples, and so can only say what is visible; a [`Prover`] says what is hidden, between the samples too.
 #![forbid(unsafe_code)]
 
 mod bounds;
 mod clipped;
 mod frame;
 mod geometry;
+mod occlusion;
 pub mod picture;
 mod prepare;
 mod reference;
@@ -58,6 +62,9 @@ mod verify;
 
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
+pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
+pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
+pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
 pub use picture::{
     Picture, depth_complexity, fly_out, hierarchy, kinds, kinds_of, palette, shaded, top_down,
 };

@@ -180,11 +180,19 @@ impl Target {
     }
 
     /// Whether all samples of a rectangle hold something strictly nearer.
-    fn hides(&self, rect: &Rect, nearest: f64) -> bool {
+    pub(crate) fn hides(&self, rect: &Rect, nearest: f64) -> bool {
         let behind = |t: [u32; 2]| {
             self.tile(t).is_none_or(|t| nearest > self.tiles[t as usize].farthest(rect))
         };
         !self.count_layers && nearest > f64::NEG_INFINITY && tiles_in(rect).all(behind)
+    }
+
+    /// The inner depth of what was drawn at a sample; before all where its tile was not wanted.
+    pub(crate) fn depth(&self, column: u32, row: u32) -> f64 {
+        let tile = self.tile([column / TILE, row / TILE]);
+        tile.map_or(f64::NEG_INFINITY, |t| {
+            self.tiles[t as usize].depth[(row % TILE * TILE + column % TILE) as usize]
+        })
     }
 
     /// Sets up the triangles of an item and finds their tiles.

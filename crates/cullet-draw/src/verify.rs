@@ -11,7 +11,7 @@ use crate::sample::{Jitter, Samples};
 /// Tiles drawn at a time: with 64 × 64 samples of 32 bytes, 64 MiB.
 const BAND_TILES: usize = 512;
 /// The most samples along a side of the finer image.
-const MAX_SIDE: u32 = 65_536;
+pub(crate) const MAX_SIDE: u32 = 65_536;
 
 /// How to verify.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,7 +181,7 @@ fn lost_triangles(frame: &Frame, culled: &Frame) -> Vec<(PixelId, [u32; 2])> {
 
 /// Instances that own a sample of this image, or are blended and pass one, though the set holds nothing
 /// of them; ascending, with the first such sample.
-fn lost_instances(
+pub(crate) fn lost_instances(
     stage: &Stage,
     view: &View,
     result: &Visible,
