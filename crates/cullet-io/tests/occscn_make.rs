@@ -14,12 +14,8 @@ fn written(scene: &Occscn) -> Vec<u8> {
 fn city(text: &str) -> Occscn {
     let model = scenes::build(text).unwrap();
     let occluders = vec!["building".to_owned()];
-    let view = MatrixView {
-        name: String::new(),
-        clip_from_world: [1.0; 16],
-        eye: [0.0; 3],
-        near: 0.5,
-    };
+    let view =
+        MatrixView { name: String::new(), clip_from_world: [1.0; 16], eye: [0.0; 3], near: 0.5 };
     let options = MakeOptions { occluders, ..MakeOptions::default() };
     Occscn::make(&model, &vec![view; 32], &options).unwrap()
 }
@@ -60,9 +56,8 @@ fn a_dense_city_has_ninefold_faces() {
 /// Four instances: a wall, a pane of glass, a hedge with holes, and a wall half of which is glass.
 fn model() -> Model {
     let mut scene = Scene::new();
-    let quads: Vec<[f32; 3]> = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-        .map(|[x, y]| [x, y, 0.0])
-        .to_vec();
+    let quads: Vec<[f32; 3]> =
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| [x, y, 0.0]).to_vec();
     let part = |first_triangle, triangle_count, alpha| Part {
         first_triangle,
         triangle_count,
@@ -117,7 +112,10 @@ fn only_what_is_opaque_occludes() {
     assert_eq!(last, [[0.0, 0.0, 3.0], [1.0, 1.0, 3.0], [0.0, 1.0, 3.0]]);
     // Glass and hedge are asked for.
     assert_eq!(scene.objects.iter().map(|o| o[0][2]).collect::<Vec<_>>(), [1.0, 2.0]);
-    assert_eq!(make(&["glass"], Objects::Rest).unwrap_err(), "occluders: none is left: what is blended or masked never occludes");
+    assert_eq!(
+        make(&["glass"], Objects::Rest).unwrap_err(),
+        "occluders: none is left: what is blended or masked never occludes"
+    );
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Occlusion culling: what drawing occluders takes, what testing boxes takes, and whether it is right.
 
+mod engine;
 mod measure;
 mod rasteriser;
 mod report;
 mod scene;
+#[cfg(test)]
 mod stand_in;
 mod truth;
 
@@ -18,8 +20,8 @@ use super::{BenchOptions, Machine, Measured, Results};
 use crate::console::{Console, interrupted, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{occscn, parse};
+use engine::{Engine, Kinds};
 use measure::{Found, measure};
-use rasteriser::Rasteriser;
 pub(crate) use report::Occlusion;
 use scene::Prepared;
 use truth::Reference;
@@ -41,6 +43,12 @@ pub(crate) struct OcclusionArgs {
     /// Draw the reference at N x 1280 by N x 720 samples too, and hold the answers against it
     #[arg(long, value_name = "N", requires = "scene", value_parser = clap::value_parser!(u32).range(1..=16))]
     reference: Option<u32>,
+    /// Draw convex meshes by their triangles too, not by their outline
+    #[arg(long, requires = "scene")]
+    triangles: bool,
+    /// Let triangles hide from their backs too, as they do in the reference
+    #[arg(long, requires = "scene")]
+    two_sided: bool,
     /// The SIMD level, such as avx2 [default: the best of this machine]
     #[arg(long, value_name = "NAME", requires = "scene", value_parser = level)]
     level: Option<(&'static str, Level)>,
@@ -84,9 +92,11 @@ pub(crate) fn run_scene(args: &super::super::args::BenchArgs, console: &Console)
     let mut references = Reference::beside(path, views, objects)?;
     let prepared = Prepared::new(scene, o.resolution).map_err(|e| fail(e.message))?;
     let level = o.level.unwrap_or_else(|| levels()[0]);
-    let mut engine = engine(&prepared, level.1, o.resolution)?;
+    let kinds = Kinds { triangles: o.triangles, two_sided: o.two_sided };
+    let mut engine =
+        Engine::new(&prepared, level.1, o.resolution, kinds).map_err(|e| fail(e.message))?;
     let mut bar = console.progress("measuring", views as u64);
-    let found = measure(&prepared, level.1, &mut *engine, SECONDS, &mut || {
+    let found = measure(&prepared, level.1, &mut engine, SECONDS, &mut || {
         bar.step();
         !interrupted()
     });
@@ -147,8 +157,8 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) -> Opt
     let truth = truth::drawn(&prepared.scene, &prepared.objects, CHECKED, 1, &mut || true).ok()?;
     let mut best: Option<(Found, Occlusion)> = None;
     for (level_name, level) in levels() {
-        let mut engine = engine(&prepared, level, size).ok()?;
-        let found = measure(&prepared, level, &mut *engine, seconds, &mut || true);
+        let mut engine = Engine::new(&prepared, level, size, Kinds::default()).ok()?;
+        let found = measure(&prepared, level, &mut engine, seconds, &mut || true);
         let verdict = truth.judge(&found.answers);
         let alike = best.as_ref().is_none_or(|(b, _)| b.answers == found.answers);
         let streaming = report::streaming(&prepared, level);
@@ -166,10 +176,113 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) -> Opt
     best.map(|b| b.1)
 }
 
-fn engine<'a>(
-    prepared: &'a Prepared,
-    _level: Level,
-    _size: [u32; 2],
-) -> Result<Box<dyn Rasteriser + 'a>, Failure> {
-    Ok(Box::new(stand_in::StandIn::new(&prepared.scene)))
+#[cfg(test)]
+mod tests {
+    use super::measure::MODES;
+    use super::rasteriser::{HIDDEN, OUTSIDE, Rasteriser, VISIBLE};
+    use super::scene::Scratch;
+    use super::stand_in::StandIn;
+    use super::*;
+
+    const SIZE: [u32; 2] = [160, 90];
+    const VIEWS: usize = 3;
+
+    fn prepared() -> Prepared {
+        let model = cullet_io::scenes::build("city:ground=0,cells=6,objects=200").unwrap();
+        let mut scene = occscn::of_model(&model).unwrap();
+        scene.cameras.truncate(VIEWS);
+        Prepared::new(scene, SIZE).unwrap()
+    }
+
+    fn found(prepared: &Prepared, rasteriser: &mut dyn Rasteriser) -> Found {
+        measure(prepared, Level::new(), rasteriser, 0.0, &mut || true)
+    }
+
+    fn truth(prepared: &Prepared) -> Reference {
+        truth::drawn(&prepared.scene, &prepared.objects, VIEWS, 1, &mut || true).unwrap()
+    }
+
+    #[test]
+    fn counts_are_those_of_the_answers() {
+        let prepared = prepared();
+        let found = found(&prepared, &mut StandIn::new(&prepared.scene));
+        assert_eq!((found.views, found.answers.len()), (VIEWS, VIEWS * 200));
+        let count = |a: u8| found.answers.iter().filter(|&&x| x == a).count() as f64;
+        let sum = |mean: f64| (mean * VIEWS as f64).round();
+        let t = &found.test;
+        assert_eq!(count(HIDDEN) + count(VISIBLE) + count(OUTSIDE), 600.0);
+        assert_eq!((sum(t.culled), sum(t.visible)), (count(HIDDEN), count(VISIBLE)));
+        assert_eq!(sum(t.in_frustum), count(HIDDEN) + count(VISIBLE));
+        assert!(t.ns_per_object > 0.0 && t.all_ms > 0.0);
+        let [raw, sorted, interleaved] = found.modes;
+        assert_eq!([raw.name, sorted.name, interleaved.name], MODES);
+        assert_eq!((raw.triangles, raw.meshes, raw.prepare_ms), (432.0, 36.0, 0.0));
+        assert!(sorted.triangles < raw.triangles && sorted.prepare_ms > 0.0);
+        assert_eq!(interleaved.triangles, sorted.triangles);
+        assert!(interleaved.meshes <= sorted.meshes && sorted.meshes < raw.meshes);
+        assert_eq!(sorted.triangles, sorted.meshes * 12.0);
+    }
+
+    #[test]
+    fn the_reference_tells_wrong_from_right() {
+        let prepared = prepared();
+        let truth = truth(&prepared);
+        let mut stand_in = StandIn::new(&prepared.scene);
+        let right = truth.judge(&found(&prepared, &mut stand_in).answers);
+        assert_eq!(right.false_culls, 0);
+        assert!(right.found > 0 && right.visible > 0, "{right:?}");
+        stand_in.reckless = true;
+        let wrong = truth.judge(&found(&prepared, &mut stand_in).answers);
+        assert!(wrong.false_culls > 0 && wrong.efficiency > right.efficiency, "{wrong:?}");
+    }
+
+    #[test]
+    fn the_engine_is_right_at_each_level_and_finds_more_than_a_stand_in() {
+        let prepared = prepared();
+        let truth = truth(&prepared);
+        let least = truth.judge(&found(&prepared, &mut StandIn::new(&prepared.scene)).answers);
+        for kinds in [
+            Kinds::default(),
+            Kinds { triangles: true, two_sided: false },
+            Kinds { triangles: true, two_sided: true },
+        ] {
+            let mut first = None;
+            for (name, level) in levels() {
+                let mut engine = Engine::new(&prepared, level, SIZE, kinds).unwrap();
+                let found = measure(&prepared, level, &mut engine, 0.0, &mut || true);
+                let verdict = truth.judge(&found.answers);
+                assert_eq!(verdict.false_culls, 0, "{kinds:?} at {name}");
+                assert!(
+                    verdict.found >= least.found,
+                    "{kinds:?} at {name}: {verdict:?}, {least:?}"
+                );
+                let first = first.get_or_insert_with(|| found.answers.clone());
+                assert_eq!(*first, found.answers, "{kinds:?} at {name}");
+            }
+        }
+    }
+
+    #[test]
+    fn meshes_come_nearest_first() {
+        let prepared = prepared();
+        let mut scratch = Scratch::default();
+        for view in 0..VIEWS {
+            prepared.sorted(Level::new(), view, &mut scratch);
+            let eye = prepared.scene.cameras[view].eye;
+            let distance = |&m: &u32| {
+                let b = prepared.mesh_boxes.get(m as usize);
+                (0..3).map(|k| (b.min[k] - eye[k]).max(eye[k] - b.max[k]).max(0.0).powi(2)).sum()
+            };
+            let distances: Vec<f32> = scratch.meshes.iter().map(distance).collect();
+            assert!(distances.len() > 1 && distances.is_sorted(), "{distances:?}");
+        }
+    }
+
+    #[test]
+    fn a_stop_leaves_what_was_measured() {
+        let prepared = prepared();
+        let mut rasteriser = StandIn::new(&prepared.scene);
+        let found = measure(&prepared, Level::new(), &mut rasteriser, 0.0, &mut || false);
+        assert_eq!((found.views, found.answers.len()), (1, 200));
+    }
 }

@@ -2,17 +2,25 @@
 
 use std::path::{Path, PathBuf};
 
+use cullet::Transform;
 use cullet::bounds::Aabb;
+use cullet_draw::{OccluderTriangles, SampleOptions, occluder_scene, sampled_boxes};
 use cullet_io::occscn::Occscn;
 use serde::Serialize;
 
 use super::rasteriser::{HIDDEN, OUTSIDE};
+use super::scene::view;
 use crate::exit::Failure;
 
 /// Values of a reference: 0 outside, 1 visible, 2 hidden, 3 crosses the near plane, so never counted.
 const SEEN: u8 = 1;
 const UNSEEN: u8 = 2;
 const MOST: u8 = 3;
+
+/// Pixels of published references, whatever the occlusion buffer has.
+const SIZE: [u32; 2] = [1280, 720];
+/// What is not nearer than what hides it by more than this part of its distance counts as hidden there.
+const TOLERANCE: f64 = 1e-6;
 
 /// References that are looked for beside a scene: images of up to so many times the width and height.
 const FINEST: u32 = 16;
@@ -98,16 +106,35 @@ impl Reference {
     }
 }
 
-/// WIP
+/// Draws the reference of the first `views` views: 1280 × 720 pixels of N × N samples each, both sides of
+/// every triangle, as published references are. Ends early where `go_on` says so, which is asked after
+/// each view.
 pub(super) fn drawn(
-    _scene: &Occscn,
+    scene: &Occscn,
     objects: &[Aabb],
     views: usize,
     samples: u32,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Reference, Failure> {
-    go_on();
-    Ok(Reference { samples, values: vec![2; views * objects.len()] })
+    let occluder = OccluderTriangles {
+        positions: &scene.vertices,
+        indices: scene.triangles.as_flattened(),
+        transform: Transform::IDENTITY,
+        two_sided: true,
+    };
+    let occluders =
+        occluder_scene(&[occluder]).map_err(|e| Failure::input(format!("the reference: {e}")))?;
+    let options = SampleOptions { samples, tolerance: TOLERANCE, ..SampleOptions::default() };
+    let mut values = Vec::with_capacity(views * objects.len());
+    for camera in 0..views.min(scene.cameras.len()) {
+        let view = view(scene, camera, SIZE)?;
+        let answers = sampled_boxes(&occluders, &view, objects, &options);
+        values.extend(answers.into_iter().map(|a| a as u8));
+        if !go_on() {
+            break;
+        }
+    }
+    Ok(Reference { samples, values })
 }
 
 /// Where the reference of a scene may lie.
