@@ -175,10 +175,20 @@ fn views(
         None if !model.cameras.is_empty() => PathSpec::Camera("*".to_owned()),
         None => PathSpec::Walk,
     };
-    let cameras = paths::cameras(model, &path, count, size, overrides).map_err(|e| match path {
-        PathSpec::File(_) => Failure::input(e),
-        _ => Failure::usage(e),
-    })?;
+    let mut overrides = *overrides;
+    let own = matches!(path, PathSpec::Camera(_) | PathSpec::File(_));
+    if overrides.near.is_none() && !own {
+        // Nearer planes fit too, but would leave 32-bit depths of far things nothing to differ by.
+        let extent = model.scene.extent();
+        let square = |k: usize| (f64::from(extent.max[k]) - f64::from(extent.min[k])).powi(2);
+        let near = (0..3).map(square).sum::<f64>().sqrt() * NEAR;
+        overrides.near = Some(near).filter(|n| n.is_finite() && *n > 0.0);
+    }
+    let cameras =
+        paths::cameras(model, &path, count, size, &overrides).map_err(|e| match path {
+            PathSpec::File(_) => Failure::input(e),
+            _ => Failure::usage(e),
+        })?;
     let view = |(i, c): (usize, &cullet::Camera)| {
         let view = View::new(c, Depth::Standard, size).map_err(Failure::usage)?;
         let [x, y, z, w] = view.eye();
