@@ -88,7 +88,7 @@ fn a_scene_is_made_measured_and_held_against_references() {
 fn what_cannot_be_measured_is_said() {
     let folder = Folder::new("occlusion-bad");
     let bad = folder.path("bad.bin");
-    let run = |more: &[&str]| [&["bench", "occlusion", "--scene", &bad], more].concat();
+    let run = |more: &[&'static str]| [&["bench", "occlusion", "--scene", &bad], more].concat();
     assert!(ends(&run(&[]), 3).contains("cannot be read"));
     std::fs::write(&bad, "solid cube").unwrap();
     assert!(ends(&run(&[]), 3).contains("cullet occscn makes such a file"));

@@ -119,7 +119,7 @@ pub(crate) fn run_scene(args: &super::super::args::BenchArgs, console: &Console)
     // Without a reference nothing was held against anything.
     let checked = right && !verdicts.is_empty();
     report::measured(&name, level.0, &prepared, &found, &streaming, checked, &mut |m| {
-        results.push(m)
+        results.push(m);
     });
     let occlusion = Occlusion::new(level.0, o.resolution, &found, verdicts, &streaming);
     if let Some(out) = &o.answers {
