@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::bench::OcclusionArgs;
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cut::{self, CutArgs};
 use crate::occluders::{self, OccludersArgs};
+use crate::occscn::{self, OccscnArgs};
 use crate::parse;
 use crate::report::{CostArgs, OpenedArgs};
 use crate::reproduce::ReproduceArgs;
@@ -34,6 +36,8 @@ Examples
   cullet occluders model.glb --picture o.png boxes inside of it, and polygons in its surface
   cullet bench                               the batch tests against this machine's streaming rate
   cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
+  cullet occscn city:ground=0 -o city.bin    triangles, boxes and views, for comparing occlusion cullers
+  cullet bench occlusion --scene city.bin    what hiding boxes takes on such a file
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
   cullet calibrate                           what a triangle costs here, for reports in milliseconds
@@ -85,6 +89,9 @@ pub(crate) enum Command {
     /// Make what can stand for each mesh when things behind it are looked for
     #[command(after_help = occluders::HELP)]
     Occluders(Box<OccludersArgs>),
+    /// Write a scene as triangles, boxes and views for comparing occlusion cullers
+    #[command(after_help = occscn::HELP)]
+    Occscn(Box<OccscnArgs>),
 }
 
 const REPORT_HELP: &str = "\
@@ -350,7 +357,7 @@ pub(crate) struct ScenesArgs {
 /// `cullet bench`
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
-    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, views, moving
+    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, views, moving, occlusion
     pub(crate) filter: Option<String>,
     /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 1 GiB, some minutes
     #[arg(long)]
@@ -358,6 +365,8 @@ pub(crate) struct BenchArgs {
     /// Write the results as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) occlusion: OcclusionArgs,
 }
 
 /// `cullet picture`

@@ -14,6 +14,7 @@ mod info;
 mod inputs;
 mod meshes;
 mod occluders;
+mod occscn;
 mod parse;
 mod picture;
 mod record;
@@ -63,11 +64,15 @@ fn run(cli: &Cli) -> Outcome {
         Command::Calibrate(args) => calibrate::run(args, &console(&args.json)),
         Command::Cut(args) => cut::run(args, &console(&args.json)),
         Command::Occluders(args) => occluders::run(args, &console(&args.json)),
+        Command::Occscn(args) => occscn::run(args, &Console::new(cli.quiet, None)),
         Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
     }
 }
 
 fn run_bench(args: &BenchArgs, console: &Console) -> Outcome {
+    if args.occlusion.scene.is_some() {
+        return bench::run_scene(args, console);
+    }
     let options = bench::BenchOptions::new(args.filter.clone(), args.large);
     let results = if console.json_on_stdout {
         bench::run(&options)

@@ -6,11 +6,15 @@
 //! the cameras, `matrix (column-major, depth 0..1), eye, near`; the objects, a box each. A box is its
 //! lowest and its highest corner.
 
+mod make;
+
 use std::io::{self, Write};
 
 use cullet::bounds::Aabb;
-use cullet::mesh::MeshData;
+use cullet::mesh::{Alpha, MeshData, Part};
 use cullet::{BoundsOverride, Instance, InstanceFlags, Transform};
+
+pub use make::{MakeOptions, Objects};
 
 use crate::builder::{Builder, GREY};
 use crate::obj::Compact;
@@ -23,6 +27,9 @@ const HEADER: usize = 32;
 /// Bytes of a vertex, a triangle, a mesh, a camera and an object.
 const SIZES: [usize; 5] = [12, 12, 32, 80, 24];
 const NAMES: [&str; 5] = ["vertices", "triangles", "meshes", "cameras", "objects"];
+
+/// The box of a mesh without triangles.
+const ZERO: Aabb = Aabb { min: [0.0; 3], max: [0.0; 3] };
 
 /// A range of triangles that may be culled or sorted as one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -187,23 +194,22 @@ impl Occscn {
         Ok(())
     }
 
-    /// The triangles of a mesh; none for an empty one, wherever it says it is.
-    fn triangles_of(&self, mesh: &MeshRange) -> &[[u32; 3]] {
-        let first = mesh.first_triangle as usize;
-        self.triangles.get(first..first + mesh.triangle_count as usize).unwrap_or(&[])
+    /// The box of a mesh's vertices; empty for a mesh without triangles.
+    ///
+    /// # Panics
+    /// If `mesh` is not below the number of meshes.
+    #[must_use]
+    pub fn mesh_bounds(&self, mesh: usize) -> Aabb {
+        let used = self.triangles_of(&self.meshes[mesh]).as_flattened();
+        let corners: Vec<[f32; 3]> = used.iter().map(|&v| self.vertices[v as usize]).collect();
+        Aabb::from_points(&corners)
     }
 
-    /// The box of a mesh's vertices, as the file has it: zeros if there are none.
-    fn mesh_box(&self, mesh: &MeshRange) -> [[f32; 3]; 2] {
-        let mut b = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-        for &v in self.triangles_of(mesh).as_flattened() {
-            let p = self.vertices[v as usize];
-            b = [
-                std::array::from_fn(|a| b[0][a].min(p[a])),
-                std::array::from_fn(|a| b[1][a].max(p[a])),
-            ];
-        }
-        if b[0][0] > b[1][0] { [[0.0; 3]; 2] } else { b }
+    /// The triangles of a mesh; none for an empty one, wherever it says it is.
+    #[must_use]
+    pub fn triangles_of(&self, mesh: &MeshRange) -> &[[u32; 3]] {
+        let first = mesh.first_triangle as usize;
+        self.triangles.get(first..first + mesh.triangle_count as usize).unwrap_or(&[])
     }
 
     /// Writes the file. Pass a buffered writer.
@@ -242,10 +248,12 @@ impl Occscn {
         for i in self.triangles.iter().flatten() {
             out.write_all(&i.to_le_bytes())?;
         }
-        for mesh in &self.meshes {
+        for (m, mesh) in self.meshes.iter().enumerate() {
             out.write_all(&mesh.first_triangle.to_le_bytes())?;
             out.write_all(&mesh.triangle_count.to_le_bytes())?;
-            let [min, max] = self.mesh_box(mesh);
+            let bounds = self.mesh_bounds(m);
+            // A box inside out is no number that other programs expect.
+            let Aabb { min, max } = if bounds.is_empty() { ZERO } else { bounds };
             floats(out, &min)?;
             floats(out, &max)?;
         }
@@ -262,13 +270,24 @@ impl Occscn {
     }
 
     /// The contents for a model: instances with
-    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion) are objects, by their bounds; all others
-    /// are meshes, one each, in world space; [`Model::views`] are the cameras. Sides, materials, names
-    /// and levels are lost. Positions are rounded to f32, so a scene far from 0 loses what f32 loses.
+    /// [`no_occlusion`](cullet::InstanceFlags::no_occlusion) are objects, by their bounds, and so are
+    /// those of which nothing is opaque; all others are meshes, one each, in world space, with their
+    /// opaque triangles; [`Model::views`] are the cameras. Sides, materials, names and levels are lost.
+    /// Positions are rounded to f32, so a scene far from 0 loses what f32 loses.
     ///
     /// # Errors
     /// If a count does not fit 32 bits, or an instance has bounds or a transform that are not finite.
     pub fn from_model(model: &Model) -> Result<Self, ErrorKind> {
+        let mut out = Self::gather(model, |slot| match model.scene.flags(slot).no_occlusion {
+            true => Role::Object,
+            false => Role::Occluder,
+        })?;
+        out.cameras = model.views.iter().map(OccCamera::from).collect();
+        Ok(out)
+    }
+
+    /// Instances as what `role` says of their slots; no cameras.
+    fn gather(model: &Model, role: impl Fn(u32) -> Role) -> Result<Self, ErrorKind> {
         let scene = &model.scene;
         let mut out = Self::default();
         let not_finite = |slot: u32| {
@@ -279,16 +298,24 @@ impl Occscn {
         let mut slots: Vec<u32> = scene.slots().collect();
         slots.sort_by_key(|&slot| scene.handle(slot));
         for slot in slots {
-            if scene.flags(slot).no_occlusion {
-                let bounds = scene.bounds(slot);
-                if !bounds.is_finite() {
-                    return Err(not_finite(slot));
+            let mesh = scene.mesh(slot);
+            // What shows what is behind it hides nothing.
+            let opaque = |part: &&Part| part.alpha == Alpha::Opaque;
+            let see_through = scene.flags(slot).transparent
+                || (mesh.triangle_count() > 0 && !mesh.parts().iter().any(|p| opaque(&p)));
+            match role(slot) {
+                Role::Nothing => continue,
+                Role::Occluder if !see_through => {}
+                Role::Occluder | Role::Object => {
+                    let bounds = scene.bounds(slot);
+                    if !bounds.is_finite() {
+                        return Err(not_finite(slot));
+                    }
+                    out.objects.push(in_world(&bounds, scene.origin()));
+                    continue;
                 }
-                out.objects.push(in_world(&bounds, scene.origin()));
-                continue;
             }
             let transform = scene.transform(slot);
-            let mesh = scene.mesh(slot);
             let base = fits("vertices", out.vertices.len() + mesh.positions().len())?
                 - mesh.positions().len() as u32;
             let first_triangle = fits("triangles", out.triangles.len())?;
@@ -301,21 +328,32 @@ impl Occscn {
             }
             // A mirror turns the winding round; the file has only one.
             let mirrored = transform.determinant() < 0.0;
-            out.triangles.extend((0..mesh.triangle_count()).map(|t| {
-                let [a, b, c] = mesh.triangle(t).map(|v| v + base);
-                if mirrored { [a, c, b] } else { [a, b, c] }
-            }));
-            fits("triangles", out.triangles.len())?;
-            let triangle_count = mesh.triangle_count();
+            // Parts are ranges of the original order, which is the file's.
+            let indices = mesh.original_indices();
+            let triangles = indices.as_chunks::<3>().0;
+            for part in mesh.parts().iter().filter(opaque) {
+                let first = part.first_triangle as usize;
+                let own = &triangles[first..first + part.triangle_count as usize];
+                out.triangles.extend(own.iter().map(|t| {
+                    let [a, b, c] = t.map(|v| v + base);
+                    if mirrored { [a, c, b] } else { [a, b, c] }
+                }));
+            }
+            let triangle_count = fits("triangles", out.triangles.len())? - first_triangle;
             out.meshes.push(MeshRange { first_triangle, triangle_count });
         }
-        out.cameras.extend(model.views.iter().map(|v| OccCamera {
-            clip_from_world: v.clip_from_world.map(|x| x as f32),
-            eye: v.eye.map(|x| x as f32),
-            near: v.near as f32,
-        }));
         Ok(out)
     }
+}
+
+/// What becomes of an instance.
+enum Role {
+    /// A mesh, if it is opaque; else an object.
+    Occluder,
+    /// An object.
+    Object,
+    /// Neither.
+    Nothing,
 }
 
 /// Writes a model, as [`Occscn::from_model`] sees it. Pass a buffered writer.

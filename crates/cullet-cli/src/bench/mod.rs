@@ -12,12 +12,14 @@ mod frustum;
 mod hierarchy;
 mod measure;
 mod moving;
+mod occlusion;
 mod results;
 mod shadow;
 mod views;
 mod world;
 
 pub(crate) use backface::bumpy_ball;
+pub(crate) use occlusion::{OcclusionArgs, run_scene};
 pub(crate) use results::{Machine, Measured, Results, Yardstick};
 pub(crate) use world::{planes_that_see, random_boxes};
 
@@ -86,7 +88,8 @@ pub(crate) fn run_each(options: &BenchOptions, each: &mut dyn FnMut(&Measured)) 
     moving::run(options, &mut take);
     clip::run(options, &mut take);
     cut::run(options, &mut take);
-    Results { schema: 1, machine: Machine::here(), results }
+    let occlusion = occlusion::run(options, &mut take);
+    Results { schema: 1, machine: Machine::here(), results, occlusion }
 }
 
 #[cfg(test)]
@@ -110,7 +113,9 @@ mod tests {
         let trees = 2 * (4 * (levels + 2) + 7 + 8);
         // Outcodes; sorting, three ways for lines, four for triangles, two places. Cuts: six.
         let clipping = levels + 1 + 3 + 4 + 2 + 6;
-        assert_eq!(results.results.len(), flat + trees + clipping);
+        // Three ways to draw, and the tests.
+        let occlusion = 4 * levels;
+        assert_eq!(results.results.len(), flat + trees + clipping + occlusion);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
             assert!(r.ns_per_item > 0.0 && r.yardstick.ratio() > 0.0, "{r:?}");

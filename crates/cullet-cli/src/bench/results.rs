@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::occlusion::Occlusion;
+
 /// All results of one run.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Results {
@@ -13,6 +15,9 @@ pub(crate) struct Results {
     pub(crate) machine: Machine,
     /// One entry a workload and level.
     pub(crate) results: Vec<Measured>,
+    /// Occlusion culling in more detail, where it was measured.
+    #[serde(flatten)]
+    pub(crate) occlusion: Option<Occlusion>,
 }
 
 /// The machine of a run.

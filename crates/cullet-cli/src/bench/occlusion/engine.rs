@@ -1,0 +1,147 @@
+//! The engine's occlusion buffer, as it is measured.
+
+use std::ops::Range;
+
+use cullet::bounds::Boxes;
+use cullet::cull::Indices;
+use cullet::cull::frustum::batch::{Planes, cull_boxes};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
+use cullet::{Level, Transform, View};
+use cullet_io::occscn::Occscn;
+
+use super::rasteriser::{HIDDEN, OUTSIDE, Rasteriser, VISIBLE};
+use super::scene::Prepared;
+use crate::exit::Failure;
+
+/// What meshes are drawn as.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Kinds {
+    /// Convex ones as triangles too.
+    pub(super) triangles: bool,
+    /// Triangles from both sides.
+    pub(super) two_sided: bool,
+}
+
+/// A mesh as the engine draws it.
+enum Occluder {
+    /// By its outline.
+    Convex(Convex),
+    /// These patches of the surface.
+    Patches(Range<usize>),
+}
+
+/// The most triangles of a patch: those of a mesh that has more are cut.
+const PATCH: u32 = 512;
+
+/// An occlusion buffer, and the meshes made ready for it.
+pub(super) struct Engine<'a> {
+    prepared: &'a Prepared,
+    level: Level,
+    buffer: OcclusionBuffer,
+    occluders: Vec<Occluder>,
+    patches: Vec<Patch>,
+    planes: Option<Planes>,
+    inside: Indices,
+}
+
+impl<'a> Engine<'a> {
+    /// Makes the meshes of a scene ready. What is convex is found here, as an engine would when it loads.
+    pub(super) fn new(
+        prepared: &'a Prepared,
+        level: Level,
+        size: [u32; 2],
+        kinds: Kinds,
+    ) -> Result<Self, Failure> {
+        let scene = &prepared.scene;
+        let buffer = OcclusionBuffer::new(size).map_err(Failure::usage)?;
+        let mut ranges: Vec<Range<u32>> = Vec::new();
+        let mut occluders = Vec::with_capacity(scene.meshes.len());
+        for mesh in &scene.meshes {
+            let convex =
+                if kinds.triangles { None } else { convex(scene, scene.triangles_of(mesh)) };
+            occluders.push(convex.map_or_else(
+                || {
+                    let first = ranges.len();
+                    // An empty mesh may say that it is anywhere.
+                    let end = mesh.first_triangle.saturating_add(mesh.triangle_count);
+                    let starts = (mesh.first_triangle..end).step_by(PATCH as usize);
+                    ranges.extend(starts.map(|s| s..end.min(s.saturating_add(PATCH))));
+                    Occluder::Patches(first..ranges.len())
+                },
+                Occluder::Convex,
+            ));
+        }
+        let indices = scene.triangles.as_flattened();
+        let patches = Patch::cut(&scene.vertices, indices, &ranges, kinds.two_sided)
+            .map_err(Failure::input)?;
+        Ok(Self {
+            prepared,
+            level,
+            buffer,
+            occluders,
+            patches,
+            planes: None,
+            inside: Indices::default(),
+        })
+    }
+
+    fn draw_one(&mut self, mesh: u32) {
+        match &self.occluders[mesh as usize] {
+            Occluder::Convex(convex) => {
+                self.buffer.draw_convex(self.level, convex, &Transform::IDENTITY);
+            }
+            Occluder::Patches(range) => {
+                for patch in &self.patches[range.clone()] {
+                    self.buffer.draw_patch(self.level, patch, &Transform::IDENTITY);
+                }
+            }
+        }
+    }
+}
+
+/// The convex body that some triangles bound, if they do.
+fn convex(scene: &Occscn, triangles: &[[u32; 3]]) -> Option<Convex> {
+    let mut vertices: Vec<u32> = triangles.as_flattened().to_vec();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let positions: Vec<[f32; 3]> = vertices.iter().map(|&v| scene.vertices[v as usize]).collect();
+    let place = |v: &u32| vertices.binary_search(v).unwrap_or_default() as u32;
+    let indices: Vec<u32> = triangles.as_flattened().iter().map(place).collect();
+    Convex::from_mesh(&positions, &indices)
+}
+
+impl Rasteriser for Engine<'_> {
+    fn clear(&mut self, view: &View) {
+        self.buffer.begin(view, [0.0; 3]);
+        self.planes = Some(Planes::new(&view.frustum()));
+    }
+
+    fn draw(&mut self, meshes: &[u32]) {
+        meshes.iter().for_each(|&m| self.draw_one(m));
+    }
+
+    fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize {
+        let mut drawn = 0;
+        for &m in meshes {
+            let bounds = self.prepared.mesh_boxes.get(m as usize);
+            if self.buffer.ask_box(&bounds) != Verdict::Hidden {
+                self.draw_one(m);
+                drawn += 1;
+            }
+        }
+        drawn
+    }
+
+    fn test(&mut self, boxes: &Boxes, answers: &mut [u8]) {
+        let Some(planes) = &self.planes else { return };
+        answers.fill(OUTSIDE);
+        cull_boxes(self.level, planes, boxes, &mut self.inside);
+        for &i in self.inside.iter() {
+            answers[i as usize] = match self.buffer.ask_box(&boxes.get(i as usize)) {
+                Verdict::Outside => OUTSIDE,
+                Verdict::Visible => VISIBLE,
+                Verdict::Hidden => HIDDEN,
+            };
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Benchmark scenes for occlusion culling, from the making to the measuring.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder of its own, gone when the test is.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("cullet-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).to_string_lossy().into_owned()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn cullet(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cullet")).args(args).output().unwrap()
+}
+
+/// Runs the program, which must end with this code, and returns what it said on standard error.
+fn ends(args: &[&str], code: i32) -> String {
+    let out = cullet(args);
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(code), "{args:?}: {error}");
+    error
+}
+
+const CITY: &str = "city:ground=0,cells=6,objects=200";
+
+fn bench(scene: &str, more: &[&str]) -> (i32, Value) {
+    let fixed = ["bench", "occlusion", "--scene", scene, "--resolution", "160x90", "--json", "-"];
+    let out = cullet(&[&fixed, more].concat());
+    let json = serde_json::from_slice(&out.stdout).unwrap_or(Value::Null);
+    (out.status.code().unwrap(), json)
+}
+
+#[test]
+fn a_scene_is_made_measured_and_held_against_references() {
+    let folder = Folder::new("occlusion");
+    let (scene, answers) = (folder.path("a.bin"), folder.path("answers.bin"));
+    ends(&["occscn", CITY, "--views", "4", "-o", &scene], 0);
+    let (code, json) = bench(&scene, &["--answers", &answers, "--reference", "2"]);
+    assert_eq!(code, 0, "{json}");
+    assert_eq!(json["schema"], 1);
+    assert_eq!((&json["views"], &json["resolution"][0]), (&4.into(), &160.into()));
+    let names: Vec<&str> = (0..3).map(|i| json["modes"][i]["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["raw", "sorted", "interleaved"]);
+    for mode in json["modes"].as_array().unwrap() {
+        assert!(mode["clear_ms"].as_f64().unwrap() > 0.0, "{mode}");
+        assert!(mode["render_ms"].as_f64().unwrap() > 0.0, "{mode}");
+        assert!(mode["prepare_ms"].as_f64().unwrap() >= 0.0, "{mode}");
+    }
+    let answers = std::fs::read(&answers).unwrap();
+    assert_eq!(answers.len(), 4 * 200);
+    let mean = |a: u8| answers.iter().filter(|&&x| x == a).count() as f64 / 4.0;
+    let test = &json["test"];
+    assert_eq!(test["culled"].as_f64().unwrap(), mean(2));
+    assert_eq!(test["visible"].as_f64().unwrap(), mean(1));
+    assert_eq!(test["in_frustum"].as_f64().unwrap(), mean(1) + mean(2));
+    assert!(test["ns_per_object"].as_f64().unwrap() > 0.0);
+    let drawn = &json["references"][0];
+    assert_eq!((&drawn["samples"], &drawn["false_culls"]), (&2.into(), &0.into()));
+    assert!(drawn["found"].as_u64().unwrap() > 0, "{drawn}");
+
+    // A reference that saw everything finds false culls.
+    std::fs::write(folder.path("a.bin.ref1"), [1; 800]).unwrap();
+    let (code, json) = bench(&scene, &[]);
+    assert_eq!(code, 1, "{json}");
+    assert!(json["references"][0]["false_culls"].as_u64().unwrap() > 0);
+    std::fs::write(folder.path("a.bin.ref1"), [1; 799]).unwrap();
+    assert_eq!(bench(&scene, &[]).0, 3);
+}
+
+#[test]
+fn what_cannot_be_measured_is_said() {
+    let folder = Folder::new("occlusion-bad");
+    let bad = folder.path("bad.bin");
+    let run = |more: &[&'static str]| [&["bench", "occlusion", "--scene", &bad], more].concat();
+    assert!(ends(&run(&[]), 3).contains("cannot be read"));
+    std::fs::write(&bad, "solid cube").unwrap();
+    assert!(ends(&run(&[]), 3).contains("cullet occscn makes such a file"));
+    ends(&["occscn", CITY, "--views", "1", "-o", &bad], 0);
+    assert!(ends(&run(&["--resolution", "0x5"]), 2).contains("0x5"));
+    assert!(ends(&run(&["--level", "mmx"]), 2).contains("no level of this machine"));
+    assert!(ends(&["bench", "frustum", "--scene", &bad], 2).contains("bench occlusion"));
+    assert!(ends(&["bench", "occlusion", "--reference", "4"], 2).contains("--scene"));
+    assert!(
+        ends(&["occscn", CITY, "--occluders", "cathedral", "-o", &bad], 3).contains("cathedral")
+    );
+    assert!(ends(&["occscn", CITY, "-o", &folder.path("no/such/folder")], 3).contains("written"));
+    // One pixel is a resolution too.
+    ends(&run(&["--resolution", "1x1"]), 0);
+}
+
+#[test]
+fn the_castle_has_the_published_number_of_occluders() {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
+    let data = PathBuf::from(std::env::var("CULLET_DATA").unwrap_or_else(|_| beside.into()));
+    let castle = data.join("intel-castle/intel-castle.glb");
+    if !castle.exists() {
+        assert!(std::env::var("CULLET_REQUIRE_DATA").is_err(), "no {}", castle.display());
+        println!("skipped: no test data in {} (set CULLET_DATA)", data.display());
+        return;
+    }
+    let folder = Folder::new("occlusion-castle");
+    let out = folder.path("castle.bin");
+    let castle = castle.to_string_lossy();
+    let named = ["--occluders", "castleLargeOccluders", "--occluders", "ground"];
+    ends(&[&["occscn", &castle, "-o", &out, "--views", "2"][..], &named].concat(), 0);
+    let bytes = std::fs::read(&out).unwrap();
+    let count = |i: usize| u32::from_le_bytes(bytes[8 + 4 * i..12 + 4 * i].try_into().unwrap());
+    assert_eq!([count(1), count(2), count(3), count(4)], [48_700, 512, 2, 20_000]);
+}
