@@ -36,9 +36,6 @@
 //! triangles without area join the halves of a split edge to the wall's whole one. Where the winding does
 //! not add up (triangles wound both ways) the even–odd rule covers a region once.
 //!
-//! The outside of several planes, of a surface that crosses itself and has triangles without area, can keep a
-//! few open edges.
-//!
 //! *Defects* are reported in [`CutReport`]. Outlines that do not close are not capped, unless their ends
 //! lie within [`CapOptions::heal`] of each other.
 
