@@ -146,8 +146,8 @@ pub struct CutMesh {
 pub struct CutReport {
     /// Triangles that were cut or touched from outside.
     pub cut_triangles: usize,
-    /// Cut triangles that were there twice and are kept once, so that their caps are single too. Only with
-    /// caps.
+    /// Cut triangles that were there twice and are kept once, because their copy left the surface open. Where
+    /// all of a surface is there twice nothing is dropped, and its caps are there twice too. Only with caps.
     pub duplicates: usize,
     /// Outlines at the cut that do not close and so have no cap.
     pub open_chains: usize,

@@ -11,6 +11,9 @@ use super::sides::{CutPlane, Sides, before};
 use super::{Cap, CutInput, CutMesh, CutOptions, Keep, NO_ORIGIN, cap, section};
 use crate::exact;
 
+/// How often duplicates are looked through for those that may go.
+const MOST_PASSES: usize = 64;
+
 /// No vertex of the result.
 const DROPPED: u32 = u32::MAX;
 
@@ -195,16 +198,58 @@ impl Work<'_> {
         self.result.untouched = self.result.origin.len();
     }
 
-    /// Drops triangles that were gathered before with the same positions in the same order.
+    /// Drops triangles that were gathered before with the same positions in the same order, if one of them
+    /// is enough to close the surface: where all of it is there twice, as are the sheets of a cap around
+    /// which it winds twice, both copies stay.
     fn drop_duplicates(&mut self) {
-        let before = self.walls.len();
-        let mut seen = QuickMap::default();
         let positions = self.input.positions;
-        self.walls.retain(|piece| {
-            let [a, b, c] = piece.corners.map(|v| key(positions[v as usize]));
+        let at = |v: u32| key(positions[v as usize]);
+        let mut seen = QuickMap::default();
+        let again = |piece: &Piece| {
+            let [a, b, c] = piece.corners.map(at);
             let turned = [[a, b, c], [b, c, a], [c, a, b]].into_iter().min();
-            seen.insert(turned, ()).is_none()
-        });
+            seen.insert(turned, ()).is_some()
+        };
+        let again: Vec<bool> = self.walls.iter().map(again).collect();
+        if !again.contains(&true) {
+            return;
+        }
+        // How much oftener an edge is run along one way than the other; of those edges only that no plane
+        // rejects as a whole, for all triangles at them have been gathered.
+        let outside = &self.sides.outside;
+        let edges = |piece: &Piece| {
+            let [a, b, c] = piece.corners;
+            [[a, b], [b, c], [c, a]].into_iter().filter_map(|[p, q]| {
+                let (own, other) = (outside[p as usize], outside[q as usize]);
+                let (p, q) = (at(p), at(q));
+                let cut = p != q && own | other != 0 && own & other == 0;
+                cut.then(|| if p < q { ([p, q], 1) } else { ([q, p], -1) })
+            })
+        };
+        let mut net: QuickMap<_, i32> = QuickMap::default();
+        for (edge, way) in self.walls.iter().flat_map(edges) {
+            *net.entry(edge).or_default() += way;
+        }
+        let mut spare = vec![false; again.len()];
+        // From the border of what is there twice inward, to and fro.
+        for pass in 0..MOST_PASSES {
+            let mut more = false;
+            for i in 0..again.len() {
+                let i = if pass % 2 == 0 { i } else { again.len() - 1 - i };
+                let piece = &self.walls[i];
+                if !again[i] || spare[i] || edges(piece).all(|(edge, way)| net[&edge] * way <= 0) {
+                    continue;
+                }
+                edges(piece).for_each(|(edge, way)| *net.entry(edge).or_default() -= way);
+                (spare[i], more) = (true, true);
+            }
+            if !more {
+                break;
+            }
+        }
+        let before = self.walls.len();
+        let mut spare = spare.into_iter();
+        self.walls.retain(|_| spare.next() != Some(true));
         self.result.report.duplicates = before - self.walls.len();
     }
 
