@@ -383,14 +383,7 @@ impl Work<'_> {
     }
 
     /// Notes what was cut off a wall, if that is what is kept.
-    fn remove(
-        &mut self,
-        piece: Piece,
-        plane: usize,
-        [a, b, c]: [u32; 3],
-        d: Option<u32>,
-        on: On,
-    ) {
+    fn remove(&mut self, piece: Piece, plane: usize, [a, b, c]: [u32; 3], d: Option<u32>, on: On) {
         if self.options.keep == Keep::Inside || piece.cap.is_some() {
             return;
         }
