@@ -3,7 +3,7 @@
 use super::hash::QuickMap;
 
 /// Positions of which each is one of those given, at most `tolerance` from where it was: every vertex goes to
-/// the first one before it that is near enough and did not itself move. With how many moved.
+/// the nearest of those before it that stayed, or stays where none is near enough. With how many moved.
 ///
 /// Cells are as wide as two tolerances, so what is near lies in the cell or in the next one on the side that
 /// the point is on. Those that stay are further apart than the tolerance, so a cell has few. Expected O(n).
@@ -74,7 +74,7 @@ mod tests {
     fn none_moves_further_than_the_tolerance_and_those_that_stay_are_apart() {
         let at = |i: u32| {
             let mixed = i.wrapping_mul(2_654_435_761);
-            [0, 10, 20].map(|s| (mixed >> s & 1023) as f32 / 64.0)
+            [0, 10, 20].map(|s| (mixed >> s & 1023) as f32 / 128.0)
         };
         let positions: Vec<[f32; 3]> = (0..3000).map(at).collect();
         let (welded, moved) = weld(&positions, 0.75);
