@@ -12,6 +12,7 @@ cargo xtask test       everything CI checks: format, lints, docs, tests at every
 cargo xtask test NAME  only the steps whose name contains NAME
 cargo xtask pictures   draws the pictures of README and docs again
 cargo xtask bench      cullet bench, then the criterion benches
+cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
 cargo xtask demo       the README's two commands, in a fresh clone of this repository";
 
 fn main() -> ExitCode {
@@ -22,6 +23,7 @@ fn main() -> ExitCode {
         ["test", name] => steps::test(name),
         ["pictures"] => pictures::draw(),
         ["bench"] => steps::bench(),
+        ["peers-cut"] => steps::peers_cut(),
         ["demo"] => steps::demo(),
         [] | ["help" | "--help" | "-h"] => {
             println!("{HELP}");

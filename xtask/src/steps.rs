@@ -142,6 +142,14 @@ pub(crate) fn bench() -> Done {
     cargo(&["bench", "--workspace", "--benches"])
 }
 
+/// The cuts of `cullet bench`, and of trimesh and VTK beside them.
+pub(crate) fn peers_cut() -> Done {
+    cargo(&["build", "--release"])?;
+    let script = root().join("benches/peers/cut_python.py");
+    let program = root().join("target/release/cullet");
+    run(command("python3", &[&script.to_string_lossy(), &program.to_string_lossy()]))
+}
+
 /// The README's two commands where nobody has been before: a fresh clone, an empty target folder.
 pub(crate) fn demo() -> Done {
     let folder = std::env::temp_dir().join(format!("cullet-demo-{}", std::process::id()));

@@ -6,7 +6,8 @@ mod common;
 use common::{Random, capped, check_halves, cube, join, leaks, open, soup, sphere, turned, volume};
 use cullet::bounds::Plane;
 use cullet::clip::cut::{
-    CapOptions, CutError, CutInput, CutOptions, Keep, NO_ORIGIN, box_planes, cut, outline_area,
+    CapOptions, CutError, CutInput, CutOptions, Keep, NO_ORIGIN, box_planes, cut, cut_both,
+    outline_area,
 };
 
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
@@ -144,14 +145,25 @@ fn soup_is_capped_like_the_welded_mesh() {
 }
 
 #[test]
-fn duplicates_are_dropped_where_they_are_cut() {
+fn duplicates_are_dropped_where_they_leave_the_surface_open() {
     let shape = sphere([0.0; 3], 1.0, 12);
+    let plane = [Plane::new([0.1, 0.2, 0.9], 0.1)];
+    let one = capped(&shape, &plane, Keep::Inside);
+    // Every other triangle a second time.
+    let mut some = shape.clone();
+    for t in shape.1.chunks_exact(3).step_by(2) {
+        some.1.extend_from_slice(&[t[1], t[2], t[0]]);
+    }
+    let half = capped(&some, &plane, Keep::Inside);
+    assert!(half.report.duplicates > 5 && half.report.open_chains == 0, "{:?}", half.report);
+    assert_eq!(half.caps[0].triangles.len(), one.caps[0].triangles.len());
+    // All of it twice is a surface that winds around its inside twice: nothing is open.
     let mut twice = shape.clone();
     twice.1.extend_from_slice(&shape.1);
-    let plane = [Plane::new([0.1, 0.2, 0.9], 0.1)];
-    let (one, two) = (capped(&shape, &plane, Keep::Inside), capped(&twice, &plane, Keep::Inside));
-    assert_eq!(two.report.duplicates, one.report.cut_triangles);
-    assert_eq!(two.caps[0].triangles.len(), one.caps[0].triangles.len());
+    check_halves(&twice, &plane, "twice");
+    let two = capped(&twice, &plane, Keep::Inside);
+    assert_eq!(two.report.duplicates, 0);
+    assert_eq!(two.caps[0].triangles.len(), 2 * one.caps[0].triangles.len());
 }
 
 #[test]
@@ -173,6 +185,46 @@ fn holes_leave_what_crosses_them_uncapped_unless_healed() {
     // A hole elsewhere is none of the cut's business.
     let apart = capped(&shape, &[Plane::new([1.0, 0.0, 0.0], 0.2)], Keep::Outside);
     assert_eq!((apart.report.open_chains, apart.caps.len()), (0, 1));
+}
+
+#[test]
+fn seams_that_do_not_quite_meet_are_closed_when_asked() {
+    let whole = sphere([0.0; 3], 1.0, 16);
+    let mut torn = soup(&whole);
+    let mut random = Random(21);
+    for p in torn.0.iter_mut().flatten() {
+        *p += random.next() as f32 * 1e-4;
+    }
+    let plane = [Plane::new([0.2, 0.3, 0.9], 0.1)];
+    let input = CutInput { positions: &torn.0, indices: &torn.1, ..CutInput::default() };
+    let open = capped(&torn, &plane, Keep::Inside);
+    assert!(open.report.open_chains > 0 && open.report.welded == 0);
+    let caps = CapOptions { weld: 1e-3, ..CapOptions::default() };
+    let [inside, outside] = cut_both(&input, &plane, Some(&caps)).unwrap();
+    for half in [&inside, &outside] {
+        assert_eq!((half.report.open_chains, half.caps.len()), (0, 1), "{:?}", half.report);
+        assert!(half.report.welded > torn.0.len() / 2);
+        assert_eq!(leaks(&half.positions, &half.indices), 0);
+    }
+    let sum = [&inside, &outside].map(|h| volume(&h.positions, &h.indices)).iter().sum::<f64>();
+    assert!((sum - volume(&whole.0, &whole.1)).abs() < 1e-2, "{sum}");
+    for weld in [f32::NAN, f32::INFINITY, -1.0] {
+        let caps = Some(CapOptions { weld, ..CapOptions::default() });
+        let done = cut(&input, &plane, &CutOptions { caps, ..CutOptions::default() }).unwrap();
+        assert_eq!(done, open);
+    }
+}
+
+#[test]
+fn both_halves_at_once_are_those_of_two_cuts() {
+    let shape = sphere([0.0; 3], 1.0, 12);
+    let planes = box_planes([-0.5; 3], [0.3, 0.9, 2.0]);
+    let input = CutInput { positions: &shape.0, indices: &shape.1, ..CutInput::default() };
+    let both = cut_both(&input, &planes, Some(&CapOptions::default())).unwrap();
+    let single = [Keep::Inside, Keep::Outside].map(|keep| capped(&shape, &planes, keep));
+    assert_eq!(both, single);
+    let both = cut_both(&input, &planes, None).unwrap();
+    assert_eq!(both, [Keep::Inside, Keep::Outside].map(|keep| open(&shape, &planes, keep)));
 }
 
 #[test]

@@ -57,9 +57,5 @@ fn check_halves_of_any(shape: &common::Shape, planes: &[Plane]) {
     let big = common::cube([-9.0, -9.0, 20.0], [9.0, 9.0, 40.0]);
     let all = common::join(&[shape.clone(), big]);
     assert!(volume(&all.0, &all.1) > 0.0);
-    check_halves(&all, &planes[..1], "tetrahedra");
-    // The outside of several planes is not held to this: degenerate soups that cross themselves can leave
-    // open edges there.
-    let inside = common::capped(&all, planes, Keep::Inside);
-    assert_eq!(common::leaks(&inside.positions, &inside.indices), 0, "{planes:?}");
+    check_halves(&all, planes, "tetrahedra");
 }

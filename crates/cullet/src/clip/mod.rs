@@ -5,7 +5,7 @@
 //! |---|---|---|---|
 //! | points | [`HalfSpace::height`] | [`Window::outcode`] | [`Region::outcode`], proved: [`ObjectRegion::outcode`] |
 //! | lines | [`HalfSpace::clip_line`] | [`Window::cohen_sutherland`], [`Window::liang_barsky`] | [`Region::clip_line`] |
-//! | polygons | [`Clipper::clip`] | by [`Window::region`] | [`Clipper::clip`], [`GuardBand::clip`] |
+//! | polygons | [`Clipper::clip`], both parts: [`Clipper::split`] | by [`Window::region`] | [`Clipper::clip`], [`GuardBand::clip`] |
 //!
 //! On a plane is inside, everywhere. Decisions and cuts depend on the two ends of an edge alone and not on
 //! the polygon they are asked for, so neighbours agree.

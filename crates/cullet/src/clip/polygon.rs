@@ -11,7 +11,7 @@
 //! polygon, at a corner or along an edge, from outside, nothing is left. A polygon that lies in the plane
 //! is kept whole.
 
-use super::region::{Region, Scalar};
+use super::region::{HalfSpace, Region, Scalar};
 
 /// A vertex: where it is, and how to interpolate it with all that goes along.
 ///
@@ -77,6 +77,12 @@ impl<V: Copy> Ring<V> {
         self.codes.resize(len, 0);
     }
 
+    /// There must be room.
+    fn push(&mut self, vertex: V) {
+        self.vertices[self.len] = vertex;
+        self.len += 1;
+    }
+
     fn get(&self) -> (&[V], &[u32]) {
         (&self.vertices[..self.len], &self.codes[..self.len])
     }
@@ -112,6 +118,55 @@ impl<V: Copy> Clipper<V> {
     {
         let codes = |p: &_| [region.outcode(p); 2];
         self.clip_coded(region, polygon, codes, |p, bits| region.outcode_of(p, bits))
+    }
+
+    /// Both parts of a polygon at a plane, the inside one first, with the same vertices bit for bit where they
+    /// meet. A vertex on the plane is of both; a part that only touches the plane is nothing, and a polygon
+    /// that lies in it is inside. The rules are those of [`clip`](Self::clip), whose inside this is.
+    pub fn split<T: Scalar, const D: usize>(
+        &mut self,
+        side: &HalfSpace<T, D>,
+        polygon: &[V],
+    ) -> [&[V]; 2]
+    where
+        V: Vertex<T, D>,
+    {
+        (self.from.len, self.to.len) = (0, 0);
+        let Some(&last) = polygon.last().filter(|_| polygon.len() > 2) else { return [&[], &[]] };
+        self.from.reserve(polygon.len() * 2, last);
+        self.to.reserve(polygon.len() * 2, last);
+        let (mut below, mut above) = (false, false);
+        let mut last = (last, side.height(&last.position()));
+        for &vertex in polygon {
+            let height = side.height(&vertex.position());
+            let (was_out, is_out) = (last.1 > T::ZERO, height > T::ZERO);
+            if was_out != is_out {
+                let [p, q] = if is_out { [last.0, vertex] } else { [vertex, last.0] };
+                if let Some(t) = side.crossing(&p.position(), &q.position()) {
+                    let cut = p.between(&q, t);
+                    self.from.push(cut);
+                    self.to.push(cut);
+                }
+            }
+            if is_out {
+                self.to.push(vertex);
+            } else {
+                self.from.push(vertex);
+                if height == T::ZERO {
+                    self.to.push(vertex);
+                }
+            }
+            below |= !is_out && height != T::ZERO;
+            above |= is_out;
+            last = (vertex, height);
+        }
+        if !above || self.to.len < 3 {
+            self.to.len = 0;
+        }
+        if (above && !below) || self.from.len < 3 {
+            self.from.len = 0;
+        }
+        [self.from.get().0, self.to.get().0]
     }
 
     /// [`clip`](Self::clip) by the outcodes of the caller: those by which all may be rejected at once, and
@@ -257,7 +312,6 @@ pub fn clip_polygon_ref<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clip::region::HalfSpace;
 
     fn left_of(x: f64) -> Region<f64, 2> {
         Region::new([HalfSpace::new([1.0, 0.0], x).unwrap()]).unwrap()
@@ -289,6 +343,35 @@ mod tests {
         let region = Region::new([HalfSpace::new([1.0, 0.0, 0.0], 1.0).unwrap()]).unwrap();
         assert_eq!(Clipper::new().clip(&region, &wall), wall);
         assert_eq!(clip_polygon_ref(&region, &wall), wall);
+    }
+
+    #[test]
+    fn both_parts_meet_and_what_touches_is_of_one() {
+        let at = HalfSpace::new([1.0, 0.0], 1.0).unwrap();
+        let mut clipper = Clipper::new();
+        let triangle = [[0.0, 0.0, 10.0], [4.0, 0.0, 50.0], [0.0, 4.0, 10.0]];
+        let [inside, outside] = clipper.split(&at, &triangle);
+        assert_eq!(
+            inside,
+            [[0.0, 0.0, 10.0], [1.0, 0.0, 20.0], [1.0, 3.0, 20.0], [0.0, 4.0, 10.0]]
+        );
+        assert_eq!(outside, [[1.0, 0.0, 20.0], [4.0, 0.0, 50.0], [1.0, 3.0, 20.0]]);
+        // An edge on the plane, from either side, and all of it on the plane.
+        let left = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
+        let right = [[1.0, 0.0], [2.0, 0.0], [1.0, 1.0]];
+        let on = [[1.0, 0.0], [1.0, 2.0], [1.0, 1.0]];
+        let mut clipper = Clipper::<[f64; 2]>::new();
+        let none: [[f64; 2]; 0] = [];
+        assert_eq!(clipper.split(&at, &left), [&left[..], &none]);
+        assert_eq!(clipper.split(&at, &right), [&none[..], &right]);
+        assert_eq!(clipper.split(&at, &on), [&on[..], &none]);
+        assert_eq!(clipper.split(&at, &left[..2]), [&none[..], &none]);
+        let broken = [[f64::NAN, 0.0], [0.0, 0.0], [0.0, 1.0]];
+        assert_eq!(clipper.split(&at, &broken)[0].len(), 3);
+        // Through a vertex: it is of both.
+        let square = [[0.0, 0.0], [1.0, -1.0], [2.0, 0.0], [1.0, 1.0]];
+        let [inside, outside] = clipper.split(&at, &square);
+        assert_eq!((inside.len(), outside.len()), (3, 3));
     }
 
     #[test]

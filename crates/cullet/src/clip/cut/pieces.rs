@@ -8,8 +8,11 @@
 
 use super::hash::{QuickMap, key};
 use super::sides::{CutPlane, Sides, before};
-use super::{Cap, CutInput, CutMesh, CutOptions, Keep, MAX_CUT_PLANES, NO_ORIGIN, cap, section};
+use super::{Cap, CutInput, CutMesh, CutOptions, Keep, NO_ORIGIN, cap, section};
 use crate::exact;
+
+/// How often duplicates are looked through for those that may go.
+const MOST_PASSES: usize = 64;
 
 /// No vertex of the result.
 const DROPPED: u32 = u32::MAX;
@@ -29,8 +32,9 @@ struct Piece {
 #[derive(Clone, Copy, Debug)]
 struct Removed {
     corners: [u32; 4],
-    len: usize,
     origin: u32,
+    len: u8,
+    plane: u8,
     on: On,
 }
 
@@ -42,17 +46,28 @@ enum On {
     All,
 }
 
+/// An edge that a plane cut, known by its positions.
+#[derive(Clone, Copy, Debug)]
+struct CutAt {
+    vertex: u32,
+    plane: u8,
+    /// The one before it between the same positions, in [`Work::cut_list`].
+    before: u32,
+}
+
 struct Work<'a> {
     input: &'a CutInput<'a>,
+    planes: &'a [CutPlane],
     sides: &'a Sides,
     options: &'a CutOptions,
     positions: Vec<[f32; 3]>,
     attributes: Vec<f32>,
     /// The new vertex of each edge that was cut, by its ends.
     cuts: QuickMap<[u32; 2], u32>,
-    /// The same by the positions of its ends, where the outside is kept: the two sides of an edge in a
-    /// plane may have vertices of their own.
+    /// The same by the positions of its ends, where the outside of several planes is kept: the two sides of
+    /// an edge in a plane may have vertices of their own. The latest in `cut_list`.
     cuts_at: QuickMap<[[u32; 3]; 2], u32>,
+    cut_list: Vec<CutAt>,
     walls: Vec<Piece>,
     caps: Vec<Piece>,
     removed: Vec<Removed>,
@@ -70,12 +85,14 @@ pub(super) fn run(
 ) -> CutMesh {
     let mut work = Work {
         input,
+        planes,
         sides,
         options,
         positions: Vec::new(),
         attributes: Vec::new(),
         cuts: QuickMap::default(),
         cuts_at: QuickMap::default(),
+        cut_list: Vec::new(),
         walls: Vec::new(),
         caps: Vec::new(),
         removed: Vec::new(),
@@ -181,16 +198,58 @@ impl Work<'_> {
         self.result.untouched = self.result.origin.len();
     }
 
-    /// Drops triangles that were gathered before with the same positions in the same order.
+    /// Drops triangles that were gathered before with the same positions in the same order, if one of them
+    /// is enough to close the surface: where all of it is there twice, as are the sheets of a cap around
+    /// which it winds twice, both copies stay.
     fn drop_duplicates(&mut self) {
-        let before = self.walls.len();
-        let mut seen = QuickMap::default();
         let positions = self.input.positions;
-        self.walls.retain(|piece| {
-            let [a, b, c] = piece.corners.map(|v| key(positions[v as usize]));
+        let at = |v: u32| key(positions[v as usize]);
+        let mut seen = QuickMap::default();
+        let again = |piece: &Piece| {
+            let [a, b, c] = piece.corners.map(at);
             let turned = [[a, b, c], [b, c, a], [c, a, b]].into_iter().min();
-            seen.insert(turned, ()).is_none()
-        });
+            seen.insert(turned, ()).is_some()
+        };
+        let again: Vec<bool> = self.walls.iter().map(again).collect();
+        if !again.contains(&true) {
+            return;
+        }
+        // How much oftener an edge is run along one way than the other; of those edges only that no plane
+        // rejects as a whole, for all triangles at them have been gathered.
+        let outside = &self.sides.outside;
+        let edges = |piece: &Piece| {
+            let [a, b, c] = piece.corners;
+            [[a, b], [b, c], [c, a]].into_iter().filter_map(|[p, q]| {
+                let (own, other) = (outside[p as usize], outside[q as usize]);
+                let (p, q) = (at(p), at(q));
+                let cut = p != q && own | other != 0 && own & other == 0;
+                cut.then(|| if p < q { ([p, q], 1) } else { ([q, p], -1) })
+            })
+        };
+        let mut net: QuickMap<_, i32> = QuickMap::default();
+        for (edge, way) in self.walls.iter().flat_map(edges) {
+            *net.entry(edge).or_default() += way;
+        }
+        let mut spare = vec![false; again.len()];
+        // From the border of what is there twice inward, to and fro.
+        for pass in 0..MOST_PASSES {
+            let mut more = false;
+            for i in 0..again.len() {
+                let i = if pass % 2 == 0 { i } else { again.len() - 1 - i };
+                let piece = &self.walls[i];
+                if !again[i] || spare[i] || edges(piece).all(|(edge, way)| net[&edge] * way <= 0) {
+                    continue;
+                }
+                edges(piece).for_each(|(edge, way)| *net.entry(edge).or_default() -= way);
+                (spare[i], more) = (true, true);
+            }
+            if !more {
+                break;
+            }
+        }
+        let before = self.walls.len();
+        let mut spare = spare.into_iter();
+        self.walls.retain(|_| spare.next() != Some(true));
         self.result.report.duplicates = before - self.walls.len();
     }
 
@@ -276,7 +335,7 @@ impl Work<'_> {
         }
         if side.iter().all(|&s| s > 0) || side.iter().all(|&s| s == 0) {
             let on = if side == [0; 3] { On::All } else { On::None };
-            return self.remove(piece, corners, None, on);
+            return self.remove(piece, number, corners, None, on);
         }
         let (mut kept, mut kept_len) = ([0; 4], 0);
         let [mut exit, mut entry] = [DROPPED; 2];
@@ -289,7 +348,7 @@ impl Work<'_> {
                 kept_len += 1;
             }
             let crossing =
-                if from * to < 0 { self.meet(plane, p, q) } else { if from == 0 { p } else { q } };
+                if from * to < 0 { self.meet(number, p, q) } else { if from == 0 { p } else { q } };
             if from * to < 0 {
                 kept[kept_len] = crossing;
                 kept_len += 1;
@@ -312,7 +371,7 @@ impl Work<'_> {
         let ([o, p], len) = outer;
         let third = if len == 2 { p } else { entry };
         let on = if exit == entry { On::None } else { On::Last };
-        self.remove(piece, [exit, o, third], (len == 2).then_some(entry), on);
+        self.remove(piece, number, [exit, o, third], (len == 2).then_some(entry), on);
         if side.iter().all(|&s| s >= 0) {
             return;
         }
@@ -324,7 +383,7 @@ impl Work<'_> {
     }
 
     /// Notes what was cut off a wall, if that is what is kept.
-    fn remove(&mut self, piece: Piece, [a, b, c]: [u32; 3], d: Option<u32>, on: On) {
+    fn remove(&mut self, piece: Piece, plane: usize, [a, b, c]: [u32; 3], d: Option<u32>, on: On) {
         if self.options.keep == Keep::Inside || piece.cap.is_some() {
             return;
         }
@@ -334,17 +393,34 @@ impl Work<'_> {
             Some(d) => ([a, b, c, d], 4),
             None => ([a, b, c, c], 3),
         };
-        self.removed.push(Removed { corners, len, origin: piece.origin, on });
+        let (origin, plane) = (piece.origin, plane as u8);
+        self.removed.push(Removed { corners, origin, len, plane, on });
     }
 
     /// The vertex where the plane meets an edge: the same for all triangles at it.
-    fn meet(&mut self, plane: &CutPlane, p: u32, q: u32) -> u32 {
-        let edge = [p.min(q), p.max(q)];
-        if let Some(&v) = self.cuts.get(&edge) {
+    fn meet(&mut self, plane: usize, p: u32, q: u32) -> u32 {
+        if let Some(&v) = self.cuts.get(&[p.min(q), p.max(q)]) {
             return v;
         }
-        let (low, high) = if before(self.position(p), self.position(q)) { (p, q) } else { (q, p) };
-        let (share, point) = plane.meet(self.position(low), self.position(high));
+        let (low, high) = self.ordered(p, q);
+        let (share, point) = self.planes[plane].meet(self.position(low), self.position(high));
+        let v = self.add_between(low, high, share, point);
+        if self.options.keep == Keep::Outside && self.planes.len() > 1 {
+            let ends = [key(self.position(low)), key(self.position(high))];
+            let next = self.cut_list.len() as u32;
+            let before = self.cuts_at.insert(ends, next).unwrap_or(DROPPED);
+            self.cut_list.push(CutAt { vertex: v, plane: plane as u8, before });
+        }
+        v
+    }
+
+    /// The ends of an edge, the lower position first.
+    fn ordered(&self, p: u32, q: u32) -> (u32, u32) {
+        if before(self.position(p), self.position(q)) { (p, q) } else { (q, p) }
+    }
+
+    /// A new vertex on an edge, with its attributes.
+    fn add_between(&mut self, low: u32, high: u32, share: f64, point: [f32; 3]) -> u32 {
         let count = self.input.positions.len();
         let v = (count + self.positions.len()) as u32;
         self.positions.push(point);
@@ -357,11 +433,7 @@ impl Work<'_> {
             let (a, b) = (of(low), of(high));
             self.attributes.push(a + (b - a) * share);
         }
-        self.cuts.insert(edge, v);
-        if self.options.keep == Keep::Outside {
-            let ends = [key(self.position(low)), key(self.position(high))];
-            self.cuts_at.insert(ends, v);
-        }
+        self.cuts.insert([low.min(high), low.max(high)], v);
         v
     }
 
@@ -438,16 +510,17 @@ impl Work<'_> {
                     apex = exit;
                     for i in 0..3 {
                         let next = r.corners[(i + 1) % 3];
-                        self.divide(r.corners[i], next, 0, &mut rim);
+                        self.divide(r.corners[i], next, r.plane, &mut rim);
                         if i < 2 {
                             rim.push(next);
                         }
                     }
                 }
                 on => {
-                    rim.extend_from_slice(&r.corners[2..r.len]);
+                    let corners = &r.corners[..usize::from(r.len)];
+                    rim.extend_from_slice(&corners[2..]);
                     if on == On::Last {
-                        self.divide(r.corners[r.len - 1], exit, 0, &mut rim);
+                        self.divide(corners[corners.len() - 1], exit, r.plane, &mut rim);
                     }
                     rim.push(exit);
                 }
@@ -460,23 +533,51 @@ impl Work<'_> {
         pieces
     }
 
-    /// Appends the vertices at which later planes divided an edge, in order.
-    fn divide(&self, from: u32, to: u32, depth: usize, rim: &mut Vec<u32>) {
-        // Each half lies on one side of the plane that cut it, so no way is cut more often than that.
-        if depth > MAX_CUT_PLANES {
+    /// Appends the vertices at which planes after this one divided an edge of both halves, in order.
+    ///
+    /// What happened to the edge is gone through again: looked up by its positions alone, it might be taken
+    /// for one that came to lie there later, by rounding.
+    fn divide(&mut self, from: u32, to: u32, after: u8, rim: &mut Vec<u32>) {
+        for number in usize::from(after) + 1..self.planes.len() {
+            let plane = &self.planes[number];
+            let sides = [from, to].map(|v| plane.side(self.position(v)));
+            if sides[0].max(sides[1]) <= 0 {
+                continue;
+            }
+            // Only the part inside is there for the planes that follow.
+            if sides[0] * sides[1] < 0
+                && let Some(v) = self.met(number, from, to)
+            {
+                if sides[0] < 0 {
+                    self.divide(from, v, number as u8, rim);
+                }
+                rim.push(v);
+                if sides[1] < 0 {
+                    self.divide(v, to, number as u8, rim);
+                }
+            }
             return;
         }
-        let (p, q) = (self.position(from), self.position(to));
-        let ends = if before(p, q) { [key(p), key(q)] } else { [key(q), key(p)] };
-        let cut = self.cuts.get(&[from.min(to), from.max(to)]);
-        // A vertex that rounding has put on an end divides nothing, and would be found for ever.
-        let apart = |v: &&u32| !ends.contains(&key(self.position(**v)));
-        let cut = cut.or_else(|| self.cuts_at.get(&ends).filter(apart));
-        if let Some(&v) = cut {
-            self.divide(from, v, depth + 1, rim);
-            rim.push(v);
-            self.divide(v, to, depth + 1, rim);
+    }
+
+    /// The vertex at which a plane cut an edge, or another one between the same positions.
+    fn met(&mut self, plane: usize, p: u32, q: u32) -> Option<u32> {
+        if let Some(&v) = self.cuts.get(&[p.min(q), p.max(q)]) {
+            return Some(v);
         }
+        let (low, high) = self.ordered(p, q);
+        let ends = [low, high].map(|v| key(self.position(v)));
+        let mut at = self.cuts_at.get(&ends).copied()?;
+        let cut = loop {
+            let cut = self.cut_list.get(at as usize)?;
+            if usize::from(cut.plane) == plane {
+                break *cut;
+            }
+            at = cut.before;
+        };
+        // Cut on its other side alone, which may have attributes of its own.
+        let (share, _) = self.planes[plane].meet(self.position(low), self.position(high));
+        Some(self.add_between(low, high, share, self.position(cut.vertex)))
     }
 }
 
