@@ -25,7 +25,7 @@ fn with(gpu: &Gpu, spec: &str) -> (Model, Renderer) {
 }
 
 const SCENES: &[(&str, &str)] =
-    &[("city", "city:n=12"), ("solids", "solids"), ("forest", "forest:n=60")];
+    &[("city", "city:cells=12,objects=400"), ("solids", "solids"), ("forest", "forest:n=2000")];
 
 #[test]
 fn culling_changes_no_pixel() {
@@ -206,7 +206,7 @@ fn panes_keep_to_their_places() {
 #[test]
 fn lines_and_ghosts_lie_where_they_belong() {
     let Some(gpu) = gpu() else { return };
-    let (model, mut renderer) = with(gpu, "city:n=6");
+    let (model, mut renderer) = with(gpu, "city:cells=6,objects=100");
     let view = view(&model.scene, [0.4, 0.3, 1.0], 0.9, SIZE);
     let extent = model.scene.extent();
     let (a, b) = (extent.min, extent.max);
@@ -251,7 +251,7 @@ fn hidden_and_translucent_instances() {
 #[test]
 fn nothing_is_uploaded_for_what_did_not_change() {
     let Some(gpu) = gpu() else { return };
-    let (model, mut renderer) = with(gpu, "forest:n=60");
+    let (model, mut renderer) = with(gpu, "forest:n=2000");
     let near = view(&model.scene, [0.5, 0.4, 1.0], 0.4, SIZE);
     let far = view(&model.scene, [0.5, 0.4, 1.0], 1.6, SIZE);
     let visible = [&near, &far].map(|v| cull(&model.scene, v, Output::Clusters));
