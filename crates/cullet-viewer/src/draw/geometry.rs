@@ -366,9 +366,9 @@ mod tests {
     fn chunks_hold_the_triangles_of_the_meshes() {
         let model = scenes::build("solids").unwrap();
         // So little that meshes fall into several chunks.
-        for buffer in [1 << 28, 1 << 15] {
+        for buffer in [1 << 28, 1 << 16] {
             let all = Geometry::new(&model, Room { buffer, side: 8192 }).unwrap();
-            assert_eq!(all.chunks.len() > 1, buffer == 1 << 15);
+            assert_eq!(all.chunks.len() > 1, buffer == 1 << 16);
             for (mesh, place) in model.scene.meshes().iter().zip(&all.meshes) {
                 let chunk = &all.chunks[place.chunk as usize];
                 assert!(chunk.vertices.len() * 16 <= buffer as usize);
