@@ -26,6 +26,7 @@ pub(super) fn caps(attributes: &Attributes, heal: f32) -> CapOptions {
     }
     CapOptions {
         heal,
+        weld: 0.0,
         template,
         normal_at: (normals > 0).then_some(0),
         uv_at: (!attributes.uvs.is_empty()).then_some(normals),
