@@ -91,7 +91,7 @@ fn model() -> Model {
             parents: vec![2, 2, u32::MAX],
             names: ["left", "right", "house"].map(String::from).to_vec(),
             node_of_instance: vec![0, 0, 1, 1],
-            locals: vec![Transform::IDENTITY; 3],
+            locals: Vec::new(),
         },
         ..Model::default()
     }
