@@ -71,7 +71,7 @@ fn every_switch_leaves_what_a_fresh_culler_says() {
 fn every_switch_is_shown_without_a_window() {
     let ctx = egui::Context::default();
     let mut session = Session::new(ctx.clone(), "", Some(Source::of_text("solids")));
-    let mut run = |session: &mut Session| {
+    let run = |session: &mut Session| {
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(960.0, 600.0));
         let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
         let out = ctx.run_ui(input, |ui| {
