@@ -185,7 +185,8 @@ impl Stage<'_> {
         };
         let changed = self.last.as_ref() != Some(&look);
         let again = std::mem::take(&mut session.refresh) || session.state.always;
-        if !(changed || again) || world.is_none() {
+        // Before anything is decided there is nothing to draw: all of a large scene would take long.
+        if !(changed || again) || world.is_none() || session.decision.is_none() {
             return;
         }
         *self.last = Some(look);

@@ -24,8 +24,6 @@ pub enum Role {
     Outside,
     /// The part of a wipe that is not culled.
     Bare,
-    /// From above.
-    Map,
 }
 
 /// What a pane draws of the scene.
@@ -106,7 +104,7 @@ impl Composition {
 #[must_use]
 pub fn compose(session: &Session) -> Composition {
     let mut made = Composition::default();
-    let (Some(world), Some(flown)) = (&session.world, &session.state.camera) else { return made };
+    let (Some(_), Some(flown)) = (&session.world, &session.state.camera) else { return made };
     let [w, h] = session.size;
     let half = (w / 2).max(1);
     let state = &session.state;
@@ -145,12 +143,6 @@ pub fn compose(session: &Session) -> Composition {
             add(Role::Flown, [0, 0, at, h], part(0, at));
             add(Role::Bare, [at, 0, w - at, h], part(at, w));
         }
-    }
-    if state.map {
-        let side = (w.min(h) * 3 / 10).max(1);
-        let place = [w.saturating_sub(side + 8), h.saturating_sub(side + 8), side, side];
-        let view = session.culling_rig().and_then(|r| world.top(r).view([side, side]).ok());
-        add(Role::Map, place, view);
     }
     decorate(session, &mut made);
     made
@@ -221,7 +213,6 @@ fn decorate(session: &Session, made: &mut Composition) {
     for panel in &mut made.panels {
         panel.content = match panel.role {
             Role::Bare => Content::All,
-            Role::Map if decision.is_some() => Content::All,
             // What the culling camera itself sees is shown as it is drawn.
             Role::Culling => Content::Kept,
             _ if solid && decision.is_some() => Content::WithGhosts,
@@ -231,21 +222,15 @@ fn decorate(session: &Session, made: &mut Composition) {
             panel.content = Content::All;
         }
         let from_outside = match panel.role {
-            Role::Outside | Role::Map => true,
+            Role::Outside => true,
             Role::Flown | Role::Bare => state.frozen.is_some(),
             Role::Culling => false,
         };
         if from_outside {
             panel.overlay.0.extend_from_slice(&frustum.0.0);
-            if panel.role != Role::Map {
-                panel.ghosts.0.extend_from_slice(&frustum.1.0);
-            }
+            panel.ghosts.0.extend_from_slice(&frustum.1.0);
         }
         match panel.role {
-            Role::Map => {
-                // A map reads by its colours alone.
-                panel.style = Style { paint: Paint::Instances, samples: 1, ..Style::default() };
-            }
             Role::Bare | Role::Culling => {}
             Role::Flown | Role::Outside => {
                 if (solid || by_reason) && panel.style.paint == Paint::Material {

@@ -105,6 +105,8 @@ pub struct Session {
     decider: Decider,
     inbox: Inbox,
     asked: Option<(View, crate::state::Stages)>,
+    /// How many requests there were.
+    requests: u64,
     /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
     refit: bool,
     ctx: egui::Context,
@@ -140,6 +142,7 @@ impl Session {
             decider: Decider::new(move || wake.request_repaint()),
             inbox: Inbox::new(ctx.clone()),
             asked: None,
+            requests: 0,
             refit: false,
             ctx,
             state,
@@ -198,8 +201,8 @@ impl Session {
     /// view.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        let decided = self.decision.as_ref().map(|d| &d.request.view);
-        let wanted = self.asked.as_ref().map(|(view, _)| view);
+        let decided = self.decision.as_ref().map(|d| d.request.number);
+        let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
         idle && !matches!(self.truth, Truth::Working(_)) && (self.world.is_none() || decided == wanted)
     }
@@ -406,7 +409,7 @@ impl Session {
             self.state.frozen = None;
         }
         if self.state.camera.is_none() {
-            self.fit();
+            self.state.camera = self.world.as_ref().map(|w| w.first_sight(self.size));
         }
         self.asked = None;
         self.decision = None;
@@ -438,7 +441,8 @@ impl Session {
         let culler = stages.culler(clock);
         let world = Arc::clone(world);
         self.asked = Some((view.clone(), stages.clone()));
-        self.decider.ask(Request { world, view, culler });
+        self.requests += 1;
+        self.decider.ask(Request { world, view, culler, number: self.requests });
     }
 
     fn take(&mut self, decision: Decision) {

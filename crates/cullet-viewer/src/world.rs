@@ -9,6 +9,9 @@ use glam::DVec3;
 
 use crate::camera::Rig;
 
+/// A scene of so many instances is large.
+const MANY: u64 = 200;
+
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
@@ -136,6 +139,18 @@ impl World {
     pub fn overview(&self, size: [u32; 2]) -> Rig {
         let first = self.path(&PathSpec::Orbit, 8, size).into_iter().next();
         first.unwrap_or_else(|| Rig { target: self.centre, distance: self.reach * 2.5, ..Rig::default() })
+    }
+
+    /// Where a user begins: before the whole of a small scene, and in the midst of a large one, where there
+    /// is something to cull.
+    #[must_use]
+    pub fn first_sight(&self, size: [u32; 2]) -> Rig {
+        let all = self.overview(size);
+        if self.counts.instances < MANY {
+            return all;
+        }
+        let near = all.near.min(self.reach * 1e-3);
+        Rig { target: self.centre, distance: self.reach * 0.3, pitch: -17.0, near, ..all }
     }
 
     /// A camera from above that shows what is around a point.

@@ -21,6 +21,8 @@ pub struct Request {
     pub view: View,
     /// With which settings.
     pub culler: Culler,
+    /// Tells this request from others of the same asker.
+    pub number: u64,
 }
 
 /// What was decided.
@@ -47,7 +49,7 @@ impl Memory {
     fn decide(&mut self, request: Request) -> Decision {
         let began = clock();
         let mut visible = Visible::default();
-        let Request { world, view, culler } = &request;
+        let Request { world, view, culler, .. } = &request;
         culler.cull_one(&world.model.scene, view, &mut self.state, &mut visible);
         self.decided += 1;
         let milliseconds = (clock() - began) as f32 * 1e-6;

@@ -29,6 +29,7 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
         [f64::from(d.x), f64::from(d.y)]
     };
     labels(ui, rect, ratio, session, made);
+    super::map::show(ui, rect, session);
     if session.state.layout == Layout::Wipe {
         wipe(ui, rect, session);
     }
@@ -127,12 +128,7 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
     for panel in &made.panels {
         let [x, y, w, h] = panel.place.map(|v| v as f32 / ratio);
         let area = egui::Rect::from_min_size(rect.min + egui::vec2(x, y), egui::vec2(w, h));
-        if panel.role == Role::Map {
-            let rim = egui::Stroke::new(1.0, ui.visuals().weak_text_color());
-            painter.rect_stroke(area, 0.0, rim, egui::StrokeKind::Outside);
-        }
         let words = match (panel.role, session.state.layout) {
-            (Role::Map, _) => "from above".to_owned(),
             (Role::Culling, _) => "what the camera sees".to_owned(),
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),

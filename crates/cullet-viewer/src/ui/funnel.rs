@@ -66,7 +66,7 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
             painter.text(egui::pos2(x, rect.center().y), align, words, font.clone(), text);
         };
         put(rect.min.x + 4.0, egui::Align2::LEFT_CENTER, row.stage.name().to_owned());
-        let words = format!("−{}  → {}", grouped(dropped), grouped(row.left));
+        let words = format!("−{}   {} left", grouped(dropped), grouped(row.left));
         put(rect.max.x - 4.0, egui::Align2::RIGHT_CENTER, words);
         let took = row.nanoseconds.map_or(String::new(), |n| format!(", in {:.3} ms", n as f64 * 1e-6));
         response.on_hover_text(format!(

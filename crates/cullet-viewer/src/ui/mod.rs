@@ -6,6 +6,7 @@ mod funnel;
 mod help;
 mod inspect;
 mod keys;
+mod map;
 mod scene;
 mod switches;
 mod words;
