@@ -8,6 +8,7 @@ use crate::compose::{Composition, Role, compose, instance_colours};
 use crate::decide::Decision;
 use crate::draw::{Paint, Renderer};
 use crate::link;
+use crate::present::Present;
 use crate::script;
 use crate::session::{Drawn, Inspected, Session};
 use crate::state::State;
@@ -47,6 +48,7 @@ struct Look {
 pub struct App {
     session: Session,
     renderer: Renderer,
+    present: Present,
     texture: Option<egui::TextureId>,
     render_state: egui_wgpu::RenderState,
     /// The scene that the renderer has.
@@ -85,6 +87,7 @@ impl App {
         Ok(Self {
             session: Session::new(cc.egui_ctx.clone(), &start.link, start.source),
             renderer: Renderer::new(&render_state.adapter, &render_state.device),
+            present: Present::new(&render_state.device),
             texture: None,
             render_state,
             uploaded: None,
@@ -135,10 +138,10 @@ impl eframe::App for App {
         let now = clock();
         let dt = ((now - self.last_frame) as f64 * 1e-9).min(0.25);
         self.last_frame = now;
-        let Self { session, renderer, texture, render_state, uploaded, coloured, last, composition, .. } = self;
+        let Self { session, renderer, present, texture, render_state, uploaded, coloured, last, composition, .. } = self;
         ui::show(ui, session, |session, size| {
             session.advance(dt, size);
-            let mut stage = Stage { renderer, texture, render_state, uploaded, coloured, last, composition };
+            let mut stage = Stage { renderer, present, texture, render_state, uploaded, coloured, last, composition };
             stage.picture(session, dt);
             (Shown { texture: *stage.texture }, stage.composition.clone())
         });
@@ -159,6 +162,7 @@ impl eframe::App for App {
 /// What drawing a picture takes.
 struct Stage<'a> {
     renderer: &'a mut Renderer,
+    present: &'a mut Present,
     texture: &'a mut Option<egui::TextureId>,
     render_state: &'a egui_wgpu::RenderState,
     uploaded: &'a mut Option<Arc<World>>,
@@ -202,9 +206,10 @@ impl Stage<'_> {
         }
         let ground = if session.state.dark { [0.082, 0.098, 0.122] } else { [0.90, 0.91, 0.92] };
         let fresh = self.renderer.draw(device, queue, session.size, ground, &panes);
-        if fresh || self.texture.is_none() {
+        let fresh = self.present.encode(device, queue, self.renderer.colour(), session.size, fresh);
+        if let (true, Some(view)) = (fresh, self.present.shown()) {
             let mut egui = self.render_state.renderer.write();
-            let (view, filter) = (self.renderer.colour(), wgpu::FilterMode::Linear);
+            let filter = wgpu::FilterMode::Linear;
             match *self.texture {
                 None => *self.texture = Some(egui.register_native_texture(device, view, filter)),
                 Some(id) => egui.update_egui_texture_from_wgpu_texture(device, view, filter, id),

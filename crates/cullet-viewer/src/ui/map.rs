@@ -59,7 +59,11 @@ pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
     let font = egui::TextStyle::Small.resolve(ui.style());
     let [r, g, b] = palette::CHALK;
     let ink = egui::Color32::from_rgb(r, g, b);
-    painter.text(rect.min + egui::vec2(4.0, 3.0), egui::Align2::LEFT_TOP, "from above", font, ink);
+    let galley = painter.layout_no_wrap("from above".to_owned(), font, ink);
+    let ground = egui::Rect::from_min_size(rect.min, galley.size() + egui::vec2(8.0, 4.0));
+    let [r, g, b] = palette::NIGHT;
+    painter.rect_filled(ground, 0.0, egui::Color32::from_rgb(r, g, b));
+    painter.galley(rect.min + egui::vec2(4.0, 2.0), galley, ink);
 }
 
 /// The sides of the view, and where the eye is.

@@ -97,7 +97,7 @@ pub(super) fn choose(ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal(|ui| {
             let hint = "file, or city:seed=3";
             let field = egui::TextEdit::singleline(&mut session.to_open).hint_text(hint);
-            let room = (ui.available_width() - 44.0).max(60.0);
+            let room = (ui.available_width() - 60.0).clamp(60.0, 180.0);
             let typed = ui.add(field.desired_width(room)).on_hover_text(
                 "A path, or a built-in scene with settings. Or drop a file on the window.",
             );
