@@ -6,8 +6,8 @@ use cullet::{Scene, View};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::palette;
 use super::Picture;
+use super::palette;
 use super::space::{Space, Surfaces, pixel_centre};
 use crate::frame::{Frame, PixelId};
 

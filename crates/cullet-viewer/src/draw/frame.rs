@@ -9,7 +9,8 @@ pub struct Pane<'a> {
     pub place: [u32; 4],
     /// From where it is seen; its viewport is the size of `place`.
     pub view: &'a View,
-    /// What is drawn of the scene; `None` draws all of it.
+    /// What is drawn of the scene; `None` draws all of it that is in the view's layers. Where it lists
+    /// triangles, these are drawn, else its instances and clusters.
     pub visible: Option<&'a Visible>,
     /// How it is drawn.
     pub style: Style,
@@ -33,11 +34,12 @@ pub enum Paint {
     Clusters,
     /// A colour for each instance, from [`Renderer::set_instance_colours`](super::Renderer::set_instance_colours).
     Instances,
-    /// How often each pixel is drawn to.
+    /// How many triangles cover each pixel, hidden ones too: from black over dark red to white.
     Overdraw,
-    /// How many pixels a triangle covers.
+    /// How many pixels a triangle covers: the colours of [`heat`](cullet_draw::palette::heat) from 4096 and
+    /// more (0) to 1 and less (1), by powers of two.
     TriangleSize,
-    /// Distance.
+    /// Distance, from white to black; half dark half a radius of the scene away.
     Depth,
 }
 
@@ -50,15 +52,18 @@ pub struct Style {
     pub fill: bool,
     /// Whether edges of triangles are drawn.
     pub wireframe: bool,
-    /// Which faces the graphics hardware drops, of every mesh.
+    /// Which faces the graphics hardware drops, of every mesh. Besides these it drops those of one-sided
+    /// parts that the view does not draw (its own [`cull_face`](View::cull_face)), so that what is drawn
+    /// without culling is what a culler may assume.
     pub cull_face: CullFace,
-    /// Whether faces that are clockwise on the screen are the front ones.
+    /// Whether faces that are clockwise on the screen are the front ones; they are, too, where the view's
+    /// own [`front_face`](View::front_face) says so.
     pub clockwise: bool,
-    /// A line along the normal from the middle of each face.
+    /// A line along the normal from the middle of each face, at most 16 pixels long.
     pub face_normals: bool,
-    /// A line along the normal from each vertex.
+    /// A line along the smooth normal from each vertex, at most 16 pixels long.
     pub vertex_normals: bool,
-    /// Samples a pixel: 1 or 4.
+    /// Samples a pixel: 1, or 4 for more. All panes of a frame have as many as the one with the most.
     pub samples: u32,
 }
 

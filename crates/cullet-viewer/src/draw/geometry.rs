@@ -163,9 +163,19 @@ impl Geometry {
             ("indices", indices.len() as u64, most_indices, 4),
         ] {
             if count > limit {
-                let cause =
-                    if room.buffer / bytes <= limit { "max_buffer_size" } else { "max_texture_dimension_2d" };
-                return Err(DrawError::Mesh { mesh: number, name: name(), what, count, limit, cause });
+                let cause = if room.buffer / bytes <= limit {
+                    "max_buffer_size"
+                } else {
+                    "max_texture_dimension_2d"
+                };
+                return Err(DrawError::Mesh {
+                    mesh: number,
+                    name: name(),
+                    what,
+                    count,
+                    limit,
+                    cause,
+                });
             }
         }
         let fits = |c: &ChunkData| {
@@ -197,7 +207,11 @@ impl Geometry {
 
 /// The vertices and indices of a mesh's clusters, in the mesh's order, and where each cluster starts.
 /// `local` is scratch.
-fn cut(mesh: &Mesh, first_part: u32, local: &mut Vec<u32>) -> (Vec<Vertex>, Vec<u32>, Vec<[u32; 2]>) {
+fn cut(
+    mesh: &Mesh,
+    first_part: u32,
+    local: &mut Vec<u32>,
+) -> (Vec<Vertex>, Vec<u32>, Vec<[u32; 2]>) {
     const NONE: u32 = u32::MAX;
     local.clear();
     local.resize(mesh.positions().len(), NONE);
@@ -246,8 +260,8 @@ pub(super) fn linear(v: u8) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The normal of every vertex of a chunk, of unit length, weighted by area; zero where no triangle has
-/// an area. Vertices of a mesh in the same place share a normal, so that clusters do not show.
+/// The normal of every vertex of a chunk, of unit length, weighted by area, zero where no triangle has an
+/// area; and in w about how long the edges there are. Vertices of a mesh in the same place share a normal, so that clusters do not show.
 pub(super) fn vertex_normals(chunk: &ChunkData) -> Vec<[f32; 4]> {
     let mut normals = vec![glam::Vec3::ZERO; chunk.vertices.len()];
     let corner = |i: u32| glam::Vec3::from(chunk.vertices[i as usize].position);
@@ -268,7 +282,9 @@ pub(super) fn vertex_normals(chunk: &ChunkData) -> Vec<[f32; 4]> {
             same.iter().for_each(|&i| normals[i as usize] = sum);
         }
     }
-    normals.into_iter().map(|n| n.normalize_or_zero().extend(0.0).to_array()).collect()
+    // The area of the triangles around is several times that of one.
+    let with_size = |n: glam::Vec3| n.normalize_or_zero().extend(n.length().sqrt() * 0.5);
+    normals.into_iter().map(|n| with_size(n).to_array()).collect()
 }
 
 /// How instances of one mesh differ in the way they are drawn.
@@ -335,5 +351,81 @@ impl Instances {
             *group = number[*group as usize];
         }
         all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_io::scenes;
+
+    use super::*;
+
+    const ROOM: Room = Room { buffer: 1 << 28, side: 8192 };
+
+    #[test]
+    fn chunks_hold_the_triangles_of_the_meshes() {
+        let model = scenes::build("solids").unwrap();
+        // So little that meshes fall into several chunks.
+        for buffer in [1 << 28, 1 << 16] {
+            let all = Geometry::new(&model, Room { buffer, side: 8192 }).unwrap();
+            assert_eq!(all.chunks.len() > 1, buffer == 1 << 16);
+            for (mesh, place) in model.scene.meshes().iter().zip(&all.meshes) {
+                let chunk = &all.chunks[place.chunk as usize];
+                assert!(chunk.vertices.len() * 16 <= buffer as usize);
+                for (number, cluster) in mesh.clusters().iter().enumerate() {
+                    let triangles = place.triangles(number as u32, 1);
+                    assert_eq!(triangles, cluster.triangles());
+                    let own = place.vertices(&triangles);
+                    for t in triangles {
+                        let at = (place.first_triangle + t) as usize * 3;
+                        let corners = [0, 1, 2].map(|k| chunk.indices[at + k]);
+                        assert!(corners.iter().all(|v| own.contains(v)));
+                        let vertices = corners.map(|v| chunk.vertices[v as usize]);
+                        assert_eq!(vertices.map(|v| v.position), mesh.corners(t));
+                        assert!(vertices.iter().all(|v| v.key == vertices[0].key));
+                    }
+                }
+                let runs: u32 =
+                    place.runs.iter().map(|r| r.triangles.end - r.triangles.start).sum();
+                assert_eq!(
+                    (runs, place.whole),
+                    (mesh.clusters().iter().map(|c| c.triangle_count).sum(), runs)
+                );
+                assert_eq!(place.triangles(u32::MAX, u32::MAX), runs..runs);
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        let model = scenes::build("solids").unwrap();
+        let error = Geometry::new(&model, Room { buffer: 512, ..ROOM }).unwrap_err();
+        let DrawError::Mesh { what, count, limit, cause, .. } = &error else { panic!("{error}") };
+        assert!(count > limit, "{error}");
+        assert_eq!((*what, *limit, *cause), ("vertices", 32, "max_buffer_size"));
+        assert!(error.to_string().contains("split or simplify"), "{error}");
+        assert_eq!(Room { buffer: 1 << 40, side: 2048 }.texels(), 2048 * 2048);
+    }
+
+    #[test]
+    fn normals_point_out_of_a_ball_and_do_not_show_clusters() {
+        let model = scenes::build("solids").unwrap();
+        let all = Geometry::new(&model, ROOM).unwrap();
+        for chunk in &all.chunks {
+            let normals = vertex_normals(chunk);
+            assert_eq!(normals.len(), chunk.vertices.len());
+            let mut mixed = 0;
+            for t in chunk.indices.chunks_exact(3) {
+                let corner = |k: usize| glam::Vec3::from(chunk.vertices[t[k] as usize].position);
+                let face = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+                for &v in t {
+                    let n = glam::Vec4::from(normals[v as usize]);
+                    assert!((n.truncate().length() - 1.0).abs() < 1e-4 && n.w > 0.0);
+                    mixed += usize::from(n.truncate().dot(face) <= 0.0);
+                }
+            }
+            // Only at creases of more than a right angle may a face look away from its vertex's normal.
+            assert!(mixed * 50 < chunk.indices.len(), "{mixed} of {}", chunk.indices.len());
+        }
     }
 }

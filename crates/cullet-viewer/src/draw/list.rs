@@ -263,3 +263,134 @@ fn same(a: &Visible, b: &Visible) -> bool {
         && a.triangle_ranges == b.triangle_ranges
         && a.triangles == b.triangles
 }
+
+#[cfg(test)]
+mod tests {
+    use cullet::{Camera, Culler, Depth, Output, Projection, Scene, View, ViewState};
+    use cullet_io::scenes;
+
+    use super::super::geometry::Room;
+    use super::*;
+
+    fn everything(geometry: &Geometry, instances: &Instances, list: &DrawList) -> Vec<(u32, u32)> {
+        let mut all = Vec::new();
+        for item in &list.items {
+            let mesh = instances.groups[item.group as usize].kind.mesh as usize;
+            assert!(!item.entries.is_empty() && mesh < geometry.meshes.len());
+            for entry in item.entries.clone() {
+                let slot = list.entries[entry as usize];
+                match &item.what {
+                    What::Triangles(r) => all.extend(r.clone().map(|t| (slot, t))),
+                    What::Picked(r) => {
+                        let picked = &list.picked[r.start as usize..r.end as usize];
+                        all.extend(picked.iter().map(|&t| (slot, t)));
+                    }
+                }
+            }
+        }
+        all.sort_unstable();
+        all
+    }
+
+    /// The slow way: what a result says, triangle by triangle.
+    fn expand_ref(scene: &Scene, visible: &Visible) -> Vec<(u32, u32)> {
+        let mut all = Vec::new();
+        if !visible.triangle_ranges.is_empty() {
+            for r in &visible.triangle_ranges {
+                let own = &visible.triangles[r.first as usize..(r.first + r.count) as usize];
+                all.extend(own.iter().map(|&t| (r.slot, t)));
+            }
+        } else {
+            let mut clusters = |slot: u32, range: Range<u32>| {
+                for c in range {
+                    let cluster = scene.mesh(slot).clusters()[c as usize];
+                    all.extend(cluster.triangles().map(|t| (slot, t)));
+                }
+            };
+            for r in &visible.whole {
+                for slot in r.first..r.first + r.count {
+                    clusters(slot, 0..scene.mesh(slot).levels()[0].cluster_count);
+                }
+            }
+            for r in &visible.partial {
+                clusters(r.slot, r.first_cluster..r.first_cluster + r.cluster_count);
+            }
+        }
+        all.sort_unstable();
+        all
+    }
+
+    #[test]
+    fn lists_say_what_results_say_as_the_eye_moves() {
+        let model = scenes::build("city:cells=6,objects=300,sub=4").unwrap();
+        let geometry = Geometry::new(&model, Room { buffer: 1 << 28, side: 8192 }).unwrap();
+        let instances = Instances::new(&model.scene);
+        let mut list = DrawList::default();
+        list.reset(&instances);
+        let mut device = vec![u32::MAX; list.entries.len()];
+        let (mut state, mut visible) = (ViewState::default(), Visible::default());
+        let mut partial = 0;
+        for step in 0..24 {
+            let output =
+                [Output::Instances, Output::Clusters, Output::Triangles][step as usize / 3 % 3];
+            let angle = f64::from(step) * 0.5;
+            let projection =
+                Projection::Perspective { fov_y_radians: 0.9, aspect: 1.5, near: 0.1, far: 1e4 };
+            let target = [angle.cos() * 10.0, 2.0, angle.sin() * 10.0];
+            let camera = Camera::look_at([0.0, 5.0, 0.0], target, projection);
+            let view = View::new(&camera, Depth::Standard, [300, 200]).unwrap();
+            let culler = Culler { output, ..Culler::default() };
+            culler.cull_one(&model.scene, &view, &mut state, &mut visible);
+            list.update(&geometry, &instances, Some(&visible), view.layers);
+            list.take_dirty(|range, entries| device[range].copy_from_slice(entries));
+            assert_eq!(device, list.entries);
+            let all = everything(&geometry, &instances, &list);
+            assert!(!all.is_empty());
+            assert_eq!(all, expand_ref(&model.scene, &visible), "step {step}");
+            assert_eq!(all.len() as u64, visible.triangle_count);
+            partial += visible.partial.len();
+            assert!(!list.update(&geometry, &instances, Some(&visible), view.layers));
+        }
+        assert!(partial > 0);
+        assert!(list.update(&geometry, &instances, None, 1));
+        let drawn: u32 = model
+            .scene
+            .slots()
+            .map(|s| model.scene.mesh(s).triangle_count() - model.scene.mesh(s).degenerate_count())
+            .sum();
+        assert_eq!(everything(&geometry, &instances, &list).len(), drawn as usize);
+        assert!(list.update(&geometry, &instances, None, 0) && list.items.is_empty());
+    }
+
+    #[test]
+    fn results_of_another_scene_do_no_harm() {
+        let model = scenes::build("solids").unwrap();
+        let geometry = Geometry::new(&model, Room { buffer: 1 << 28, side: 8192 }).unwrap();
+        let instances = Instances::new(&model.scene);
+        let mut list = DrawList::default();
+        list.reset(&instances);
+        let range = |first, count| cullet::SlotRange { first, count };
+        let partial = |slot, first_cluster, cluster_count| cullet::DrawRange {
+            slot,
+            level: 0,
+            first_cluster,
+            cluster_count,
+        };
+        let slots = model.scene.slot_count();
+        let visible = Visible {
+            whole: vec![range(0, slots), range(0, slots), range(slots - 1, 9)],
+            partial: vec![partial(0, 0, 9), partial(3, u32::MAX, u32::MAX), partial(1 << 30, 0, 1)],
+            ..Visible::default()
+        };
+        list.update(&geometry, &instances, Some(&visible), 1);
+        assert!(list.items.iter().all(|i| i.entries.end as usize <= list.entries.len()));
+        let ranges = vec![cullet::TriangleRange { slot: 0, first: 1, count: u32::MAX }];
+        let visible = Visible {
+            triangle_ranges: ranges,
+            triangles: vec![0, u32::MAX, 1 << 20],
+            ..Visible::default()
+        };
+        list.update(&geometry, &instances, Some(&visible), 1);
+        assert!(list.picked.is_empty(), "no triangle of these exists: {:?}", list.picked);
+    }
+}

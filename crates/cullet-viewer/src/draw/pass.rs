@@ -49,12 +49,7 @@ impl PaneDraw<'_> {
     }
 
     /// Draws the scene.
-    pub(super) fn scene(
-        &mut self,
-        pass: &mut RenderPass<'_>,
-        scene: &Uploaded,
-        state: &PaneState,
-    ) {
+    pub(super) fn scene(&mut self, pass: &mut RenderPass<'_>, scene: &Uploaded, state: &PaneState) {
         let style = self.pane.style;
         if style.fill || style.wireframe {
             let overdraw = style.paint == Paint::Overdraw;
@@ -128,14 +123,14 @@ impl PaneDraw<'_> {
                 }
                 bound_cull = Some(cull);
                 let entries = item.entries.clone();
-                let count = u64::from(range.end - range.start) * u64::from(entries.end - entries.start);
+                let count =
+                    u64::from(range.end - range.start) * u64::from(entries.end - entries.start);
                 if matches!(way.source, Source::Indexed | Source::Pulled) {
                     self.triangles += count;
                 }
                 self.draws += 1;
-                let from = |r: &Range<u32>| {
-                    r.start + mesh.first_triangle..r.end + mesh.first_triangle
-                };
+                let from =
+                    |r: &Range<u32>| r.start + mesh.first_triangle..r.end + mesh.first_triangle;
                 let times = |r: Range<u32>, n: u32| r.start * n..r.end * n;
                 match (way.source, what) {
                     (Source::Indexed, What::Triangles(r)) => {

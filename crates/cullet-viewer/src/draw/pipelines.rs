@@ -94,7 +94,10 @@ impl Pipelines {
         };
         let float = TextureSampleType::Float { filterable: false };
         let layout = |label, entries: &[BindGroupLayoutEntry]| {
-            device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: Some(label), entries })
+            device.create_bind_group_layout(&BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries,
+            })
         };
         let uniform = BindGroupLayoutEntry {
             binding: 0,
@@ -153,7 +156,9 @@ impl Pipelines {
         let (entry, topology, buffers) = match way.source {
             Source::Indexed => ("vs_indexed", triangles, vec![Some(vertices), Some(slots)]),
             Source::Pulled => ("vs_pulled", triangles, vec![Some(slots)]),
-            Source::FaceNormals => ("vs_face_normal", PrimitiveTopology::LineList, vec![Some(slots)]),
+            Source::FaceNormals => {
+                ("vs_face_normal", PrimitiveTopology::LineList, vec![Some(slots)])
+            }
             Source::VertexNormals => {
                 ("vs_vertex_normal", PrimitiveTopology::LineList, vec![Some(slots)])
             }
@@ -197,7 +202,11 @@ impl Pipelines {
                 compilation_options: PipelineCompilationOptions::default(),
                 buffers: &buffers,
             },
-            primitive: PrimitiveState { topology, cull_mode: way.cull, ..PrimitiveState::default() },
+            primitive: PrimitiveState {
+                topology,
+                cull_mode: way.cull,
+                ..PrimitiveState::default()
+            },
             depth_stencil: Some(DepthStencilState {
                 format: DEPTH,
                 depth_write_enabled: Some(write),

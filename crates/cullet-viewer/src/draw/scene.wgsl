@@ -161,17 +161,18 @@ struct Line {
     @location(0) colour: vec4<f32>,
 }
 
-// How long normals are, in pixels.
+// How long normals are, in pixels, at the most: those of small triangles are as long as these are large.
 const NORMAL_PX = 16.0;
 
 // What each layer adds to a pixel: from dark red over orange to white.
-const OVERDRAW_STEP = vec3<f32>(0.10, 0.03, 0.008);
+const OVERDRAW_STEP = vec3<f32>(0.06, 0.018, 0.005);
 
-fn normal_line(start: vec3<f32>, normal: vec3<f32>, place: Place, tip: bool, colour: vec3<f32>) -> Line {
+fn normal_line(start: vec3<f32>, normal: vec3<f32>, reach: f32, place: Place, tip: bool, colour: vec3<f32>) -> Line {
     let turn = place.hand * select(1.0, -1.0, (pane.flags & CLOCKWISE) != 0u);
     let from_clip = to_clip(start);
     let size = max(length(normal), 1e-30);
-    let along = normal * (turn / size * NORMAL_PX * pane.eye_high.w * max(from_clip.w, 0.0));
+    let most = NORMAL_PX * pane.eye_high.w * max(from_clip.w, 0.0);
+    let along = normal * (turn / size * min(most, reach));
     let end = start + select(vec3<f32>(0.0), along, tip);
     return Line(to_clip(end), vec4<f32>(colour, 1.0));
 }
@@ -183,18 +184,21 @@ fn vs_face_normal(@builtin(vertex_index) n: u32, @location(2) slot: u32) -> Line
     let a = relative(place, bitcast<vec3<f32>>(corner_vertex(first).xyz));
     let b = relative(place, bitcast<vec3<f32>>(corner_vertex(first + 1u).xyz));
     let c = relative(place, bitcast<vec3<f32>>(corner_vertex(first + 2u).xyz));
-    return normal_line((a + b + c) / 3.0, cross(b - a, c - a), place, n % 2u == 1u, vec3<f32>(0.95, 0.75, 0.05));
+    let normal = cross(b - a, c - a);
+    return normal_line((a + b + c) / 3.0, normal, sqrt(length(normal)), place, n % 2u == 1u, vec3<f32>(0.95, 0.75, 0.05));
 }
 
 @vertex
 fn vs_vertex_normal(@builtin(vertex_index) n: u32, @location(2) slot: u32) -> Line {
     let place = place_of(slot);
     let start = relative(place, bitcast<vec3<f32>>(textureLoad(vertices, at(n / 2u), 0).xyz));
-    let own = textureLoad(normals, at(n / 2u), 0).xyz;
+    let own = textureLoad(normals, at(n / 2u), 0);
     // The cofactors of the linear part: its columns' cross products take normals to normals.
     let m = transpose(place.rows);
     let normal = cross(m[1], m[2]) * own.x + cross(m[2], m[0]) * own.y + cross(m[0], m[1]) * own.z;
-    return normal_line(start, normal, place, n % 2u == 1u, vec3<f32>(0.05, 0.6, 0.45));
+    // How much the instance scales, all directions together.
+    let scale = pow(abs(dot(m[0], cross(m[1], m[2]))), 1.0 / 3.0);
+    return normal_line(start, normal, own.w * scale, place, n % 2u == 1u, vec3<f32>(0.05, 0.6, 0.45));
 }
 
 fn to_linear(c: vec3<f32>) -> vec3<f32> {
@@ -296,8 +300,10 @@ fn threshold(p: vec2<u32>) -> f32 {
 @fragment
 fn fs_cut(in: Varying, @builtin(front_facing) counter_clockwise: bool) -> @location(0) vec4<f32> {
     let painted = paint(in, counter_clockwise);
-    // Pixels to the nearest edge.
-    let pixels = in.corner / max(fwidth(in.corner), vec3<f32>(1e-12));
+    // Pixels to the nearest edge, and across the triangle.
+    let wide = max(fwidth(in.corner), vec3<f32>(1e-12));
+    let pixels = in.corner / wide;
+    let across = 1.0 / max(wide.x, max(wide.y, wide.z));
     let edge = clamp(1.5 - min(pixels.x, min(pixels.y, pixels.z)), 0.0, 1.0);
     let wire = (pane.flags & WIRE) != 0u;
     if pane.paint == INSTANCES && painted.a < threshold(vec2<u32>(in.position.xy)) {
@@ -309,6 +315,7 @@ fn fs_cut(in: Varying, @builtin(front_facing) counter_clockwise: bool) -> @locat
         }
         return vec4<f32>(mix(painted.rgb, vec3<f32>(1.0), 0.35), 1.0);
     }
-    let amount = select(0.0, edge * 0.8, wire);
+    // Where triangles are no larger than their edges, these would be all there is to see.
+    let amount = select(0.0, edge * (0.15 + 0.6 * smoothstep(2.0, 12.0, across)), wire);
     return vec4<f32>(mix(painted.rgb, vec3<f32>(0.01, 0.012, 0.02), amount), painted.a);
 }

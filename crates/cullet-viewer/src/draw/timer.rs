@@ -55,7 +55,8 @@ impl Timer {
                 if let Ok(bytes) = self.read.slice(..).get_mapped_range() {
                     let ticks: &[u64] = bytemuck::cast_slice(&bytes);
                     let span = ticks[1].saturating_sub(ticks[0]) as f64;
-                    self.last_ms = Some((span * f64::from(queue.get_timestamp_period()) / 1e6) as f32);
+                    self.last_ms =
+                        Some((span * f64::from(queue.get_timestamp_period()) / 1e6) as f32);
                 }
                 self.read.unmap();
                 self.state.store(IDLE, Ordering::Release);

@@ -95,7 +95,11 @@ impl Chunk {
             device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage })
         };
         Self {
-            vertices: buffer("vertices", bytemuck::cast_slice(&data.vertices), BufferUsages::VERTEX),
+            vertices: buffer(
+                "vertices",
+                bytemuck::cast_slice(&data.vertices),
+                BufferUsages::VERTEX,
+            ),
             indices: buffer("indices", bytemuck::cast_slice(&data.indices), BufferUsages::INDEX),
             pulled: None,
             normals: None,
@@ -132,7 +136,12 @@ impl Chunk {
             let (vertices, indices) = (&data.vertices, &data.indices);
             [
                 texture("corners", TextureFormat::Rgba32Uint, bytemuck::cast_slice(vertices), 16),
-                texture("indices to pull", TextureFormat::R32Uint, bytemuck::cast_slice(indices), 4),
+                texture(
+                    "indices to pull",
+                    TextureFormat::R32Uint,
+                    bytemuck::cast_slice(indices),
+                    4,
+                ),
             ]
         });
         if normals && self.normals.is_none() {
@@ -145,11 +154,17 @@ impl Chunk {
             [&pulled[0].view, &pulled[1].view, &self.normals.as_ref().unwrap_or(&none).view];
         let entries: Vec<BindGroupEntry<'_>> = (0..)
             .zip(views)
-            .map(|(binding, v)| BindGroupEntry { binding, resource: BindingResource::TextureView(v) })
+            .map(|(binding, v)| BindGroupEntry {
+                binding,
+                resource: BindingResource::TextureView(v),
+            })
             .collect();
         let label = Some("chunk");
-        self.group =
-            Some(device.create_bind_group(&BindGroupDescriptor { label, layout, entries: &entries }));
+        self.group = Some(device.create_bind_group(&BindGroupDescriptor {
+            label,
+            layout,
+            entries: &entries,
+        }));
         uploaded
     }
 }

@@ -111,7 +111,11 @@ pub fn read(gpu: &Gpu, renderer: &Renderer) -> Image {
         texture.as_image_copy(),
         TexelCopyBufferInfo {
             buffer: &buffer,
-            layout: TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
+            layout: TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: None,
+            },
         },
         texture.size(),
     );
@@ -141,8 +145,9 @@ pub fn view(scene: &Scene, direction: [f64; 3], away: f64, size: [u32; 2]) -> Vi
     let centre = extent.center().map(f64::from);
     let radius = extent.half_extent().map(|v| v * v).iter().sum::<f64>().sqrt();
     let length = direction.map(|v| v * v).iter().sum::<f64>().sqrt();
-    let eye: [f64; 3] =
-        std::array::from_fn(|a| centre[a] + direction[a] / length * radius * away + scene.origin()[a]);
+    let eye: [f64; 3] = std::array::from_fn(|a| {
+        centre[a] + direction[a] / length * radius * away + scene.origin()[a]
+    });
     let target: [f64; 3] = std::array::from_fn(|a| centre[a] + scene.origin()[a]);
     let projection = Projection::Perspective {
         fov_y_radians: 1.0,
