@@ -61,7 +61,10 @@ pub struct App {
     screenshot: Option<String>,
     script: Option<std::slice::Iter<'static, &'static str>>,
     settled: u32,
-    #[cfg_attr(not(target_arch = "wasm32"), expect(dead_code, reason = "only a page has an address"))]
+    #[cfg_attr(
+        not(target_arch = "wasm32"),
+        expect(dead_code, reason = "only a page has an address")
+    )]
     address: String,
 }
 
@@ -138,14 +141,37 @@ impl eframe::App for App {
         let now = clock();
         let dt = ((now - self.last_frame) as f64 * 1e-9).min(0.25);
         self.last_frame = now;
-        let Self { session, renderer, present, texture, render_state, uploaded, coloured, last, composition, .. } = self;
+        let Self {
+            session,
+            renderer,
+            present,
+            texture,
+            render_state,
+            uploaded,
+            coloured,
+            last,
+            composition,
+            ..
+        } = self;
         ui::show(ui, session, |session, size| {
             session.advance(dt, size);
-            let mut stage = Stage { renderer, present, texture, render_state, uploaded, coloured, last, composition };
+            let mut stage = Stage {
+                renderer,
+                present,
+                texture,
+                render_state,
+                uploaded,
+                coloured,
+                last,
+                composition,
+            };
             stage.picture(session, dt);
             (Shown { texture: *stage.texture }, stage.composition.clone())
         });
-        if self.session.state.always || self.session.journey.playing || self.session.journey.recording {
+        if self.session.state.always
+            || self.session.journey.playing
+            || self.session.journey.recording
+        {
             ctx.request_repaint();
         }
         self.unattended(&ctx);

@@ -18,6 +18,6 @@ pub mod structure;
 pub mod task;
 pub mod truth;
 pub mod ui;
-pub mod world;
 #[cfg(target_arch = "wasm32")]
 mod web;
+pub mod world;

@@ -56,7 +56,9 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
             "--screenshot" => line.start.screenshot = Some(value()?),
             "--script" => match value()?.as_str() {
                 "toggles" => line.start.script = true,
-                other => return Err(wrong(format!("there is no script '{other}'; there is toggles"))),
+                other => {
+                    return Err(wrong(format!("there is no script '{other}'; there is toggles")));
+                }
             },
             "--size" => {
                 let text = value()?;
@@ -87,7 +89,8 @@ struct Judged {
 impl eframe::App for Judged {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         self.app.ui(ui, frame);
-        if self.unattended && self.app.has_trouble() && !self.trouble.swap(true, Ordering::Relaxed) {
+        if self.unattended && self.app.has_trouble() && !self.trouble.swap(true, Ordering::Relaxed)
+        {
             for notice in self.app.session().notices.iter().filter(|n| n.bad) {
                 let _ = writeln!(std::io::stderr(), "error: {}", notice.text);
             }

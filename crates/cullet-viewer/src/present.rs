@@ -3,11 +3,11 @@
 //! second view of the same texture would be free, but WebGL2 knows none of another format.)
 
 use eframe::wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Color, CommandEncoderDescriptor,
-    Device, Extent3d, FragmentState, LoadOp, Operations, Queue, RenderPassColorAttachment,
-    RenderPassDescriptor, RenderPipeline, RenderPipelineDescriptor, ShaderModuleDescriptor,
-    ShaderSource, StoreOp, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
-    TextureView, VertexState,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, Color,
+    CommandEncoderDescriptor, Device, Extent3d, FragmentState, LoadOp, Operations, Queue,
+    RenderPassColorAttachment, RenderPassDescriptor, RenderPipeline, RenderPipelineDescriptor,
+    ShaderModuleDescriptor, ShaderSource, StoreOp, TextureDescriptor, TextureDimension,
+    TextureFormat, TextureUsages, TextureView, VertexState,
 };
 
 const SHADER: &str = "
@@ -29,7 +29,7 @@ const FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
 
 /// Encodes pictures into a texture of its own.
 #[derive(Debug)]
-pub struct Present {
+pub(crate) struct Present {
     pipeline: RenderPipeline,
     made: Option<(TextureView, BindGroup)>,
 }
@@ -37,7 +37,7 @@ pub struct Present {
 impl Present {
     /// One without a picture.
     #[must_use]
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         let module = device.create_shader_module(ShaderModuleDescriptor {
             label: Some("present"),
             source: ShaderSource::Wgsl(SHADER.into()),
@@ -68,7 +68,7 @@ impl Present {
 
     /// Encodes `picture` of `size` pixels; `fresh` says that its texture is another than last time. True where
     /// the texture of [`shown`](Self::shown) was made anew.
-    pub fn encode(
+    pub(crate) fn encode(
         &mut self,
         device: &Device,
         queue: &Queue,
@@ -106,14 +106,23 @@ impl Present {
 
     /// The encoded picture; `None` before the first.
     #[must_use]
-    pub fn shown(&self) -> Option<&TextureView> {
+    pub(crate) fn shown(&self) -> Option<&TextureView> {
         self.made.as_ref().map(|(view, _)| view)
     }
 
-    fn make(&self, device: &Device, picture: &TextureView, size: [u32; 2]) -> (TextureView, BindGroup) {
+    fn make(
+        &self,
+        device: &Device,
+        picture: &TextureView,
+        size: [u32; 2],
+    ) -> (TextureView, BindGroup) {
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("shown"),
-            size: Extent3d { width: size[0].max(1), height: size[1].max(1), depth_or_array_layers: 1 },
+            size: Extent3d {
+                width: size[0].max(1),
+                height: size[1].max(1),
+                depth_or_array_layers: 1,
+            },
             mip_level_count: 1,
             sample_count: 1,
             dimension: TextureDimension::D2,

@@ -204,7 +204,8 @@ impl Session {
         let decided = self.decision.as_ref().map(|d| d.request.number);
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
-        idle && !matches!(self.truth, Truth::Working(_)) && (self.world.is_none() || decided == wanted)
+        idle && !matches!(self.truth, Truth::Working(_))
+            && (self.world.is_none() || decided == wanted)
     }
 
     /// Lets `dt` seconds pass, for a picture of `size` pixels: takes in what was loaded and decided, and asks
@@ -222,7 +223,8 @@ impl Session {
         self.ask();
         if let Some(decision) = self.decider.latest() {
             // One that was asked for before another scene was opened is about that other one.
-            let current = self.world.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world));
+            let current =
+                self.world.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world));
             if current {
                 self.take(decision);
             }
@@ -306,7 +308,8 @@ impl Session {
         let (Some(world), Some(ray)) = (&self.world, view.ray(pixel)) else { return };
         let scene = &world.model.scene;
         let visible = self.decision.as_ref().map(|d| &d.visible);
-        let reason = |slot: u32| visible.and_then(|v| v.reasons.get(slot as usize).copied().flatten());
+        let reason =
+            |slot: u32| visible.and_then(|v| v.reasons.get(slot as usize).copied().flatten());
         let shown = |slot: u32| match reason(slot) {
             Some(reason) => {
                 self.state.ghosts.form == GhostForm::Solid && !self.hides(reason.stage.name())

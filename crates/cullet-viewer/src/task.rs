@@ -21,7 +21,10 @@ pub struct Task<T> {
 
 impl<T: Send + 'static> Task<T> {
     /// Begins; `wake` is called when it is finished, so that the window looks.
-    pub fn start(work: impl FnOnce() -> T + Send + 'static, wake: impl FnOnce() + Send + 'static) -> Self {
+    pub fn start(
+        work: impl FnOnce() -> T + Send + 'static,
+        wake: impl FnOnce() + Send + 'static,
+    ) -> Self {
         let (send, result) = channel();
         let run = move || {
             // Nobody listens any more when the user has gone on to something else.

@@ -39,9 +39,7 @@ async fn run() -> Result<(), String> {
         Ok(Box::new(app) as Box<dyn eframe::App>)
     });
     let started = eframe::WebRunner::new().start(canvas, options, make).await;
-    started.map_err(|e| {
-        e.as_string().unwrap_or_else(|| format!("{e:?}"))
-    })?;
+    started.map_err(|e| e.as_string().unwrap_or_else(|| format!("{e:?}")))?;
     set("state", "running");
     Ok(())
 }

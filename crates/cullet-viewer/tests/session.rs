@@ -65,7 +65,8 @@ fn every_switch_leaves_what_a_fresh_culler_says() {
         assert!(!made.panels.is_empty(), "{toggle}");
         for panel in &made.panels {
             assert_eq!(panel.view.viewport(), [panel.place[2], panel.place[3]], "{toggle}");
-            let inside = panel.place[0] + panel.place[2] <= SIZE[0] && panel.place[1] + panel.place[3] <= SIZE[1];
+            let inside = panel.place[0] + panel.place[2] <= SIZE[0]
+                && panel.place[1] + panel.place[3] <= SIZE[1];
             assert!(inside, "{toggle}: {:?}", panel.place);
         }
         let slots = session.world.as_ref().expect("loaded").model.scene.slot_count();

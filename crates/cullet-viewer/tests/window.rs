@@ -78,7 +78,8 @@ fn a_broken_input_ends_an_unattended_run_with_words() {
 #[test]
 fn wrong_command_lines_need_no_window() {
     let run = |args: &[&str]| {
-        let out = Command::new(env!("CARGO_BIN_EXE_cullet-viewer")).args(args).output().expect("runs");
+        let out =
+            Command::new(env!("CARGO_BIN_EXE_cullet-viewer")).args(args).output().expect("runs");
         let text = String::from_utf8_lossy(&[out.stdout, out.stderr].concat()).into_owned();
         (out.status.code(), text)
     };

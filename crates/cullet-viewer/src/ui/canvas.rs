@@ -133,7 +133,9 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
             (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),
-            (Role::Flown, _) if frozen => "frozen: the white frustum decided what is drawn".to_owned(),
+            (Role::Flown, _) if frozen => {
+                "frozen: the white frustum decided what is drawn".to_owned()
+            }
             (Role::Flown, _) => continue,
         };
         let (at, align) = match panel.role {
@@ -149,7 +151,11 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
         && session.world.is_some();
     if fresh {
         let at = rect.left_top() + egui::vec2(8.0, 8.0);
-        put(at, egui::Align2::LEFT_TOP, "Drag to turn, wheel to zoom. Fly out (O) shows what is not drawn; H helps.");
+        put(
+            at,
+            egui::Align2::LEFT_TOP,
+            "Drag to turn, wheel to zoom. Fly out (O) shows what is not drawn; H helps.",
+        );
     }
 }
 

@@ -68,7 +68,8 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         put(rect.min.x + 4.0, egui::Align2::LEFT_CENTER, row.stage.name().to_owned());
         let words = format!("−{}   {} left", grouped(dropped), grouped(row.left));
         put(rect.max.x - 4.0, egui::Align2::RIGHT_CENTER, words);
-        let took = row.nanoseconds.map_or(String::new(), |n| format!(", in {:.3} ms", n as f64 * 1e-6));
+        let took =
+            row.nanoseconds.map_or(String::new(), |n| format!(", in {:.3} ms", n as f64 * 1e-6));
         response.on_hover_text(format!(
             "{}: {} of {} {} dropped ({}){took}",
             row.stage.name(),
@@ -80,7 +81,8 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
     }
     let w = funnel.frustum;
     if w.nodes + w.blocks + w.swept + w.remembered > 0 {
-        let text = format!("{} nodes asked, {} plane tests", grouped(w.nodes), grouped(w.plane_tests));
+        let text =
+            format!("{} nodes asked, {} plane tests", grouped(w.nodes), grouped(w.plane_tests));
         ui.weak(text).on_hover_text(format!(
             "The frustum's walk of the hierarchy: {} blocks of 16 things tested one by one, {} groups of 256 \
              not asked since the last frame's answer still held, {} things swept without asking a node",
@@ -138,11 +140,14 @@ fn history(ui: &mut egui::Ui, session: &Session) {
     put(rect.min.x + 3.0, egui::Align2::LEFT_TOP, "faces left".to_owned(), faces);
     let text = format!("culling, to {slowest:.1} ms");
     put(rect.max.x - 3.0, egui::Align2::RIGHT_TOP, text, times);
-    response.on_hover_text("The last 240 decisions: the share of faces that was left, and what deciding took");
+    response.on_hover_text(
+        "The last 240 decisions: the share of faces that was left, and what deciding took",
+    );
 }
 
 fn legend(ui: &mut egui::Ui, session: &mut Session) {
-    ui.strong("Why things went").on_hover_text("The colours of map, ghosts and funnel. Switches show or hide ghosts");
+    ui.strong("Why things went")
+        .on_hover_text("The colours of map, ghosts and funnel. Switches show or hide ghosts");
     let mut counts = [0u64; Stage::ALL.len()];
     let mut kept = 0;
     if let Some(decision) = &session.decision {
@@ -161,7 +166,11 @@ fn legend(ui: &mut egui::Ui, session: &mut Session) {
             swatch(ui, palette::reason_color(Some(stage)));
             let mut shown = !session.hides(stage.name());
             let about = "Whether its ghosts are shown";
-            if ui.checkbox(&mut shown, palette::reason_label(Some(stage))).on_hover_text(about).changed() {
+            if ui
+                .checkbox(&mut shown, palette::reason_label(Some(stage)))
+                .on_hover_text(about)
+                .changed()
+            {
                 let hidden = &mut session.state.ghosts.hidden;
                 hidden.retain(|h| h != stage.name());
                 if !shown {
@@ -220,6 +229,13 @@ fn proof(ui: &mut egui::Ui, session: &mut Session) {
         ui.label(text).on_hover_text("Kept, though no pixel shows them: what occlusion culling could gain. Orange in colours by reason");
     });
     let tight = found.kept as f64 / found.visible.max(1) as f64;
-    ui.label(format!("{} faces seen, {} kept: {tight:.1} ×", grouped(found.visible), grouped(found.kept)))
-        .on_hover_text(format!("Compared at {} × {} pixels; 1 would be perfect", found.size[0], found.size[1]));
+    ui.label(format!(
+        "{} faces seen, {} kept: {tight:.1} ×",
+        grouped(found.visible),
+        grouped(found.kept)
+    ))
+    .on_hover_text(format!(
+        "Compared at {} × {} pixels; 1 would be perfect",
+        found.size[0], found.size[1]
+    ));
 }

@@ -21,7 +21,9 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     ui.horizontal_wrapped(|ui| {
         swatch(ui, palette::reason_color(reason.map(|r| r.stage)));
         match reason {
-            Some(reason) => ui.strong(format!("dropped: {}", palette::reason_label(Some(reason.stage)))),
+            Some(reason) => {
+                ui.strong(format!("dropped: {}", palette::reason_label(Some(reason.stage))))
+            }
             None => ui.strong("drawn"),
         };
     });
@@ -43,8 +45,12 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     match view.project_box(&bounds, scene.origin()) {
         Some(r) => ui.weak(format!(
             "on the screen: {:.0}, {:.0} to {:.0}, {:.0} ({:.1} × {:.1} pixels)",
-            r.min[0], r.min[1], r.max[0], r.max[1],
-            r.width(), r.height()
+            r.min[0],
+            r.min[1],
+            r.max[0],
+            r.max[1],
+            r.width(),
+            r.height()
         )),
         None => ui.weak("on the screen: its box crosses the near plane"),
     };

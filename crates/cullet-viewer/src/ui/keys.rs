@@ -74,9 +74,7 @@ fn fly(ctx: &egui::Context, session: &mut Session) {
     let reach = session.world.as_ref().map_or(1.0, |w| w.reach);
     let Some(rig) = &mut session.state.camera else { return };
     let (held, dt, fast) = ctx.input(|i| {
-        let held = |a: Key, b: Key| {
-            f64::from(i8::from(i.key_down(b)) - i8::from(i.key_down(a)))
-        };
+        let held = |a: Key, b: Key| f64::from(i8::from(i.key_down(b)) - i8::from(i.key_down(a)));
         let held = [
             held(Key::A, Key::D),
             held(Key::Q, Key::E),

@@ -34,7 +34,11 @@ pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
     let step = wide / 8.0;
     let middle = DVec3::from(world.centre).lerp(eye, 0.5);
     let middle = (middle / step).round() * step;
-    let key = (std::sync::Arc::as_ptr(world) as usize, decision.number, middle.to_array().map(f64::to_bits));
+    let key = (
+        std::sync::Arc::as_ptr(world) as usize,
+        decision.number,
+        middle.to_array().map(f64::to_bits),
+    );
     let id = egui::Id::unique("map");
     let texture = match ui.data(|d| d.get_temp::<Made>(id)).filter(|m| m.key == key) {
         Some(made) => made.texture,

@@ -79,14 +79,17 @@ pub(super) fn choose(ui: &mut egui::Ui, session: &mut Session) {
     let mut chosen = None;
     ui.horizontal(|ui| {
         let label = if open.is_empty() { "scene".to_owned() } else { short(&open) };
-        egui::ComboBox::from_id_salt("scenes").selected_text(label).width(110.0).show_ui(ui, |ui| {
-            for info in scenes::list() {
-                let here = open.split(':').next() == Some(info.name);
-                if ui.selectable_label(here, info.name).on_hover_text(info.about).clicked() {
-                    chosen = Some(Source::Builtin(info.name.to_owned()));
+        egui::ComboBox::from_id_salt("scenes").selected_text(label).width(110.0).show_ui(
+            ui,
+            |ui| {
+                for info in scenes::list() {
+                    let here = open.split(':').next() == Some(info.name);
+                    if ui.selectable_label(here, info.name).on_hover_text(info.about).clicked() {
+                        chosen = Some(Source::Builtin(info.name.to_owned()));
+                    }
                 }
-            }
-        });
+            },
+        );
         if button(ui, "Fit", "Shows the whole scene (Home)") {
             session.fit();
         }

@@ -92,39 +92,77 @@ fn cameras(ui: &mut egui::Ui, session: &mut Session) {
             session.toggle_outside();
         }
     });
-    choices(ui, &mut session.state.layout, &[
-        (Layout::One, "one", "One picture (1)"),
-        (Layout::Split, "split", "The culling camera beside a view from outside (2)"),
-        (Layout::Wipe, "wipe", "With culling to the left of a divider, without to the right: drag it (3)"),
-    ]);
-    switch(ui, &mut session.state.map, "map", "From above, in the corner: white is drawn, the rest in the colour of its reason (M)");
+    choices(
+        ui,
+        &mut session.state.layout,
+        &[
+            (Layout::One, "one", "One picture (1)"),
+            (Layout::Split, "split", "The culling camera beside a view from outside (2)"),
+            (
+                Layout::Wipe,
+                "wipe",
+                "With culling to the left of a divider, without to the right: drag it (3)",
+            ),
+        ],
+    );
+    switch(
+        ui,
+        &mut session.state.map,
+        "map",
+        "From above, in the corner: white is drawn, the rest in the colour of its reason (M)",
+    );
     if let Some(rig) = &mut session.state.camera {
         let before = rig.mode;
-        choices(ui, &mut rig.mode, &[
-            (Mode::Orbit, "orbit", "Drag turns around what is in the middle"),
-            (Mode::Fly, "fly", "Drag looks about; W A S D and Q E move (G)"),
-            (Mode::Top, "top", "Straight down, without perspective"),
-        ]);
+        choices(
+            ui,
+            &mut rig.mode,
+            &[
+                (Mode::Orbit, "orbit", "Drag turns around what is in the middle"),
+                (Mode::Fly, "fly", "Drag looks about; W A S D and Q E move (G)"),
+                (Mode::Top, "top", "Straight down, without perspective"),
+            ],
+        );
         if before != rig.mode && rig.mode == Mode::Top {
             session.fit();
         }
     }
-    switch(ui, &mut session.state.hover_turns, "turn on hover", "The camera turns by mere movement of the pointer over the picture");
-    ui.weak(format!("scale {:.2} ×", session.scale())).on_hover_text("1 shows the whole scene; the wheel changes it");
-    if session.state.layout == Layout::Split && !frozen && session.chase != Chase::default() {
-        if button(ui, "Follow from behind", "Puts the camera outside back behind the one that culls") {
-            session.chase = Chase::default();
-        }
+    switch(
+        ui,
+        &mut session.state.hover_turns,
+        "turn on hover",
+        "The camera turns by mere movement of the pointer over the picture",
+    );
+    ui.weak(format!("scale {:.2} ×", session.scale()))
+        .on_hover_text("1 shows the whole scene; the wheel changes it");
+    let turned =
+        session.state.layout == Layout::Split && !frozen && session.chase != Chase::default();
+    let about = "Puts the camera outside back behind the one that culls";
+    if turned && button(ui, "Follow from behind", about) {
+        session.chase = Chase::default();
     }
 }
 
 fn ghosts(ui: &mut egui::Ui, session: &mut Session) {
-    let chosen = choices(ui, &mut session.state.ghosts.form, &[
-        (GhostForm::Off, "hidden", "What was dropped is not there"),
-        (GhostForm::Boxes, "boxes", "Its boxes, in the colour of the reason: fly out to see them"),
-        (GhostForm::Solid, "solid", "As it is, in the colour of the reason; the legend has a switch for each"),
-    ]);
-    if chosen && session.state.ghosts.form != GhostForm::Off && session.state.frozen.is_none()
+    let chosen = choices(
+        ui,
+        &mut session.state.ghosts.form,
+        &[
+            (GhostForm::Off, "hidden", "What was dropped is not there"),
+            (
+                GhostForm::Boxes,
+                "boxes",
+                "Its boxes, in the colour of the reason: fly out to see them",
+            ),
+            (
+                GhostForm::Solid,
+                "solid",
+                "As it is, in the colour of the reason; the legend has a switch for each",
+            ),
+        ],
+    );
+    if chosen
+        && session.state.ghosts.form != GhostForm::Off
+        && session.state.frozen.is_none()
         && session.state.layout == Layout::One
     {
         // From where the culler looks, nothing of what it dropped is to be seen.
@@ -137,11 +175,14 @@ fn picture(ui: &mut egui::Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         ui.label("colours");
         let name = Colour::ALL.iter().find(|c| c.0 == look.colour).map_or("", |c| c.1);
-        egui::ComboBox::from_id_salt("colours").selected_text(name).width(100.0).show_ui(ui, |ui| {
-            for (value, name, about) in Colour::ALL {
-                ui.selectable_value(&mut look.colour, value, name).on_hover_text(about);
-            }
-        });
+        egui::ComboBox::from_id_salt("colours").selected_text(name).width(100.0).show_ui(
+            ui,
+            |ui| {
+                for (value, name, about) in Colour::ALL {
+                    ui.selectable_value(&mut look.colour, value, name).on_hover_text(about);
+                }
+            },
+        );
     });
     ui.horizontal_wrapped(|ui| {
         switch(ui, &mut look.fill, "fill", "Triangles are filled");
@@ -149,19 +190,47 @@ fn picture(ui: &mut egui::Ui, session: &mut Session) {
     });
     ui.horizontal(|ui| {
         ui.label("cull");
-        choices(ui, &mut look.cull, &[
-            (Faces::None, "none", "Faces from behind are kept"),
-            (Faces::Back, "back", "Faces of solids seen from behind are dropped"),
-            (Faces::Front, "front", "Faces seen from the front are dropped, as shadow passes do"),
-        ]);
+        choices(
+            ui,
+            &mut look.cull,
+            &[
+                (Faces::None, "none", "Faces from behind are kept"),
+                (Faces::Back, "back", "Faces of solids seen from behind are dropped"),
+                (
+                    Faces::Front,
+                    "front",
+                    "Faces seen from the front are dropped, as shadow passes do",
+                ),
+            ],
+        );
     });
-    switch(ui, &mut look.hardware, "by the hardware too", "The graphics card drops those faces of every mesh, sheets too: what the culler saves it from doing");
-    switch(ui, &mut look.clockwise, "clockwise is front", "The other winding: solids turn inside out");
+    switch(
+        ui,
+        &mut look.hardware,
+        "by the hardware too",
+        "The graphics card drops those faces of every mesh, sheets too: what the culler saves it from doing",
+    );
+    switch(
+        ui,
+        &mut look.clockwise,
+        "clockwise is front",
+        "The other winding: solids turn inside out",
+    );
     switch(ui, &mut look.face_normals, "face normals", "A line from the middle of each face");
     switch(ui, &mut look.vertex_normals, "vertex normals", "A line from each vertex");
-    switch(ui, &mut look.fine, "high quality", "Four samples a pixel: smoother edges for more drawing time");
+    switch(
+        ui,
+        &mut look.fine,
+        "high quality",
+        "Four samples a pixel: smoother edges for more drawing time",
+    );
     ui.horizontal(|ui| {
-        switch(ui, &mut session.state.always, "draw always", "Draws without end, for measuring; else only when something changes");
+        switch(
+            ui,
+            &mut session.state.always,
+            "draw always",
+            "Draws without end, for measuring; else only when something changes",
+        );
         if button(ui, "Refresh", "Draws once more (R)") {
             session.refresh = true;
         }
@@ -215,7 +284,10 @@ fn journey(ui: &mut egui::Ui, session: &mut Session) {
         match session.journey.json(w / h) {
             Ok(text) => {
                 ui.ctx().copy_text(text);
-                session.tell("The path is copied: save it, then cullet report SCENE --path file:path.json", false);
+                session.tell(
+                    "The path is copied: save it, then cullet report SCENE --path file:path.json",
+                    false,
+                );
             }
             Err(error) => session.tell(error.to_string(), true),
         }
@@ -231,10 +303,16 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
         egui::ComboBox::from_id_salt("level").selected_text(text).width(76.0).show_ui(ui, |ui| {
             ui.selectable_value(level, 0, "off");
             for l in 1..=levels {
-                ui.selectable_value(level, l, format!("level {l}"))
-                    .on_hover_text("Boxes that the walk asked: blue outside, green inside, orange asked on");
+                ui.selectable_value(level, l, format!("level {l}")).on_hover_text(
+                    "Boxes that the walk asked: blue outside, green inside, orange asked on",
+                );
             }
         });
     });
-    switch(ui, &mut session.state.structure.cones, "cones of clusters", "Of what is inspected: the cone of each cluster's normals; violet ones face away and are dropped");
+    switch(
+        ui,
+        &mut session.state.structure.cones,
+        "cones of clusters",
+        "Of what is inspected: the cone of each cluster's normals; violet ones face away and are dropped",
+    );
 }
