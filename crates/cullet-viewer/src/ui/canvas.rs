@@ -133,9 +133,7 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
             (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),
-            (Role::Flown, _) if frozen => {
-                "frozen: the white frustum decided what is drawn".to_owned()
-            }
+            (Role::Flown, _) if frozen => "frozen: the frustum decided what is drawn".to_owned(),
             (Role::Flown, _) => continue,
         };
         let (at, align) = match panel.role {

@@ -43,8 +43,9 @@ pub(super) fn bar(ui: &mut egui::Ui, session: &Session) {
         }
         if session.state.frozen.is_some() {
             ui.separator();
-            ui.strong("frozen")
-                .on_hover_text("What is drawn was decided for the white frustum (F lets it go)");
+            ui.strong("frozen").on_hover_text(
+                "What is drawn was decided for the frustum in the picture (F lets it go)",
+            );
         }
     });
 }

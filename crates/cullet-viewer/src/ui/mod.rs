@@ -38,7 +38,7 @@ pub fn show(
     canvas::drops(ui.ctx(), session);
     egui::Panel::top("title").show(ui, |ui| scene::title(ui, session));
     egui::Panel::bottom("figures").show(ui, |ui| figures::bar(ui, session));
-    egui::Panel::left("switches").default_size(196.0).size_range(170.0..=320.0).show(ui, |ui| {
+    egui::Panel::left("switches").default_size(210.0).size_range(170.0..=320.0).show(ui, |ui| {
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             scene::choose(ui, session);
             switches::all(ui, session);
