@@ -9,7 +9,7 @@ use crate::cut::{self, CutArgs};
 use crate::parse;
 use crate::report::CostArgs;
 use crate::reproduce::ReproduceArgs;
-use crate::view::{self, ViewerArgs};
+use crate::view::{self, WindowArgs};
 
 const ABOUT: &str =
     "Finds what a 3D scene draws for nothing, and proves that nothing visible was lost";
@@ -83,7 +83,7 @@ pub(crate) enum Command {
     Cut(Box<CutArgs>),
     /// Show a scene in a window: what is culled, and why
     #[command(after_help = view::HELP)]
-    View(ViewerArgs),
+    View(WindowArgs),
 }
 
 const REPORT_HELP: &str = "\

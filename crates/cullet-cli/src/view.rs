@@ -23,14 +23,14 @@ Examples
 
 /// What to view.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct ViewerArgs {
+pub(crate) struct WindowArgs {
     /// A file or a built-in scene, then options of the viewer
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "SCENE|FILE")]
     rest: Vec<OsString>,
 }
 
 /// Runs the command: ends when the viewer does.
-pub(crate) fn run(args: &ViewerArgs) -> Outcome {
+pub(crate) fn run(args: &WindowArgs) -> Outcome {
     let beside = std::env::current_exe().ok();
     let folders = std::env::var_os("PATH").unwrap_or_default();
     let viewer = find(beside.as_deref(), &folders).ok_or_else(missing)?;
