@@ -1,2 +1,16 @@
 //! The viewer: what is culled, and why, in a window and in a browser.
 #![forbid(unsafe_code)]
+
+pub mod camera;
+pub mod compose;
+pub mod decide;
+pub mod draw;
+pub mod journey;
+pub mod lines;
+pub mod link;
+pub mod session;
+pub mod state;
+pub mod structure;
+pub mod task;
+pub mod truth;
+pub mod world;

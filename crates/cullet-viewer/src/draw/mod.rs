@@ -1,0 +1,5 @@
+//! Who draws.
+
+mod frame;
+
+pub use frame::{DrawStats, LineVertex, Paint, Pane, Style};
