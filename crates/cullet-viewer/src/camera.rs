@@ -65,7 +65,9 @@ impl Rig {
         let distance = if distance > 0.0 && distance.is_finite() { distance } else { 1.0 };
         let pitch = d.y.clamp(-1.0, 1.0).asin().to_degrees().clamp(-MAX_PITCH, MAX_PITCH);
         let (fov, near) = match camera.projection {
-            Projection::Perspective { fov_y_radians, near, .. } => (fov_y_radians.to_degrees(), near),
+            Projection::Perspective { fov_y_radians, near, .. } => {
+                (fov_y_radians.to_degrees(), near)
+            }
             _ => (60.0, distance * 1e-3),
         };
         Self {
@@ -132,7 +134,14 @@ impl Rig {
             let (y, x) = (self.distance * 0.5, self.distance * 0.5 * aspect);
             // From as far above as below: a parallel view has no eye to be behind of.
             let depth = self.distance.max(1e-3) * 64.0;
-            Projection::Orthographic { left: -x, right: x, bottom: -y, top: y, near: -depth, far: depth }
+            Projection::Orthographic {
+                left: -x,
+                right: x,
+                bottom: -y,
+                top: y,
+                near: -depth,
+                far: depth,
+            }
         } else {
             let fov_y_radians = self.fov.to_radians();
             Projection::Perspective { fov_y_radians, aspect, near: self.near, far: f64::INFINITY }
@@ -171,8 +180,8 @@ impl Rig {
     /// Moves by world units to the right, up and forward.
     pub fn shift(&mut self, right: f64, up: f64, forward: f64) {
         let [r, u] = self.axes().map(DVec3::from);
-        let moved = DVec3::from(self.target) + r * right + u * up
-            + DVec3::from(self.forward()) * forward;
+        let moved =
+            DVec3::from(self.target) + r * right + u * up + DVec3::from(self.forward()) * forward;
         if moved.abs().max_element() < 1e12 {
             self.target = moved.into();
         }

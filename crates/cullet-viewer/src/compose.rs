@@ -277,9 +277,9 @@ fn triangle(session: &Session, slot: u32, original: u32, lines: &mut Lines) {
 /// What was left, and what was dropped for reasons that are not hidden, whole.
 fn with_ghosts(session: &Session, visible: &Visible) -> Visible {
     let mut shown = Visible { partial: visible.partial.clone(), ..Visible::default() };
-    let mut whole = visible.whole.iter().copied().flat_map(|r| r.first..r.first + r.count).peekable();
-    let hidden: Vec<Stage> =
-        Stage::ALL.into_iter().filter(|s| session.hides(s.name())).collect();
+    let mut whole =
+        visible.whole.iter().copied().flat_map(|r| r.first..r.first + r.count).peekable();
+    let hidden: Vec<Stage> = Stage::ALL.into_iter().filter(|s| session.hides(s.name())).collect();
     for (slot, reason) in visible.reasons.iter().enumerate() {
         let slot = slot as u32;
         let kept = whole.next_if_eq(&slot).is_some();

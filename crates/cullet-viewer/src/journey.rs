@@ -46,7 +46,12 @@ impl Journey {
     }
 
     /// Begins to make one of the scene's own paths; it is played when it is there.
-    pub fn make(&mut self, world: Arc<World>, path: PathSpec, wake: impl FnOnce() + Send + 'static) {
+    pub fn make(
+        &mut self,
+        world: Arc<World>,
+        path: PathSpec,
+        wake: impl FnOnce() + Send + 'static,
+    ) {
         *self = Self::default();
         let work = move || (path.to_string(), world.path(&path, OWN, [960, 600]));
         self.making = Some(Task::start(work, wake));

@@ -13,4 +13,5 @@ pub mod state;
 pub mod structure;
 pub mod task;
 pub mod truth;
+pub mod web;
 pub mod world;

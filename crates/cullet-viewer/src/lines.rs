@@ -8,7 +8,18 @@ use crate::draw::LineVertex;
 
 /// The corners of a box's twelve edges, as bits x, y, z.
 const EDGES: [[usize; 2]; 12] = [
-    [0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7],
+    [0, 1],
+    [2, 3],
+    [4, 5],
+    [6, 7],
+    [0, 2],
+    [1, 3],
+    [4, 6],
+    [5, 7],
+    [0, 4],
+    [1, 5],
+    [2, 6],
+    [3, 7],
 ];
 
 /// A colour with an alpha.
@@ -97,7 +108,14 @@ impl Lines {
     }
 
     /// A cone from `apex` along the unit `axis`, `length` long, with this half angle.
-    pub fn cone(&mut self, apex: DVec3, axis: DVec3, length: f64, half_angle: f64, colour: [u8; 4]) {
+    pub fn cone(
+        &mut self,
+        apex: DVec3,
+        axis: DVec3,
+        length: f64,
+        half_angle: f64,
+        colour: [u8; 4],
+    ) {
         const SIDES: usize = 12;
         let (right, up) = axis.any_orthonormal_pair();
         let (sin, cos) = half_angle.min(std::f64::consts::FRAC_PI_2).sin_cos();

@@ -183,7 +183,8 @@ impl Session {
         let decided = self.decision.as_ref().map(|d| &d.request.view);
         let wanted = self.asked.as_ref().map(|(view, _)| view);
         let idle = self.loading.is_none() && !self.journey.is_making();
-        idle && !matches!(self.truth, Truth::Working(_)) && (self.world.is_none() || decided == wanted)
+        idle && !matches!(self.truth, Truth::Working(_))
+            && (self.world.is_none() || decided == wanted)
     }
 
     /// Lets `dt` seconds pass, for a picture of `size` pixels: takes in what was loaded and decided, and asks
@@ -201,7 +202,8 @@ impl Session {
         self.ask();
         if let Some(decision) = self.decider.latest() {
             // One that was asked for before another scene was opened is about that other one.
-            let current = self.world.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world));
+            let current =
+                self.world.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world));
             if current {
                 self.take(decision);
             }
@@ -285,7 +287,8 @@ impl Session {
         let (Some(world), Some(ray)) = (&self.world, view.ray(pixel)) else { return };
         let scene = &world.model.scene;
         let visible = self.decision.as_ref().map(|d| &d.visible);
-        let reason = |slot: u32| visible.and_then(|v| v.reasons.get(slot as usize).copied().flatten());
+        let reason =
+            |slot: u32| visible.and_then(|v| v.reasons.get(slot as usize).copied().flatten());
         let shown = |slot: u32| match reason(slot) {
             Some(reason) => {
                 self.state.ghosts.form == GhostForm::Solid && !self.hides(reason.stage.name())
@@ -347,8 +350,12 @@ impl Session {
     fn load(&mut self, source: Source) {
         let ctx = self.ctx.clone();
         let name = source.name();
-        let work = move || World::load(&source);
-        self.loading = Some((name, Task::start(work, move || ctx.request_repaint())));
+        let wake = move || ctx.request_repaint();
+        #[cfg(not(target_arch = "wasm32"))]
+        let task = Task::start(move || World::load(&source), wake);
+        #[cfg(target_arch = "wasm32")]
+        let task = crate::web::load(source, wake);
+        self.loading = Some((name, task));
     }
 
     fn take_loaded(&mut self) {

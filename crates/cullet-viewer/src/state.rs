@@ -236,7 +236,11 @@ impl Colour {
         (Self::Sides, "sides", "Front faces light, back faces in another colour."),
         (Self::Clusters, "clusters", "A colour for each cluster of up to 124 triangles."),
         (Self::Overdraw, "overdraw", "How often each pixel is drawn to: bright is waste."),
-        (Self::Size, "triangle size", "Bright triangles cover few pixels: they cost most for least."),
+        (
+            Self::Size,
+            "triangle size",
+            "Bright triangles cover few pixels: they cost most for least.",
+        ),
         (Self::Depth, "depth", "Distance from the eye."),
     ];
 }

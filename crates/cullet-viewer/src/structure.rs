@@ -35,9 +35,8 @@ pub fn level_count(scene: &Scene) -> u32 {
 /// the answer. Nothing for a level that is not there. O(boxes of the scene).
 pub fn hierarchy(scene: &Scene, view: &View, level: u32, lines: &mut Lines) -> LevelTally {
     let tree = scene.hierarchy();
-    let boxes: Option<&Boxes> = (level > 0)
-        .then(|| tree.nodes().levels().get(level as usize - 1))
-        .flatten();
+    let boxes: Option<&Boxes> =
+        (level > 0).then(|| tree.nodes().levels().get(level as usize - 1)).flatten();
     let Some(boxes) = boxes else { return LevelTally::default() };
     let planes = Planes::new(&view.frustum().relative_to(scene.origin()));
     let trace = Trace::new(&planes, tree.nodes(), tree.boxes());
@@ -66,9 +65,8 @@ pub fn hierarchy(scene: &Scene, view: &View, level: u32, lines: &mut Lines) -> L
 pub fn cones(scene: &Scene, view: &View, slot: u32, lines: &mut Lines) -> [usize; 2] {
     let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
     let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
-    let to_world = |p: [f32; 3]| {
-        linear * DVec3::from(p.map(f64::from)) + DVec3::from(transform.translation)
-    };
+    let to_world =
+        |p: [f32; 3]| linear * DVec3::from(p.map(f64::from)) + DVec3::from(transform.translation);
     let flip = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
     let [x, y, z, w] = view.eye();
     let eye = DVec3::new(x, y, z);
@@ -87,16 +85,16 @@ pub fn cones(scene: &Scene, view: &View, slot: u32, lines: &mut Lines) -> [usize
         if widest <= 0.0 {
             continue;
         }
-        let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| {
-            (l.min(p), h.max(p))
-        });
+        let (low, high) =
+            corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), &p| (l.min(p), h.max(p)));
         let middle = (low + high) * 0.5;
         // As the triangle's rule, for the cluster: all planes must have the eye behind them.
         let away = triangles.iter().all(|[a, b, c]| {
             let n = (*b - *a).cross(*c - *a) * flip;
             n.dot(*a * w - eye) >= 0.0
         });
-        let colour = if away { palette::reason_color(Some(Stage::Backface)) } else { palette::SEEN };
+        let colour =
+            if away { palette::reason_color(Some(Stage::Backface)) } else { palette::SEEN };
         let length = (high - low).length() * 0.35;
         lines.cone(middle, axis, length, widest.clamp(-1.0, 1.0).acos(), tint(colour, 255));
         shown += 1;

@@ -85,7 +85,8 @@ impl Truth {
 fn find(world: &World, view: &View, culler: &Culler) -> Finding {
     let [w, h] = view.viewport();
     let longest = w.max(h).max(1);
-    let share = |v: u32| (u64::from(v) * u64::from(LONGEST.min(longest)) / u64::from(longest)) as u32;
+    let share =
+        |v: u32| (u64::from(v) * u64::from(LONGEST.min(longest)) / u64::from(longest)) as u32;
     let size = [share(w).max(1), share(h).max(1)];
     // The same frustum on fewer pixels.
     let smaller = View::from_matrix(&view.clip_from_world(), view.depth(), size).map(|mut v| {

@@ -80,9 +80,7 @@ impl World {
     pub fn load(source: &Source) -> Result<Self, String> {
         let model = match source {
             Source::Builtin(text) => scenes::build(text).map_err(|e| e.to_string())?,
-            Source::File(path) => {
-                load(path, &LoadOptions::default()).map_err(|e| e.to_string())?
-            }
+            Source::File(path) => load(path, &LoadOptions::default()).map_err(|e| e.to_string())?,
             Source::Bytes(name, bytes) => {
                 load_bytes(name, bytes, &LoadOptions::default()).map_err(|e| e.to_string())?
             }
@@ -135,7 +133,11 @@ impl World {
     #[must_use]
     pub fn overview(&self, size: [u32; 2]) -> Rig {
         let first = self.path(&PathSpec::Orbit, 8, size).into_iter().next();
-        first.unwrap_or_else(|| Rig { target: self.centre, distance: self.reach * 2.5, ..Rig::default() })
+        first.unwrap_or_else(|| Rig {
+            target: self.centre,
+            distance: self.reach * 2.5,
+            ..Rig::default()
+        })
     }
 
     /// A camera from above that shows what is around a point.
@@ -160,8 +162,7 @@ fn things(model: &Model) -> Aabb {
     }
     let limit = size(&extent) * 0.5;
     let boxes = scene.slots().map(|s| scene.bounds(s));
-    let things = boxes
-        .filter(|b| b.is_finite() && size(b) < limit)
-        .fold(Aabb::EMPTY, |a, b| a.union(&b));
+    let things =
+        boxes.filter(|b| b.is_finite() && size(b) < limit).fold(Aabb::EMPTY, |a, b| a.union(&b));
     if things.is_empty() { extent } else { things }
 }
