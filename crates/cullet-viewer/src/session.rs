@@ -9,6 +9,7 @@ use eframe::egui;
 
 use crate::camera::{Chase, Mode, Rig};
 use crate::decide::{Decider, Decision, Request, pick};
+use crate::inbox::{Inbox, Read};
 use crate::journey::Journey;
 use crate::link;
 use crate::state::{GhostForm, Layout, State};
@@ -102,6 +103,7 @@ pub struct Session {
     pub size: [u32; 2],
     loading: Option<(String, Task<Result<World, String>>)>,
     decider: Decider,
+    inbox: Inbox,
     asked: Option<(View, crate::state::Stages)>,
     /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
     refit: bool,
@@ -136,6 +138,7 @@ impl Session {
             size: [0; 2],
             loading: None,
             decider: Decider::new(move || wake.request_repaint()),
+            inbox: Inbox::new(ctx.clone()),
             asked: None,
             refit: false,
             ctx,
@@ -150,6 +153,21 @@ impl Session {
     pub fn open(&mut self, source: Source) {
         self.refit = true;
         self.load(source);
+    }
+
+    /// Reads a file that was dropped on the page; [`dropped`](Self::dropped) has it when it is read.
+    #[cfg(target_arch = "wasm32")]
+    pub fn read_dropped(&mut self, file: egui::DroppedFileHandle) {
+        let put = self.inbox.slot();
+        wasm_bindgen_futures::spawn_local(async move {
+            let name = file.path().display().to_string();
+            put((name, file.bytes_async().await));
+        });
+    }
+
+    /// Files that were read since the last call.
+    pub fn dropped(&mut self) -> Vec<Read> {
+        self.inbox.take()
     }
 
     /// Tells the user.

@@ -10,6 +10,10 @@ pub mod packed;
 
 #[cfg(target_arch = "wasm32")]
 mod load;
+#[cfg(target_arch = "wasm32")]
+mod page;
 
 #[cfg(target_arch = "wasm32")]
-pub use load::load;
+pub(crate) use load::load;
+#[cfg(target_arch = "wasm32")]
+pub(crate) use page::{set_address, tell};

@@ -28,3 +28,6 @@ if (document.createElement("canvas").getContext("webgl2") === null && !await has
 } else {
   init().catch((error) => fail(`The viewer cannot be loaded: ${error?.message ?? error}`));
 }
+
+// A link that is pasted into the open page. The viewer's own changes of the address do not come here.
+addEventListener("hashchange", () => location.reload());

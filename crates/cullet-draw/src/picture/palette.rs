@@ -52,6 +52,24 @@ pub const fn reason_label(stage: Option<Stage>) -> &'static str {
     }
 }
 
+/// A colour for a material that has none: of stone, sand, slate and the like, ten of them in turn.
+#[must_use]
+pub const fn material_color(n: u32) -> [u8; 3] {
+    const COLORS: [[u8; 3]; 10] = [
+        [0xB4, 0xB0, 0xA6],
+        [0xD8, 0xC3, 0x9B],
+        [0xC0, 0x7F, 0x5B],
+        [0x7C, 0x9A, 0x85],
+        [0x8E, 0xA5, 0xBC],
+        [0xCB, 0xAA, 0x6A],
+        [0xA5, 0x8D, 0x9E],
+        [0x9A, 0xA8, 0x6B],
+        [0xD0, 0xB7, 0xA8],
+        [0x6F, 0x86, 0x97],
+    ];
+    COLORS[n as usize % COLORS.len()]
+}
+
 /// A colour for a share of 0..1, dark to light, even in lightness and safe for the colour-blind: an
 /// approximation of *inferno* by N. Smith and S. van der Walt (2015) through eight of its points. NaN
 /// is 0.

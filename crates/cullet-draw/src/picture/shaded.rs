@@ -6,6 +6,7 @@ use cullet::{Scene, View};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::palette;
 use super::Picture;
 use super::space::{Space, Surfaces, pixel_centre};
 use crate::frame::{Frame, PixelId};
@@ -33,7 +34,10 @@ pub fn shaded(scene: &Scene, frame: &Frame, view: &View, material_colors: &[[f32
         let part = surfaces.part(id);
         let given = material_colors.get(part.material as usize);
         given.map_or_else(
-            || default_color(part.material.wrapping_add(surfaces.mesh(id).unwrap_or(0))),
+            || {
+                let n = part.material.wrapping_add(surfaces.mesh(id).unwrap_or(0));
+                DVec3::from(palette::material_color(n).map(linear))
+            },
             |c| DVec3::new(f64::from(c[0]), f64::from(c[1]), f64::from(c[2])),
         )
     };
@@ -113,24 +117,6 @@ pub(crate) fn light_through(
         }
     });
     picture
-}
-
-/// A colour for a material that has none: of stone, sand, slate and the like.
-fn default_color(n: u32) -> DVec3 {
-    const COLORS: [[u8; 3]; 10] = [
-        [0xB4, 0xB0, 0xA6],
-        [0xD8, 0xC3, 0x9B],
-        [0xC0, 0x7F, 0x5B],
-        [0x7C, 0x9A, 0x85],
-        [0x8E, 0xA5, 0xBC],
-        [0xCB, 0xAA, 0x6A],
-        [0xA5, 0x8D, 0x9E],
-        [0x9A, 0xA8, 0x6B],
-        [0xD0, 0xB7, 0xA8],
-        [0x6F, 0x86, 0x97],
-    ];
-    let [r, g, b] = COLORS[n as usize % COLORS.len()].map(linear);
-    DVec3::new(r, g, b)
 }
 
 /// Light on a surface: sun, and a sky above a paler ground.

@@ -1,0 +1,265 @@
+//! From what is visible to draw calls: a list of slots grouped by mesh, and ranges of triangles.
+
+use std::ops::Range;
+
+use cullet::Visible;
+
+use super::geometry::{Geometry, Instances, NO_GROUP};
+
+/// Some instances of a group, one after the other in the list, and what is drawn of each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Item {
+    pub(super) group: u32,
+    /// Entries of the list.
+    pub(super) entries: Range<u32>,
+    pub(super) what: What,
+}
+
+/// What is drawn of a mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum What {
+    /// Successive triangles of the mesh.
+    Triangles(Range<u32>),
+    /// Entries of [`DrawList::picked`].
+    Picked(Range<u32>),
+}
+
+/// Entries that are uploaded together: 4 KiB.
+const BLOCK: usize = 1024;
+
+/// What one view draws, kept from frame to frame: only what changed is made and uploaded again.
+#[derive(Debug, Default)]
+pub(super) struct DrawList {
+    /// Slots. Every group has its place, as large as all its instances, so that a change in one moves
+    /// nothing of another.
+    pub(super) entries: Vec<u32>,
+    pub(super) items: Vec<Item>,
+    /// Triangles of meshes, where single triangles were culled.
+    pub(super) picked: Vec<u32>,
+    /// The group of each run of `picked`.
+    picks: Vec<(u32, Range<u32>)>,
+    source: Source,
+    /// One a block of entries: whether it has to be uploaded.
+    dirty: Vec<bool>,
+    /// How many entries of each group are in use.
+    used: Vec<u32>,
+    partial: Vec<Item>,
+}
+
+/// What a list was made from.
+#[derive(Debug, Default)]
+enum Source {
+    #[default]
+    Nothing,
+    All {
+        layers: u32,
+    },
+    Visible(Visible),
+}
+
+impl DrawList {
+    /// Forgets everything, for another scene.
+    pub(super) fn reset(&mut self, instances: &Instances) {
+        let len = instances.groups.last().map_or(0, |g| g.first + g.count) as usize;
+        self.entries.clear();
+        self.entries.resize(len, 0);
+        self.dirty.clear();
+        self.dirty.resize(len.div_ceil(BLOCK), true);
+        self.items.clear();
+        self.picked.clear();
+        self.picks.clear();
+        self.source = Source::Nothing;
+    }
+
+    /// Makes the list follow `visible`, or everything in `layers`; true if it changed. Costs a comparison
+    /// where it did not, else some nanoseconds a visible instance.
+    pub(super) fn update(
+        &mut self,
+        geometry: &Geometry,
+        instances: &Instances,
+        visible: Option<&Visible>,
+        layers: u32,
+    ) -> bool {
+        match (&mut self.source, visible) {
+            (Source::All { layers: known }, None) if *known == layers => return false,
+            (Source::Visible(known), Some(v)) => {
+                if same(known, v) {
+                    return false;
+                }
+                known.whole.clone_from(&v.whole);
+                known.partial.clone_from(&v.partial);
+                known.triangle_ranges.clone_from(&v.triangle_ranges);
+                known.triangles.clone_from(&v.triangles);
+            }
+            (source, Some(v)) => {
+                *source = Source::Visible(Visible {
+                    whole: v.whole.clone(),
+                    partial: v.partial.clone(),
+                    triangle_ranges: v.triangle_ranges.clone(),
+                    triangles: v.triangles.clone(),
+                    ..Visible::default()
+                });
+            }
+            (source, None) => *source = Source::All { layers },
+        }
+        self.used.clear();
+        self.used.resize(instances.groups.len(), 0);
+        self.partial.clear();
+        self.picked.clear();
+        self.picks.clear();
+        match visible {
+            None => {
+                for (slot, own) in instances.layers.iter().enumerate() {
+                    if own & layers != 0 {
+                        self.push(instances, slot as u32);
+                    }
+                }
+            }
+            Some(v) if v.triangle_ranges.is_empty() => self.push_clusters(geometry, instances, v),
+            Some(v) => self.push_triangles(geometry, instances, v),
+        }
+        self.collect(geometry, instances);
+        true
+    }
+
+    /// Adds a slot to its group: the group and the entry.
+    fn push(&mut self, instances: &Instances, slot: u32) -> Option<(u32, u32)> {
+        let group = *instances.group.get(slot as usize).filter(|g| **g != NO_GROUP)?;
+        let place = &instances.groups[group as usize];
+        let used = &mut self.used[group as usize];
+        // A result that names a slot twice is not a culler's; it must not reach into the next group.
+        if *used == place.count {
+            return None;
+        }
+        let entry = place.first + *used;
+        *used += 1;
+        let held = &mut self.entries[entry as usize];
+        if *held != slot {
+            *held = slot;
+            self.dirty[entry as usize / BLOCK] = true;
+        }
+        Some((group, entry))
+    }
+
+    /// Whole and partial instances, merged in the order of their slots: where two surfaces are equally
+    /// near, the first one drawn is seen, and that must not depend on what was culled.
+    fn push_clusters(&mut self, geometry: &Geometry, instances: &Instances, v: &Visible) {
+        let mut partial = v.partial.chunk_by(|a, b| a.slot == b.slot).peekable();
+        for range in &v.whole {
+            for slot in range.first..range.first.saturating_add(range.count) {
+                while let Some(ranges) = partial.next_if(|p| p[0].slot < slot) {
+                    self.push_partial(geometry, instances, ranges);
+                }
+                self.push(instances, slot);
+            }
+        }
+        partial.for_each(|ranges| self.push_partial(geometry, instances, ranges));
+    }
+
+    fn push_partial(
+        &mut self,
+        geometry: &Geometry,
+        instances: &Instances,
+        ranges: &[cullet::DrawRange],
+    ) {
+        let Some((group, entry)) = self.push(instances, ranges[0].slot) else { return };
+        let mesh = &geometry.meshes[instances.groups[group as usize].kind.mesh as usize];
+        for r in ranges {
+            let triangles = mesh.triangles(r.first_cluster, r.cluster_count);
+            let what = What::Triangles(triangles);
+            self.partial.push(Item { group, entries: entry..entry + 1, what });
+        }
+    }
+
+    fn push_triangles(&mut self, geometry: &Geometry, instances: &Instances, v: &Visible) {
+        for r in &v.triangle_ranges {
+            let Some((group, entry)) = self.push(instances, r.slot) else { continue };
+            let mesh = &geometry.meshes[instances.groups[group as usize].kind.mesh as usize];
+            if r.count == mesh.whole {
+                continue;
+            }
+            let end = (r.first as usize).saturating_add(r.count as usize).min(v.triangles.len());
+            let triangles = v.triangles.get(r.first as usize..end).unwrap_or_default();
+            let drawable = mesh.triangles(0, u32::MAX).end;
+            let start = self.picked.len() as u32;
+            self.picked.extend(triangles.iter().copied().filter(|&t| t < drawable));
+            let range = start..self.picked.len() as u32;
+            self.picks.push((group, range.clone()));
+            let what = What::Picked(range);
+            self.partial.push(Item { group, entries: entry..entry + 1, what });
+        }
+    }
+
+    /// Makes items of what is whole, between those of what is not.
+    fn collect(&mut self, geometry: &Geometry, instances: &Instances) {
+        self.items.clear();
+        // Each group's are in order already, and stay so.
+        self.partial.sort_by_key(|item| (item.group, item.entries.start));
+        let mut partial = self.partial.drain(..).peekable();
+        for (number, group) in instances.groups.iter().enumerate() {
+            let number = number as u32;
+            let whole = What::Triangles(0..geometry.meshes[group.kind.mesh as usize].whole);
+            let end = group.first + self.used[number as usize];
+            let mut next = group.first;
+            while let Some(item) = partial.next_if(|p| p.group == number) {
+                let entry = item.entries.start;
+                if next < entry {
+                    let entries = next..entry;
+                    self.items.push(Item { group: number, entries, what: whole.clone() });
+                }
+                next = entry + 1;
+                match self.items.last_mut() {
+                    // Neighbours that show the same are one call.
+                    Some(last)
+                        if last.group == number
+                            && last.entries.end == entry
+                            && last.what == item.what =>
+                    {
+                        last.entries.end = entry + 1;
+                    }
+                    _ => self.items.push(item),
+                }
+            }
+            if next < end {
+                self.items.push(Item { group: number, entries: next..end, what: whole });
+            }
+        }
+    }
+
+    /// The picked triangles, in their order, with the mesh that each run of them is of.
+    pub(super) fn picked_meshes<'a>(
+        &'a self,
+        instances: &'a Instances,
+    ) -> impl Iterator<Item = (u32, &'a [u32])> {
+        self.picks.iter().map(|(group, range)| {
+            let mesh = instances.groups[*group as usize].kind.mesh;
+            (mesh, &self.picked[range.start as usize..range.end as usize])
+        })
+    }
+
+    /// The ranges of entries that changed since the last call.
+    pub(super) fn take_dirty(&mut self, mut upload: impl FnMut(Range<usize>, &[u32])) {
+        let mut at = 0;
+        while at < self.dirty.len() {
+            if !self.dirty[at] {
+                at += 1;
+                continue;
+            }
+            let first = at;
+            while at < self.dirty.len() && self.dirty[at] {
+                self.dirty[at] = false;
+                at += 1;
+            }
+            let range = first * BLOCK..(at * BLOCK).min(self.entries.len());
+            upload(range.clone(), &self.entries[range]);
+        }
+    }
+}
+
+/// Whether two results draw the same.
+fn same(a: &Visible, b: &Visible) -> bool {
+    a.whole == b.whole
+        && a.partial == b.partial
+        && a.triangle_ranges == b.triangle_ranges
+        && a.triangles == b.triangles
+}

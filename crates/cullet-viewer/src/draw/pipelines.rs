@@ -1,0 +1,223 @@
+//! Pipelines, made when they are first needed and kept.
+
+use std::collections::HashMap;
+
+use eframe::wgpu::*;
+
+use super::textures::{COLOUR, DEPTH};
+
+/// Where vertices come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Source {
+    /// Vertex and index buffers.
+    Indexed,
+    /// Textures, three corners a triangle.
+    Pulled,
+    /// Textures, a line a triangle.
+    FaceNormals,
+    /// Textures, a line a vertex.
+    VertexNormals,
+    /// Lines of the caller.
+    Lines,
+    /// Translucent triangles of the caller.
+    Ghosts,
+    /// A triangle over the whole pane.
+    Clear,
+}
+
+/// What becomes of a fragment's colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Mix {
+    /// It replaces.
+    Replace,
+    /// It covers by its alpha.
+    Alpha,
+    /// It adds.
+    Add,
+}
+
+/// What fragments do with depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Near {
+    /// The nearer wins.
+    Write,
+    /// The nearer is drawn, and hides nothing.
+    Test,
+    /// All are drawn.
+    Ignore,
+    /// All are drawn, and their depth is kept.
+    Overwrite,
+}
+
+/// One way of drawing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Way {
+    pub(super) source: Source,
+    /// Whether fragments may be discarded, or edges are drawn.
+    pub(super) cut: bool,
+    pub(super) mix: Mix,
+    pub(super) near: Near,
+    pub(super) cull: Option<Face>,
+    pub(super) reversed: bool,
+    pub(super) samples: u32,
+}
+
+/// The pipelines of a device.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    module: ShaderModule,
+    layout: PipelineLayout,
+    /// For what a pane shares: numbers, transforms, colours.
+    pub(super) pane_layout: BindGroupLayout,
+    /// For the corners of a chunk's triangles.
+    pub(super) chunk_layout: BindGroupLayout,
+    made: HashMap<Way, RenderPipeline>,
+}
+
+impl Pipelines {
+    pub(super) fn new(device: &Device, uniform_size: u64) -> Self {
+        let module = device.create_shader_module(ShaderModuleDescriptor {
+            label: Some("scene"),
+            source: ShaderSource::Wgsl(include_str!("scene.wgsl").into()),
+        });
+        let texture = |binding, sample_type| BindGroupLayoutEntry {
+            binding,
+            visibility: ShaderStages::VERTEX,
+            ty: BindingType::Texture {
+                sample_type,
+                view_dimension: TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        };
+        let float = TextureSampleType::Float { filterable: false };
+        let layout = |label, entries: &[BindGroupLayoutEntry]| {
+            device.create_bind_group_layout(&BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries,
+            })
+        };
+        let uniform = BindGroupLayoutEntry {
+            binding: 0,
+            visibility: ShaderStages::VERTEX_FRAGMENT,
+            ty: BindingType::Buffer {
+                ty: BufferBindingType::Uniform,
+                has_dynamic_offset: true,
+                min_binding_size: BufferSize::new(uniform_size),
+            },
+            count: None,
+        };
+        let pane_layout =
+            layout("pane", &[uniform, texture(1, float), texture(2, float), texture(3, float)]);
+        let uint = TextureSampleType::Uint;
+        let chunk_layout =
+            layout("chunk", &[texture(0, uint), texture(1, uint), texture(2, float)]);
+        let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: Some("scene"),
+            bind_group_layouts: &[Some(&pane_layout), Some(&chunk_layout)],
+            immediate_size: 0,
+        });
+        Self { module, layout, pane_layout, chunk_layout, made: HashMap::new() }
+    }
+
+    /// The pipeline of a way of drawing.
+    pub(super) fn get(&mut self, device: &Device, way: Way) -> RenderPipeline {
+        if let Some(made) = self.made.get(&way) {
+            return made.clone();
+        }
+        let made = self.make(device, way);
+        self.made.insert(way, made.clone());
+        made
+    }
+
+    fn make(&self, device: &Device, way: Way) -> RenderPipeline {
+        let slots = VertexBufferLayout {
+            array_stride: 4,
+            step_mode: VertexStepMode::Instance,
+            attributes: &vertex_attr_array![2 => Uint32],
+        };
+        let vertices = VertexBufferLayout {
+            array_stride: 16,
+            step_mode: VertexStepMode::Vertex,
+            attributes: &vertex_attr_array![0 => Float32x3, 1 => Uint32],
+        };
+        let lines = VertexBufferLayout {
+            array_stride: 16,
+            step_mode: VertexStepMode::Vertex,
+            attributes: &vertex_attr_array![0 => Float32x3, 1 => Unorm8x4],
+        };
+        let triangles = PrimitiveTopology::TriangleList;
+        let (entry, topology, buffers) = match way.source {
+            Source::Indexed => ("vs_indexed", triangles, vec![Some(vertices), Some(slots)]),
+            Source::Pulled => ("vs_pulled", triangles, vec![Some(slots)]),
+            Source::FaceNormals => {
+                ("vs_face_normal", PrimitiveTopology::LineList, vec![Some(slots)])
+            }
+            Source::VertexNormals => {
+                ("vs_vertex_normal", PrimitiveTopology::LineList, vec![Some(slots)])
+            }
+            Source::Lines => ("vs_line", PrimitiveTopology::LineList, vec![Some(lines)]),
+            Source::Ghosts => ("vs_line", triangles, vec![Some(lines)]),
+            Source::Clear => ("vs_clear", triangles, vec![]),
+        };
+        let fragment = match way.source {
+            Source::Indexed | Source::Pulled if way.cut => "fs_cut",
+            Source::Indexed | Source::Pulled => "fs_fill",
+            _ => "fs_line",
+        };
+        let blend = match way.mix {
+            Mix::Replace => None,
+            Mix::Alpha => Some(BlendState::ALPHA_BLENDING),
+            Mix::Add => {
+                let add = BlendComponent {
+                    src_factor: BlendFactor::One,
+                    dst_factor: BlendFactor::One,
+                    operation: BlendOperation::Add,
+                };
+                Some(BlendState { color: add, alpha: add })
+            }
+        };
+        let nearer = if way.reversed { CompareFunction::Greater } else { CompareFunction::Less };
+        let (write, compare) = match way.near {
+            Near::Write => (true, nearer),
+            Near::Test => (false, nearer),
+            Near::Ignore => (false, CompareFunction::Always),
+            Near::Overwrite => (true, CompareFunction::Always),
+        };
+        device.create_render_pipeline(&RenderPipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&self.layout),
+            vertex: VertexState {
+                module: &self.module,
+                entry_point: Some(entry),
+                compilation_options: PipelineCompilationOptions::default(),
+                buffers: &buffers,
+            },
+            primitive: PrimitiveState {
+                topology,
+                cull_mode: way.cull,
+                ..PrimitiveState::default()
+            },
+            depth_stencil: Some(DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(write),
+                depth_compare: Some(compare),
+                stencil: StencilState::default(),
+                bias: DepthBiasState::default(),
+            }),
+            multisample: MultisampleState { count: way.samples, ..MultisampleState::default() },
+            fragment: Some(FragmentState {
+                module: &self.module,
+                entry_point: Some(fragment),
+                compilation_options: PipelineCompilationOptions::default(),
+                targets: &[Some(ColorTargetState {
+                    format: COLOUR,
+                    blend,
+                    write_mask: ColorWrites::ALL,
+                })],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
