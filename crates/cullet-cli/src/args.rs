@@ -9,6 +9,7 @@ use crate::cut::{self, CutArgs};
 use crate::parse;
 use crate::report::CostArgs;
 use crate::reproduce::ReproduceArgs;
+use crate::view::{self, ViewArgs};
 
 const ABOUT: &str =
     "Finds what a 3D scene draws for nothing, and proves that nothing visible was lost";
@@ -29,6 +30,7 @@ Examples
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
+  cullet view model.glb                      a window: turn it, freeze it, click what is missing
   cullet bench                               the batch tests against this machine's streaming rate
   cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
@@ -79,6 +81,9 @@ pub(crate) enum Command {
     /// Cut a scene open at planes or a box, with caps
     #[command(after_help = cut::HELP)]
     Cut(Box<CutArgs>),
+    /// Show a scene in a window: what is culled, and why
+    #[command(after_help = view::HELP)]
+    View(ViewArgs),
 }
 
 const REPORT_HELP: &str = "\

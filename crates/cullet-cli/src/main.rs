@@ -21,6 +21,7 @@ mod reproduce;
 mod scenes;
 mod survey;
 mod verify;
+mod view;
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -61,6 +62,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(&args.json)),
         Command::Cut(args) => cut::run(args, &console(&args.json)),
+        Command::View(args) => view::run(args),
         Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
     }
 }

@@ -216,7 +216,7 @@ impl Stage<'_> {
             self.renderer.set_instance_colours(queue, &instance_colours(session));
             *self.coloured = Some(key);
         }
-        let ground = if session.state.dark { [0.012, 0.016, 0.022] } else { [0.80, 0.82, 0.84] };
+        let ground = if session.state.dark { [0.082, 0.098, 0.122] } else { [0.90, 0.91, 0.92] };
         let fresh = self.renderer.draw(device, queue, session.size, ground, &panes);
         if fresh || self.texture.is_none() {
             let mut egui = self.render_state.renderer.write();
@@ -248,7 +248,11 @@ impl Stage<'_> {
         }
         let egui_wgpu::RenderState { device, queue, .. } = self.render_state;
         if let Err(error) = self.renderer.set_scene(device, queue, &world.model) {
-            session.tell(format!("{}: {error}.", world.name), true);
+            let text = format!("{}: {error}.", world.name);
+            session.refuse(self.uploaded.clone(), text);
+            if self.uploaded.is_some() {
+                return;
+            }
         }
         *self.coloured = None;
         *self.last = None;

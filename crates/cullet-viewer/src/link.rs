@@ -100,6 +100,8 @@ fn write(now: &Value, usual: &Value, name: &str, parts: &mut Vec<String>) {
 
 fn check(state: &State) -> Result<(), LinkError> {
     let wrong = |what: &str, v: f64, must: &str| {
+        // Three hundred digits say no more than their exponent.
+        let v = if v.abs() < 1e6 { v.to_string() } else { format!("{v:e}") };
         Err(LinkError::Value(format!("{what} is {v}; it must be {must}")))
     };
     for rig in [&state.camera, &state.frozen].into_iter().flatten() {

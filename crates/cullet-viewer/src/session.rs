@@ -402,8 +402,12 @@ impl Session {
         if world.counts.triangles == 0 {
             self.tell(format!("{} has no triangle to show.", world.name), true);
         }
+        self.enter(Arc::new(world));
+    }
+
+    fn enter(&mut self, world: Arc<World>) {
         self.state.scene.clone_from(&world.name);
-        self.world = Some(Arc::new(world));
+        self.world = Some(world);
         if std::mem::take(&mut self.refit) {
             self.state.camera = None;
             self.state.frozen = None;
@@ -417,6 +421,19 @@ impl Session {
         self.inspected = None;
         self.truth = Truth::None;
         self.journey = Journey::default();
+    }
+
+    /// Goes back to the scene that was open before, since the new one cannot be drawn.
+    pub fn refuse(&mut self, before: Option<Arc<World>>, why: String) {
+        match before {
+            Some(world) => {
+                self.tell(format!("{why} What was open stays open."), true);
+                self.state.camera = None;
+                self.state.frozen = None;
+                self.enter(world);
+            }
+            None => self.tell(why, true),
+        }
     }
 
     fn ask(&mut self) {

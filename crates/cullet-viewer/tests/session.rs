@@ -41,6 +41,12 @@ fn direct(session: &Session) -> Visible {
     let mut visible = Visible::default();
     let culler = session.state.stages.culler(clock);
     culler.cull_one(&world.model.scene, &view, &mut ViewState::default(), &mut visible);
+    without_times(visible)
+}
+
+/// The same without what a clock said.
+fn without_times(mut visible: Visible) -> Visible {
+    visible.funnel.rows.iter_mut().for_each(|row| row.nanoseconds = None);
     visible
 }
 
@@ -52,8 +58,9 @@ fn every_switch_leaves_what_a_fresh_culler_says() {
         session.state = thrown(&start, toggle).expect("a part of a link");
         settle(&mut session);
         let fresh = direct(&session);
-        let shown = &session.decision.as_ref().expect("decided").visible;
-        assert_eq!(*shown, fresh, "{toggle}");
+        let shown = session.decision.as_ref().expect("decided").visible.clone();
+        // Thousands of slots are no message.
+        assert!(without_times(shown) == fresh, "{toggle}: another answer than a fresh culler's");
         let made = compose(&session);
         assert!(!made.panels.is_empty(), "{toggle}");
         for panel in &made.panels {
@@ -72,10 +79,10 @@ fn every_switch_leaves_what_a_fresh_culler_says() {
 fn every_switch_is_shown_without_a_window() {
     let ctx = egui::Context::default();
     let mut session = Session::new(ctx.clone(), "", Some(Source::of_text("solids")));
-    let mut run = |session: &mut Session| {
+    let run = |session: &mut Session| {
         let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(960.0, 600.0));
         let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
-        let out = ctx.run_ui(input, |ui| {
+        let mut out = ctx.run_ui(input, |ui| {
             ui::show(ui, session, |session, size| {
                 session.advance(0.02, size);
                 // At this size half of the window is left for the picture.
@@ -83,8 +90,8 @@ fn every_switch_is_shown_without_a_window() {
                 (Shown::default(), compose(session))
             });
         });
+        out.textures_delta.clear();
         assert!(!out.shapes.is_empty());
-        out.shapes.len()
     };
     let began = Instant::now();
     while !session.is_settled() || session.world.is_none() {
@@ -97,9 +104,7 @@ fn every_switch_is_shown_without_a_window() {
     session.help = false;
     for toggle in TOGGLES {
         session.state = thrown(&start, toggle).expect("a part of a link");
-        (0..3).for_each(|_| {
-            run(&mut session);
-        });
+        (0..3).for_each(|_| run(&mut session));
     }
     assert!(session.notices.is_empty(), "{:?}", session.notices);
 }
@@ -144,12 +149,12 @@ fn freezing_keeps_what_is_drawn_and_flying_out_comes_back() {
     session.toggle_outside();
     settle(&mut session);
     assert_ne!(session.state.camera, camera);
-    assert_eq!(session.decision.as_ref().expect("decided").visible, before);
+    assert!(session.decision.as_ref().expect("decided").visible == before);
     if let Some(rig) = &mut session.state.camera {
         rig.turn(50.0, -10.0);
     }
     settle(&mut session);
-    assert_eq!(session.decision.as_ref().expect("decided").visible, before);
+    assert!(session.decision.as_ref().expect("decided").visible == before);
     session.toggle_outside();
     assert_eq!(session.state.camera, camera);
     assert_eq!(session.state.frozen, None);

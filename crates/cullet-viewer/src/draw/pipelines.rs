@@ -66,7 +66,9 @@ pub(super) struct Way {
 #[derive(Debug)]
 pub(super) struct Pipelines {
     module: ShaderModule,
-    layout: PipelineLayout,
+    plain: PipelineLayout,
+    /// For shaders that take corners from textures.
+    pulling: PipelineLayout,
     /// For what a pane shares: numbers, transforms, colours.
     pub(super) pane_layout: BindGroupLayout,
     /// For the corners of a chunk's triangles.
@@ -112,12 +114,16 @@ impl Pipelines {
         let uint = TextureSampleType::Uint;
         let chunk_layout =
             layout("chunk", &[texture(0, uint), texture(1, uint), texture(2, float)]);
-        let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-            label: Some("scene"),
-            bind_group_layouts: &[Some(&pane_layout), Some(&chunk_layout)],
-            immediate_size: 0,
-        });
-        Self { module, layout, pane_layout, chunk_layout, made: HashMap::new() }
+        let layout = |label, layouts: &[Option<&BindGroupLayout>]| {
+            device.create_pipeline_layout(&PipelineLayoutDescriptor {
+                label: Some(label),
+                bind_group_layouts: layouts,
+                immediate_size: 0,
+            })
+        };
+        let plain = layout("plain", &[Some(&pane_layout)]);
+        let pulling = layout("pulling", &[Some(&pane_layout), Some(&chunk_layout)]);
+        Self { module, plain, pulling, pane_layout, chunk_layout, made: HashMap::new() }
     }
 
     /// The pipeline of a way of drawing.
@@ -186,7 +192,10 @@ impl Pipelines {
         };
         device.create_render_pipeline(&RenderPipelineDescriptor {
             label: Some(entry),
-            layout: Some(&self.layout),
+            layout: Some(match way.source {
+                Source::Pulled | Source::FaceNormals | Source::VertexNormals => &self.pulling,
+                Source::Indexed | Source::Lines | Source::Ghosts | Source::Clear => &self.plain,
+            }),
             vertex: VertexState {
                 module: &self.module,
                 entry_point: Some(entry),

@@ -1,0 +1,175 @@
+//! A device without a window, and pictures read back from it.
+#![allow(dead_code, unreachable_pub, reason = "each test program uses its part of it")]
+
+use std::pin::pin;
+use std::sync::OnceLock;
+use std::task::{Context, Poll, Waker};
+
+use cullet::{Camera, Depth, Projection, Scene, View};
+use cullet_viewer::draw::{Pane, Renderer, Style};
+use eframe::wgpu::*;
+
+/// What draws.
+pub struct Gpu {
+    pub adapter: Adapter,
+    pub device: Device,
+    pub queue: Queue,
+}
+
+fn wait<T>(future: impl Future<Output = T>) -> T {
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return value;
+        }
+        std::thread::yield_now();
+    }
+}
+
+/// The device, or `None`, said aloud, where there is no adapter. With `CULLET_REQUIRE_GPU` set that is a
+/// failure.
+pub fn gpu() -> Option<&'static Gpu> {
+    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
+    let gpu = GPU.get_or_init(|| {
+        let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
+        let adapter = wait(instance.request_adapter(&RequestAdapterOptions::default())).ok()?;
+        let (device, queue) = wait(adapter.request_device(&DeviceDescriptor {
+            required_limits: adapter.limits(),
+            required_features: adapter.features() & Features::TIMESTAMP_QUERY,
+            ..DeviceDescriptor::default()
+        }))
+        .ok()?;
+        Some(Gpu { adapter, device, queue })
+    });
+    if gpu.is_none() {
+        assert!(
+            std::env::var("CULLET_REQUIRE_GPU").is_err(),
+            "CULLET_REQUIRE_GPU is set, but no adapter was found"
+        );
+        println!("skipped: no graphics adapter (software Vulkan will do: mesa-vulkan-drivers)");
+    }
+    gpu.as_ref()
+}
+
+/// A picture of RGBA bytes.
+#[derive(Clone, PartialEq)]
+pub struct Image {
+    pub size: [u32; 2],
+    pub pixels: Vec<[u8; 4]>,
+}
+
+impl Image {
+    pub fn differing(&self, other: &Self) -> usize {
+        assert_eq!(self.size, other.size);
+        self.pixels.iter().zip(&other.pixels).filter(|(a, b)| a != b).count()
+    }
+
+    pub fn colours(&self) -> usize {
+        let mut all = self.pixels.clone();
+        all.sort_unstable();
+        all.dedup();
+        all.len()
+    }
+
+    /// Pixels that are not of the background.
+    pub fn covered(&self, background: [u8; 4]) -> usize {
+        self.pixels.iter().filter(|p| **p != background).count()
+    }
+
+    pub fn part(&self, [x, y, width, height]: [u32; 4]) -> Self {
+        let row = |r: u32| {
+            let start = ((y + r) * self.size[0] + x) as usize;
+            self.pixels[start..start + width as usize].iter().copied()
+        };
+        Self { size: [width, height], pixels: (0..height).flat_map(row).collect() }
+    }
+
+    /// Written for people to look at, where `CULLET_PICTURES` names a folder.
+    pub fn save(&self, name: &str) {
+        let Some(folder) = std::env::var_os("CULLET_PICTURES") else { return };
+        let file = std::fs::File::create(std::path::Path::new(&folder).join(name)).unwrap();
+        let mut encoder = png::Encoder::new(file, self.size[0], self.size[1]);
+        encoder.set_color(png::ColorType::Rgba);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(bytemuck::cast_slice(&self.pixels)).unwrap();
+    }
+}
+
+/// Waits for the device, then reads the renderer's picture.
+pub fn read(gpu: &Gpu, renderer: &Renderer) -> Image {
+    let texture = renderer.colour().texture();
+    let size = [texture.width(), texture.height()];
+    let row = (size[0] * 4).next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&BufferDescriptor {
+        label: None,
+        size: u64::from(row * size[1]),
+        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None },
+        },
+        texture.size(),
+    );
+    gpu.queue.submit([encoder.finish()]);
+    buffer.map_async(MapMode::Read, .., |answer| answer.unwrap());
+    finish(gpu);
+    let bytes = buffer.get_mapped_range(..).unwrap();
+    let pixels = bytes
+        .chunks_exact(row as usize)
+        .flat_map(|r| r[..size[0] as usize * 4].chunks_exact(4))
+        .map(|p| [p[0], p[1], p[2], p[3]])
+        .collect();
+    Image { size, pixels }
+}
+
+/// Waits until the device has nothing left to do.
+pub fn finish(gpu: &Gpu) {
+    gpu.device.poll(PollType::wait_indefinitely()).unwrap();
+}
+
+pub const BACKGROUND: [f32; 3] = [0.1, 0.12, 0.15];
+pub const BACKGROUND_BYTES: [u8; 4] = [26, 31, 38, 255];
+
+/// A view of a scene from a direction, from so many times its radius away.
+pub fn view(scene: &Scene, direction: [f64; 3], away: f64, size: [u32; 2]) -> View {
+    let extent = scene.extent();
+    let centre = extent.center().map(f64::from);
+    let radius = extent.half_extent().map(|v| v * v).iter().sum::<f64>().sqrt();
+    let length = direction.map(|v| v * v).iter().sum::<f64>().sqrt();
+    let eye: [f64; 3] =
+        std::array::from_fn(|a| centre[a] + direction[a] / length * radius * away + scene.origin()[a]);
+    let target: [f64; 3] = std::array::from_fn(|a| centre[a] + scene.origin()[a]);
+    let projection = Projection::Perspective {
+        fov_y_radians: 1.0,
+        aspect: f64::from(size[0]) / f64::from(size[1]),
+        near: radius * 1e-3,
+        far: f64::INFINITY,
+    };
+    View::new(&Camera::look_at(eye, target, projection), Depth::Reversed, size).unwrap()
+}
+
+/// A pane that fills its view's viewport and draws everything.
+pub fn pane(view: &View, style: Style) -> Pane<'_> {
+    let [width, height] = view.viewport();
+    Pane {
+        place: [0, 0, width, height],
+        view,
+        visible: None,
+        style,
+        lines: &[],
+        overlay: &[],
+        ghosts: &[],
+    }
+}
+
+/// One pane, drawn and read.
+pub fn shot(gpu: &Gpu, renderer: &mut Renderer, pane: Pane<'_>) -> Image {
+    let size = pane.view.viewport();
+    renderer.draw(&gpu.device, &gpu.queue, size, BACKGROUND, &[pane]);
+    read(gpu, renderer)
+}
