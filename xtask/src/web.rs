@@ -59,7 +59,9 @@ pub(crate) fn build() -> Done {
         total += small;
     }
     if total > MAX_COMPRESSED {
-        return Err(format!("the page has {total} bytes compressed; at most {MAX_COMPRESSED} are allowed"));
+        return Err(format!(
+            "the page has {total} bytes compressed; at most {MAX_COMPRESSED} are allowed"
+        ));
     }
     let old = page();
     let _ = fs::remove_dir_all(&old);
