@@ -10,7 +10,7 @@ use crate::parse;
 use crate::report::CostArgs;
 use crate::reproduce::ReproduceArgs;
 use crate::serve::{self, ServeArgs};
-use crate::view::{self, ViewArgs};
+use crate::view::{self, WindowArgs};
 
 const ABOUT: &str =
     "Finds what a 3D scene draws for nothing, and proves that nothing visible was lost";
@@ -85,7 +85,7 @@ pub(crate) enum Command {
     Cut(Box<CutArgs>),
     /// Show a scene in a window: what is culled, and why
     #[command(after_help = view::HELP)]
-    View(ViewArgs),
+    View(WindowArgs),
     /// Serve the viewer's page, and a scene for it, on this machine
     #[command(after_help = serve::HELP)]
     Serve(ServeArgs),

@@ -1,4 +1,4 @@
-//! `cullet view`: starts the viewer.
+//! `cullet view`: starts the viewer in a window.
 
 use std::ffi::OsString;
 
@@ -21,13 +21,13 @@ Examples
 
 /// What to view.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct ViewArgs {
+pub(crate) struct WindowArgs {
     /// A file or a built-in scene, then options of the viewer
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "SCENE|FILE")]
     rest: Vec<OsString>,
 }
 
 /// Runs the command: ends when the viewer does.
-pub(crate) fn run(args: &ViewArgs) -> Outcome {
+pub(crate) fn run(args: &WindowArgs) -> Outcome {
     VIEWER.run(&args.rest)
 }
