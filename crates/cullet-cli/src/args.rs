@@ -9,6 +9,7 @@ use crate::cut::{self, CutArgs};
 use crate::parse;
 use crate::report::CostArgs;
 use crate::reproduce::ReproduceArgs;
+use crate::serve::{self, ServeArgs};
 use crate::view::{self, WindowArgs};
 
 const ABOUT: &str =
@@ -31,6 +32,7 @@ Examples
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
   cullet view model.glb                      a window: turn it, freeze it, click what is missing
+  cullet serve model.glb                     the same as a page, on localhost
   cullet bench                               the batch tests against this machine's streaming rate
   cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
@@ -84,6 +86,9 @@ pub(crate) enum Command {
     /// Show a scene in a window: what is culled, and why
     #[command(after_help = view::HELP)]
     View(WindowArgs),
+    /// Serve the viewer's page, and a scene for it, on this machine
+    #[command(after_help = serve::HELP)]
+    Serve(ServeArgs),
 }
 
 const REPORT_HELP: &str = "\

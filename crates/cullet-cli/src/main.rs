@@ -14,11 +14,13 @@ mod info;
 mod inputs;
 mod meshes;
 mod parse;
+mod peer;
 mod picture;
 mod record;
 mod report;
 mod reproduce;
 mod scenes;
+mod serve;
 mod survey;
 mod verify;
 mod view;
@@ -63,6 +65,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Calibrate(args) => calibrate::run(args, &console(&args.json)),
         Command::Cut(args) => cut::run(args, &console(&args.json)),
         Command::View(args) => view::run(args),
+        Command::Serve(args) => serve::run(args),
         Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
     }
 }

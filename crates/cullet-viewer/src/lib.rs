@@ -18,6 +18,5 @@ pub mod structure;
 pub mod task;
 pub mod truth;
 pub mod ui;
-#[cfg(target_arch = "wasm32")]
-mod web;
+pub mod web;
 pub mod world;

@@ -371,8 +371,12 @@ impl Session {
     fn load(&mut self, source: Source) {
         let ctx = self.ctx.clone();
         let name = source.name();
-        let work = move || World::load(&source);
-        self.loading = Some((name, Task::start(work, move || ctx.request_repaint())));
+        let wake = move || ctx.request_repaint();
+        #[cfg(not(target_arch = "wasm32"))]
+        let task = Task::start(move || World::load(&source), wake);
+        #[cfg(target_arch = "wasm32")]
+        let task = crate::web::load(source, wake);
+        self.loading = Some((name, task));
     }
 
     fn take_loaded(&mut self) {

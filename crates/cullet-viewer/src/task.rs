@@ -1,6 +1,6 @@
 //! Work beside the window: in a thread natively, at once on a web page, which has none.
 
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 /// What came of some work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl<T: Send + 'static> Task<T> {
         work: impl FnOnce() -> T + Send + 'static,
         wake: impl FnOnce() + Send + 'static,
     ) -> Self {
-        let (send, result) = channel();
+        let (send, task) = Self::waiting();
         let run = move || {
             // Nobody listens any more when the user has gone on to something else.
             let _ = send.send(work());
@@ -38,7 +38,14 @@ impl<T: Send + 'static> Task<T> {
         }
         #[cfg(target_arch = "wasm32")]
         run();
-        Self { result }
+        task
+    }
+
+    /// Work that is done elsewhere: its result is sent to the first of the two.
+    #[must_use]
+    pub fn waiting() -> (Sender<T>, Self) {
+        let (send, result) = channel();
+        (send, Self { result })
     }
 
     /// What came of it so far. A result is given once.

@@ -1,81 +1,19 @@
-//! The page: start, address, and what tests read of it.
+//! What only a page needs: its start, what it says in a form that programs can read, and files that are
+//! parsed in a worker.
+//!
+//! A page has one thread, which draws. A file is therefore parsed in a worker, with the same code in a
+//! memory of its own, and comes back [packed] into bytes; unpacking is cut into pieces between which the
+//! page goes on.
 
-use wasm_bindgen::prelude::*;
+mod bytes;
+pub mod packed;
 
-use crate::app::{App, Start, setup};
-use crate::session::Session;
+#[cfg(target_arch = "wasm32")]
+mod load;
+#[cfg(target_arch = "wasm32")]
+mod page;
 
-/// Starts the viewer in the canvas `canvas`. `?webgl` in the address takes WebGL2 even where WebGPU is to be
-/// had. The body's `data-state` becomes `running`, or `failed` with `data-error`.
-#[wasm_bindgen(start)]
-pub fn start() {
-    console_error_panic_hook::set_once();
-    // A second logger would only mean that the page was started twice.
-    let _ = eframe::WebLogger::init(log::LevelFilter::Info);
-    wasm_bindgen_futures::spawn_local(async {
-        if let Err(error) = run().await {
-            set("state", "failed");
-            set("error", &error);
-            log::error!("{error}");
-        }
-    });
-}
-
-async fn run() -> Result<(), String> {
-    let window = web_sys::window().ok_or("there is no window")?;
-    let location = window.location();
-    let search = location.search().unwrap_or_default();
-    let hash = location.hash().unwrap_or_default();
-    let backends = search.contains("webgl").then_some(eframe::wgpu::Backends::GL);
-    let canvas = window
-        .document()
-        .and_then(|d| d.get_element_by_id("canvas"))
-        .and_then(|e| e.dyn_into::<web_sys::HtmlCanvasElement>().ok())
-        .ok_or("the page has no canvas 'canvas'")?;
-    let options = eframe::WebOptions { wgpu_options: setup(backends), ..Default::default() };
-    let begin = Start { link: hash, ..Start::default() };
-    let make = Box::new(move |cc: &eframe::CreationContext<'_>| {
-        let app = App::new(cc, begin)?;
-        Ok(Box::new(app) as Box<dyn eframe::App>)
-    });
-    let started = eframe::WebRunner::new().start(canvas, options, make).await;
-    started.map_err(|e| e.as_string().unwrap_or_else(|| format!("{e:?}")))?;
-    set("state", "running");
-    Ok(())
-}
-
-fn set(name: &str, value: &str) {
-    let body = web_sys::window().and_then(|w| w.document()).and_then(|d| d.body());
-    if let Some(body) = body {
-        // The name is plain letters, which no browser refuses.
-        let _ = body.set_attribute(&format!("data-{name}"), value);
-    }
-}
-
-/// Puts the state's text into the address.
-pub(crate) fn set_address(link: &str) {
-    if let Some(window) = web_sys::window() {
-        let _ = window.location().set_hash(link);
-    }
-}
-
-/// Tells the page, for those who test it or embed it: `data-faces` (left/all), `data-settled`, `data-frozen`,
-/// `data-reason` of what is inspected, `data-notice`.
-pub(crate) fn tell(session: &Session) {
-    let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
-    let left = match &session.decision {
-        Some(d) if session.state.stages.on => d.visible.triangle_count,
-        _ => all,
-    };
-    set("faces", &format!("{left}/{all}"));
-    set("settled", if session.is_settled() { "yes" } else { "no" });
-    set("frozen", if session.state.frozen.is_some() { "yes" } else { "no" });
-    set("scene", session.world.as_ref().map_or("", |w| &w.name));
-    let inspected = session.inspected.as_ref();
-    let reason = inspected.map_or("", |i| match i.explanation.reason {
-        Some(r) => r.stage.name(),
-        None => "drawn",
-    });
-    set("reason", reason);
-    set("notice", session.notices.last().map_or("", |n| &n.text));
-}
+#[cfg(target_arch = "wasm32")]
+pub(crate) use load::load;
+#[cfg(target_arch = "wasm32")]
+pub(crate) use page::{set_address, tell};
