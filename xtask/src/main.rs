@@ -1,15 +1,20 @@
-//! Everything that CI does, runnable by hand: `cargo xtask test | pictures | bench | demo`.
+//! Everything that CI does, runnable by hand: `cargo xtask test | web | pictures | bench | demo`.
 #![forbid(unsafe_code)]
 
 mod pictures;
 mod steps;
 mod tools;
+mod web;
 
 use std::process::ExitCode;
 
 const HELP: &str = "\
 cargo xtask test       everything CI checks: format, lints, docs, tests at every SIMD level, examples
 cargo xtask test NAME  only the steps whose name contains NAME
+cargo xtask web        builds the viewer's page, then serves it on localhost
+cargo xtask web SCENE  the same with a scene: a file, or a built-in one
+cargo xtask web --no-serve
+                       only builds it, into target/page
 cargo xtask pictures   draws the pictures of README and docs again
 cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
@@ -21,6 +26,9 @@ fn main() -> ExitCode {
     let done = match args[..] {
         ["test"] => steps::test(""),
         ["test", name] => steps::test(name),
+        ["web"] => web::serve(None),
+        ["web", "--no-serve"] => web::build(),
+        ["web", scene] if !scene.starts_with('-') => web::serve(Some(scene)),
         ["pictures"] => pictures::draw(),
         ["bench"] => steps::bench(),
         ["peers-cut"] => steps::peers_cut(),

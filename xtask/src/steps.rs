@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use crate::pictures;
 use crate::tools::{Done, cargo, cargo_program, command, output, root, run};
+use crate::web;
 
 /// Packages whose tests run at every SIMD level.
 const LEVELS: &[&str] = &["cullet"];
@@ -37,6 +38,7 @@ const STEPS: &[Step] = &[
     Step { name: "neon", run: neon },
     Step { name: "licences", run: licences },
     Step { name: "book", run: book },
+    Step { name: "web", run: web::test },
 ];
 
 /// Runs the steps whose name contains `filter`.

@@ -12,6 +12,8 @@ use crate::occscn::{self, OccscnArgs};
 use crate::parse;
 use crate::report::{CostArgs, OpenedArgs};
 use crate::reproduce::ReproduceArgs;
+use crate::serve::{self, ServeArgs};
+use crate::view::{self, WindowArgs};
 
 const ABOUT: &str =
     "Finds what a 3D scene draws for nothing, and proves that nothing visible was lost";
@@ -34,6 +36,8 @@ Examples
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
   cullet occluders model.glb --picture o.png boxes inside of it, and polygons in its surface
+  cullet view model.glb                      a window: turn it, freeze it, click what is missing
+  cullet serve model.glb                     the same as a page, on localhost
   cullet bench                               the batch tests against this machine's streaming rate
   cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
   cullet occscn city:ground=0 -o city.bin    triangles, boxes and views, for comparing occlusion cullers
@@ -92,6 +96,12 @@ pub(crate) enum Command {
     /// Write a scene as triangles, boxes and views for comparing occlusion cullers
     #[command(after_help = occscn::HELP)]
     Occscn(Box<OccscnArgs>),
+    /// Show a scene in a window: what is culled, and why
+    #[command(after_help = view::HELP)]
+    View(WindowArgs),
+    /// Serve the viewer's page, and a scene for it, on this machine
+    #[command(after_help = serve::HELP)]
+    Serve(ServeArgs),
 }
 
 const REPORT_HELP: &str = "\

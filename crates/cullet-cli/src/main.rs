@@ -16,13 +16,16 @@ mod meshes;
 mod occluders;
 mod occscn;
 mod parse;
+mod peer;
 mod picture;
 mod record;
 mod report;
 mod reproduce;
 mod scenes;
+mod serve;
 mod survey;
 mod verify;
+mod view;
 
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -65,6 +68,8 @@ fn run(cli: &Cli) -> Outcome {
         Command::Cut(args) => cut::run(args, &console(&args.json)),
         Command::Occluders(args) => occluders::run(args, &console(&args.json)),
         Command::Occscn(args) => occscn::run(args, &Console::new(cli.quiet, None)),
+        Command::View(args) => view::run(args),
+        Command::Serve(args) => serve::run(args),
         Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
     }
 }

@@ -1,0 +1,246 @@
+//! What is served: the page's files and a scene.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use bytes::Bytes;
+use cullet_io::scenes;
+use thiserror::Error;
+
+/// Where a scene's file is found by the page: `/scene/NAME`.
+pub const SCENE_FOLDER: &str = "/scene/";
+
+/// What to do where there is no page.
+pub const PAGE_HELP: &str =
+    "build it with 'cargo xtask web --no-serve', or name its folder with --page";
+
+/// A page larger than this is none of ours; it is held in memory.
+const MAX_PAGE_BYTES: u64 = 64 << 20;
+
+/// Types by ending; a file of another ending is not part of a page.
+const TYPES: &[(&str, &str)] = &[
+    ("html", "text/html; charset=utf-8"),
+    ("js", "text/javascript; charset=utf-8"),
+    ("css", "text/css; charset=utf-8"),
+    ("wasm", "application/wasm"),
+    ("json", "application/json"),
+    ("svg", "image/svg+xml"),
+    ("png", "image/png"),
+    ("txt", "text/plain; charset=utf-8"),
+];
+
+/// Types of scenes; any other is `application/octet-stream`.
+const SCENE_TYPES: &[(&str, &str)] = &[
+    ("glb", "model/gltf-binary"),
+    ("gltf", "model/gltf+json"),
+    ("obj", "model/obj"),
+    ("stl", "model/stl"),
+];
+
+/// Why nothing can be served.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SiteError {
+    /// The folder of the page has no `index.html`.
+    #[error("{}: there is no page (index.html) in this folder; {PAGE_HELP}", .0.display())]
+    NoPage(PathBuf),
+    /// No folder was named, and none was found.
+    #[error("the viewer's page is not built: looked in {looked}; {PAGE_HELP}")]
+    NotFound {
+        /// Where it was looked for.
+        looked: String,
+    },
+    /// The page's files are larger than a page can be.
+    #[error("{}: the files come to {bytes} bytes; a page has at most {MAX_PAGE_BYTES}", .folder.display())]
+    TooLarge {
+        /// The folder.
+        folder: PathBuf,
+        /// Their size so far.
+        bytes: u64,
+    },
+    /// A scene that is neither a file nor built in.
+    #[error("{scene}: {error}; the built-in scenes are {known}")]
+    Scene {
+        /// What was asked for.
+        scene: String,
+        /// Why it cannot be had.
+        error: String,
+        /// What there is.
+        known: String,
+    },
+    /// Something cannot be read.
+    #[error("{}: cannot be read: {error}", .path.display())]
+    Read {
+        /// Which file or folder.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+}
+
+/// One file of the page.
+#[derive(Debug)]
+pub(crate) struct PageFile {
+    pub(crate) kind: &'static str,
+    pub(crate) bytes: Bytes,
+    /// The same with gzip, where the page has it.
+    pub(crate) gzip: Option<Bytes>,
+    /// Changes with the content.
+    pub(crate) tag: u64,
+}
+
+/// A scene's file.
+#[derive(Debug)]
+pub(crate) struct SceneFile {
+    /// Its name in the address, not encoded.
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
+    pub(crate) kind: &'static str,
+}
+
+/// What is served: the page's files, read into memory, and at most one scene.
+#[derive(Debug)]
+pub struct Site {
+    pub(crate) page: BTreeMap<String, PageFile>,
+    pub(crate) scene: Option<SceneFile>,
+    fragment: String,
+}
+
+impl Site {
+    /// The page in `page`, and a scene: a file, or the text of a built-in scene (`city:seed=3`). Of the
+    /// folder, ordinary files with the endings of a page are served (html, js, css, wasm, json, svg, png,
+    /// txt); links, folders and hidden files are not. Changes made later are not seen.
+    ///
+    /// # Errors
+    /// If the page or the scene is not there or cannot be read.
+    pub fn new(page: &Path, scene: Option<&str>) -> Result<Self, SiteError> {
+        let page = read_page(page)?;
+        let mut site = Self { page, scene: None, fragment: String::new() };
+        let Some(text) = scene else { return Ok(site) };
+        let path = Path::new(text);
+        // A file wins over a built-in scene of that name, as for every command.
+        let named = if !path.exists() && scenes::is_builtin(text) {
+            scenes::build(text).map_err(|e| no_scene(text, e.to_string()))?.name
+        } else {
+            let scene = scene_file(text, path)?;
+            let named = format!("{SCENE_FOLDER}{}", scene.name);
+            site.scene = Some(scene);
+            named
+        };
+        site.fragment = format!("#scene={}", escape(&named));
+        Ok(site)
+    }
+
+    /// What follows the address of the page to see the scene: `#scene=city`, `#scene=/scene/model.glb`, or
+    /// nothing where no scene was given.
+    #[must_use]
+    pub fn fragment(&self) -> &str {
+        &self.fragment
+    }
+}
+
+fn no_scene(scene: &str, error: String) -> SiteError {
+    let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
+    SiteError::Scene { scene: scene.to_owned(), error, known: known.join(", ") }
+}
+
+fn scene_file(text: &str, path: &Path) -> Result<SceneFile, SiteError> {
+    let meta = fs::metadata(path).map_err(|e| no_scene(text, e.to_string()))?;
+    if !meta.is_file() {
+        return Err(no_scene(text, "is no file".to_owned()));
+    }
+    let read = |error| SiteError::Read { path: path.to_owned(), error };
+    // Said now rather than as a picture that never comes.
+    fs::File::open(path).map_err(read)?;
+    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let ending = ending(&name);
+    let kind = SCENE_TYPES.iter().find(|(e, _)| *e == ending);
+    let kind = kind.map_or("application/octet-stream", |(_, kind)| kind);
+    // Absolute, so that it stays right wherever the program goes.
+    let path = fs::canonicalize(path).map_err(read)?;
+    Ok(SceneFile { name, path, kind })
+}
+
+fn ending(name: &str) -> String {
+    name.rsplit_once('.').map_or_else(String::new, |(_, e)| e.to_ascii_lowercase())
+}
+
+fn read_page(folder: &Path) -> Result<BTreeMap<String, PageFile>, SiteError> {
+    let read = |path: &Path, error| SiteError::Read { path: path.to_owned(), error };
+    let mut files = BTreeMap::new();
+    let mut total = 0;
+    let entries = match fs::read_dir(folder) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            return Err(SiteError::NoPage(folder.to_owned()));
+        }
+        entries => entries.map_err(|e| read(folder, e))?,
+    };
+    for entry in entries {
+        let entry = entry.map_err(|e| read(folder, e))?;
+        // The entry's own kind, not that of what a link leads to.
+        let kind = entry.file_type().map_err(|e| read(&entry.path(), e))?;
+        let Ok(name) = entry.file_name().into_string() else { continue };
+        if !kind.is_file() || name.starts_with('.') {
+            continue;
+        }
+        total += entry.metadata().map_err(|e| read(&entry.path(), e))?.len();
+        if total > MAX_PAGE_BYTES {
+            return Err(SiteError::TooLarge { folder: folder.to_owned(), bytes: total });
+        }
+        let bytes = fs::read(entry.path()).map_err(|e| read(&entry.path(), e))?;
+        files.insert(name, Bytes::from(bytes));
+    }
+    let mut page = BTreeMap::new();
+    for (name, bytes) in &files {
+        let ending = ending(name);
+        let Some((_, kind)) = TYPES.iter().find(|(e, _)| *e == ending) else { continue };
+        let gzip = files.get(&format!("{name}.gz")).cloned();
+        let mut hasher = DefaultHasher::new();
+        bytes.hash(&mut hasher);
+        let tag = hasher.finish();
+        page.insert(name.clone(), PageFile { kind, bytes: bytes.clone(), gzip, tag });
+    }
+    if !page.contains_key("index.html") {
+        return Err(SiteError::NoPage(folder.to_owned()));
+    }
+    Ok(page)
+}
+
+/// The folder of the page where none is named: that of the variable `CULLET_PAGE`, `page` beside the program
+/// or beside its folder (where a build puts the two), or `target/page` here.
+///
+/// # Errors
+/// If none of them has an `index.html`; the message says where it was looked for and what to do.
+pub fn find_page() -> Result<PathBuf, SiteError> {
+    let mut looked: Vec<PathBuf> = Vec::new();
+    if let Some(folder) = std::env::var_os("CULLET_PAGE") {
+        looked.push(folder.into());
+    } else {
+        let exe = std::env::current_exe().ok();
+        let beside = exe.as_deref().and_then(Path::parent);
+        looked.extend(beside.map(|b| b.join("page")));
+        looked.extend(beside.and_then(Path::parent).map(|b| b.join("page")));
+        looked.push(Path::new("target").join("page"));
+    }
+    if let Some(found) = looked.iter().find(|p| p.join("index.html").is_file()) {
+        return Ok(found.clone());
+    }
+    let looked: Vec<String> = looked.iter().map(|p| p.display().to_string()).collect();
+    Err(SiteError::NotFound { looked: looked.join(", ") })
+}
+
+/// A text as part of an address, by percent signs where a byte could be read as something else.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for b in text.bytes() {
+        if b.is_ascii_alphanumeric() || b"-_.~:,/".contains(&b) {
+            out.push(char::from(b));
+        } else {
+            out.push_str(&format!("%{b:02X}"));
+        }
+    }
+    out
+}

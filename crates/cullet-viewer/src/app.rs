@@ -1,0 +1,393 @@
+//! The window: a session, and the renderer that draws it.
+
+use std::sync::Arc;
+
+use eframe::{egui, egui_wgpu, wgpu};
+
+use crate::compose::{Composition, Role, compose, instance_colours};
+use crate::decide::Decision;
+use crate::draw::{Paint, Renderer};
+use crate::link;
+use crate::present::Present;
+use crate::script;
+use crate::session::{Drawn, Inspected, Session};
+use crate::state::State;
+use crate::task::clock;
+use crate::ui::{self, Shown};
+use crate::world::{Source, World};
+
+/// Frames that a step of a script, or what a screenshot shows, gets to settle in.
+const FRAMES_TO_SETTLE: u32 = 3;
+
+/// How the viewer starts.
+#[derive(Clone, Debug, Default)]
+pub struct Start {
+    /// What to open; the link's scene where there is none.
+    pub source: Option<Source>,
+    /// The text of a state.
+    pub link: String,
+    /// A file to write a picture of the window to, and end.
+    pub screenshot: Option<String>,
+    /// Whether every switch is thrown, one after the other, and the viewer ends.
+    pub script: bool,
+}
+
+/// What a picture depends on: if none of it changed, neither did the picture.
+#[derive(Clone, Debug, PartialEq)]
+struct Look {
+    state: State,
+    size: [u32; 2],
+    world: Option<*const World>,
+    decided: u64,
+    inspected: Option<Inspected>,
+    proved: bool,
+    chase: crate::camera::Chase,
+}
+
+/// The viewer.
+pub struct App {
+    session: Session,
+    renderer: Renderer,
+    present: Present,
+    texture: Option<egui::TextureId>,
+    render_state: egui_wgpu::RenderState,
+    /// The scene that the renderer has.
+    uploaded: Option<Arc<World>>,
+    /// What the instances' colours were made of.
+    coloured: Option<(Option<*const World>, u64, bool)>,
+    last: Option<Look>,
+    composition: Composition,
+    last_frame: u64,
+    screenshot: Option<String>,
+    script: Option<std::slice::Iter<'static, &'static str>>,
+    settled: u32,
+    #[cfg_attr(
+        not(target_arch = "wasm32"),
+        expect(dead_code, reason = "only a page has an address")
+    )]
+    address: String,
+}
+
+impl std::fmt::Debug for App {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("App").field("session", &self.session).finish_non_exhaustive()
+    }
+}
+
+impl App {
+    /// Begins in a window that eframe made.
+    ///
+    /// # Errors
+    /// If the window has no wgpu device.
+    pub fn new(cc: &eframe::CreationContext<'_>, start: Start) -> Result<Self, String> {
+        let render_state = cc
+            .wgpu_render_state
+            .clone()
+            .ok_or("there is no graphics device: the viewer needs Vulkan, Metal, DirectX 12, WebGPU or WebGL2")?;
+        let info = render_state.adapter.get_info();
+        log::info!("{:?} {}", info.backend, info.name);
+        style(&cc.egui_ctx);
+        Ok(Self {
+            session: Session::new(cc.egui_ctx.clone(), &start.link, start.source),
+            renderer: Renderer::new(&render_state.adapter, &render_state.device),
+            present: Present::new(&render_state.device),
+            texture: None,
+            render_state,
+            uploaded: None,
+            coloured: None,
+            last: None,
+            composition: Composition::default(),
+            last_frame: clock(),
+            screenshot: start.screenshot,
+            script: start.script.then(|| script::TOGGLES.iter()),
+            settled: 0,
+            address: start.link,
+        })
+    }
+
+    /// What goes on.
+    #[must_use]
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// The same, to change it.
+    pub fn session_mut(&mut self) -> &mut Session {
+        &mut self.session
+    }
+}
+
+/// A quieter, denser style than the default: a small window holds all panels.
+fn style(ctx: &egui::Context) {
+    ctx.all_styles_mut(|style| {
+        style.spacing.item_spacing = egui::vec2(6.0, 3.0);
+        style.spacing.button_padding = egui::vec2(5.0, 1.0);
+        style.spacing.interact_size.y = 17.0;
+        style.spacing.icon_width = 13.0;
+        style.interaction.tooltip_delay = 0.3;
+        for (kind, font) in &mut style.text_styles {
+            font.size = match kind {
+                egui::TextStyle::Small => 10.5,
+                egui::TextStyle::Heading => 15.0,
+                _ => 12.0,
+            };
+        }
+    });
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        let now = clock();
+        let dt = ((now - self.last_frame) as f64 * 1e-9).min(0.25);
+        self.last_frame = now;
+        let Self {
+            session,
+            renderer,
+            present,
+            texture,
+            render_state,
+            uploaded,
+            coloured,
+            last,
+            composition,
+            ..
+        } = self;
+        ui::show(ui, session, |session, size| {
+            session.advance(dt, size);
+            let mut stage = Stage {
+                renderer,
+                present,
+                texture,
+                render_state,
+                uploaded,
+                coloured,
+                last,
+                composition,
+            };
+            stage.picture(session, dt);
+            (Shown { texture: *stage.texture }, stage.composition.clone())
+        });
+        if self.session.state.always
+            || self.session.journey.playing
+            || self.session.journey.recording
+        {
+            ctx.request_repaint();
+        }
+        self.unattended(&ctx);
+        #[cfg(target_arch = "wasm32")]
+        self.tell_page();
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(&mut *self)
+    }
+}
+
+/// What drawing a picture takes.
+struct Stage<'a> {
+    renderer: &'a mut Renderer,
+    present: &'a mut Present,
+    texture: &'a mut Option<egui::TextureId>,
+    render_state: &'a egui_wgpu::RenderState,
+    uploaded: &'a mut Option<Arc<World>>,
+    coloured: &'a mut Option<(Option<*const World>, u64, bool)>,
+    last: &'a mut Option<Look>,
+    composition: &'a mut Composition,
+}
+
+impl Stage<'_> {
+    /// Draws the session's picture if it changed.
+    fn picture(&mut self, session: &mut Session, dt: f64) {
+        self.upload(session);
+        let world = self.uploaded.as_ref().map(Arc::as_ptr);
+        let decided = session.decision.as_ref().map_or(0, |d| d.number);
+        let proved = session.truth.finding().is_some();
+        let look = Look {
+            state: session.state.clone(),
+            size: session.size,
+            world,
+            decided,
+            inspected: session.inspected.clone(),
+            proved,
+            chase: session.chase,
+        };
+        let changed = self.last.as_ref() != Some(&look);
+        let again = std::mem::take(&mut session.refresh) || session.state.always;
+        // Before anything is decided there is nothing to draw: all of a large scene would take long.
+        if !(changed || again) || world.is_none() || session.decision.is_none() {
+            return;
+        }
+        *self.last = Some(look);
+        *self.composition = compose(session);
+        let began = clock();
+        let kept = session.decision.as_ref().map(|d: &Decision| &d.visible);
+        let panes = self.composition.panes(kept);
+        let egui_wgpu::RenderState { device, queue, .. } = self.render_state;
+        let key = (world, decided, proved);
+        if panes.iter().any(|p| p.style.paint == Paint::Instances) && *self.coloured != Some(key) {
+            self.renderer.set_instance_colours(queue, &instance_colours(session));
+            *self.coloured = Some(key);
+        }
+        let ground = if session.state.dark { [0.082, 0.098, 0.122] } else { [0.90, 0.91, 0.92] };
+        let fresh = self.renderer.draw(device, queue, session.size, ground, &panes);
+        let fresh = self.present.encode(device, queue, self.renderer.colour(), session.size, fresh);
+        if let (true, Some(view)) = (fresh, self.present.shown()) {
+            let mut egui = self.render_state.renderer.write();
+            let filter = wgpu::FilterMode::Linear;
+            match *self.texture {
+                None => *self.texture = Some(egui.register_native_texture(device, view, filter)),
+                Some(id) => egui.update_egui_texture_from_wgpu_texture(device, view, filter, id),
+            }
+        }
+        let stats = self.renderer.stats();
+        let before = session.drawn;
+        let smooth = if before.per_second > 0.0 { 0.9 } else { 0.0 };
+        let rate = if dt > 0.0 { (1.0 / dt) as f32 } else { 0.0 };
+        session.drawn = Drawn {
+            milliseconds: (clock() - began) as f32 * 1e-6,
+            device_ms: stats.device_ms,
+            triangles: stats.triangles,
+            draws: stats.draws,
+            per_second: before.per_second * smooth + rate * (1.0 - smooth),
+            pictures: before.pictures + 1,
+        };
+    }
+
+    /// Gives the renderer the scene, if it has another.
+    fn upload(&mut self, session: &mut Session) {
+        let Some(world) = session.world.clone() else { return };
+        if self.uploaded.as_ref().is_some_and(|w| Arc::ptr_eq(w, &world)) {
+            return;
+        }
+        let egui_wgpu::RenderState { device, queue, .. } = self.render_state;
+        if let Err(error) = self.renderer.set_scene(device, queue, &world.model) {
+            let text = format!("{}: {error}.", world.name);
+            session.refuse(self.uploaded.clone(), text);
+            if self.uploaded.is_some() {
+                return;
+            }
+        }
+        *self.coloured = None;
+        *self.last = None;
+        // Held on to even where it does not fit, or it would be tried at every frame.
+        *self.uploaded = Some(world);
+    }
+}
+
+impl App {
+    /// Steps of a script, and the screenshot at its end.
+    fn unattended(&mut self, ctx: &egui::Context) {
+        if self.screenshot.is_none() && self.script.is_none() {
+            return;
+        }
+        ctx.request_repaint();
+        let pictures = self.session.drawn.pictures > 0 || self.session.loading().is_none();
+        self.settled = if self.session.is_settled() && pictures { self.settled + 1 } else { 0 };
+        if self.settled < FRAMES_TO_SETTLE {
+            return;
+        }
+        self.settled = 0;
+        if let Some(steps) = &mut self.script {
+            if let Some(toggle) = steps.next() {
+                log::info!("{toggle}");
+                match script::thrown(&self.session.state, toggle) {
+                    Some(state) => self.session.state = state,
+                    None => self.session.tell(format!("'{toggle}' is no part of a link"), true),
+                }
+                return;
+            }
+            self.script = None;
+            if self.screenshot.is_none() {
+                ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            }
+        }
+        if let Some(path) = self.screenshot.take() {
+            shoot(ctx, path);
+        }
+    }
+
+    /// Whether a message says that something went wrong.
+    #[must_use]
+    pub fn has_trouble(&self) -> bool {
+        self.session.notices.iter().any(|n| n.bad)
+    }
+
+    /// Keeps the page's address and its attributes in step, for links and for tests: the counters, the notices
+    /// and whether all is settled.
+    #[cfg(target_arch = "wasm32")]
+    fn tell_page(&mut self) {
+        let link = link::to_text(&self.session.state);
+        // An address that changes at every frame of a turn would drown the browser's history.
+        let still = !self.session.journey.playing;
+        if link != self.address && still && self.session.is_settled() {
+            crate::web::set_address(&link);
+            self.address = link;
+        }
+        crate::web::tell(&self.session);
+    }
+
+    /// The panes of the last picture, with what they are for.
+    #[must_use]
+    pub fn panes(&self) -> Vec<(Role, [u32; 4])> {
+        self.composition.panels.iter().map(|p| (p.role, p.place)).collect()
+    }
+
+    /// The text of the present state.
+    #[must_use]
+    pub fn link(&self) -> String {
+        link::to_text(&self.session.state)
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn shoot(ctx: &egui::Context, path: String) {
+    let done = ctx.clone();
+    let save = egui::ScreenshotCallback::new(move |image| {
+        if let Err(error) = save_png(&path, &image) {
+            // Nobody looks at a window that is about to close.
+            log::error!("{path}: {error}");
+            use std::io::Write as _;
+            let _ = writeln!(std::io::stderr(), "error: {path} cannot be written: {error}");
+            FAILED.store(true, std::sync::atomic::Ordering::Relaxed);
+        }
+        done.send_viewport_cmd(egui::ViewportCommand::Close);
+    });
+    ctx.send_viewport_cmd(egui::ViewportCommand::Screenshot(save));
+}
+
+/// Whether an unattended run failed at something.
+#[cfg(not(target_arch = "wasm32"))]
+pub static FAILED: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+
+#[cfg(not(target_arch = "wasm32"))]
+fn save_png(path: &str, image: &egui::ColorImage) -> std::io::Result<()> {
+    let file = std::io::BufWriter::new(std::fs::File::create(path)?);
+    let [width, height] = image.size.map(|v| v as u32);
+    let mut encoder = png::Encoder::new(file, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    let mut writer = encoder.write_header().map_err(std::io::Error::other)?;
+    writer.write_image_data(image.as_raw()).map_err(std::io::Error::other)?;
+    writer.finish().map_err(std::io::Error::other)
+}
+
+#[cfg(target_arch = "wasm32")]
+fn shoot(_ctx: &egui::Context, _path: String) {}
+
+/// How eframe asks for the device: the adapter's own limits, so that large scenes fit where the card can hold
+/// them, and a clock where it has one. `backends` restricts where to look.
+#[must_use]
+pub fn setup(backends: Option<wgpu::Backends>) -> egui_wgpu::WgpuConfiguration {
+    let mut new = egui_wgpu::WgpuSetupCreateNew::without_display_handle();
+    if let Some(backends) = backends {
+        new.instance_descriptor.backends = backends;
+    }
+    new.device_descriptor = Arc::new(|adapter: &wgpu::Adapter| wgpu::DeviceDescriptor {
+        label: Some("cullet"),
+        required_limits: adapter.limits(),
+        required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+        ..Default::default()
+    });
+    egui_wgpu::WgpuConfiguration { wgpu_setup: new.into(), ..Default::default() }
+}

@@ -1,0 +1,307 @@
+//! What is to be drawn of a session: its panes, with lines and ghosts. Neither decides nor draws.
+
+use cullet::{Depth, SlotRange, Stage, View, Visible};
+use cullet_draw::palette;
+use glam::DVec3;
+
+use crate::draw::{Paint, Pane, Style};
+use crate::lines::{Lines, tint};
+use crate::session::Session;
+use crate::state::{Colour, GhostForm, Layout};
+use crate::structure;
+
+/// More ghosts than these are a haze.
+pub const MOST_GHOSTS: usize = 6_000;
+
+/// What a pane is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// The flown camera's picture.
+    Flown,
+    /// The culling camera's picture, beside the flown one's.
+    Culling,
+    /// From outside, following.
+    Outside,
+    /// The part of a wipe that is not culled.
+    Bare,
+}
+
+/// What a pane draws of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Content {
+    /// What was left.
+    Kept,
+    /// That, and ghosts as they are.
+    WithGhosts,
+    /// All.
+    All,
+}
+
+/// A pane with its own data.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// What it is for.
+    pub role: Role,
+    /// Where it is: x, y, width, height in pixels.
+    pub place: [u32; 4],
+    /// Its view.
+    pub view: View,
+    content: Content,
+    style: Style,
+    lines: Lines,
+    overlay: Lines,
+    ghosts: Lines,
+}
+
+/// All panes of a picture.
+#[derive(Clone, Debug, Default)]
+pub struct Composition {
+    /// From the bottom up.
+    pub panels: Vec<Panel>,
+    /// What was left, with the ghosts that are shown as they are.
+    with_ghosts: Visible,
+    /// How many ghosts were left out because there are too many.
+    pub ghosts_left_out: usize,
+    /// What the boxes of the level that is shown answered.
+    pub tally: structure::LevelTally,
+    /// How many cones are shown, of how many clusters.
+    pub cones: [usize; 2],
+}
+
+impl Composition {
+    /// The panes for a renderer.
+    #[must_use]
+    pub fn panes<'a>(&'a self, kept: Option<&'a Visible>) -> Vec<Pane<'a>> {
+        self.panels
+            .iter()
+            .map(|p| Pane {
+                place: p.place,
+                view: &p.view,
+                visible: match p.content {
+                    Content::All => None,
+                    Content::Kept => kept,
+                    Content::WithGhosts => Some(&self.with_ghosts),
+                },
+                style: p.style,
+                lines: &p.lines.0,
+                overlay: &p.overlay.0,
+                ghosts: &p.ghosts.0,
+            })
+            .collect()
+    }
+
+    /// The topmost pane at a pixel.
+    #[must_use]
+    pub fn at(&self, [x, y]: [f64; 2]) -> Option<&Panel> {
+        self.panels.iter().rev().find(|p| {
+            let [left, top, width, height] = p.place.map(f64::from);
+            x >= left && x < left + width && y >= top && y < top + height
+        })
+    }
+}
+
+/// Composes the picture of a session; nothing without a scene or a camera.
+#[must_use]
+pub fn compose(session: &Session) -> Composition {
+    let mut made = Composition::default();
+    let (Some(_), Some(flown)) = (&session.world, &session.state.camera) else { return made };
+    let [w, h] = session.size;
+    let half = (w / 2).max(1);
+    let state = &session.state;
+    let frozen = state.frozen.is_some();
+    // The decision's own view, so that the picture and what was decided for it always fit.
+    let decided = session.decision.as_ref().map(|d| d.request.view.clone());
+    let culling = |size: [u32; 2]| {
+        let ready = decided.clone().filter(|v| v.viewport() == size);
+        ready.or_else(|| session.culling_rig()?.view(size).ok())
+    };
+    let free = |size: [u32; 2]| if frozen { flown.view(size).ok() } else { culling(size) };
+    let mut add = |role, place: [u32; 4], view: Option<View>| {
+        if let Some(view) = view.filter(|_| place[2] > 0 && place[3] > 0) {
+            let style = state.look.style();
+            let (lines, overlay, ghosts) = Default::default();
+            let content = Content::Kept;
+            made.panels.push(Panel { role, place, view, content, style, lines, overlay, ghosts });
+        }
+    };
+    match state.layout {
+        Layout::One => add(Role::Flown, [0, 0, w, h], free([w, h])),
+        Layout::Split => {
+            let right = w.saturating_sub(half).max(1);
+            add(Role::Culling, [0, 0, half, h], culling([half, h]));
+            if frozen {
+                add(Role::Flown, [half, 0, right, h], flown.view([right, h]).ok());
+            } else {
+                let outside = session.outside().and_then(|r| r.view([right, h]).ok());
+                add(Role::Outside, [half, 0, right, h], outside);
+            }
+        }
+        Layout::Wipe => {
+            let at = ((f64::from(state.wipe) * f64::from(w)) as u32).min(w);
+            let whole = free([w, h]);
+            let part = |from, to| whole.as_ref().and_then(|v| columns(v, from, to));
+            add(Role::Flown, [0, 0, at, h], part(0, at));
+            add(Role::Bare, [at, 0, w - at, h], part(at, w));
+        }
+    }
+    decorate(session, &mut made);
+    made
+}
+
+/// The part of a view between two columns of its picture.
+fn columns(view: &View, from: u32, to: u32) -> Option<View> {
+    let [w, h] = view.viewport();
+    let ndc = |x: u32| f64::from(x) / f64::from(w) * 2.0 - 1.0;
+    let (a, b) = (ndc(from), ndc(to));
+    let mut m = view.clip_from_world();
+    for column in m.chunks_exact_mut(4) {
+        column[0] = (2.0 * column[0] - (a + b) * column[3]) / (b - a);
+    }
+    let mut part = View::from_matrix(&m, Depth::Reversed, [to.checked_sub(from)?, h]).ok()?;
+    (part.cull_face, part.front_face) = (view.cull_face, view.front_face);
+    Some(part)
+}
+
+fn decorate(session: &Session, made: &mut Composition) {
+    let Some(world) = &session.world else { return };
+    let scene = &world.model.scene;
+    let state = &session.state;
+    let decision = session.decision.as_ref();
+    let view = decision.map(|d| &d.request.view);
+    let visible = decision.map(|d| &d.visible);
+    let reasons = visible.map_or(&[][..], |v| &v.reasons);
+    let solid = state.ghosts.form == GhostForm::Solid;
+    if solid && let Some(visible) = visible {
+        made.with_ghosts = with_ghosts(session, visible);
+    }
+    let mut boxes = Lines::default();
+    if state.ghosts.form == GhostForm::Boxes {
+        let dropped = reasons.iter().enumerate().filter_map(|(slot, r)| Some((slot as u32, (*r)?)));
+        let shown = dropped.filter(|(_, r)| !session.hides(r.stage.name()));
+        for (i, (slot, reason)) in shown.enumerate() {
+            if i < MOST_GHOSTS {
+                let colour = palette::reason_color(Some(reason.stage));
+                boxes.edges(&scene.bounds(slot), scene.origin(), tint(colour, 150));
+            } else {
+                made.ghosts_left_out += 1;
+            }
+        }
+    }
+    let mut marks = Lines::default();
+    let mut cones = Lines::default();
+    if let Some(view) = view {
+        made.tally = structure::hierarchy(scene, view, state.structure.level, &mut boxes);
+        if let (true, Some(i)) = (state.structure.cones, &session.inspected) {
+            made.cones = structure::cones(scene, view, i.slot, &mut cones);
+        }
+    }
+    if let Some(inspected) = &session.inspected {
+        marks.edges(&scene.bounds(inspected.slot), scene.origin(), [255, 255, 255, 255]);
+        triangle(session, inspected.slot, inspected.triangle, &mut marks);
+    }
+    if let Some(found) = session.truth.finding() {
+        for &slot in found.lost.iter().take(MOST_GHOSTS) {
+            marks.edges(&scene.bounds(slot), scene.origin(), tint(palette::LOST, 255));
+        }
+    }
+    let mut frustum = (Lines::default(), Lines::default());
+    if let Some(view) = view {
+        let colour = if state.dark { [255, 255, 255, 230] } else { [20, 24, 30, 230] };
+        frustum.0.frustum(view, world.reach * 0.9, colour, &mut frustum.1);
+    }
+    let by_reason = state.look.colour == Colour::Reason;
+    for panel in &mut made.panels {
+        panel.content = match panel.role {
+            Role::Bare => Content::All,
+            // What the culling camera itself sees is shown as it is drawn.
+            Role::Culling => Content::Kept,
+            _ if solid && decision.is_some() => Content::WithGhosts,
+            _ => Content::Kept,
+        };
+        if !state.stages.on {
+            panel.content = Content::All;
+        }
+        let from_outside = match panel.role {
+            Role::Outside => true,
+            Role::Flown | Role::Bare => state.frozen.is_some(),
+            Role::Culling => false,
+        };
+        if from_outside {
+            panel.overlay.0.extend_from_slice(&frustum.0.0);
+            panel.ghosts.0.extend_from_slice(&frustum.1.0);
+        }
+        match panel.role {
+            Role::Bare | Role::Culling => {}
+            Role::Flown | Role::Outside => {
+                if (solid || by_reason) && panel.style.paint == Paint::Material {
+                    panel.style.paint = Paint::Instances;
+                }
+                panel.lines.0.extend_from_slice(&boxes.0);
+            }
+        }
+        panel.lines.0.extend_from_slice(&cones.0);
+        panel.overlay.0.extend_from_slice(&marks.0);
+    }
+}
+
+/// The edges of a triangle by its original number.
+fn triangle(session: &Session, slot: u32, original: u32, lines: &mut Lines) {
+    let Some(world) = &session.world else { return };
+    let (mesh, transform) = (world.model.scene.mesh(slot), world.model.scene.transform(slot));
+    let Some(t) = mesh.original_triangle().iter().position(|&o| o == original) else { return };
+    let linear = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
+    let corners = mesh.corners(t as u32).map(|p| {
+        let p = p.map(f64::from);
+        linear[0] * p[0] + linear[1] * p[1] + linear[2] * p[2] + DVec3::from(transform.translation)
+    });
+    for i in 0..3 {
+        lines.line(corners[i], corners[(i + 1) % 3], [255, 255, 255, 255]);
+    }
+}
+
+/// What was left, and what was dropped for reasons that are not hidden, whole.
+fn with_ghosts(session: &Session, visible: &Visible) -> Visible {
+    let mut shown = Visible { partial: visible.partial.clone(), ..Visible::default() };
+    let mut whole =
+        visible.whole.iter().copied().flat_map(|r| r.first..r.first + r.count).peekable();
+    let hidden: Vec<Stage> = Stage::ALL.into_iter().filter(|s| session.hides(s.name())).collect();
+    for (slot, reason) in visible.reasons.iter().enumerate() {
+        let slot = slot as u32;
+        let kept = whole.next_if_eq(&slot).is_some();
+        if kept || reason.is_some_and(|r| !hidden.contains(&r.stage)) {
+            match shown.whole.last_mut() {
+                Some(r) if r.first + r.count == slot => r.count += 1,
+                _ => shown.whole.push(SlotRange { first: slot, count: 1 }),
+            }
+        }
+    }
+    shown
+}
+
+/// The colour of each slot: why it was dropped; of what was kept, whether the proof saw it.
+#[must_use]
+pub fn instance_colours(session: &Session) -> Vec<[u8; 4]> {
+    let Some(world) = &session.world else { return Vec::new() };
+    let count = world.model.scene.slot_count() as usize;
+    let Some(decision) = &session.decision else {
+        return vec![tint(palette::SEEN, 255); count];
+    };
+    // The proof tells of the view that it was made for.
+    let view = Some(&decision.request.view);
+    let proof = session.truth.finding().filter(|f| f.view.as_ref() == view);
+    let colour = |slot: usize| {
+        let reason = decision.visible.reasons.get(slot).copied().flatten();
+        match reason {
+            Some(reason) => palette::reason_color(Some(reason.stage)),
+            None if proof.is_some_and(|p| p.unseen.get(slot) == Some(&true)) => palette::UNSEEN,
+            None => palette::SEEN,
+        }
+    };
+    let mut colours: Vec<[u8; 4]> = (0..count).map(|slot| tint(colour(slot), 255)).collect();
+    for &slot in proof.map_or(&[][..], |p| &p.lost) {
+        if let Some(c) = colours.get_mut(slot as usize) {
+            *c = tint(palette::LOST, 255);
+        }
+    }
+    colours
+}

@@ -1,0 +1,150 @@
+//! Who decides what is drawn: the culler on the CPU, in a thread of its own natively. Drawing never waits
+//! for it: it draws the last decision there is, and of requests that wait only the newest is answered.
+
+mod pick;
+
+pub use pick::{Hit, pick};
+
+use std::sync::Arc;
+
+use cullet::{Culler, View, ViewState, Visible};
+
+use crate::task::clock;
+use crate::world::World;
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Of which scene.
+    pub world: Arc<World>,
+    /// The view that culls.
+    pub view: View,
+    /// With which settings.
+    pub culler: Culler,
+    /// Tells this request from others of the same asker.
+    pub number: u64,
+}
+
+/// What was decided.
+#[derive(Clone, Debug)]
+pub struct Decision {
+    /// What was asked.
+    pub request: Request,
+    /// What is left, with reasons and the funnel.
+    pub visible: Visible,
+    /// How long it took.
+    pub milliseconds: f32,
+    /// Rises by one with each.
+    pub number: u64,
+}
+
+/// Decides with what it remembers of the view.
+#[derive(Debug, Default)]
+struct Memory {
+    state: ViewState,
+    decided: u64,
+}
+
+impl Memory {
+    fn decide(&mut self, request: Request) -> Decision {
+        let began = clock();
+        let mut visible = Visible::default();
+        let Request { world, view, culler, .. } = &request;
+        culler.cull_one(&world.model.scene, view, &mut self.state, &mut visible);
+        self.decided += 1;
+        let milliseconds = (clock() - began) as f32 * 1e-6;
+        Decision { request, visible, milliseconds, number: self.decided }
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+mod threaded {
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    use super::{Decision, Memory, Request};
+
+    /// Decides in a thread of its own, or, where there is none to be had, when asked.
+    #[derive(Debug)]
+    pub struct Decider {
+        requests: Sender<Request>,
+        decisions: Receiver<Decision>,
+        /// Without a thread.
+        inline: Option<(Memory, Option<Request>)>,
+    }
+
+    impl Decider {
+        /// Begins; `wake` is called after each decision.
+        pub fn new(wake: impl Fn() + Send + 'static) -> Self {
+            let (requests, inbox) = channel::<Request>();
+            let (outbox, decisions) = channel();
+            let run = move || {
+                let mut memory = Memory::default();
+                while let Ok(mut request) = inbox.recv() {
+                    // Of those that wait, the newest.
+                    while let Ok(newer) = inbox.try_recv() {
+                        request = newer;
+                    }
+                    if outbox.send(memory.decide(request)).is_err() {
+                        return;
+                    }
+                    wake();
+                }
+            };
+            let thread = std::thread::Builder::new().name("cullet decider".to_owned()).spawn(run);
+            let inline = thread.is_err().then(Default::default);
+            Self { requests, decisions, inline }
+        }
+
+        /// Asks; an older request that still waits is forgotten.
+        pub fn ask(&mut self, request: Request) {
+            if let Some((_, waiting)) = &mut self.inline {
+                *waiting = Some(request);
+            } else if let Err(lost) = self.requests.send(request) {
+                // The thread is gone: from now on without.
+                self.inline = Some((Memory::default(), Some(lost.0)));
+            }
+        }
+
+        /// The newest decision since the last call.
+        pub fn latest(&mut self) -> Option<Decision> {
+            if let Some((memory, waiting)) = &mut self.inline {
+                return waiting.take().map(|request| memory.decide(request));
+            }
+            self.decisions.try_iter().last()
+        }
+    }
+}
+
+#[cfg(target_arch = "wasm32")]
+mod inline {
+    use super::{Decision, Memory, Request};
+
+    /// Decides when asked: a page has no threads.
+    #[derive(Debug)]
+    pub struct Decider {
+        memory: Memory,
+        waiting: Option<Request>,
+    }
+
+    impl Decider {
+        /// Begins; `wake` is not needed.
+        pub fn new(_wake: impl Fn() + Send + 'static) -> Self {
+            Self { memory: Memory::default(), waiting: None }
+        }
+
+        /// Asks; an older request that still waits is forgotten.
+        pub fn ask(&mut self, request: Request) {
+            self.waiting = Some(request);
+        }
+
+        /// The newest decision since the last call.
+        pub fn latest(&mut self) -> Option<Decision> {
+            self.waiting.take().map(|request| self.memory.decide(request))
+        }
+    }
+}
+
+#[cfg(target_arch = "wasm32")]
+pub use inline::Decider;
+#[cfg(not(target_arch = "wasm32"))]
+pub use threaded::Decider;

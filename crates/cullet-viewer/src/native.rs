@@ -1,0 +1,143 @@
+//! The command line and the window.
+
+use std::io::Write;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use cullet_viewer::app::{App, FAILED, Start, setup};
+use cullet_viewer::world::Source;
+use eframe::egui;
+
+const HELP: &str = "\
+Shows what of a 3D scene need not be drawn, and why
+
+Usage: cullet-viewer [SCENE|FILE] [options]
+
+  --state LINK         the text that Copy link gives: scene, camera and every switch
+  --size WxH           the window in points (default 1280x800)
+  --screenshot FILE    write a picture of the window as PNG, and end
+  --script toggles     throw every switch, one after the other, and end
+  --help, --version
+
+Examples
+  cullet-viewer                          the built-in city
+  cullet-viewer model.glb                a file: GLB, glTF, OBJ, PLY, STL, OFF
+  cullet-viewer forest:n=100000          a built-in scene with a setting (cullet scenes lists them)
+  cullet-viewer city --state 'layout=split&ghosts.form=solid'
+  cullet-viewer office --size 960x600 --screenshot office.png
+
+Exit codes
+  0 fine     2 wrong command line     3 input unreadable or invalid (of an unattended run)
+  69 no window or no graphics device";
+
+/// What the command line says.
+struct Line {
+    start: Start,
+    size: [f32; 2],
+}
+
+/// Reads the command line; what is to be printed in place of a window is the error, with the exit code.
+fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
+    let wrong = |text: String| (2, format!("error: {text}\nTry cullet-viewer --help."));
+    let mut line = Line { start: Start::default(), size: [1280.0, 800.0] };
+    while let Some(arg) = args.next() {
+        let mut value = || args.next().ok_or_else(|| wrong(format!("{arg} needs a value")));
+        match arg.as_str() {
+            "--help" | "-h" => return Err((0, HELP.to_owned())),
+            "--version" | "-V" => {
+                return Err((0, format!("cullet-viewer {}", env!("CARGO_PKG_VERSION"))));
+            }
+            "--state" => {
+                let text = value()?;
+                // A whole address serves too.
+                line.start.link = text.rsplit_once('#').map_or(text.clone(), |(_, l)| l.to_owned());
+            }
+            "--screenshot" => line.start.screenshot = Some(value()?),
+            "--script" => match value()?.as_str() {
+                "toggles" => line.start.script = true,
+                other => {
+                    return Err(wrong(format!("there is no script '{other}'; there is toggles")));
+                }
+            },
+            "--size" => {
+                let text = value()?;
+                let parsed = text.split_once('x').and_then(|(w, h)| {
+                    let side = |t: &str| t.parse().ok().filter(|v| (64..=8192).contains(v));
+                    Some([side(w)?, side(h)?].map(|v: u16| f32::from(v)))
+                });
+                let must = "must be WxH with sides of 64 to 8192, as in 960x600";
+                line.size = parsed.ok_or_else(|| wrong(format!("--size {text}: {must}")))?;
+            }
+            _ if arg.starts_with('-') => return Err(wrong(format!("there is no option {arg}"))),
+            _ if line.start.source.is_some() => {
+                return Err(wrong(format!("one scene at a time: '{arg}' is a second")));
+            }
+            _ => line.start.source = Some(Source::of_text(&arg)),
+        }
+    }
+    Ok(line)
+}
+
+/// Keeps what an unattended run is judged by.
+struct Judged {
+    app: App,
+    unattended: bool,
+    trouble: Arc<AtomicBool>,
+}
+
+impl eframe::App for Judged {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
+        self.app.ui(ui, frame);
+        if self.unattended && self.app.has_trouble() && !self.trouble.swap(true, Ordering::Relaxed)
+        {
+            for notice in self.app.session().notices.iter().filter(|n| n.bad) {
+                let _ = writeln!(std::io::stderr(), "error: {}", notice.text);
+            }
+        }
+    }
+}
+
+/// Runs the program.
+pub(crate) fn run() -> ExitCode {
+    let line = match parse(std::env::args().skip(1)) {
+        Ok(line) => line,
+        Err((code, text)) => {
+            let _ = if code == 0 {
+                writeln!(std::io::stdout(), "{text}")
+            } else {
+                writeln!(std::io::stderr(), "{text}")
+            };
+            return ExitCode::from(code);
+        }
+    };
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("cullet")
+            .with_inner_size(line.size)
+            .with_min_inner_size([480.0, 320.0]),
+        wgpu_options: setup(None),
+        ..Default::default()
+    };
+    let trouble = Arc::new(AtomicBool::new(false));
+    let unattended = line.start.screenshot.is_some() || line.start.script;
+    let judge = Arc::clone(&trouble);
+    let make = Box::new(move |cc: &eframe::CreationContext<'_>| {
+        let app = App::new(cc, line.start)?;
+        Ok(Box::new(Judged { app, unattended, trouble: judge }) as Box<dyn eframe::App>)
+    });
+    if let Err(error) = eframe::run_native("cullet", options, make) {
+        let _ = writeln!(
+            std::io::stderr(),
+            "error: no window can be opened: {error}\n\
+             The viewer needs a display, and Vulkan, Metal, DirectX 12 or OpenGL. On a machine without a \
+             graphics card, install software Vulkan (Debian: mesa-vulkan-drivers libvulkan1); without a \
+             display, run it under xvfb-run. cullet report needs neither."
+        );
+        return ExitCode::from(69);
+    }
+    if trouble.load(Ordering::Relaxed) || FAILED.load(Ordering::Relaxed) {
+        return ExitCode::from(3);
+    }
+    ExitCode::SUCCESS
+}

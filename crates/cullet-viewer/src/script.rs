@@ -1,0 +1,63 @@
+//! A run that throws every switch, for tests and for showing.
+
+use crate::link;
+use crate::state::State;
+
+/// Parts of links, each of which throws a switch: every setting of a state is among them.
+pub const TOGGLES: &[&str] = &[
+    "stages.on=false",
+    "stages.frustum=false",
+    "stages.frustum_exact=true",
+    "stages.backface=off",
+    "stages.backface=exact&stages.depth=triangles",
+    "stages.degenerate=false",
+    "stages.detail_px=4",
+    "stages.detail_px=16&stages.detail_by=area",
+    "stages.detail_px=4&stages.detail_by=diameter",
+    "stages.depth=instances",
+    "stages.depth=triangles",
+    "look.colour=reason",
+    "look.colour=sides",
+    "look.colour=clusters",
+    "look.colour=overdraw",
+    "look.colour=size",
+    "look.colour=depth",
+    "look.fill=false&look.wireframe=true",
+    "look.wireframe=true",
+    "look.cull=none",
+    "look.cull=front",
+    "look.cull=back&look.hardware=true",
+    "look.clockwise=true",
+    "look.face_normals=true",
+    "look.vertex_normals=true",
+    "look.fine=true",
+    "layout=split",
+    "layout=wipe&wipe=0.3",
+    "map=false",
+    "ghosts.form=boxes",
+    "ghosts.form=solid",
+    "ghosts.form=solid&ghosts.hidden=[\"frustum\"]",
+    "structure.level=1",
+    "structure.level=9&structure.cones=true",
+    "frozen.target=[0,0,0]&frozen.distance=30",
+    "frozen.distance=30&layout=split&ghosts.form=boxes",
+    "frozen.distance=30&layout=wipe&ghosts.form=solid",
+    "camera.mode=fly",
+    "camera.mode=top&camera.distance=200",
+    "always=true",
+    "hover_turns=true",
+    "dark=false",
+    "scene=city",
+];
+
+/// The state with the switches of a part of a link thrown. What the part says of no camera leaves the present
+/// one.
+#[must_use]
+pub fn thrown(state: &State, toggle: &str) -> Option<State> {
+    let mut thrown = link::from_text(toggle).ok()?;
+    thrown.scene.clone_from(&state.scene);
+    if thrown.camera.is_none() {
+        thrown.camera = state.camera;
+    }
+    Some(thrown)
+}

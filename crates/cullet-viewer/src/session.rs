@@ -1,0 +1,469 @@
+//! What goes on while the viewer is open: the scene, the state, decisions, and all that is not a picture.
+//! It needs no window and no graphics, so tests run it as it is.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use cullet::{Explanation, Handle, View};
+use eframe::egui;
+
+use crate::camera::{Chase, Mode, Rig};
+use crate::decide::{Decider, Decision, Request, pick};
+use crate::inbox::{Inbox, Read};
+use crate::journey::Journey;
+use crate::link;
+use crate::state::{GhostForm, Layout, State};
+use crate::task::{Progress, Task, clock};
+use crate::truth::Truth;
+use crate::world::{Source, World};
+
+/// Decisions that the history graph remembers.
+pub const HISTORY: usize = 240;
+
+/// A message to the user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// What it says.
+    pub text: String,
+    /// Whether something went wrong.
+    pub bad: bool,
+}
+
+/// What a decision came to, for the history graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Triangles left, of all.
+    pub share: f32,
+    /// Milliseconds of culling.
+    pub milliseconds: f32,
+}
+
+/// What drawing took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drawn {
+    /// Milliseconds on the processor.
+    pub milliseconds: f32,
+    /// Milliseconds on the device, where it has a clock.
+    pub device_ms: Option<f32>,
+    /// Triangles of all panes.
+    pub triangles: u64,
+    /// Draw calls.
+    pub draws: u32,
+    /// Pictures a second, while pictures follow each other.
+    pub per_second: f32,
+    /// Pictures so far.
+    pub pictures: u64,
+}
+
+/// What the user clicked, and why it is drawn or not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inspected {
+    /// The thing.
+    pub handle: Handle,
+    /// Its slot.
+    pub slot: u32,
+    /// The triangle that was hit.
+    pub triangle: u32,
+    /// The stages that it came to.
+    pub explanation: Explanation,
+    /// The decision that this is about.
+    pub decided: u64,
+}
+
+/// Everything but the graphics.
+#[derive(Debug)]
+pub struct Session {
+    /// What is shown and how.
+    pub state: State,
+    /// The scene.
+    pub world: Option<Arc<World>>,
+    /// The newest decision.
+    pub decision: Option<Decision>,
+    /// What decisions came to.
+    pub history: VecDeque<Point>,
+    /// What the user is told.
+    pub notices: Vec<Notice>,
+    /// What was clicked.
+    pub inspected: Option<Inspected>,
+    /// The proof for a view.
+    pub truth: Truth,
+    /// The camera path.
+    pub journey: Journey,
+    /// How the camera outside follows.
+    pub chase: Chase,
+    /// What drawing took.
+    pub drawn: Drawn,
+    /// What the user types to open.
+    pub to_open: String,
+    /// Whether the help sheet is open.
+    pub help: bool,
+    /// Whether the picture must be drawn again though nothing changed.
+    pub refresh: bool,
+    /// The picture's size in pixels; zero before the first.
+    pub size: [u32; 2],
+    loading: Option<(String, Task<Result<World, String>>)>,
+    decider: Decider,
+    inbox: Inbox,
+    asked: Option<(View, crate::state::Stages)>,
+    /// How many requests there were.
+    requests: u64,
+    /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
+    refit: bool,
+    ctx: egui::Context,
+}
+
+impl Session {
+    /// Begins with a link's text, empty for the default; nonsense is told and not followed. `source`, if
+    /// there is one, is opened in place of the link's scene.
+    #[must_use]
+    pub fn new(ctx: egui::Context, link: &str, source: Option<Source>) -> Self {
+        let mut notices = Vec::new();
+        let state = link::from_text(link).unwrap_or_else(|error| {
+            let text = format!("{error}. The default is shown in its place.");
+            notices.push(Notice { text, bad: true });
+            State::default()
+        });
+        let wake = ctx.clone();
+        let mut session = Self {
+            world: None,
+            decision: None,
+            history: VecDeque::new(),
+            notices,
+            inspected: None,
+            truth: Truth::None,
+            journey: Journey::default(),
+            chase: Chase::default(),
+            drawn: Drawn::default(),
+            to_open: String::new(),
+            help: false,
+            refresh: false,
+            size: [0; 2],
+            loading: None,
+            decider: Decider::new(move || wake.request_repaint()),
+            inbox: Inbox::new(ctx.clone()),
+            asked: None,
+            requests: 0,
+            refit: false,
+            ctx,
+            state,
+        };
+        let source = source.unwrap_or_else(|| Source::of_text(&session.state.scene));
+        session.load(source);
+        session
+    }
+
+    /// Opens another scene; the cameras will fit it. What is open stays until it is loaded.
+    pub fn open(&mut self, source: Source) {
+        self.refit = true;
+        self.load(source);
+    }
+
+    /// Reads a file that was dropped on the page; [`dropped`](Self::dropped) has it when it is read.
+    #[cfg(target_arch = "wasm32")]
+    pub fn read_dropped(&mut self, file: egui::DroppedFileHandle) {
+        let put = self.inbox.slot();
+        wasm_bindgen_futures::spawn_local(async move {
+            let name = file.path().display().to_string();
+            put((name, file.bytes_async().await));
+        });
+    }
+
+    /// Files that were read since the last call.
+    pub fn dropped(&mut self) -> Vec<Read> {
+        self.inbox.take()
+    }
+
+    /// Tells the user.
+    pub fn tell(&mut self, text: impl Into<String>, bad: bool) {
+        let notice = Notice { text: text.into(), bad };
+        if self.notices.last() != Some(&notice) {
+            self.notices.push(notice);
+        }
+        // An old message is no news.
+        if self.notices.len() > 4 {
+            self.notices.remove(0);
+        }
+    }
+
+    /// The name of what is being loaded.
+    #[must_use]
+    pub fn loading(&self) -> Option<&str> {
+        self.loading.as_ref().map(|(name, _)| name.as_str())
+    }
+
+    /// The text of the present state.
+    #[must_use]
+    pub fn link(&self) -> String {
+        link::to_text(&self.state)
+    }
+
+    /// Whether all that was asked for is there: nothing is loading, and the decision is about the present
+    /// view.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        let decided = self.decision.as_ref().map(|d| d.request.number);
+        let wanted = self.asked.as_ref().map(|_| self.requests);
+        let idle = self.loading.is_none() && !self.journey.is_making();
+        idle && !matches!(self.truth, Truth::Working(_))
+            && (self.world.is_none() || decided == wanted)
+    }
+
+    /// Lets `dt` seconds pass, for a picture of `size` pixels: takes in what was loaded and decided, and asks
+    /// for a decision where the view or a switch changed.
+    pub fn advance(&mut self, dt: f64, size: [u32; 2]) {
+        self.size = size.map(|v| v.max(1));
+        self.take_loaded();
+        if !self.truth.poll() {
+            self.tell("The proof ended without a result.", true);
+        }
+        if let Some(rig) = &mut self.state.camera {
+            let trouble = self.journey.advance(dt, rig);
+            trouble.into_iter().for_each(|t| self.tell(t, true));
+        }
+        self.ask();
+        if let Some(decision) = self.decider.latest() {
+            // One that was asked for before another scene was opened is about that other one.
+            let current =
+                self.world.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world));
+            if current {
+                self.take(decision);
+            }
+        }
+    }
+
+    /// The rig that decides what is drawn.
+    #[must_use]
+    pub fn culling_rig(&self) -> Option<&Rig> {
+        self.state.frozen.as_ref().or(self.state.camera.as_ref())
+    }
+
+    /// The size of the pane that shows what the culling camera sees.
+    #[must_use]
+    pub fn culling_size(&self) -> [u32; 2] {
+        match self.state.layout {
+            Layout::Split => [(self.size[0] / 2).max(1), self.size[1]],
+            _ => self.size,
+        }
+    }
+
+    /// The view that decides what is drawn.
+    #[must_use]
+    pub fn culling_view(&self) -> Option<View> {
+        let mut view = self.culling_rig()?.view(self.culling_size()).ok()?;
+        view.cull_face = self.state.look.cull_face();
+        view.front_face = self.state.look.front_face();
+        Some(view)
+    }
+
+    /// Freezes what is drawn, or lets it follow the flown camera again.
+    pub fn toggle_freeze(&mut self) {
+        self.state.frozen = match self.state.frozen.take() {
+            Some(_) => None,
+            None => self.state.camera,
+        };
+    }
+
+    /// Freezes what is drawn and goes out to look at it; the way back is the frozen camera's place.
+    pub fn toggle_outside(&mut self) {
+        match self.state.frozen.take() {
+            Some(back) => self.state.camera = Some(back),
+            None => {
+                self.state.frozen = self.state.camera;
+                self.state.camera = self.outside();
+            }
+        }
+    }
+
+    /// The camera behind and above the culling one.
+    #[must_use]
+    pub fn outside(&self) -> Option<Rig> {
+        let reach = self.world.as_ref()?.reach;
+        Some(self.culling_rig()?.outside(reach, &self.chase))
+    }
+
+    /// Fits the flown camera to the scene.
+    pub fn fit(&mut self) {
+        if let Some(world) = &self.world {
+            let mode = self.state.camera.map_or(Mode::Orbit, |c| c.mode);
+            let rig = world.overview(self.size);
+            self.state.camera = Some(match mode {
+                Mode::Top => world.top(&Rig { target: world.centre, distance: 0.0, ..rig }),
+                mode => Rig { mode, ..rig },
+            });
+        }
+    }
+
+    /// How much nearer the flown camera is than the one that shows the whole scene: 1 is that, 2 twice as near.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        match (&self.world, &self.state.camera) {
+            (Some(world), Some(rig)) => world.reach * 2.0 / rig.distance,
+            _ => 1.0,
+        }
+    }
+
+    /// Inspects what is seen at a pixel of a view: what is drawn, and ghosts that are shown as they are.
+    /// Nothing there ends the inspection.
+    pub fn inspect(&mut self, view: &View, pixel: [f64; 2]) {
+        let (Some(world), Some(ray)) = (&self.world, view.ray(pixel)) else { return };
+        let scene = &world.model.scene;
+        let visible = self.decision.as_ref().map(|d| &d.visible);
+        let reason =
+            |slot: u32| visible.and_then(|v| v.reasons.get(slot as usize).copied().flatten());
+        let shown = |slot: u32| match reason(slot) {
+            Some(reason) => {
+                self.state.ghosts.form == GhostForm::Solid && !self.hides(reason.stage.name())
+                    || !self.state.stages.on
+            }
+            None => true,
+        };
+        let boxed = self.state.ghosts.form == GhostForm::Boxes;
+        let hit = pick(scene, &ray, shown).or_else(|| {
+            // Outlines are clicked where nothing that is drawn lies on the way.
+            let ghost = |s: u32| boxed && reason(s).is_some_and(|r| !self.hides(r.stage.name()));
+            pick(scene, &ray, ghost)
+        });
+        let found = hit.and_then(|hit| Some((scene.handle(hit.slot)?, hit.triangle)));
+        self.inspected = None;
+        if let Some((handle, triangle)) = found {
+            self.inspect_handle(handle, triangle);
+        }
+    }
+
+    /// Inspects an instance by its handle.
+    pub fn inspect_handle(&mut self, handle: Handle, triangle: u32) {
+        let (Some(world), Some(decision)) = (&self.world, &self.decision) else { return };
+        let Request { view, culler, .. } = &decision.request;
+        let scene = &world.model.scene;
+        let (slot, explanation) = match (scene.slot(handle), culler.explain(scene, view, handle)) {
+            (Ok(slot), Ok(explanation)) => (slot, explanation),
+            (Err(error), _) => return self.tell(error.to_string(), true),
+            (_, Err(error)) => return self.tell(error.to_string(), true),
+        };
+        let decided = decision.number;
+        self.inspected = Some(Inspected { handle, slot, triangle, explanation, decided });
+    }
+
+    /// Whether ghosts of a stage are switched off.
+    #[must_use]
+    pub fn hides(&self, stage: &str) -> bool {
+        self.state.ghosts.hidden.iter().any(|h| h == stage)
+    }
+
+    /// Begins the proof for the present view and settings.
+    pub fn prove(&mut self) {
+        if let (Some(world), Some(view)) = (&self.world, self.culling_view()) {
+            let ctx = self.ctx.clone();
+            let culler = self.state.stages.culler(clock);
+            let wake = move || ctx.request_repaint();
+            self.truth = Truth::start(Arc::clone(world), view, culler, wake);
+        }
+    }
+
+    /// Begins to make and play one of the scene's own camera paths.
+    pub fn travel(&mut self, path: cullet_io::paths::PathSpec) {
+        if let Some(world) = &self.world {
+            let ctx = self.ctx.clone();
+            self.journey.make(Arc::clone(world), path, move || ctx.request_repaint());
+        }
+    }
+
+    fn load(&mut self, source: Source) {
+        let ctx = self.ctx.clone();
+        let name = source.name();
+        let wake = move || ctx.request_repaint();
+        #[cfg(not(target_arch = "wasm32"))]
+        let task = Task::start(move || World::load(&source), wake);
+        #[cfg(target_arch = "wasm32")]
+        let task = crate::web::load(source, wake);
+        self.loading = Some((name, task));
+    }
+
+    fn take_loaded(&mut self) {
+        let Some((name, task)) = &self.loading else { return };
+        match task.poll() {
+            Progress::Working => return,
+            Progress::Done(Ok(world)) => self.show(world),
+            Progress::Done(Err(error)) => {
+                let stays = if self.world.is_some() { " What was open stays open." } else { "" };
+                self.refit = false;
+                self.tell(format!("{error}.{stays}"), true);
+            }
+            Progress::Lost => {
+                let text = format!("{name}: loading ended without a result: a fault of cullet.");
+                self.tell(text, true);
+            }
+        }
+        self.loading = None;
+    }
+
+    fn show(&mut self, world: World) {
+        for warning in world.model.warnings.iter().take(2) {
+            let text = format!("{}: {warning}", world.name);
+            self.tell(text, false);
+        }
+        if world.counts.triangles == 0 {
+            self.tell(format!("{} has no triangle to show.", world.name), true);
+        }
+        self.enter(Arc::new(world));
+    }
+
+    fn enter(&mut self, world: Arc<World>) {
+        self.state.scene.clone_from(&world.name);
+        self.world = Some(world);
+        if std::mem::take(&mut self.refit) {
+            self.state.camera = None;
+            self.state.frozen = None;
+        }
+        if self.state.camera.is_none() {
+            self.state.camera = self.world.as_ref().map(|w| w.first_sight(self.size));
+        }
+        self.asked = None;
+        self.decision = None;
+        self.history.clear();
+        self.inspected = None;
+        self.truth = Truth::None;
+        self.journey = Journey::default();
+    }
+
+    /// Goes back to the scene that was open before, since the new one cannot be drawn.
+    pub fn refuse(&mut self, before: Option<Arc<World>>, why: String) {
+        match before {
+            Some(world) => {
+                self.tell(format!("{why} What was open stays open."), true);
+                self.state.camera = None;
+                self.state.frozen = None;
+                self.enter(world);
+            }
+            None => self.tell(why, true),
+        }
+    }
+
+    fn ask(&mut self) {
+        let (Some(world), Some(view)) = (&self.world, self.culling_view()) else { return };
+        let stages = &self.state.stages;
+        if self.asked.as_ref().is_some_and(|(v, s)| *v == view && s == stages) {
+            return;
+        }
+        let culler = stages.culler(clock);
+        let world = Arc::clone(world);
+        self.asked = Some((view.clone(), stages.clone()));
+        self.requests += 1;
+        self.decider.ask(Request { world, view, culler, number: self.requests });
+    }
+
+    fn take(&mut self, decision: Decision) {
+        let all = self.world.as_ref().map_or(1, |w| w.counts.triangles).max(1);
+        let share = decision.visible.triangle_count as f32 / all as f32;
+        self.history.push_back(Point { share, milliseconds: decision.milliseconds });
+        if self.history.len() > HISTORY {
+            self.history.pop_front();
+        }
+        // What is inspected is explained for the new view.
+        let handle = self.inspected.as_ref().map(|i| (i.handle, i.triangle));
+        self.decision = Some(decision);
+        if let Some((handle, triangle)) = handle {
+            self.inspect_handle(handle, triangle);
+        }
+    }
+}

@@ -1,0 +1,373 @@
+//! All that a link holds: which scene, from where, and every switch. Plain data without a window.
+
+use cullet::cull::detail::{Detail, Measure};
+use cullet::{Backface, CullFace, Culler, FrontFace, Output};
+use serde::{Deserialize, Serialize};
+
+use crate::camera::Rig;
+use crate::draw::{Paint, Style};
+
+/// What the viewer shows and how. See [`link`](crate::link) for its text.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct State {
+    /// The built-in scene's text (`city:seed=3`), or the name of the file that was opened.
+    pub scene: String,
+    /// The camera that is flown; `None` until a scene is there to fit it to.
+    pub camera: Option<Rig>,
+    /// The camera that decides what is drawn, where it is not the one that is flown.
+    pub frozen: Option<Rig>,
+    /// How the picture is divided.
+    pub layout: Layout,
+    /// Where the wipe's divider stands: 0 at the left edge, 1 at the right.
+    pub wipe: f32,
+    /// Whether a map from above lies in the corner.
+    pub map: bool,
+    /// What culls.
+    pub stages: Stages,
+    /// How triangles are drawn.
+    pub look: Look,
+    /// How what was dropped is shown.
+    pub ghosts: Ghosts,
+    /// What is shown of the structures behind the answer.
+    pub structure: Structure,
+    /// What is drawn when: always, or only when something changed.
+    pub always: bool,
+    /// Whether mere movement of the pointer turns the camera.
+    pub hover_turns: bool,
+    /// Dark or light.
+    pub dark: bool,
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            scene: "city".to_owned(),
+            camera: None,
+            frozen: None,
+            layout: Layout::default(),
+            wipe: 0.5,
+            map: true,
+            stages: Stages::default(),
+            look: Look::default(),
+            ghosts: Ghosts::default(),
+            structure: Structure::default(),
+            always: false,
+            hover_turns: false,
+            dark: true,
+        }
+    }
+}
+
+/// How the picture is divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Layout {
+    /// One picture.
+    #[default]
+    One,
+    /// The culling camera's picture beside one from outside.
+    Split,
+    /// One picture with culling to the left of a divider and without to the right.
+    Wipe,
+}
+
+/// What culls: the settings of a [`Culler`], and whether it is asked at all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Stages {
+    /// Whether anything is culled; off draws all.
+    pub on: bool,
+    /// See [`Culler::frustum`].
+    pub frustum: bool,
+    /// See [`Culler::frustum_exact`].
+    pub frustum_exact: bool,
+    /// See [`Culler::backface`].
+    pub backface: Backfaces,
+    /// See [`Culler::degenerate`].
+    pub degenerate: bool,
+    /// The size in pixels under which things are dropped; 0 drops none.
+    pub detail_px: f64,
+    /// How that size is measured.
+    pub detail_by: DetailBy,
+    /// How deep the answer goes.
+    pub depth: Depth,
+}
+
+impl Default for Stages {
+    fn default() -> Self {
+        Self {
+            on: true,
+            frustum: true,
+            frustum_exact: false,
+            backface: Backfaces::Fast,
+            degenerate: true,
+            detail_px: 0.0,
+            detail_by: DetailBy::Box,
+            depth: Depth::Clusters,
+        }
+    }
+}
+
+/// [`Backface`] for a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Backfaces {
+    /// Not culled.
+    Off,
+    /// Cones of clusters, then planes of four bytes.
+    Fast,
+    /// Corners.
+    Exact,
+}
+
+/// [`Measure`] for a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DetailBy {
+    /// Width and height.
+    Box,
+    /// Area.
+    Area,
+    /// Diagonal.
+    Diameter,
+}
+
+/// [`Output`] for a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Depth {
+    /// Whole instances.
+    Instances,
+    /// Clusters of instances.
+    Clusters,
+    /// Triangles: counted, though the picture is drawn by clusters.
+    Triangles,
+}
+
+impl Stages {
+    /// Nothing is culled.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            on: false,
+            frustum: false,
+            backface: Backfaces::Off,
+            degenerate: false,
+            ..Self::default()
+        }
+    }
+
+    /// Whole instances by the frustum alone, what most engines begin with.
+    #[must_use]
+    pub fn plain() -> Self {
+        Self {
+            backface: Backfaces::Off,
+            degenerate: false,
+            depth: Depth::Instances,
+            ..Self::default()
+        }
+    }
+
+    /// Everything, down to triangles, and what stays under two pixels too.
+    #[must_use]
+    pub fn all() -> Self {
+        Self { frustum_exact: true, detail_px: 2.0, depth: Depth::Triangles, ..Self::default() }
+    }
+
+    /// The culler with these settings, which is asked for reasons and keeps time by `clock`.
+    #[must_use]
+    pub fn culler(&self, clock: fn() -> u64) -> Culler {
+        let measure = match self.detail_by {
+            DetailBy::Box => Measure::WidthAndHeight,
+            DetailBy::Area => Measure::Area,
+            DetailBy::Diameter => Measure::Diameter,
+        };
+        let on = self.on;
+        Culler {
+            frustum: on && self.frustum,
+            frustum_exact: on && self.frustum_exact,
+            backface: match self.backface {
+                Backfaces::Fast if on => Backface::Fast,
+                Backfaces::Exact if on => Backface::Exact,
+                _ => Backface::Off,
+            },
+            degenerate: on && self.degenerate,
+            detail: (on && self.detail_px > 0.0)
+                .then_some(Detail { measure, threshold_px: self.detail_px }),
+            output: match self.depth {
+                Depth::Instances => Output::Instances,
+                Depth::Clusters => Output::Clusters,
+                Depth::Triangles => Output::Triangles,
+            },
+            reasons: true,
+            clock: Some(clock),
+            ..Culler::default()
+        }
+    }
+}
+
+/// What triangles are coloured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Colour {
+    /// Their material.
+    #[default]
+    Material,
+    /// Why their instance was dropped.
+    Reason,
+    /// Which side is seen.
+    Sides,
+    /// Their cluster.
+    Clusters,
+    /// How often pixels are drawn to.
+    Overdraw,
+    /// How many pixels a triangle covers.
+    Size,
+    /// Distance.
+    Depth,
+}
+
+impl Colour {
+    /// All of them, with what a menu says.
+    pub const ALL: [(Self, &'static str, &'static str); 7] = [
+        (Self::Material, "material", "The colours of the file."),
+        (Self::Reason, "reason", "Each thing in the colour of the stage that dropped it."),
+        (Self::Sides, "sides", "Front faces light, back faces in another colour."),
+        (Self::Clusters, "clusters", "A colour for each cluster of up to 124 triangles."),
+        (Self::Overdraw, "overdraw", "How often each pixel is drawn to: bright is waste."),
+        (
+            Self::Size,
+            "triangle size",
+            "Bright triangles cover few pixels: they cost most for least.",
+        ),
+        (Self::Depth, "depth", "Distance from the eye."),
+    ];
+}
+
+/// Which faces of one-sided meshes are culled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Faces {
+    /// None.
+    None,
+    /// Those seen from behind.
+    #[default]
+    Back,
+    /// Those seen from the front.
+    Front,
+}
+
+/// How triangles are drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Look {
+    /// What they are coloured by.
+    pub colour: Colour,
+    /// Filled.
+    pub fill: bool,
+    /// Their edges.
+    pub wireframe: bool,
+    /// Which faces of one-sided meshes are culled.
+    pub cull: Faces,
+    /// Whether the graphics hardware drops those faces too, of every mesh, two-sided ones not excepted.
+    pub hardware: bool,
+    /// Front faces are those that are clockwise.
+    pub clockwise: bool,
+    /// A line from the middle of each face.
+    pub face_normals: bool,
+    /// A line from each vertex.
+    pub vertex_normals: bool,
+    /// Four samples a pixel.
+    pub fine: bool,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            colour: Colour::Material,
+            fill: true,
+            wireframe: false,
+            cull: Faces::Back,
+            hardware: false,
+            clockwise: false,
+            face_normals: false,
+            vertex_normals: false,
+            fine: false,
+        }
+    }
+}
+
+impl Look {
+    /// What the renderer is told.
+    #[must_use]
+    pub fn style(&self) -> Style {
+        Style {
+            paint: match self.colour {
+                Colour::Material => Paint::Material,
+                Colour::Reason => Paint::Instances,
+                Colour::Sides => Paint::Sides,
+                Colour::Clusters => Paint::Clusters,
+                Colour::Overdraw => Paint::Overdraw,
+                Colour::Size => Paint::TriangleSize,
+                Colour::Depth => Paint::Depth,
+            },
+            fill: self.fill,
+            wireframe: self.wireframe,
+            cull_face: if self.hardware { self.cull_face() } else { CullFace::None },
+            clockwise: self.clockwise,
+            face_normals: self.face_normals,
+            vertex_normals: self.vertex_normals,
+            samples: if self.fine { 4 } else { 1 },
+        }
+    }
+
+    /// Which faces a view culls.
+    #[must_use]
+    pub fn cull_face(&self) -> CullFace {
+        match self.cull {
+            Faces::None => CullFace::None,
+            Faces::Back => CullFace::Back,
+            Faces::Front => CullFace::Front,
+        }
+    }
+
+    /// Which winding a view takes for front.
+    #[must_use]
+    pub fn front_face(&self) -> FrontFace {
+        if self.clockwise { FrontFace::Clockwise } else { FrontFace::CounterClockwise }
+    }
+}
+
+/// How what was dropped is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GhostForm {
+    /// Not at all.
+    #[default]
+    Off,
+    /// As boxes.
+    Boxes,
+    /// As it is, in the colour of the reason.
+    Solid,
+}
+
+/// Ghosts of what was dropped.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ghosts {
+    /// How they are shown.
+    pub form: GhostForm,
+    /// Names of the stages whose ghosts are not shown.
+    pub hidden: Vec<String>,
+}
+
+/// What is shown of the structures behind the answer.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Structure {
+    /// Boxes of the hierarchy that the walk asked, of this level: 1 is just above the instances, 0 none.
+    pub level: u32,
+    /// The cones of normals of the clusters of the thing inspected.
+    pub cones: bool,
+}

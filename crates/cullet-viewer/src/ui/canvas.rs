@@ -1,0 +1,201 @@
+//! The picture of the scene: shown, turned, zoomed, clicked, and files dropped on it.
+
+use eframe::egui;
+
+use super::Shown;
+use crate::camera::{Mode, Rig};
+use crate::compose::{Composition, Role};
+use crate::session::Session;
+use crate::state::{GhostForm, Layout};
+use crate::world::Source;
+
+/// Degrees of turning for a point of dragging.
+const TURN: f64 = 0.35;
+
+/// Shows the picture and follows the pointer.
+pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made: &Composition) {
+    let size = ui.available_size();
+    let (rect, response) = ui.allocate_exact_size(size, egui::Sense::click_and_drag());
+    match shown.texture {
+        Some(texture) => {
+            let uv = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+            ui.painter().image(texture, rect, uv, egui::Color32::WHITE);
+        }
+        None => welcome(ui, rect, session),
+    }
+    let ratio = ui.ctx().pixels_per_point();
+    let pixel = |p: egui::Pos2| {
+        let d = (p - rect.min) * ratio;
+        [f64::from(d.x), f64::from(d.y)]
+    };
+    labels(ui, rect, ratio, session, made);
+    super::map::show(ui, rect, session);
+    if session.state.layout == Layout::Wipe {
+        wipe(ui, rect, session);
+    }
+    if response.clicked()
+        && let Some(at) = response.interact_pointer_pos().map(pixel)
+        && let Some(panel) = made.at(at)
+    {
+        let [left, top, ..] = panel.place.map(f64::from);
+        session.inspect(&panel.view, [at[0] - left, at[1] - top]);
+    }
+    let origin = ui.input(|i| i.pointer.press_origin()).or(response.hover_pos());
+    let role = origin.map(pixel).and_then(|p| made.at(p)).map(|p| p.role);
+    let delta = response.drag_delta();
+    let slides = response.dragged_by(egui::PointerButton::Secondary)
+        || response.dragged_by(egui::PointerButton::Middle)
+        || ui.input(|i| i.modifiers.shift);
+    if response.dragged() && delta != egui::Vec2::ZERO {
+        drag(session, role, delta, slides, rect.height());
+    } else if session.state.hover_turns
+        && response.hovered()
+        && let Some(rig) = &mut session.state.camera
+    {
+        let d = ui.input(|i| i.pointer.delta());
+        rig.turn(f64::from(-d.x) * TURN, f64::from(-d.y) * TURN);
+    }
+    if response.hovered() {
+        let (wheel, pinch) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
+        let factor = f64::from(wheel / 240.0).exp2() * f64::from(pinch);
+        if factor != 1.0 {
+            zoom(session, role, factor);
+        }
+    }
+}
+
+fn drag(session: &mut Session, role: Option<Role>, d: egui::Vec2, slides: bool, height: f32) {
+    let (x, y) = (f64::from(d.x), f64::from(d.y));
+    let height = f64::from(height.max(1.0));
+    session.journey.playing = false;
+    let frozen = session.state.frozen.is_some();
+    let turn = |rig: &mut Rig| {
+        if slides || rig.mode == Mode::Top {
+            rig.pan(-x / height, y / height);
+        } else {
+            rig.turn(-x * TURN, -y * TURN);
+        }
+    };
+    match role {
+        Some(Role::Outside) => {
+            session.chase.yaw -= x * TURN;
+            session.chase.pitch = (session.chase.pitch - y * TURN).clamp(-89.0, 20.0);
+        }
+        Some(Role::Culling) if frozen => session.state.frozen.iter_mut().for_each(turn),
+        _ => session.state.camera.iter_mut().for_each(turn),
+    }
+}
+
+fn zoom(session: &mut Session, role: Option<Role>, factor: f64) {
+    let frozen = session.state.frozen.is_some();
+    match role {
+        Some(Role::Outside) => {
+            session.chase.nearer = (session.chase.nearer * factor).clamp(0.1, 50.0);
+        }
+        Some(Role::Culling) if frozen => {
+            session.state.frozen.iter_mut().for_each(|r| r.zoom(factor));
+        }
+        _ => session.state.camera.iter_mut().for_each(|r| r.zoom(factor)),
+    }
+}
+
+/// What stands where no picture is yet.
+fn welcome(ui: &egui::Ui, rect: egui::Rect, session: &Session) {
+    let text = match session.loading() {
+        Some(name) => format!("loading {name} …"),
+        None => "Choose a scene on the left, or drop a file here.".to_owned(),
+    };
+    let font = egui::TextStyle::Heading.resolve(ui.style());
+    let ink = ui.visuals().weak_text_color();
+    ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, text, font, ink);
+}
+
+/// Names of the panes, and a line for those who see this for the first time.
+fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: &Composition) {
+    let painter = ui.painter_at(rect);
+    let font = egui::TextStyle::Small.resolve(ui.style());
+    let ink = ui.visuals().strong_text_color();
+    let ground = ui.visuals().panel_fill.gamma_multiply(0.8);
+    let put = |at: egui::Pos2, align, words: &str| {
+        let galley = painter.layout_no_wrap(words.to_owned(), font.clone(), ink);
+        let place = align_rect(align, at, galley.size());
+        painter.rect_filled(place.expand(3.0), 3.0, ground);
+        painter.galley(place.min, galley, ink);
+    };
+    let left = session.decision.as_ref().map_or(0, |d| d.visible.triangle_count);
+    let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
+    let frozen = session.state.frozen.is_some();
+    for panel in &made.panels {
+        let [x, y, w, h] = panel.place.map(|v| v as f32 / ratio);
+        let area = egui::Rect::from_min_size(rect.min + egui::vec2(x, y), egui::vec2(w, h));
+        let words = match (panel.role, session.state.layout) {
+            (Role::Culling, _) => "what the camera sees".to_owned(),
+            (Role::Outside, _) => "from outside: what is drawn".to_owned(),
+            (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
+            (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),
+            (Role::Flown, _) if frozen => "frozen: the frustum decided what is drawn".to_owned(),
+            (Role::Flown, _) => continue,
+        };
+        let (at, align) = match panel.role {
+            Role::Bare => (area.right_top() + egui::vec2(-8.0, 8.0), egui::Align2::RIGHT_TOP),
+            _ => (area.left_top() + egui::vec2(8.0, 8.0), egui::Align2::LEFT_TOP),
+        };
+        put(at, align, &words);
+    }
+    let fresh = !frozen
+        && session.state.layout == Layout::One
+        && session.state.ghosts.form == GhostForm::Off
+        && session.inspected.is_none()
+        && session.world.is_some();
+    if fresh {
+        let at = rect.left_top() + egui::vec2(8.0, 8.0);
+        put(
+            at,
+            egui::Align2::LEFT_TOP,
+            "Drag to turn, wheel to zoom. Fly out (O) shows what is not drawn; H helps.",
+        );
+    }
+}
+
+fn align_rect(align: egui::Align2, at: egui::Pos2, size: egui::Vec2) -> egui::Rect {
+    align.anchor_size(at, size)
+}
+
+/// The divider of the wipe.
+fn wipe(ui: &mut egui::Ui, rect: egui::Rect, session: &mut Session) {
+    let x = rect.min.x + rect.width() * session.state.wipe;
+    let handle = egui::Rect::from_center_size(
+        egui::pos2(x, rect.center().y),
+        egui::vec2(14.0, rect.height()),
+    );
+    let response = ui
+        .interact(handle, ui.scope_id().with("wipe"), egui::Sense::drag())
+        .on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+    if let Some(p) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+        session.state.wipe = ((p.x - rect.min.x) / rect.width().max(1.0)).clamp(0.0, 1.0);
+    }
+    let ink = ui.visuals().strong_text_color();
+    let painter = ui.painter_at(rect);
+    painter.vline(x, rect.y_range(), egui::Stroke::new(1.5, ink));
+    painter.circle_filled(egui::pos2(x, rect.center().y), 6.0, ink);
+}
+
+/// Opens what was dropped on the window.
+pub(super) fn drops(ctx: &egui::Context, session: &mut Session) {
+    let files = ctx.input(|i| i.raw.dropped_files.clone());
+    if files.len() > 1 {
+        session.tell("Several files were dropped; the first is opened.", false);
+    }
+    if let Some(file) = files.into_iter().next() {
+        #[cfg(not(target_arch = "wasm32"))]
+        session.open(Source::File(file.path().to_owned()));
+        #[cfg(target_arch = "wasm32")]
+        session.read_dropped(file);
+    }
+    for (name, read) in session.dropped() {
+        match read {
+            Ok(bytes) => session.open(Source::Bytes(name, bytes)),
+            Err(error) => session.tell(format!("{name} could not be read: {error}."), true),
+        }
+    }
+}

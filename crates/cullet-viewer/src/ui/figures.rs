@@ -1,0 +1,51 @@
+//! The figures of the last frame, along the bottom.
+
+use eframe::egui;
+
+use super::words::{grouped, percent};
+use crate::session::Session;
+
+/// The line of figures.
+pub(super) fn bar(ui: &mut egui::Ui, session: &Session) {
+    ui.horizontal_wrapped(|ui| {
+        let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
+        let Some(decision) = &session.decision else {
+            ui.weak("Nothing is decided yet.");
+            return;
+        };
+        let v = &decision.visible;
+        let (left, ms) = if session.state.stages.on {
+            (v.triangle_count, decision.milliseconds)
+        } else {
+            (all, 0.0)
+        };
+        ui.strong(format!("faces {} / {}", grouped(left), grouped(all)));
+        ui.label(format!("({})", percent(left, all)));
+        ui.separator();
+        let saved = all.saturating_sub(left);
+        let share = if all == 0 { 0.0 } else { saved as f32 / all as f32 };
+        let bar = egui::ProgressBar::new(share).desired_width(90.0).desired_height(12.0);
+        ui.add(bar.text(format!("saved {}", percent(saved, all))))
+            .on_hover_text("The share of faces that culling saved the graphics card");
+        ui.separator();
+        ui.label(format!("culling {ms:.2} ms")).on_hover_text("By the processor, for this view");
+        let d = &session.drawn;
+        let device = d.device_ms.map_or(String::new(), |ms| format!(" + {ms:.1} on the card"));
+        ui.label(format!("· drawing {:.1} ms{device}", d.milliseconds)).on_hover_text(format!(
+            "{} triangles in {} draw calls, all panes together",
+            grouped(d.triangles),
+            grouped(u64::from(d.draws))
+        ));
+        if session.state.always || session.journey.playing {
+            ui.label(format!("· {:.0} frames/s", d.per_second));
+        } else {
+            ui.weak("· drawn when something changes");
+        }
+        if session.state.frozen.is_some() {
+            ui.separator();
+            ui.strong("frozen").on_hover_text(
+                "What is drawn was decided for the frustum in the picture (F lets it go)",
+            );
+        }
+    });
+}

@@ -1,0 +1,241 @@
+//! The funnel: what came into each stage and what went on, with its history, the legend, and the proof.
+
+use std::fmt::Write as _;
+
+use cullet::{Funnel, Stage, Unit};
+use cullet_draw::palette;
+use eframe::egui;
+
+use super::words::{button, colour, grouped, percent, swatch};
+use crate::compose::MOST_GHOSTS;
+use crate::session::{HISTORY, Session};
+use crate::state::GhostForm;
+use crate::truth::Truth;
+
+/// All of it.
+pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        ui.strong("Funnel").on_hover_text("What came into each stage of culling, and what went on");
+        if button(ui, "Copy", "Copies the funnel as JSON")
+            && let Some(decision) = &session.decision
+        {
+            ui.ctx().copy_text(json(&decision.visible.funnel));
+            session.tell("The funnel is copied.", false);
+        }
+    });
+    if let Some(decision) = &session.decision {
+        rows(ui, &decision.visible.funnel);
+    } else {
+        ui.weak("Nothing is decided yet.");
+    }
+    history(ui, session);
+    ui.separator();
+    legend(ui, session);
+    ui.separator();
+    proof(ui, session);
+    ui.separator();
+}
+
+fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
+    let mut unit = None;
+    for row in &funnel.rows {
+        if unit != Some(row.unit) {
+            unit = Some(row.unit);
+            ui.weak(match row.unit {
+                Unit::Instances => "things",
+                Unit::Clusters => "clusters of things that are left",
+                Unit::Triangles => "faces of clusters that are left",
+            });
+        }
+        let dropped = row.entered - row.left;
+        let share = if row.entered == 0 { 1.0 } else { row.left as f32 / row.entered as f32 };
+        let wide = ui.available_width();
+        let high = ui.text_style_height(&egui::TextStyle::Body) + 2.0;
+        let (rect, response) = ui.allocate_exact_size(egui::vec2(wide, high), egui::Sense::hover());
+        // What is dropped is the coloured end of the bar.
+        let painter = ui.painter();
+        painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+        let rgb = palette::reason_color(Some(row.stage));
+        let mut gone = rect;
+        gone.min.x = rect.min.x + rect.width() * share;
+        painter.rect_filled(gone, 2.0, colour(rgb).gamma_multiply(0.55));
+        let text = ui.visuals().text_color();
+        let font = egui::TextStyle::Small.resolve(ui.style());
+        let put = |x: f32, align, words: String| {
+            painter.text(egui::pos2(x, rect.center().y), align, words, font.clone(), text);
+        };
+        put(rect.min.x + 4.0, egui::Align2::LEFT_CENTER, row.stage.name().to_owned());
+        let words = format!("−{}   {} left", grouped(dropped), grouped(row.left));
+        put(rect.max.x - 4.0, egui::Align2::RIGHT_CENTER, words);
+        let took =
+            row.nanoseconds.map_or(String::new(), |n| format!(", in {:.3} ms", n as f64 * 1e-6));
+        response.on_hover_text(format!(
+            "{}: {} of {} {} dropped ({}){took}",
+            row.stage.name(),
+            grouped(dropped),
+            grouped(row.entered),
+            row.unit.name(),
+            percent(dropped, row.entered),
+        ));
+    }
+    let w = funnel.frustum;
+    if w.nodes + w.blocks + w.swept + w.remembered > 0 {
+        let text =
+            format!("{} nodes asked, {} plane tests", grouped(w.nodes), grouped(w.plane_tests));
+        ui.weak(text).on_hover_text(format!(
+            "The frustum's walk of the hierarchy: {} blocks of 16 things tested one by one, {} groups of 256 \
+             not asked since the last frame's answer still held, {} things swept without asking a node",
+            grouped(w.blocks),
+            grouped(w.remembered),
+            grouped(w.swept)
+        ));
+    }
+}
+
+/// The funnel as JSON.
+fn json(funnel: &Funnel) -> String {
+    let mut out = String::from("{\n  \"funnel\": [");
+    for (i, row) in funnel.rows.iter().enumerate() {
+        let comma = if i > 0 { "," } else { "" };
+        let took = row.nanoseconds.map_or("null".to_owned(), |n| n.to_string());
+        // Names of stages and units are plain words.
+        let _ = write!(
+            out,
+            "{comma}\n    {{ \"stage\": \"{}\", \"unit\": \"{}\", \"entered\": {}, \"left\": {}, \"nanoseconds\": {took} }}",
+            row.stage.name(),
+            row.unit.name(),
+            row.entered,
+            row.left
+        );
+    }
+    out.push_str("\n  ]\n}\n");
+    out
+}
+
+fn history(ui: &mut egui::Ui, session: &Session) {
+    let size = egui::vec2(ui.available_width(), 46.0);
+    let (rect, response) = ui.allocate_exact_size(size, egui::Sense::hover());
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
+    let slowest = session.history.iter().map(|p| p.milliseconds).fold(0.1, f32::max);
+    let line = |value: &dyn Fn(usize) -> f32, rgb: [u8; 3]| {
+        let from = HISTORY - session.history.len();
+        let points: Vec<egui::Pos2> = (0..session.history.len())
+            .map(|i| {
+                let x = rect.min.x + rect.width() * (from + i) as f32 / (HISTORY - 1) as f32;
+                egui::pos2(x, rect.max.y - 3.0 - (rect.height() - 16.0) * value(i).clamp(0.0, 1.0))
+            })
+            .collect();
+        painter.add(egui::Shape::line(points, egui::Stroke::new(1.5, colour(rgb))));
+    };
+    let faces = palette::UNSEEN;
+    let times = palette::reason_color(Some(Stage::Frustum));
+    line(&|i| session.history[i].milliseconds / slowest, times);
+    line(&|i| session.history[i].share, faces);
+    let font = egui::TextStyle::Small.resolve(ui.style());
+    let put = |x: f32, align, words: String, rgb: [u8; 3]| {
+        painter.text(egui::pos2(x, rect.min.y + 1.0), align, words, font.clone(), colour(rgb));
+    };
+    put(rect.min.x + 3.0, egui::Align2::LEFT_TOP, "faces left".to_owned(), faces);
+    let text = format!("culling, to {slowest:.1} ms");
+    put(rect.max.x - 3.0, egui::Align2::RIGHT_TOP, text, times);
+    response.on_hover_text(
+        "The last 240 decisions: the share of faces that was left, and what deciding took",
+    );
+}
+
+fn legend(ui: &mut egui::Ui, session: &mut Session) {
+    ui.strong("Why things went")
+        .on_hover_text("The colours of map, ghosts and funnel. Switches show or hide ghosts");
+    let mut counts = [0u64; Stage::ALL.len()];
+    let mut kept = 0;
+    if let Some(decision) = &session.decision {
+        kept = decision.visible.instance_count;
+        for reason in decision.visible.reasons.iter().flatten() {
+            counts[reason.stage as usize - 1] += 1;
+        }
+    }
+    ui.horizontal(|ui| {
+        swatch(ui, palette::SEEN);
+        ui.label("kept");
+        ui.weak(grouped(kept));
+    });
+    for (stage, count) in Stage::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0) {
+        ui.horizontal(|ui| {
+            swatch(ui, palette::reason_color(Some(stage)));
+            let mut shown = !session.hides(stage.name());
+            let about = "Whether its ghosts are shown";
+            if ui
+                .checkbox(&mut shown, palette::reason_label(Some(stage)))
+                .on_hover_text(about)
+                .changed()
+            {
+                let hidden = &mut session.state.ghosts.hidden;
+                hidden.retain(|h| h != stage.name());
+                if !shown {
+                    hidden.push(stage.name().to_owned());
+                }
+            }
+            ui.weak(grouped(count));
+        });
+    }
+    let shown: u64 = Stage::ALL
+        .into_iter()
+        .zip(counts)
+        .filter(|(s, _)| !session.hides(s.name()))
+        .map(|(_, c)| c)
+        .sum();
+    if session.state.ghosts.form == GhostForm::Boxes && shown > MOST_GHOSTS as u64 {
+        ui.weak(format!("{} of {} boxes are drawn", grouped(MOST_GHOSTS as u64), grouped(shown)));
+    }
+}
+
+fn proof(ui: &mut egui::Ui, session: &mut Session) {
+    let mut begin = false;
+    ui.horizontal(|ui| {
+        ui.strong("Truth");
+        if matches!(session.truth, Truth::Working(_)) {
+            ui.spinner();
+            ui.weak("drawing twice and comparing");
+        } else {
+            let about = "Draws this view on the processor with and without culling and compares every pixel, as \
+                         cullet verify does: some seconds for millions of faces (V)";
+            begin = button(ui, "Verify this view", about);
+        }
+    });
+    if begin {
+        session.prove();
+    }
+    let Some(found) = session.truth.finding() else { return };
+    let present = session.culling_view();
+    if found.view != present {
+        ui.weak("The view has moved on since:");
+    }
+    if found.lost.is_empty() {
+        ui.label("Nothing visible was lost.");
+    } else {
+        ui.horizontal(|ui| {
+            swatch(ui, palette::LOST);
+            ui.label(format!("{} visible things were dropped!", found.lost.len()));
+        });
+        if session.state.stages.detail_px > 0.0 {
+            ui.weak("Dropping what is small may lose what is seen.");
+        }
+    }
+    ui.horizontal(|ui| {
+        swatch(ui, palette::UNSEEN);
+        let text = format!("{} of {} kept things are hidden", grouped(found.unseen_count), grouped(found.kept_instances));
+        ui.label(text).on_hover_text("Kept, though no pixel shows them: what occlusion culling could gain. Orange in colours by reason");
+    });
+    let tight = found.kept as f64 / found.visible.max(1) as f64;
+    ui.label(format!(
+        "{} faces seen, {} kept: {tight:.1} ×",
+        grouped(found.visible),
+        grouped(found.kept)
+    ))
+    .on_hover_text(format!(
+        "Compared at {} × {} pixels; 1 would be perfect",
+        found.size[0], found.size[1]
+    ));
+}

@@ -1,0 +1,70 @@
+//! What was clicked: its chain of tests, with numbers.
+
+use cullet_draw::palette;
+use eframe::egui;
+
+use super::words::{grouped, swatch};
+use crate::session::Session;
+
+/// The panel.
+pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
+    ui.strong("Inspect");
+    let (Some(world), Some(decision), Some(inspected)) =
+        (&session.world, &session.decision, &session.inspected)
+    else {
+        ui.weak("Click a thing: it tells which tests it came to, and their numbers.");
+        return;
+    };
+    let scene = &world.model.scene;
+    ui.label(world.model.instance_name(inspected.handle));
+    let reason = inspected.explanation.reason;
+    ui.horizontal_wrapped(|ui| {
+        swatch(ui, palette::reason_color(reason.map(|r| r.stage)));
+        match reason {
+            Some(reason) => {
+                ui.strong(format!("dropped: {}", palette::reason_label(Some(reason.stage))))
+            }
+            None => ui.strong("drawn"),
+        };
+    });
+    for step in &inspected.explanation.steps {
+        let verdict = if step.left == 0 {
+            "dropped"
+        } else if step.left == step.entered {
+            "passes"
+        } else {
+            "passes in part"
+        };
+        ui.label(format!("{} · {} · {verdict}", step.stage.name(), step.unit.name()));
+        ui.indent(("step", step.stage.name(), step.unit.name()), |ui| {
+            ui.weak(&step.finding);
+        });
+    }
+    let view = &decision.request.view;
+    let bounds = scene.bounds(inspected.slot);
+    match view.project_box(&bounds, scene.origin()) {
+        Some(r) => ui.weak(format!(
+            "on the screen: {:.0}, {:.0} to {:.0}, {:.0} ({:.1} × {:.1} pixels)",
+            r.min[0],
+            r.min[1],
+            r.max[0],
+            r.max[1],
+            r.width(),
+            r.height()
+        )),
+        None => ui.weak("on the screen: its box crosses the near plane"),
+    };
+    let mesh = scene.mesh(inspected.slot);
+    let name = world.model.mesh_names.get(scene.mesh_id(inspected.slot) as usize);
+    ui.weak(format!(
+        "mesh {}: {} faces in {} clusters, {}",
+        name.map_or("", String::as_str),
+        grouped(u64::from(mesh.triangle_count())),
+        mesh.clusters().len(),
+        if mesh.is_two_sided() { "two-sided" } else { "one-sided" }
+    ));
+    ui.weak(format!("slot {}, triangle {}", inspected.slot, inspected.triangle));
+    if ui.small_button("Close").clicked() {
+        session.inspected = None;
+    }
+}

@@ -1,0 +1,61 @@
+//! The window's panels. What they change is the session; they know nothing of graphics but one picture.
+
+mod canvas;
+mod figures;
+mod funnel;
+mod help;
+mod inspect;
+mod keys;
+mod map;
+mod scene;
+mod switches;
+mod words;
+
+use eframe::egui;
+
+use crate::compose::Composition;
+use crate::session::Session;
+
+pub use words::grouped;
+
+/// The picture of the scene, as the panels show it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shown {
+    /// The texture, if something was drawn.
+    pub texture: Option<egui::TextureId>,
+}
+
+/// Shows everything. `picture` is called with the pixels that there are for the scene's picture, once, and
+/// returns what it drew and the panes it is made of.
+pub fn show(
+    ui: &mut egui::Ui,
+    session: &mut Session,
+    mut picture: impl FnMut(&mut Session, [u32; 2]) -> (Shown, Composition),
+) {
+    let theme = if session.state.dark { egui::Theme::Dark } else { egui::Theme::Light };
+    ui.ctx().set_theme(theme);
+    keys::run(ui.ctx(), session);
+    canvas::drops(ui.ctx(), session);
+    egui::Panel::top("title").show(ui, |ui| scene::title(ui, session));
+    egui::Panel::bottom("figures").show(ui, |ui| figures::bar(ui, session));
+    egui::Panel::left("switches").default_size(210.0).size_range(170.0..=320.0).show(ui, |ui| {
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            scene::choose(ui, session);
+            switches::all(ui, session);
+        });
+    });
+    egui::Panel::right("funnel").default_size(236.0).size_range(200.0..=420.0).show(ui, |ui| {
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            funnel::all(ui, session);
+            inspect::all(ui, session);
+        });
+    });
+    egui::CentralPanel::no_frame().show(ui, |ui| {
+        let points = ui.available_size();
+        let ratio = ui.ctx().pixels_per_point();
+        let pixels = [points.x, points.y].map(|v| ((v * ratio).round() as u32).clamp(1, 8192));
+        let (shown, composition) = picture(session, pixels);
+        canvas::show(ui, session, shown, &composition);
+    });
+    help::sheet(ui.ctx(), session);
+}

@@ -1,0 +1,129 @@
+//! Which scene: the title with its counts, the list, the path, what is being loaded, and messages.
+
+use cullet_io::scenes;
+use eframe::egui;
+
+use super::words::{button, grouped};
+use crate::session::Session;
+use crate::world::Source;
+
+/// The title: what is open and how much there is of it.
+pub(super) fn title(ui: &mut egui::Ui, session: &mut Session) {
+    ui.horizontal(|ui| {
+        ui.strong("cullet");
+        match &session.world {
+            Some(world) => {
+                ui.label(short(&world.name));
+                let c = world.counts;
+                let text = format!(
+                    "{} vertices · {} faces · {} things",
+                    grouped(c.vertices),
+                    grouped(c.triangles),
+                    grouped(c.instances)
+                );
+                ui.weak(text).on_hover_text(format!(
+                    "{} meshes in {} clusters of all instances",
+                    grouped(c.meshes),
+                    grouped(c.clusters)
+                ));
+            }
+            None => {
+                ui.weak("what need not be drawn, and why");
+            }
+        }
+        if let Some(name) = session.loading() {
+            ui.spinner();
+            ui.label(format!("loading {}", short(name)));
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            if button(ui, "Help", "Keys, mouse and words (H)") {
+                session.help = !session.help;
+            }
+            let (name, about) = if session.state.dark {
+                ("Light", "A light ground, for projectors")
+            } else {
+                ("Dark", "A dark ground")
+            };
+            if button(ui, name, about) {
+                session.state.dark = !session.state.dark;
+            }
+            let about = "Copies scene, camera and switches as a text that --state and the page's address take";
+            if button(ui, "Copy link", about) {
+                ui.ctx().copy_text(session.link());
+                session.tell("The link is copied.", false);
+            }
+        });
+    });
+    let mut closed = None;
+    for (i, notice) in session.notices.iter().enumerate() {
+        ui.horizontal_wrapped(|ui| {
+            if ui.small_button("×").on_hover_text("Close this message").clicked() {
+                closed = Some(i);
+            }
+            if notice.bad {
+                ui.colored_label(ui.visuals().error_fg_color, &notice.text);
+            } else {
+                ui.label(&notice.text);
+            }
+        });
+    }
+    if let Some(i) = closed {
+        session.notices.remove(i);
+    }
+}
+
+/// The list of scenes, and the path of a file.
+pub(super) fn choose(ui: &mut egui::Ui, session: &mut Session) {
+    ui.add_space(4.0);
+    let open = session.world.as_ref().map_or(String::new(), |w| w.name.clone());
+    let mut chosen = None;
+    ui.horizontal(|ui| {
+        let label = if open.is_empty() { "scene".to_owned() } else { short(&open) };
+        egui::ComboBox::from_id_salt("scenes").selected_text(label).width(110.0).show_ui(
+            ui,
+            |ui| {
+                for info in scenes::list() {
+                    let here = open.split(':').next() == Some(info.name);
+                    if ui.selectable_label(here, info.name).on_hover_text(info.about).clicked() {
+                        chosen = Some(Source::Builtin(info.name.to_owned()));
+                    }
+                }
+            },
+        );
+        if button(ui, "Fit", "Shows the whole scene (Home)") {
+            session.fit();
+        }
+    });
+    if cfg!(target_arch = "wasm32") {
+        ui.weak("or drop a file here: GLB, OBJ, PLY, STL, OFF");
+    } else {
+        ui.horizontal(|ui| {
+            let hint = "file, or city:seed=3";
+            let field = egui::TextEdit::singleline(&mut session.to_open).hint_text(hint);
+            let room = (ui.available_width() - 60.0).clamp(60.0, 180.0);
+            let typed = ui.add(field.desired_width(room)).on_hover_text(
+                "A path, or a built-in scene with settings. Or drop a file on the window.",
+            );
+            let entered = typed.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+            let pressed = button(ui, "Open", "Opens it; what is open stays until it is loaded");
+            if (pressed || entered) && !session.to_open.trim().is_empty() {
+                chosen = Some(Source::of_text(&session.to_open));
+            }
+        });
+    }
+    if let Some(source) = chosen {
+        session.open(source);
+    }
+}
+
+/// The end of a long name.
+fn short(name: &str) -> String {
+    const MOST: usize = 26;
+    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let count = file.chars().count();
+    if count <= MOST {
+        return file.to_owned();
+    }
+    let tail: String = file.chars().skip(count - MOST).collect();
+    format!("…{tail}")
+}

@@ -1,0 +1,318 @@
+//! The switches: what culls, from where, how it is drawn, what is shown of what was dropped.
+
+use cullet_io::paths::PathSpec;
+use eframe::egui;
+
+use super::words::{button, choices, switch};
+use crate::camera::{Chase, Mode};
+use crate::journey::RATE;
+use crate::session::Session;
+use crate::state::{Backfaces, Colour, Depth, DetailBy, Faces, GhostForm, Layout, Stages};
+use crate::structure;
+
+/// All of them.
+pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
+    section(ui, "Culling", true, |ui| culling(ui, session));
+    section(ui, "Cameras", true, |ui| cameras(ui, session));
+    section(ui, "What was dropped", true, |ui| ghosts(ui, session));
+    section(ui, "Picture", true, |ui| picture(ui, session));
+    section(ui, "Camera path", false, |ui| journey(ui, session));
+    section(ui, "Structures", false, |ui| structures(ui, session));
+}
+
+fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egui::Ui)) {
+    egui::CollapsingHeader::new(name).default_open(open).show_unindented(ui, body);
+}
+
+fn culling(ui: &mut egui::Ui, session: &mut Session) {
+    let s = &mut session.state.stages;
+    ui.horizontal(|ui| {
+        switch(ui, &mut s.on, "cull", "All culling at once; off draws everything (C)");
+        ui.separator();
+        for (name, about, preset) in [
+            ("plain", "Whole things by the frustum, as most engines begin", Stages::plain()),
+            ("usual", "The library's defaults: down to clusters", Stages::default()),
+            ("all", "Down to triangles, and drops what stays under two pixels", Stages::all()),
+        ] {
+            if ui.selectable_label(*s == preset, name).on_hover_text(about).clicked() {
+                *s = preset;
+            }
+        }
+    });
+    ui.add_enabled_ui(s.on, |ui| {
+        switch(ui, &mut s.frustum, "frustum", "Drops what is beside, behind or too far: never wrong, some nanoseconds a thing");
+        ui.add_enabled_ui(s.frustum, |ui| {
+            let about = "Also drops big boxes near the frustum's corners, at some 50 ns for each that straddles";
+            switch(ui, &mut s.frustum_exact, "exact at corners", about);
+        });
+        ui.horizontal(|ui| {
+            ui.label("back faces");
+            choices(ui, &mut s.backface, &[
+                (Backfaces::Off, "off", "Back faces of solids are kept"),
+                (Backfaces::Fast, "fast", "Clusters that face away go whole, by a cone; then triangles by a plane of four bytes"),
+                (Backfaces::Exact, "exact", "Each triangle from its corners: 15 ns each, where triangles are asked for"),
+            ]);
+        });
+        switch(ui, &mut s.degenerate, "without area", "Drops what has no area: it can own no pixel");
+        ui.horizontal(|ui| {
+            let mut on = s.detail_px > 0.0;
+            if switch(ui, &mut on, "small", "Drops what stays under this many pixels: the one switch here that may change the picture") {
+                s.detail_px = if on { 2.0 } else { 0.0 };
+            }
+            ui.add_enabled(on, egui::DragValue::new(&mut s.detail_px).range(0.0..=64.0).speed(0.1).suffix(" px"));
+        });
+        if s.detail_px > 0.0 {
+            choices(ui, &mut s.detail_by, &[
+                (DetailBy::Box, "box", "Width and height are both under it"),
+                (DetailBy::Area, "area", "The area is under it, in square pixels"),
+                (DetailBy::Diameter, "diagonal", "The diagonal is under it"),
+            ]);
+        }
+        ui.horizontal(|ui| {
+            ui.label("down to");
+            choices(ui, &mut s.depth, &[
+                (Depth::Instances, "things", "Whole instances: the cheapest answer"),
+                (Depth::Clusters, "clusters", "Groups of up to 124 triangles of things that straddle or face away in part"),
+                (Depth::Triangles, "faces", "Single triangles: the tightest count; the picture is drawn by clusters"),
+            ]);
+        });
+    });
+}
+
+fn cameras(ui: &mut egui::Ui, session: &mut Session) {
+    let frozen = session.state.frozen.is_some();
+    ui.horizontal(|ui| {
+        let about = "What is drawn stays as it is decided now, and you fly on (F)";
+        if ui.selectable_label(frozen, "Freeze").on_hover_text(about).clicked() {
+            session.toggle_freeze();
+        }
+        let name = if frozen { "Back in" } else { "Fly out" };
+        let about = "Freezes, and looks at it from outside; once more goes back (O)";
+        if button(ui, name, about) {
+            session.toggle_outside();
+        }
+    });
+    choices(
+        ui,
+        &mut session.state.layout,
+        &[
+            (Layout::One, "one", "One picture (1)"),
+            (Layout::Split, "split", "The culling camera beside a view from outside (2)"),
+            (
+                Layout::Wipe,
+                "wipe",
+                "With culling to the left of a divider, without to the right: drag it (3)",
+            ),
+        ],
+    );
+    switch(
+        ui,
+        &mut session.state.map,
+        "map",
+        "From above, in the corner: white is drawn, the rest in the colour of its reason (M)",
+    );
+    if let Some(rig) = &mut session.state.camera {
+        let before = rig.mode;
+        choices(
+            ui,
+            &mut rig.mode,
+            &[
+                (Mode::Orbit, "orbit", "Drag turns around what is in the middle"),
+                (Mode::Fly, "fly", "Drag looks about; W A S D and Q E move (G)"),
+                (Mode::Top, "top", "Straight down, without perspective"),
+            ],
+        );
+        if before != rig.mode && rig.mode == Mode::Top {
+            session.fit();
+        }
+    }
+    switch(
+        ui,
+        &mut session.state.hover_turns,
+        "turn on hover",
+        "The camera turns by mere movement of the pointer over the picture",
+    );
+    ui.weak(format!("scale {:.2} ×", session.scale()))
+        .on_hover_text("1 shows the whole scene; the wheel changes it");
+    let turned =
+        session.state.layout == Layout::Split && !frozen && session.chase != Chase::default();
+    let about = "Puts the camera outside back behind the one that culls";
+    if turned && button(ui, "Follow from behind", about) {
+        session.chase = Chase::default();
+    }
+}
+
+fn ghosts(ui: &mut egui::Ui, session: &mut Session) {
+    let chosen = choices(
+        ui,
+        &mut session.state.ghosts.form,
+        &[
+            (GhostForm::Off, "hidden", "What was dropped is not there"),
+            (
+                GhostForm::Boxes,
+                "boxes",
+                "Its boxes, in the colour of the reason: fly out to see them",
+            ),
+            (
+                GhostForm::Solid,
+                "solid",
+                "As it is, in the colour of the reason; the legend has a switch for each",
+            ),
+        ],
+    );
+    if chosen
+        && session.state.ghosts.form != GhostForm::Off
+        && session.state.frozen.is_none()
+        && session.state.layout == Layout::One
+    {
+        // From where the culler looks, nothing of what it dropped is to be seen.
+        session.toggle_outside();
+    }
+}
+
+fn picture(ui: &mut egui::Ui, session: &mut Session) {
+    let look = &mut session.state.look;
+    ui.horizontal(|ui| {
+        ui.label("colours");
+        let name = Colour::ALL.iter().find(|c| c.0 == look.colour).map_or("", |c| c.1);
+        egui::ComboBox::from_id_salt("colours").selected_text(name).width(100.0).show_ui(
+            ui,
+            |ui| {
+                for (value, name, about) in Colour::ALL {
+                    ui.selectable_value(&mut look.colour, value, name).on_hover_text(about);
+                }
+            },
+        );
+    });
+    ui.horizontal_wrapped(|ui| {
+        switch(ui, &mut look.fill, "fill", "Triangles are filled");
+        switch(ui, &mut look.wireframe, "wireframe", "Edges of triangles (X)");
+    });
+    ui.horizontal(|ui| {
+        ui.label("cull");
+        choices(
+            ui,
+            &mut look.cull,
+            &[
+                (Faces::None, "none", "Faces from behind are kept"),
+                (Faces::Back, "back", "Faces of solids seen from behind are dropped"),
+                (
+                    Faces::Front,
+                    "front",
+                    "Faces seen from the front are dropped, as shadow passes do",
+                ),
+            ],
+        );
+    });
+    switch(
+        ui,
+        &mut look.hardware,
+        "by the hardware too",
+        "The graphics card drops those faces of every mesh, sheets too: what the culler saves it from doing",
+    );
+    switch(
+        ui,
+        &mut look.clockwise,
+        "clockwise is front",
+        "The other winding: solids turn inside out",
+    );
+    switch(ui, &mut look.face_normals, "face normals", "A line from the middle of each face");
+    switch(ui, &mut look.vertex_normals, "vertex normals", "A line from each vertex");
+    switch(
+        ui,
+        &mut look.fine,
+        "high quality",
+        "Four samples a pixel: smoother edges for more drawing time",
+    );
+    ui.horizontal(|ui| {
+        switch(
+            ui,
+            &mut session.state.always,
+            "draw always",
+            "Draws without end, for measuring; else only when something changes",
+        );
+        if button(ui, "Refresh", "Draws once more (R)") {
+            session.refresh = true;
+        }
+    });
+}
+
+fn journey(ui: &mut egui::Ui, session: &mut Session) {
+    ui.horizontal_wrapped(|ui| {
+        for (path, about) in [
+            (PathSpec::Orbit, "Around the scene"),
+            (PathSpec::Walk, "Through it at eye height"),
+            (PathSpec::Fly, "Over and through it"),
+        ] {
+            if button(ui, &path.to_string(), about) {
+                session.travel(path);
+            }
+        }
+        if session.journey.recording {
+            if button(ui, "Stop", "Ends the recording") {
+                session.journey.recording = false;
+            }
+        } else if button(ui, "Record", "Records the camera twelve times a second") {
+            session.journey.record();
+        }
+    });
+    if session.journey.is_making() {
+        ui.spinner();
+    }
+    let j = &mut session.journey;
+    if j.rigs.is_empty() {
+        ui.weak("Take one of the scene's paths, or record your own.");
+        return;
+    }
+    ui.weak(format!("{}: {} cameras, {:.1} s", j.name, j.rigs.len(), j.rigs.len() as f64 / RATE));
+    let mut moved = false;
+    ui.horizontal(|ui| {
+        let name = if j.playing { "Pause" } else { "Play" };
+        if !j.recording && button(ui, name, "Moves the camera along the path (Space)") {
+            j.playing = !j.playing;
+        }
+        ui.spacing_mut().slider_width = 70.0;
+        let end = j.seconds();
+        let slider = egui::Slider::new(&mut j.at, 0.0..=end).suffix(" s").fixed_decimals(1);
+        moved = ui.add_enabled(!j.recording, slider).changed();
+    });
+    if moved && let Some(rig) = j.rig() {
+        session.state.camera = Some(rig);
+    }
+    if button(ui, "Copy as JSON", "The file that cullet report --path file:… reads") {
+        let [w, h] = session.size.map(|v| f64::from(v.max(1)));
+        match session.journey.json(w / h) {
+            Ok(text) => {
+                ui.ctx().copy_text(text);
+                session.tell(
+                    "The path is copied: save it, then cullet report SCENE --path file:path.json",
+                    false,
+                );
+            }
+            Err(error) => session.tell(error.to_string(), true),
+        }
+    }
+}
+
+fn structures(ui: &mut egui::Ui, session: &mut Session) {
+    let levels = session.world.as_ref().map_or(0, |w| structure::level_count(&w.model.scene));
+    let level = &mut session.state.structure.level;
+    ui.horizontal(|ui| {
+        ui.label("hierarchy");
+        let text = if *level == 0 { "off".to_owned() } else { format!("level {level}") };
+        egui::ComboBox::from_id_salt("level").selected_text(text).width(76.0).show_ui(ui, |ui| {
+            ui.selectable_value(level, 0, "off");
+            for l in 1..=levels {
+                ui.selectable_value(level, l, format!("level {l}")).on_hover_text(
+                    "Boxes that the walk asked: blue outside, green inside, orange asked on",
+                );
+            }
+        });
+    });
+    switch(
+        ui,
+        &mut session.state.structure.cones,
+        "cones of clusters",
+        "Of what is inspected: the cone of each cluster's normals; violet ones face away and are dropped",
+    );
+}

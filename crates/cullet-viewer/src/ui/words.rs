@@ -1,0 +1,67 @@
+//! Numbers as people read them, and switches with a sentence.
+
+use eframe::egui;
+
+/// A number with its thousands set apart.
+#[must_use]
+pub fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::with_capacity(digits.len() * 4 / 3);
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push('\u{2009}');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// A share as a percentage, with a digit more where it is small.
+#[must_use]
+pub(super) fn percent(part: u64, of: u64) -> String {
+    if of == 0 {
+        return "0 %".to_owned();
+    }
+    let p = part as f64 / of as f64 * 100.0;
+    if p > 0.0 && p < 9.95 { format!("{p:.1} %") } else { format!("{p:.0} %") }
+}
+
+/// A switch with a sentence that says what it does and costs. True when it was thrown.
+pub(super) fn switch(ui: &mut egui::Ui, on: &mut bool, name: &str, about: &str) -> bool {
+    ui.checkbox(on, name).on_hover_text(about).changed()
+}
+
+/// A small button with a sentence. True when it was pressed.
+pub(super) fn button(ui: &mut egui::Ui, name: &str, about: &str) -> bool {
+    ui.add(egui::Button::new(name).small()).on_hover_text(about).clicked()
+}
+
+/// A colour of the palette.
+pub(super) fn colour([r, g, b]: [u8; 3]) -> egui::Color32 {
+    egui::Color32::from_rgb(r, g, b)
+}
+
+/// A filled square of a colour, as high as the text, with a rim so that light ones show on a light ground.
+pub(super) fn swatch(ui: &mut egui::Ui, rgb: [u8; 3]) {
+    let side = ui.text_style_height(&egui::TextStyle::Small);
+    let (rect, _) = ui.allocate_exact_size(egui::vec2(side, side), egui::Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, colour(rgb));
+    let rim = egui::Stroke::new(1.0, ui.visuals().weak_text_color());
+    ui.painter().rect_stroke(rect, 2.0, rim, egui::StrokeKind::Inside);
+}
+
+/// Choices in a row, each with a sentence. True when another was chosen.
+pub(super) fn choices<T: PartialEq + Copy>(
+    ui: &mut egui::Ui,
+    chosen: &mut T,
+    all: &[(T, &str, &str)],
+) -> bool {
+    let before = *chosen;
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        for (value, name, about) in all {
+            ui.selectable_value(chosen, *value, *name).on_hover_text(*about);
+        }
+    });
+    *chosen != before
+}

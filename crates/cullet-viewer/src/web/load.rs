@@ -1,0 +1,144 @@
+//! Loading on a page: files are fetched, parsed in a worker, and unpacked between pictures.
+
+use cullet_io::Model;
+use js_sys::{Array, Object, Promise, Reflect, Uint8Array};
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
+use web_sys::{MessageEvent, Response, Worker, WorkerOptions, WorkerType};
+
+use super::packed::Unpacker;
+use crate::task::{Task, clock};
+use crate::world::{Source, World};
+
+/// Unpacking lets the page draw after this many nanoseconds.
+const SLICE: u64 = 12_000_000;
+
+/// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address of the
+/// server that the page came from (`/scene/model.glb`). Built-in scenes are made at once: the largest by
+/// default takes some milliseconds.
+pub fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result<World, String>> {
+    let (send, task) = Task::waiting();
+    spawn_local(async move {
+        // Nobody listens any more when the user has gone on to something else.
+        let _ = send.send(world(source).await);
+        wake();
+    });
+    task
+}
+
+async fn world(source: Source) -> Result<World, String> {
+    let name = source.name();
+    let (file, bytes) = match source {
+        Source::Builtin(_) => return World::load(&source),
+        Source::Bytes(file, bytes) => (file, Uint8Array::from(&bytes[..])),
+        Source::File(path) => {
+            let address = path.to_string_lossy().into_owned();
+            let bytes = fetch(&address).await.map_err(|e| format!("{address}: {e}"))?;
+            (address, bytes)
+        }
+    };
+    let packed = in_worker(&file, &bytes).await?;
+    let model = unpack(packed).await.map_err(|e| format!("{file}: {e}"))?;
+    Ok(World::new(model, name))
+}
+
+/// The bytes at an address of the page's own server.
+async fn fetch(address: &str) -> Result<Uint8Array, String> {
+    // A link must not make the page read from elsewhere.
+    if !address.starts_with("/scene/") {
+        return Err("a page opens no files by path: drop the file on it, or serve it with \
+                    'cullet serve FILE'"
+            .to_owned());
+    }
+    let window = web_sys::window().ok_or("there is no window")?;
+    let encoded: String = js_sys::encode_uri(address).into();
+    let response = JsFuture::from(window.fetch_with_str(&encoded)).await.map_err(text)?;
+    let response: Response = response.dyn_into().map_err(text)?;
+    if !response.ok() {
+        return Err(format!("the server answers {} {}", response.status(), response.status_text()));
+    }
+    let buffer = JsFuture::from(response.array_buffer().map_err(text)?).await.map_err(text)?;
+    Ok(Uint8Array::new(&buffer))
+}
+
+/// Parses in a worker of its own, which is ended afterwards: that gives its memory back, and a fault in it
+/// harms nobody.
+async fn in_worker(file: &str, bytes: &Uint8Array) -> Result<Vec<u8>, String> {
+    let options = WorkerOptions::new();
+    options.set_type(WorkerType::Module);
+    let worker = Worker::new_with_options("./worker.js", &options).map_err(text)?;
+    let answer = Promise::new(&mut |done, failed| {
+        worker.set_onmessage(Some(&done));
+        worker.set_onerror(Some(&failed));
+    });
+    let message = Object::new();
+    let set = |name: &str, value: &JsValue| Reflect::set(&message, &name.into(), value);
+    // The code is compiled already; only its memory is new.
+    set("module", &wasm_bindgen::module()).map_err(text)?;
+    set("name", &file.into()).map_err(text)?;
+    set("bytes", bytes).map_err(text)?;
+    let sent = worker.post_message_with_transfer(&message, &Array::of1(&bytes.buffer()));
+    let answered = match sent {
+        Ok(()) => JsFuture::from(answer).await,
+        Err(e) => Err(e),
+    };
+    worker.terminate();
+    let event: MessageEvent = answered
+        .map_err(|e| {
+            let why = text(e);
+            format!("{file}: reading it broke off ({why}); it may need more memory than a page has")
+        })?
+        .dyn_into()
+        .map_err(text)?;
+    match event.data().dyn_into::<Uint8Array>() {
+        Ok(packed) => Ok(packed.to_vec()),
+        // What the file's own error says names the file.
+        Err(error) => Err(text(error)),
+    }
+}
+
+async fn unpack(packed: Vec<u8>) -> Result<Model, String> {
+    let mut unpacker = Unpacker::new(packed).map_err(|e| e.to_string())?;
+    let mut begun = clock();
+    while unpacker.step().map_err(|e| e.to_string())? {
+        if clock() - begun > SLICE {
+            pause().await;
+            begun = clock();
+        }
+    }
+    unpacker.finish().map_err(|e| e.to_string())
+}
+
+/// Lets the page do what else there is to do.
+async fn pause() {
+    let later = Promise::new(&mut |done, _| {
+        if let Some(window) = web_sys::window() {
+            // Without a timer the promise would never be kept; a window always has them.
+            let _ = window.set_timeout_with_callback(&done);
+        }
+    });
+    let _ = JsFuture::from(later).await;
+}
+
+/// What JavaScript throws, for people.
+fn text(thrown: JsValue) -> String {
+    if let Some(text) = thrown.as_string() {
+        return text;
+    }
+    let message = Reflect::get(&thrown, &"message".into()).ok().and_then(|m| m.as_string());
+    message.unwrap_or_else(|| format!("{thrown:?}"))
+}
+
+/// The worker's part: a file's bytes to a packed model.
+///
+/// # Errors
+/// As a file's loading has them, as text.
+#[wasm_bindgen]
+pub fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
+    console_error_panic_hook::set_once();
+    // The file's own name, not the address it was fetched from.
+    let name = name.rsplit('/').next().unwrap_or(name);
+    cullet_io::load_bytes(name, bytes, &cullet_io::LoadOptions::default())
+        .map(|model| super::packed::pack(&model))
+        .map_err(|e| JsValue::from_str(&e.to_string()))
+}

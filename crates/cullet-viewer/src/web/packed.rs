@@ -1,0 +1,399 @@
+//! A model as bytes, to go from the worker that parsed it to the page that shows it.
+//!
+//! Both run the same program, so this is no file format: there is no version, and nothing of it outlives a
+//! message. Even so every count is held against the bytes there are.
+
+use cullet::bounds::Aabb;
+use cullet::mesh::{Alpha, Cluster, Clustering, MeshData, Part};
+use cullet::{BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Projection, Transform};
+use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, Portal, Warning};
+use thiserror::Error;
+
+use super::bytes::{Reader, Writer};
+
+/// Why bytes make no model.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum UnpackError {
+    /// They end before what they promise.
+    #[error("the packed model ends early, at byte {0}")]
+    Short(usize),
+    /// What they say cannot be.
+    #[error("the packed model is damaged: {0}")]
+    Damaged(String),
+}
+
+/// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is stored.
+/// Costs a copy of everything.
+#[must_use]
+pub fn pack(model: &Model) -> Vec<u8> {
+    let Model { name, scene, mesh_names, instance_names, node_tree, .. } = model;
+    let mut out = Writer::default();
+    out.text(name);
+    out.texts(mesh_names);
+    out.texts(instance_names);
+    out.pods(&node_tree.parents);
+    out.texts(&node_tree.names);
+    out.pods(&node_tree.node_of_instance);
+    out.list(&model.materials, |out, m| {
+        out.text(&m.name);
+        out.pod(m.color);
+    });
+    out.list(&model.cameras, |out, c| {
+        out.text(&c.name);
+        let (kind, values) = numbers(&c.projection);
+        out.pod(kind);
+        out.pod(values);
+        out.list(&c.keys, |out, (time, at)| {
+            out.pod(*time);
+            transform(out, at);
+        });
+    });
+    out.list(&model.views, |out, v| {
+        out.text(&v.name);
+        out.pod(v.clip_from_world);
+        out.pod(v.eye);
+        out.pod(v.near);
+    });
+    out.list(&model.cells.cells, |out, c| {
+        out.text(&c.name);
+        out.pod([c.min, c.max]);
+    });
+    out.list(&model.cells.portals, |out, p| {
+        out.pod(p.cells);
+        out.pods(&p.polygon);
+        out.pod(p.door.map_or([0; 3], |h| [1, h.index, h.generation]));
+        out.pod(u32::from(p.closed));
+    });
+    let mut warnings = model.warnings.clone();
+    if model.motion.is_some() {
+        let message = "what moves in it stands as it is stored: pages show no animation yet";
+        warnings.push(Warning { item: "animations".to_owned(), message: message.to_owned() });
+    }
+    out.list(&warnings, |out, w| {
+        out.text(&w.item);
+        out.text(&w.message);
+    });
+    out.pod(scene.origin());
+    // In the order of their handles, so that the same handles come back, and the same slots.
+    let mut slots: Vec<(u32, u32)> =
+        scene.slots().filter_map(|s| Some((scene.handle(s)?.index, s))).collect();
+    slots.sort_unstable();
+    out.list(&slots, |out, &(_, slot)| {
+        let flags = scene.flags(slot);
+        let bits = [
+            flags.always_visible,
+            flags.no_occlusion,
+            flags.double_sided,
+            flags.transparent,
+            flags.dynamic,
+            scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1),
+        ];
+        let bits = bits.iter().rev().fold(0u32, |all, &bit| all << 1 | u32::from(bit));
+        out.pod([scene.mesh_id(slot), scene.layers(slot), bits]);
+        transform(out, scene.transform(slot));
+        let bounds = scene.bounds(slot);
+        out.pod([bounds.min, bounds.max]);
+    });
+    out.list(scene.meshes(), mesh);
+    out.bytes
+}
+
+fn numbers(projection: &Projection) -> (u32, [f64; 6]) {
+    match *projection {
+        Projection::Perspective { fov_y_radians, aspect, near, far } => {
+            (0, [fov_y_radians, aspect, near, far, 0.0, 0.0])
+        }
+        Projection::OffCentre { left, right, bottom, top, near, far } => {
+            (1, [left, right, bottom, top, near, far])
+        }
+        Projection::Orthographic { left, right, bottom, top, near, far } => {
+            (2, [left, right, bottom, top, near, far])
+        }
+    }
+}
+
+fn projection(kind: u32, [left, right, bottom, top, near, far]: [f64; 6]) -> Option<Projection> {
+    Some(match kind {
+        0 => Projection::Perspective { fov_y_radians: left, aspect: right, near: bottom, far: top },
+        1 => Projection::OffCentre { left, right, bottom, top, near, far },
+        2 => Projection::Orthographic { left, right, bottom, top, near, far },
+        _ => return None,
+    })
+}
+
+fn transform(out: &mut Writer, t: &Transform) {
+    out.pod(t.linear);
+    out.pod(t.translation);
+}
+
+fn mesh(out: &mut Writer, mesh: &Mesh) {
+    let data = mesh.to_data();
+    out.pods(&data.positions);
+    out.pods(&data.indices);
+    out.list(&data.parts, |out, p| {
+        let alpha = match p.alpha {
+            Alpha::Opaque => 0,
+            Alpha::Masked => 1,
+            Alpha::Blended => 2,
+        };
+        out.pod([p.first_triangle, p.triangle_count, p.material, u32::from(p.two_sided), alpha]);
+    });
+    out.pod([data.polygons, u32::from(data.deformable)]);
+    // Cut into clusters already: making them takes most of the time.
+    let drawn = (mesh.triangle_count() - mesh.degenerate_count()) as usize;
+    out.pods(&mesh.original_triangle()[..drawn]);
+    out.list(mesh.clusters(), |out, c| out.pod([c.first_triangle, c.triangle_count, c.part]));
+}
+
+/// An instance that waits for its mesh, and the box that the scene had for it.
+type Waiting = (Instance, bool, Aabb);
+
+/// Unpacks a model piece by piece.
+#[derive(Debug)]
+pub struct Unpacker {
+    bytes: Vec<u8>,
+    at: usize,
+    model: Model,
+    origin: [f64; 3],
+    instances: Vec<Waiting>,
+    meshes: u64,
+}
+
+impl Unpacker {
+    /// Reads everything but the meshes.
+    ///
+    /// # Errors
+    /// If the bytes are none that [`pack`] wrote.
+    pub fn new(bytes: Vec<u8>) -> Result<Self, UnpackError> {
+        let mut from = Reader::new(&bytes, 0);
+        let from = &mut from;
+        let mut model = Model { name: from.text()?, mesh_names: from.texts()?, ..Model::default() };
+        model.instance_names = from.texts()?;
+        model.node_tree.parents = from.pods()?;
+        model.node_tree.names = from.texts()?;
+        model.node_tree.node_of_instance = from.pods()?;
+        model.materials =
+            from.list(|from| Ok(Material { name: from.text()?, color: from.pod()? }))?;
+        model.cameras = from.list(|from| {
+            let name = from.text()?;
+            let (kind, values) = (from.pod()?, from.pod()?);
+            let projection = projection(kind, values)
+                .ok_or_else(|| UnpackError::Damaged(format!("projection {kind}")))?;
+            let keys = from.list(|from| Ok((from.pod()?, place(from)?)))?;
+            Ok(CameraNode { name, projection, keys })
+        })?;
+        model.views = from.list(|from| {
+            let name = from.text()?;
+            let (clip_from_world, eye, near) = (from.pod()?, from.pod()?, from.pod()?);
+            Ok(MatrixView { name, clip_from_world, eye, near })
+        })?;
+        model.cells.cells = from.list(|from| {
+            let name = from.text()?;
+            let [min, max] = from.pod()?;
+            Ok(Cell { name, min, max })
+        })?;
+        model.cells.portals = from.list(|from| {
+            let (cells, polygon) = (from.pod()?, from.pods()?);
+            let [some, index, generation]: [u32; 3] = from.pod()?;
+            let door = (some == 1).then_some(Handle { index, generation });
+            Ok(Portal { cells, polygon, door, closed: from.pod::<u32>()? == 1 })
+        })?;
+        model.warnings =
+            from.list(|from| Ok(Warning { item: from.text()?, message: from.text()? }))?;
+        let origin = from.pod()?;
+        let instances = from.list(|from| {
+            let [mesh, layers, bits]: [u32; 3] = from.pod()?;
+            let bit = |n: u32| bits >> n & 1 == 1;
+            let flags = InstanceFlags {
+                always_visible: bit(0),
+                no_occlusion: bit(1),
+                double_sided: bit(2),
+                transparent: bit(3),
+                dynamic: bit(4),
+            };
+            let place = place(from)?;
+            let [min, max] = from.pod()?;
+            let instance = Instance { layers, flags, ..Instance::new(mesh, place) };
+            Ok((instance, bit(5), Aabb { min, max }))
+        })?;
+        let meshes = from.pod()?;
+        let at = from.at();
+        Ok(Self { bytes, at, model, origin, instances, meshes })
+    }
+
+    /// Makes the next mesh, with what culling prepares of it; `false` when there is none left.
+    ///
+    /// # Errors
+    /// If the bytes are none that [`pack`] wrote.
+    pub fn step(&mut self) -> Result<bool, UnpackError> {
+        if self.meshes == 0 {
+            return Ok(false);
+        }
+        let mut from = Reader::new(&self.bytes, self.at);
+        let (positions, indices) = (from.pods()?, from.pods()?);
+        let parts = from.list(|from| {
+            let [first_triangle, triangle_count, material, two_sided, alpha]: [u32; 5] =
+                from.pod()?;
+            let alpha = match alpha {
+                0 => Alpha::Opaque,
+                1 => Alpha::Masked,
+                _ => Alpha::Blended,
+            };
+            Ok(Part { first_triangle, triangle_count, material, two_sided: two_sided == 1, alpha })
+        })?;
+        let [polygons, deformable]: [u32; 2] = from.pod()?;
+        let order = from.pods()?;
+        let clusters = from.list(|from| {
+            let [first_triangle, triangle_count, part] = from.pod()?;
+            Ok(Cluster { first_triangle, triangle_count, part })
+        })?;
+        self.at = from.at();
+        let data = MeshData { positions, indices, parts, polygons, deformable: deformable == 1 };
+        let mesh = Mesh::with_clusters(data, &Clustering { order, clusters })
+            .map_err(|e| UnpackError::Damaged(e.to_string()))?;
+        mesh.prepare();
+        self.model.scene.add_mesh(mesh);
+        self.meshes -= 1;
+        Ok(self.meshes > 0)
+    }
+
+    /// Makes what meshes are left, and places the instances.
+    ///
+    /// # Errors
+    /// If the bytes are none that [`pack`] wrote.
+    pub fn finish(mut self) -> Result<Model, UnpackError> {
+        while self.step()? {}
+        let mut model = self.model;
+        let scene = &mut model.scene;
+        let mut handles = Vec::with_capacity(self.instances.len());
+        for (instance, exempt, bounds) in &self.instances {
+            // What is exempt by its flag needs no other reason.
+            let none = *exempt && !instance.flags.always_visible;
+            let own = if none { BoundsOverride::None } else { BoundsOverride::Mesh };
+            let handle = scene
+                .add(Instance { bounds: own, ..*instance })
+                .map_err(|e| UnpackError::Damaged(e.to_string()))?;
+            handles.push((handle, none, *bounds));
+        }
+        scene.commit();
+        scene.rebase(self.origin);
+        // Bounds that were given, as those of what deforms are, are not those of the mesh.
+        for (handle, none, bounds) in handles {
+            let wrong = |e: cullet::SceneError| UnpackError::Damaged(e.to_string());
+            if !none && scene.bounds(scene.slot(handle).map_err(wrong)?) != bounds {
+                scene.set_bounds(handle, BoundsOverride::World(bounds)).map_err(wrong)?;
+            }
+        }
+        Ok(model)
+    }
+}
+
+fn place(from: &mut Reader<'_>) -> Result<Transform, UnpackError> {
+    Ok(Transform { linear: from.pod()?, translation: from.pod()? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cullet::{View, ViewState, Visible};
+    use cullet_io::{load_bytes, scenes};
+
+    fn visible(model: &Model) -> Visible {
+        let camera = &cullet_io::paths::cameras(
+            model,
+            &cullet_io::paths::PathSpec::Orbit,
+            3,
+            [320, 200],
+            &cullet_io::paths::Overrides::default(),
+        )
+        .unwrap()[1];
+        let view = View::new(camera, cullet::Depth::Reversed, [320, 200]).unwrap();
+        let mut visible = Visible::default();
+        let culler = cullet::Culler::default();
+        culler.cull_one(&model.scene, &view, &mut ViewState::default(), &mut visible);
+        visible
+    }
+
+    fn same(model: &Model) {
+        let back = Unpacker::new(pack(model)).unwrap().finish().unwrap();
+        let meshes = |m: &Model| {
+            format!("{:?}", m.scene.meshes().iter().map(Mesh::to_data).collect::<Vec<_>>())
+        };
+        assert_eq!(meshes(&back), meshes(model), "{}", model.name);
+        for (a, b) in back.scene.meshes().iter().zip(model.scene.meshes()) {
+            assert_eq!(
+                (a.clusters(), a.original_triangle()),
+                (b.clusters(), b.original_triangle())
+            );
+        }
+        let placed = |m: &Model| {
+            let s = &m.scene;
+            let one = |i| {
+                (s.handle(i), s.mesh_id(i), *s.transform(i), s.layers(i), s.flags(i), s.bounds(i))
+            };
+            (s.origin(), s.exempt().to_vec(), s.slots().map(one).collect::<Vec<_>>())
+        };
+        assert_eq!(placed(&back), placed(model), "{}", model.name);
+        let rest = |m: &Model| {
+            (
+                m.name.clone(),
+                m.mesh_names.clone(),
+                m.instance_names.clone(),
+                m.node_tree.clone(),
+                m.materials.clone(),
+                m.cameras.clone(),
+                m.views.clone(),
+                m.cells.clone(),
+            )
+        };
+        assert_eq!(rest(&back), rest(model), "{}", model.name);
+        let (a, b) = (visible(&back), visible(model));
+        assert_eq!(
+            (a.triangle_count, &a.whole, &a.partial),
+            (b.triangle_count, &b.whole, &b.partial),
+            "{}",
+            model.name
+        );
+    }
+
+    #[test]
+    fn a_model_comes_back_as_it_went() {
+        for text in ["solids", "city:cells=4,objects=30", "office", "moving", "knobs"] {
+            same(&scenes::build(text).unwrap());
+        }
+        let far = b"v 1e7 0 0\nv 1e7 1 0\nv 1.00001e7 0 0\nv 1e7 0 9\nf 1 2 3\nf 2 3 4\nf 1 1 2\n";
+        let model = load_bytes("far.obj", far, &cullet_io::LoadOptions::default()).unwrap();
+        assert_ne!(model.scene.origin(), [0.0; 3]);
+        same(&model);
+    }
+
+    #[test]
+    fn instances_with_bounds_of_their_own_keep_them() {
+        let mut model = scenes::build("solids").unwrap();
+        let handles: Vec<_> =
+            model.scene.slots().filter_map(|s| model.scene.handle(s)).take(2).collect();
+        model.scene.set_bounds(handles[0], BoundsOverride::None).unwrap();
+        let given = Aabb { min: [-9.0; 3], max: [9.0; 3] };
+        model.scene.set_bounds(handles[1], BoundsOverride::World(given)).unwrap();
+        model.scene.commit();
+        let back = Unpacker::new(pack(&model)).unwrap().finish().unwrap();
+        assert_eq!(back.scene.bounds(back.scene.slot(handles[1]).unwrap()), given);
+        let slot = back.scene.slot(handles[0]).unwrap() as usize;
+        assert_eq!(back.scene.exempt()[slot / 64] >> (slot % 64) & 1, 1);
+    }
+
+    #[test]
+    fn bytes_that_end_early_or_lie_are_errors() {
+        let bytes = pack(&scenes::build("solids").unwrap());
+        for at in (0..bytes.len()).step_by(997).chain(0..200) {
+            let short = Unpacker::new(bytes[..at].to_vec()).and_then(Unpacker::finish);
+            assert!(matches!(short, Err(UnpackError::Short(_))), "{at}: {short:?}");
+        }
+        for at in (0..bytes.len()).step_by(1009) {
+            let mut lying = bytes.clone();
+            lying[at] ^= 0xff;
+            // Whatever comes of it, it is no panic and no vast allocation.
+            let _ = Unpacker::new(lying).and_then(Unpacker::finish);
+        }
+    }
+}

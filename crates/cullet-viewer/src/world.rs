@@ -1,0 +1,183 @@
+//! The scene that is shown, and how it is loaded.
+
+use std::path::PathBuf;
+
+use cullet::bounds::Aabb;
+use cullet_io::paths::{self, Overrides, PathSpec};
+use cullet_io::{LoadOptions, Model, load, load_bytes, scenes};
+use glam::DVec3;
+
+use crate::camera::Rig;
+
+/// A scene of so many instances is large.
+const MANY: u64 = 200;
+
+/// Where a scene comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A built-in scene by its text.
+    Builtin(String),
+    /// A file of the machine.
+    File(PathBuf),
+    /// A file's bytes, as a browser gives them.
+    Bytes(String, Vec<u8>),
+}
+
+impl Source {
+    /// What a user typed: a built-in scene's text, or else a path.
+    #[must_use]
+    pub fn of_text(text: &str) -> Self {
+        let text = text.trim();
+        if scenes::is_builtin(text) && !std::path::Path::new(text).is_file() {
+            Self::Builtin(text.to_owned())
+        } else {
+            Self::File(PathBuf::from(text))
+        }
+    }
+
+    /// What to call it while it is loaded, and what a link says.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self {
+            Self::Builtin(text) | Self::Bytes(text, _) => text.clone(),
+            Self::File(path) => path.display().to_string(),
+        }
+    }
+}
+
+/// How much there is of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Meshes, each counted once.
+    pub meshes: u64,
+    /// Instances.
+    pub instances: u64,
+    /// Vertices of all instances.
+    pub vertices: u64,
+    /// Triangles of all instances.
+    pub triangles: u64,
+    /// Clusters of all instances.
+    pub clusters: u64,
+}
+
+/// A loaded scene, with what the viewer needs of it at every frame.
+#[derive(Debug)]
+pub struct World {
+    /// The scene.
+    pub model: Model,
+    /// Where it came from.
+    pub name: String,
+    /// How much there is of it.
+    pub counts: Counts,
+    /// The radius of the scene, but for a ground or sky that reaches far beyond all else.
+    pub reach: f64,
+    /// The middle of that.
+    pub centre: [f64; 3],
+}
+
+impl World {
+    /// Loads a scene, and prepares what the first cull would else have to wait for.
+    ///
+    /// # Errors
+    /// The text of what is wrong with it, for the user.
+    pub fn load(source: &Source) -> Result<Self, String> {
+        let model = match source {
+            Source::Builtin(text) => scenes::build(text).map_err(|e| e.to_string())?,
+            Source::File(path) => load(path, &LoadOptions::default()).map_err(|e| e.to_string())?,
+            Source::Bytes(name, bytes) => {
+                load_bytes(name, bytes, &LoadOptions::default()).map_err(|e| e.to_string())?
+            }
+        };
+        model.scene.prepare();
+        Ok(Self::new(model, source.name()))
+    }
+
+    /// The world of a model.
+    #[must_use]
+    pub fn new(model: Model, name: String) -> Self {
+        let scene = &model.scene;
+        let mut counts = Counts {
+            meshes: scene.meshes().len() as u64,
+            instances: u64::from(scene.instance_count()),
+            triangles: scene.triangle_count(),
+            ..Counts::default()
+        };
+        for slot in scene.slots() {
+            let mesh = scene.mesh(slot);
+            counts.vertices += mesh.positions().len() as u64;
+            counts.clusters += mesh.clusters().len() as u64;
+        }
+        let things = things(&model);
+        let half = DVec3::from(things.half_extent()).length();
+        let centre = DVec3::from(things.center()) + DVec3::from(scene.origin());
+        let sound = half > 0.0 && half.is_finite() && centre.is_finite();
+        let (reach, centre) = if sound { (half, centre.into()) } else { (1.0, [0.0; 3]) };
+        Self { model, name, counts, reach, centre }
+    }
+
+    /// The cameras of one of the scene's own paths, as `cullet report` has them; none where the scene leaves
+    /// no room for such a path.
+    #[must_use]
+    pub fn path(&self, path: &PathSpec, count: usize, size: [u32; 2]) -> Vec<Rig> {
+        let size = size.map(|v| v.clamp(1, 65_536));
+        let cameras = paths::cameras(&self.model, path, count, size, &Overrides::default());
+        let rig = |c: &cullet::Camera| {
+            let to_centre = DVec3::from(self.centre) - DVec3::from(c.eye);
+            let direction = DVec3::from(c.direction).normalize_or(DVec3::NEG_Z);
+            let ahead = to_centre.dot(direction);
+            // One that looks past the scene turns around what is before it.
+            let distance = if ahead > 0.05 * self.reach { ahead } else { 0.2 * self.reach };
+            Rig::of(c, distance)
+        };
+        cameras.map(|all| all.iter().map(rig).collect()).unwrap_or_default()
+    }
+
+    /// A camera that shows the whole scene: the first of `cullet report`'s.
+    #[must_use]
+    pub fn overview(&self, size: [u32; 2]) -> Rig {
+        let first = self.path(&PathSpec::Orbit, 8, size).into_iter().next();
+        first.unwrap_or_else(|| Rig {
+            target: self.centre,
+            distance: self.reach * 2.5,
+            ..Rig::default()
+        })
+    }
+
+    /// Where a user begins: before the whole of a small scene, and in the midst of a large one, where there
+    /// is something to cull.
+    #[must_use]
+    pub fn first_sight(&self, size: [u32; 2]) -> Rig {
+        let all = self.overview(size);
+        if self.counts.instances < MANY {
+            return all;
+        }
+        let near = all.near.min(self.reach * 1e-3);
+        Rig { target: self.centre, distance: self.reach * 0.3, pitch: -17.0, near, ..all }
+    }
+
+    /// A camera from above that shows what is around a point.
+    #[must_use]
+    pub fn top(&self, around: &Rig) -> Rig {
+        Rig {
+            mode: crate::camera::Mode::Top,
+            target: around.eye(),
+            distance: self.reach * 1.6,
+            ..*around
+        }
+    }
+}
+
+/// The box around all instances but those that are more than half as large as the whole: a ground, a sky.
+fn things(model: &Model) -> Aabb {
+    let scene = &model.scene;
+    let size = |b: &Aabb| DVec3::from(b.half_extent()).length();
+    let extent = scene.extent();
+    if extent.is_empty() {
+        return Aabb::new([-1.0; 3], [1.0; 3]);
+    }
+    let limit = size(&extent) * 0.5;
+    let boxes = scene.slots().map(|s| scene.bounds(s));
+    let things =
+        boxes.filter(|b| b.is_finite() && size(b) < limit).fold(Aabb::EMPTY, |a, b| a.union(&b));
+    if things.is_empty() { extent } else { things }
+}

@@ -1,0 +1,229 @@
+//! A session without a window: what it shows is what the culler says, whatever was switched before.
+
+use std::time::{Duration, Instant};
+
+use cullet::{ViewState, Visible};
+use cullet_viewer::compose::{Composition, Role, compose, instance_colours};
+use cullet_viewer::script::{TOGGLES, thrown};
+use cullet_viewer::session::Session;
+use cullet_viewer::state::{GhostForm, Layout, Stages};
+use cullet_viewer::task::clock;
+use cullet_viewer::ui::{self, Shown};
+use cullet_viewer::world::Source;
+use eframe::egui;
+
+const SIZE: [u32; 2] = [480, 300];
+
+fn begin(link: &str, scene: &str) -> Session {
+    let ctx = egui::Context::default();
+    let mut session = Session::new(ctx, link, Some(Source::of_text(scene)));
+    settle(&mut session);
+    session
+}
+
+/// Lets frames pass until all is decided.
+fn settle(session: &mut Session) {
+    let began = Instant::now();
+    loop {
+        session.advance(0.02, SIZE);
+        if session.is_settled() && session.loading().is_none() {
+            return;
+        }
+        assert!(began.elapsed() < Duration::from_secs(60), "it does not settle");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// What a culler that remembers nothing says of the session's view.
+fn direct(session: &Session) -> Visible {
+    let world = session.world.as_ref().expect("loaded");
+    let view = session.culling_view().expect("a view");
+    let mut visible = Visible::default();
+    let culler = session.state.stages.culler(clock);
+    culler.cull_one(&world.model.scene, &view, &mut ViewState::default(), &mut visible);
+    without_times(visible)
+}
+
+/// The same without what a clock said.
+fn without_times(mut visible: Visible) -> Visible {
+    visible.funnel.rows.iter_mut().for_each(|row| row.nanoseconds = None);
+    visible
+}
+
+#[test]
+fn every_switch_leaves_what_a_fresh_culler_says() {
+    let mut session = begin("", "city:sub=1");
+    let start = session.state.clone();
+    for toggle in TOGGLES {
+        session.state = thrown(&start, toggle).expect("a part of a link");
+        settle(&mut session);
+        let fresh = direct(&session);
+        let shown = session.decision.as_ref().expect("decided").visible.clone();
+        // Thousands of slots are no message.
+        assert!(without_times(shown) == fresh, "{toggle}: another answer than a fresh culler's");
+        let made = compose(&session);
+        assert!(!made.panels.is_empty(), "{toggle}");
+        for panel in &made.panels {
+            assert_eq!(panel.view.viewport(), [panel.place[2], panel.place[3]], "{toggle}");
+            let inside = panel.place[0] + panel.place[2] <= SIZE[0]
+                && panel.place[1] + panel.place[3] <= SIZE[1];
+            assert!(inside, "{toggle}: {:?}", panel.place);
+        }
+        let slots = session.world.as_ref().expect("loaded").model.scene.slot_count();
+        assert_eq!(instance_colours(&session).len(), slots as usize);
+    }
+    assert!(session.notices.is_empty(), "{:?}", session.notices);
+}
+
+#[test]
+fn every_switch_is_shown_without_a_window() {
+    let ctx = egui::Context::default();
+    let mut session = Session::new(ctx.clone(), "", Some(Source::of_text("solids")));
+    let run = |session: &mut Session| {
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(960.0, 600.0));
+        let input = egui::RawInput { screen_rect: Some(screen), ..Default::default() };
+        let mut out = ctx.run_ui(input, |ui| {
+            ui::show(ui, session, |session, size| {
+                session.advance(0.02, size);
+                // At this size half of the window is left for the picture.
+                assert!(size[0] >= 400 && size[1] >= 450, "{size:?}");
+                (Shown::default(), compose(session))
+            });
+        });
+        out.textures_delta.clear();
+        assert!(!out.shapes.is_empty());
+    };
+    let began = Instant::now();
+    while !session.is_settled() || session.world.is_none() {
+        run(&mut session);
+        assert!(began.elapsed() < Duration::from_secs(60));
+    }
+    let start = session.state.clone();
+    session.help = true;
+    run(&mut session);
+    session.help = false;
+    for toggle in TOGGLES {
+        session.state = thrown(&start, toggle).expect("a part of a link");
+        (0..3).for_each(|_| run(&mut session));
+    }
+    assert!(session.notices.is_empty(), "{:?}", session.notices);
+}
+
+#[test]
+fn nonsense_in_a_link_shows_the_default_and_says_so() {
+    let session = begin("stages.frustum=perhaps", "solids");
+    assert_eq!(session.state.stages, Stages::default());
+    let notice = &session.notices[0];
+    assert!(notice.bad && notice.text.contains("The default is shown"), "{notice:?}");
+}
+
+#[test]
+fn what_cannot_be_opened_is_told_and_what_was_open_stays() {
+    let mut session = begin("", "solids");
+    let camera = session.state.camera;
+    for (source, part) in [
+        (Source::File("no/such/file.glb".into()), "cannot be read"),
+        (Source::Bytes("a.glb".to_owned(), b"glTF broken".to_vec()), "a.glb"),
+        (Source::Bytes("notes.txt".to_owned(), b"hello".to_vec()), "notes.txt"),
+        (Source::Builtin("city:sub=999999".to_owned()), "sub"),
+    ] {
+        session.notices.clear();
+        session.open(source);
+        settle(&mut session);
+        let told = &session.notices.last().expect("told").text;
+        assert!(told.contains(part) && told.contains("stays open"), "{told}");
+        assert_eq!(session.world.as_ref().expect("still open").name, "solids");
+        assert_eq!(session.state.camera, camera);
+    }
+    session.open(Source::of_text("office"));
+    settle(&mut session);
+    assert_eq!(session.state.scene, "office");
+    assert_ne!(session.state.camera, camera);
+}
+
+#[test]
+fn freezing_keeps_what_is_drawn_and_flying_out_comes_back() {
+    let mut session = begin("", "city:sub=1");
+    let before = session.decision.as_ref().expect("decided").visible.clone();
+    let camera = session.state.camera;
+    session.toggle_outside();
+    settle(&mut session);
+    assert_ne!(session.state.camera, camera);
+    assert!(session.decision.as_ref().expect("decided").visible == before);
+    if let Some(rig) = &mut session.state.camera {
+        rig.turn(50.0, -10.0);
+    }
+    settle(&mut session);
+    assert!(session.decision.as_ref().expect("decided").visible == before);
+    session.toggle_outside();
+    assert_eq!(session.state.camera, camera);
+    assert_eq!(session.state.frozen, None);
+}
+
+fn middle(made: &Composition, role: Role) -> [f64; 2] {
+    let panel = made.panels.iter().find(|p| p.role == role).expect("shown");
+    let [x, y, w, h] = panel.place.map(f64::from);
+    [x + w * 0.5, y + h * 0.5]
+}
+
+#[test]
+fn a_click_tells_why_a_thing_is_drawn_or_not() {
+    let mut session = begin("map=false", "city:sub=1");
+    let made = compose(&session);
+    let panel = made.at(middle(&made, Role::Flown)).expect("a pane").clone();
+    session.inspect(&panel.view, [240.0, 150.0]);
+    let alive = session.inspected.clone().expect("the city fills the middle");
+    assert_eq!(alive.explanation.reason, None);
+    assert!(alive.explanation.steps.iter().all(|s| s.left > 0 && !s.finding.is_empty()));
+    // From inside the city most of it is outside of the frustum; from outside, its ghosts can be clicked.
+    let target = session.world.as_ref().expect("loaded").centre;
+    if let Some(rig) = &mut session.state.camera {
+        (rig.target, rig.distance) = (target, 5.0);
+    }
+    session.state.ghosts.form = GhostForm::Solid;
+    session.toggle_outside();
+    settle(&mut session);
+    let made = compose(&session);
+    let panel = made.panels[0].clone();
+    let mut dead = None;
+    for x in (20..480).step_by(40) {
+        for y in (20..300).step_by(40) {
+            session.inspect(&panel.view, [f64::from(x), f64::from(y)]);
+            dead = dead.or(session.inspected.clone().filter(|i| i.explanation.reason.is_some()));
+        }
+    }
+    let dead = dead.expect("something that was dropped is seen from outside");
+    let shown = &session.decision.as_ref().expect("decided").visible;
+    assert_eq!(shown.reasons[dead.slot as usize], dead.explanation.reason);
+    assert_eq!(dead.explanation.steps.last().map(|s| s.left), Some(0));
+}
+
+#[test]
+fn the_two_halves_of_a_wipe_are_one_picture() {
+    let mut session = begin("map=false", "city:sub=1");
+    session.state.layout = Layout::One;
+    let whole = compose(&session).panels[0].view.clone();
+    session.state.layout = Layout::Wipe;
+    session.state.wipe = 0.25;
+    let made = compose(&session);
+    let target = session.state.camera.expect("fitted").target;
+    let [x, y, _] = whole.project_point(target).expect("before the eye");
+    for panel in &made.panels {
+        let [u, v, _] = panel.view.project_point(target).expect("before the eye");
+        assert!((u + f64::from(panel.place[0]) - x).abs() < 1e-6 && (v - y).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn the_proof_finds_nothing_lost_and_colours_what_is_hidden() {
+    let mut session = begin("", "city:sub=1");
+    session.prove();
+    settle(&mut session);
+    let found = session.truth.finding().expect("proved");
+    assert!(found.lost.is_empty());
+    assert!(found.visible > 0 && found.visible <= found.kept && found.kept <= found.all);
+    assert!(found.unseen_count > 0, "some of a city hides the rest");
+    let unseen = cullet_draw::palette::UNSEEN;
+    let orange = instance_colours(&session).iter().filter(|c| c[..3] == unseen).count();
+    assert_eq!(orange as u64, found.unseen_count);
+}

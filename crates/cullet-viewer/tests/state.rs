@@ -1,0 +1,131 @@
+//! States and their links.
+
+use cullet_viewer::camera::{Mode, Rig};
+use cullet_viewer::link::{MAX_LENGTH, from_text, to_text};
+use cullet_viewer::script::{TOGGLES, thrown};
+use cullet_viewer::state::{Colour, Depth, GhostForm, Layout, State};
+use proptest::prelude::*;
+
+fn rig() -> impl Strategy<Value = Rig> {
+    let mode = prop_oneof![Just(Mode::Orbit), Just(Mode::Fly), Just(Mode::Top)];
+    let place = prop::array::uniform3(-1e12..1e12f64);
+    let shape = (1e-9..1e12f64, -1e6..1e6f64, -89.0..89.0f64, 1.0..150.0f64, 1e-12..1e9f64);
+    (mode, place, shape).prop_map(|(mode, target, (distance, yaw, pitch, fov, near))| Rig {
+        mode,
+        target,
+        distance,
+        yaw,
+        pitch,
+        fov,
+        near,
+    })
+}
+
+prop_compose! {
+    fn state()(
+        scene in ".{0,40}",
+        camera in prop::option::of(rig()),
+        frozen in prop::option::of(rig()),
+        layout in prop_oneof![Just(Layout::One), Just(Layout::Split), Just(Layout::Wipe)],
+        wipe in 0.0..=1.0f32,
+        switches in prop::array::uniform8(any::<bool>()),
+        detail in 0.0..1e6f64,
+        depth in prop_oneof![Just(Depth::Instances), Just(Depth::Clusters), Just(Depth::Triangles)],
+        colour in prop::sample::select(Colour::ALL.map(|c| c.0).to_vec()),
+        hidden in prop::collection::vec(".{0,8}", 0..4),
+        level in 0..=64u32,
+    ) -> State {
+        let mut s = State { scene, camera, frozen, layout, wipe, ..State::default() };
+        [s.map, s.stages.on, s.stages.frustum, s.look.fill, s.look.wireframe, s.structure.cones, s.dark, s.always] =
+            switches;
+        (s.stages.detail_px, s.stages.depth, s.look.colour) = (detail, depth, colour);
+        s.ghosts.form = if level > 30 { GhostForm::Boxes } else { GhostForm::Solid };
+        s.ghosts.hidden = hidden;
+        s.structure.level = level;
+        s
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_link_leads_back_to_its_state(state in state()) {
+        let text = to_text(&state);
+        prop_assert_eq!(from_text(&text), Ok(state.clone()), "{}", text);
+        prop_assert_eq!(from_text(&format!("#{text}")), Ok(state));
+        let plain = text.bytes().all(|b| b.is_ascii_graphic() && !b"\"<>#\\^`{|}".contains(&b));
+        prop_assert!(plain, "{} does not fit an address", text);
+    }
+
+    #[test]
+    fn no_text_is_followed_into_nonsense(text in ".{0,200}") {
+        if let Ok(state) = from_text(&text) {
+            prop_assert_eq!(from_text(&to_text(&state)), Ok(state));
+        }
+    }
+}
+
+#[test]
+fn a_default_state_has_an_empty_link() {
+    assert_eq!(to_text(&State::default()), "");
+    assert_eq!(from_text(""), Ok(State::default()));
+}
+
+#[test]
+fn links_are_readable() {
+    let mut state = State { scene: "forest:n=1000".to_owned(), ..State::default() };
+    state.stages.frustum = false;
+    assert_eq!(to_text(&state), "scene=forest:n%3D1000&stages.frustum=false");
+}
+
+#[test]
+fn nonsense_is_named() {
+    for (text, part) in [
+        ("scene", "'scene' is not of the form"),
+        ("scene=%zz", "'scene=%zz' is not of the form"),
+        ("colour=red", "unknown field `colour`"),
+        ("stages.frustum=7", "invalid type"),
+        ("scene.a.b=1", "'scene.a.b' is no name of a setting"),
+        ("camera.distance=0", "camera.distance is 0; it must be between"),
+        ("camera.pitch=90", "camera.pitch is 90"),
+        ("camera.target=[1e300,0,0]", "camera.target is 1e"),
+        ("camera.near=1e999", "the link makes no sense"),
+        ("wipe=2", "wipe is 2"),
+        ("stages.detail_px=-1", "stages.detail_px is -1"),
+        ("structure.level=65", "structure.level is 65"),
+        ("layout=three", "unknown variant `three`"),
+    ] {
+        let error = from_text(text).expect_err(text).to_string();
+        assert!(error.contains(part), "{text}: {error}");
+    }
+    let long = "a".repeat(MAX_LENGTH + 1);
+    assert!(from_text(&long).expect_err("too long").to_string().contains("at most 16384"));
+}
+
+/// Every leaf of a state, by its name in links.
+fn leaves(value: &serde_json::Value, name: &str, out: &mut Vec<String>) {
+    match value {
+        serde_json::Value::Object(map) => {
+            for (key, value) in map {
+                let dot = if name.is_empty() { "" } else { "." };
+                leaves(value, &format!("{name}{dot}{key}"), out);
+            }
+        }
+        _ => out.push(name.to_owned()),
+    }
+}
+
+#[test]
+fn the_script_forgets_no_switch() {
+    let mut all = Vec::new();
+    leaves(&serde_json::to_value(State::default()).expect("plain data"), "", &mut all);
+    let script = TOGGLES.join("&");
+    for leaf in all {
+        let named = script.split('&').any(|p| p.starts_with(&leaf));
+        assert!(named, "no step of the script throws {leaf}");
+    }
+    for toggle in TOGGLES {
+        assert!(thrown(&State::default(), toggle).is_some(), "{toggle}");
+    }
+}

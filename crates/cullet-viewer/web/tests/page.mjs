@@ -1,0 +1,239 @@
+// Uses the page as a user would, in Chromium: node page.mjs CULLET_SERVE PAGE_FOLDER [PICTURES_FOLDER]
+// Exits with 1 at the first thing that is not as it should be, and says which.
+import { chromium } from "playwright-core";
+import { spawn } from "node:child_process";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { inflateSync } from "node:zlib";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import assert from "node:assert/strict";
+
+const [serve, page_folder, pictures] = process.argv.slice(2);
+assert(serve && page_folder, "usage: node page.mjs CULLET_SERVE PAGE_FOLDER [PICTURES_FOLDER]");
+const SIZE = { width: 960, height: 600 };
+// Small, so that a software renderer keeps up.
+const SCENE = "city:cells=4,objects=30";
+// Where the scene's picture is, between the panels.
+const MIDDLE = { x: 455, y: 300 };
+const WAIT = 90_000;
+
+// Software rendering for WebGPU as for WebGL; without the last two a WebGPU canvas stays blank.
+const FLAGS = [
+  "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+  "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader", "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader",
+  "--enable-features=Vulkan", "--use-vulkan=swiftshader",
+];
+
+/** A cube as GLB: 8 vertices, 12 triangles. */
+function cube() {
+  const positions = new Float32Array([0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [i & 1, (i >> 1) & 1, i >> 2]));
+  const indices = new Uint32Array([0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5]);
+  const bin = Buffer.concat([Buffer.from(positions.buffer), Buffer.from(indices.buffer)]);
+  const json = JSON.stringify({
+    asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0, name: "cube" }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1 }] }],
+    buffers: [{ byteLength: bin.length }],
+    bufferViews: [{ buffer: 0, byteLength: 96 }, { buffer: 0, byteOffset: 96, byteLength: 144 }],
+    accessors: [
+      { bufferView: 0, componentType: 5126, count: 8, type: "VEC3", min: [0, 0, 0], max: [1, 1, 1] },
+      { bufferView: 1, componentType: 5125, count: 36, type: "SCALAR" },
+    ],
+  });
+  const text = Buffer.from(json.padEnd(Math.ceil(json.length / 4) * 4));
+  const word = (n) => { const b = Buffer.alloc(4); b.writeUInt32LE(n); return b; };
+  return Buffer.concat([
+    Buffer.from("glTF"), word(2), word(28 + text.length + bin.length),
+    word(text.length), Buffer.from("JSON"), text, word(bin.length), Buffer.from("BIN\0"), bin,
+  ]);
+}
+
+/** Colours of a PNG that Chromium wrote (8 bits, RGB or RGBA, not interlaced), sampled on every fourth pixel. */
+function colours(png) {
+  const [width, height, kind] = [png.readUInt32BE(16), png.readUInt32BE(20), png[25]];
+  const step = kind === 6 ? 4 : 3;
+  const parts = [];
+  for (let at = 8; at < png.length; at += 12 + png.readUInt32BE(at)) {
+    if (png.toString("latin1", at + 4, at + 8) === "IDAT") parts.push(png.subarray(at + 8, at + 8 + png.readUInt32BE(at)));
+  }
+  const raw = inflateSync(Buffer.concat(parts));
+  const line = width * step;
+  const seen = new Set();
+  let above = Buffer.alloc(line);
+  for (let y = 0; y < height; y++) {
+    const filter = raw[y * (line + 1)];
+    const row = raw.subarray(y * (line + 1) + 1, (y + 1) * (line + 1));
+    for (let i = 0; i < line; i++) {
+      const [a, b, c] = [i < step ? 0 : row[i - step], above[i], i < step ? 0 : above[i - step]];
+      const p = a + b - c;
+      const [pa, pb, pc] = [Math.abs(p - a), Math.abs(p - b), Math.abs(p - c)];
+      const paeth = pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
+      row[i] = row[i] + [0, a, b, (a + b) >> 1, paeth][filter];
+    }
+    above = row;
+    for (let x = 0; x < width; x += 4) seen.add(row.readUIntBE(x * step, 3));
+  }
+  return seen.size;
+}
+
+/** Starts the server on a free port; resolves to its address and a way to end it. */
+function start(scene) {
+  const child = spawn(serve, [scene, "--page", page_folder, "--port", "0"], { stdio: ["ignore", "pipe", "inherit"] });
+  return new Promise((resolve, reject) => {
+    let text = "";
+    child.on("exit", (code) => reject(new Error(`cullet-serve ended with ${code}: ${text}`)));
+    child.stdout.on("data", (data) => {
+      text += data;
+      const url = text.match(/http:\S+/)?.[0];
+      if (!url || !text.includes("\n")) return;
+      child.removeAllListeners("exit");
+      resolve({
+        url,
+        end: () => new Promise((ended, late) => {
+          child.on("exit", (code) => (code === 0 ? ended() : late(new Error(`cullet-serve ended with ${code}`))));
+          child.kill("SIGINT");
+        }),
+      });
+    });
+  });
+}
+
+async function open(browser, url, query) {
+  const page = await browser.newPage({ viewport: SIZE });
+  const said = [];
+  page.on("console", (m) => { if (["error", "warning"].includes(m.type())) said.push(`${m.type()}: ${m.text()}`); });
+  page.on("pageerror", (e) => said.push(`thrown: ${e}`));
+  const begun = Date.now();
+  await page.goto(url.replace("/#", `/${query}#`));
+  await running(page);
+  return { page, said, took: Date.now() - begun };
+}
+
+const data = (page, name) => page.evaluate((n) => document.body.dataset[n] ?? "", name);
+const settled = (page) => page.waitForFunction(() => document.body.dataset.settled === "yes", null, { timeout: WAIT });
+
+async function running(page) {
+  await page.waitForFunction(() => ["running", "failed"].includes(document.body.dataset.state), null, { timeout: WAIT });
+  assert.equal(await data(page, "state"), "running", await data(page, "error"));
+  await settled(page);
+}
+
+/** Waits until an attribute is other than it was. */
+async function changed(page, name, old) {
+  const args = [name, old];
+  await page.waitForFunction(([n, o]) => document.body.dataset[n] !== o, args, { timeout: WAIT })
+    .catch(() => assert.fail(`data-${name} stays '${old}'`));
+  await settled(page);
+  return data(page, name);
+}
+
+async function drop(page, name, bytes) {
+  await page.evaluate(([name, bytes]) => {
+    const carried = new DataTransfer();
+    carried.items.add(new File([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))], name));
+    const canvas = document.getElementById("canvas");
+    for (const kind of ["dragover", "drop"]) {
+      canvas.dispatchEvent(new DragEvent(kind, { dataTransfer: carried, bubbles: true, cancelable: true }));
+    }
+  }, [name, bytes.toString("base64")]);
+}
+
+async function drag(page, dx, dy) {
+  await page.mouse.move(MIDDLE.x, MIDDLE.y);
+  await page.mouse.down();
+  await page.mouse.move(MIDDLE.x + dx / 2, MIDDLE.y + dy / 2, { steps: 3 });
+  await page.mouse.move(MIDDLE.x + dx, MIDDLE.y + dy, { steps: 3 });
+  await page.mouse.up();
+}
+
+const parse = (faces) => faces.split("/").map(Number);
+
+async function use(browser, url, query, name) {
+  const { page, said, took } = await open(browser, url, query);
+  console.log(`${name}: running after ${took} ms`);
+
+  const before = await data(page, "faces");
+  const [left, all] = parse(before);
+  assert(left > 0 && left < all, `something is culled and something is left: ${before}`);
+
+  await page.waitForTimeout(1500);
+  const picture = await page.screenshot(pictures ? { path: join(pictures, `${name}.png`) } : {});
+  const count = colours(picture);
+  assert(count > 200, `the picture has ${count} colours`);
+
+  await drag(page, 160, 30);
+  const turned = await changed(page, "faces", before);
+  console.log(`${name}: ${count} colours; faces ${before}, turned ${turned}`);
+  const spoken = await page.textContent("#spoken");
+  assert(spoken.includes(turned), `read aloud: ${spoken}`);
+  await page.waitForFunction(() => location.hash.includes("camera"), null, { timeout: WAIT });
+
+  // Frozen, what is drawn stays though the camera turns.
+  await page.keyboard.press("f");
+  assert.equal(await changed(page, "frozen", "no"), "yes");
+  const frozen = await data(page, "faces");
+  await drag(page, -120, 20);
+  await page.waitForTimeout(800);
+  await settled(page);
+  assert.equal(await data(page, "faces"), frozen, "frozen, yet the counter moves");
+  await page.keyboard.press("f");
+  assert.equal(await changed(page, "frozen", "yes"), "no");
+
+  // A thing that is seen says so.
+  for (let i = 0; i < 6 && !(await data(page, "reason")); i++) {
+    await page.mouse.click(MIDDLE.x + 12 * i, MIDDLE.y + 15 * i);
+    await page.waitForTimeout(500);
+  }
+  const reason = await data(page, "reason");
+  assert(reason, "what was clicked has a reason");
+  console.log(`${name}: clicked: ${reason}`);
+
+  // A broken file is told; what was open stays.
+  const scene = await data(page, "scene");
+  await drop(page, "broken.glb", cube().subarray(0, 150));
+  const notice = await changed(page, "notice", await data(page, "notice"));
+  assert.match(notice, /broken\.glb/);
+  assert.equal(await data(page, "scene"), scene);
+  assert.equal(await data(page, "state"), "running");
+  console.log(`${name}: told: ${notice}`);
+
+  await drop(page, "cube.glb", cube());
+  assert.equal(await changed(page, "scene", scene), "cube.glb");
+  const [, triangles] = parse(await data(page, "faces"));
+  assert.equal(triangles, 12);
+  if (pictures) {
+    await page.waitForTimeout(1500);
+    await page.screenshot({ path: join(pictures, `${name}-cube.png`) });
+  }
+
+  // What browsers say of a fallback renderer is about this machine, not about the page.
+  const bad = said.filter((s) => !/fallback adapter|swiftshader|software|powerPreference|GPU stall/i.test(s));
+  assert.deepEqual(bad, [], "the console is clean");
+  await page.close();
+}
+
+const folder = await mkdtemp(join(tmpdir(), "cullet-page-"));
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, args: FLAGS });
+try {
+  const server = await start(SCENE);
+  await use(browser, server.url, "", "webgpu");
+  await use(browser, server.url, "?webgl", "webgl");
+
+  // Nonsense in a link opens the default, and says so.
+  const { page } = await open(browser, server.url.replace(/#.*/, "#scene=city&wipe=%22no%22"), "?webgl");
+  assert.match(await data(page, "notice"), /link/);
+  await page.close();
+  await server.end();
+
+  // A file that is served.
+  await writeFile(join(folder, "a cube.glb"), cube());
+  const files = await start(join(folder, "a cube.glb"));
+  const served = await open(browser, files.url, "?webgl");
+  assert.deepEqual(parse(await data(served.page, "faces"))[1], 12);
+  console.log(`served: ${await data(served.page, "scene")} after ${served.took} ms`);
+  await files.end();
+} finally {
+  await browser.close();
+  await rm(folder, { recursive: true, force: true });
+}
+console.log("the page works");
