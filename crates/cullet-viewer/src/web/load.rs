@@ -16,7 +16,7 @@ const SLICE: u64 = 12_000_000;
 /// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address of the
 /// server that the page came from (`/scene/model.glb`). Built-in scenes are made at once: the largest by
 /// default takes some milliseconds.
-pub fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result<World, String>> {
+pub(crate) fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result<World, String>> {
     let (send, task) = Task::waiting();
     spawn_local(async move {
         // Nobody listens any more when the user has gone on to something else.
@@ -134,7 +134,7 @@ fn text(thrown: JsValue) -> String {
 /// # Errors
 /// As a file's loading has them, as text.
 #[wasm_bindgen]
-pub fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
+pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
     console_error_panic_hook::set_once();
     // The file's own name, not the address it was fetched from.
     let name = name.rsplit('/').next().unwrap_or(name);
