@@ -134,7 +134,7 @@ fn text(thrown: JsValue) -> String {
 /// # Errors
 /// As a file's loading has them, as text.
 #[wasm_bindgen]
-pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
+pub fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
     console_error_panic_hook::set_once();
     // The file's own name, not the address it was fetched from.
     let name = name.rsplit('/').next().unwrap_or(name);
