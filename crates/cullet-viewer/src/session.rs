@@ -205,7 +205,7 @@ impl Session {
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
         idle && !matches!(self.truth, Truth::Working(_))
-            && (self.world.is_none() || decided == wanted)
+            && (self.world.is_none() || decided.is_some() && decided == wanted)
     }
 
     /// Lets `dt` seconds pass, for a picture of `size` pixels: takes in what was loaded and decided, and asks

@@ -16,7 +16,7 @@ const SLICE: u64 = 12_000_000;
 /// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address of the
 /// server that the page came from (`/scene/model.glb`). Built-in scenes are made at once: the largest by
 /// default takes some milliseconds.
-pub fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result<World, String>> {
+pub(crate) fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result<World, String>> {
     let (send, task) = Task::waiting();
     spawn_local(async move {
         // Nobody listens any more when the user has gone on to something else.

@@ -11,11 +11,11 @@ import assert from "node:assert/strict";
 const [serve, page_folder, pictures] = process.argv.slice(2);
 assert(serve && page_folder, "usage: node page.mjs CULLET_SERVE PAGE_FOLDER [PICTURES_FOLDER]");
 const SIZE = { width: 960, height: 600 };
-// Small, so that a software renderer keeps up.
-const SCENE = "city:cells=4,objects=30";
+// Large enough that something is culled of the first view.
+const SCENE = "city";
 // Where the scene's picture is, between the panels.
 const MIDDLE = { x: 455, y: 300 };
-const WAIT = 90_000;
+const WAIT = 60_000;
 
 // Software rendering for WebGPU as for WebGL; without the last two a WebGPU canvas stays blank.
 const FLAGS = [
