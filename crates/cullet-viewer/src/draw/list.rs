@@ -54,7 +54,7 @@ enum Source {
     All {
         layers: u32,
     },
-    Visible(Visible),
+    Visible(Box<Visible>),
 }
 
 impl DrawList {
@@ -92,13 +92,13 @@ impl DrawList {
                 known.triangles.clone_from(&v.triangles);
             }
             (source, Some(v)) => {
-                *source = Source::Visible(Visible {
+                *source = Source::Visible(Box::new(Visible {
                     whole: v.whole.clone(),
                     partial: v.partial.clone(),
                     triangle_ranges: v.triangle_ranges.clone(),
                     triangles: v.triangles.clone(),
                     ..Visible::default()
-                });
+                }));
             }
             (source, None) => *source = Source::All { layers },
         }
