@@ -19,7 +19,7 @@ pub(crate) fn is_there() -> bool {
     let drivers = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
     let has_driver =
         |folder: &&str| std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some());
-    drivers.iter().any(|f| has_driver(f)) && output("sh", &["-c", "command -v xvfb-run"]).is_some()
+    drivers.iter().any(has_driver) && output("sh", &["-c", "command -v xvfb-run"]).is_some()
 }
 
 /// Installs what is missing where CI runs and may; elsewhere names it. What cannot be had is no failure: the tests
@@ -31,7 +31,7 @@ pub(crate) fn prepare() -> Done {
     match install(DEBIAN) {
         Ok(()) if is_there() => {}
         Ok(()) => {
-            println!("skipped: the viewer is not drawn here, for there is no driver of Vulkan")
+            println!("skipped: the viewer is not drawn here, for there is no driver of Vulkan");
         }
         Err(e) => println!("skipped: the viewer is not drawn here; {e}"),
     }
