@@ -11,6 +11,9 @@ use crate::scene::Scene;
 use crate::view::{CullFace, FrontFace, View};
 use crate::visible::{OcclusionWork, Reason, Stage, Unit, Visible};
 
+/// Smaller occluders hide next to nothing.
+const LEAST_PIXELS: f32 = 16.0;
+
 /// What a view keeps of its occlusion buffer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OcclusionState {
@@ -128,19 +131,20 @@ impl Pass<'_> {
         state.candidates.clear();
         state.footprints.clear();
         let fronts_are_drawn = fronts_are_drawn(self.view);
-        for at in 0..self.scratch.live.len() {
-            let word = self.scratch.live[at] as usize;
-            for bit in bits::ones(self.scratch.alive[word]) {
-                let slot = (word * 64 + bit) as u32;
-                let footprint = buffer.footprint_of(&scene.bounds(slot));
-                if let Some(footprint) = footprint
-                    && scene.exempt()[word] >> bit & 1 == 0
-                {
-                    state.footprints.push((slot, footprint));
+        let (live, alive) = (&self.scratch.live, &self.scratch.alive);
+        buffer.footprints(self.culler.level, scene.boxes(), live, alive, &mut state.footprints);
+        let mut known = state.footprints.iter().peekable();
+        for &word in live {
+            for bit in bits::ones(alive[word as usize]) {
+                let slot = word * 64 + bit as u32;
+                let footprint = known.next_if(|(s, _)| *s == slot).map(|(_, f)| *f);
+                if footprint.is_none_or(|f| f.pixels() >= LEAST_PIXELS) {
+                    offer(scene, buffer, slot, footprint, fronts_are_drawn, &mut state.candidates);
                 }
-                offer(scene, buffer, slot, footprint, fronts_are_drawn, &mut state.candidates);
             }
         }
+        let is_exempt = |slot: u32| scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
+        state.footprints.retain(|&(slot, _)| !is_exempt(slot));
     }
 
     /// Draws the chosen, front to back; one that is hidden by then adds nothing.
@@ -193,11 +197,8 @@ fn offer(
     fronts_are_drawn: bool,
     candidates: &mut Vec<Candidate>,
 ) {
-    /// Smaller ones hide next to nothing.
-    const LEAST_PIXELS: f32 = 16.0;
     let flags = scene.flags(slot);
-    let small = footprint.is_some_and(|f| f.pixels() < LEAST_PIXELS);
-    if small || flags.no_occlusion || flags.transparent || !scene.is_rigid(slot) {
+    if flags.no_occlusion || flags.transparent || !scene.is_rigid(slot) {
         return;
     }
     let shapes = scene.mesh(slot).occluder().shapes();

@@ -5,7 +5,7 @@ use std::ops::Range;
 use cullet::bounds::Boxes;
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{Planes, cull_boxes};
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
+use cullet::cull::occlusion::{Convex, Footprint, OcclusionBuffer, Patch, Verdict};
 use cullet::{Level, Transform, View};
 use cullet_io::occscn::Occscn;
 
@@ -42,6 +42,9 @@ pub(super) struct Engine<'a> {
     patches: Vec<Patch>,
     planes: Option<Planes>,
     inside: Indices,
+    alive: Vec<u64>,
+    words: Vec<u32>,
+    footprints: Vec<(u32, Footprint)>,
 }
 
 impl<'a> Engine<'a> {
@@ -82,6 +85,9 @@ impl<'a> Engine<'a> {
             patches,
             planes: None,
             inside: Indices::default(),
+            alive: Vec::new(),
+            words: Vec::new(),
+            footprints: Vec::new(),
         })
     }
 
@@ -136,12 +142,21 @@ impl Rasteriser for Engine<'_> {
         let Some(planes) = &self.planes else { return };
         answers.fill(OUTSIDE);
         cull_boxes(self.level, planes, boxes, &mut self.inside);
+        self.alive.clear();
+        self.alive.resize(boxes.len().div_ceil(64), 0);
         for &i in self.inside.iter() {
-            answers[i as usize] = match self.buffer.ask_box(&boxes.get(i as usize)) {
-                Verdict::Outside => OUTSIDE,
-                Verdict::Visible => VISIBLE,
-                Verdict::Hidden => HIDDEN,
-            };
+            answers[i as usize] = VISIBLE;
+            self.alive[i as usize / 64] |= 1 << (i % 64);
+        }
+        self.words.clear();
+        self.words.extend((0..self.alive.len() as u32).filter(|&w| self.alive[w as usize] != 0));
+        self.footprints.clear();
+        let (words, alive) = (&self.words, &self.alive);
+        self.buffer.footprints(self.level, boxes, words, alive, &mut self.footprints);
+        for (i, footprint) in &self.footprints {
+            if self.buffer.covers(footprint) {
+                answers[*i as usize] = HIDDEN;
+            }
         }
     }
 }

@@ -158,7 +158,7 @@ impl OcclusionBuffer {
                             0.0
                         };
                         // A NaN nearness lets everything through.
-                        if !(pixel > nearness) {
+                        if pixel <= nearness || nearness.is_nan() {
                             return Some([x, y]);
                         }
                     }
