@@ -152,8 +152,7 @@ impl Pass<'_> {
         state.drawn.clear();
         for c in &state.candidates {
             let shape = &self.scene.mesh(c.slot).occluder().shapes()[c.shape as usize];
-            let bounds = world_box(self.scene, c.slot, shape);
-            if c.nearness.is_finite() && buffer.ask_box(&bounds) != Verdict::Visible {
+            if c.footprint.is_some_and(|f| buffer.covers(&f)) {
                 continue;
             }
             draw(buffer, self.culler, self.scene, c.slot, shape);
@@ -217,7 +216,8 @@ fn offer(
         };
         if pixels >= LEAST_PIXELS {
             let cost = Candidate::cost(shape, pixels);
-            candidates.push(Candidate { pixels, nearness, slot, shape: number as u32, cost });
+            let shape = number as u32;
+            candidates.push(Candidate { pixels, nearness, footprint: own, slot, shape, cost });
         }
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use cullet::bounds::Boxes;
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{Planes, cull_boxes};
-use cullet::cull::occlusion::{Convex, Footprint, OcclusionBuffer, Patch, Verdict};
+use cullet::cull::occlusion::{Convex, Footprint, OcclusionBuffer, Patch};
 use cullet::{Level, Transform, View};
 use cullet_io::occscn::Occscn;
 
@@ -45,6 +45,7 @@ pub(super) struct Engine<'a> {
     alive: Vec<u64>,
     words: Vec<u32>,
     footprints: Vec<(u32, Footprint)>,
+    of_mesh: Vec<Option<Footprint>>,
 }
 
 impl<'a> Engine<'a> {
@@ -88,7 +89,18 @@ impl<'a> Engine<'a> {
             alive: Vec::new(),
             words: Vec::new(),
             footprints: Vec::new(),
+            of_mesh: Vec::new(),
         })
+    }
+
+    /// Sets the bits of some of `len` items, and lists the words that have one.
+    fn mark(&mut self, len: usize, items: impl Iterator<Item = u32>) {
+        self.footprints.clear();
+        self.alive.clear();
+        self.alive.resize(len.div_ceil(64), 0);
+        items.for_each(|i| self.alive[i as usize / 64] |= 1 << (i % 64));
+        self.words.clear();
+        self.words.extend((0..self.alive.len() as u32).filter(|&w| self.alive[w as usize] != 0));
     }
 
     fn draw_one(&mut self, mesh: u32) {
@@ -127,10 +139,19 @@ impl Rasteriser for Engine<'_> {
     }
 
     fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize {
+        let boxes = &self.prepared.mesh_boxes;
+        self.mark(boxes.len(), meshes.iter().copied());
+        let (words, alive) = (&self.words, &self.alive);
+        self.buffer.footprints(self.level, boxes, words, alive, &mut self.footprints);
+        // By mesh: a mesh without a footprint crosses the near plane, and is drawn.
+        self.of_mesh.clear();
+        self.of_mesh.resize(boxes.len(), None);
+        for &(m, footprint) in &self.footprints {
+            self.of_mesh[m as usize] = Some(footprint);
+        }
         let mut drawn = 0;
         for &m in meshes {
-            let bounds = self.prepared.mesh_boxes.get(m as usize);
-            if self.buffer.ask_box(&bounds) != Verdict::Hidden {
+            if self.of_mesh[m as usize].is_none_or(|f| !self.buffer.covers(&f)) {
                 self.draw_one(m);
                 drawn += 1;
             }
@@ -142,15 +163,10 @@ impl Rasteriser for Engine<'_> {
         let Some(planes) = &self.planes else { return };
         answers.fill(OUTSIDE);
         cull_boxes(self.level, planes, boxes, &mut self.inside);
-        self.alive.clear();
-        self.alive.resize(boxes.len().div_ceil(64), 0);
-        for &i in self.inside.iter() {
-            answers[i as usize] = VISIBLE;
-            self.alive[i as usize / 64] |= 1 << (i % 64);
-        }
-        self.words.clear();
-        self.words.extend((0..self.alive.len() as u32).filter(|&w| self.alive[w as usize] != 0));
-        self.footprints.clear();
+        let inside = std::mem::take(&mut self.inside);
+        inside.iter().for_each(|&i| answers[i as usize] = VISIBLE);
+        self.mark(boxes.len(), inside.iter().copied());
+        self.inside = inside;
         let (words, alive) = (&self.words, &self.alive);
         self.buffer.footprints(self.level, boxes, words, alive, &mut self.footprints);
         for (i, footprint) in &self.footprints {

@@ -1,6 +1,6 @@
 //! Which occluders are worth drawing.
 
-use super::{OcclusionBuffer, Shape};
+use super::{Footprint, OcclusionBuffer, Shape};
 
 /// How to find what is hidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,8 @@ pub(crate) struct Candidate {
     pub(crate) pixels: f32,
     /// How near it comes; infinite where it crosses the near plane.
     pub(crate) nearness: f32,
+    /// What it may touch; `None` where it crosses the near plane.
+    pub(crate) footprint: Option<Footprint>,
     pub(crate) slot: u32,
     pub(crate) shape: u32,
     /// Microseconds that drawing it is taken to cost.
@@ -85,6 +87,7 @@ mod tests {
         let candidate = |slot: u32, pixels: f32, nearness: f32| Candidate {
             pixels,
             nearness,
+            footprint: None,
             slot,
             shape: 0,
             cost: 1.0,
