@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::fringe::Fringe;
 use super::outline::Outline;
-use super::screen::{Clip, Screen};
+use super::screen::{Clip, Screen, Spot};
 use crate::view::View;
 
 /// Pixels along an edge of a tile.
@@ -56,6 +56,7 @@ pub struct OcclusionBuffer {
     pub(super) fringe: Fringe,
     pub(super) outline: Outline,
     pub(super) clips: Vec<Clip>,
+    pub(super) spots: Vec<Spot>,
     pub(super) faces: Vec<super::patch::Face>,
 }
 
@@ -84,6 +85,7 @@ impl OcclusionBuffer {
             fringe: Fringe::new(size),
             outline: Outline::default(),
             clips: Vec::new(),
+            spots: Vec::new(),
             faces: Vec::new(),
         })
     }

@@ -2,6 +2,7 @@
 
 use fearless_simd::Level;
 
+use super::ask::Footprint;
 use super::buffer::OcclusionBuffer;
 use super::convex::Convex;
 use super::fringe::Along;
@@ -42,8 +43,13 @@ impl OcclusionBuffer {
             *spot = clip.spot();
         }
         let spots = &spots[..clips.len()];
-        let doubt = Doubt::of(screen, reach(&occluder.vertices), clips.iter());
+        let doubt = Doubt::of(&screen.error(reach(&occluder.vertices)), clips.iter());
         let Some((min, max)) = on_screen(spots, self.size) else { return };
+        let most = spots.iter().fold(0.0_f64, |n, s| n.max(s.nearness)) + doubt.nearness;
+        let window = [min, max].map(|c| c.map(|v| v.floor() as i32));
+        if self.is_covered(window, (most * (1.0 + 2.0_f64.powi(-20))) as f32) {
+            return;
+        }
         self.outline.begin(self.size, min, max, doubt.pixels);
         let mut seen = [0_u64; Convex::MAX_VERTICES * 2 / 64 + 1];
         for (face, corners) in occluder.spread.iter().enumerate() {
@@ -76,12 +82,12 @@ impl OcclusionBuffer {
         screen: &ObjectScreen,
         orient: f64,
     ) {
-        let reach = reach(&occluder.vertices);
+        let error = screen.error(reach(&occluder.vertices));
         let mut spots = Vec::with_capacity(16);
         for face in 0..occluder.face_count() {
             let corners = occluder.face(face);
             cut(corners.iter().map(|&v| clips[v as usize]), &mut spots);
-            let doubt = Doubt::of(screen, reach, spots.iter());
+            let doubt = Doubt::of(&error, spots.iter());
             let spots: Vec<Spot> = spots.iter().map(Clip::spot).collect();
             self.polygon(level, &spots, orient, &doubt);
         }
@@ -125,113 +131,129 @@ impl OcclusionBuffer {
             return;
         }
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
-        let reach = reach(&patch.vertices);
+        let error = screen.error(reach(&patch.vertices));
         let clips = std::mem::take(&mut self.clips);
+        let mut spots = std::mem::take(&mut self.spots);
         let mut faces = std::mem::take(&mut self.faces);
-        faces.clear();
-        let mut drawn = [false; 2];
-        let window = window(patch, &clips);
-        for (number, corners) in patch.triangles.iter().enumerate() {
-            let face = self.triangle(
-                level,
-                corners.map(|v| &clips[v as usize]),
-                (&screen, reach, orient),
-                number < patch.own,
-                patch.two_sided,
-            );
-            match face.side {
-                Side::Front => drawn[0] = true,
-                Side::Back => drawn[1] = true,
-                Side::Neither => {}
+        spots.clear();
+        spots
+            .extend(clips.iter().map(|c| if c.is_in_front() { c.spot() } else { Spot::default() }));
+        let whole = clips.iter().all(Clip::is_in_front);
+        let sheet = Sheet {
+            patch,
+            clips: &clips,
+            spots: &spots,
+            error,
+            doubt: whole.then(|| Doubt::of(&error, clips.iter())),
+            orient,
+        };
+        let window = sheet.window();
+        let nearest = sheet.nearest();
+        if !self.is_covered(window, nearest) {
+            faces.clear();
+            let mut drawn = [false; 2];
+            for number in 0..patch.triangles.len() {
+                let face = self.triangle(level, &sheet, number);
+                match face.side {
+                    Side::Front => drawn[0] = true,
+                    Side::Back => drawn[1] = true,
+                    Side::Neither => {}
+                }
+                faces.push(face);
             }
-            faces.push(face);
-        }
-        for (side, drawn) in [Side::Front, Side::Back].into_iter().zip(drawn) {
-            if drawn && (side == Side::Front || patch.two_sided) {
-                self.fringe.begin(nearest(&clips), window);
-                self.edges(patch, &clips, &faces, side, &screen, reach);
-                self.take_fringe();
+            for (side, drawn) in [Side::Front, Side::Back].into_iter().zip(drawn) {
+                if drawn && (side == Side::Front || patch.two_sided) {
+                    self.fringe.begin(nearest, window);
+                    self.edges(&sheet, &faces, side);
+                    self.take_fringe();
+                }
             }
         }
         self.clips = clips;
+        self.spots = spots;
         self.faces = faces;
     }
 
-    /// Draws a triangle where `draw`, and says how it lies.
-    fn triangle(
-        &mut self,
-        level: Level,
-        corners: [&Clip; 3],
-        (screen, reach, orient): (&ObjectScreen, [f32; 3], f64),
-        draw: bool,
-        two_sided: bool,
-    ) -> Face {
-        let mut spots = [Spot::default(); 4];
-        let mut count = 3;
-        let mut clipped = Vec::new();
-        let doubt;
-        if corners.iter().all(|c| c.is_in_front()) {
-            for (spot, clip) in spots.iter_mut().zip(corners) {
-                *spot = clip.spot();
-            }
-            doubt = Doubt::of(screen, reach, corners.into_iter());
-        } else {
-            cut(corners.into_iter().copied(), &mut clipped);
-            if clipped.len() < 3 {
-                return Face::default();
-            }
-            count = clipped.len().min(4);
-            for (spot, clip) in spots.iter_mut().zip(&clipped) {
-                *spot = clip.spot();
-            }
-            doubt = Doubt::of(screen, reach, clipped.iter());
+    /// Whether nothing at most so near can add to the pixels of a window: no need to draw it.
+    fn is_covered(&self, [min, max]: [[i32; 2]; 2], nearest: f32) -> bool {
+        let last = self.size.map(|s| s as i32 - 1);
+        if (0..2).any(|a| max[a] < 0 || min[a] > last[a]) {
+            return true;
         }
-        let spots = &spots[..count];
-        let fan = (1..count - 1).map(|k| [spots[0], spots[k], spots[k + 1]]);
+        let pixel = |v: i32, a: usize| v.clamp(0, last[a]) as u32;
+        self.covers(&Footprint {
+            min: [pixel(min[0], 0), pixel(min[1], 1)],
+            max: [pixel(max[0], 0), pixel(max[1], 1)],
+            nearness: nearest,
+        })
+    }
+
+    /// Draws a triangle if it is the patch's own, and says how it lies.
+    fn triangle(&mut self, level: Level, sheet: &Sheet<'_>, number: usize) -> Face {
+        let corners = sheet.patch.triangles[number].map(|v| v as usize);
+        if let Some(doubt) = &sheet.doubt {
+            let spots = corners.map(|v| sheet.spots[v]);
+            return self.flat(level, sheet, number, &spots, spots, doubt);
+        }
+        let mut clipped = Vec::new();
+        cut(corners.into_iter().map(|v| sheet.clips[v]), &mut clipped);
+        if clipped.len() < 3 {
+            return Face::default();
+        }
+        let doubt = Doubt::of(&sheet.error, clipped.iter());
+        let spots: Vec<Spot> = clipped.iter().map(Clip::spot).collect();
+        let fan = (1..spots.len() - 1).map(|k| [spots[0], spots[k], spots[k + 1]]);
         let Some(largest) = fan.max_by(|a, b| cross(*a).abs().total_cmp(&cross(*b).abs())) else {
             return Face::default();
         };
-        let area = cross(largest) * orient;
-        let side = if area > doubt.area(largest) {
+        self.flat(level, sheet, number, &spots, largest, &doubt)
+    }
+
+    /// A triangle, or what the near plane leaves of it, of which `largest` spans much.
+    fn flat(
+        &mut self,
+        level: Level,
+        sheet: &Sheet<'_>,
+        number: usize,
+        spots: &[Spot],
+        largest: [Spot; 3],
+        doubt: &Doubt,
+    ) -> Face {
+        let area = cross(largest) * sheet.orient;
+        let slack = doubt.area(largest);
+        let side = if area > slack {
             Side::Front
-        } else if area < -doubt.area(largest) {
+        } else if area < -slack {
             Side::Back
         } else {
             Side::Neither
         };
-        if side == Side::Neither || (side == Side::Back && !two_sided) {
+        if side == Side::Neither || (side == Side::Back && !sheet.patch.two_sided) {
             return Face { side, ..Face::default() };
         }
+        let far = far(spots, doubt);
         let Some((min, max)) = on_screen(spots, self.size) else {
-            return Face { side, far: far(spots, &doubt), ..Face::default() };
+            return Face { side, far, ..Face::default() };
         };
-        let plane = Plane::through(largest, [max[0] - min[0], max[1] - min[1]], self.size, &doubt);
-        if draw {
+        let plane = Plane::through(largest, [max[0] - min[0], max[1] - min[1]], self.size, doubt);
+        if number < sheet.patch.own {
             self.outline.begin(self.size, min, max, doubt.pixels);
             if !self.outline.is_thin() {
                 self.outline.plane(plane);
-                let inner = if side == Side::Front { orient } else { -orient };
-                for k in 0..count {
-                    self.outline.edge(spots[k], spots[(k + 1) % count], inner);
+                let inner = if side == Side::Front { sheet.orient } else { -sheet.orient };
+                for k in 0..spots.len() {
+                    self.outline.edge(spots[k], spots[(k + 1) % spots.len()], inner);
                 }
                 self.fill(level);
             }
         }
-        Face { plane, far: far(spots, &doubt), side }
+        Face { plane, far, side }
     }
 
     /// Walks the edges of the triangles that show one side.
-    fn edges(
-        &mut self,
-        patch: &Patch,
-        clips: &[Clip],
-        faces: &[Face],
-        side: Side,
-        screen: &ObjectScreen,
-        reach: [f32; 3],
-    ) {
+    fn edges(&mut self, sheet: &Sheet<'_>, faces: &[Face], side: Side) {
         let shows = |t: u32| faces.get(t as usize).filter(|f| f.side == side);
-        for &[a, b, one, other] in &patch.edges {
+        for &[a, b, one, other] in &sheet.patch.edges {
             let along = match (shows(one), shows(other)) {
                 (Some(one), Some(other)) => {
                     Along::Faces(&one.plane, one.far, &other.plane, other.far)
@@ -239,7 +261,12 @@ impl OcclusionBuffer {
                 (None, None) => continue,
                 _ => Along::Border,
             };
-            let [a, b] = [a, b].map(|v| clips[v as usize]);
+            if let Some(doubt) = &sheet.doubt {
+                let [a, b] = [a, b].map(|v| sheet.spots[v as usize]);
+                self.fringe.walk(&self.far, a, b, doubt.pixels, along);
+                continue;
+            }
+            let [a, b] = [a, b].map(|v| sheet.clips[v as usize]);
             let (a, b) = match (a.is_in_front(), b.is_in_front()) {
                 (true, true) => (a, b),
                 (true, false) => (a, a.meet_near(&b)),
@@ -247,27 +274,25 @@ impl OcclusionBuffer {
                 (false, false) => continue,
             };
             if a.w > 0.0 && b.w > 0.0 {
-                let doubt = Doubt::of(screen, reach, [&a, &b].into_iter());
+                let doubt = Doubt::of(&sheet.error, [&a, &b].into_iter());
                 self.fringe.walk(&self.far, a.spot(), b.spot(), doubt.pixels, along);
             }
         }
+        if sheet.doubt.is_some() {
+            return;
+        }
         // Where the near plane cuts a triangle, what shows that side ends.
         let mut clipped = Vec::new();
-        for (corners, face) in patch.triangles.iter().zip(faces) {
-            let corners = corners.map(|v| clips[v as usize]);
+        for (corners, face) in sheet.patch.triangles.iter().zip(faces) {
+            let corners = corners.map(|v| sheet.clips[v as usize]);
             if face.side == side && !corners.iter().all(Clip::is_in_front) {
                 cut(corners.into_iter(), &mut clipped);
-                let doubt = Doubt::of(screen, reach, clipped.iter());
+                let doubt = Doubt::of(&sheet.error, clipped.iter());
                 for k in 0..clipped.len() {
                     let (a, b) = (&clipped[k], &clipped[(k + 1) % clipped.len()]);
                     if a.near == 0.0 && b.near == 0.0 {
-                        self.fringe.walk(
-                            &self.far,
-                            a.spot(),
-                            b.spot(),
-                            doubt.pixels,
-                            Along::Border,
-                        );
+                        let (a, b) = (a.spot(), b.spot());
+                        self.fringe.walk(&self.far, a, b, doubt.pixels, Along::Border);
                     }
                 }
             }
@@ -283,6 +308,41 @@ impl OcclusionBuffer {
             spot.x.is_finite() && spot.y.is_finite() && spot.nearness.is_finite()
         };
         self.clips.iter().all(|c| c.is_finite() && (!c.is_in_front() || has_place(c)))
+    }
+}
+
+/// A patch on the screen.
+struct Sheet<'a> {
+    patch: &'a Patch,
+    clips: &'a [Clip],
+    /// The places of the corners that are in front.
+    spots: &'a [Spot],
+    /// How far the numbers of `clips` may be off.
+    error: Clip,
+    /// How far all spots may be off; `None` where a corner is not in front, and each is asked by itself.
+    doubt: Option<Doubt>,
+    orient: f64,
+}
+
+impl Sheet<'_> {
+    /// The nearest of its corners, rounded upward; what the near plane cuts may be as near as anything.
+    fn nearest(&self) -> f32 {
+        let Some(doubt) = &self.doubt else { return f32::INFINITY };
+        let most = self.spots.iter().fold(0.0_f64, |n, s| n.max(s.nearness)) + doubt.nearness;
+        (most * (1.0 + 2.0_f64.powi(-20))) as f32
+    }
+
+    /// The pixels that its own triangles may touch: first column and row, last column and row.
+    fn window(&self) -> [[i32; 2]; 2] {
+        if self.doubt.is_none() {
+            return [[0; 2], [i32::MAX; 2]];
+        }
+        let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for &v in self.patch.triangles[..self.patch.own].iter().flatten() {
+            let s = &self.spots[v as usize];
+            (min, max) = ([min[0].min(s.x), min[1].min(s.y)], [max[0].max(s.x), max[1].max(s.y)]);
+        }
+        [min.map(|v| v.floor() as i32), max.map(|v| v.floor() as i32)]
     }
 }
 
@@ -312,29 +372,6 @@ fn on_screen(spots: &[Spot], size: [u32; 2]) -> Option<([f64; 2], [f64; 2])> {
     let [width, height] = size.map(f64::from);
     let on = max[0] >= -1.0 && max[1] >= -1.0 && min[0] <= width + 1.0 && min[1] <= height + 1.0;
     on.then_some((min, max))
-}
-
-/// The nearest of points in front, rounded upward; what the near plane cuts may be as near as anything.
-fn nearest(clips: &[Clip]) -> f32 {
-    if !clips.iter().all(Clip::is_in_front) {
-        return f32::INFINITY;
-    }
-    let most = clips.iter().fold(0.0_f64, |n, c| n.max(c.nearness / c.w));
-    (most * (1.0 + 2.0_f64.powi(-20))) as f32
-}
-
-/// The pixels that the patch's own triangles may touch.
-fn window(patch: &Patch, clips: &[Clip]) -> [[i32; 2]; 2] {
-    let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for &v in patch.triangles[..patch.own].iter().flatten() {
-        let clip = &clips[v as usize];
-        if !clip.is_in_front() {
-            return [[0; 2], [i32::MAX; 2]];
-        }
-        let s = clip.spot();
-        (min, max) = ([min[0].min(s.x), min[1].min(s.y)], [max[0].max(s.x), max[1].max(s.y)]);
-    }
-    [min.map(|v| v.floor() as i32), max.map(|v| v.floor() as i32)]
 }
 
 /// Cuts a polygon at the near plane.

@@ -153,13 +153,8 @@ pub(super) struct Doubt {
 }
 
 impl Doubt {
-    /// That of points in front of the near plane, all within `reach` in their own space.
-    pub(super) fn of<'a>(
-        screen: &ObjectScreen,
-        reach: [f32; 3],
-        clips: impl Iterator<Item = &'a Clip>,
-    ) -> Self {
-        let error = screen.error(reach);
+    /// That of points in front of the near plane whose numbers may be off by `error`.
+    pub(super) fn of<'a>(error: &Clip, clips: impl Iterator<Item = &'a Clip>) -> Self {
         let (mut w, mut x, mut nearness) = (f64::INFINITY, 0.0_f64, 0.0_f64);
         for c in clips {
             w = w.min(c.w);
