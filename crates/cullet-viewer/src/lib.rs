@@ -10,6 +10,7 @@ pub mod inbox;
 pub mod journey;
 pub mod lines;
 pub mod link;
+pub mod nearness;
 mod present;
 pub mod script;
 pub mod session;

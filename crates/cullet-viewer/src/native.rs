@@ -115,7 +115,7 @@ pub(crate) fn run() -> ExitCode {
         viewport: egui::ViewportBuilder::default()
             .with_title("cullet")
             .with_inner_size(line.size)
-            .with_min_inner_size([480.0, 320.0]),
+            .with_min_inner_size([320.0, 200.0]),
         wgpu_options: setup(None),
         ..Default::default()
     };

@@ -12,7 +12,7 @@ use crate::decide::{Decider, Decision, Request, pick};
 use crate::inbox::{Inbox, Read};
 use crate::journey::Journey;
 use crate::link;
-use crate::state::{GhostForm, Layout, State};
+use crate::state::{GhostForm, Layout, Stages, State};
 use crate::task::{Progress, Task, clock};
 use crate::truth::Truth;
 use crate::world::{Source, World};
@@ -104,7 +104,7 @@ pub struct Session {
     loading: Option<(String, Task<Result<World, String>>)>,
     decider: Decider,
     inbox: Inbox,
-    asked: Option<(View, crate::state::Stages)>,
+    asked: Option<(View, Stages, bool)>,
     /// How many requests there were.
     requests: u64,
     /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
@@ -241,7 +241,7 @@ impl Session {
     #[must_use]
     pub fn culling_size(&self) -> [u32; 2] {
         match self.state.layout {
-            Layout::Split => [(self.size[0] / 2).max(1), self.size[1]],
+            Layout::Split | Layout::Buffer => [(self.size[0] / 2).max(1), self.size[1]],
             _ => self.size,
         }
     }
@@ -327,6 +327,14 @@ impl Session {
         self.inspected = None;
         if let Some((handle, triangle)) = found {
             self.inspect_handle(handle, triangle);
+        }
+    }
+
+    /// Inspects an instance by its slot.
+    pub fn inspect_slot(&mut self, slot: u32) {
+        let handle = self.world.as_ref().and_then(|w| w.model.scene.handle(slot));
+        if let Some(handle) = handle {
+            self.inspect_handle(handle, 0);
         }
     }
 
@@ -441,15 +449,16 @@ impl Session {
 
     fn ask(&mut self) {
         let (Some(world), Some(view)) = (&self.world, self.culling_view()) else { return };
-        let stages = &self.state.stages;
-        if self.asked.as_ref().is_some_and(|(v, s)| *v == view && s == stages) {
+        let (stages, buffer) = (&self.state.stages, self.state.wants_buffer());
+        let fits = |(v, s, b): &(View, Stages, bool)| *v == view && s == stages && (*b || !buffer);
+        if self.asked.as_ref().is_some_and(fits) {
             return;
         }
         let culler = stages.culler(clock);
         let world = Arc::clone(world);
-        self.asked = Some((view.clone(), stages.clone()));
+        self.asked = Some((view.clone(), stages.clone(), buffer));
         self.requests += 1;
-        self.decider.ask(Request { world, view, culler, number: self.requests });
+        self.decider.ask(Request { world, view, culler, buffer, number: self.requests });
     }
 
     fn take(&mut self, decision: Decision) {
