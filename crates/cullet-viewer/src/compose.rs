@@ -225,6 +225,13 @@ fn decorate(session: &Session, made: &mut Composition) {
         let colour = if state.dark { [255, 255, 255, 230] } else { [20, 24, 30, 230] };
         frustum.0.frustum(view, world.reach * 0.9, colour, &mut frustum.1);
     }
+    let mut path = Lines::default();
+    if let Some(costs) = session.measured.costs() {
+        for pair in costs.all.windows(2) {
+            let ends = [&pair[0], &pair[1]].map(|c| DVec3::from(c.eye));
+            path.line(ends[0], ends[1], tint(costs.colour(&pair[1]), 255));
+        }
+    }
     let by_reason = state.look.colour == Colour::Reason;
     for panel in &mut made.panels {
         panel.content = match panel.role {
@@ -246,6 +253,7 @@ fn decorate(session: &Session, made: &mut Composition) {
             Role::Culling | Role::Depth => false,
         };
         if from_outside {
+            panel.overlay.0.extend_from_slice(&path.0);
             panel.overlay.0.extend_from_slice(&frustum.0.0);
             panel.ghosts.0.extend_from_slice(&frustum.1.0);
         }
