@@ -232,7 +232,6 @@ impl Stages {
             occlusion: (on && self.occlusion).then(|| Occlusion {
                 width: self.occlusion_width,
                 budget: self.occlusion_budget,
-                ..Occlusion::default()
             }),
             output: match self.depth {
                 Depth::Instances => Output::Instances,
