@@ -229,7 +229,7 @@ impl Stages {
             degenerate: on && self.degenerate,
             detail: (on && self.detail_px > 0.0)
                 .then_some(Detail { measure, threshold_px: self.detail_px }),
-            occlusion: (on && self.occlusion).then(|| Occlusion {
+            occlusion: (on && self.occlusion).then_some(Occlusion {
                 width: self.occlusion_width,
                 budget: self.occlusion_budget,
             }),

@@ -83,7 +83,7 @@ fn drag(session: &mut Session, role: Option<Role>, d: egui::Vec2, slides: bool, 
             session.chase.pitch = (session.chase.pitch - y * TURN).clamp(-89.0, 20.0);
         }
         Some(Role::Culling | Role::Depth) if frozen => {
-            session.state.frozen.iter_mut().for_each(turn)
+            session.state.frozen.iter_mut().for_each(turn);
         }
         _ => session.state.camera.iter_mut().for_each(turn),
     }
