@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use cullet::{Camera, Depth, Projection, Scene, View};
 use cullet_viewer::draw::{Pane, Renderer, Style};
-use cullet_viewer::headless::Gpu;
+pub use cullet_viewer::headless::Gpu;
 
 /// The device, or `None`, said aloud, where there is no adapter. With `CULLET_REQUIRE_GPU` set that is a
 /// failure.
