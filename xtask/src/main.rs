@@ -1,6 +1,7 @@
 //! Everything that CI does, runnable by hand: `cargo xtask test | web | pictures | bench | demo`.
 #![forbid(unsafe_code)]
 
+mod bench_viewer;
 mod graphics;
 mod pictures;
 mod steps;
@@ -18,6 +19,8 @@ cargo xtask web --no-serve
                        only builds it, into target/page
 cargo xtask pictures   draws the pictures of README and docs again
 cargo xtask bench      cullet bench, then the criterion benches
+cargo xtask bench-viewer [SCENE]
+                       what each stage saves the viewer's renderer, against the hardware's back-face culling alone
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
 cargo xtask demo       the README's two commands, in a fresh clone of this repository";
 
@@ -32,6 +35,8 @@ fn main() -> ExitCode {
         ["web", scene] if !scene.starts_with('-') => web::serve(Some(scene)),
         ["pictures"] => pictures::draw(),
         ["bench"] => steps::bench(),
+        ["bench-viewer"] => bench_viewer::measure(None),
+        ["bench-viewer", scene] if !scene.starts_with('-') => bench_viewer::measure(Some(scene)),
         ["peers-cut"] => steps::peers_cut(),
         ["demo"] => steps::demo(),
         [] | ["help" | "--help" | "-h"] => {

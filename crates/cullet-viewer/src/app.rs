@@ -41,6 +41,8 @@ struct Look {
     decided: u64,
     inspected: Option<Inspected>,
     proved: bool,
+    /// Of which measurement the path's colours are.
+    measured: Option<usize>,
     chase: crate::camera::Chase,
 }
 
@@ -211,6 +213,7 @@ impl Stage<'_> {
             decided,
             inspected: session.inspected.clone(),
             proved,
+            measured: session.measured.costs().map(|c| Arc::as_ptr(c) as usize),
             chase: session.chase,
         };
         let changed = self.last.as_ref() != Some(&look);

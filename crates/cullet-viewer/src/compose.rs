@@ -24,6 +24,8 @@ pub enum Role {
     Outside,
     /// The part of a wipe that is not culled.
     Bare,
+    /// True depth of what the culling camera sees.
+    Depth,
 }
 
 /// What a pane draws of the scene.
@@ -33,6 +35,8 @@ enum Content {
     Kept,
     /// That, and ghosts as they are.
     WithGhosts,
+    /// What was drawn into the occlusion buffer.
+    Occluders,
     /// All.
     All,
 }
@@ -60,6 +64,8 @@ pub struct Composition {
     pub panels: Vec<Panel>,
     /// What was left, with the ghosts that are shown as they are.
     with_ghosts: Visible,
+    /// What was drawn into the occlusion buffer.
+    occluders: Visible,
     /// How many ghosts were left out because there are too many.
     pub ghosts_left_out: usize,
     /// What the boxes of the level that is shown answered.
@@ -81,6 +87,7 @@ impl Composition {
                     Content::All => None,
                     Content::Kept => kept,
                     Content::WithGhosts => Some(&self.with_ghosts),
+                    Content::Occluders => Some(&self.occluders),
                 },
                 style: p.style,
                 lines: &p.lines.0,
@@ -136,6 +143,7 @@ pub fn compose(session: &Session) -> Composition {
                 add(Role::Outside, [half, 0, right, h], outside);
             }
         }
+        Layout::Buffer => add(Role::Depth, [0, 0, half, h], culling([half, h])),
         Layout::Wipe => {
             let at = ((f64::from(state.wipe) * f64::from(w)) as u32).min(w);
             let whole = free([w, h]);
@@ -171,6 +179,10 @@ fn decorate(session: &Session, made: &mut Composition) {
     let visible = decision.map(|d| &d.visible);
     let reasons = visible.map_or(&[][..], |v| &v.reasons);
     let solid = state.ghosts.form == GhostForm::Solid;
+    let occluders = decision.filter(|_| state.structure.occluders).map(|d| &d.occluders);
+    for &slot in occluders.into_iter().flatten() {
+        made.occluders.whole.push(SlotRange { first: slot, count: 1 });
+    }
     if solid && let Some(visible) = visible {
         made.with_ghosts = with_ghosts(session, visible);
     }
@@ -198,6 +210,10 @@ fn decorate(session: &Session, made: &mut Composition) {
     if let Some(inspected) = &session.inspected {
         marks.edges(&scene.bounds(inspected.slot), scene.origin(), [255, 255, 255, 255]);
         triangle(session, inspected.slot, inspected.triangle, &mut marks);
+        let by = palette::reason_color(Some(Stage::Occlusion));
+        for &slot in inspected.explanation.hidden_by.iter().take(MOST_GHOSTS) {
+            marks.edges(&scene.bounds(slot), scene.origin(), tint(by, 255));
+        }
     }
     if let Some(found) = session.truth.finding() {
         for &slot in found.lost.iter().take(MOST_GHOSTS) {
@@ -209,29 +225,41 @@ fn decorate(session: &Session, made: &mut Composition) {
         let colour = if state.dark { [255, 255, 255, 230] } else { [20, 24, 30, 230] };
         frustum.0.frustum(view, world.reach * 0.9, colour, &mut frustum.1);
     }
+    let mut path = Lines::default();
+    if let Some(costs) = session.measured.costs() {
+        for pair in costs.all.windows(2) {
+            let ends = [&pair[0], &pair[1]].map(|c| DVec3::from(c.eye));
+            path.line(ends[0], ends[1], tint(costs.colour(&pair[1]), 255));
+        }
+    }
     let by_reason = state.look.colour == Colour::Reason;
     for panel in &mut made.panels {
         panel.content = match panel.role {
             Role::Bare => Content::All,
             // What the culling camera itself sees is shown as it is drawn.
-            Role::Culling => Content::Kept,
+            Role::Culling | Role::Depth => Content::Kept,
             _ if solid && decision.is_some() => Content::WithGhosts,
             _ => Content::Kept,
         };
         if !state.stages.on {
             panel.content = Content::All;
         }
+        if panel.role != Role::Bare && occluders.is_some() {
+            panel.content = Content::Occluders;
+        }
         let from_outside = match panel.role {
             Role::Outside => true,
             Role::Flown | Role::Bare => state.frozen.is_some(),
-            Role::Culling => false,
+            Role::Culling | Role::Depth => false,
         };
         if from_outside {
+            panel.overlay.0.extend_from_slice(&path.0);
             panel.overlay.0.extend_from_slice(&frustum.0.0);
             panel.ghosts.0.extend_from_slice(&frustum.1.0);
         }
         match panel.role {
             Role::Bare | Role::Culling => {}
+            Role::Depth => panel.style.paint = Paint::Depth,
             Role::Flown | Role::Outside => {
                 if (solid || by_reason) && panel.style.paint == Paint::Material {
                     panel.style.paint = Paint::Instances;

@@ -116,9 +116,17 @@ impl Journey {
     /// # Errors
     /// None that a rig gives rise to.
     pub fn json(&self, aspect: f64) -> Result<String, PathError> {
-        let cameras: Vec<_> = self.rigs.iter().map(|r| r.camera(aspect)).collect();
-        to_json(&cameras)
+        json(&self.rigs, aspect)
     }
+}
+
+/// The text of a path file of these cameras.
+///
+/// # Errors
+/// None that a rig gives rise to.
+pub fn json(rigs: &[Rig], aspect: f64) -> Result<String, PathError> {
+    let cameras: Vec<_> = rigs.iter().map(|r| r.camera(aspect)).collect();
+    to_json(&cameras)
 }
 
 /// The rig a part `t` of the way from `a` to `b`; its turns go the short way round.

@@ -2,15 +2,22 @@
 #![forbid(unsafe_code)]
 
 pub mod app;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod bench;
 pub mod camera;
 pub mod compose;
+pub mod cost;
 pub mod decide;
 pub mod draw;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod headless;
 pub mod inbox;
 pub mod journey;
 pub mod lines;
 pub mod link;
+pub mod nearness;
 mod present;
+pub mod report;
 pub mod script;
 pub mod session;
 pub mod state;

@@ -4,7 +4,7 @@
 use serde_json::{Map, Value};
 use thiserror::Error;
 
-use crate::state::State;
+use crate::state::{State, WIDEST_BUFFER};
 
 /// The longest link that is read.
 pub const MAX_LENGTH: usize = 16_384;
@@ -114,6 +114,14 @@ fn check(state: &State) -> Result<(), LinkError> {
     }
     if !(0.0..=1e6).contains(&state.stages.detail_px) {
         return wrong("stages.detail_px", state.stages.detail_px, "between 0 and 1000000 pixels");
+    }
+    let s = &state.stages;
+    if !(1..=WIDEST_BUFFER).contains(&s.occlusion_width) {
+        return wrong("stages.occlusion_width", f64::from(s.occlusion_width), "1 to 4096 pixels");
+    }
+    if !(0.0..=1e9).contains(&s.occlusion_budget) {
+        let must = "0 to 1000000000 microseconds";
+        return wrong("stages.occlusion_budget", f64::from(s.occlusion_budget), must);
     }
     if state.structure.level > 64 {
         return wrong("structure.level", f64::from(state.structure.level), "64 at most");

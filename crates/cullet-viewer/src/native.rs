@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use cullet_viewer::app::{App, FAILED, Start, setup};
-use cullet_viewer::world::Source;
+use cullet_viewer::bench::BenchError;
+use cullet_viewer::world::{Source, World};
 use eframe::egui;
 
 const HELP: &str = "\
@@ -18,6 +19,7 @@ Usage: cullet-viewer [SCENE|FILE] [options]
   --size WxH           the window in points (default 1280x800)
   --screenshot FILE    write a picture of the window as PNG, and end
   --script toggles     throw every switch, one after the other, and end
+  --bench              measure what each stage saves the graphics card, without a window, and end
   --help, --version
 
 Examples
@@ -29,18 +31,19 @@ Examples
 
 Exit codes
   0 fine     2 wrong command line     3 input unreadable or invalid (of an unattended run)
-  69 no window or no graphics device";
+  1 culling changed a picture (of --bench)   69 no window or no graphics device";
 
 /// What the command line says.
 struct Line {
     start: Start,
     size: [f32; 2],
+    bench: bool,
 }
 
 /// Reads the command line; what is to be printed in place of a window is the error, with the exit code.
 fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
     let wrong = |text: String| (2, format!("error: {text}\nTry cullet-viewer --help."));
-    let mut line = Line { start: Start::default(), size: [1280.0, 800.0] };
+    let mut line = Line { start: Start::default(), size: [1280.0, 800.0], bench: false };
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or_else(|| wrong(format!("{arg} needs a value")));
         match arg.as_str() {
@@ -53,6 +56,7 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
                 // A whole address serves too.
                 line.start.link = text.rsplit_once('#').map_or(text.clone(), |(_, l)| l.to_owned());
             }
+            "--bench" => line.bench = true,
             "--screenshot" => line.start.screenshot = Some(value()?),
             "--script" => match value()?.as_str() {
                 "toggles" => line.start.script = true,
@@ -98,6 +102,25 @@ impl eframe::App for Judged {
     }
 }
 
+/// Measures, without a window.
+fn bench(start: &Start) -> ExitCode {
+    let told = |code: u8, text: String| {
+        let _ = writeln!(std::io::stderr(), "error: {text}");
+        ExitCode::from(code)
+    };
+    let source = start.source.clone().unwrap_or_else(|| Source::of_text("city"));
+    let world = match World::load(&source) {
+        Ok(world) => world,
+        Err(error) => return told(3, error),
+    };
+    match cullet_viewer::bench::run(&world, &mut std::io::stdout().lock()) {
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(pixels) => told(1, format!("culling changed {pixels} pixels")),
+        Err(error @ (BenchError::NoDevice | BenchError::Lost)) => told(69, error.to_string()),
+        Err(error) => told(3, error.to_string()),
+    }
+}
+
 /// Runs the program.
 pub(crate) fn run() -> ExitCode {
     let line = match parse(std::env::args().skip(1)) {
@@ -111,11 +134,14 @@ pub(crate) fn run() -> ExitCode {
             return ExitCode::from(code);
         }
     };
+    if line.bench {
+        return bench(&line.start);
+    }
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("cullet")
             .with_inner_size(line.size)
-            .with_min_inner_size([480.0, 320.0]),
+            .with_min_inner_size([320.0, 200.0]),
         wgpu_options: setup(None),
         ..Default::default()
     };

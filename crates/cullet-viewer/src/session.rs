@@ -8,11 +8,13 @@ use cullet::{Explanation, Handle, View};
 use eframe::egui;
 
 use crate::camera::{Chase, Mode, Rig};
+use crate::cost::Measured;
 use crate::decide::{Decider, Decision, Request, pick};
 use crate::inbox::{Inbox, Read};
-use crate::journey::Journey;
+use crate::journey::{Journey, json};
 use crate::link;
-use crate::state::{GhostForm, Layout, State};
+use crate::report::{MOST_VIEWS, Order};
+use crate::state::{GhostForm, Layout, Stages, State};
 use crate::task::{Progress, Task, clock};
 use crate::truth::Truth;
 use crate::world::{Source, World};
@@ -89,6 +91,8 @@ pub struct Session {
     pub truth: Truth,
     /// The camera path.
     pub journey: Journey,
+    /// What the cameras of the path cost.
+    pub measured: Measured,
     /// How the camera outside follows.
     pub chase: Chase,
     /// What drawing took.
@@ -102,9 +106,10 @@ pub struct Session {
     /// The picture's size in pixels; zero before the first.
     pub size: [u32; 2],
     loading: Option<(String, Task<Result<World, String>>)>,
+    report: Option<Task<Result<String, String>>>,
     decider: Decider,
     inbox: Inbox,
-    asked: Option<(View, crate::state::Stages)>,
+    asked: Option<(View, Stages, bool)>,
     /// How many requests there were.
     requests: u64,
     /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
@@ -132,6 +137,8 @@ impl Session {
             inspected: None,
             truth: Truth::None,
             journey: Journey::default(),
+            measured: Measured::None,
+            report: None,
             chase: Chase::default(),
             drawn: Drawn::default(),
             to_open: String::new(),
@@ -205,6 +212,8 @@ impl Session {
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
         idle && !matches!(self.truth, Truth::Working(_))
+            && !matches!(self.measured, Measured::Working(_))
+            && self.report.is_none()
             && (self.world.is_none() || decided.is_some() && decided == wanted)
     }
 
@@ -215,6 +224,24 @@ impl Session {
         self.take_loaded();
         if !self.truth.poll() {
             self.tell("The proof ended without a result.", true);
+        }
+        if !self.measured.poll() {
+            self.tell("The path could not be measured.", true);
+        }
+        match self.report.as_ref().map(Task::poll) {
+            None | Some(Progress::Working) => {}
+            Some(done) => {
+                self.report = None;
+                match done {
+                    Progress::Done(Ok(text)) => self.tell(text, false),
+                    Progress::Done(Err(text)) => self.tell(text, true),
+                    _ => self.tell("The report ended without a result.", true),
+                }
+            }
+        }
+        if self.journey.is_making() || self.journey.recording {
+            // What was measured is about another path.
+            self.measured = Measured::None;
         }
         if let Some(rig) = &mut self.state.camera {
             let trouble = self.journey.advance(dt, rig);
@@ -241,7 +268,7 @@ impl Session {
     #[must_use]
     pub fn culling_size(&self) -> [u32; 2] {
         match self.state.layout {
-            Layout::Split => [(self.size[0] / 2).max(1), self.size[1]],
+            Layout::Split | Layout::Buffer => [(self.size[0] / 2).max(1), self.size[1]],
             _ => self.size,
         }
     }
@@ -330,6 +357,14 @@ impl Session {
         }
     }
 
+    /// Inspects an instance by its slot.
+    pub fn inspect_slot(&mut self, slot: u32) {
+        let handle = self.world.as_ref().and_then(|w| w.model.scene.handle(slot));
+        if let Some(handle) = handle {
+            self.inspect_handle(handle, 0);
+        }
+    }
+
     /// Inspects an instance by its handle.
     pub fn inspect_handle(&mut self, handle: Handle, triangle: u32) {
         let (Some(world), Some(decision)) = (&self.world, &self.decision) else { return };
@@ -357,6 +392,52 @@ impl Session {
             let culler = self.state.stages.culler(clock);
             let wake = move || ctx.request_repaint();
             self.truth = Truth::start(Arc::clone(world), view, culler, wake);
+        }
+    }
+
+    /// Begins to measure what every camera of the path costs with the present settings.
+    pub fn measure(&mut self) {
+        if let Some(world) = &self.world {
+            let ctx = self.ctx.clone();
+            let (stages, look) = (self.state.stages.clone(), self.state.look.clone());
+            let wake = move || ctx.request_repaint();
+            let (world, rigs) = (Arc::clone(world), self.journey.rigs.clone());
+            let size = self.culling_size();
+            self.measured = Measured::start(world, rigs, size, stages, look, wake);
+        }
+    }
+
+    /// What a report of the present scene, path and settings is made of: of a path cameras that are spread over it,
+    /// without one the camera that culls.
+    #[must_use]
+    pub fn order(&self) -> Option<Order> {
+        let size = self.culling_size().map(|v| v.max(1));
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        let rigs = match self.journey.rigs.as_slice() {
+            [] => vec![*self.culling_rig()?],
+            rigs => {
+                let views = rigs.len().min(MOST_VIEWS);
+                let last = (rigs.len() - 1) as f64 / (views.max(2) - 1) as f64;
+                (0..views).map(|i| rigs[(i as f64 * last).round() as usize]).collect()
+            }
+        };
+        let views = rigs.len();
+        let (scene, stages) = (self.state.scene.clone(), self.state.stages.clone());
+        Some(Order { scene, cameras: json(&rigs, aspect).ok()?, views, size, stages })
+    }
+
+    /// Whether a report is being made.
+    #[must_use]
+    pub fn is_reporting(&self) -> bool {
+        self.report.is_some()
+    }
+
+    /// Begins to make a report with `cullet report`.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn make_report(&mut self) {
+        if let Some(order) = self.order() {
+            let ctx = self.ctx.clone();
+            self.report = Some(Task::start(move || order.run(), move || ctx.request_repaint()));
         }
     }
 
@@ -424,6 +505,7 @@ impl Session {
         self.inspected = None;
         self.truth = Truth::None;
         self.journey = Journey::default();
+        self.measured = Measured::None;
     }
 
     /// Goes back to the scene that was open before, since the new one cannot be drawn.
@@ -441,15 +523,16 @@ impl Session {
 
     fn ask(&mut self) {
         let (Some(world), Some(view)) = (&self.world, self.culling_view()) else { return };
-        let stages = &self.state.stages;
-        if self.asked.as_ref().is_some_and(|(v, s)| *v == view && s == stages) {
+        let (stages, buffer) = (&self.state.stages, self.state.wants_buffer());
+        let fits = |(v, s, b): &(View, Stages, bool)| *v == view && s == stages && (*b || !buffer);
+        if self.asked.as_ref().is_some_and(fits) {
             return;
         }
         let culler = stages.culler(clock);
         let world = Arc::clone(world);
-        self.asked = Some((view.clone(), stages.clone()));
+        self.asked = Some((view.clone(), stages.clone(), buffer));
         self.requests += 1;
-        self.decider.ask(Request { world, view, culler, number: self.requests });
+        self.decider.ask(Request { world, view, culler, buffer, number: self.requests });
     }
 
     fn take(&mut self, decision: Decision) {

@@ -1,6 +1,7 @@
 //! All that a link holds: which scene, from where, and every switch. Plain data without a window.
 
 use cullet::cull::detail::{Detail, Measure};
+use cullet::cull::occlusion::Occlusion;
 use cullet::{Backface, CullFace, Culler, FrontFace, Output};
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +38,8 @@ pub struct State {
     pub hover_turns: bool,
     /// Dark or light.
     pub dark: bool,
+    /// Whether the panels are there; without them the picture has all of the window.
+    pub panels: bool,
 }
 
 impl Default for State {
@@ -55,6 +58,7 @@ impl Default for State {
             always: false,
             hover_turns: false,
             dark: true,
+            panels: true,
         }
     }
 }
@@ -70,6 +74,8 @@ pub enum Layout {
     Split,
     /// One picture with culling to the left of a divider and without to the right.
     Wipe,
+    /// What the culling camera sees as depth, beside the occlusion buffer that was made for it.
+    Buffer,
 }
 
 /// What culls: the settings of a [`Culler`], and whether it is asked at all.
@@ -90,6 +96,12 @@ pub struct Stages {
     pub detail_px: f64,
     /// How that size is measured.
     pub detail_by: DetailBy,
+    /// Whether things behind others are dropped; see [`Culler::occlusion`].
+    pub occlusion: bool,
+    /// See [`Occlusion::width`].
+    pub occlusion_width: u32,
+    /// See [`Occlusion::budget`].
+    pub occlusion_budget: f32,
     /// How deep the answer goes.
     pub depth: Depth,
 }
@@ -104,6 +116,9 @@ impl Default for Stages {
             degenerate: true,
             detail_px: 0.0,
             detail_by: DetailBy::Box,
+            occlusion: true,
+            occlusion_width: Occlusion::default().width,
+            occlusion_budget: Occlusion::default().budget,
             depth: Depth::Clusters,
         }
     }
@@ -145,6 +160,17 @@ pub enum Depth {
     Triangles,
 }
 
+/// The widest [`Occlusion::width`] that a link may ask for: beyond it a buffer is finer than any screen.
+pub const WIDEST_BUFFER: u32 = 4096;
+
+impl State {
+    /// Whether the occlusion buffer is shown in any way.
+    #[must_use]
+    pub fn wants_buffer(&self) -> bool {
+        self.layout == Layout::Buffer || self.structure.buffer
+    }
+}
+
 impl Stages {
     /// Nothing is culled.
     #[must_use]
@@ -154,6 +180,7 @@ impl Stages {
             frustum: false,
             backface: Backfaces::Off,
             degenerate: false,
+            occlusion: false,
             ..Self::default()
         }
     }
@@ -164,6 +191,7 @@ impl Stages {
         Self {
             backface: Backfaces::Off,
             degenerate: false,
+            occlusion: false,
             depth: Depth::Instances,
             ..Self::default()
         }
@@ -173,6 +201,12 @@ impl Stages {
     #[must_use]
     pub fn all() -> Self {
         Self { frustum_exact: true, detail_px: 2.0, depth: Depth::Triangles, ..Self::default() }
+    }
+
+    /// All but what asks what lies before what.
+    #[must_use]
+    pub fn open() -> Self {
+        Self { occlusion: false, ..Self::default() }
     }
 
     /// The culler with these settings, which is asked for reasons and keeps time by `clock`.
@@ -195,6 +229,10 @@ impl Stages {
             degenerate: on && self.degenerate,
             detail: (on && self.detail_px > 0.0)
                 .then_some(Detail { measure, threshold_px: self.detail_px }),
+            occlusion: (on && self.occlusion).then_some(Occlusion {
+                width: self.occlusion_width,
+                budget: self.occlusion_budget,
+            }),
             output: match self.depth {
                 Depth::Instances => Output::Instances,
                 Depth::Clusters => Output::Clusters,
@@ -370,4 +408,10 @@ pub struct Structure {
     pub level: u32,
     /// The cones of normals of the clusters of the thing inspected.
     pub cones: bool,
+    /// The occlusion buffer over the picture of the camera that it was made for.
+    pub buffer: bool,
+    /// Of the buffer its coarser level: the farthest of each tile of 8 × 8 pixels.
+    pub tiles: bool,
+    /// Only the things of which something was drawn into the buffer are drawn.
+    pub occluders: bool,
 }

@@ -2,8 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use cullet::{ViewState, Visible};
+use cullet::cull::occlusion::Occlusion;
+use cullet::{Culler, Output, ViewState, Visible};
 use cullet_viewer::compose::{Composition, Role, compose, instance_colours};
+use cullet_viewer::nearness;
 use cullet_viewer::script::{TOGGLES, thrown};
 use cullet_viewer::session::Session;
 use cullet_viewer::state::{GhostForm, Layout, Stages};
@@ -107,6 +109,99 @@ fn every_switch_is_shown_without_a_window() {
         (0..3).for_each(|_| run(&mut session));
     }
     assert!(session.notices.is_empty(), "{:?}", session.notices);
+}
+
+#[test]
+fn counters_are_those_of_a_report() {
+    let mut session = begin("stages.depth=triangles", "city:sub=1");
+    settle(&mut session);
+    let world = session.world.as_ref().expect("loaded");
+    let view = session.culling_view().expect("a view");
+    // As `cullet report` sets it where nothing is said on the command line.
+    let culler = Culler {
+        output: Output::Triangles,
+        occlusion: Some(Occlusion::default()),
+        ..Culler::default()
+    };
+    let mut visible = Visible::default();
+    culler.cull_one(&world.model.scene, &view, &mut ViewState::default(), &mut visible);
+    let shown = without_times(session.decision.as_ref().expect("decided").visible.clone());
+    assert_eq!(shown.funnel, visible.funnel);
+    assert_eq!(shown.triangle_count, visible.triangle_count);
+    assert!(visible.funnel.occlusion.drawn > 0, "nothing of a city is drawn as occluder");
+}
+
+#[test]
+fn a_report_is_ordered_with_the_settings_that_are_shown() {
+    let mut session = begin("stages.occlusion_width=320&stages.frustum=false", "city:sub=1");
+    let order = session.order().expect("a scene and a camera");
+    let (cameras, out) = (std::path::Path::new("it's here.json"), std::path::Path::new("out"));
+    assert_eq!(
+        order.command(cameras, out),
+        r"cullet report city:sub=1 --path 'file:it'\''s here.json' --views 1 --size 480x300 --out out --occlusion-width 320 --occlusion-budget 2000 --no-frustum"
+    );
+    session.travel(cullet_io::paths::PathSpec::Orbit);
+    while session.journey.is_making() {
+        session.advance(0.02, SIZE);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    // A camera that moves on is never decided for.
+    session.journey.playing = false;
+    settle(&mut session);
+    let cameras = session.journey.rigs.len();
+    let order = session.order().expect("a path");
+    assert!(order.views == 16 && cameras > 16);
+    session.measure();
+    settle(&mut session);
+    let costs = session.measured.costs().expect("measured").clone();
+    assert_eq!(costs.all.len(), cameras);
+    assert!(
+        costs.least < costs.most
+            && costs.most <= session.world.as_ref().expect("loaded").counts.triangles
+    );
+    // What is shown at a camera of the path is what was measured there.
+    session.state.layout = Layout::One;
+    session.state.camera = Some(session.journey.rigs[40]);
+    settle(&mut session);
+    let shown = session.decision.as_ref().expect("decided").visible.triangle_count;
+    assert_eq!(costs.all[40].triangles, shown);
+}
+
+#[test]
+fn the_buffer_is_painted_as_depth_is() {
+    let mut session = begin("layout=buffer", "city:sub=1");
+    let decision = session.decision.as_ref().expect("decided");
+    let buffer = decision.buffer.as_ref().expect("wanted");
+    assert!(!decision.occluders.is_empty());
+    let view = &decision.request.view;
+    let paint = |tiles, over| nearness::paint(buffer, view, 100.0, tiles, over);
+    let (fine, coarse, over) = (paint(false, false), paint(true, false), paint(false, true));
+    assert_eq!(fine.size, buffer.size().map(|v| v as usize));
+    assert_eq!(coarse.size, fine.size.map(|v| v.div_ceil(8)));
+    let [w, h] = buffer.size();
+    let mut covered = 0;
+    for (i, (y, x)) in (0..h).flat_map(|y| (0..w).map(move |x| (y, x))).enumerate() {
+        let near = buffer.nearness(x, y);
+        let [r, g, b, a] = fine.pixels[i];
+        assert_eq!(over.pixels[i][3] == 0, near == 0.0);
+        if near > 0.0 {
+            covered += 1;
+            // What is seen at w, on a ray of its own, is where the shader measures its distance.
+            let ray = view.ray([f64::from(x) + 0.5, f64::from(y) + 0.5]).expect("a ray");
+            let ahead =
+                view.ray([f64::from(w) * 0.5, f64::from(h) * 0.5]).expect("a ray").direction;
+            let cos: f64 = (0..3).map(|k| ray.direction[k] * ahead[k]).sum();
+            let want = 50.0 / (50.0 + 1.0 / f64::from(near) / cos) * 255.0;
+            assert!((f64::from(r) - want).abs() <= 1.0 && r == g && g == b && a == 255);
+        } else {
+            assert_eq!([r, g, b], nearness::OPEN);
+        }
+    }
+    assert!(covered > 1000, "a city covers more than {covered} pixels");
+    session.state.stages.occlusion = false;
+    settle(&mut session);
+    let decision = session.decision.as_ref().expect("decided");
+    assert!(decision.buffer.is_none() && decision.occluders.is_empty());
 }
 
 #[test]

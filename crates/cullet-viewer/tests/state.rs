@@ -26,7 +26,7 @@ prop_compose! {
         scene in ".{0,40}",
         camera in prop::option::of(rig()),
         frozen in prop::option::of(rig()),
-        layout in prop_oneof![Just(Layout::One), Just(Layout::Split), Just(Layout::Wipe)],
+        layout in prop::sample::select(vec![Layout::One, Layout::Split, Layout::Wipe, Layout::Buffer]),
         wipe in 0.0..=1.0f32,
         switches in prop::array::uniform8(any::<bool>()),
         detail in 0.0..1e6f64,

@@ -7,6 +7,7 @@ pub use pick::{Hit, pick};
 
 use std::sync::Arc;
 
+use cullet::cull::occlusion::OcclusionBuffer;
 use cullet::{Culler, View, ViewState, Visible};
 
 use crate::task::clock;
@@ -21,6 +22,8 @@ pub struct Request {
     pub view: View,
     /// With which settings.
     pub culler: Culler,
+    /// Whether the occlusion buffer is wanted too: copying it takes a tenth of a millisecond or so.
+    pub buffer: bool,
     /// Tells this request from others of the same asker.
     pub number: u64,
 }
@@ -32,6 +35,10 @@ pub struct Decision {
     pub request: Request,
     /// What is left, with reasons and the funnel.
     pub visible: Visible,
+    /// The slots of which something was drawn into the occlusion buffer, ascending; empty without that stage.
+    pub occluders: Vec<u32>,
+    /// The occlusion buffer, where it was wanted and made.
+    pub buffer: Option<OcclusionBuffer>,
     /// How long it took.
     pub milliseconds: f32,
     /// Rises by one with each.
@@ -49,11 +56,18 @@ impl Memory {
     fn decide(&mut self, request: Request) -> Decision {
         let began = clock();
         let mut visible = Visible::default();
-        let Request { world, view, culler, .. } = &request;
+        let Request { world, view, culler, buffer, .. } = &request;
         culler.cull_one(&world.model.scene, view, &mut self.state, &mut visible);
         self.decided += 1;
         let milliseconds = (clock() - began) as f32 * 1e-6;
-        Decision { request, visible, milliseconds, number: self.decided }
+        // A buffer of an earlier view stays in the memory when the stage is switched off.
+        let made = culler.occlusion.is_some();
+        let drawn = if made { self.state.occluders_drawn() } else { &[] };
+        let mut occluders: Vec<u32> = drawn.iter().map(|d| d.0).collect();
+        occluders.sort_unstable();
+        occluders.dedup();
+        let buffer = self.state.occlusion_buffer().filter(|_| made && *buffer).cloned();
+        Decision { request, visible, occluders, buffer, milliseconds, number: self.decided }
     }
 }
 

@@ -28,6 +28,7 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
         let d = (p - rect.min) * ratio;
         [f64::from(d.x), f64::from(d.y)]
     };
+    super::buffer::show(ui, rect, session, made);
     labels(ui, rect, ratio, session, made);
     super::map::show(ui, rect, session);
     if session.state.layout == Layout::Wipe {
@@ -81,7 +82,9 @@ fn drag(session: &mut Session, role: Option<Role>, d: egui::Vec2, slides: bool, 
             session.chase.yaw -= x * TURN;
             session.chase.pitch = (session.chase.pitch - y * TURN).clamp(-89.0, 20.0);
         }
-        Some(Role::Culling) if frozen => session.state.frozen.iter_mut().for_each(turn),
+        Some(Role::Culling | Role::Depth) if frozen => {
+            session.state.frozen.iter_mut().for_each(turn);
+        }
         _ => session.state.camera.iter_mut().for_each(turn),
     }
 }
@@ -92,7 +95,7 @@ fn zoom(session: &mut Session, role: Option<Role>, factor: f64) {
         Some(Role::Outside) => {
             session.chase.nearer = (session.chase.nearer * factor).clamp(0.1, 50.0);
         }
-        Some(Role::Culling) if frozen => {
+        Some(Role::Culling | Role::Depth) if frozen => {
             session.state.frozen.iter_mut().for_each(|r| r.zoom(factor));
         }
         _ => session.state.camera.iter_mut().for_each(|r| r.zoom(factor)),
@@ -130,6 +133,7 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
         let area = egui::Rect::from_min_size(rect.min + egui::vec2(x, y), egui::vec2(w, h));
         let words = match (panel.role, session.state.layout) {
             (Role::Culling, _) => "what the camera sees".to_owned(),
+            (Role::Depth, _) => "true depth of what the camera sees".to_owned(),
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
             (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),
@@ -142,7 +146,19 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
         };
         put(at, align, &words);
     }
+    if session.state.layout == Layout::Buffer
+        && let Some(panel) = made.panels.first()
+    {
+        let at = rect.min + egui::vec2(panel.place[2] as f32 / ratio + 8.0, 8.0);
+        let buffer = session.decision.as_ref().and_then(|d| d.buffer.as_ref());
+        let words = buffer.map_or("the occlusion buffer".to_owned(), |b| {
+            let [w, h] = b.size();
+            format!("occlusion buffer, {w} × {h}: what is proved covered; blue is open")
+        });
+        put(at, egui::Align2::LEFT_TOP, &words);
+    }
     let fresh = !frozen
+        && session.state.panels
         && session.state.layout == Layout::One
         && session.state.ghosts.form == GhostForm::Off
         && session.inspected.is_none()

@@ -1,10 +1,14 @@
 //! What was clicked: its chain of tests, with numbers.
 
+use cullet::Stage;
 use cullet_draw::palette;
 use eframe::egui;
 
 use super::words::{grouped, swatch};
 use crate::session::Session;
+
+/// The most names of what hides a thing.
+const MOST_BLOCKERS: usize = 12;
 
 /// The panel.
 pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
@@ -64,6 +68,28 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
         if mesh.is_two_sided() { "two-sided" } else { "one-sided" }
     ));
     ui.weak(format!("slot {}, triangle {}", inspected.slot, inspected.triangle));
+    let hidden_by = inspected.explanation.hidden_by.clone();
+    let name = |slot: u32| scene.handle(slot).map(|h| world.model.instance_name(h).to_string());
+    let mut chosen = None;
+    if !hidden_by.is_empty() {
+        ui.horizontal_wrapped(|ui| {
+            swatch(ui, palette::reason_color(Some(Stage::Occlusion)));
+            ui.label(format!("hidden by {}, the nearest first:", hidden_by.len()))
+                .on_hover_text("Outlined in the picture in this colour. A click inspects it");
+        });
+        for &slot in hidden_by.iter().take(MOST_BLOCKERS) {
+            let words = name(slot).unwrap_or_else(|| format!("slot {slot}"));
+            if ui.link(words).clicked() {
+                chosen = Some(slot);
+            }
+        }
+        if hidden_by.len() > MOST_BLOCKERS {
+            ui.weak(format!("and {} more", hidden_by.len() - MOST_BLOCKERS));
+        }
+    }
+    if let Some(slot) = chosen {
+        session.inspect_slot(slot);
+    }
     if ui.small_button("Close").clicked() {
         session.inspected = None;
     }

@@ -7,7 +7,7 @@ use crate::session::Session;
 use crate::state::Layout;
 
 /// Keys that are pressed once, and what they do.
-pub(super) const KEYS: [(Key, &str); 13] = [
+pub(super) const KEYS: [(Key, &str); 15] = [
     (Key::H, "this sheet"),
     (Key::C, "culling on, off"),
     (Key::F, "freeze what is drawn, and fly on; again: let it go"),
@@ -16,6 +16,8 @@ pub(super) const KEYS: [(Key, &str); 13] = [
     (Key::Num1, "one picture"),
     (Key::Num2, "split: both cameras"),
     (Key::Num3, "wipe: with and without culling"),
+    (Key::Num4, "depth beside the occlusion buffer"),
+    (Key::P, "panels: off, the picture has all of the window"),
     (Key::M, "map"),
     (Key::X, "wireframe"),
     (Key::V, "verify this view"),
@@ -60,6 +62,8 @@ fn press(session: &mut Session, key: Key) {
         Key::Num1 => state.layout = Layout::One,
         Key::Num2 => state.layout = Layout::Split,
         Key::Num3 => state.layout = Layout::Wipe,
+        Key::Num4 => state.layout = Layout::Buffer,
+        Key::P => state.panels = !state.panels,
         Key::M => state.map = !state.map,
         Key::X => state.look.wireframe = !state.look.wireframe,
         Key::V => session.prove(),

@@ -57,6 +57,13 @@ pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
         rect.center() + egui::vec2(d.x as f32, d.z as f32) * side
     };
     let inside = painter.with_clip_rect(rect);
+    if let Some(costs) = session.measured.costs() {
+        for cost in &costs.all {
+            let [r, g, b] = costs.colour(cost);
+            let ink = egui::Color32::from_rgb(r, g, b);
+            inside.circle_filled(place(cost.eye.into()), 2.5, ink);
+        }
+    }
     outline(&inside, &decision.request.view, eye, wide, place);
     let rim = egui::Stroke::new(1.0, ui.visuals().weak_text_color());
     painter.rect_stroke(rect, 0.0, rim, egui::StrokeKind::Outside);

@@ -1,5 +1,6 @@
 //! The window's panels. What they change is the session; they know nothing of graphics but one picture.
 
+mod buffer;
 mod canvas;
 mod figures;
 mod funnel;
@@ -36,6 +37,21 @@ pub fn show(
     ui.ctx().set_theme(theme);
     keys::run(ui.ctx(), session);
     canvas::drops(ui.ctx(), session);
+    if session.state.panels {
+        panels(ui, session);
+    }
+    egui::CentralPanel::no_frame().show(ui, |ui| {
+        let points = ui.available_size();
+        let ratio = ui.ctx().pixels_per_point();
+        let pixels = [points.x, points.y].map(|v| ((v * ratio).round() as u32).clamp(1, 8192));
+        let (shown, composition) = picture(session, pixels);
+        canvas::show(ui, session, shown, &composition);
+    });
+    help::sheet(ui.ctx(), session);
+}
+
+/// All around the picture.
+fn panels(ui: &mut egui::Ui, session: &mut Session) {
     egui::Panel::top("title").show(ui, |ui| scene::title(ui, session));
     egui::Panel::bottom("figures").show(ui, |ui| figures::bar(ui, session));
     egui::Panel::left("switches").default_size(210.0).size_range(170.0..=320.0).show(ui, |ui| {
@@ -50,12 +66,4 @@ pub fn show(
             inspect::all(ui, session);
         });
     });
-    egui::CentralPanel::no_frame().show(ui, |ui| {
-        let points = ui.available_size();
-        let ratio = ui.ctx().pixels_per_point();
-        let pixels = [points.x, points.y].map(|v| ((v * ratio).round() as u32).clamp(1, 8192));
-        let (shown, composition) = picture(session, pixels);
-        canvas::show(ui, session, shown, &composition);
-    });
-    help::sheet(ui.ctx(), session);
 }

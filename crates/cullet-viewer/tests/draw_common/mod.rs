@@ -1,46 +1,17 @@
 //! A device without a window, and pictures read back from it.
 #![allow(dead_code, unreachable_pub, reason = "each test program uses its part of it")]
 
-use std::pin::pin;
 use std::sync::OnceLock;
-use std::task::{Context, Poll, Waker};
 
 use cullet::{Camera, Depth, Projection, Scene, View};
 use cullet_viewer::draw::{Pane, Renderer, Style};
-use eframe::wgpu::*;
-
-/// What draws.
-pub struct Gpu {
-    pub adapter: Adapter,
-    pub device: Device,
-    pub queue: Queue,
-}
-
-fn wait<T>(future: impl Future<Output = T>) -> T {
-    let mut future = pin!(future);
-    loop {
-        if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
-            return value;
-        }
-        std::thread::yield_now();
-    }
-}
+pub use cullet_viewer::headless::Gpu;
 
 /// The device, or `None`, said aloud, where there is no adapter. With `CULLET_REQUIRE_GPU` set that is a
 /// failure.
 pub fn gpu() -> Option<&'static Gpu> {
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
-    let gpu = GPU.get_or_init(|| {
-        let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
-        let adapter = wait(instance.request_adapter(&RequestAdapterOptions::default())).ok()?;
-        let (device, queue) = wait(adapter.request_device(&DeviceDescriptor {
-            required_limits: adapter.limits(),
-            required_features: adapter.features() & Features::TIMESTAMP_QUERY,
-            ..DeviceDescriptor::default()
-        }))
-        .ok()?;
-        Some(Gpu { adapter, device, queue })
-    });
+    let gpu = GPU.get_or_init(Gpu::open);
     if gpu.is_none() {
         assert!(
             std::env::var("CULLET_REQUIRE_GPU").is_err(),
@@ -97,43 +68,13 @@ impl Image {
 
 /// Waits for the device, then reads the renderer's picture.
 pub fn read(gpu: &Gpu, renderer: &Renderer) -> Image {
-    let texture = renderer.colour().texture();
-    let size = [texture.width(), texture.height()];
-    let row = (size[0] * 4).next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device.create_buffer(&BufferDescriptor {
-        label: None,
-        size: u64::from(row * size[1]),
-        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    let mut encoder = gpu.device.create_command_encoder(&CommandEncoderDescriptor::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(row),
-                rows_per_image: None,
-            },
-        },
-        texture.size(),
-    );
-    gpu.queue.submit([encoder.finish()]);
-    buffer.map_async(MapMode::Read, .., |answer| answer.unwrap());
-    finish(gpu);
-    let bytes = buffer.get_mapped_range(..).unwrap();
-    let pixels = bytes
-        .chunks_exact(row as usize)
-        .flat_map(|r| r[..size[0] as usize * 4].chunks_exact(4))
-        .map(|p| [p[0], p[1], p[2], p[3]])
-        .collect();
+    let (size, pixels) = gpu.read(renderer).unwrap();
     Image { size, pixels }
 }
 
 /// Waits until the device has nothing left to do.
 pub fn finish(gpu: &Gpu) {
-    gpu.device.poll(PollType::wait_indefinitely()).unwrap();
+    assert!(gpu.finish(), "the device is lost");
 }
 
 pub const BACKGROUND: [f32; 3] = [0.1, 0.12, 0.15];

@@ -13,7 +13,7 @@ use fearless_simd::Level;
 use thiserror::Error;
 
 use crate::cull::detail::Detail;
-use crate::cull::occlusion::Occlusion;
+use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
@@ -96,6 +96,22 @@ impl Default for Culler {
 #[derive(Clone, Debug, Default)]
 pub struct ViewState {
     scratch: run::Scratch,
+}
+
+impl ViewState {
+    /// The occlusion buffer as the last cull of this view left it; `None` before a cull with
+    /// [`Culler::occlusion`]. A later cull without leaves it as it is.
+    #[must_use]
+    pub fn occlusion_buffer(&self) -> Option<&OcclusionBuffer> {
+        self.scratch.occlusion.buffer.as_ref()
+    }
+
+    /// What was drawn into that buffer, front to back: slots, and which of the shapes of the slot's
+    /// [occluder](crate::Mesh::occluder).
+    #[must_use]
+    pub fn occluders_drawn(&self) -> &[(u32, u32)] {
+        &self.scratch.occlusion.drawn
+    }
 }
 
 /// Why a call to a culler is refused.

@@ -1,0 +1,209 @@
+//! What each stage of culling saves a renderer: frame times against those of a renderer that leaves back faces to
+//! the graphics hardware and hands it everything, and the check that the pictures are the same.
+
+use std::io::Write;
+use std::time::Instant;
+
+use cullet::{CullFace, View, ViewState, Visible};
+use cullet_io::paths::PathSpec;
+
+use crate::draw::{DrawError, Pane, Renderer, Style};
+use crate::headless::Gpu;
+use crate::state::{Depth, Stages};
+use crate::ui::grouped;
+use crate::world::World;
+
+/// The pictures' size.
+const SIZE: [u32; 2] = [1280, 720];
+/// Views of each path.
+const VIEWS: usize = 4;
+/// Measured frames of each view; one before them makes lists and pipelines.
+const FRAMES: usize = 3;
+const GROUND: [f32; 3] = [0.1, 0.12, 0.15];
+
+/// Why there is no measurement.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// No device.
+    #[error(
+        "there is no graphics device: software Vulkan will do (Debian: mesa-vulkan-drivers libvulkan1)"
+    )]
+    NoDevice,
+    /// The device went away.
+    #[error("the graphics device was lost")]
+    Lost,
+    /// The scene does not fit.
+    #[error(transparent)]
+    Draw(#[from] DrawError),
+    /// Nobody reads the table.
+    #[error("the table cannot be written: {0}")]
+    Write(#[from] std::io::Error),
+}
+
+/// A way to draw a frame.
+struct Way {
+    name: &'static str,
+    /// What culls; `None` hands everything to the device.
+    stages: Option<Stages>,
+    faces: CullFace,
+}
+
+fn ways() -> Vec<Way> {
+    let way = |name, stages| Way { name, stages, faces: CullFace::Back };
+    let deep = |depth| Stages { depth, ..Stages::open() };
+    vec![
+        Way { name: "nothing is culled", stages: None, faces: CullFace::None },
+        way(BASE, None),
+        way("+ frustum, whole things", Some(Stages::plain())),
+        way("+ back faces, clusters", Some(deep(Depth::Clusters))),
+        way("  the same by triangles", Some(deep(Depth::Triangles))),
+        way("+ occlusion, clusters", Some(Stages::default())),
+        way(
+            "  the same by triangles",
+            Some(Stages { depth: Depth::Triangles, ..Stages::default() }),
+        ),
+    ]
+}
+
+/// The way that the others are measured against.
+const BASE: &str = "hardware back faces alone";
+
+/// What a way took on the mean over the views.
+#[derive(Clone, Copy, Debug, Default)]
+struct Took {
+    culling_ms: f64,
+    frame_ms: f64,
+    triangles: u64,
+    /// Pixels that are not as the base drew them, of all views.
+    other: u64,
+}
+
+/// Measures a scene and writes a table to `out`. Returns how many pixels culling changed: none, unless something is
+/// wrong. A frame is culling, drawing and waiting for the device, one after the other; of each view the median.
+///
+/// # Errors
+/// See [`BenchError`].
+pub fn run(world: &World, out: &mut impl Write) -> Result<u64, BenchError> {
+    let gpu = Gpu::open().ok_or(BenchError::NoDevice)?;
+    let info = gpu.adapter.get_info();
+    let mut renderer = Renderer::new(&gpu.adapter, &gpu.device);
+    renderer.set_scene(&gpu.device, &gpu.queue, &world.model)?;
+    let [w, h] = SIZE;
+    let things = grouped(world.counts.instances);
+    let faces = grouped(world.counts.triangles);
+    writeln!(out, "{}: {faces} triangles of {things} things, {w}x{h}, {}", world.name, info.name)?;
+    let mut changed = 0;
+    for path in [PathSpec::Walk, PathSpec::Orbit] {
+        let rigs = world.path(&path, VIEWS, SIZE);
+        let views: Vec<View> = rigs.iter().filter_map(|r| r.view(SIZE).ok()).collect();
+        if views.is_empty() {
+            writeln!(out, "\n{path}: the scene leaves no room for it")?;
+            continue;
+        }
+        writeln!(out, "\n{path}, {} views: means of a view", views.len())?;
+        writeln!(
+            out,
+            "{:27} {:>10} {:>10} {:>8} {:>13}  picture",
+            "", "culling ms", "frame ms", "faster", "triangles"
+        )?;
+        let mut bench = Bench { gpu: &gpu, renderer: &mut renderer, world, views: &views };
+        let base = Way { name: BASE, stages: None, faces: CullFace::Back };
+        let mut pictures = vec![Vec::new(); views.len()];
+        let against = bench.measure(&base, &mut pictures, true)?;
+        for way in ways() {
+            let took = match way.name {
+                BASE => against,
+                _ => bench.measure(&way, &mut pictures, false)?,
+            };
+            let picture = match (way.name, took.other) {
+                (BASE, _) => "the base".to_owned(),
+                (_, 0) => "the same".to_owned(),
+                (_, n) => format!("{} pixels differ", grouped(n)),
+            };
+            if way.stages.is_some() {
+                changed += took.other;
+            }
+            writeln!(
+                out,
+                "{:27} {:10.2} {:10.2} {:7.2}x {:>13}  {picture}",
+                way.name,
+                took.culling_ms,
+                took.frame_ms,
+                against.frame_ms / took.frame_ms,
+                grouped(took.triangles)
+            )?;
+        }
+    }
+    Ok(changed)
+}
+
+struct Bench<'a> {
+    gpu: &'a Gpu,
+    renderer: &'a mut Renderer,
+    world: &'a World,
+    views: &'a [View],
+}
+
+impl Bench<'_> {
+    /// Draws every view in one way; `keep` keeps the pictures, else they are compared with those.
+    fn measure(
+        &mut self,
+        way: &Way,
+        pictures: &mut [Vec<[u8; 4]>],
+        keep: bool,
+    ) -> Result<Took, BenchError> {
+        let Gpu { device, queue, .. } = self.gpu;
+        let culler = way.stages.as_ref().map(|s| {
+            let mut culler = s.culler(crate::task::clock);
+            // A renderer asks for neither.
+            (culler.reasons, culler.clock) = (false, None);
+            culler
+        });
+        let (mut state, mut visible) = (ViewState::default(), Visible::default());
+        let mut sum = Took::default();
+        for (view, picture) in self.views.iter().zip(pictures) {
+            let mut view = view.clone();
+            view.cull_face = way.faces;
+            let mut frames = Vec::new();
+            for frame in 0..=FRAMES {
+                let began = Instant::now();
+                if let Some(culler) = &culler {
+                    culler.cull_one(&self.world.model.scene, &view, &mut state, &mut visible);
+                }
+                let culled = began.elapsed();
+                let pane = Pane {
+                    place: [0, 0, SIZE[0], SIZE[1]],
+                    view: &view,
+                    visible: culler.as_ref().map(|_| &visible),
+                    style: Style::default(),
+                    lines: &[],
+                    overlay: &[],
+                    ghosts: &[],
+                };
+                self.renderer.draw(device, queue, SIZE, GROUND, &[pane]);
+                if !self.gpu.finish() {
+                    return Err(BenchError::Lost);
+                }
+                if frame > 0 {
+                    frames.push((began.elapsed(), culled));
+                }
+            }
+            frames.sort_unstable();
+            let (whole, culled) = frames[frames.len() / 2];
+            sum.frame_ms += whole.as_secs_f64() * 1e3;
+            sum.culling_ms += culled.as_secs_f64() * 1e3;
+            sum.triangles += self.renderer.stats().triangles;
+            let (_, pixels) = self.gpu.read(self.renderer).ok_or(BenchError::Lost)?;
+            if keep {
+                *picture = pixels;
+            } else {
+                sum.other += picture.iter().zip(&pixels).filter(|(a, b)| a != b).count() as u64;
+            }
+        }
+        let count = self.views.len() as f64;
+        sum.culling_ms /= count;
+        sum.frame_ms /= count;
+        sum.triangles /= self.views.len() as u64;
+        Ok(sum)
+    }
+}

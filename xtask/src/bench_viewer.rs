@@ -1,0 +1,11 @@
+//! What each stage of culling saves a renderer, measured with the viewer's.
+
+use crate::tools::{Done, cargo};
+
+/// Runs the viewer's own measurement of a scene; of the city and of the office where none is named.
+pub(crate) fn measure(scene: Option<&str>) -> Done {
+    let scenes = scene.map_or(vec!["city", "office"], |s| vec![s]);
+    scenes.into_iter().try_for_each(|scene| {
+        cargo(&["run", "--release", "-q", "-p", "cullet-viewer", "--", scene, "--bench"])
+    })
+}
