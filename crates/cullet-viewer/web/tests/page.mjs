@@ -2,7 +2,7 @@
 // Exits with 1 at the first thing that is not as it should be, and says which.
 import { chromium } from "playwright-core";
 import { spawn } from "node:child_process";
-import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { inflateSync } from "node:zlib";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -212,6 +212,22 @@ async function use(browser, url, query, name) {
   await page.close();
 }
 
+/** A chapter of the book shows the page in a frame, once that is unfolded. */
+async function embedded(browser, url, chapter) {
+  const text = await readFile(new URL(`../../../../docs/src/${chapter}.md`, import.meta.url), "utf8");
+  const [part] = text.match(/<details>[^]*?<iframe[^]*?<\/details>/) ?? [];
+  assert(part, `${chapter}.md embeds the page`);
+  const page = await browser.newPage({ viewport: SIZE });
+  await page.setContent(part.replaceAll("http://127.0.0.1:8080", new URL(url).origin));
+  await page.click("summary");
+  const frame = await (await page.waitForSelector("iframe")).contentFrame();
+  await frame.waitForURL(/#scene/, { timeout: WAIT });
+  await running(frame);
+  assert.equal(await data(frame, "notice"), "", `${chapter}: the link of the frame makes sense`);
+  console.log(`${chapter}: shows ${await data(frame, "scene")}, faces ${await data(frame, "faces")}`);
+  await page.close();
+}
+
 const folder = await mkdtemp(join(tmpdir(), "cullet-page-"));
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, args: FLAGS });
 try {
@@ -223,6 +239,7 @@ try {
   const { page } = await open(browser, server.url.replace(/#.*/, "#scene=city&wipe=%22no%22"), "?webgl");
   assert.match(await data(page, "notice"), /link/);
   await page.close();
+  await embedded(browser, server.url, "backface");
   await server.end();
 
   // A file that is served.
