@@ -1,6 +1,7 @@
 //! Everything that CI does, runnable by hand: `cargo xtask test | web | pictures | bench | demo`.
 #![forbid(unsafe_code)]
 
+mod graphics;
 mod pictures;
 mod steps;
 mod tools;

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use crate::graphics;
 use crate::pictures;
 use crate::tools::{Done, cargo, cargo_program, command, output, root, run};
 use crate::web;
@@ -31,7 +32,8 @@ const STEPS: &[Step] = &[
         },
     },
     Step { name: "docs", run: docs },
-    Step { name: "tests", run: || cargo(&["test", "--workspace", "--profile", "checked"]) },
+    Step { name: "graphics", run: graphics::prepare },
+    Step { name: "tests", run: tests },
     Step { name: "levels", run: levels },
     Step { name: "features", run: features },
     Step { name: "examples", run: examples },
@@ -63,6 +65,15 @@ fn docs() -> Done {
     let mut doc = command(&cargo_program(), &["doc", "--workspace", "--no-deps"]);
     doc.env("RUSTDOCFLAGS", "-Dwarnings");
     run(doc)
+}
+
+/// All tests. Where there is a graphics device, in software or not, those that need it must find it.
+fn tests() -> Done {
+    let mut test = command(&cargo_program(), &["test", "--workspace", "--profile", "checked"]);
+    if graphics::is_there() && std::env::var_os("CI").is_some() {
+        test.env("CULLET_REQUIRE_GPU", "1").env("WGPU_BACKEND", "vulkan");
+    }
+    run(test)
 }
 
 /// The tests once more with the scalar level beside those of the machine: the answers must not differ.

@@ -1,5 +1,5 @@
 //! The program itself, in a window of a virtual display. Skipped, with a line that says so, where there is no
-//! `xvfb-run` or no graphics device; with CULLET_REQUIRE_GPU=1 that is a failure.
+//! `xvfb-run` or no graphics device; with `CULLET_REQUIRE_GPU=1` that is a failure.
 
 use std::collections::HashSet;
 use std::path::Path;

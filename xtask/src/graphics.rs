@@ -1,0 +1,53 @@
+//! What the viewer's tests need beside Rust: a graphics device in software, and a screen that nobody looks at.
+
+use crate::tools::{Done, command, output, run};
+
+/// Debian's packages: software Vulkan, a virtual screen, and what a window asks for when it starts.
+const DEBIAN: &[&str] = &[
+    "mesa-vulkan-drivers",
+    "libvulkan1",
+    "xvfb",
+    "xauth",
+    "libxkbcommon-x11-0",
+    "libxcursor1",
+    "libxi6",
+    "libxrandr2",
+];
+
+/// Whether a driver of Vulkan and a virtual screen are there.
+pub(crate) fn is_there() -> bool {
+    let drivers = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
+    let has_driver =
+        |folder: &&str| std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some());
+    drivers.iter().any(has_driver) && output("sh", &["-c", "command -v xvfb-run"]).is_some()
+}
+
+/// Installs what is missing where CI runs and may; elsewhere names it. What cannot be had is no failure: the tests
+/// that need it say that they skip.
+pub(crate) fn prepare() -> Done {
+    if is_there() {
+        return Ok(());
+    }
+    match install(DEBIAN) {
+        Ok(()) if is_there() => {}
+        Ok(()) => {
+            println!("skipped: the viewer is not drawn here, for there is no driver of Vulkan");
+        }
+        Err(e) => println!("skipped: the viewer is not drawn here; {e}"),
+    }
+    Ok(())
+}
+
+/// Installs packages of Debian where CI runs as root; else names them.
+pub(crate) fn install(packages: &[&str]) -> Done {
+    let words = format!("apt-get install --no-install-recommends {}", packages.join(" "));
+    let is_ci = std::env::var_os("CI").is_some_and(|v| v == "true");
+    let is_root = output("id", &["-u"]).is_some_and(|id| id.trim() == "0");
+    if !(is_ci && is_root) || output("apt-get", &["--version"]).is_none() {
+        return Err(format!("needed: {words}"));
+    }
+    run(command("apt-get", &["update", "-q"]))?;
+    let mut args = vec!["install", "-q", "-y", "--no-install-recommends"];
+    args.extend(packages);
+    run(command("apt-get", &args))
+}
