@@ -80,6 +80,8 @@ function colours(png) {
 /** Starts the server on a free port; resolves to its address and a way to end it. */
 function start(scene) {
   const child = spawn(serve, [scene, "--page", page_folder, "--port", "0"], { stdio: ["ignore", "pipe", "inherit"] });
+  // A check that fails must leave no server behind.
+  process.on("exit", () => child.kill());
   return new Promise((resolve, reject) => {
     let text = "";
     child.on("exit", (code) => reject(new Error(`cullet-serve ended with ${code}: ${text}`)));
