@@ -1,6 +1,6 @@
 //! What the viewer's tests need beside Rust: a graphics device in software, and a screen that nobody looks at.
 
-use crate::tools::{Done, command, output, run};
+use crate::tools::{Done, install, install_words, is_ci, output};
 
 /// Debian's packages: software Vulkan, a virtual screen, and what a window asks for when it starts.
 const DEBIAN: &[&str] = &[
@@ -28,6 +28,10 @@ pub(crate) fn prepare() -> Done {
     if is_there() {
         return Ok(());
     }
+    if !is_ci() {
+        println!("skipped: the viewer is not drawn here; {}", install_words(DEBIAN));
+        return Ok(());
+    }
     match install(DEBIAN) {
         Ok(()) if is_there() => {}
         Ok(()) => {
@@ -36,18 +40,4 @@ pub(crate) fn prepare() -> Done {
         Err(e) => println!("skipped: the viewer is not drawn here; {e}"),
     }
     Ok(())
-}
-
-/// Installs packages of Debian where CI runs as root; else names them.
-pub(crate) fn install(packages: &[&str]) -> Done {
-    let words = format!("apt-get install --no-install-recommends {}", packages.join(" "));
-    let is_ci = std::env::var_os("CI").is_some_and(|v| v == "true");
-    let is_root = output("id", &["-u"]).is_some_and(|id| id.trim() == "0");
-    if !(is_ci && is_root) || output("apt-get", &["--version"]).is_none() {
-        return Err(format!("needed: {words}"));
-    }
-    run(command("apt-get", &["update", "-q"]))?;
-    let mut args = vec!["install", "-q", "-y", "--no-install-recommends"];
-    args.extend(packages);
-    run(command("apt-get", &args))
 }

@@ -49,3 +49,25 @@ pub(crate) fn output(program: &str, args: &[&str]) -> Option<String> {
     let out = command(program, args).stderr(Stdio::null()).output().ok()?;
     out.status.success().then(|| String::from_utf8_lossy(&out.stdout).into_owned())
 }
+
+/// Whether CI runs this: what is missing is installed there, or a failure.
+pub(crate) fn is_ci() -> bool {
+    std::env::var_os("CI").is_some_and(|v| v == "true")
+}
+
+/// What a user would type to install packages of Debian.
+pub(crate) fn install_words(packages: &[&str]) -> String {
+    format!("apt-get install --no-install-recommends {}", packages.join(" "))
+}
+
+/// Installs packages of Debian where we are root; else names them.
+pub(crate) fn install(packages: &[&str]) -> Done {
+    let is_root = output("id", &["-u"]).is_some_and(|id| id.trim() == "0");
+    if !is_root || output("apt-get", &["--version"]).is_none() {
+        return Err(format!("needed: {}", install_words(packages)));
+    }
+    run(command("apt-get", &["update", "-q"]))?;
+    let mut args = vec!["install", "-q", "-y", "--no-install-recommends"];
+    args.extend(packages);
+    run(command("apt-get", &args))
+}

@@ -8,7 +8,9 @@ use std::time::Instant;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use crate::tools::{Done, cargo, cargo_program, command, output, root, run};
+use crate::tools::{
+    Done, cargo, cargo_program, command, install, install_words, is_ci, output, root, run,
+};
 
 const TARGET: &str = "wasm32-unknown-unknown";
 /// Debian's compiler, library source and cargo, of one version, where rustup cannot fetch the target.
@@ -115,29 +117,26 @@ enum Compiler {
 
 /// Finds a compiler for wasm, or installs one where that needs no password.
 fn compiler() -> Result<Compiler, String> {
-    let rustup = || {
-        let library = output("rustc", &["--print", "target-libdir", "--target", TARGET]);
-        library.is_some_and(|l| Path::new(l.trim()).is_dir())
-    };
-    let debian = || {
-        let sysroot = output("/usr/bin/rustc", &["--print", "sysroot"]);
-        let source = sysroot.map(|s| Path::new(s.trim()).join("lib/rustlib/src/rust/library"));
-        source.is_some_and(|s| s.is_dir()) && Path::new("/usr/bin/cargo").is_file()
-    };
-    if rustup() {
-        return Ok(Compiler::Rustup);
+    if let Some(compiler) = installed() {
+        return Ok(compiler);
     }
-    if debian() {
-        return Ok(Compiler::Debian);
+    if output("rustup", &["target", "add", TARGET]).is_none() {
+        install(DEBIAN)?;
     }
-    if output("rustup", &["target", "add", TARGET]).is_some() && rustup() {
-        return Ok(Compiler::Rustup);
+    installed()
+        .ok_or_else(|| format!("there is no compiler for {TARGET}: rustup target add {TARGET}"))
+}
+
+/// The compiler for wasm that is there.
+fn installed() -> Option<Compiler> {
+    let library = output("rustc", &["--print", "target-libdir", "--target", TARGET]);
+    if library.is_some_and(|l| Path::new(l.trim()).is_dir()) {
+        return Some(Compiler::Rustup);
     }
-    install(DEBIAN)?;
-    if debian() {
-        return Ok(Compiler::Debian);
-    }
-    Err(format!("there is no compiler for {TARGET}: rustup target add {TARGET}"))
+    let sysroot = output("/usr/bin/rustc", &["--print", "sysroot"])?;
+    let source = Path::new(sysroot.trim()).join("lib/rustlib/src/rust/library");
+    let is_there = source.is_dir() && Path::new("/usr/bin/cargo").is_file();
+    is_there.then_some(Compiler::Debian)
 }
 
 /// Debian ships no linker for wasm with its compiler: rustup's, or that of a package `lld-NN`.
@@ -165,37 +164,34 @@ fn linker() -> Result<PathBuf, String> {
     newest.ok_or_else(|| "there is no linker for wasm: apt-get install lld-22".to_owned())
 }
 
-/// Installs packages of Debian if we may; else names them.
-fn install(packages: &[&str]) -> Done {
-    let words = format!("apt-get install --no-install-recommends {}", packages.join(" "));
-    let root = output("id", &["-u"]).is_some_and(|id| id.trim() == "0");
-    if !root || output("apt-get", &["--version"]).is_none() {
-        return Err(format!("needed: {words}"));
-    }
-    run(command("apt-get", &["update", "-q"]))?;
-    let mut args = vec!["install", "-q", "-y", "--no-install-recommends"];
-    args.extend(packages);
-    run(command("apt-get", &args))
-}
+/// What the page is tested with beside the browser.
+const NODE: &[&str] = &["nodejs", "npm"];
+/// Playwright's oldest.
+const OLDEST_NODE: u32 = 20;
+const BROWSER: &str = "/usr/bin/chromium";
 
 /// The step of `test`: the page is built, and used in a browser as a user would.
 pub(crate) fn test() -> Done {
-    let browser = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".into());
-    let there = || {
-        let node = output("node", &["--version"]).is_some();
-        let npm = output("npm", &["--version"]).is_some();
-        (node && npm, Path::new(&browser).is_file())
-    };
-    if there() != (true, true) {
-        if std::env::var_os("CI").is_none_or(|v| v != "true") {
-            println!("skipped: the page is not tested here; apt-get install nodejs npm chromium");
+    let browser = std::env::var("CHROMIUM").unwrap_or_else(|_| BROWSER.to_owned());
+    if !is_ci() {
+        let no_tools = !has_node() || !Path::new(&browser).is_file();
+        if no_tools || installed().is_none() {
+            let words = install_words(&[NODE, &["chromium"], DEBIAN].concat());
+            println!("skipped: the page is not tested here; {words}");
             return Ok(());
         }
-        let (node, chromium) = there();
-        let mut needed: Vec<&str> = Vec::new();
-        needed.extend(if node { &[][..] } else { &["nodejs", "npm"][..] });
-        needed.extend(if chromium { &[][..] } else { &["chromium"][..] });
-        install(&needed)?;
+    }
+    if !has_node() {
+        install(NODE)?;
+        if !has_node() {
+            return Err(format!("needed: npm, and node of version {OLDEST_NODE} or newer"));
+        }
+    }
+    if !Path::new(&browser).is_file() {
+        if browser != BROWSER {
+            return Err(format!("{browser}: there is no such browser; it is what CHROMIUM says"));
+        }
+        install(&["chromium"])?;
     }
     build()?;
     cargo(&["build", "--package", "cullet-serve", "--profile", "checked"])?;
@@ -207,4 +203,11 @@ pub(crate) fn test() -> Done {
     let mut node = command("node", &["page.mjs"]);
     node.args([&serve, &page()]).env("CHROMIUM", browser).current_dir(&tests);
     run(node)
+}
+
+fn has_node() -> bool {
+    let version = output("node", &["--version"]).unwrap_or_default();
+    let major = version.trim().trim_start_matches('v').split('.').next();
+    let is_new = major.and_then(|m| m.parse::<u32>().ok()).is_some_and(|m| m >= OLDEST_NODE);
+    is_new && output("npm", &["--version"]).is_some()
 }
