@@ -97,7 +97,7 @@ fn sheet() -> Recording {
     let positions: Vec<[f32; 3]> = (0..row * row)
         .map(|v| {
             let (x, y) = ((v % row) as f32 - 4.0, (v / row) as f32 - 4.0);
-            [x * 0.6, y * 0.5, -5.0 + 0.3 * (x * 0.8).sin() * (y * 0.7).cos()]
+            [x * 0.3, y * 0.25, -5.0 + 0.3 * (x * 0.8).sin() * (y * 0.7).cos()]
         })
         .collect();
     let indices: Vec<u32> = (0..64)
