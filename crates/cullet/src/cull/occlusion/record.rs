@@ -28,7 +28,7 @@ pub enum RecordingError {
     Magic,
     /// It ends too early.
     #[error(
-        "it ends at byte {length}, but {what} at byte {at} needs {needed} bytes; it was cut off"
+        "it ends at byte {length}, but at byte {at} {needed} bytes of {what} are due; it was cut off"
     )]
     Short {
         /// What was being read.
