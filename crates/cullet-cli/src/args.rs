@@ -10,6 +10,7 @@ use crate::cut::{self, CutArgs};
 use crate::occluders::{self, OccludersArgs};
 use crate::occscn::{self, OccscnArgs};
 use crate::parse;
+use crate::replay::{self, ReplayArgs};
 use crate::report::{CostArgs, OpenedArgs};
 use crate::reproduce::ReproduceArgs;
 use crate::serve::{self, ServeArgs};
@@ -30,6 +31,7 @@ Examples
   cullet report model.glb --baseline old/report.json --fail-if 'tightness>3'
                                              for CI: what changed, and exit code 5 if too loose
   cullet verify model.glb                    only the proof: culled and unculled images must agree
+  cullet replay frame.occ                    a recorded frame of occlusion culling, played again
   cullet info model.glb                      what is in a file, and what is wrong with it
   cullet scenes                              the built-in scenes and their settings
   cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
@@ -73,6 +75,9 @@ pub(crate) enum Command {
     /// Draw every view with and without culling and compare the images
     #[command(after_help = VERIFY_HELP)]
     Verify(Box<VerifyArgs>),
+    /// Play a recording of occlusion culling again: are its answers the same?
+    #[command(after_help = replay::HELP)]
+    Replay(ReplayArgs),
     /// Say what is in a scene, and what is wrong with it
     Info(InfoArgs),
     /// List the built-in scenes and their settings
@@ -130,7 +135,8 @@ and the exit code is 1.
 Examples
   cullet verify city --path walk
   cullet verify figure.glb --time 0..4 --views 32
-  cullet verify moving --time 1.5 --path walk";
+  cullet verify moving --time 1.5 --path walk
+  cullet verify city --views 1 --record city.occ     for cullet replay";
 
 const PICTURE_HELP: &str = "\
 kinds   the scene from outside, each dropped thing coloured by the kind of culling that took it
@@ -338,6 +344,9 @@ pub(crate) struct VerifyArgs {
     /// N x N jittered samples a pixel; 1 is off
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) samples: u32,
+    /// Record the occluders and boxes of every view, and what is hidden, for cullet replay
+    #[arg(long, value_name = "PATH", conflicts_with = "no_occlusion")]
+    pub(crate) record: Option<PathBuf>,
     /// Write the result as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,

@@ -19,6 +19,7 @@ mod parse;
 mod peer;
 mod picture;
 mod record;
+mod replay;
 mod report;
 mod reproduce;
 mod scenes;
@@ -60,6 +61,7 @@ fn run(cli: &Cli) -> Outcome {
     match &cli.command {
         Command::Report(args) => report::run(args, &console(&args.json)),
         Command::Verify(args) => verify::run(args, &console(&args.json)),
+        Command::Replay(args) => replay::run(args, &console(&args.json)),
         Command::Info(args) => info::run(args, &console(&args.json)),
         Command::Scenes(args) => scenes::run(args, &console(&args.json)),
         Command::Bench(args) => run_bench(args, &console(&args.json)),

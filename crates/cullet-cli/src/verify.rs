@@ -1,5 +1,6 @@
 //! `cullet verify`: the proof alone, in lines.
 
+use cullet::cull::occlusion::Recording;
 use serde::Serialize;
 
 use crate::args::VerifyArgs;
@@ -7,6 +8,7 @@ use crate::console::{Console, grouped, interrupted, percent, write_json};
 use crate::exit::{Exit, Outcome};
 use crate::inputs;
 use crate::record::{Loss, SCHEMA, Summary, ViewRecord};
+use crate::replay;
 use crate::survey::Survey;
 
 /// Losses printed of one view; all of them are in the JSON.
@@ -36,14 +38,21 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     let mut survey = Survey::new(model, inputs::culler(&args.cull), options);
     survey.move_over(inputs::times(&args.view, views.len()));
     let mut progress = console.progress("views", views.len() as u64);
+    let mut recording = Recording::default();
     for view in &views {
         survey.add(view, true)?;
+        if let (Some(_), Some(settings)) = (&args.record, &survey.culler.occlusion) {
+            replay::record(&survey.model.scene, view, settings, &mut recording);
+        }
         progress.step();
         if interrupted() {
             break;
         }
     }
     progress.finish();
+    if let Some(path) = &args.record {
+        replay::write(&recording, path, console)?;
+    }
     let complete = survey.views.len() == views.len();
     let summary = Summary::of(&survey.views);
     for view in &survey.views {

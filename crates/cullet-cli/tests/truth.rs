@@ -111,3 +111,32 @@ fn models() {
         check(&data.join(file).to_string_lossy(), "fly", most);
     }
 }
+
+/// Fails where occlusion takes less than `least` percent of all triangles.
+fn check_occlusion(scene: &str, path: &str, least: f64) {
+    let summary = verify(scene, path);
+    let all = summary["triangles"]["all"].as_f64().unwrap();
+    let hidden = 100.0 * summary["removed"]["occlusion"].as_f64().unwrap_or(0.0) / all;
+    assert!(hidden >= least, "{scene} on {path}: {hidden:.1} % hidden, recorded {least} %");
+}
+
+#[test]
+fn occlusion_hides_as_much_as_it_did() {
+    // Percent of all triangles that were hidden when this was written, and 1 less.
+    for (scene, path, least) in [
+        ("city:objects=5000,cells=40", "walk", 49.0),
+        ("city:objects=5000,cells=40", "fly", 39.6),
+        ("office", "walk", 42.3),
+        ("plant:bays=4,floors=2,kinds=6", "fly", 16.2),
+    ] {
+        check_occlusion(scene, path, least);
+    }
+    let Some(data) = data() else { return };
+    for (file, least) in [
+        ("duplex-bim/duplex.glb", 25.8),
+        ("city-delft/delft.glb", 27.5),
+        ("room-godot/room.glb", 23.9),
+    ] {
+        check_occlusion(&data.join(file).to_string_lossy(), "fly", least);
+    }
+}

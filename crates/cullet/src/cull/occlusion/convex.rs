@@ -169,7 +169,7 @@ impl Convex {
     }
 
     /// From the loops of its faces, counter-clockwise seen from outside. Trusted to be convex.
-    fn from_loops(vertices: Vec<[f32; 3]>, loops: &[Vec<u32>]) -> Result<Self, OccluderError> {
+    pub(super) fn from_loops(vertices: Vec<[f32; 3]>, loops: &[Vec<u32>]) -> Result<Self, OccluderError> {
         if let Some((vertex, &position)) =
             vertices.iter().enumerate().find(|(_, p)| !p.iter().all(|v| v.is_finite()))
         {

@@ -30,6 +30,7 @@ mod occluder;
 mod outline;
 mod patch;
 mod plane;
+mod record;
 mod screen;
 
 pub use ask::{Footprint, Verdict};
@@ -39,6 +40,7 @@ pub(crate) use choose::{Candidate, choose};
 pub use convex::Convex;
 pub use occluder::{Occluder, Shape};
 pub use patch::Patch;
+pub use record::{Difference, Differences, Recording, RecordingError};
 
 use thiserror::Error;
 

@@ -42,7 +42,8 @@ impl Outline {
         self.size = size.map(|s| s as i32);
         self.doubt = doubt + SLACK;
         let first = |v: f64| (v + self.doubt).ceil().max(0.0) as i32;
-        let last = |v: f64, size: i32| ((v - self.doubt).floor() as i32).min(size) - 1;
+        // Where a corner is off by more than an i32 holds, no pixel is certain.
+        let last = |v: f64, size: i32| ((v - self.doubt).floor() as i32).clamp(0, size) - 1;
         self.columns = [first(min[0]), last(max[0], self.size[0])];
         self.rows = [first(min[1]), last(max[1], self.size[1])];
     }

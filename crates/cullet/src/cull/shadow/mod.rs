@@ -36,11 +36,13 @@
 
 mod body;
 mod casters;
+mod hidden;
 mod light;
 mod oracle;
 mod region;
 
 pub use casters::{CasterCounts, ShadowCasters};
+pub use hidden::drop_unlit;
 pub use light::Light;
 pub use oracle::casts_into_ref;
 pub use region::{CasterReason, CasterRegion};

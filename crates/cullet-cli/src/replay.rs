@@ -1,0 +1,153 @@
+//! `cullet replay`: plays what an occlusion buffer was asked again; and the making of such recordings.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use cullet::bounds::Aabb;
+use cullet::cull::occlusion::{
+    Difference, Differences, Occlusion, OcclusionBuffer, Recording, Shape, Verdict,
+};
+use cullet::{Level, Scene, View};
+use serde_json::json;
+
+use crate::console::{Console, grouped, write_json};
+use crate::exit::{Exit, Failure, Outcome};
+
+/// What `cullet replay --help` ends with.
+pub(crate) const HELP: &str = "\
+A recording holds views, the occluders drawn into the occlusion buffer and the boxes asked for, with the
+answers given then. Played again, each answer must be the same; one that is not is printed, and
+the exit code is 1. The time is that of drawing and asking together, the best of --times.
+
+Examples
+  cullet verify city --path walk --views 2 --record city.occ
+  cullet replay city.occ
+  cullet replay city.occ --times 20 --json -";
+
+/// Differences printed; all of them are in the JSON.
+const SHOWN: usize = 20;
+
+/// `cullet replay`
+#[derive(Debug, Args)]
+pub(crate) struct ReplayArgs {
+    /// A recording, made by cullet verify --record
+    file: PathBuf,
+    /// Play it so often, and tell the best time
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    times: u32,
+    /// Write the result as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &ReplayArgs, console: &Console) -> Outcome {
+    let name = args.file.display();
+    let wrong = |e: &dyn std::fmt::Display| Failure::input(format!("{name}: {e}"));
+    let bytes = std::fs::read(&args.file).map_err(|e| wrong(&format!("cannot be read: {e}")))?;
+    let recording = Recording::decode(&bytes).map_err(|e| wrong(&e))?;
+    let mut best = f64::INFINITY;
+    let mut found = Differences::default();
+    for _ in 0..args.times {
+        let start = Instant::now();
+        found = recording.replay(Level::new()).map_err(|e| wrong(&e))?;
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    console.line(format!(
+        "{name}: {} views, {} occluders drawn, {} boxes asked for, {} of them hidden; {:.3} ms",
+        grouped(found.views),
+        grouped(found.drawn),
+        grouped(found.asked),
+        grouped(found.hidden),
+        best * 1e3
+    ));
+    found.changed.iter().take(SHOWN).for_each(|d| console.line(text(d)));
+    if found.changed.len() > SHOWN {
+        let more = found.changed.len() - SHOWN;
+        console.line(format!("  and {more} more, all of them in the JSON of --json"));
+    }
+    console.line(match found.changed.len() {
+        0 => "all answers are as they were".to_owned(),
+        n => format!("{} ANSWERS ARE OTHERS", grouped(n as u64)),
+    });
+    if let Some(path) = &args.json {
+        let changed: Vec<_> = found
+            .changed
+            .iter()
+            .map(|d| json!({"call": d.call, "min": d.bounds.min, "max": d.bounds.max, "was": word(d.was), "is": word(d.is)}))
+            .collect();
+        let record = json!({
+            "schema": 1, "file": name.to_string(), "views": found.views, "drawn": found.drawn,
+            "asked": found.asked, "hidden": found.hidden, "changed": changed, "ms": best * 1e3,
+        });
+        write_json(path, &record)?;
+    }
+    Ok(if found.changed.is_empty() { Exit::Fine } else { Exit::FalseCull })
+}
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Outside => "outside",
+        Verdict::Visible => "visible",
+        Verdict::Hidden => "hidden",
+    }
+}
+
+fn text(d: &Difference) -> String {
+    let Difference { call, bounds, was, is } = d;
+    let Aabb { min, max } = bounds;
+    format!("  call {call}: the box {min:?} to {max:?} was {}, is {}", word(*was), word(*is))
+}
+
+/// Records views of a scene: all that may occlude is drawn, nearest first, but for what is hidden by then; then each
+/// instance is asked for. There is no budget, so it is at least what a culler draws.
+pub(crate) fn record(scene: &Scene, view: &View, settings: &Occlusion, recording: &mut Recording) {
+    let Ok(mut buffer) = OcclusionBuffer::new(settings.size(view.viewport())) else { return };
+    buffer.begin(view, scene.origin());
+    recording.begin(view, scene.origin(), buffer.size());
+    let seen = |slot: &u32| scene.layers(*slot) & view.layers != 0;
+    let mut shapes: Vec<(f32, u32, &Shape, Aabb)> = Vec::new();
+    for slot in scene.slots().filter(seen) {
+        let flags = scene.flags(slot);
+        if flags.transparent || flags.no_occlusion || !scene.is_rigid(slot) {
+            continue;
+        }
+        for shape in scene.mesh(slot).occluder().shapes() {
+            let bounds = scene.transform(slot).transform_box(&shape.bounds(), scene.origin());
+            if buffer.ask_box(&bounds) != Verdict::Outside {
+                let near = buffer.footprint_of(&bounds).map_or(f32::INFINITY, |f| f.nearness);
+                shapes.push((near, slot, shape, bounds));
+            }
+        }
+    }
+    shapes.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    for (_, slot, shape, bounds) in shapes {
+        if buffer.ask_box(&bounds) == Verdict::Hidden {
+            continue;
+        }
+        let transform = scene.transform(slot);
+        match shape {
+            Shape::Convex(convex) => buffer.draw_convex(Level::new(), convex, transform),
+            Shape::Patch(patch) => buffer.draw_patch(Level::new(), patch, transform),
+        }
+        recording.draw(shape, transform);
+    }
+    for slot in scene.slots().filter(seen) {
+        let bounds = scene.bounds(slot);
+        recording.ask(&bounds, buffer.ask_box(&bounds));
+    }
+}
+
+/// Writes a recording.
+pub(crate) fn write(recording: &Recording, path: &Path, console: &Console) -> Result<(), Failure> {
+    let bytes = recording.encode();
+    std::fs::write(path, &bytes).map_err(|e| Failure::write(path, &e))?;
+    console.note(format!(
+        "{}: {} calls, {} bytes; cullet replay plays it",
+        path.display(),
+        grouped(recording.len() as u64),
+        grouped(bytes.len() as u64)
+    ));
+    Ok(())
+}

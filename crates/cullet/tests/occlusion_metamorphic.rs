@@ -1,0 +1,288 @@
+//! What must not change an answer, and what may change it in one way alone: order, threads, SIMD levels, mirrors and
+//! origins; more occluders, smaller things.
+
+mod common;
+
+use common::levels;
+use cullet::bounds::Aabb;
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
+use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use proptest::prelude::*;
+
+/// An occluder of any kind, and where it stands.
+#[derive(Clone, Debug)]
+enum Drawn {
+    Convex(Convex, Transform),
+    Patch(Vec<Patch>, Transform),
+}
+
+impl Drawn {
+    fn draw(&self, level: Level, buffer: &mut OcclusionBuffer, moved: [f64; 3]) {
+        let placed = |t: &Transform| Transform {
+            translation: std::array::from_fn(|a| t.translation[a] + moved[a]),
+            ..*t
+        };
+        match self {
+            Self::Convex(convex, t) => buffer.draw_convex(level, convex, &placed(t)),
+            Self::Patch(patches, t) => {
+                patches.iter().for_each(|p| buffer.draw_patch(level, p, &placed(t)));
+            }
+        }
+    }
+}
+
+/// A sheet of n × n bumpy squares with shared edges, cut into patches, about two units wide.
+fn sheet(n: u32, bump: f32, phase: f32, two_sided: bool) -> Vec<Patch> {
+    let row = n + 1;
+    let positions: Vec<[f32; 3]> = (0..row * row)
+        .map(|v| {
+            let (x, y) = ((v % row) as f32 / n as f32, (v / row) as f32 / n as f32);
+            [x * 2.0 - 1.0, y * 2.0 - 1.0, bump * ((x * 9.0 + phase).sin() * (y * 7.0).cos())]
+        })
+        .collect();
+    let indices: Vec<u32> = (0..n * n)
+        .flat_map(|i| {
+            let v = i / n * row + i % n;
+            [v, v + 1, v + row + 1, v, v + row + 1, v + row]
+        })
+        .collect();
+    let count = n * n * 2;
+    let ranges: Vec<_> =
+        (0..count.div_ceil(48)).map(|k| k * 48..(k * 48 + 48).min(count)).collect();
+    Patch::cut(&positions, &indices, &ranges, two_sided).unwrap()
+}
+
+fn transform() -> impl Strategy<Value = Transform> {
+    let small = || -0.3..0.3_f32;
+    (
+        [small(), small(), small(), small(), small(), small()],
+        [0.3..4.0_f32, 0.3..4.0_f32, 0.3..2.0_f32],
+        any::<bool>(),
+        [-4.0..4.0_f64, -3.0..3.0_f64, -18.0..-1.0_f64],
+    )
+        .prop_map(|(off, [x, y, z], mirror, translation)| Transform {
+            linear: [
+                [if mirror { -x } else { x }, off[0], off[1]],
+                [off[2], y, off[3]],
+                [off[4], off[5], z],
+            ],
+            translation,
+        })
+}
+
+fn occluder() -> impl Strategy<Value = Drawn> {
+    let unit = Aabb { min: [-1.0; 3], max: [1.0; 3] };
+    prop_oneof![
+        transform().prop_map(move |t| Drawn::Convex(Convex::from_box(&unit).unwrap(), t)),
+        (1..12_u32, 0.0..0.4_f32, 0.0..6.0_f32, any::<bool>(), transform())
+            .prop_map(|(n, bump, phase, two, t)| Drawn::Patch(sheet(n, bump, phase, two), t)),
+    ]
+}
+
+fn thing() -> impl Strategy<Value = Aabb> {
+    ([-6.0..6.0_f32, -4.0..4.0_f32, -30.0..-1.0_f32], [0.01..2.0_f32, 0.01..2.0_f32, 0.01..2.0_f32])
+        .prop_map(|(min, size)| Aabb { min, max: std::array::from_fn(|a| min[a] + size[a]) })
+}
+
+fn camera(kind: u8, eye: [f64; 3]) -> Camera {
+    let projection = match kind {
+        0 => Projection::Perspective {
+            fov_y_radians: 0.9,
+            aspect: 1.7,
+            near: 0.1,
+            far: f64::INFINITY,
+        },
+        1 => Projection::OffCentre {
+            left: -0.05,
+            right: 0.11,
+            bottom: -0.07,
+            top: 0.03,
+            near: 0.1,
+            far: 70.0,
+        },
+        _ => Projection::Orthographic {
+            left: -5.0,
+            right: 4.0,
+            bottom: -3.0,
+            top: 3.5,
+            near: 0.1,
+            far: 70.0,
+        },
+    };
+    Camera { eye, direction: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0], projection }
+}
+
+fn depth(reversed: bool) -> Depth {
+    if reversed { Depth::Reversed } else { Depth::Standard }
+}
+
+fn view(kind: u8, reversed: bool) -> View {
+    View::new(&camera(kind, [0.0; 3]), depth(reversed), [1280, 720]).unwrap()
+}
+
+fn buffer<'a>(
+    view: &View,
+    size: [u32; 2],
+    level: Level,
+    drawn: impl IntoIterator<Item = &'a Drawn>,
+) -> OcclusionBuffer {
+    let mut buffer = OcclusionBuffer::new(size).unwrap();
+    buffer.begin(view, [0.0; 3]);
+    drawn.into_iter().for_each(|d| d.draw(level, &mut buffer, [0.0; 3]));
+    buffer
+}
+
+fn pixels(b: &OcclusionBuffer) -> Vec<u32> {
+    let [w, h] = b.size();
+    (0..w * h).map(|i| b.nearness(i % w, i / w).to_bits()).collect()
+}
+
+fn tiles(b: &OcclusionBuffer) -> Vec<u32> {
+    b.tiles().0.iter().map(|t| t.to_bits()).collect()
+}
+
+/// Everything that can be asked of a buffer.
+fn all(b: &OcclusionBuffer, things: &[Aabb]) -> (Vec<u32>, Vec<u32>, Vec<Verdict>) {
+    (pixels(b), tiles(b), verdicts(b, things))
+}
+
+fn verdicts(b: &OcclusionBuffer, things: &[Aabb]) -> Vec<Verdict> {
+    things.iter().map(|t| b.ask_box(t)).collect()
+}
+
+fn size() -> impl Strategy<Value = [u32; 2]> {
+    [1..180_u32, 1..110_u32]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn every_simd_level_has_the_same_bits(
+        drawn in prop::collection::vec(occluder(), 1..10),
+        things in prop::collection::vec(thing(), 20),
+        (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
+    ) {
+        let view = view(kind, reversed);
+        let best = all(&buffer(&view, size, Level::new(), &drawn), &things);
+        for level in levels() {
+            let other = all(&buffer(&view, size, level, &drawn), &things);
+            prop_assert!(other == best, "{level:?}");
+        }
+    }
+
+    #[test]
+    fn neither_order_nor_sharing_out_changes_a_bit(
+        drawn in prop::collection::vec(occluder(), 1..12),
+        order in prop::collection::vec(0..1000_usize, 12),
+        things in prop::collection::vec(thing(), 20),
+        (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
+        threads in 1..5_usize,
+    ) {
+        let view = view(kind, reversed);
+        let straight = all(&buffer(&view, size, Level::new(), &drawn), &things);
+        let mut shuffled: Vec<usize> = (0..drawn.len()).collect();
+        shuffled.sort_by_key(|&i| order[i]);
+        let again = buffer(&view, size, Level::new(), shuffled.iter().map(|&i| &drawn[i]));
+        prop_assert!(all(&again, &things) == straight);
+        // Each thread draws every so many; merged from the last.
+        let share = |t| buffer(&view, size, Level::new(), drawn.iter().skip(t).step_by(threads));
+        let mut merged = buffer(&view, size, Level::new(), []);
+        for t in (0..threads).rev() {
+            merged.merge(&share(t)).unwrap();
+        }
+        prop_assert!(all(&merged, &things) == straight);
+    }
+
+    #[test]
+    fn an_occluder_more_makes_nothing_visible(
+        drawn in prop::collection::vec(occluder(), 2..12),
+        things in prop::collection::vec(thing(), 40),
+        (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
+    ) {
+        let view = view(kind, reversed);
+        let fewer = buffer(&view, size, Level::new(), &drawn[1..]);
+        let more = buffer(&view, size, Level::new(), &drawn);
+        for (a, b) in verdicts(&fewer, &things).iter().zip(verdicts(&more, &things)) {
+            prop_assert!(*a == b || (*a, b) == (Verdict::Visible, Verdict::Hidden));
+        }
+        for (a, b) in pixels(&fewer).iter().zip(pixels(&more)) {
+            prop_assert!(f32::from_bits(*a) <= f32::from_bits(b));
+        }
+    }
+
+    #[test]
+    fn what_shrinks_stays_hidden(
+        drawn in prop::collection::vec(occluder(), 1..12),
+        things in prop::collection::vec(thing(), 40),
+        (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
+        (low, high) in (0.01..0.5_f32, 0.5..0.99_f32),
+    ) {
+        let view = view(kind, reversed);
+        let buffer = buffer(&view, size, Level::new(), &drawn);
+        for thing in &things {
+            let at = |t: f32| {
+                let [a, b] = [thing.min, thing.max];
+                std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
+            };
+            let small = Aabb { min: at(low), max: at(high) };
+            match buffer.ask_box(thing) {
+                // In part it may be out of the view.
+                Verdict::Hidden => prop_assert_ne!(buffer.ask_box(&small), Verdict::Visible),
+                Verdict::Outside => prop_assert_eq!(buffer.ask_box(&small), Verdict::Outside),
+                Verdict::Visible => {}
+            }
+        }
+    }
+
+    #[test]
+    fn a_world_and_camera_that_move_together_keep_their_answers(
+        drawn in prop::collection::vec(occluder(), 1..10),
+        things in prop::collection::vec(thing(), 40),
+        (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
+        (power, axis, negative) in (0..24_u32, 0..3_usize, any::<bool>()),
+    ) {
+        let here = buffer(&view(kind, reversed), size, Level::new(), &drawn);
+        let mut by = [0.0; 3];
+        by[axis] = f64::from(1_u32 << power) * if negative { -1.0 } else { 1.0 };
+        let moved = View::new(&camera(kind, by), depth(reversed), [1280, 720]).unwrap();
+        let mut there = OcclusionBuffer::new(size).unwrap();
+        there.begin(&moved, by);
+        drawn.iter().for_each(|d| d.draw(Level::new(), &mut there, by));
+        prop_assert_eq!(verdicts(&there, &things), verdicts(&here, &things));
+    }
+
+    #[test]
+    fn mirrored_views_have_the_same_answers(
+        drawn in prop::collection::vec(occluder(), 1..10),
+        things in prop::collection::vec(thing(), 40),
+        (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
+        mirror in prop::sample::select(vec![vec![0_usize], vec![1], vec![0, 1]]),
+    ) {
+        let view = view(kind, reversed);
+        let mut m = view.clip_from_world();
+        mirror.iter().for_each(|r| (0..4).for_each(|c| m[c * 4 + r] = -m[c * 4 + r]));
+        let mirrored = View::from_matrix(&m, view.depth(), view.viewport()).unwrap();
+        let answers = [&view, &mirrored]
+            .map(|v| verdicts(&buffer(v, size, Level::new(), &drawn), &things));
+        prop_assert_eq!(&answers[0], &answers[1]);
+    }
+
+    #[test]
+    fn what_a_coarse_buffer_hides_a_finer_one_hides(
+        drawn in prop::collection::vec(occluder(), 1..10),
+        things in prop::collection::vec(thing(), 40),
+        (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
+        times in 2..5_u32,
+    ) {
+        // Of convex occluders alone: a pixel on a seam of patches is covered by all that meets in it, which a
+        // finer pixel need not hold.
+        let drawn: Vec<_> = drawn.iter().filter(|d| matches!(d, Drawn::Convex(..))).collect();
+        let view = view(kind, reversed);
+        let coarse = buffer(&view, size, Level::new(), drawn.iter().copied());
+        let fine = buffer(&view, size.map(|s| s * times), Level::new(), drawn.iter().copied());
+        for (a, b) in verdicts(&coarse, &things).iter().zip(verdicts(&fine, &things)) {
+            prop_assert!(*a != Verdict::Hidden || b == Verdict::Hidden, "{a:?} {b:?}");
+        }
+    }
+}
