@@ -1,14 +1,15 @@
 //! Cutting every instance of a model.
 
 use cullet::bounds::Plane;
-use cullet::clip::cut::{CutOptions, Keep};
+use cullet::clip::cut::{CutOptions, Keep, cut_mesh};
 use cullet::hierarchy::Groups;
 use cullet::{Handle, Instance, Mesh, Scene, Transform};
 use cullet_io::{Attributes, Material, Model, NodeTree};
 use glam::{DMat3, DVec3};
 
 use super::CutRecord;
-use super::parts::{caps, cut_parts};
+use super::caps::caps;
+use super::defects::OpenMesh;
 use crate::console::{Console, interrupted};
 use crate::exit::{Exit, Failure};
 use crate::record::SCHEMA;
@@ -27,6 +28,8 @@ pub(crate) struct Settings<'a> {
     pub(crate) outlines: bool,
     /// In world units.
     pub(crate) heal: f64,
+    /// In world units.
+    pub(crate) weld: f64,
 }
 
 /// The outlines of one instance at one plane, in world space.
@@ -85,6 +88,8 @@ pub(crate) fn apply(
         duplicates_dropped: 0,
         open_chains: 0,
         open_edges: 0,
+        open_meshes: Vec::new(),
+        welded: 0,
         healed: 0,
         even_odd_outlines: 0,
         crossings: 0,
@@ -118,7 +123,7 @@ pub(crate) fn apply(
                 continue;
             }
             Place::Touched(planes) => {
-                let cut = Cut { settings, mesh, attributes, transform, planes: &planes };
+                let cut = Cut { settings, mesh, number, attributes, transform, planes: &planes };
                 Some(cut.run(&name, cap_material, &mut record, &mut sections)?)
             }
         };
@@ -207,6 +212,8 @@ fn place(mesh: &Mesh, transform: &Transform, planes: &[Plane]) -> Place {
 struct Cut<'a> {
     settings: &'a Settings<'a>,
     mesh: &'a Mesh,
+    /// Which of the scene's.
+    number: usize,
     attributes: &'a Attributes,
     transform: &'a Transform,
     /// In the space of the mesh.
@@ -225,16 +232,20 @@ impl Cut<'_> {
         let failed = |e: String| Failure::input(format!("mesh `{name}`: {e}"));
         let linear = self.transform.linear.map(|c| c.map(f64::from));
         let scale = linear.iter().flatten().map(|v| v * v).sum::<f64>().sqrt() / 3f64.sqrt();
-        let heal = if self.settings.heal > 0.0 { (self.settings.heal / scale) as f32 } else { 0.0 };
+        let [heal, weld] = [self.settings.heal, self.settings.weld]
+            .map(|distance| if distance > 0.0 { (distance / scale) as f32 } else { 0.0 });
         let wanted = self.settings.cap || self.settings.outlines;
-        let caps = wanted.then(|| caps(self.attributes, heal));
+        let caps = wanted.then(|| caps(self.attributes, heal, weld));
         let options = CutOptions { keep: self.settings.keep, caps };
-        let done = cut_parts(self.mesh, self.attributes, self.planes, &options, cap_material)
+        let (numbers, stride) = (self.attributes.interleaved(), self.attributes.stride());
+        let done = cut_mesh(self.mesh, &numbers, stride, self.planes, &options, cap_material)
             .map_err(|e| failed(e.to_string()))?;
         let report = &done.cut.report;
         record.duplicates_dropped += report.duplicates as u64;
         record.open_chains += report.open_chains as u64;
         record.open_edges += report.open_edges as u64;
+        OpenMesh::note(&mut record.open_meshes, self.number, name, self.mesh, report);
+        record.welded += report.welded as u64;
         record.healed += report.healed as u64;
         record.even_odd_outlines += report.even_odd as u64;
         record.crossings += report.crossings as u64;
@@ -269,6 +280,6 @@ impl Cut<'_> {
             return Ok(None);
         }
         let mesh = Mesh::new(data).map_err(|e| failed(e.to_string()))?;
-        Ok(Some((mesh, done.attributes)))
+        Ok(Some((mesh, self.attributes.like(&done.cut.attributes))))
     }
 }

@@ -1,7 +1,8 @@
 //! `cullet cut`: a scene cut open at planes, with caps.
 
 mod apply;
-mod parts;
+mod caps;
+mod defects;
 mod picture;
 pub(crate) mod shape;
 mod svg;
@@ -18,6 +19,7 @@ use crate::console::{Console, grouped, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{inputs, parse};
 pub(crate) use apply::{Applied, Settings, apply};
+use defects::OpenMesh;
 pub(crate) use picture::stand;
 use shape::KeepArg;
 
@@ -30,13 +32,14 @@ are and go on sharing their mesh. Normals, texture coordinates and colours of ve
 in GLB the tree of nodes.
 
 Where the outline at the cut does not close, because the surface has a hole there, there is no cap, and
-it is said; --heal DISTANCE joins ends that are as near as that by a straight line.
+it is said of which mesh; --weld DISTANCE first moves vertices as near as that to one position, which closes
+seams that do not quite meet, and --heal DISTANCE joins ends as near as that by a straight line.
 
 Examples
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
   cullet cut house.glb --plane 0,1,0,2.4 --cap --section plan.svg --picture plan.png
   cullet cut engine.glb --box 0,0,0,9,9,9 --keep outside --cap -o open.stl
-  cullet cut scan.ply --plane 1,0,0,0 --cap --heal 0.01 -o half.ply";
+  cullet cut scan.ply --plane 1,0,0,0 --cap --weld 0.001 --heal 0.01 -o half.ply";
 
 /// `cullet cut`
 #[derive(Debug, Args)]
@@ -58,6 +61,10 @@ pub(crate) struct CutArgs {
     /// With --cap and --section: join ends of an open outline up to this far apart, in world units
     #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
     heal: Option<f64>,
+    /// With --cap and --section: move vertices of a mesh up to this far apart to one position before the
+    /// cut, in world units
+    #[arg(long, value_name = "DISTANCE", value_parser = parse::distance)]
+    weld: Option<f64>,
     /// The file to write: .glb, .ply, .obj or .stl
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
@@ -96,6 +103,8 @@ pub(crate) struct CutRecord {
     duplicates_dropped: u64,
     open_chains: u64,
     open_edges: u64,
+    open_meshes: Vec<OpenMesh>,
+    welded: u64,
     healed: u64,
     even_odd_outlines: u64,
     crossings: u64,
@@ -121,6 +130,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         cap: args.cap,
         outlines: args.section.is_some(),
         heal: args.heal.unwrap_or(0.0),
+        weld: args.weld.unwrap_or(0.0),
     };
     let Applied { model: mut cut, record, sections, cap_material, .. } =
         apply(&model, &settings, console)?;
@@ -167,6 +177,7 @@ fn print(args: &CutArgs, console: &Console, r: &CutRecord) {
     }
     let found = [
         (r.duplicates_dropped, "triangles at the cut were there twice and are kept once"),
+        (r.welded, "vertices were moved to meet others"),
         (r.healed, "gaps in outlines were joined by a straight line"),
         (r.even_odd_outlines, "outlines have walls wound both ways: filled by the even-odd rule"),
         (r.crossings, "points where the surface penetrates itself at the cut"),
@@ -175,16 +186,8 @@ fn print(args: &CutArgs, console: &Console, r: &CutRecord) {
     for (n, what) in found.iter().filter(|f| f.0 > 0) {
         console.note(format!("note: {} {what}", grouped(*n)));
     }
-    if r.open_chains > 0 {
-        let advice = match args.heal {
-            Some(_) => "a larger --heal joins them",
-            None => "--heal DISTANCE joins ends that are near each other",
-        };
-        console.note(format!(
-            "warning: {} outlines of {} edges do not close and have no cap; {advice}",
-            grouped(r.open_chains),
-            grouped(r.open_edges)
-        ));
+    for line in OpenMesh::lines(&r.open_meshes, args.weld.is_some(), args.heal.is_some()) {
+        console.note(line);
     }
     if r.triangles_after == 0 {
         console.note("note: nothing is left on the side that is kept");

@@ -45,7 +45,8 @@ impl Opened {
         }
         let planes = shape::planes(&args.cut)?;
         let keep = args.cut_keep.into();
-        let settings = Settings { planes: &planes, keep, cap: true, outlines: false, heal: 0.0 };
+        let (heal, weld) = (0.0, 0.0);
+        let settings = Settings { planes: &planes, keep, cap: true, outlines: false, heal, weld };
         let left = cut::apply(model, &settings, console)?;
         if left.model.scene.instance_count() == 0 {
             console.note("note: --cut leaves nothing of the scene on the side that is kept");

@@ -17,20 +17,24 @@ pub struct CutParts {
 }
 
 /// Cuts a mesh in its own space. The caps become a part of the material `cap_material`, opaque and, where
-/// any part is two-sided, two-sided too: a surface that is no solid may be wound either way.
+/// any part is two-sided, two-sided too: a surface that is no solid may be wound either way. `attributes`
+/// are `stride` numbers for each vertex as in [`CutInput`], and come back in [`CutParts::cut`] for the
+/// vertices of [`CutParts::data`]; none is an empty slice and 0.
 ///
 /// Costs [`cut`] and a copy of the index list.
 ///
 /// # Errors
-/// As [`cut`]; only a plane can be wrong.
+/// As [`cut`]; only a plane can be wrong, or the attributes not fit.
 pub fn cut_mesh(
     mesh: &Mesh,
+    attributes: &[f32],
+    stride: usize,
     planes: &[Plane],
     options: &CutOptions,
     cap_material: u32,
 ) -> Result<CutParts, CutError> {
     let indices = mesh.original_indices();
-    let input = CutInput { positions: mesh.positions(), indices: &indices, ..CutInput::default() };
+    let input = CutInput { positions: mesh.positions(), indices: &indices, attributes, stride };
     let done = cut(&input, planes, options)?;
     let walls = done.origin.iter().position(|&o| o == NO_ORIGIN).unwrap_or(done.origin.len());
     // Untouched and cut triangles both ascend by origin, so each part has a range of either.
