@@ -13,7 +13,7 @@ use fearless_simd::Level;
 use thiserror::Error;
 
 use crate::cull::detail::Detail;
-use crate::cull::occlusion::Occlusion;
+use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
@@ -96,6 +96,21 @@ impl Default for Culler {
 #[derive(Clone, Debug, Default)]
 pub struct ViewState {
     scratch: run::Scratch,
+}
+
+impl ViewState {
+    /// The occlusion buffer of the last frame that looked for what is hidden; `None` before there was one.
+    #[must_use]
+    pub fn occlusion_buffer(&self) -> Option<&OcclusionBuffer> {
+        self.scratch.occlusion.buffer.as_ref()
+    }
+
+    /// What was drawn into that buffer, in this order: slots, and which shape of the
+    /// [occluder](crate::Mesh::occluder) of each one's mesh.
+    #[must_use]
+    pub fn occluders_drawn(&self) -> &[(u32, u32)] {
+        &self.scratch.occlusion.drawn
+    }
 }
 
 /// Why a call to a culler is refused.
