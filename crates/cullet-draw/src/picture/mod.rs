@@ -21,8 +21,8 @@ pub use occlusion::{hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
 pub use shaded::shaded;
 pub use teach::{
-    VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set,
-    coverage, culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
+    VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
+    culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };
 
 use std::io;

@@ -2,9 +2,7 @@
 //! what it hid.
 
 use cullet::cull::occlusion::{OcclusionBuffer, Shape, TILE};
-use cullet::{
-    Culler, Depth, Output, Scene, Stage, TriangleRange, Unit, View, ViewState, Visible,
-};
+use cullet::{Culler, Depth, Output, Scene, Stage, TriangleRange, Unit, View, ViewState, Visible};
 use glam::DVec4;
 
 use super::Picture;
@@ -144,13 +142,13 @@ pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32;
     let scale = if width >= 1100 { 2 } else { 1 };
     let strip = (text_height(scale) + 16) as u32;
     let wide = (width - 3 * GAP) / 2;
-    let high =
-        (wide * frame.height).checked_div(frame.width).unwrap_or(1).clamp(1, 4 * width);
+    let high = (wide * frame.height).checked_div(frame.width).unwrap_or(1).clamp(1, 4 * width);
     let legend = strip * 3;
     let mut picture = Picture::new(width, 2 * (high + strip) + legend + GAP, PAPER);
 
     let nearness = Nearness::new(view, &frame);
-    let scaled = |x: u32, from: u32, to: u32| (u64::from(x) * u64::from(to) / u64::from(from)) as u32;
+    let scaled =
+        |x: u32, from: u32, to: u32| (u64::from(x) * u64::from(to) / u64::from(from)) as u32;
     let truth = |x: u32, y: u32| {
         let [x, y] = [scaled(x, wide, frame.width), scaled(y, high, frame.height)];
         let at = y as usize * frame.width as usize + x as usize;
@@ -347,7 +345,12 @@ pub fn occluders(
 /// `material_colors` are as for [`shaded`](super::shaded). Words alone where the culler has no occlusion culling. Cost:
 /// the culling, and two frames at twice the size.
 #[must_use]
-pub fn hidden(scene: &Scene, view: &View, culler: &Culler, material_colors: &[[f32; 4]]) -> Picture {
+pub fn hidden(
+    scene: &Scene,
+    view: &View,
+    culler: &Culler,
+    material_colors: &[[f32; 4]],
+) -> Picture {
     let Some(culled) = Culled::new(scene, view, culler) else { return off(view) };
     let (mut picture, _) = pale(scene, view, material_colors, 0.30);
     let mut ghosts = Visible::default();
@@ -375,7 +378,10 @@ pub fn hidden(scene: &Scene, view: &View, culler: &Culler, material_colors: &[[f
         let other = |x: usize, y: usize| {
             x < width && y < height && frame.ids[y * width + x].slot != id.slot
         };
-        if other(x + 1, y) || other(x, y + 1) || x > 0 && other(x - 1, y) || y > 0 && other(x, y - 1)
+        if other(x + 1, y)
+            || other(x, y + 1)
+            || x > 0 && other(x - 1, y)
+            || y > 0 && other(x, y - 1)
         {
             picture.blend(x as i64, y as i64, mix(color, INK, 0.3), 0.75);
         }

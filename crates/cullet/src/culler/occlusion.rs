@@ -128,6 +128,7 @@ impl Pass<'_> {
         state.candidates.clear();
         state.footprints.clear();
         let fronts_are_drawn = fronts_are_drawn(self.view);
+        let near = near_box(self.view, scene.origin());
         for at in 0..self.scratch.live.len() {
             let word = self.scratch.live[at] as usize;
             for bit in bits::ones(self.scratch.alive[word]) {
@@ -138,7 +139,15 @@ impl Pass<'_> {
                 {
                     state.footprints.push((slot, footprint));
                 }
+                let first = state.candidates.len();
                 offer(scene, buffer, slot, footprint, fronts_are_drawn, &mut state.candidates);
+                if state.candidates.len() > first && is_within(scene, slot, &near) {
+                    let shapes = scene.mesh(slot).occluder().shapes();
+                    let own = state.candidates.drain(first..);
+                    let left: Vec<_> =
+                        own.filter(|c| !is_body(&shapes[c.shape as usize])).collect();
+                    state.candidates.extend(left);
+                }
             }
         }
     }
@@ -182,6 +191,42 @@ fn fronts_are_drawn(view: &View) -> bool {
             | (CullFace::Back, FrontFace::CounterClockwise)
             | (CullFace::Front, FrontFace::Clockwise)
     )
+}
+
+/// A box around the view's eye and its near rectangle, relative to an origin: what the near plane cuts away
+/// hides nothing. Everything, where a corner is not known.
+fn near_box(view: &View, origin: [f64; 3]) -> Aabb {
+    let Some(corners) = view.frustum().corners() else { return Aabb::EVERYTHING };
+    let eye = view.eye();
+    let points = corners[..4].iter().chain((eye[3] != 0.0).then_some(&eye));
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in points {
+        for a in 0..3 {
+            let v = p[a] / p[3] - origin[a];
+            if !v.is_finite() {
+                return Aabb::EVERYTHING;
+            }
+            // Corners are off by their rounding.
+            let slack = (p[a].abs() + origin[a].abs()) * 1e-9;
+            min[a] = min[a].min(v - slack);
+            max[a] = max[a].max(v + slack);
+        }
+    }
+    Aabb::rounded_out(min, max)
+}
+
+/// Whether the view may begin within what the occluder of an instance seals off.
+fn is_within(scene: &Scene, slot: u32, near: &Aabb) -> bool {
+    let sealed = scene.mesh(slot).occluder().sealed().iter();
+    sealed.map(|b| scene.transform(slot).transform_box(b, scene.origin())).any(|b| {
+        // A NaN is no proof that they are apart.
+        !(0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a])
+    })
+}
+
+/// Whether a shape is a closed body.
+fn is_body(shape: &Shape) -> bool {
+    matches!(shape, Shape::Convex(convex) if convex.face_count() > 2)
 }
 
 /// Offers the shapes of an instance.

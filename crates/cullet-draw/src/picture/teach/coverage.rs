@@ -36,7 +36,8 @@ pub fn coverage(size: [u32; 2]) -> Picture {
     let wide = cell * f64::from(GRID[0]);
     let spare = (w - 2.0 * wide) / 3.0;
     let Some(figures) = mesh().zip(walls()) else { return sheet.finish() };
-    let parts = [(figures.0, "one surface of many triangles"), (figures.1, "two walls, a narrow gap")];
+    let parts =
+        [(figures.0, "one surface of many triangles"), (figures.1, "two walls, a narrow gap")];
     for (number, (figure, words)) in parts.iter().enumerate() {
         let left = spare + (wide + spare) * number as f64;
         draw(&mut sheet, figure, [left, 48.0], cell, number == 1);
@@ -192,9 +193,10 @@ fn meets(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     let apart = |a: &[[f64; 2]], b: &[[f64; 2]]| {
         (0..a.len()).any(|i| {
             let (p, q) = (a[i], a[(i + 1) % a.len()]);
-            let own = a.iter().map(|&c| side(p, q, c)).fold(0.0, |m: f64, s| {
-                if s.abs() > m.abs() { s } else { m }
-            });
+            let own = a
+                .iter()
+                .map(|&c| side(p, q, c))
+                .fold(0.0, |m: f64, s| if s.abs() > m.abs() { s } else { m });
             b.iter().all(|&c| side(p, q, c) * own < 0.0)
         })
     };
@@ -209,8 +211,7 @@ mod tests {
     fn the_gap_is_open_all_along_and_samples_see_none_of_it() {
         let walls = walls().unwrap();
         for y in 2..16 {
-            let open: Vec<u32> =
-                (2..22).filter(|&x| walls.buffer.nearness(x, y) <= 0.0).collect();
+            let open: Vec<u32> = (2..22).filter(|&x| walls.buffer.nearness(x, y) <= 0.0).collect();
             assert!(!open.is_empty(), "row {y} hides what one sees through the gap");
         }
         let mut lies = 0;

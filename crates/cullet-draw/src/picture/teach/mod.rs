@@ -16,8 +16,8 @@ pub use clip_w::{clip_w, pipeline, pipeline_costs};
 pub use coverage::coverage;
 pub use masks::normal_mask;
 pub use regions::back_regions;
-pub use surface::{clusters, cones};
 pub(super) use surface::{COLORS, caption};
+pub use surface::{clusters, cones};
 pub use volume::{VolumeFigure, culling_volume};
 
 /// Green, as the lectures show it: what faces away.

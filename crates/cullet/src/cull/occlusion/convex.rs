@@ -58,6 +58,27 @@ impl Convex {
         Self::from_loops(corners.to_vec(), &[(0..count).collect(), (0..count).rev().collect()])
     }
 
+    /// A flat convex polygon that hides from its front alone, where its corners are counter-clockwise. As
+    /// [`from_polygon`](Self::from_polygon) otherwise.
+    ///
+    /// # Errors
+    /// As [`from_polygon`](Self::from_polygon).
+    pub fn from_one_sided_polygon(corners: &[[f32; 3]]) -> Result<Self, OccluderError> {
+        let mut polygon = Self::from_polygon(corners)?;
+        // The back stays, for the outline lies between it and the front, but has neither a plane that could be
+        // seen nor corners that could be drawn.
+        polygon.spread[1] = [polygon.spread[1][0]; 3];
+        polygon.starts[2] = polygon.starts[1];
+        polygon.loops.truncate(polygon.starts[1] as usize);
+        Ok(polygon)
+    }
+
+    /// Whether it is a polygon that hides from both sides.
+    #[must_use]
+    pub fn is_two_sided(&self) -> bool {
+        self.face_count() == 2 && !self.face(1).is_empty()
+    }
+
     /// The convex body that a triangle list is the surface of: exactly convex, closed and wound outward. `None` for
     /// any other list, and for one with too many corners.
     #[must_use]
@@ -215,7 +236,7 @@ impl Convex {
         &self.vertices
     }
 
-    /// The loop of a face, counter-clockwise seen from outside.
+    /// The loop of a face, counter-clockwise seen from outside; empty for the back of a one-sided polygon.
     ///
     /// # Panics
     /// If there is no such face.
