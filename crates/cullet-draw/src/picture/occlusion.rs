@@ -143,7 +143,7 @@ pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32;
     let strip = (text_height(scale) + 16) as u32;
     let wide = (width - 3 * GAP) / 2;
     let high = (wide * frame.height).checked_div(frame.width).unwrap_or(1).clamp(1, 4 * width);
-    let legend = strip * 3;
+    let legend = strip * 2;
     let mut picture = Picture::new(width, 2 * (high + strip) + legend + GAP, PAPER);
 
     let nearness = Nearness::new(view, &frame);
@@ -405,4 +405,63 @@ fn pale(scene: &Scene, view: &View, colors: &[[f32; 4]], by: f64) -> (Picture, F
         *v = (f64::from(*v) * (1.0 - by) + 250.0 * by).round() as u8;
     }
     (picture, frame)
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet::Output;
+    use cullet::cull::occlusion::Occlusion;
+    use cullet_io::paths::{self, Overrides, PathSpec};
+    use cullet_io::scenes;
+
+    use super::*;
+
+    fn views(scene: &str) -> (Scene, Vec<View>) {
+        let model = scenes::build(scene).unwrap();
+        let size = [160, 90];
+        let cameras =
+            paths::cameras(&model, &PathSpec::Walk, 3, size, &Overrides::default()).unwrap();
+        let view = |c| View::new(c, Overrides::default().depth, size).unwrap();
+        let views = cameras.iter().map(view).collect();
+        (model.scene, views)
+    }
+
+    #[test]
+    fn the_buffer_never_claims_more_than_is_there() {
+        let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+        let (scene, views) = views("city:cells=6,objects=100");
+        for view in &views {
+            let picture = occlusion_buffer(&scene, view, &culler, [640, 0]);
+            let count =
+                |color: [u8; 3]| picture.rgb.chunks_exact(3).filter(|c| **c == color).count();
+            assert_eq!(count(Finding::Wrong.color()), 0);
+            assert!(count(Finding::Alike.color()) > 1000, "next to nothing is proved");
+        }
+    }
+
+    #[test]
+    fn covered_pixels_are_those_of_the_buffer() {
+        let culler = Culler {
+            occlusion: Some(Occlusion { width: 80, budget: 1e6 }),
+            output: Output::Instances,
+            ..Culler::default()
+        };
+        let (scene, views) = views("city:cells=6,objects=100");
+        let culled = Culled::new(&scene, &views[1], &culler).unwrap();
+        let buffer = culled.state.occlusion_buffer().unwrap();
+        let owners = owners(&scene, &views[1], &culler, &culled);
+        for (at, owner) in owners.iter().enumerate() {
+            let proved = buffer.nearness((at % 80) as u32, (at / 80) as u32) > 0.0;
+            // Neighbours drawn one after the other may cover a pixel by the nearer of both alone.
+            assert_eq!(proved, *owner != usize::MAX, "pixel {at}");
+        }
+    }
+
+    #[test]
+    fn without_occlusion_culling_there_are_words() {
+        let (scene, views) = views("solids");
+        let culler = Culler { occlusion: None, ..Culler::default() };
+        let picture = hidden(&scene, &views[0], &culler, &[]);
+        assert_eq!((picture.width, picture.height), (480, 120));
+    }
 }

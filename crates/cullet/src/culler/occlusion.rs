@@ -270,3 +270,59 @@ fn offer(
 pub(super) fn world_box(scene: &Scene, slot: u32, shape: &Shape) -> Aabb {
     scene.transform(slot).transform_box(&shape.bounds(), scene.origin())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cull::occlusion::{Convex, Occluder};
+    use crate::mesh::{Mesh, MeshData};
+    use crate::scene::Instance;
+    use crate::transform::Transform;
+    use crate::view::{Camera, Depth, Projection};
+    use crate::{ViewState, Visible};
+
+    fn cube(half: f32) -> Mesh {
+        let b = Aabb::new([-half; 3], [half; 3]);
+        let faces: [[u32; 4]; 6] =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        Mesh::new(MeshData {
+            positions: b.corners().to_vec(),
+            indices: faces.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect(),
+            ..MeshData::default()
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_box_hides_nothing_from_within_what_it_was_baked_in() {
+        let mut scene = Scene::new();
+        let mut room = cube(10.0);
+        // Something solid in the room's middle, as a bake would find it from outside.
+        let body = Convex::from_box(&Aabb::new([-5.0; 3], [5.0; 3])).unwrap();
+        let sealed = vec![Aabb::new([-10.0; 3], [10.0; 3])];
+        room.set_occluder(Occluder::new(vec![Shape::Convex(body)]).with_sealed(sealed));
+        let [room, thing] = [room, cube(0.5)].map(|m| scene.add_mesh(m));
+        scene.add(Instance::new(room, Transform::IDENTITY)).unwrap();
+        let behind = Transform::from_translation([0.0, 0.0, -8.0]);
+        scene.add(Instance::new(thing, behind)).unwrap();
+        let culler = Culler {
+            occlusion: Some(Occlusion::default()),
+            output: Output::Instances,
+            ..Culler::default()
+        };
+        let drawn = |z: f64| {
+            let lens =
+                Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
+            let camera = Camera::look_at([0.0, 0.0, z], [0.0; 3], lens);
+            let view = View::new(&camera, Depth::Reversed, [256, 256]).unwrap();
+            let (mut state, mut visible) = (ViewState::default(), Visible::default());
+            culler.cull_one(&scene, &view, &mut state, &mut visible);
+            assert!(state.occlusion_buffer().is_some());
+            (state.occluders_drawn().len(), visible.instance_count)
+        };
+        assert_eq!(drawn(40.0), (1, 1));
+        assert_eq!(drawn(8.0), (0, 2));
+        // The near rectangle comes in before the eye does.
+        assert_eq!(drawn(10.05), (0, 2));
+    }
+}

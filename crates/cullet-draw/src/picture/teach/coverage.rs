@@ -24,8 +24,8 @@ struct Figure {
 
 /// Two pixel grids. On the left a mesh: pixels that one triangle covers, pixels that triangles cover
 /// together (proved by their edges), and pixels of the border, which stay open. On the right two walls with a gap of a
-/// third of a pixel: wherever a pixel's middle lies on a wall a buffer of samples calls it covered,
-/// and sees no gap at all.
+/// third of a pixel: where the middle of a pixel lies on a wall, a buffer of samples calls the pixel covered, though
+/// the gap runs through it.
 ///
 /// Which pixels are covered is what [`OcclusionBuffer`] says. `size` is at least 640 × 360.
 #[must_use]
@@ -44,10 +44,10 @@ pub fn coverage(size: [u32; 2]) -> Picture {
         sheet.centred([left + wide * 0.5, 18.0], *words, INK);
     }
     let entries = [
-        (STRICT, "all of it in one face"),
+        (STRICT, "within one face"),
         (FRINGE, "faces that meet"),
         (BORDER, "border: open"),
-        (LOST, "open, yet its sample is covered"),
+        (LOST, "open, its sample covered"),
     ];
     sheet.legend([26.0, h - 40.0], &entries);
     sheet.finish()

@@ -272,3 +272,51 @@ fn spread(vertices: &[[f32; 3]], corners: &[u32]) -> [u32; 3] {
     }
     best.map(|k| corners[k])
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::Level;
+
+    use super::*;
+    use crate::cull::occlusion::{OcclusionBuffer, Verdict};
+    use crate::transform::Transform;
+    use crate::view::{Camera, Depth, Projection, View};
+
+    /// Whether a box at the end of the line from the eye through the origin is hidden by a polygon.
+    fn hides(polygon: &Convex, eye: [f64; 3]) -> bool {
+        let projection =
+            Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
+        let view =
+            View::new(&Camera::look_at(eye, [0.0; 3], projection), Depth::Reversed, [64, 64]);
+        let mut buffer = OcclusionBuffer::new([64, 64]).unwrap();
+        buffer.begin(&view.unwrap(), [0.0; 3]);
+        buffer.draw_convex(Level::new(), polygon, &Transform::IDENTITY);
+        let at = eye.map(|v| -v as f32);
+        let thing = Aabb::new(at.map(|v| v - 0.2), at.map(|v| v + 0.2));
+        buffer.ask_box(&thing) == Verdict::Hidden
+    }
+
+    #[test]
+    fn a_one_sided_polygon_hides_from_its_front_alone() {
+        let corners = [[-2.0, -2.0, 0.0], [2.0, -2.0, 0.0], [2.0, 2.0, 0.0], [-2.0, 2.0, 0.0]];
+        let one = Convex::from_one_sided_polygon(&corners).unwrap();
+        let both = Convex::from_polygon(&corners).unwrap();
+        assert!(!one.is_two_sided() && both.is_two_sided());
+        for (eye, from_front) in [([0.0, 0.3, 4.0], true), ([0.4, 0.0, -4.0], false)] {
+            assert!(hides(&both, eye));
+            assert_eq!(hides(&one, eye), from_front);
+        }
+    }
+
+    #[test]
+    fn so_it_does_where_the_near_plane_cuts_it() {
+        // A floor from behind the eye to far away.
+        let floor = [[-9.0, -1.0, 9.0], [9.0, -1.0, 9.0], [9.0, -1.0, -9.0], [-9.0, -1.0, -9.0]];
+        let below = |polygon: &Convex| hides(polygon, [0.0, 2.0, 4.0]);
+        assert!(below(&Convex::from_one_sided_polygon(&floor).unwrap()));
+        let mut turned = floor;
+        turned.reverse();
+        assert!(!below(&Convex::from_one_sided_polygon(&turned).unwrap()));
+        assert!(below(&Convex::from_polygon(&turned).unwrap()));
+    }
+}
