@@ -93,6 +93,12 @@ impl Survey {
             // Else the first view's times would have it.
             scene.prepare();
         }
+        if culler.occlusion.is_some() {
+            // Likewise made by the first call.
+            for mesh in scene.meshes() {
+                mesh.occluder();
+            }
+        }
         let mut meshes = vec![MeshTally::default(); scene.meshes().len()];
         scene.slots().for_each(|s| meshes[scene.mesh_id(s) as usize].instances += 1);
         let slots = vec![SlotTally::default(); scene.slot_count() as usize];

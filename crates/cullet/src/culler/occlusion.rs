@@ -301,7 +301,9 @@ mod tests {
         let body = Convex::from_box(&Aabb::new([-5.0; 3], [5.0; 3])).unwrap();
         let sealed = vec![Aabb::new([-10.0; 3], [10.0; 3])];
         room.set_occluder(Occluder::new(vec![Shape::Convex(body)]).with_sealed(sealed));
-        let [room, thing] = [room, cube(0.5)].map(|m| scene.add_mesh(m));
+        let mut thing = cube(0.5);
+        thing.set_occluder(Occluder::default());
+        let [room, thing] = [room, thing].map(|m| scene.add_mesh(m));
         scene.add(Instance::new(room, Transform::IDENTITY)).unwrap();
         let behind = Transform::from_translation([0.0, 0.0, -8.0]);
         scene.add(Instance::new(thing, behind)).unwrap();
