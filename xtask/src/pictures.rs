@@ -27,6 +27,13 @@ const PICTURES: &[(&str, &str)] = &[
     ("back-regions.png", "back-regions knobs --views 8 --view 1 --size 800x450"),
     ("solids.png", "shaded solids --views 8 --view 1 --size 960x540"),
     ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 960x540"),
+    ("hidden.png", "hidden plant --path walk --views 8 --view 2 --size 960x540"),
+    (
+        "occlusion-buffer.png",
+        "occlusion-buffer plant --path walk --views 8 --view 2 --size 1280x720",
+    ),
+    ("occluders-drawn.png", "occluders plant --path walk --views 8 --view 2 --size 960x540"),
+    ("coverage.png", "coverage --size 1120x500"),
     ("moving.png", "shaded moving:t=1500 --eye 6,4,14 --target 0,0.5,0 --size 960x540"),
 ];
 

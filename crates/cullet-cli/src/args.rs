@@ -146,6 +146,12 @@ map     from above: the frustum, and every instance coloured by what became of i
 hierarchy
         from above, level by level: what the walk of the hierarchy dropped, took whole, asked on
 
+Of occlusion culling:
+occlusion-buffer  the true depth, what is proved pixel by pixel and tile by tile, and the difference
+occluders         what each occluder that was drawn covers
+hidden            what is hidden, as ghosts behind what hides it
+coverage          when a pixel counts as covered, and what a buffer of samples does not see; no scene
+
 To teach back-face culling:
 normal-mask       the cube of directions in 216 and 1536 classes, those that face away in green
 normal-partition  the same in the plane: the circle of normals
@@ -166,6 +172,7 @@ pipeline          the spaces of the pipeline, the tests in each, and their cost 
 
 Examples
   cullet picture kinds --out kinds.png
+  cullet picture occlusion-buffer plant --path walk --views 8 --view 2
   cullet picture normal-mask --eye 3,2,5 --target 0,0,0 --fov 20
   cullet picture back-regions knobs --views 8 --view 1
   cullet picture culling-volume bunny.ply --one-sided --cluster 17
@@ -267,9 +274,23 @@ pub(crate) struct CullArgs {
     /// What drawing occluders may cost a view, in modelled microseconds
     #[arg(long, value_name = "US", default_value_t = 2000.0, value_parser = parse::microseconds)]
     pub(crate) occlusion_budget: f32,
+    /// What hides: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two
+    #[arg(long, value_enum, default_value_t = OccluderKind::Mesh)]
+    pub(crate) occluders: OccluderKind,
     /// Test big boxes at the frustum's corners exactly
     #[arg(long)]
     pub(crate) exact_frustum: bool,
+}
+
+/// What stands for a mesh in the occlusion buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OccluderKind {
+    /// Proxies where they cover nearly as much at half the modelled cost, else the mesh
+    Auto,
+    /// The mesh itself
+    Mesh,
+    /// Boxes and polygons made from it, and nothing where there are none
+    Baked,
 }
 
 /// How detail culling measures.
@@ -424,6 +445,14 @@ pub(crate) enum PictureKind {
     Map,
     /// The walk of the scene's hierarchy, level by level, from above
     Hierarchy,
+    /// The true depth, the occlusion buffer by pixels and by tiles, and what they differ by
+    OcclusionBuffer,
+    /// What each occluder that was drawn covers
+    Occluders,
+    /// What is hidden, as ghosts
+    Hidden,
+    /// When a pixel counts as covered
+    Coverage,
     /// The cube of directions and its classes that face away
     NormalMask,
     /// The circle of normals and its classes that face away
@@ -457,6 +486,10 @@ impl PictureKind {
             Self::Depth => "depth",
             Self::Map => "map",
             Self::Hierarchy => "hierarchy",
+            Self::OcclusionBuffer => "occlusion-buffer",
+            Self::Occluders => "occluders",
+            Self::Hidden => "hidden",
+            Self::Coverage => "coverage",
             Self::NormalMask => "normal-mask",
             Self::NormalPartition => "normal-partition",
             Self::ConservativeSet => "conservative-set",

@@ -79,6 +79,7 @@ pub(crate) fn of_view(
             wide: true,
             thumbnail: false,
         });
+        pictures.extend(of_occlusion(model, view, culler, &colors));
         let small = half(view);
         let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
         let draw = |selection| cullet_draw::render(scene, &small, selection, &options);
@@ -95,6 +96,41 @@ pub(crate) fn of_view(
         });
     }
     pictures
+}
+
+/// What occlusion culling did in a view; nothing where it is off.
+fn of_occlusion(model: &Model, view: &View, culler: &Culler, colors: &[[f32; 4]]) -> Vec<Titled> {
+    if culler.occlusion.is_none() {
+        return Vec::new();
+    }
+    let scene = &model.scene;
+    let titled = |name, picture, caption: &str| Titled {
+        name,
+        picture,
+        caption: caption.into(),
+        embed_px: 1280,
+        wide: true,
+        thumbnail: false,
+    };
+    vec![
+        titled(
+            "occlusion-buffer",
+            cullet_draw::occlusion_buffer(scene, view, culler, [1280, 720]),
+            "The occlusion buffer beside the true depth. A pixel is proved only where occluders cover all of \
+             it, so edges stay open; none may claim to be nearer than what is there.",
+        ),
+        titled(
+            "occluders",
+            cullet_draw::occluders(scene, view, culler, colors),
+            "What each occluder that was drawn is proved to cover, a colour for each instance. Where the view \
+             is pale, nothing hides anything.",
+        ),
+        titled(
+            "hidden",
+            cullet_draw::hidden(scene, view, culler, colors),
+            "What occlusion culling hid, shining through as ghosts.",
+        ),
+    ]
 }
 
 /// The same view on half as many pixels each way: two such pictures stand side by side on a page with

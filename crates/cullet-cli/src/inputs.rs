@@ -8,7 +8,7 @@ use cullet::{Backface, Culler, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
 
-use crate::args::{CullArgs, DetailMeasure, SceneArgs, UpAxis, ViewArgs};
+use crate::args::{CullArgs, DetailMeasure, OccluderKind, SceneArgs, UpAxis, ViewArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure};
 
@@ -228,7 +228,11 @@ pub(crate) fn culling_words(args: &CullArgs) -> Vec<String> {
         words.push(format!("detail under {px} {unit} (lossy)"));
     }
     if !args.no_occlusion {
-        words.push("occlusion".into());
+        words.push(match args.occluders {
+            OccluderKind::Mesh => "occlusion".into(),
+            OccluderKind::Baked => "occlusion (baked occluders)".into(),
+            OccluderKind::Auto => "occlusion (occluders baked where cheaper)".into(),
+        });
     }
     if !args.no_backface {
         words.push("backface".into());

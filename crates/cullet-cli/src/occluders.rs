@@ -4,13 +4,16 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use cullet::cull::occlusion::{Convex, Occluder, Shape};
 use cullet::{Instance, Mesh, Scene, View};
-use cullet_bake::occluders::{OccluderOptions, Occluders, Validation, occluders, validate};
+use cullet_bake::occluders::{
+    OccluderOptions, Occluders, Polygon, Validation, occluders, validate,
+};
 use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::{Material, Model, SaveErrorKind, SaveFormat, paths, save};
 use serde::Serialize;
 
-use crate::args::SceneArgs;
+use crate::args::{CullArgs, OccluderKind, SceneArgs};
 use crate::console::{Console, grouped, interrupted, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::survey::mesh_name;
@@ -226,6 +229,76 @@ fn make(
         meshes,
     };
     Ok((record, all))
+}
+
+/// Gives every mesh the occluder that is asked for; a line says what came of it.
+///
+/// Polygons off the axes lie near the surface and not in it, by a tolerance that a buffer would have to allow for at
+/// each slope; they are left out.
+pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(), Failure> {
+    /// Pixels at which costs are compared: those of a thing that is worth drawing.
+    const PIXELS: f32 = 10_000.0;
+    /// The share of its mesh's silhouette that proxies must hide to be taken for it.
+    const LEAST_EFFICIENCY: f64 = 0.9;
+    if args.no_occlusion || args.occluders == OccluderKind::Mesh {
+        return Ok(());
+    }
+    let options = OccluderOptions::default();
+    let mut bar = console.progress("occluders", model.scene.meshes().len() as u64);
+    let (mut given, mut boxes, mut polygons, mut sloped) = (0u64, 0, 0, 0);
+    for mesh in model.scene.meshes_mut() {
+        if interrupted() {
+            let message = "interrupted while occluders were made".into();
+            return Err(Failure { exit: Exit::Interrupted, message });
+        }
+        let (made, report) = occluders(mesh, &options).map_err(Failure::usage)?;
+        let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
+            made.polygons.iter().partition(|p| p.tolerance == 0.0);
+        let occluder = engine(&made, &exact).map_err(Failure::input)?;
+        let take = match args.occluders {
+            OccluderKind::Auto => {
+                off.is_empty()
+                    && report.efficiency() >= LEAST_EFFICIENCY
+                    && occluder.cost(PIXELS) * 2.0 < mesh.occluder().cost(PIXELS)
+            }
+            _ => true,
+        };
+        if take {
+            given += u64::from(!occluder.shapes().is_empty());
+            boxes += made.boxes.len() as u64;
+            polygons += exact.len() as u64;
+            sloped += off.len() as u64;
+            mesh.set_occluder(occluder);
+        }
+        bar.step();
+    }
+    bar.finish();
+    let left_out = match sloped {
+        0 => String::new(),
+        n => format!("; {} on slopes left out", grouped(n)),
+    };
+    console.note(format!(
+        "occluders: {} of {} meshes by {} boxes and {} polygons{left_out}",
+        grouped(given),
+        grouped(model.scene.meshes().len() as u64),
+        grouped(boxes),
+        grouped(polygons)
+    ));
+    Ok(())
+}
+
+/// Proxies as the engine draws them.
+fn engine(
+    made: &Occluders,
+    polygons: &[&Polygon],
+) -> Result<Occluder, cullet::cull::occlusion::OccluderError> {
+    let boxes = made.boxes.iter().map(Convex::from_box);
+    let polygons = polygons.iter().map(|p| match p.two_sided {
+        true => Convex::from_polygon(&p.points),
+        false => Convex::from_one_sided_polygon(&p.points),
+    });
+    let shapes = boxes.chain(polygons).map(|c| c.map(Shape::Convex)).collect::<Result<_, _>>()?;
+    Ok(Occluder::new(shapes).with_sealed(made.sealed.clone()))
 }
 
 fn refutations(found: &Validation) -> Vec<String> {

@@ -13,6 +13,7 @@ use crate::console::{Console, interrupted};
 use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::inputs;
+use crate::occluders;
 
 /// Where diagrams look from and to, where no eye is given.
 const SIGHT: [[f64; 3]; 2] = [[3.0, 2.0, 5.0], [0.0; 3]];
@@ -36,6 +37,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
         PictureKind::ConservativeSet => {
             cullet_draw::conservative_set(args.view.fov.unwrap_or(90.0), args.view.size)
         }
+        PictureKind::Coverage => cullet_draw::coverage(args.view.size),
         PictureKind::Outcodes => cullet_draw::outcodes(args.view.size),
         PictureKind::ClipPolygon => cullet_draw::clip_polygon(args.view.size),
         PictureKind::ClipW => cullet_draw::clip_w(args.view.size),
@@ -51,6 +53,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
 /// The pictures that show a scene.
 fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let mut model = inputs::load(&args.scene, console)?;
+    occluders::give(&mut model, &args.cull, console)?;
     inputs::begin(&mut model, &args.view, console)?;
     let views = inputs::views(&model, &args.view, console)?;
     if let Some(&seconds) = inputs::times(&args.view, views.len()).get(args.index as usize) {
@@ -92,6 +95,11 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
             cullet_draw::top_down(scene, view, &result, &seen, args.view.size)
         }
         PictureKind::Hierarchy => cullet_draw::hierarchy(scene, view, args.view.size),
+        PictureKind::OcclusionBuffer => {
+            cullet_draw::occlusion_buffer(scene, view, &culler, args.view.size)
+        }
+        PictureKind::Occluders => cullet_draw::occluders(scene, view, &culler, &colors),
+        PictureKind::Hidden => cullet_draw::hidden(scene, view, &culler, &colors),
         PictureKind::CullingVolume => {
             let (picture, f) = volume(args, scene)?;
             console.line(format!(
@@ -115,6 +123,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         PictureKind::NormalMask
         | PictureKind::NormalPartition
         | PictureKind::ConservativeSet
+        | PictureKind::Coverage
         | PictureKind::Outcodes
         | PictureKind::ClipPolygon
         | PictureKind::ClipW

@@ -147,6 +147,8 @@ pub(crate) struct ViewRecord {
     pub(crate) stages: Vec<StageRecord>,
     /// What the frustum stage asked of the scene's hierarchy.
     pub(crate) hierarchy: HierarchyRecord,
+    /// Whole instances and their triangles, kind of culling after kind of culling.
+    pub(crate) whole: WholeRecord,
     pub(crate) triangles: Counts,
     pub(crate) instances: Counts,
     /// Triangles that each stage took, whether alone or with its whole cluster or instance.
@@ -176,11 +178,36 @@ pub(crate) struct Summary {
     pub(crate) false_culls: u64,
     pub(crate) stages: Vec<StageRecord>,
     pub(crate) hierarchy: HierarchyRecord,
+    /// Whole instances and their triangles, kind of culling after kind of culling.
+    pub(crate) whole: WholeRecord,
     pub(crate) depth_before: Option<DepthRecord>,
     pub(crate) depth_after: Option<DepthRecord>,
     pub(crate) bounds: Option<BoundsRecord>,
     pub(crate) backfaces: Option<BackfaceRecord>,
     pub(crate) advice: Vec<Advice>,
+}
+
+/// What is left when whole instances alone are dropped, as a renderer that draws objects sees it: the classic
+/// table of the power plant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct WholeRecord {
+    /// Instances, and the triangles of all of them, that are in the frustum.
+    pub(crate) in_frustum: [u64; 2],
+    /// Those that are not hidden either, nor dropped by any stage before.
+    pub(crate) not_hidden: [u64; 2],
+    /// How many occluders could have been drawn, and how many were.
+    pub(crate) occluders: [u64; 2],
+}
+
+impl WholeRecord {
+    fn sum(records: impl Iterator<Item = Self>) -> Self {
+        let add = |a: [u64; 2], b: [u64; 2]| [a[0] + b[0], a[1] + b[1]];
+        records.fold(Self::default(), |a, b| Self {
+            in_frustum: add(a.in_frustum, b.in_frustum),
+            not_hidden: add(a.not_hidden, b.not_hidden),
+            occluders: add(a.occluders, b.occluders),
+        })
+    }
 }
 
 /// What a frustum stage asked of a hierarchy.
@@ -289,6 +316,7 @@ impl Summary {
                 remembered: a.remembered + v.hierarchy.remembered,
                 swept: a.swept + v.hierarchy.swept,
             }),
+            whole: WholeRecord::sum(views.iter().map(|v| v.whole)),
             depth_before: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_before)),
             depth_after: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_after)),
             bounds: BoundsRecord::sum(views.iter().filter_map(|v| v.bounds)),
@@ -378,6 +406,7 @@ mod tests {
                 left: drawn,
                 ms: Some(1.0),
             }],
+            whole: WholeRecord { in_frustum: [3, all], not_hidden: [2, drawn], occluders: [1, 1] },
             triangles,
             instances: triangles,
             removed: BTreeMap::from([("frustum", all - drawn)]),
@@ -400,6 +429,7 @@ mod tests {
         assert_eq!(s.triangles, expected);
         assert_eq!(s.tightness, Some(3.0));
         assert_eq!(s.removed["frustum"], 140);
+        assert_eq!((s.whole.in_frustum, s.whole.not_hidden), ([6, 200], [4, 60]));
         assert_eq!((s.stages.len(), s.stages[0].entered, s.stages[0].ms), (1, 200, Some(2.0)));
     }
 

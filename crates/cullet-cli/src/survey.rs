@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 use cullet::{Backface, Culler, Output, Reason, Stage, View, ViewState, Visible};
-use cullet_draw::{FrameStats, PixelId, Verification, VerifyOptions};
+use cullet_draw::{Frame, FrameStats, PixelId, Verification, VerifyOptions};
 use cullet_io::Model;
 
 use crate::backfaces::BackfaceTest;
@@ -13,7 +13,7 @@ use crate::bounds::BoundsTest;
 use crate::exit::Failure;
 use crate::inputs;
 use crate::record::{
-    Counts, DepthRecord, HierarchyRecord, Loss, StageRecord, ViewRecord, tightness,
+    Counts, DepthRecord, HierarchyRecord, Loss, StageRecord, ViewRecord, WholeRecord, tightness,
 };
 
 /// What all views together did to one instance.
@@ -42,6 +42,9 @@ pub(crate) struct MeshTally {
     pub(crate) drawn: u64,
     pub(crate) visible: u64,
     pub(crate) facing_away: u64,
+    /// Pixels it owns over the views that were verified, and those of them where nothing is proved to hide.
+    pub(crate) pixels: u64,
+    pub(crate) open_pixels: u64,
     last_kept: Option<usize>,
     last_seen: Option<usize>,
 }
@@ -89,6 +92,12 @@ impl Survey {
         if culler.backface == Backface::Fast {
             // Else the first view's times would have it.
             scene.prepare();
+        }
+        if culler.occlusion.is_some() {
+            // Likewise made by the first call.
+            for mesh in scene.meshes() {
+                mesh.occluder();
+            }
         }
         let mut meshes = vec![MeshTally::default(); scene.meshes().len()];
         scene.slots().for_each(|s| meshes[scene.mesh_id(s) as usize].instances += 1);
@@ -152,6 +161,9 @@ impl Survey {
         let proof = seen.verification.as_mut();
         let seen_instances = proof.as_ref().map(|v| self.tally_seen(index, &v.seen));
         let proof = proof.map(|v| &*v);
+        if let Some(v) = proof {
+            self.tally_open(&v.frame);
+        }
         let scene = &self.model.scene;
         let backfaces = self.count_backfaces.then_some(&mut self.backfaces);
         let backfaces = backfaces.and_then(|b| b.measure(scene, view, &self.culler));
@@ -171,6 +183,7 @@ impl Survey {
             far,
             stages: stages(&seen.result),
             hierarchy: hierarchy(&seen.result),
+            whole: whole(&self.model, &seen.result),
             triangles: Counts { all, potentially_visible: drawn, visible },
             instances: Counts {
                 all: u64::from(scene.instance_count()),
@@ -241,6 +254,29 @@ impl Survey {
             }
         }
         instances
+    }
+
+    /// Adds the pixels that each mesh owns, and those where the occlusion buffer has nothing for it.
+    fn tally_open(&mut self, frame: &Frame) {
+        let Some(buffer) =
+            self.state.occlusion_buffer().filter(|_| self.culler.occlusion.is_some())
+        else {
+            return;
+        };
+        let [columns, rows] = buffer.size();
+        let scaled =
+            |v: u32, from: u32, to: u32| (u64::from(v) * u64::from(to) / u64::from(from)) as u32;
+        for (y, line) in (0..).zip(frame.ids.chunks_exact(frame.width.max(1) as usize)) {
+            let row = scaled(y, frame.height, rows);
+            for (x, id) in (0..).zip(line) {
+                if *id != PixelId::NONE {
+                    let mesh = &mut self.meshes[self.model.scene.mesh_id(id.slot) as usize];
+                    mesh.pixels += 1;
+                    let open = buffer.nearness(scaled(x, frame.width, columns), row) <= 0.0;
+                    mesh.open_pixels += u64::from(open);
+                }
+            }
+        }
     }
 
     fn losses(&self, view: usize, v: &Verification) -> Vec<Loss> {
@@ -317,6 +353,27 @@ fn hierarchy(result: &Visible) -> HierarchyRecord {
         remembered: w.remembered,
         swept: w.swept,
     }
+}
+
+/// What is left when whole instances alone are dropped.
+fn whole(model: &Model, result: &Visible) -> WholeRecord {
+    let scene = &model.scene;
+    let work = result.funnel.occlusion;
+    let mut record =
+        WholeRecord { occluders: [work.offered, work.drawn], ..WholeRecord::default() };
+    for slot in scene.slots() {
+        let stage = result.reasons.get(slot as usize).copied().flatten().map(|r| r.stage);
+        let triangles = u64::from(scene.mesh(slot).triangle_count());
+        let count = |of: &mut [u64; 2]| *of = [of[0] + 1, of[1] + triangles];
+        if !matches!(stage, Some(Stage::Layer | Stage::Frustum)) {
+            count(&mut record.in_frustum);
+            // Back faces and the like go triangle by triangle, even where that takes all of an instance.
+            if matches!(stage, None | Some(Stage::Backface | Stage::Degenerate)) {
+                count(&mut record.not_hidden);
+            }
+        }
+    }
+    record
 }
 
 /// How many triangles each stage took. A stage may take whole instances, then clusters, then single

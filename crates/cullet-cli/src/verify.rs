@@ -7,6 +7,7 @@ use crate::args::VerifyArgs;
 use crate::console::{Console, grouped, interrupted, percent, write_json};
 use crate::exit::{Exit, Outcome};
 use crate::inputs;
+use crate::occluders;
 use crate::record::{Loss, SCHEMA, Summary, ViewRecord};
 use crate::replay;
 use crate::survey::Survey;
@@ -27,6 +28,7 @@ struct VerifyRecord<'a> {
 /// Runs the command.
 pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     let mut model = inputs::load(&args.scene, console)?;
+    occluders::give(&mut model, &args.cull, console)?;
     inputs::begin(&mut model, &args.view, console)?;
     let views = inputs::views(&model, &args.view, console)?;
     let options = cullet_draw::VerifyOptions {

@@ -124,3 +124,34 @@ fn the_castle_has_the_published_number_of_occluders() {
     let count = |i: usize| u32::from_le_bytes(bytes[8 + 4 * i..12 + 4 * i].try_into().unwrap());
     assert_eq!([count(1), count(2), count(3), count(4)], [48_700, 512, 2, 20_000]);
 }
+
+#[test]
+fn a_report_has_the_classic_table_and_baked_occluders_lose_nothing() {
+    let folder = Folder::new("occlusion-report");
+    let out = folder.path("report");
+    let common = ["--path", "walk", "--views", "2", "--size", "160x90", "--out", &out];
+    for kind in ["mesh", "baked", "auto"] {
+        let args = [&["report", "city:cells=6,objects=100", "--occluders", kind][..], &common];
+        ends(&args.concat(), 0);
+        let page = std::fs::read_to_string(folder.path("report/index.html")).unwrap();
+        for words in ["After occlusion culling", "After view-frustum culling", "Full model"] {
+            assert!(page.contains(words), "{kind}: no {words:?}");
+        }
+        let json = std::fs::read(folder.path("report/report.json")).unwrap();
+        let json: Value = serde_json::from_slice(&json).unwrap();
+        let whole = &json["summary"]["whole"];
+        let [before, after] =
+            ["in_frustum", "not_hidden"].map(|key| whole[key][1].as_u64().unwrap());
+        assert!(after < before && after > 0, "{kind}: {whole}");
+        assert_eq!(json["summary"]["false_culls"], 0);
+        for picture in ["occlusion-buffer", "occluders", "hidden"] {
+            assert!(
+                std::fs::metadata(folder.path(&format!("report/view-000-{picture}.png"))).is_ok()
+            );
+        }
+    }
+    let off = [&["report", "solids", "--no-occlusion"][..], &common].concat();
+    ends(&off, 0);
+    let page = std::fs::read_to_string(folder.path("report/index.html")).unwrap();
+    assert!(!page.contains("After occlusion culling"));
+}

@@ -1,6 +1,8 @@
 //! Advice: what the tallies say could be done. Every sentence is made of figures of this run; a finding
 //! that is not there gives no sentence.
 
+mod occlusion;
+
 use cullet_io::Model;
 
 use crate::console::{grouped, percent};
@@ -18,6 +20,7 @@ pub(crate) fn advise(
     meshes: &[MeshRecord],
     pixels: u64,
     tiny_px: f64,
+    drawn_ns: Option<f64>,
 ) -> Vec<Advice> {
     let views = survey.views.len();
     if views == 0 {
@@ -27,6 +30,8 @@ pub(crate) fn advise(
     let mut advice: Vec<Advice> = [
         ctx.does_not_pay(pixels),
         ctx.hidden(),
+        occlusion::does_not_pay(&ctx, drawn_ns),
+        occlusion::poor_occluders(&ctx),
         ctx.unseen_meshes(),
         ctx.lost_backfaces(),
         ctx.solid_but_two_sided(),

@@ -28,6 +28,7 @@ use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::inputs;
 use crate::meshes;
+use crate::occluders;
 use crate::record::{MeshRecord, Record, SCHEMA, Settings, Summary, ViewRecord};
 use crate::survey::{Seen, Survey};
 use export::Export;
@@ -60,6 +61,7 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     let costs = Origin::find(&args.costs, console)?;
     let start = Instant::now();
     let mut model = inputs::load(&args.scene, console)?;
+    occluders::give(&mut model, &args.cull, console)?;
     inputs::begin(&mut model, &args.view, console)?;
     let views = inputs::views(&model, &args.view, console)?;
     let pricing = costs.map(|origin| Pricing::new(origin, &model.scene));
@@ -236,7 +238,14 @@ impl<'a> Report<'a> {
         let meshes = meshes::with_tallies(&self.facts, &self.survey.meshes);
         let size = self.args.view.size;
         let pixels = u64::from(size[0]) * u64::from(size[1]);
-        summary.advice = advice::advise(&self.survey, &summary, &meshes, pixels, self.args.tiny);
+        summary.advice = advice::advise(
+            &self.survey,
+            &summary,
+            &meshes,
+            pixels,
+            self.args.tiny,
+            self.pricing.as_ref().map(Pricing::drawn_ns),
+        );
         Record {
             schema: SCHEMA,
             scene: meshes::scene_record(&self.survey.model, &self.facts),
@@ -332,6 +341,15 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
             percent(b.by_cluster, b.facing_away),
             percent(b.ideal_by_cluster, b.facing_away),
             percent(b.by_plane.saturating_sub(b.by_cluster), b.facing_away),
+        ));
+    }
+    let views = s.views.max(1) as u64;
+    if s.whole.occluders[0] > 0 {
+        console.line(format!(
+            "  whole objects: {} triangles a view, {} in the frustum, {} not hidden",
+            grouped(t.all / views),
+            grouped(s.whole.in_frustum[1] / views),
+            grouped(s.whole.not_hidden[1] / views)
         ));
     }
     for a in s.advice.iter().take(5) {

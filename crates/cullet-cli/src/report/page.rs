@@ -168,6 +168,7 @@ pub(crate) fn page(record: &Record, gallery: &Gallery, changes: &[String]) -> St
     changes_section(&mut out, changes);
     advice(&mut out, record);
     pictures(&mut out, gallery);
+    tables::whole(&mut out, s);
     views(&mut out, record);
     tables::losses(&mut out, &record.views);
     tables::depth(&mut out, s);

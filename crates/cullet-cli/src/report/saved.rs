@@ -109,6 +109,11 @@ impl Pricing {
         Self { origin, rejected_ns, drawn_ns }
     }
 
+    /// What a triangle costs that is drawn, in nanoseconds: the mean over the scene's materials.
+    pub(crate) fn drawn_ns(&self) -> f64 {
+        self.drawn_ns
+    }
+
     /// What the views of a summary come to.
     pub(crate) fn record(&self, summary: &Summary) -> CostsRecord {
         let views = summary.views.max(1) as f64;

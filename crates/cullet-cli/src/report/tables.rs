@@ -52,6 +52,45 @@ pub(crate) fn losses(out: &mut String, views: &[ViewRecord]) {
     }
 }
 
+/// The classic table: what is left of whole instances, kind of culling after kind of culling.
+pub(crate) fn whole(out: &mut String, s: &Summary) {
+    let views = s.views.max(1) as u64;
+    let verified = s.verified_views.len() as u64;
+    let (t, i, w) = (s.triangles, s.instances, s.whole);
+    let mut rows = vec![("Full model", [i.all, t.all], views)];
+    rows.push(("After view-frustum culling", w.in_frustum, views));
+    let occluders = w.occluders[0] > 0;
+    if occluders {
+        rows.push(("After occlusion culling", w.not_hidden, views));
+    }
+    if let (Some(instances), Some(triangles), 1..) = (i.visible, t.visible, verified) {
+        rows.push(("Visible", [instances, triangles], verified));
+    }
+    out.push_str(
+        "<h2>If whole objects alone were dropped</h2><p class=\"sub\">As a renderer sees it that draws objects: the \
+         mean over the views.",
+    );
+    if occluders {
+        let [offered, drawn] = w.occluders.map(|n| grouped(n / views));
+        let _ =
+            write!(out, " {drawn} of {offered} occluders in the view were drawn to hide others.");
+    }
+    out.push_str(
+        "</p><div class=\"scroll\"><table><thead><tr><th></th><th class=\"n\">Triangles</th>\
+         <th class=\"n\">Of all</th><th class=\"n\">Objects</th></tr></thead><tbody>",
+    );
+    for (what, [objects, triangles], views) in rows {
+        let _ = write!(
+            out,
+            "<tr><td>{what}</td>{}<td class=\"n\">{}</td>{}</tr>",
+            n(triangles / views),
+            percent(triangles / views, t.all / s.views.max(1) as u64),
+            n(objects / views)
+        );
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
 /// Depth complexity before and after.
 pub(crate) fn depth(out: &mut String, s: &Summary) {
     let (Some(before), Some(after)) = (s.depth_before, s.depth_after) else { return };

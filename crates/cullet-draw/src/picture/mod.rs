@@ -6,6 +6,7 @@ mod hierarchy;
 mod kinds;
 mod layers;
 mod map;
+mod occlusion;
 mod opened;
 pub mod palette;
 mod shaded;
@@ -16,10 +17,11 @@ pub use hierarchy::hierarchy;
 pub use kinds::{fly_out, kinds, kinds_of};
 pub use layers::depth_complexity;
 pub use map::top_down;
+pub use occlusion::{hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
 pub use shaded::shaded;
 pub use teach::{
-    VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set,
+    VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
     culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };
 

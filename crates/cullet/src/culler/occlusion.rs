@@ -131,6 +131,7 @@ impl Pass<'_> {
         state.candidates.clear();
         state.footprints.clear();
         let fronts_are_drawn = fronts_are_drawn(self.view);
+        let near = near_box(self.view, scene.origin());
         let (live, alive) = (&self.scratch.live, &self.scratch.alive);
         buffer.footprints(self.culler.level, scene.boxes(), live, alive, &mut state.footprints);
         let mut known = state.footprints.iter().peekable();
@@ -139,7 +140,15 @@ impl Pass<'_> {
                 let slot = word * 64 + bit as u32;
                 let footprint = known.next_if(|(s, _)| *s == slot).map(|(_, f)| *f);
                 if footprint.is_none_or(|f| f.pixels() >= LEAST_PIXELS) {
-                    offer(scene, buffer, slot, footprint, fronts_are_drawn, &mut state.candidates);
+                    let candidates = &mut state.candidates;
+                    let first = candidates.len();
+                    offer(scene, buffer, slot, footprint, fronts_are_drawn, candidates);
+                    if candidates.len() > first && is_within(scene, slot, &near) {
+                        let shapes = scene.mesh(slot).occluder().shapes();
+                        let is_left = |c: &Candidate| !is_body(&shapes[c.shape as usize]);
+                        let left: Vec<_> = candidates.drain(first..).filter(is_left).collect();
+                        candidates.extend(left);
+                    }
                 }
             }
         }
@@ -187,6 +196,42 @@ fn fronts_are_drawn(view: &View) -> bool {
     )
 }
 
+/// A box around the view's eye and its near rectangle, relative to an origin: what the near plane cuts away
+/// hides nothing. Everything, where a corner is not known.
+fn near_box(view: &View, origin: [f64; 3]) -> Aabb {
+    let Some(corners) = view.frustum().corners() else { return Aabb::EVERYTHING };
+    let eye = view.eye();
+    let points = corners[..4].iter().chain((eye[3] != 0.0).then_some(&eye));
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in points {
+        for a in 0..3 {
+            let v = p[a] / p[3] - origin[a];
+            if !v.is_finite() {
+                return Aabb::EVERYTHING;
+            }
+            // Corners are off by their rounding.
+            let slack = (p[a].abs() + origin[a].abs()) * 1e-9;
+            min[a] = min[a].min(v - slack);
+            max[a] = max[a].max(v + slack);
+        }
+    }
+    Aabb::rounded_out(min, max)
+}
+
+/// Whether the view may begin within what the occluder of an instance seals off.
+fn is_within(scene: &Scene, slot: u32, near: &Aabb) -> bool {
+    let sealed = scene.mesh(slot).occluder().sealed().iter();
+    sealed.map(|b| scene.transform(slot).transform_box(b, scene.origin())).any(|b| {
+        // A NaN is no proof that they are apart.
+        !(0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a])
+    })
+}
+
+/// Whether a shape is a closed body.
+fn is_body(shape: &Shape) -> bool {
+    matches!(shape, Shape::Convex(convex) if convex.face_count() > 2)
+}
+
 /// Offers the shapes of an instance.
 fn offer(
     scene: &Scene,
@@ -225,4 +270,62 @@ fn offer(
 /// The box of a shape relative to the scene's origin.
 pub(super) fn world_box(scene: &Scene, slot: u32, shape: &Shape) -> Aabb {
     scene.transform(slot).transform_box(&shape.bounds(), scene.origin())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cull::occlusion::{Convex, Occluder};
+    use crate::mesh::{Mesh, MeshData};
+    use crate::scene::Instance;
+    use crate::transform::Transform;
+    use crate::view::{Camera, Depth, Projection};
+    use crate::{ViewState, Visible};
+
+    fn cube(half: f32) -> Mesh {
+        let b = Aabb::new([-half; 3], [half; 3]);
+        let faces: [[u32; 4]; 6] =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        Mesh::new(MeshData {
+            positions: b.corners().to_vec(),
+            indices: faces.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect(),
+            ..MeshData::default()
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn a_box_hides_nothing_from_within_what_it_was_baked_in() {
+        let mut scene = Scene::new();
+        let mut room = cube(10.0);
+        // Something solid in the room's middle, as a bake would find it from outside.
+        let body = Convex::from_box(&Aabb::new([-5.0; 3], [5.0; 3])).unwrap();
+        let sealed = vec![Aabb::new([-10.0; 3], [10.0; 3])];
+        room.set_occluder(Occluder::new(vec![Shape::Convex(body)]).with_sealed(sealed));
+        let mut thing = cube(0.5);
+        thing.set_occluder(Occluder::default());
+        let [room, thing] = [room, thing].map(|m| scene.add_mesh(m));
+        scene.add(Instance::new(room, Transform::IDENTITY)).unwrap();
+        let behind = Transform::from_translation([0.0, 0.0, -8.0]);
+        scene.add(Instance::new(thing, behind)).unwrap();
+        let culler = Culler {
+            occlusion: Some(Occlusion::default()),
+            output: Output::Instances,
+            ..Culler::default()
+        };
+        let drawn = |z: f64| {
+            let lens =
+                Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
+            let camera = Camera::look_at([0.0, 0.0, z], [0.0; 3], lens);
+            let view = View::new(&camera, Depth::Reversed, [256, 256]).unwrap();
+            let (mut state, mut visible) = (ViewState::default(), Visible::default());
+            culler.cull_one(&scene, &view, &mut state, &mut visible);
+            assert!(state.occlusion_buffer().is_some());
+            (state.occluders_drawn().len(), visible.instance_count)
+        };
+        assert_eq!(drawn(40.0), (1, 1));
+        assert_eq!(drawn(8.0), (0, 2));
+        // The near rectangle comes in before the eye does.
+        assert_eq!(drawn(10.05), (0, 2));
+    }
 }

@@ -3,6 +3,7 @@
 mod circle;
 mod clip;
 mod clip_w;
+mod coverage;
 mod masks;
 mod regions;
 mod sheet;
@@ -12,8 +13,10 @@ mod volume;
 pub use circle::{conservative_set, normal_partition};
 pub use clip::{clip_polygon, outcodes};
 pub use clip_w::{clip_w, pipeline, pipeline_costs};
+pub use coverage::coverage;
 pub use masks::normal_mask;
 pub use regions::back_regions;
+pub(super) use surface::{COLORS, caption};
 pub use surface::{clusters, cones};
 pub use volume::{VolumeFigure, culling_volume};
 

@@ -16,7 +16,7 @@ use crate::picture::space::{Space, Surfaces};
 use crate::render::render;
 
 /// Colours of neighbours, taken in turn.
-pub(super) const COLORS: [[u8; 3]; 8] = [
+pub(in crate::picture) const COLORS: [[u8; 3]; 8] = [
     [0xE6, 0x9F, 0x00],
     [0x56, 0xB4, 0xE9],
     [0x00, 0x9E, 0x73],
@@ -211,7 +211,8 @@ fn is_hidden(frame: &Frame, space: &Space, at: [f64; 2], p: DVec3, radius: f64) 
     space.project(raised, [frame.width, frame.height]).is_none_or(|(_, d)| space.nearer(depth, d))
 }
 
-pub(super) fn caption(picture: &mut Picture, words: &str) {
+/// Words on a light ground in the top left corner.
+pub(in crate::picture) fn caption(picture: &mut Picture, words: &str) {
     let scale = if picture.width >= 760 { 2 } else { 1 };
     let (wide, high) = (text_width(words, scale), 7 * i64::from(scale));
     picture.fill([12, 12], [wide + 20, high + 18], PAPER, 0.9);

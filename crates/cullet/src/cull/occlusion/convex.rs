@@ -58,6 +58,27 @@ impl Convex {
         Self::from_loops(corners.to_vec(), &[(0..count).collect(), (0..count).rev().collect()])
     }
 
+    /// A flat convex polygon that hides from its front alone, where its corners are counter-clockwise. As
+    /// [`from_polygon`](Self::from_polygon) otherwise.
+    ///
+    /// # Errors
+    /// As [`from_polygon`](Self::from_polygon).
+    pub fn from_one_sided_polygon(corners: &[[f32; 3]]) -> Result<Self, OccluderError> {
+        let mut polygon = Self::from_polygon(corners)?;
+        // The back stays, for the outline lies between it and the front, but has neither a plane that could be
+        // seen nor corners that could be drawn.
+        polygon.spread[1] = [polygon.spread[1][0]; 3];
+        polygon.starts[2] = polygon.starts[1];
+        polygon.loops.truncate(polygon.starts[1] as usize);
+        Ok(polygon)
+    }
+
+    /// Whether it is a polygon that hides from both sides.
+    #[must_use]
+    pub fn is_two_sided(&self) -> bool {
+        self.face_count() == 2 && !self.face(1).is_empty()
+    }
+
     /// The convex body that a triangle list is the surface of: exactly convex, closed and wound outward. `None` for
     /// any other list, and for one with too many corners.
     #[must_use]
@@ -169,7 +190,10 @@ impl Convex {
     }
 
     /// From the loops of its faces, counter-clockwise seen from outside. Trusted to be convex.
-    pub(super) fn from_loops(vertices: Vec<[f32; 3]>, loops: &[Vec<u32>]) -> Result<Self, OccluderError> {
+    pub(super) fn from_loops(
+        vertices: Vec<[f32; 3]>,
+        loops: &[Vec<u32>],
+    ) -> Result<Self, OccluderError> {
         if let Some((vertex, &position)) =
             vertices.iter().enumerate().find(|(_, p)| !p.iter().all(|v| v.is_finite()))
         {
@@ -215,7 +239,7 @@ impl Convex {
         &self.vertices
     }
 
-    /// The loop of a face, counter-clockwise seen from outside.
+    /// The loop of a face, counter-clockwise seen from outside; empty for the back of a one-sided polygon.
     ///
     /// # Panics
     /// If there is no such face.
@@ -250,4 +274,52 @@ fn spread(vertices: &[[f32; 3]], corners: &[u32]) -> [u32; 3] {
         }
     }
     best.map(|k| corners[k])
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::Level;
+
+    use super::*;
+    use crate::cull::occlusion::{OcclusionBuffer, Verdict};
+    use crate::transform::Transform;
+    use crate::view::{Camera, Depth, Projection, View};
+
+    /// Whether a box at the end of the line from the eye through the origin is hidden by a polygon.
+    fn hides(polygon: &Convex, eye: [f64; 3]) -> bool {
+        let projection =
+            Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
+        let view =
+            View::new(&Camera::look_at(eye, [0.0; 3], projection), Depth::Reversed, [64, 64]);
+        let mut buffer = OcclusionBuffer::new([64, 64]).unwrap();
+        buffer.begin(&view.unwrap(), [0.0; 3]);
+        buffer.draw_convex(Level::new(), polygon, &Transform::IDENTITY);
+        let at = eye.map(|v| -v as f32);
+        let thing = Aabb::new(at.map(|v| v - 0.2), at.map(|v| v + 0.2));
+        buffer.ask_box(&thing) == Verdict::Hidden
+    }
+
+    #[test]
+    fn a_one_sided_polygon_hides_from_its_front_alone() {
+        let corners = [[-2.0, -2.0, 0.0], [2.0, -2.0, 0.0], [2.0, 2.0, 0.0], [-2.0, 2.0, 0.0]];
+        let one = Convex::from_one_sided_polygon(&corners).unwrap();
+        let both = Convex::from_polygon(&corners).unwrap();
+        assert!(!one.is_two_sided() && both.is_two_sided());
+        for (eye, from_front) in [([0.0, 0.3, 4.0], true), ([0.4, 0.0, -4.0], false)] {
+            assert!(hides(&both, eye));
+            assert_eq!(hides(&one, eye), from_front);
+        }
+    }
+
+    #[test]
+    fn so_it_does_where_the_near_plane_cuts_it() {
+        // A floor from behind the eye to far away.
+        let floor = [[-9.0, -1.0, 9.0], [9.0, -1.0, 9.0], [9.0, -1.0, -9.0], [-9.0, -1.0, -9.0]];
+        let below = |polygon: &Convex| hides(polygon, [0.0, 2.0, 4.0]);
+        assert!(below(&Convex::from_one_sided_polygon(&floor).unwrap()));
+        let mut turned = floor;
+        turned.reverse();
+        assert!(!below(&Convex::from_one_sided_polygon(&turned).unwrap()));
+        assert!(below(&Convex::from_polygon(&turned).unwrap()));
+    }
 }

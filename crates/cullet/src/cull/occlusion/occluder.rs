@@ -29,7 +29,7 @@ impl Shape {
     #[must_use]
     pub fn is_two_sided(&self) -> bool {
         match self {
-            Self::Convex(convex) => convex.face_count() == 2,
+            Self::Convex(convex) => convex.is_two_sided(),
             Self::Patch(patch) => patch.is_two_sided(),
         }
     }
@@ -39,13 +39,14 @@ impl Shape {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Occluder {
     shapes: Vec<Shape>,
+    sealed: Vec<Aabb>,
 }
 
 impl Occluder {
     /// Of shapes that the caller knows to lie within what the mesh hides.
     #[must_use]
     pub fn new(shapes: Vec<Shape>) -> Self {
-        Self { shapes }
+        Self { shapes, sealed: Vec::new() }
     }
 
     /// The mesh itself: one body where it is convex, closed and opaque; else its opaque triangles, a patch for each
@@ -62,7 +63,7 @@ impl Occluder {
             && drawn <= Convex::MAX_VERTICES * 32
             && let Some(convex) = Convex::from_mesh(mesh.positions(), &mesh.indices()[..drawn])
         {
-            return Self { shapes: vec![Shape::Convex(convex)] };
+            return Self::new(vec![Shape::Convex(convex)]);
         }
         let mut shapes = Vec::new();
         for two_sided in [false, true] {
@@ -82,7 +83,7 @@ impl Occluder {
                 shapes.extend(cut.into_iter().map(Shape::Patch));
             }
         }
-        Self { shapes }
+        Self { shapes, sealed: Vec::new() }
     }
 
     /// Boxes and polygons, as a bake finds them within a mesh.
@@ -93,7 +94,28 @@ impl Occluder {
         let boxes = boxes.iter().map(Convex::from_box);
         let polygons = polygons.iter().map(|p| Convex::from_polygon(p));
         let shapes = boxes.chain(polygons).map(|c| c.map(Shape::Convex));
-        Ok(Self { shapes: shapes.collect::<Result<_, _>>()? })
+        Ok(Self::new(shapes.collect::<Result<_, _>>()?))
+    }
+
+    /// Says where its bodies do not hide: of a view whose eye or near rectangle comes into one of these
+    /// boxes, in the space of the mesh, no closed body is drawn, only polygons and patches. A box baked
+    /// within the walls of a room hides the room from outside, but nothing of it from within.
+    #[must_use]
+    pub fn with_sealed(mut self, sealed: Vec<Aabb>) -> Self {
+        self.sealed = sealed;
+        self
+    }
+
+    /// Where its bodies do not hide; see [`with_sealed`](Self::with_sealed).
+    #[must_use]
+    pub fn sealed(&self) -> &[Aabb] {
+        &self.sealed
+    }
+
+    /// What it costs to draw over so many pixels, in microseconds of the model that budgets go by.
+    #[must_use]
+    pub fn cost(&self, pixels: f32) -> f32 {
+        self.shapes.iter().map(|s| super::Candidate::cost(s, pixels)).sum()
     }
 
     /// What it is made of.

@@ -1,0 +1,97 @@
+//! Advice on occlusion culling: where it does not pay, and which meshes ought to hide more.
+
+use cullet::mesh::Alpha;
+
+use super::{Advice, Context, count, shown};
+use crate::console::{grouped, percent};
+use crate::record::MeshRecord;
+
+/// Under this share of what is in the frustum, hiding is not worth a stage.
+const FEW_PERCENT: u64 = 3;
+/// A mesh that owns less than this share of the pixels could hide little.
+const LARGE_PERCENT: u64 = 2;
+
+/// The stage took longer than what it dropped would have cost, or dropped next to nothing.
+pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<Advice> {
+    let stages = &ctx.summary.stages;
+    let stage = stages.iter().find(|s| s.name == "occlusion" && s.unit == "instances")?;
+    let views = ctx.views as u64;
+    let took = stage.ms.unwrap_or(0.0) / views as f64;
+    let whole = ctx.summary.whole;
+    let triangles = whole.in_frustum[1].saturating_sub(whole.not_hidden[1]);
+    let hidden = stage.entered.saturating_sub(stage.left);
+    let few = triangles * 100 < whole.in_frustum[1] * FEW_PERCENT;
+    let spared = drawn_ns.map(|ns| triangles as f64 * ns * 1e-6 / views as f64);
+    let dear = spared.is_some_and(|ms| took > ms);
+    if stage.entered == 0 || !(few || dear) {
+        return None;
+    }
+    let found = format!(
+        "It hid {} of {} instances in the frustum a view, with {} of the triangles there, in {took:.2} ms",
+        grouped(hidden / views),
+        grouped(stage.entered / views),
+        percent(triangles, whole.in_frustum[1]),
+    );
+    let text = match spared {
+        Some(ms) => format!("{found}; drawing those would have taken {ms:.2} ms."),
+        None => format!("{found}."),
+    } + " On views like these, leave it out (--no-occlusion), or lower --occlusion-width.";
+    let title = if few {
+        "Next to nothing is hidden: occlusion culling does not pay".to_owned()
+    } else {
+        "Occlusion culling takes longer than it spares".to_owned()
+    };
+    Some(ctx.advice("occlusion-does-not-pay", title, text, 0, Vec::new()))
+}
+
+/// Meshes that fill much of the views, and yet are proved to cover little of what they fill.
+pub(super) fn poor_occluders(ctx: &Context<'_>) -> Option<Advice> {
+    let tallies = &ctx.survey.meshes;
+    let pixels: u64 = tallies.iter().map(|t| t.pixels).sum();
+    let mut found: Vec<(u64, u64, &MeshRecord)> = ctx
+        .meshes
+        .iter()
+        .filter_map(|m| {
+            let t = tallies.get(m.mesh as usize)?;
+            let large = t.pixels * 100 >= pixels * LARGE_PERCENT && t.pixels > 0;
+            (large && t.open_pixels * 2 >= t.pixels).then_some((t.open_pixels, t.pixels, m))
+        })
+        .collect();
+    found.sort_by_key(|&(open, _, m)| (std::cmp::Reverse(open), m.mesh));
+    let &(open, owned, first) = found.first()?;
+    let names: Vec<String> = found.iter().map(|f| f.2.name.clone()).collect();
+    let text = format!(
+        "{} much of the views, yet nothing is proved to lie behind most of {}: {}. The most: \u{201c}{}\u{201d} owns {} of all \
+         pixels drawn, of which {} hide nothing, for {}. A large plain wall or box behind it would hide what \
+         it cannot; `cullet occluders` makes such.",
+        count(found.len(), "mesh fills", "meshes fill"),
+        if found.len() == 1 { "it" } else { "them" },
+        shown(&names),
+        first.name,
+        percent(owned, pixels),
+        percent(open, owned),
+        why(ctx, first),
+    );
+    let title = format!(
+        "{} much and {} little",
+        count(found.len(), "mesh covers", "meshes cover"),
+        if found.len() == 1 { "hides" } else { "hide" }
+    );
+    let drawn = found.iter().map(|f| f.2.drawn).sum();
+    Some(ctx.advice("poor-occluder", title, text, drawn, names))
+}
+
+/// What stops a mesh from hiding.
+fn why(ctx: &Context<'_>, record: &MeshRecord) -> String {
+    let mesh = &ctx.model.scene.meshes()[record.mesh as usize];
+    let see_through = mesh.parts().iter().filter(|p| p.alpha != Alpha::Opaque).count();
+    if mesh.is_deformable() {
+        "it deforms, and is elsewhere in the next frame".into()
+    } else if see_through > 0 {
+        format!("{see_through} of its {} parts can be seen through", mesh.parts().len())
+    } else if let Some(defect) = &record.defect {
+        format!("its surface is open ({defect}), and its parts are too thin to cover whole pixels")
+    } else {
+        "its parts are too thin to cover whole pixels, or the budget did not reach to it".into()
+    }
+}

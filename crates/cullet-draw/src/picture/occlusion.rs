@@ -1,0 +1,467 @@
+//! What occlusion culling did in a view: its buffer beside the truth, who covers what in it, and
+//! what it hid.
+
+use cullet::cull::occlusion::{OcclusionBuffer, Shape, TILE};
+use cullet::{Culler, Depth, Output, Scene, Stage, TriangleRange, Unit, View, ViewState, Visible};
+use glam::DVec4;
+
+use super::Picture;
+use super::canvas::{grouped, text_height, text_width};
+use super::palette::{INK, LOST, PAPER, heat, mix, reason_color};
+use super::shaded::shaded;
+use super::space::{Space, pixel_centre};
+use super::teach::{COLORS, caption};
+use crate::frame::{Frame, PixelId, RenderOptions, Selection};
+use crate::render::render;
+
+/// Where nothing is proved, or nothing is there.
+const OPEN: [u8; 3] = [0xDD, 0xDE, 0xDC];
+/// Between panes.
+const GAP: u32 = 10;
+/// How near to the truth counts as the same, as a share of it.
+const ALIKE: f64 = 0.02;
+
+/// A view culled, and what that left behind.
+struct Culled {
+    state: ViewState,
+    result: Visible,
+}
+
+impl Culled {
+    /// `None` where the culler looks for nothing hidden.
+    fn new(scene: &Scene, view: &View, culler: &Culler) -> Option<Self> {
+        culler.occlusion?;
+        let culler =
+            Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
+        let (mut state, mut result) = (ViewState::default(), Visible::default());
+        culler.cull_one(scene, view, &mut state, &mut result);
+        state.occlusion_buffer().is_some().then_some(Self { state, result })
+    }
+
+    /// How many instances came to the stage, and how many it dropped.
+    fn counts(&self) -> [u64; 2] {
+        let mut rows = self.result.funnel.rows.iter();
+        let row = rows.find(|r| r.stage == Stage::Occlusion && r.unit == Unit::Instances);
+        row.map_or([0; 2], |r| [r.entered, r.entered - r.left])
+    }
+}
+
+/// A picture of words alone: that there is nothing to show.
+fn off(view: &View) -> Picture {
+    let [width, height] = view.viewport();
+    let mut picture = Picture::new(width.max(480), height.max(120), PAPER);
+    caption(&mut picture, "occlusion culling is off");
+    picture
+}
+
+/// From depths of a frame to the nearness of the buffer.
+struct Nearness {
+    space: Space,
+    /// Takes a point to its distance along the line of view; `None` where lines of sight are parallel.
+    distance: Option<DVec4>,
+    reversed: bool,
+    size: [u32; 2],
+}
+
+impl Nearness {
+    fn new(view: &View, frame: &Frame) -> Self {
+        let m = view.clip_from_world();
+        let row = DVec4::new(m[3], m[7], m[11], m[15]);
+        let distance = (!view.is_orthographic()).then(|| row / row.truncate().length());
+        let reversed = view.depth() == Depth::Reversed;
+        Self { space: Space::new(view), distance, reversed, size: [frame.width, frame.height] }
+    }
+
+    fn of(&self, x: u32, y: u32, depth: f64) -> f64 {
+        let Some(row) = self.distance else {
+            return if self.reversed { depth } else { 1.0 - depth };
+        };
+        let [x, y] = pixel_centre(x, y, self.size);
+        1.0 / row.dot(self.space.point(x, y, depth).extend(1.0))
+    }
+}
+
+/// What a pixel of the buffer says, held against what is there.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Finding {
+    Empty,
+    Alike,
+    Farther,
+    Open,
+    Wrong,
+}
+
+impl Finding {
+    const SHOWN: [Self; 5] = [Self::Alike, Self::Farther, Self::Open, Self::Empty, Self::Wrong];
+
+    fn of(truth: Option<f64>, proved: f64) -> Self {
+        match truth {
+            None if proved > 0.0 => Self::Wrong,
+            None => Self::Empty,
+            Some(_) if proved <= 0.0 => Self::Open,
+            // The buffer rounds away from the eye, a frame's depth to the nearest f64.
+            Some(n) if proved > n * (1.0 + 1e-6) + 1e-12 => Self::Wrong,
+            Some(n) if proved >= n * (1.0 - ALIKE) => Self::Alike,
+            Some(_) => Self::Farther,
+        }
+    }
+
+    const fn color(self) -> [u8; 3] {
+        match self {
+            Self::Empty => OPEN,
+            Self::Alike => [0x00, 0x9E, 0x73],
+            Self::Farther => [0x8F, 0xD3, 0xBC],
+            Self::Open => [0xE6, 0x9F, 0x00],
+            Self::Wrong => LOST,
+        }
+    }
+
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Empty => "nothing there",
+            Self::Alike => "proved, as near as it is",
+            Self::Farther => "proved, but farther",
+            Self::Open => "not proved",
+            Self::Wrong => "NEARER THAN THE TRUTH",
+        }
+    }
+}
+
+/// Four panes: the true depth of the view, the occlusion buffer pixel by pixel, its coarse level of tiles, and
+/// how the buffer differs from the truth. A pixel that claims more than is there would be red: there must
+/// be none.
+///
+/// The panes share `size[0]`, at least 640; the picture's height follows from the view. Words alone where the culler
+/// has no occlusion culling. Cost: the culling, a frame, and some 0.1 µs a pixel.
+#[must_use]
+pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32; 2]) -> Picture {
+    let Some(culled) = Culled::new(scene, view, culler) else { return off(view) };
+    let Some(buffer) = culled.state.occlusion_buffer() else { return off(view) };
+    let frame = render(scene, view, Selection::All, &RenderOptions::default());
+    let width = size[0].clamp(640, 8192);
+    let scale = if width >= 1100 { 2 } else { 1 };
+    let strip = (text_height(scale) + 16) as u32;
+    let wide = (width - 3 * GAP) / 2;
+    let high = (wide * frame.height).checked_div(frame.width).unwrap_or(1).clamp(1, 4 * width);
+    let legend = strip * 2;
+    let mut picture = Picture::new(width, 2 * (high + strip) + legend + GAP, PAPER);
+
+    let nearness = Nearness::new(view, &frame);
+    let scaled =
+        |x: u32, from: u32, to: u32| (u64::from(x) * u64::from(to) / u64::from(from)) as u32;
+    let truth = |x: u32, y: u32| {
+        let [x, y] = [scaled(x, wide, frame.width), scaled(y, high, frame.height)];
+        let at = y as usize * frame.width as usize + x as usize;
+        (frame.ids[at] != PixelId::NONE).then(|| nearness.of(x, y, frame.depth[at]))
+    };
+    let [columns, rows] = buffer.size();
+    let pixel = |x: u32, y: u32| [scaled(x, wide, columns), scaled(y, high, rows)];
+    let (tiles, in_row) = buffer.tiles();
+    let range = range((0..high).flat_map(|y| (0..wide).filter_map(move |x| truth(x, y))));
+    let shade = |n: f64| if n > 0.0 { heat(0.12 + 0.86 * range.share(n)) } else { OPEN };
+
+    let mut found = [0_u64; Finding::SHOWN.len()];
+    let panes: [[u32; 2]; 4] = [[0, 0], [1, 0], [0, 1], [1, 1]];
+    for [column, row] in panes {
+        let [left, top] = [GAP + column * (wide + GAP), row * (high + strip) + strip];
+        for y in 0..high {
+            for x in 0..wide {
+                let [px, py] = pixel(x, y);
+                let color = match (column, row) {
+                    (0, 0) => truth(x, y).map_or(OPEN, shade),
+                    (1, 0) => shade(f64::from(buffer.nearness(px, py))),
+                    (0, _) => {
+                        let tile = py as usize / TILE * in_row + px as usize / TILE;
+                        shade(f64::from(tiles[tile]))
+                    }
+                    _ => {
+                        let proved = f64::from(buffer.nearness(px, py));
+                        let finding = Finding::of(truth(x, y), proved);
+                        if let Some(n) = Finding::SHOWN.iter().position(|f| *f == finding) {
+                            found[n] += 1;
+                        }
+                        finding.color()
+                    }
+                };
+                picture.blend(i64::from(left + x), i64::from(top + y), color, 1.0);
+            }
+        }
+        let title = match (column, row) {
+            (0, 0) => "What is there: the true depth".to_owned(),
+            (1, 0) => format!("What is proved: {columns} x {rows} pixels"),
+            (0, _) => format!("Asked first: the farthest of each {TILE} x {TILE}"),
+            _ => "Proof held against truth".to_owned(),
+        };
+        picture.text([i64::from(left), i64::from(top - strip) + 9], &title, scale, INK);
+    }
+    let top = i64::from(2 * (high + strip));
+    explain(&mut picture, [GAP.into(), top + 12], scale, &found);
+    let [entered, hidden] = culled.counts();
+    let work = culled.result.funnel.occlusion;
+    let line = i64::from(strip);
+    let mut x = i64::from(GAP);
+    x += picture.text([x, top + 12 + line], "far ", scale, INK);
+    let ramp = i64::from(width) / 8;
+    for i in 0..ramp {
+        let color = heat(0.12 + 0.86 * i as f64 / ramp as f64);
+        picture.fill([x + i, top + 10 + line], [1, text_height(scale) + 4], color, 1.0);
+    }
+    x += ramp;
+    x += picture.text([x, top + 12 + line], " near   ", scale, INK);
+    let words = format!(
+        "{} occluders drawn; {} of {} instances hidden",
+        grouped(work.drawn),
+        grouped(hidden),
+        grouped(entered)
+    );
+    picture.text([x, top + 12 + line], &words, scale, INK);
+    picture
+}
+
+/// The colours of findings and their shares, on as many lines as it takes.
+fn explain(picture: &mut Picture, [left, top]: [i64; 2], scale: u32, found: &[u64]) {
+    let total: u64 = found.iter().sum();
+    let (mut x, side) = (left, text_height(scale));
+    for (finding, &n) in Finding::SHOWN.iter().zip(found) {
+        if n == 0 {
+            continue;
+        }
+        let share = n as f64 / total.max(1) as f64 * 100.0;
+        let words = format!("{} {share:.1} %", finding.words());
+        picture.fill([x, top], [side, side], finding.color(), 1.0);
+        x += side + 6;
+        x += picture.text([x, top], &words, scale, INK);
+        x += text_width("  ", scale);
+    }
+}
+
+/// From the far end of a picture's depths to the near one.
+struct Range {
+    low: f64,
+    high: f64,
+}
+
+/// Of what is there, but for the nearest and the farthest hundredth, which may be anything.
+fn range(nearness: impl Iterator<Item = f64>) -> Range {
+    let mut sorted: Vec<f64> = nearness.filter(|n| *n > 0.0 && n.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| sorted.get((sorted.len() as f64 * share) as usize).copied();
+    let (low, high) = (at(0.01).unwrap_or(1.0), at(0.99).unwrap_or(1.0));
+    Range { low, high: high.max(low * 1.0001) }
+}
+
+impl Range {
+    /// Where a nearness lies in it, 0 to 1: even steps are factors, for near things are far apart in it.
+    fn share(&self, n: f64) -> f64 {
+        ((n / self.low).ln() / (self.high / self.low).ln()).clamp(0.0, 1.0)
+    }
+}
+
+/// Which of the drawn occluders is the nearest on each pixel of the buffer; `usize::MAX` where none is proved.
+fn owners(scene: &Scene, view: &View, culler: &Culler, culled: &Culled) -> Vec<usize> {
+    let Some(buffer) = culled.state.occlusion_buffer() else { return Vec::new() };
+    let [columns, rows] = buffer.size();
+    let mut best = vec![(0.0, usize::MAX); columns as usize * rows as usize];
+    let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return Vec::new() };
+    for (number, &(slot, shape)) in culled.state.occluders_drawn().iter().enumerate() {
+        let shape = &scene.mesh(slot).occluder().shapes()[shape as usize];
+        let transform = scene.transform(slot);
+        alone.begin(view, scene.origin());
+        match shape {
+            Shape::Convex(convex) => alone.draw_convex(culler.level, convex, transform),
+            Shape::Patch(patch) => alone.draw_patch(culler.level, patch, transform),
+        }
+        let place = alone.footprint_of(&transform.transform_box(&shape.bounds(), scene.origin()));
+        // What crosses the near plane may be anywhere.
+        let [min, max] = place.map_or([[0; 2], [columns - 1, rows - 1]], |f| [f.min, f.max]);
+        for y in min[1]..=max[1] {
+            for x in min[0]..=max[0] {
+                let nearness = alone.nearness(x, y);
+                let own = &mut best[y as usize * columns as usize + x as usize];
+                if nearness > own.0 {
+                    *own = (nearness, number);
+                }
+            }
+        }
+    }
+    best.into_iter().map(|b| b.1).collect()
+}
+
+/// The view as a pale ghost, and over it what each drawn occluder is proved to cover: a colour for each
+/// instance, thin lines between its pieces. Pixels of the buffer that are left pale are open.
+///
+/// `material_colors` are as for [`shaded`](super::shaded). Words alone where the culler has no occlusion culling. Cost:
+/// the culling, a frame at twice the size, and each occluder drawn once more, alone.
+#[must_use]
+pub fn occluders(
+    scene: &Scene,
+    view: &View,
+    culler: &Culler,
+    material_colors: &[[f32; 4]],
+) -> Picture {
+    let Some(culled) = Culled::new(scene, view, culler) else { return off(view) };
+    let Some(buffer) = culled.state.occlusion_buffer() else { return off(view) };
+    let owners = owners(scene, view, culler, &culled);
+    let drawn = culled.state.occluders_drawn();
+    let (mut picture, _) = pale(scene, view, material_colors, 0.45);
+    let [columns, rows] = buffer.size();
+    let large = [picture.width, picture.height];
+    let owner = |x: u32, y: u32| {
+        let px = u64::from(x) * u64::from(columns) / u64::from(large[0]);
+        let py = u64::from(y) * u64::from(rows) / u64::from(large[1]);
+        owners[(py * u64::from(columns) + px) as usize]
+    };
+    for y in 0..large[1] {
+        for x in 0..large[0] {
+            let own = owner(x, y);
+            let slot = |n: usize| drawn.get(n).map(|d| d.0);
+            if let Some(slot) = slot(own) {
+                // Neighbours in the order of slots get colours that are told apart.
+                let color = COLORS[slot.wrapping_mul(2_654_435_761) as usize >> 7 & 7];
+                picture.blend(i64::from(x), i64::from(y), color, 0.55);
+            }
+            let next = [owner((x + 1).min(large[0] - 1), y), owner(x, (y + 1).min(large[1] - 1))];
+            if next.iter().any(|&n| n != own) {
+                let apart = next.iter().any(|&n| slot(n) != slot(own));
+                picture.blend(i64::from(x), i64::from(y), INK, if apart { 0.6 } else { 0.18 });
+            }
+        }
+    }
+    let mut picture = picture.halved();
+    let covered = owners.iter().filter(|&&n| n != usize::MAX).count();
+    let work = culled.result.funnel.occlusion;
+    let words = format!(
+        "{} of {} occluders drawn, they cover {:.1} % of the view",
+        grouped(work.drawn),
+        grouped(work.offered),
+        covered as f64 / owners.len().max(1) as f64 * 100.0
+    );
+    caption(&mut picture, &words);
+    picture
+}
+
+/// The view with what occlusion culling hid shining through as ghosts, in the colour of that stage.
+///
+/// `material_colors` are as for [`shaded`](super::shaded). Words alone where the culler has no occlusion culling. Cost:
+/// the culling, and two frames at twice the size.
+#[must_use]
+pub fn hidden(
+    scene: &Scene,
+    view: &View,
+    culler: &Culler,
+    material_colors: &[[f32; 4]],
+) -> Picture {
+    let Some(culled) = Culled::new(scene, view, culler) else { return off(view) };
+    let (mut picture, _) = pale(scene, view, material_colors, 0.30);
+    let mut ghosts = Visible::default();
+    for (slot, reason) in (0..).zip(&culled.result.reasons) {
+        if reason.is_some_and(|r| r.stage == Stage::Occlusion) {
+            let count = scene.mesh(slot).triangle_count();
+            let first = ghosts.triangles.len() as u32;
+            ghosts.triangles.extend(0..count);
+            ghosts.triangle_ranges.push(TriangleRange { slot, first, count });
+        }
+    }
+    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
+    let frame = render(scene, view, Selection::Visible(&ghosts), &options);
+    let lit = shaded(scene, &frame, view, &[[0.6; 4]; 1]);
+    let color = reason_color(Some(Stage::Occlusion));
+    let (width, height) = (frame.width as usize, frame.height as usize);
+    for (at, id) in frame.ids.iter().enumerate() {
+        if *id == PixelId::NONE {
+            continue;
+        }
+        let [x, y] = [at % width, at / width];
+        let light = lit.rgb[at * 3..at * 3 + 3].iter().map(|&v| f64::from(v)).sum::<f64>() / 765.0;
+        let tint = mix(mix(color, INK, 0.45), mix(color, PAPER, 0.35), light);
+        picture.blend(x as i64, y as i64, tint, 0.5);
+        let other = |x: usize, y: usize| {
+            x < width && y < height && frame.ids[y * width + x].slot != id.slot
+        };
+        if other(x + 1, y)
+            || other(x, y + 1)
+            || x > 0 && other(x - 1, y)
+            || y > 0 && other(x, y - 1)
+        {
+            picture.blend(x as i64, y as i64, mix(color, INK, 0.3), 0.75);
+        }
+    }
+    let mut picture = picture.halved();
+    let [entered, dropped] = culled.counts();
+    let words = match dropped {
+        0 => format!("none of {} instances is hidden", grouped(entered)),
+        n => format!("{} of {} instances hidden behind others", grouped(n), grouped(entered)),
+    };
+    caption(&mut picture, &words);
+    picture
+}
+
+/// The view at twice its size, so pale; and its frame.
+fn pale(scene: &Scene, view: &View, colors: &[[f32; 4]], by: f64) -> (Picture, Frame) {
+    let options = RenderOptions { scale: 2, ..RenderOptions::default() };
+    let frame = render(scene, view, Selection::All, &options);
+    let mut picture = shaded(scene, &frame, view, colors);
+    for v in &mut picture.rgb {
+        *v = (f64::from(*v) * (1.0 - by) + 250.0 * by).round() as u8;
+    }
+    (picture, frame)
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet::Output;
+    use cullet::cull::occlusion::Occlusion;
+    use cullet_io::paths::{self, Overrides, PathSpec};
+    use cullet_io::scenes;
+
+    use super::*;
+
+    fn views(scene: &str) -> (Scene, Vec<View>) {
+        let model = scenes::build(scene).unwrap();
+        let size = [160, 90];
+        let cameras =
+            paths::cameras(&model, &PathSpec::Walk, 3, size, &Overrides::default()).unwrap();
+        let view = |c| View::new(c, Overrides::default().depth, size).unwrap();
+        let views = cameras.iter().map(view).collect();
+        (model.scene, views)
+    }
+
+    #[test]
+    fn the_buffer_never_claims_more_than_is_there() {
+        let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+        let (scene, views) = views("city:cells=6,objects=100");
+        for view in &views {
+            let picture = occlusion_buffer(&scene, view, &culler, [640, 0]);
+            let count =
+                |color: [u8; 3]| picture.rgb.chunks_exact(3).filter(|c| **c == color).count();
+            assert_eq!(count(Finding::Wrong.color()), 0);
+            assert!(count(Finding::Alike.color()) > 1000, "next to nothing is proved");
+        }
+    }
+
+    #[test]
+    fn covered_pixels_are_those_of_the_buffer() {
+        let culler = Culler {
+            occlusion: Some(Occlusion { width: 80, budget: 1e6 }),
+            output: Output::Instances,
+            ..Culler::default()
+        };
+        let (scene, views) = views("city:cells=6,objects=100");
+        let culled = Culled::new(&scene, &views[1], &culler).unwrap();
+        let buffer = culled.state.occlusion_buffer().unwrap();
+        let owners = owners(&scene, &views[1], &culler, &culled);
+        for (at, owner) in owners.iter().enumerate() {
+            let proved = buffer.nearness((at % 80) as u32, (at / 80) as u32) > 0.0;
+            // Neighbours drawn one after the other may cover a pixel by the nearer of both alone.
+            assert_eq!(proved, *owner != usize::MAX, "pixel {at}");
+        }
+    }
+
+    #[test]
+    fn without_occlusion_culling_there_are_words() {
+        let (scene, views) = views("solids");
+        let culler = Culler { occlusion: None, ..Culler::default() };
+        let picture = hidden(&scene, &views[0], &culler, &[]);
+        assert_eq!((picture.width, picture.height), (480, 120));
+    }
+}
