@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 use cullet::bounds::Boxes;
-use cullet::cull::Indices;
-use cullet::cull::frustum::batch::{Planes, cull_boxes};
+use cullet::cull::frustum::batch::{Planes, mask_boxes, mask_words};
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
 use cullet::{Level, Transform, View};
 use cullet_io::occscn::Occscn;
@@ -41,7 +40,10 @@ pub(super) struct Engine<'a> {
     occluders: Vec<Occluder>,
     patches: Vec<Patch>,
     planes: Option<Planes>,
-    inside: Indices,
+    /// One bit a box: in the frustum; and of those, visible and hidden.
+    inside: Vec<u64>,
+    visible: Vec<u64>,
+    hidden: Vec<u64>,
 }
 
 impl<'a> Engine<'a> {
@@ -81,7 +83,9 @@ impl<'a> Engine<'a> {
             occluders,
             patches,
             planes: None,
-            inside: Indices::default(),
+            inside: Vec::new(),
+            visible: Vec::new(),
+            hidden: Vec::new(),
         })
     }
 
@@ -134,13 +138,27 @@ impl Rasteriser for Engine<'_> {
 
     fn test(&mut self, boxes: &Boxes, answers: &mut [u8]) {
         let Some(planes) = &self.planes else { return };
-        answers.fill(OUTSIDE);
-        cull_boxes(self.level, planes, boxes, &mut self.inside);
-        for &i in self.inside.iter() {
-            answers[i as usize] = match self.buffer.ask_box(&boxes.get(i as usize)) {
-                Verdict::Outside => OUTSIDE,
-                Verdict::Visible => VISIBLE,
-                Verdict::Hidden => HIDDEN,
+        let words = mask_words(boxes.len());
+        for mask in [&mut self.inside, &mut self.visible, &mut self.hidden] {
+            mask.resize(words, 0);
+        }
+        mask_boxes(self.level, planes, boxes, 0, &mut self.inside);
+        self.buffer.ask_boxes(
+            self.level,
+            boxes,
+            0,
+            &self.inside,
+            &mut self.visible,
+            &mut self.hidden,
+        );
+        for (i, answer) in answers.iter_mut().enumerate() {
+            let bit = |mask: &[u64]| mask[i / 64] >> (i % 64) & 1 == 1;
+            *answer = if bit(&self.hidden) {
+                HIDDEN
+            } else if bit(&self.visible) {
+                VISIBLE
+            } else {
+                OUTSIDE
             };
         }
     }

@@ -31,6 +31,7 @@ mod patch;
 mod plane;
 mod screen;
 
+pub(crate) use ask::Asker;
 pub use ask::{Footprint, Verdict};
 pub use buffer::{OcclusionBuffer, OcclusionError, TILE};
 pub use choose::Occlusion;
