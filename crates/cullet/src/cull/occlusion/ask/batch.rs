@@ -9,6 +9,7 @@ use super::{Footprint, Verdict};
 use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
+use crate::transform::Transform;
 
 /// How much more doubt a node is projected with than what is below it, so that all below a hidden node is hidden by its own
 /// test too, and the answer depends on no node: see [`Lens::project`].
@@ -82,29 +83,44 @@ impl OcclusionBuffer {
     /// # Panics
     /// If the nodes are over more boxes than there are, or a bit is set beyond the last box.
     pub fn hide_boxes(&self, level: Level, nodes: &Nodes, boxes: &Boxes, alive: &mut [u64]) -> u64 {
-        let asker = Asker::new(self, level);
-        let mut tests = 0;
-        for group in 0..alive.len().div_ceil(64) {
-            let words = group * 64..alive.len().min(group * 64 + 64);
-            let live = words.filter(|&w| alive[w] != 0).fold(0, |live, w| live | 1 << (w % 64));
-            if live != 0 {
-                let mut group_alive = [0; 64];
-                for w in bits::ones(live) {
-                    group_alive[w] = alive[group * 64 + w];
-                }
-                tests += asker.group(nodes, boxes, group, &mut group_alive);
-                for w in bits::ones(live) {
-                    alive[group * 64 + w] = group_alive[w];
-                }
-            }
-        }
-        tests
+        Asker::new(self, level).hide(nodes, boxes, alive)
+    }
+
+    /// [`covers`](Self::covers), with SIMD.
+    pub(crate) fn is_covering(&self, level: Level, f: &Footprint) -> bool {
+        let (min, max) = (f.min.map(|v| v as usize), f.max.map(|v| v as usize));
+        dispatch!(level, simd => covered(simd, self, min, max, f.nearness))
     }
 }
 
 impl<'a> Asker<'a> {
     pub(crate) fn new(buffer: &'a OcclusionBuffer, level: Level) -> Self {
         Self { buffer, lens: buffer.screen.as_ref().and_then(Lens::new), level }
+    }
+
+    /// For boxes in the space of an object.
+    pub(crate) fn of_object(
+        buffer: &'a OcclusionBuffer,
+        level: Level,
+        transform: &Transform,
+    ) -> Self {
+        let screen = buffer.screen.as_ref();
+        let lens = screen.and_then(|s| Lens::of_object(s, transform, buffer.origin));
+        Self { buffer, lens, level }
+    }
+
+    /// What [`hide_boxes`](OcclusionBuffer::hide_boxes) does.
+    pub(crate) fn hide(&self, nodes: &Nodes, boxes: &Boxes, alive: &mut [u64]) -> u64 {
+        let mut tests = 0;
+        for (group, words) in alive.chunks_mut(64).enumerate() {
+            if words.iter().any(|&w| w != 0) {
+                let mut all = [0; 64];
+                all[..words.len()].copy_from_slice(words);
+                tests += self.group(nodes, boxes, group, &mut all);
+                words.copy_from_slice(&all[..words.len()]);
+            }
+        }
+        tests
     }
 
     /// The footprint of a box as the batch has it; `None` where it has none.
@@ -143,12 +159,6 @@ impl<'a> Asker<'a> {
                 each(lane, Some(footprint));
             }
         }
-    }
-
-    /// Whether every pixel of a footprint is covered by what is nearer.
-    pub(crate) fn covers(&self, f: &Footprint) -> bool {
-        let (min, max) = (f.min.map(|v| v as usize), f.max.map(|v| v as usize));
-        dispatch!(self.level, simd => covered(simd, self.buffer, min, max, f.nearness))
     }
 
     /// Those asked about of sixty-four boxes.

@@ -14,6 +14,7 @@ use fearless_simd::prelude::*;
 
 use super::super::screen::Screen;
 use crate::bounds::{BoxBlock, Boxes, LANES};
+use crate::transform::Transform;
 
 /// What rounding a row may cost, as a share of the sizes of its terms: 9 u.
 const SHARE: f64 = 9.0 / (1 << 24) as f64;
@@ -39,12 +40,13 @@ struct Row {
 }
 
 impl Row {
-    /// A row for points relative to `e`; `None` where a number may overflow.
-    fn new(r: [f64; 4], e: [f32; 3]) -> Option<Self> {
-        let at = |a: usize| r[a] * f64::from(e[a]);
-        let c = r[3] + at(0) + at(1) + at(2);
-        let size = r[3].abs() + at(0).abs() + at(1).abs() + at(2).abs();
-        if !(r[..3].iter().all(|k| k.abs() < STEEPEST) && size < STEEPEST * 1e18) {
+    /// A row for points relative to `e`, of which each number was summed from terms of the sizes `of`; `None` where a
+    /// number may overflow.
+    fn new(r: [f64; 4], of: [f64; 4], e: [f32; 3]) -> Option<Self> {
+        let at = |r: [f64; 4], a: usize| r[a] * f64::from(e[a]);
+        let c = r[3] + at(r, 0) + at(r, 1) + at(r, 2);
+        let size = of[3] + at(of, 0).abs() + at(of, 1).abs() + at(of, 2).abs();
+        if !(of[..3].iter().all(|&k| k < STEEPEST) && size < STEEPEST * 1e18) {
             return None;
         }
         // The smallest normal number is for coefficients and products that underflow.
@@ -52,7 +54,7 @@ impl Row {
         Some(Self {
             k: [r[0] as f32, r[1] as f32, r[2] as f32],
             c: c as f32,
-            k_error: [r[0], r[1], r[2]].map(|k| up(k.abs() * SHARE)),
+            k_error: [0, 1, 2].map(|a| up(r[a].abs() * SHARE + of[a] * SHARE64)),
             c_error: up(c.abs() * SHARE + size * SHARE64),
         })
     }
@@ -95,26 +97,47 @@ pub(super) struct Lens {
 }
 
 impl Lens {
-    /// `None` for a screen whose numbers are too large for f32: all its boxes are visible.
+    /// For boxes relative to the origin of the screen. `None` where its numbers are too large for f32: then all
+    /// boxes are visible.
     pub(super) fn new(screen: &Screen) -> Option<Self> {
-        let [x, y, nearness, near, w] = screen.rows();
-        let third = if screen.perspective { w } else { nearness };
-        if !screen.perspective && w != [0.0, 0.0, 0.0, 1.0] {
+        let rows = screen.rows();
+        Self::of_rows(screen, rows, rows.map(|r| r.map(f64::abs)))
+    }
+
+    /// For boxes in the space of an object, the screen being relative to `origin`.
+    pub(super) fn of_object(
+        screen: &Screen,
+        transform: &Transform,
+        origin: [f64; 3],
+    ) -> Option<Self> {
+        let m = transform.to_matrix();
+        let mut rows = screen.rows();
+        let mut sizes = rows;
+        for (row, size) in rows.iter_mut().zip(&mut sizes) {
+            let r = *row;
+            for column in 0..3 {
+                let terms = [0, 1, 2].map(|a| r[a] * m[column * 4 + a]);
+                row[column] = terms.iter().sum();
+                size[column] = terms.map(f64::abs).iter().sum();
+            }
+            let terms = [0, 1, 2].map(|a| r[a] * (m[12 + a] - origin[a]));
+            row[3] = r[3] + terms.iter().sum::<f64>();
+            size[3] = r[3].abs() + terms.map(f64::abs).iter().sum::<f64>();
+        }
+        Self::of_rows(screen, rows, sizes)
+    }
+
+    fn of_rows(screen: &Screen, rows: [[f64; 4]; 5], sizes: [[f64; 4]; 5]) -> Option<Self> {
+        let perspective = screen.perspective;
+        if !perspective && rows[4] != [0.0, 0.0, 0.0, 1.0] {
             return None;
         }
-        let rows = [x, y, third, near];
-        let base = meet(&rows[..3]).unwrap_or_default();
-        let mut made = [None; 4];
-        for (made, row) in made.iter_mut().zip(rows) {
-            *made = Row::new(row, base);
-        }
-        let [Some(x), Some(y), Some(third), Some(near)] = made else { return None };
-        Some(Self {
-            base,
-            rows: [x, y, third, near],
-            size: screen.size.map(|s| s as f32),
-            perspective: screen.perspective,
-        })
+        // x, y, w or nearness, near.
+        let order = [0, 1, if perspective { 4 } else { 2 }, 3];
+        let base = meet([0, 1, 2].map(|i| rows[order[i]])).unwrap_or_default();
+        let row = |i: usize| Row::new(rows[order[i]], sizes[order[i]], base);
+        let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
+        Some(Self { base, rows, size: screen.size.map(|s| s as f32), perspective })
     }
 
     /// Projects a block, with `slack` times the doubt.
@@ -259,8 +282,8 @@ fn greatest<S: Simd>(v: &[S::f32s; 8]) -> S::f32s {
 }
 
 /// The point where three rows are zero, the eye where they are those of a perspective view, as near as f32 has it.
-fn meet(rows: &[[f64; 4]]) -> Option<[f32; 3]> {
-    let [a, b, c] = [rows[0], rows[1], rows[2]].map(|r| glam::DVec3::new(r[0], r[1], r[2]));
+fn meet(rows: [[f64; 4]; 3]) -> Option<[f32; 3]> {
+    let [a, b, c] = rows.map(|r| glam::DVec3::new(r[0], r[1], r[2]));
     let d = [rows[0][3], rows[1][3], rows[2][3]];
     let determinant = a.dot(b.cross(c));
     let p = -(b.cross(c) * d[0] + c.cross(a) * d[1] + a.cross(b) * d[2]) / determinant;
