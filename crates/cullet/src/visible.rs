@@ -129,6 +129,8 @@ pub struct OcclusionWork {
     pub chosen: u64,
     /// Those of them that were drawn: the others were hidden by then.
     pub drawn: u64,
+    /// Nodes of the hierarchy, instances and clusters whose boxes were tested.
+    pub tests: u64,
 }
 
 /// Counts in and out of each stage that ran, in order. Two funnels are equal if their counts are, whatever

@@ -1,7 +1,6 @@
 //! What is called hidden is hidden: random scenes of boxes against lines of sight, drawn convex and as patches.
 
-use cullet::bounds::{Aabb, Boxes};
-use cullet::cull::frustum::batch::levels;
+use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 use proptest::prelude::*;
@@ -179,54 +178,5 @@ fn a_surface_has_no_cracks() {
         let covered =
             (0..count).filter(|i| buffer.nearness(i % size[0], i / size[0]) > 0.0).count();
         assert!(covered as f64 >= f64::from(count) * least, "{covered} of {count} at {size:?}");
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
-    #[test]
-    fn footprints_of_a_batch_hold_those_of_single_boxes(
-        mut boxes in prop::collection::vec(block(), 1..150),
-        size in (1..2000_u32, 1..1200_u32).prop_map(|(w, h)| [w, h]),
-        (orthographic, reversed) in any::<(bool, bool)>(),
-        shift in prop_oneof![Just(0.0_f32), -2000.0..2000.0_f32],
-        odd in 0..150_usize,
-    ) {
-        let depth = if reversed { Depth::Reversed } else { Depth::Standard };
-        let view = view(orthographic, depth, [1280, 720]);
-        let mut buffer = OcclusionBuffer::new(size).unwrap();
-        // Far from the origin that boxes are relative to, f32 has fewer digits for them.
-        buffer.begin(&view, [f64::from(-shift), 0.0, 0.0]);
-        for b in &mut boxes {
-            b.min[0] += shift;
-            b.max[0] += shift;
-        }
-        if let Some(b) = boxes.get_mut(odd) {
-            b.max[1] = f32::NAN;
-        }
-        let batch = Boxes::from_slice(&boxes);
-        let words: Vec<u32> = (0..boxes.len().div_ceil(64) as u32).collect();
-        let alive = vec![u64::MAX; words.len()];
-        let mut expected: Option<Vec<_>> = None;
-        for (name, level) in levels() {
-            let mut found = Vec::new();
-            buffer.footprints(level, &batch, &words, &alive, &mut found);
-            for (i, footprint) in &found {
-                let Some(own) = buffer.footprint_of(&boxes[*i as usize]) else { continue };
-                prop_assert!((0..2).all(|a| footprint.min[a] <= own.min[a]), "{footprint:?} {own:?}");
-                prop_assert!((0..2).all(|a| footprint.max[a] >= own.max[a]), "{footprint:?} {own:?}");
-                prop_assert!(footprint.nearness >= own.nearness, "{footprint:?} {own:?}");
-            }
-            prop_assert!(found.iter().all(|(i, _)| *i as usize != odd));
-            // What stands well in front of the eye is not given up.
-            for (i, b) in boxes.iter().enumerate().filter(|(i, b)| *i != odd && b.max[2] < -0.5) {
-                if shift == 0.0 && buffer.footprint_of(b).is_some() {
-                    prop_assert!(found.iter().any(|(k, _)| *k as usize == i), "{b:?}");
-                }
-            }
-            let expected = expected.get_or_insert_with(|| found.clone());
-            prop_assert_eq!(&found, expected, "{}", name);
-        }
     }
 }

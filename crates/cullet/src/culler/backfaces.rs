@@ -155,7 +155,7 @@ impl Pass<'_> {
 }
 
 /// Appends what is left of runs without the culled clusters; returns how many clusters that is.
-fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) -> u32 {
+pub(super) fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) -> u32 {
     let mut left = 0;
     for run in runs {
         let (mut at, end) = (run.first_cluster, run.first_cluster + run.cluster_count);

@@ -62,8 +62,8 @@ impl Culler {
                 unit: row.unit,
                 entered: row.entered,
                 left: row.left,
-                finding: if row.stage == Stage::Occlusion {
-                    scratch.occlusion.finding(scene, slot)
+                finding: if (row.stage, row.unit) == (Stage::Occlusion, Unit::Instances) {
+                    scratch.occlusion.finding(self, scene, slot)
                 } else {
                     self.finding(scene, view, slot, row, reason)
                 },

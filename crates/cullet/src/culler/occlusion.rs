@@ -1,35 +1,51 @@
 //! The stage that drops what lies behind something.
+//!
+//! First the footprints of all instances that are left, sixteen at a time; then the largest of them offer their shapes,
+//! and what the budget allows is drawn front to back; then everything is asked, by the nodes of the hierarchy
+//! first. Which occluders are drawn, and in which order, depends on this frame alone: one that is hidden when its turn
+//! comes is left out, so that an order remembered from the last frame could leave out others, and prove
+//! something else. What is remembered is memory.
 
+use super::backfaces::split;
 use super::run::{Pass, Scratch};
 use super::{Culler, Output};
 use crate::bits;
-use crate::bounds::Aabb;
+use crate::bounds::{Aabb, LANES};
 use crate::cull::occlusion::{
-    Candidate, Footprint, Occlusion, OcclusionBuffer, Shape, Verdict, choose,
+    Asker, Candidate, Footprint, Occlusion, OcclusionBuffer, Shape, Verdict, choose,
 };
 use crate::scene::Scene;
 use crate::view::{CullFace, FrontFace, View};
 use crate::visible::{OcclusionWork, Reason, Stage, Unit, Visible};
 
-/// Smaller occluders hide next to nothing.
-const LEAST_PIXELS: f32 = 16.0;
-
 /// What a view keeps of its occlusion buffer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OcclusionState {
     pub(super) buffer: Option<OcclusionBuffer>,
+    offers: Vec<Offer>,
     candidates: Vec<Candidate>,
     /// Slots and shapes that were drawn.
     pub(super) drawn: Vec<(u32, u32)>,
-    footprints: Vec<(u32, Footprint)>,
+    /// Of one instance: clusters that are not hidden, or, negated, that are.
+    clusters: Vec<u64>,
+}
+
+/// An instance that may hide something.
+#[derive(Clone, Copy, Debug)]
+struct Offer {
+    /// Those of the rectangle around it, infinite where it crosses the near plane.
+    pixels: f32,
+    slot: u32,
+    footprint: Option<Footprint>,
 }
 
 impl OcclusionState {
     /// Why an instance is hidden or not, in words: which pixel lets it through, or what covers it.
-    pub(super) fn finding(&self, scene: &Scene, slot: u32) -> String {
+    pub(super) fn finding(&self, culler: &Culler, scene: &Scene, slot: u32) -> String {
         let Some(buffer) = &self.buffer else { return String::new() };
         let [width, height] = buffer.size();
-        let Some(footprint) = buffer.footprint_of(&scene.bounds(slot)) else {
+        let asker = Asker::new(buffer, culler.level);
+        let Some(footprint) = asker.footprint(scene.boxes(), slot as usize) else {
             return "crosses the near plane, or has no bounds: never hidden".to_owned();
         };
         let Footprint { min: [x0, y0], max: [x1, y1], nearness } = footprint;
@@ -54,7 +70,9 @@ impl OcclusionState {
         slot: u32,
     ) -> Vec<u32> {
         let (Some(buffer), mut found) = (&self.buffer, Vec::new()) else { return Vec::new() };
-        let Some(footprint) = buffer.footprint_of(&scene.bounds(slot)) else { return found };
+        let asker = Asker::new(buffer, culler.level);
+        let footprint = asker.footprint(scene.boxes(), slot as usize);
+        let Some(footprint) = footprint else { return found };
         let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return found };
         for &(by, shape) in &self.drawn {
             alone.begin(view, scene.origin());
@@ -107,63 +125,161 @@ impl Pass<'_> {
         }
         if let Some(mut buffer) = state.buffer.take() {
             buffer.begin(self.view, self.scene.origin());
-            self.gather(&buffer, &mut state);
+            self.gather(&buffer, settings, &mut state);
             let offered = state.candidates.len() as u64;
             choose(&mut state.candidates, settings.budget);
             let chosen = state.candidates.len() as u64;
             self.draw(&mut buffer, &mut state);
-            self.result.funnel.occlusion =
-                OcclusionWork { offered, chosen, drawn: state.drawn.len() as u64 };
-            for &(slot, footprint) in &state.footprints {
-                if buffer.covers(&footprint) {
-                    self.scratch.alive[slot as usize / 64] &= !(1 << (slot % 64));
-                    self.drop_slot(slot, Reason { stage: Stage::Occlusion, detail: 0 });
-                }
-            }
+            let drawn = state.drawn.len() as u64;
+            let tests = self.ask(&buffer);
+            self.result.funnel.occlusion = OcclusionWork { offered, chosen, drawn, tests };
             state.buffer = Some(buffer);
         }
         self.scratch.occlusion = state;
     }
 
-    /// The footprint of every instance that may be dropped, and the shapes that may hide it.
-    fn gather(&mut self, buffer: &OcclusionBuffer, state: &mut OcclusionState) {
+    /// The shapes that may hide something: those of the largest instances, as many as could be paid for.
+    fn gather(
+        &mut self,
+        buffer: &OcclusionBuffer,
+        settings: &Occlusion,
+        state: &mut OcclusionState,
+    ) {
         let scene = self.scene;
+        let asker = Asker::new(buffer, self.culler.level);
+        let offers = &mut state.offers;
+        offers.clear();
+        for &word in &self.scratch.live {
+            let alive = self.scratch.alive[word as usize];
+            for part in (0..4).filter(|part| alive >> (part * LANES) & 0xffff != 0) {
+                let first = word * 64 + (part * LANES) as u32;
+                let block = &scene.boxes().blocks()[first as usize / LANES];
+                asker.footprints(
+                    block,
+                    alive >> (part * LANES) & 0xffff,
+                    LEAST_PIXELS,
+                    |lane, f| {
+                        let slot = first + lane as u32;
+                        if occludes(scene, slot) {
+                            let pixels = f.map_or(f32::INFINITY, |f| f.pixels());
+                            offers.push(Offer { pixels, slot, footprint: f });
+                        }
+                    },
+                );
+            }
+        }
+        let most = settings.most_shapes();
+        if offers.len() > most {
+            offers.select_nth_unstable_by(most, |a, b| {
+                b.pixels.total_cmp(&a.pixels).then(a.slot.cmp(&b.slot))
+            });
+            offers.truncate(most);
+        }
         state.candidates.clear();
-        state.footprints.clear();
         let fronts_are_drawn = fronts_are_drawn(self.view);
         let near = near_box(self.view, scene.origin());
-        let (live, alive) = (&self.scratch.live, &self.scratch.alive);
-        buffer.footprints(self.culler.level, scene.boxes(), live, alive, &mut state.footprints);
-        let mut known = state.footprints.iter().peekable();
-        for &word in live {
-            for bit in bits::ones(alive[word as usize]) {
-                let slot = word * 64 + bit as u32;
-                let footprint = known.next_if(|(s, _)| *s == slot).map(|(_, f)| *f);
-                if footprint.is_none_or(|f| f.pixels() >= LEAST_PIXELS) {
-                    let candidates = &mut state.candidates;
-                    let first = candidates.len();
-                    offer(scene, buffer, slot, footprint, fronts_are_drawn, candidates);
-                    if candidates.len() > first && is_within(scene, slot, &near) {
-                        let shapes = scene.mesh(slot).occluder().shapes();
-                        let is_left = |c: &Candidate| !is_body(&shapes[c.shape as usize]);
-                        let left: Vec<_> = candidates.drain(first..).filter(is_left).collect();
-                        candidates.extend(left);
+        for o in offers {
+            let candidates = &mut state.candidates;
+            let first = candidates.len();
+            offer(scene, buffer, o, fronts_are_drawn, candidates);
+            if candidates.len() > first && is_within(scene, o.slot, &near) {
+                let shapes = scene.mesh(o.slot).occluder().shapes();
+                let is_left = |c: &Candidate| !is_body(&shapes[c.shape as usize]);
+                let left: Vec<_> = candidates.drain(first..).filter(is_left).collect();
+                candidates.extend(left);
+            }
+        }
+    }
+
+    /// Drops what is hidden of all that is left; how many tests it took.
+    fn ask(&mut self, buffer: &OcclusionBuffer) -> u64 {
+        let scene = self.scene;
+        let asker = Asker::new(buffer, self.culler.level);
+        let (hierarchy, live) = (scene.hierarchy(), std::mem::take(&mut self.scratch.live));
+        let mut tests = 0;
+        for words in live.chunk_by(|a, b| a / 64 == b / 64) {
+            let group = words[0] as usize / 64;
+            let mut asked = [0; 64];
+            for &word in words {
+                asked[word as usize % 64] =
+                    self.scratch.alive[word as usize] & !scene.exempt()[word as usize];
+            }
+            let before = asked;
+            tests += asker.group(hierarchy.nodes(), hierarchy.boxes(), group, &mut asked);
+            for &word in words {
+                let at = word as usize % 64;
+                let dropped = before[at] & !asked[at];
+                self.scratch.alive[word as usize] &= !dropped;
+                if self.culler.reasons {
+                    for bit in bits::ones(dropped) {
+                        let slot = word * 64 + bit as u32;
+                        self.drop_slot(slot, Reason { stage: Stage::Occlusion, detail: 0 });
                     }
                 }
             }
         }
-        let is_exempt = |slot: u32| scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
-        state.footprints.retain(|&(slot, _)| !is_exempt(slot));
+        self.scratch.live = live;
+        tests
+    }
+
+    /// Drops the clusters of rigid instances that are hidden, behind others or behind their own instance.
+    pub(super) fn occlusion_of_clusters(&mut self) {
+        let scene = self.scene;
+        let mut state = std::mem::take(&mut self.scratch.occlusion);
+        let runs = std::mem::take(&mut self.scratch.runs);
+        let mut kept = std::mem::take(&mut self.scratch.kept_runs);
+        kept.clear();
+        let (mut entered, mut left) = (0, 0);
+        for runs in runs.chunk_by(|a, b| a.slot == b.slot) {
+            let slot = runs[0].slot;
+            let before: u32 = runs.iter().map(|run| run.cluster_count).sum();
+            entered += u64::from(before);
+            let exempt = bits::get(scene.exempt(), slot as usize);
+            // One cluster has the box of its instance, which was asked about.
+            let asked = scene.mesh(slot).clusters().len() > 1 && !exempt && scene.is_rigid(slot);
+            let after = match &state.buffer {
+                Some(buffer) if asked => {
+                    let (mesh, clusters) = (scene.mesh(slot), &mut state.clusters);
+                    clusters.clear();
+                    clusters.resize(mesh.clusters().len().div_ceil(64), 0);
+                    for run in runs {
+                        let first = run.first_cluster as usize;
+                        for (word, bits) in
+                            bits::words_of(first..first + run.cluster_count as usize)
+                        {
+                            clusters[word] |= bits;
+                        }
+                    }
+                    let asker = Asker::of_object(buffer, self.culler.level, scene.transform(slot));
+                    let tests = asker.hide(mesh.cluster_nodes(), mesh.cluster_boxes(), clusters);
+                    self.result.funnel.occlusion.tests += tests;
+                    clusters.iter_mut().for_each(|word| *word = !*word);
+                    split(runs, clusters, &mut kept)
+                }
+                _ => {
+                    kept.extend_from_slice(runs);
+                    before
+                }
+            };
+            left += u64::from(after);
+            if after == 0 && before > 0 {
+                self.drop_slot(slot, Reason { stage: Stage::Occlusion, detail: 0 });
+            }
+        }
+        self.scratch.runs = kept;
+        self.scratch.kept_runs = runs;
+        self.scratch.occlusion = state;
+        self.row(Stage::Occlusion, Unit::Clusters, entered, left);
     }
 
     /// Draws the chosen, front to back; one that is hidden by then adds nothing.
     fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) {
         state.drawn.clear();
         for c in &state.candidates {
-            let shape = &self.scene.mesh(c.slot).occluder().shapes()[c.shape as usize];
-            if c.footprint.is_some_and(|f| buffer.covers(&f)) {
+            if c.footprint.is_some_and(|f| buffer.is_covering(self.culler.level, &f)) {
                 continue;
             }
+            let shape = &self.scene.mesh(c.slot).occluder().shapes()[c.shape as usize];
             draw(buffer, self.culler, self.scene, c.slot, shape);
             state.drawn.push((c.slot, c.shape));
         }
@@ -194,6 +310,17 @@ fn fronts_are_drawn(view: &View) -> bool {
             | (CullFace::Back, FrontFace::CounterClockwise)
             | (CullFace::Front, FrontFace::Clockwise)
     )
+}
+
+/// Smaller ones hide next to nothing.
+const LEAST_PIXELS: f32 = 16.0;
+
+/// Whether an instance has shapes that may hide something.
+fn occludes(scene: &Scene, slot: u32) -> bool {
+    let flags = scene.flags(slot);
+    !(flags.no_occlusion || flags.transparent)
+        && scene.is_rigid(slot)
+        && !scene.mesh(slot).occluder().shapes().is_empty()
 }
 
 /// A box around the view's eye and its near rectangle, relative to an origin: what the near plane cuts away
@@ -236,15 +363,10 @@ fn is_body(shape: &Shape) -> bool {
 fn offer(
     scene: &Scene,
     buffer: &OcclusionBuffer,
-    slot: u32,
-    footprint: Option<Footprint>,
+    &Offer { slot, footprint, .. }: &Offer,
     fronts_are_drawn: bool,
     candidates: &mut Vec<Candidate>,
 ) {
-    let flags = scene.flags(slot);
-    if flags.no_occlusion || flags.transparent || !scene.is_rigid(slot) {
-        return;
-    }
     let shapes = scene.mesh(slot).occluder().shapes();
     for (number, shape) in shapes.iter().enumerate() {
         if !(fronts_are_drawn || shape.is_two_sided()) {
@@ -262,7 +384,7 @@ fn offer(
         if pixels >= LEAST_PIXELS {
             let cost = Candidate::cost(shape, pixels);
             let shape = number as u32;
-            candidates.push(Candidate { pixels, nearness, footprint: own, slot, shape, cost });
+            candidates.push(Candidate { pixels, nearness, slot, shape, cost, footprint: own });
         }
     }
 }
@@ -270,62 +392,4 @@ fn offer(
 /// The box of a shape relative to the scene's origin.
 pub(super) fn world_box(scene: &Scene, slot: u32, shape: &Shape) -> Aabb {
     scene.transform(slot).transform_box(&shape.bounds(), scene.origin())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cull::occlusion::{Convex, Occluder};
-    use crate::mesh::{Mesh, MeshData};
-    use crate::scene::Instance;
-    use crate::transform::Transform;
-    use crate::view::{Camera, Depth, Projection};
-    use crate::{ViewState, Visible};
-
-    fn cube(half: f32) -> Mesh {
-        let b = Aabb::new([-half; 3], [half; 3]);
-        let faces: [[u32; 4]; 6] =
-            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        Mesh::new(MeshData {
-            positions: b.corners().to_vec(),
-            indices: faces.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect(),
-            ..MeshData::default()
-        })
-        .unwrap()
-    }
-
-    #[test]
-    fn a_box_hides_nothing_from_within_what_it_was_baked_in() {
-        let mut scene = Scene::new();
-        let mut room = cube(10.0);
-        // Something solid in the room's middle, as a bake would find it from outside.
-        let body = Convex::from_box(&Aabb::new([-5.0; 3], [5.0; 3])).unwrap();
-        let sealed = vec![Aabb::new([-10.0; 3], [10.0; 3])];
-        room.set_occluder(Occluder::new(vec![Shape::Convex(body)]).with_sealed(sealed));
-        let mut thing = cube(0.5);
-        thing.set_occluder(Occluder::default());
-        let [room, thing] = [room, thing].map(|m| scene.add_mesh(m));
-        scene.add(Instance::new(room, Transform::IDENTITY)).unwrap();
-        let behind = Transform::from_translation([0.0, 0.0, -8.0]);
-        scene.add(Instance::new(thing, behind)).unwrap();
-        let culler = Culler {
-            occlusion: Some(Occlusion::default()),
-            output: Output::Instances,
-            ..Culler::default()
-        };
-        let drawn = |z: f64| {
-            let lens =
-                Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
-            let camera = Camera::look_at([0.0, 0.0, z], [0.0; 3], lens);
-            let view = View::new(&camera, Depth::Reversed, [256, 256]).unwrap();
-            let (mut state, mut visible) = (ViewState::default(), Visible::default());
-            culler.cull_one(&scene, &view, &mut state, &mut visible);
-            assert!(state.occlusion_buffer().is_some());
-            (state.occluders_drawn().len(), visible.instance_count)
-        };
-        assert_eq!(drawn(40.0), (1, 1));
-        assert_eq!(drawn(8.0), (0, 2));
-        // The near rectangle comes in before the eye does.
-        assert_eq!(drawn(10.05), (0, 2));
-    }
 }

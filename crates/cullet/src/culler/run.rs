@@ -105,6 +105,9 @@ impl<'a> Pass<'a> {
             return;
         }
         self.clusters();
+        if self.culler.occlusion.is_some() && self.culler.output >= Output::Clusters {
+            self.occlusion_of_clusters();
+        }
         let backface =
             self.culler.backface != Backface::Off && self.view.cull_face != CullFace::None;
         if backface

@@ -3,9 +3,8 @@
 use std::ops::Range;
 
 use cullet::bounds::Boxes;
-use cullet::cull::Indices;
-use cullet::cull::frustum::batch::{Planes, cull_boxes};
-use cullet::cull::occlusion::{Convex, Footprint, OcclusionBuffer, Patch};
+use cullet::cull::frustum::batch::{Planes, mask_boxes, mask_words};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
 use cullet::{Level, Transform, View};
 use cullet_io::occscn::Occscn;
 
@@ -41,11 +40,10 @@ pub(super) struct Engine<'a> {
     occluders: Vec<Occluder>,
     patches: Vec<Patch>,
     planes: Option<Planes>,
-    inside: Indices,
-    alive: Vec<u64>,
-    words: Vec<u32>,
-    footprints: Vec<(u32, Footprint)>,
-    of_mesh: Vec<Option<Footprint>>,
+    /// One bit a box: in the frustum; and of those, visible and hidden.
+    inside: Vec<u64>,
+    visible: Vec<u64>,
+    hidden: Vec<u64>,
 }
 
 impl<'a> Engine<'a> {
@@ -85,22 +83,10 @@ impl<'a> Engine<'a> {
             occluders,
             patches,
             planes: None,
-            inside: Indices::default(),
-            alive: Vec::new(),
-            words: Vec::new(),
-            footprints: Vec::new(),
-            of_mesh: Vec::new(),
+            inside: Vec::new(),
+            visible: Vec::new(),
+            hidden: Vec::new(),
         })
-    }
-
-    /// Sets the bits of some of `len` items, and lists the words that have one.
-    fn mark(&mut self, len: usize, items: impl Iterator<Item = u32>) {
-        self.footprints.clear();
-        self.alive.clear();
-        self.alive.resize(len.div_ceil(64), 0);
-        items.for_each(|i| self.alive[i as usize / 64] |= 1 << (i % 64));
-        self.words.clear();
-        self.words.extend((0..self.alive.len() as u32).filter(|&w| self.alive[w as usize] != 0));
     }
 
     fn draw_one(&mut self, mesh: u32) {
@@ -139,19 +125,10 @@ impl Rasteriser for Engine<'_> {
     }
 
     fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize {
-        let boxes = &self.prepared.mesh_boxes;
-        self.mark(boxes.len(), meshes.iter().copied());
-        let (words, alive) = (&self.words, &self.alive);
-        self.buffer.footprints(self.level, boxes, words, alive, &mut self.footprints);
-        // By mesh: a mesh without a footprint crosses the near plane, and is drawn.
-        self.of_mesh.clear();
-        self.of_mesh.resize(boxes.len(), None);
-        for &(m, footprint) in &self.footprints {
-            self.of_mesh[m as usize] = Some(footprint);
-        }
         let mut drawn = 0;
         for &m in meshes {
-            if self.of_mesh[m as usize].is_none_or(|f| !self.buffer.covers(&f)) {
+            let bounds = self.prepared.mesh_boxes.get(m as usize);
+            if self.buffer.ask_box(&bounds) != Verdict::Hidden {
                 self.draw_one(m);
                 drawn += 1;
             }
@@ -161,18 +138,28 @@ impl Rasteriser for Engine<'_> {
 
     fn test(&mut self, boxes: &Boxes, answers: &mut [u8]) {
         let Some(planes) = &self.planes else { return };
-        answers.fill(OUTSIDE);
-        cull_boxes(self.level, planes, boxes, &mut self.inside);
-        let inside = std::mem::take(&mut self.inside);
-        inside.iter().for_each(|&i| answers[i as usize] = VISIBLE);
-        self.mark(boxes.len(), inside.iter().copied());
-        self.inside = inside;
-        let (words, alive) = (&self.words, &self.alive);
-        self.buffer.footprints(self.level, boxes, words, alive, &mut self.footprints);
-        for (i, footprint) in &self.footprints {
-            if self.buffer.covers(footprint) {
-                answers[*i as usize] = HIDDEN;
-            }
+        let words = mask_words(boxes.len());
+        for mask in [&mut self.inside, &mut self.visible, &mut self.hidden] {
+            mask.resize(words, 0);
+        }
+        mask_boxes(self.level, planes, boxes, 0, &mut self.inside);
+        self.buffer.ask_boxes(
+            self.level,
+            boxes,
+            0,
+            &self.inside,
+            &mut self.visible,
+            &mut self.hidden,
+        );
+        for (i, answer) in answers.iter_mut().enumerate() {
+            let bit = |mask: &[u64]| mask[i / 64] >> (i % 64) & 1 == 1;
+            *answer = if bit(&self.hidden) {
+                HIDDEN
+            } else if bit(&self.visible) {
+                VISIBLE
+            } else {
+                OUTSIDE
+            };
         }
     }
 }

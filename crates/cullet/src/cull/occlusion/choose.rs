@@ -20,6 +20,11 @@ impl Default for Occlusion {
 }
 
 impl Occlusion {
+    /// How many shapes the budget could pay for, if each were of the cheapest.
+    pub(crate) fn most_shapes(&self) -> usize {
+        (self.budget / Candidate::LEAST_COST) as usize
+    }
+
     /// The size of the buffer for a viewport.
     #[must_use]
     pub fn size(&self, viewport: [u32; 2]) -> [u32; 2] {
@@ -37,19 +42,24 @@ pub(crate) struct Candidate {
     pub(crate) pixels: f32,
     /// How near it comes; infinite where it crosses the near plane.
     pub(crate) nearness: f32,
-    /// What it may touch; `None` where it crosses the near plane.
-    pub(crate) footprint: Option<Footprint>,
     pub(crate) slot: u32,
     pub(crate) shape: u32,
     /// Microseconds that drawing it is taken to cost.
     pub(crate) cost: f32,
+    /// The pixels that it may touch; `None` where it crosses the near plane.
+    pub(crate) footprint: Option<Footprint>,
 }
 
 impl Candidate {
+    /// No shape costs less.
+    const LEAST_COST: f32 = 0.2;
+
     /// What drawing a shape over `pixels` costs, in microseconds.
     pub(crate) fn cost(shape: &Shape, pixels: f32) -> f32 {
         match shape {
-            Shape::Convex(convex) => 0.2 + 0.02 * convex.edges.len() as f32 + pixels * 4e-5,
+            Shape::Convex(convex) => {
+                Self::LEAST_COST + 0.02 * convex.edges.len() as f32 + pixels * 4e-5
+            }
             Shape::Patch(patch) => {
                 // Edges are as long as the patch is wide, and each is walked.
                 let edges = patch.edges.len() as f32;
@@ -87,10 +97,10 @@ mod tests {
         let candidate = |slot: u32, pixels: f32, nearness: f32| Candidate {
             pixels,
             nearness,
-            footprint: None,
             slot,
             shape: 0,
             cost: 1.0,
+            footprint: None,
         };
         let all = [
             candidate(0, 10.0, 0.1),

@@ -20,7 +20,6 @@
 //! Culling*, 2016, is the state of the art for a CPU, and samples pixel centres.
 
 mod ask;
-mod batch;
 mod buffer;
 mod choose;
 mod convex;
@@ -33,6 +32,7 @@ mod plane;
 mod record;
 mod screen;
 
+pub(crate) use ask::Asker;
 pub use ask::{Footprint, Verdict};
 pub use buffer::{OcclusionBuffer, OcclusionError, TILE};
 pub use choose::Occlusion;

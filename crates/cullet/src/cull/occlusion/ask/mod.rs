@@ -1,4 +1,9 @@
-//! Asking the buffer what is hidden.
+//! Asking the buffer what is hidden: one thing in f64, which is the oracle, or a batch of boxes in f32.
+
+mod batch;
+mod lens;
+
+pub(crate) use batch::Asker;
 
 use super::buffer::{OcclusionBuffer, TILE};
 use crate::bounds::{Aabb, Obb};
@@ -80,7 +85,7 @@ impl OcclusionBuffer {
     }
 
     /// The pixels that the convex hull of points may touch; `None` where it reaches none.
-    pub(super) fn footprint(&self, corners: &[[f64; 3]]) -> Result<Option<Footprint>, Unbounded> {
+    fn footprint(&self, corners: &[[f64; 3]]) -> Result<Option<Footprint>, Unbounded> {
         let Some(screen) = &self.screen else { return Err(Unbounded) };
         let rows = screen.rows();
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -171,4 +176,4 @@ impl OcclusionBuffer {
 
 /// A thing whose projection has no bounds.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Unbounded;
+struct Unbounded;

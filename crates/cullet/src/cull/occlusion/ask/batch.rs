@@ -1,0 +1,343 @@
+//! Asking for whole batches, and for the nodes above them.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f32x8};
+
+use super::super::buffer::{OcclusionBuffer, TILE};
+use super::lens::{Lens, Rectangles};
+use super::{Footprint, Verdict};
+use crate::bits;
+use crate::bounds::{BoxBlock, Boxes, LANES};
+use crate::hierarchy::Nodes;
+use crate::transform::Transform;
+
+/// How much more doubt a node is projected with than what is below it, so that all below a hidden node is hidden by its own
+/// test too, and the answer depends on no node: see [`Lens::project`].
+const NODE_SLACK: f32 = 4.0;
+
+/// A buffer that is done, made ready to be asked about many boxes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asker<'a> {
+    buffer: &'a OcclusionBuffer,
+    lens: Option<Lens>,
+    level: Level,
+}
+
+/// What a block of sixteen boxes was found to be: one bit a box.
+#[derive(Clone, Copy, Debug, Default)]
+struct Found {
+    hidden: u64,
+    outside: u64,
+}
+
+impl OcclusionBuffer {
+    /// Sorts those of a batch of boxes that are asked about: sets the bits of the hidden ones in `hidden`, of the visible
+    /// ones in `visible`, and neither for those outside. Bit 0 of the first word of the three masks is box
+    /// 64 · `first_word`; what is not asked about gets no bit.
+    ///
+    /// Boxes are relative to the buffer's origin. Those that are not finite or cross the near plane are visible, and so
+    /// are all before [`begin`](Self::begin); empty ones are outside. What is hidden is so by
+    /// [`ask_box`](Self::ask_box) too, while a few that this finds hidden by less than f32 can tell are visible here.
+    /// The same answer at every [`Level`]. Some 10 ns a box in the view; blocks of sixteen of which none is
+    /// asked about cost next to nothing, so ask about what the frustum does not reject.
+    ///
+    /// Several threads may each fill a part of the masks.
+    ///
+    /// # Panics
+    /// If the masks differ in length.
+    pub fn ask_boxes(
+        &self,
+        level: Level,
+        boxes: &Boxes,
+        first_word: usize,
+        asked: &[u64],
+        visible: &mut [u64],
+        hidden: &mut [u64],
+    ) {
+        let words = asked.len();
+        assert!(
+            visible.len() == words && hidden.len() == words,
+            "{words} words asked about, {} and {} to be filled",
+            visible.len(),
+            hidden.len()
+        );
+        let asker = Asker::new(self, level);
+        for (i, &asked) in asked.iter().enumerate() {
+            let asked = asked & below(boxes.len(), first_word + i);
+            let found = asker.word(boxes, first_word + i, asked);
+            hidden[i] = found.hidden;
+            visible[i] = asked & !(found.hidden | found.outside);
+        }
+    }
+
+    /// The oracle of [`ask_boxes`](Self::ask_boxes): one box after the other, in f64.
+    #[must_use]
+    pub fn ask_boxes_ref(&self, boxes: &Boxes) -> Vec<Verdict> {
+        (0..boxes.len()).map(|i| self.ask_box(&boxes.get(i))).collect()
+    }
+
+    /// Clears the bits of those boxes that are hidden, as [`ask_boxes`](Self::ask_boxes) finds them, but asks first
+    /// about the `nodes` above, 256 boxes and then sixteen at a time, so that what is hidden together falls together. The
+    /// answer is the same, whatever the nodes. Bit i of the words is box i; how many tests it took comes back.
+    ///
+    /// # Panics
+    /// If the nodes are over more boxes than there are, or a bit is set beyond the last box.
+    pub fn hide_boxes(&self, level: Level, nodes: &Nodes, boxes: &Boxes, alive: &mut [u64]) -> u64 {
+        Asker::new(self, level).hide(nodes, boxes, alive)
+    }
+
+    /// [`covers`](Self::covers), with SIMD.
+    pub(crate) fn is_covering(&self, level: Level, f: &Footprint) -> bool {
+        let (min, max) = (f.min.map(|v| v as usize), f.max.map(|v| v as usize));
+        dispatch!(level, simd => covered(simd, self, min, max, f.nearness))
+    }
+}
+
+impl<'a> Asker<'a> {
+    pub(crate) fn new(buffer: &'a OcclusionBuffer, level: Level) -> Self {
+        Self { buffer, lens: buffer.screen.as_ref().and_then(Lens::new), level }
+    }
+
+    /// For boxes in the space of an object.
+    pub(crate) fn of_object(
+        buffer: &'a OcclusionBuffer,
+        level: Level,
+        transform: &Transform,
+    ) -> Self {
+        let screen = buffer.screen.as_ref();
+        let lens = screen.and_then(|s| Lens::of_object(s, transform, buffer.origin));
+        Self { buffer, lens, level }
+    }
+
+    /// What [`hide_boxes`](OcclusionBuffer::hide_boxes) does.
+    pub(crate) fn hide(&self, nodes: &Nodes, boxes: &Boxes, alive: &mut [u64]) -> u64 {
+        let mut tests = 0;
+        for (group, words) in alive.chunks_mut(64).enumerate() {
+            if words.iter().any(|&w| w != 0) {
+                let mut all = [0; 64];
+                all[..words.len()].copy_from_slice(words);
+                tests += self.group(nodes, boxes, group, &mut all);
+                words.copy_from_slice(&all[..words.len()]);
+            }
+        }
+        tests
+    }
+
+    /// The footprint of a box as the batch has it; `None` where it has none.
+    pub(crate) fn footprint(&self, boxes: &Boxes, index: usize) -> Option<Footprint> {
+        let mut found = None;
+        self.footprints(&boxes.blocks()[index / LANES], 1 << (index % LANES), 0.0, |_, f| {
+            found = f
+        });
+        found
+    }
+
+    /// Calls back with the lane and the footprint of the boxes of a block that are asked for, but for those of less than
+    /// `least` pixels and those outside. `None` is for one that crosses the near plane or is not finite.
+    pub(crate) fn footprints(
+        &self,
+        block: &BoxBlock,
+        asked: u64,
+        least: f32,
+        mut each: impl FnMut(usize, Option<Footprint>),
+    ) {
+        let mut r = Rectangles::NONE;
+        if let Some(lens) = &self.lens {
+            dispatch!(self.level, simd => lens.project(simd, block, 1.0, &mut r));
+        }
+        for lane in bits::ones(asked & !u64::from(r.outside)) {
+            if r.bounded >> lane & 1 == 0 {
+                each(lane, None);
+                continue;
+            }
+            let footprint = Footprint {
+                min: [0, 1].map(|a| r.min[a][lane] as u32),
+                max: [0, 1].map(|a| r.max[a][lane] as u32),
+                nearness: r.nearness[lane],
+            };
+            if footprint.pixels() >= least {
+                each(lane, Some(footprint));
+            }
+        }
+    }
+
+    /// Those asked about of sixty-four boxes.
+    fn word(&self, boxes: &Boxes, word: usize, asked: u64) -> Found {
+        let mut found = Found::default();
+        for part in 0..4 {
+            let shift = part * LANES;
+            let bits = asked >> shift & 0xffff;
+            if bits != 0 {
+                let of = self.block(&boxes.blocks()[word * 4 + part], bits, 1.0);
+                found.hidden |= of.hidden << shift;
+                found.outside |= of.outside << shift;
+            }
+        }
+        found
+    }
+
+    /// Those asked about of sixteen boxes.
+    fn block(&self, block: &BoxBlock, asked: u64, slack: f32) -> Found {
+        let Some(lens) = &self.lens else { return Found::default() };
+        dispatch!(self.level, simd => ask_block(simd, self.buffer, lens, block, asked, slack))
+    }
+
+    /// Clears the bits of what is hidden of 64 words, by the nodes above them first; how many tests it took.
+    ///
+    /// Nodes still higher were not worth asking: one of 256 costs as much as one of sixteen boxes.
+    pub(crate) fn group(
+        &self,
+        nodes: &Nodes,
+        boxes: &Boxes,
+        group: usize,
+        alive: &mut [u64; 64],
+    ) -> u64 {
+        let mut tests = 0;
+        // What is under a node: the boxes that were there when the nodes were made.
+        let under = |word: usize| below(nodes.len(), group * 64 + word);
+        let is_alive = |alive: &[u64; 64], n: usize| alive[n * 4..n * 4 + 4] != [0; 4];
+        let mut asked = (0..16).filter(|&n| is_alive(alive, n)).fold(0_u64, |a, n| a | 1 << n);
+        let mut outside = [0_u64; 64];
+        if let Some(level) = nodes.levels().get(1)
+            && let Some(block) = level.blocks().get(group)
+        {
+            let found = self.block(block, asked, NODE_SLACK);
+            tests += u64::from(asked.count_ones());
+            for n in bits::ones(found.hidden | found.outside) {
+                for word in n * 4..n * 4 + 4 {
+                    if found.hidden >> n & 1 == 1 {
+                        alive[word] &= !under(word);
+                    } else {
+                        outside[word] = under(word);
+                    }
+                }
+            }
+            asked &= !found.outside | u64::from(nodes.len() < (group + 1) * 4096) * u64::MAX;
+        }
+        for n in bits::ones(asked) {
+            let words = n * 4..n * 4 + 4;
+            if let Some(level) = nodes.levels().first()
+                && let Some(block) = level.blocks().get(group * 16 + n)
+            {
+                let mut parts = 0;
+                for (i, word) in words.clone().enumerate() {
+                    let left = alive[word] & !outside[word] & under(word);
+                    for part in 0..4 {
+                        parts |= u64::from(left >> (part * LANES) & 0xffff != 0) << (i * 4 + part);
+                    }
+                }
+                if parts != 0 {
+                    let found = self.block(block, parts, NODE_SLACK);
+                    tests += u64::from(parts.count_ones());
+                    for node in bits::ones(found.hidden | found.outside) {
+                        let word = n * 4 + node / 4;
+                        let bits = under(word) & 0xffff << (node % 4 * LANES);
+                        if found.hidden >> node & 1 == 1 {
+                            alive[word] &= !bits;
+                        } else {
+                            outside[word] |= bits;
+                        }
+                    }
+                }
+            }
+            for word in words {
+                let asked = alive[word] & !outside[word];
+                if asked != 0 {
+                    tests += u64::from(asked.count_ones());
+                    alive[word] &= !self.word(boxes, group * 64 + word, asked).hidden;
+                }
+            }
+        }
+        tests
+    }
+}
+
+/// The bits of a word that are those of the first `len`.
+fn below(len: usize, word: usize) -> u64 {
+    match len.saturating_sub(word * 64) {
+        0 => 0,
+        left if left >= 64 => u64::MAX,
+        left => (1 << left) - 1,
+    }
+}
+
+#[inline(always)]
+fn ask_block<S: Simd>(
+    simd: S,
+    buffer: &OcclusionBuffer,
+    lens: &Lens,
+    block: &BoxBlock,
+    asked: u64,
+    slack: f32,
+) -> Found {
+    let mut r = Rectangles::NONE;
+    lens.project(simd, block, slack, &mut r);
+    let mut hidden = 0;
+    for lane in bits::ones(asked & u64::from(r.bounded)) {
+        let min = [0, 1].map(|a| r.min[a][lane] as usize);
+        let max = [0, 1].map(|a| r.max[a][lane] as usize);
+        if covered(simd, buffer, min, max, r.nearness[lane]) {
+            hidden |= 1 << lane;
+        }
+    }
+    Found { hidden, outside: asked & u64::from(r.outside) }
+}
+
+/// Whether all pixels of a rectangle, which lies in the buffer, are nearer: whole tiles first, a vector of them at a time.
+#[inline(always)]
+fn covered<S: Simd>(
+    simd: S,
+    buffer: &OcclusionBuffer,
+    min: [usize; 2],
+    max: [usize; 2],
+    nearness: f32,
+) -> bool {
+    let limit = S::f32s::splat(simd, nearness);
+    let (first, last) = (min.map(|v| v / TILE), max.map(|v| v / TILE));
+    for row in first[1]..=last[1] {
+        let mut column = first[0];
+        while column <= last[0] {
+            let count = (last[0] - column + 1).min(S::f32s::LEN);
+            let t = row * buffer.columns + column;
+            let wanted = u64::MAX >> (64 - count);
+            let open = match buffer.far.get(t..t + S::f32s::LEN) {
+                Some(far) => wanted & !S::f32s::from_slice(simd, far).simd_gt(limit).to_bitmask(),
+                // The last tiles of the buffer: there is no whole vector of them.
+                None => (0..count)
+                    .fold(0, |open, i| open | u64::from(!(buffer.far[t + i] > nearness)) << i),
+            };
+            for i in bits::ones(open) {
+                let tile = [column + i, row];
+                if !tile_covered(simd, buffer, tile, min, max, nearness) {
+                    return false;
+                }
+            }
+            column += count;
+        }
+    }
+    true
+}
+
+/// Whether the pixels of a tile that are in a rectangle are nearer.
+#[inline(always)]
+fn tile_covered<S: Simd>(
+    simd: S,
+    buffer: &OcclusionBuffer,
+    tile: [usize; 2],
+    min: [usize; 2],
+    max: [usize; 2],
+    nearness: f32,
+) -> bool {
+    let t = tile[1] * buffer.columns + tile[0];
+    if !buffer.live[t] {
+        return 0.0 > nearness;
+    }
+    let from = [0, 1].map(|a| min[a].max(tile[a] * TILE) % TILE);
+    let to = [0, 1].map(|a| max[a].min(tile[a] * TILE + TILE - 1) % TILE);
+    let wanted = 0xff_u64 >> (TILE - 1 - to[0]) & 0xff << from[0];
+    let limit = f32x8::splat(simd, nearness);
+    let rows = buffer.tiles[t].0.as_chunks::<TILE>().0;
+    rows[from[1]..=to[1]]
+        .iter()
+        .all(|row| f32x8::from_slice(simd, row).simd_gt(limit).to_bitmask() & wanted == wanted)
+}
