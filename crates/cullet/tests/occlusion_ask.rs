@@ -122,7 +122,7 @@ proptest! {
                         .collect();
                     buffer.hide_boxes(level, &nodes, &boxes, &mut alive);
                     for i in 0..boxes.len() {
-                        prop_assert_eq!(is_set(&alive, i), !is_set(&hidden, i), "{} {}", name, i);
+                        prop_assert_eq!(is_set(&alive, i), is_set(&visible, i), "{} {}", name, i);
                     }
                 }
                 let answer = (visible, hidden);

@@ -129,7 +129,8 @@ fn mesh() -> Option<Figure> {
     let positions: Vec<[f32; 3]> =
         (0..).zip(&points).map(|(i, p)| position(p, if i > SIDES { -1.0 } else { 0.0 })).collect();
     let indices: Vec<u32> = triangles.iter().flatten().copied().collect();
-    let patches = Patch::cut(&positions, &indices, &[0..triangles.len() as u32], true).ok()?;
+    let all = 0..triangles.len() as u32;
+    let patches = Patch::cut(&positions, &indices, std::slice::from_ref(&all), true).ok()?;
     let mut buffer = empty()?;
     for patch in &patches {
         buffer.draw_patch(Level::new(), patch, &Transform::IDENTITY);

@@ -67,7 +67,11 @@ impl Fringe {
     /// Walks every pixel that the edge touches, `doubt` pixels to either side included; but those of tiles which are
     /// covered already by what is nearer than all of the patch.
     pub(super) fn walk(&mut self, far: &[f32], p: Spot, q: Spot, doubt: f64, along: Along<'_>) {
-        let wide = doubt + SLACK;
+        // Borders thicker, so that none is missed where an inner edge behind it is not.
+        let wide = match along {
+            Along::Border => doubt * 3.0 + SLACK * 2.0,
+            Along::Faces(..) => doubt + SLACK,
+        };
         let [min, max] = self.window;
         let (p, q) = if p.y <= q.y { (p, q) } else { (q, p) };
         let first = (p.y - wide).floor().max(f64::from(min[1])) as i32;
@@ -113,7 +117,9 @@ impl Fringe {
                     // A plane goes on beyond its face, so a face is at least as near as its farthest corner.
                     Along::Faces(a, far_a, b, far_b) => {
                         let (x, y) = (x as f32, row as f32);
-                        a.at(x, y).max(far_a).min(b.at(x, y).max(far_b))
+                        // Nor is a pixel beside the faces nearer than all of them.
+                        let near = a.at(x, y).max(far_a).min(b.at(x, y).max(far_b));
+                        near.min(self.nearest)
                     }
                 };
                 let pixel = &mut pixels[x - x0];
