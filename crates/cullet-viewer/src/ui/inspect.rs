@@ -63,6 +63,7 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
         mesh.clusters().len(),
         if mesh.is_two_sided() { "two-sided" } else { "one-sided" }
     ));
+    super::structures::outcodes(ui, session);
     ui.weak(format!("slot {}, triangle {}", inspected.slot, inspected.triangle));
     if ui.small_button("Close").clicked() {
         session.inspected = None;

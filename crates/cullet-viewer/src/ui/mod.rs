@@ -1,13 +1,17 @@
 //! The window's panels. What they change is the session; they know nothing of graphics but one picture.
 
 mod canvas;
+mod cube;
+mod cut;
 mod figures;
 mod funnel;
 mod help;
 mod inspect;
 mod keys;
 mod map;
+mod playground;
 mod scene;
+mod structures;
 mod switches;
 mod words;
 
@@ -57,5 +61,6 @@ pub fn show(
         let (shown, composition) = picture(session, pixels);
         canvas::show(ui, session, shown, &composition);
     });
+    playground::window(ui.ctx(), session);
     help::sheet(ui.ctx(), session);
 }
