@@ -117,7 +117,8 @@ impl Clipping {
             for corner in &mut polygon {
                 if corner.from == From::Fresh {
                     corner.from = From::Cut(plane);
-                    corner.code = region.outcode(&corner.at);
+                    // Rounding may leave it a little outside of the planes that have cut; it counts as on them.
+                    corner.code = region.outcode(&corner.at) & !((2 << plane) - 1);
                 }
             }
             steps.push(polygon.clone());
@@ -216,6 +217,7 @@ mod tests {
         assert_eq!(steps.len(), 5);
         assert_eq!(steps[0].iter().map(|p| p.at).collect::<Vec<_>>(), c.polygon);
         assert!(steps[4].iter().any(|p| matches!(p.from, From::Cut(_))));
+        assert!(steps[4].iter().all(|p| p.code == 0), "all that is left is inside");
         assert!(matches!(c.verdict(), Verdict::Candidate(_)));
         let left = |i: usize| area(&steps[i].iter().map(|p| p.at).collect::<Vec<_>>());
         assert!((1..5).all(|i| left(i) <= left(i - 1) + 1e-12) && left(4) < left(0));

@@ -182,15 +182,14 @@ impl Seen<'_> {
         DMat3::from_cols_array_2d(&self.transform.linear.map(|c| c.map(f64::from)))
     }
 
-    /// The corners of a triangle, wound so that what is culled is seen clockwise; `None` where the view culls no
-    /// side.
+    /// The corners of a triangle, wound so that what is culled is seen clockwise in the space of the mesh; `None`
+    /// where the view culls no side. A mirror in the transform changes nothing: outside stays outside.
     fn wound(&self, t: u32) -> Option<[[f32; 3]; 3]> {
         let [a, b, c] = self.mesh.corners(t);
-        let mirrored = self.linear().determinant() < 0.0;
         match ViewEye::new(self.view).culled_side() {
             Facing::Edge => None,
-            Facing::Back => Some(if mirrored { [a, c, b] } else { [a, b, c] }),
-            Facing::Front => Some(if mirrored { [a, b, c] } else { [a, c, b] }),
+            Facing::Back => Some([a, b, c]),
+            Facing::Front => Some([a, c, b]),
         }
     }
 
@@ -353,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mirror_and_the_other_winding_turn_the_answer_round() {
+    fn it_holds_in_a_mirror_and_for_the_other_winding() {
         let scene = solids();
         let slot = scene.slots().next().expect("some");
         let mut view = view(&scene, slot, 30.0);

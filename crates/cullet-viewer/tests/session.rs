@@ -279,21 +279,24 @@ fn a_cut_that_leaves_nothing_is_told_and_what_was_shown_stays() {
 #[test]
 fn what_is_studied_of_a_thing_is_there_as_long_as_it_is_inspected() {
     let mut session = begin("map=false", "solids");
-    session.state.study = Study { cube: true, by: By::Elliptic, ..Study::default() };
+    session.state.study = Study { cube: true, by: By::Masks, ..Study::default() };
     session.state.structure.outcodes = true;
     session.state.structure.volume = true;
     settle(&mut session);
     assert!(session.figures.is_none() && session.coded().is_none());
     let of_view = session.cube().expect("a view has lines of sight");
-    let slot = session.world.as_ref().and_then(|w| w.model.scene.slots().next()).expect("some");
-    let handle = session.world.as_ref().and_then(|w| w.model.scene.handle(slot)).expect("some");
+    let world = session.world.clone().expect("loaded");
+    let scene = &world.model.scene;
+    let slot = scene.slots().max_by_key(|&s| scene.mesh(s).triangle_count()).expect("some");
+    let handle = scene.handle(slot).expect("some");
     let plain = compose(&session);
     session.inspect_handle(handle, 0);
     settle(&mut session);
     let figures = session.figures.clone().expect("studied");
     assert!(figures.proved.len() as u32 <= figures.away && figures.away < figures.triangles);
     assert_ne!(session.cube().expect("outside of it").cone, of_view.cone);
-    assert_eq!(session.coded().expect("a triangle").words().split(':').next(), Some("accepted"));
+    assert!(!figures.proved.is_empty());
+    assert_eq!(session.coded().expect("a triangle").corners.len(), 3);
     let made = compose(&session);
     let ghosts = |c: &Composition| c.panes(None).iter().map(|p| p.ghosts.len()).sum::<usize>();
     assert!(made.volume.is_some());

@@ -39,16 +39,16 @@ pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
     let words =
         format!("N = {}: {} of {} classes", cube.grid.cells(), cube.away, cube.grid.classes());
     put(egui::pos2(rect.min.x + 6.0, rect.max.y - 4.0), egui::Align2::LEFT_BOTTOM, words);
-    paint(ui, &painter, rect, &cube);
+    paint(&painter, rect, &cube);
 }
 
-fn paint(ui: &egui::Ui, painter: &egui::Painter, rect: egui::Rect, cube: &Cube) {
+fn paint(painter: &egui::Painter, rect: egui::Rect, cube: &Cube) {
     let axis = DVec3::from(cube.cone.axis);
-    // Seen from where the lines of sight go, for the normals that face away point there; from somewhat aside, or the
-    // arrow would be a point.
-    let right = axis.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
-    let up = right.cross(axis);
-    let toward = (axis + right * 0.55 + up * 0.35).normalize();
+    // Along the line of sight lie the normals that face away, so that corner is shown; from aside, or the arrow
+    // would be a point.
+    let sign = axis.to_array().map(|v| if v < 0.0 { -1.0 } else { 1.0 });
+    let [x, z] = if axis.x.abs() < axis.z.abs() { [1.5, 0.8] } else { [0.8, 1.5] };
+    let toward = DVec3::new(sign[0] * x, sign[1] * 0.75, sign[2] * z).normalize();
     let across = DVec3::Y.cross(toward).try_normalize().unwrap_or(DVec3::X);
     let upright = toward.cross(across);
     let scale = f64::from(rect.width()) / 4.4;
@@ -76,6 +76,5 @@ fn paint(ui: &egui::Ui, painter: &egui::Painter, rect: egui::Rect, cube: &Cube) 
     }
     let leaves = axis / axis.abs().max_element();
     let (from, to) = (place(leaves), place(leaves + axis * 0.8));
-    let ink = ui.visuals().strong_text_color();
-    painter.arrow(from, to - from, Stroke::new(2.0, ink));
+    painter.arrow(from, to - from, Stroke::new(2.5, colour(palette::UNSEEN)));
 }

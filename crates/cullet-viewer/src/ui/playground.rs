@@ -19,14 +19,12 @@ pub(super) fn window(ctx: &egui::Context, session: &mut Session) {
         return;
     }
     let mut open = true;
-    let room = ctx.content_rect().size();
     egui::Window::new("Clipping playground")
         .open(&mut open)
         .collapsible(false)
         .resizable(false)
+        .default_pos([226.0, 60.0])
         .default_width(SIDE + 190.0)
-        .max_height(room.y - 60.0)
-        .vscroll(true)
         .show(ctx, |ui| {
             let c = &mut session.state.clipping;
             let steps = c.steps();
@@ -44,12 +42,12 @@ pub(super) fn window(ctx: &egui::Context, session: &mut Session) {
 
 fn controls(ui: &mut egui::Ui, c: &mut Clipping) {
     ui.horizontal(|ui| {
-        let back = egui::Button::new("◀ plane").small();
+        let back = egui::Button::new("Back").small();
         let about = "Undoes the cut by the last plane";
         if ui.add_enabled(c.step > 0, back).on_hover_text(about).clicked() {
             c.step -= 1;
         }
-        let on = egui::Button::new("plane ▶").small();
+        let on = egui::Button::new("Next plane").small();
         let about = "Cuts by the next plane of the window";
         if ui.add_enabled(c.step < c.sides, on).on_hover_text(about).clicked() {
             c.step += 1;
@@ -110,7 +108,7 @@ fn words(ui: &mut egui::Ui, c: &Clipping, steps: &[Vec<Corner>]) {
         let fresh = now.iter().filter(|p| p.from == From::Cut(c.step - 1)).count();
         let gone = before.iter().filter(|p| p.code >> (c.step - 1) & 1 == 1).count();
         ui.weak(format!(
-            "Plane {}: {} corners go, {} new ones lie on the plane, {} are left.",
+            "Plane {}: {} outside of it go, {} new ones lie on it, {} are left.",
             c.step - 1,
             gone,
             fresh,
