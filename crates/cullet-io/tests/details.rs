@@ -159,7 +159,8 @@ fn attributes_of_gltf_survive_every_format_that_has_them() {
 
 #[test]
 fn accessors_that_do_not_fit_are_named() {
-    let changes: [(&str, fn(&mut Value)); 4] = [
+    type Change = (&'static str, fn(&mut Value));
+    let changes: [Change; 4] = [
         ("NORMAL has 2 elements, but POSITION has 3", |g| g["accessors"][1]["count"] = json!(2)),
         ("primitive 0, TEXCOORD_0: accessor 1 has 1x3 components", |g| {
             g["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(1);

@@ -9,6 +9,7 @@ use crate::lines::{Lines, tint};
 use crate::session::Session;
 use crate::state::{Colour, GhostForm, Layout};
 use crate::structure;
+use crate::study::Seen;
 
 /// More ghosts than these are a haze.
 pub const MOST_GHOSTS: usize = 6_000;
@@ -72,6 +73,8 @@ pub struct Composition {
     pub tally: structure::LevelTally,
     /// How many cones are shown, of how many clusters.
     pub cones: [usize; 2],
+    /// Whether the cluster that was clicked has a culling volume, where it is asked.
+    pub volume: Option<bool>,
 }
 
 impl Composition {
@@ -215,6 +218,11 @@ fn decorate(session: &Session, made: &mut Composition) {
             marks.edges(&scene.bounds(slot), scene.origin(), tint(by, 255));
         }
     }
+    let mut sides = Lines::default();
+    made.volume = study(session, &mut marks, &mut sides);
+    if state.structure.audit {
+        session.audit.draw(scene, MOST_GHOSTS, &mut marks);
+    }
     if let Some(found) = session.truth.finding() {
         for &slot in found.lost.iter().take(MOST_GHOSTS) {
             marks.edges(&scene.bounds(slot), scene.origin(), tint(palette::LOST, 255));
@@ -269,6 +277,47 @@ fn decorate(session: &Session, made: &mut Composition) {
         }
         panel.lines.0.extend_from_slice(&cones.0);
         panel.overlay.0.extend_from_slice(&marks.0);
+        panel.ghosts.0.extend_from_slice(&sides.0);
+        outlines(session, &panel.view, &mut panel.overlay);
+    }
+}
+
+/// The back faces that a bound proves of what is inspected, the culling volume of the cluster that was clicked, and
+/// the outcodes of its triangle. Returns whether there is such a volume.
+fn study(session: &Session, lines: &mut Lines, sides: &mut Lines) -> Option<bool> {
+    let (world, inspected) = (session.world.as_ref()?, session.inspected.as_ref()?);
+    let view = &session.decision.as_ref()?.request.view;
+    let scene = &world.model.scene;
+    let (mesh, transform) = (scene.mesh(inspected.slot), scene.transform(inspected.slot));
+    let seen = Seen { mesh, transform, view };
+    if let Some(figures) = &session.figures {
+        let violet = palette::reason_color(Some(Stage::Backface));
+        seen.faces(&figures.proved, tint(violet, 150), sides);
+    }
+    let structure = &session.state.structure;
+    if let Some(coded) = session.coded().filter(|_| structure.outcodes) {
+        let b = scene.bounds(inspected.slot);
+        let middle = DVec3::from(b.center()) + DVec3::from(scene.origin());
+        coded.draw(middle, DVec3::from(b.half_extent()).length(), lines, sides);
+    }
+    let t = mesh.original_triangle().iter().position(|&o| o == inspected.triangle)? as u32;
+    let cluster = mesh.clusters().iter().position(|c| c.triangles().contains(&t))?;
+    structure.volume.then(|| seen.volume(cluster, lines, sides))
+}
+
+/// The outlines of the cut, of planes whose cut side is in sight: from behind there is scene between.
+fn outlines(session: &Session, view: &View, lines: &mut Lines) {
+    let inside = session.state.cut.part == crate::cutaway::Part::Inside;
+    let ink = if session.state.dark { palette::CHALK } else { palette::INK };
+    let [x, y, z, w] = view.eye();
+    for outline in &session.cutting.outlines {
+        let (n, d) = (DVec3::from(outline.plane.normal), outline.plane.d);
+        // Homogeneous: of a parallel view, its direction.
+        if (n.dot(DVec3::new(x, y, z)) - d * w > 0.0) == inside {
+            let points = outline.points.iter().map(|p| DVec3::from(*p));
+            let next = points.clone().cycle().skip(1);
+            points.zip(next).for_each(|(a, b)| lines.line(a, b, tint(ink, 255)));
+        }
     }
 }
 

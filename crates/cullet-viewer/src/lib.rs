@@ -2,11 +2,14 @@
 #![forbid(unsafe_code)]
 
 pub mod app;
+pub mod audit;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod bench;
 pub mod camera;
+pub mod clipping;
 pub mod compose;
 pub mod cost;
+pub mod cutaway;
 pub mod decide;
 pub mod draw;
 #[cfg(not(target_arch = "wasm32"))]
@@ -16,12 +19,14 @@ pub mod journey;
 pub mod lines;
 pub mod link;
 pub mod nearness;
+pub mod outcodes;
 mod present;
 pub mod report;
 pub mod script;
 pub mod session;
 pub mod state;
 pub mod structure;
+pub mod study;
 pub mod task;
 pub mod truth;
 pub mod ui;

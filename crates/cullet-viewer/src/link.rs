@@ -109,6 +109,10 @@ fn check(state: &State) -> Result<(), LinkError> {
             return wrong(what, v, must);
         }
     }
+    let parts = [state.cut.check(), state.study.check(), state.clipping.check()];
+    if let Some((what, v, must)) = parts.into_iter().find_map(Result::err) {
+        return wrong(what, v, must);
+    }
     if !(0.0..=1.0).contains(&state.wipe) {
         return wrong("wipe", f64::from(state.wipe), "between 0 and 1");
     }

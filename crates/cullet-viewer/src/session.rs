@@ -6,15 +6,20 @@ use std::sync::Arc;
 
 use cullet::{Explanation, Handle, View};
 use eframe::egui;
+use glam::DVec3;
 
+use crate::audit::Audit;
 use crate::camera::{Chase, Mode, Rig};
 use crate::cost::Measured;
+use crate::cutaway::Cutting;
 use crate::decide::{Decider, Decision, Request, pick};
 use crate::inbox::{Inbox, Read};
 use crate::journey::{Journey, json};
 use crate::link;
+use crate::outcodes::Coded;
 use crate::report::{MOST_VIEWS, Order};
 use crate::state::{GhostForm, Layout, Stages, State};
+use crate::study::{self, Cube, Figures, Seen, Study};
 use crate::task::{Progress, Task, clock};
 use crate::truth::Truth;
 use crate::world::{Source, World};
@@ -89,6 +94,12 @@ pub struct Session {
     pub inspected: Option<Inspected>,
     /// The proof for a view.
     pub truth: Truth,
+    /// What leaves its bounds.
+    pub audit: Audit,
+    /// The cut-away.
+    pub cutting: Cutting,
+    /// What bounds prove of the back faces of what is inspected.
+    pub figures: Option<Figures>,
     /// The camera path.
     pub journey: Journey,
     /// What the cameras of the path cost.
@@ -110,6 +121,10 @@ pub struct Session {
     decider: Decider,
     inbox: Inbox,
     asked: Option<(View, Stages, bool)>,
+    /// The scene that is to be shown in place of this one, as soon as it is decided what of it is drawn.
+    next: Option<Arc<World>>,
+    /// What `figures` are about: decision, slot, settings.
+    studied: Option<(u64, u32, Study)>,
     /// How many requests there were.
     requests: u64,
     /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
@@ -136,6 +151,9 @@ impl Session {
             notices,
             inspected: None,
             truth: Truth::None,
+            audit: Audit::default(),
+            cutting: Cutting::default(),
+            figures: None,
             journey: Journey::default(),
             measured: Measured::None,
             report: None,
@@ -149,6 +167,8 @@ impl Session {
             decider: Decider::new(move || wake.request_repaint()),
             inbox: Inbox::new(ctx.clone()),
             asked: None,
+            next: None,
+            studied: None,
             requests: 0,
             refit: false,
             ctx,
@@ -211,7 +231,11 @@ impl Session {
         let decided = self.decision.as_ref().map(|d| d.request.number);
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
-        idle && !matches!(self.truth, Truth::Working(_))
+        let cut = self.world.is_none() || self.cutting.is_settled(&self.state.cut);
+        idle && cut
+            && self.next.is_none()
+            && self.audit.is_settled()
+            && !matches!(self.truth, Truth::Working(_))
             && !matches!(self.measured, Measured::Working(_))
             && self.report.is_none()
             && (self.world.is_none() || decided.is_some() && decided == wanted)
@@ -247,15 +271,123 @@ impl Session {
             let trouble = self.journey.advance(dt, rig);
             trouble.into_iter().for_each(|t| self.tell(t, true));
         }
+        self.beside();
         self.ask();
         if let Some(decision) = self.decider.latest() {
             // One that was asked for before another scene was opened is about that other one.
-            let current =
-                self.world.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world));
-            if current {
+            let about = |w: &Option<Arc<World>>| {
+                w.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world))
+            };
+            if about(&self.next) {
+                // Slots and triangles have other numbers in the scene that follows.
+                self.inspected = None;
+                self.truth = Truth::None;
+                self.world = self.next.take();
+                self.take(decision);
+            } else if about(&self.world) {
                 self.take(decision);
             }
         }
+        self.study();
+    }
+
+    /// Goes on with what is made beside the pictures: the cut and the audit.
+    fn beside(&mut self) {
+        let Some(world) = self.next.clone().or_else(|| self.world.clone()) else { return };
+        let ctx = self.ctx.clone();
+        match self.cutting.advance(&world, &self.state.cut, move || ctx.request_repaint()) {
+            Some(Ok(next)) => {
+                self.next = Some(next);
+                self.asked = None;
+            }
+            Some(Err(text)) => self.tell(format!("{text}. What was shown stays."), false),
+            None => {}
+        }
+        let ctx = self.ctx.clone();
+        if let Some(shown) = self.world.clone() {
+            let wanted = self.state.structure.audit;
+            let waited = !self.audit.is_settled();
+            let told = self.audit.advance(&shown, wanted, move || ctx.request_repaint());
+            told.into_iter().for_each(|t| self.tell(t, true));
+            // What it found is no part of a decision.
+            self.refresh |= waited && self.audit.is_settled();
+        }
+    }
+
+    /// Studies the back faces of what is inspected, where anything of that changed.
+    fn study(&mut self) {
+        let settings = &self.state.study;
+        let wanted = (settings.by != study::By::None).then_some((
+            &self.world,
+            &self.decision,
+            &self.inspected,
+        ));
+        let Some((Some(world), Some(decision), Some(inspected))) = wanted else {
+            (self.figures, self.studied) = (None, None);
+            return;
+        };
+        let key = (decision.number, inspected.slot, settings.clone());
+        if self.studied.as_ref() != Some(&key) {
+            let scene = &world.model.scene;
+            let view = &decision.request.view;
+            let (mesh, transform) = (scene.mesh(inspected.slot), scene.transform(inspected.slot));
+            self.figures = Some(Seen { mesh, transform, view }.study(settings));
+            self.studied = Some(key);
+        }
+    }
+
+    /// The triangle that was clicked against the planes of the culling view.
+    #[must_use]
+    pub fn coded(&self) -> Option<Coded> {
+        let (world, inspected) = (self.world.as_ref()?, self.inspected.as_ref()?);
+        let (scene, view) = (&world.model.scene, &self.decision.as_ref()?.request.view);
+        let slot = inspected.slot;
+        Coded::new(view, scene.mesh(slot), scene.transform(slot), inspected.triangle)
+    }
+
+    /// The cube of directions: of what is inspected in its own space, or else of the whole culling view.
+    #[must_use]
+    pub fn cube(&self) -> Option<Cube> {
+        let (world, decision) = (self.world.as_ref()?, self.decision.as_ref()?);
+        let view = &decision.request.view;
+        let cone = match &self.inspected {
+            Some(i) => {
+                let scene = &world.model.scene;
+                Seen { mesh: scene.mesh(i.slot), transform: scene.transform(i.slot), view }.cone()
+            }
+            None => study::sight(view),
+        };
+        Cube::new(self.state.study.cells, cone)
+    }
+
+    /// The scene as it was before it was cut.
+    #[must_use]
+    pub fn whole(&self) -> Option<&Arc<World>> {
+        self.cutting.whole.as_ref().or(self.world.as_ref())
+    }
+
+    /// Looks straight at the cut, from far away through a narrow lens, so that it is drawn almost to scale.
+    pub fn face_cut(&mut self) {
+        let Some(world) = self.whole() else { return };
+        let Some(plane) = self.state.cut.planes(world).first().copied() else { return };
+        let (reach, centre) = (world.reach, DVec3::from(world.centre));
+        let inside = self.state.cut.part == crate::cutaway::Part::Inside;
+        let n = DVec3::from(plane.normal) * if inside { 1.0 } else { -1.0 };
+        let foot = centre - DVec3::from(plane.normal) * plane.distance(centre);
+        // Looking against the normal; straight down or up there is no heading to keep.
+        let d = -n;
+        let fov: f64 = 4.0;
+        let distance = reach * 1.05 / (fov.to_radians() * 0.5).tan();
+        self.state.camera = Some(Rig {
+            mode: Mode::Orbit,
+            target: foot.into(),
+            distance,
+            yaw: if d.x.hypot(d.z) > 1e-6 { (-d.x).atan2(-d.z).to_degrees() } else { 0.0 },
+            pitch: d.y.clamp(-1.0, 1.0).asin().to_degrees().clamp(-89.0, 89.0),
+            fov,
+            near: distance * 0.5,
+        });
+        self.state.frozen = None;
     }
 
     /// The rig that decides what is drawn.
@@ -500,6 +632,8 @@ impl Session {
             self.state.camera = self.world.as_ref().map(|w| w.first_sight(self.size));
         }
         self.asked = None;
+        self.next = None;
+        self.cutting = Cutting::default();
         self.decision = None;
         self.history.clear();
         self.inspected = None;
@@ -510,6 +644,11 @@ impl Session {
 
     /// Goes back to the scene that was open before, since the new one cannot be drawn.
     pub fn refuse(&mut self, before: Option<Arc<World>>, why: String) {
+        if let Some(whole) = self.cutting.whole.clone().filter(|_| self.state.cut.on) {
+            self.state.cut.on = false;
+            self.tell(format!("{why} It is shown whole."), true);
+            return self.enter(whole);
+        }
         match before {
             Some(world) => {
                 self.tell(format!("{why} What was open stays open."), true);
@@ -522,7 +661,8 @@ impl Session {
     }
 
     fn ask(&mut self) {
-        let (Some(world), Some(view)) = (&self.world, self.culling_view()) else { return };
+        let world = self.next.as_ref().or(self.world.as_ref());
+        let (Some(world), Some(view)) = (world, self.culling_view()) else { return };
         let (stages, buffer) = (&self.state.stages, self.state.wants_buffer());
         let fits = |(v, s, b): &(View, Stages, bool)| *v == view && s == stages && (*b || !buffer);
         if self.asked.as_ref().is_some_and(fits) {

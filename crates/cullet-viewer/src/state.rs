@@ -6,7 +6,10 @@ use cullet::{Backface, CullFace, Culler, FrontFace, Output};
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Rig;
+use crate::clipping::Clipping;
+use crate::cutaway::CutAway;
 use crate::draw::{Paint, Style};
+use crate::study::Study;
 
 /// What the viewer shows and how. See [`link`](crate::link) for its text.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +35,12 @@ pub struct State {
     pub ghosts: Ghosts,
     /// What is shown of the structures behind the answer.
     pub structure: Structure,
+    /// What of the scene is cut away.
+    pub cut: CutAway,
+    /// What is studied of back faces.
+    pub study: Study,
+    /// The clipping playground.
+    pub clipping: Clipping,
     /// What is drawn when: always, or only when something changed.
     pub always: bool,
     /// Whether mere movement of the pointer turns the camera.
@@ -55,6 +64,9 @@ impl Default for State {
             look: Look::default(),
             ghosts: Ghosts::default(),
             structure: Structure::default(),
+            cut: CutAway::default(),
+            study: Study::default(),
+            clipping: Clipping::default(),
             always: false,
             hover_turns: false,
             dark: true,
@@ -414,4 +426,10 @@ pub struct Structure {
     pub tiles: bool,
     /// Only the things of which something was drawn into the buffer are drawn.
     pub occluders: bool,
+    /// Where an eye sees the cluster that was clicked wholly from behind.
+    pub volume: bool,
+    /// The outcodes of the triangle that was clicked, and the planes of the frustum that they are about.
+    pub outcodes: bool,
+    /// Things that leave the bounds which culling goes by.
+    pub audit: bool,
 }

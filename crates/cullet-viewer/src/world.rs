@@ -73,6 +73,8 @@ pub struct World {
     pub reach: f64,
     /// The middle of that.
     pub centre: [f64; 3],
+    /// Half its extent along each axis.
+    pub half: [f64; 3],
 }
 
 impl World {
@@ -112,7 +114,8 @@ impl World {
         let centre = DVec3::from(things.center()) + DVec3::from(scene.origin());
         let sound = half > 0.0 && half.is_finite() && centre.is_finite();
         let (reach, centre) = if sound { (half, centre.into()) } else { (1.0, [0.0; 3]) };
-        Self { model, name, counts, reach, centre }
+        let half = if sound { things.half_extent() } else { [1.0; 3] };
+        Self { model, name, counts, reach, centre, half }
     }
 
     /// The cameras of one of the scene's own paths, as `cullet report` has them; none where the scene leaves

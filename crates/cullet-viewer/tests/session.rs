@@ -5,10 +5,12 @@ use std::time::{Duration, Instant};
 use cullet::cull::occlusion::Occlusion;
 use cullet::{Culler, Output, ViewState, Visible};
 use cullet_viewer::compose::{Composition, Role, compose, instance_colours};
+use cullet_viewer::cutaway::{CutAway, Part};
 use cullet_viewer::nearness;
 use cullet_viewer::script::{TOGGLES, thrown};
 use cullet_viewer::session::Session;
 use cullet_viewer::state::{GhostForm, Layout, Stages};
+use cullet_viewer::study::{By, Study};
 use cullet_viewer::task::clock;
 use cullet_viewer::ui::{self, Shown};
 use cullet_viewer::world::Source;
@@ -321,4 +323,98 @@ fn the_proof_finds_nothing_lost_and_colours_what_is_hidden() {
     let unseen = cullet_draw::palette::UNSEEN;
     let orange = instance_colours(&session).iter().filter(|c| c[..3] == unseen).count();
     assert_eq!(orange as u64, found.unseen_count);
+}
+
+#[test]
+fn a_cut_is_a_scene_of_its_own_and_goes_as_it_came() {
+    let mut session = begin("map=false", "city:sub=1");
+    let whole = session.world.clone().expect("loaded");
+    let before = session.decision.as_ref().expect("decided").visible.clone();
+    let camera = session.state.camera;
+    session.state.cut = CutAway { on: true, at: 0.1, ..CutAway::default() };
+    settle(&mut session);
+    let cut = session.world.clone().expect("cut");
+    assert!(cut.counts.instances < whole.counts.instances && cut.counts.instances > 0);
+    assert!(session.cutting.tally.cap_triangles > 0 && !session.cutting.outlines.is_empty());
+    assert_eq!((cut.reach, cut.centre), (whole.reach, whole.centre));
+    let shown = session.decision.as_ref().expect("decided").visible.clone();
+    assert!(without_times(shown) == direct(&session), "another answer than a fresh culler's");
+    // Another cut is of the whole scene, not of what is left.
+    session.state.cut.part = Part::Outside;
+    settle(&mut session);
+    let other = session.world.as_ref().expect("cut").counts;
+    let both = other.instances + cut.counts.instances;
+    assert_eq!(both, whole.counts.instances + session.cutting.tally.cut);
+    session.face_cut();
+    settle(&mut session);
+    assert!(!compose(&session).panels.is_empty());
+    (session.state.cut.on, session.state.camera) = (false, camera);
+    settle(&mut session);
+    assert!(std::sync::Arc::ptr_eq(&whole, session.world.as_ref().expect("whole")));
+    let after = session.decision.as_ref().expect("decided").visible.clone();
+    assert!(without_times(after) == without_times(before));
+    assert!(session.notices.is_empty(), "{:?}", session.notices);
+}
+
+#[test]
+fn a_cut_that_leaves_nothing_is_told_and_what_was_shown_stays() {
+    let mut session = begin("cut.on=true&cut.at=2&cut.part=outside", "solids");
+    let told = &session.notices.last().expect("told").text;
+    assert!(told.contains("leaves nothing") && told.contains("stays"), "{told}");
+    assert!(session.world.as_ref().expect("whole").counts.instances > 0);
+    // The next scene is cut too.
+    session.notices.clear();
+    session.state.cut = CutAway { on: true, ..CutAway::default() };
+    session.open(Source::of_text("city:sub=1"));
+    settle(&mut session);
+    assert!(session.cutting.tally.cut > 0 && session.notices.is_empty());
+    assert_eq!(session.state.scene, "city:sub=1");
+}
+
+#[test]
+fn what_is_studied_of_a_thing_is_there_as_long_as_it_is_inspected() {
+    let mut session = begin("map=false", "solids");
+    session.state.study = Study { cube: true, by: By::Masks, ..Study::default() };
+    session.state.structure.outcodes = true;
+    session.state.structure.volume = true;
+    settle(&mut session);
+    assert!(session.figures.is_none() && session.coded().is_none());
+    let of_view = session.cube().expect("a view has lines of sight");
+    let world = session.world.clone().expect("loaded");
+    let scene = &world.model.scene;
+    let slot = scene.slots().max_by_key(|&s| scene.mesh(s).triangle_count()).expect("some");
+    let handle = scene.handle(slot).expect("some");
+    let plain = compose(&session);
+    session.inspect_handle(handle, 0);
+    settle(&mut session);
+    let figures = session.figures.clone().expect("studied");
+    assert!(figures.proved.len() as u32 <= figures.away && figures.away < figures.triangles);
+    assert_ne!(session.cube().expect("outside of it").cone, of_view.cone);
+    assert!(!figures.proved.is_empty());
+    assert_eq!(session.coded().expect("a triangle").corners.len(), 3);
+    let made = compose(&session);
+    let ghosts = |c: &Composition| c.panes(None).iter().map(|p| p.ghosts.len()).sum::<usize>();
+    assert!(made.volume.is_some());
+    assert!(ghosts(&made) >= ghosts(&plain) + figures.proved.len() * 3);
+    // It follows the eye.
+    if let Some(rig) = &mut session.state.camera {
+        rig.turn(180.0, 0.0);
+    }
+    settle(&mut session);
+    assert_ne!(session.figures.as_ref().expect("studied").proved, figures.proved);
+    session.inspected = None;
+    settle(&mut session);
+    assert!(session.figures.is_none());
+}
+
+#[test]
+fn the_audit_tells_that_bounds_hold() {
+    let mut session = begin("structure.audit=true", "solids");
+    assert_eq!(session.audit.found(), Some(&[][..]));
+    session.open(Source::of_text("office"));
+    settle(&mut session);
+    assert_eq!(session.audit.found(), Some(&[][..]));
+    session.state.structure.audit = false;
+    settle(&mut session);
+    assert_eq!(session.audit.found(), None);
 }

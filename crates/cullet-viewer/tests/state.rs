@@ -1,9 +1,12 @@
 //! States and their links.
 
 use cullet_viewer::camera::{Mode, Rig};
+use cullet_viewer::clipping::{Clipping, SIDES};
+use cullet_viewer::cutaway::{CutAway, Part, Shape};
 use cullet_viewer::link::{MAX_LENGTH, from_text, to_text};
 use cullet_viewer::script::{TOGGLES, thrown};
 use cullet_viewer::state::{Colour, Depth, GhostForm, Layout, State};
+use cullet_viewer::study::{By, Study};
 use proptest::prelude::*;
 
 fn rig() -> impl Strategy<Value = Rig> {
@@ -22,6 +25,34 @@ fn rig() -> impl Strategy<Value = Rig> {
 }
 
 prop_compose! {
+    fn cut()(
+        switches in prop::array::uniform5(any::<bool>()),
+        normal in prop::array::uniform3(0.1..1.0f64),
+        at in -2.0..=2.0f64,
+        low in prop::array::uniform3(-2.0..=2.0f64),
+        high in prop::array::uniform3(-2.0..=2.0f64),
+    ) -> CutAway {
+        let [on, caps, outlines, plane, inside] = switches;
+        let shape = if plane { Shape::Plane } else { Shape::Box };
+        let part = if inside { Part::Inside } else { Part::Outside };
+        CutAway { on, shape, normal, at, low, high, part, caps, outlines }
+    }
+}
+
+prop_compose! {
+    fn taught()(
+        open in any::<bool>(),
+        polygon in prop::collection::vec(prop::array::uniform2(-1.0..=1.0f64), 3..=12),
+        sides in SIDES,
+        (cube, cells, groups) in (any::<bool>(), 1..=18u32, 1..=1024u32),
+        by in prop::sample::select(By::ALL.map(|b| b.0).to_vec()),
+    ) -> (Clipping, Study) {
+        let step = groups % (sides + 1);
+        (Clipping { open, polygon, sides, step }, Study { cube, cells, groups, by })
+    }
+}
+
+prop_compose! {
     fn state()(
         scene in ".{0,40}",
         camera in prop::option::of(rig()),
@@ -34,14 +65,18 @@ prop_compose! {
         colour in prop::sample::select(Colour::ALL.map(|c| c.0).to_vec()),
         hidden in prop::collection::vec(".{0,8}", 0..4),
         level in 0..=64u32,
+        cut in cut(),
+        (clipping, study) in taught(),
     ) -> State {
-        let mut s = State { scene, camera, frozen, layout, wipe, ..State::default() };
+        let mut s =
+            State { scene, camera, frozen, layout, wipe, cut, clipping, study, ..State::default() };
         [s.map, s.stages.on, s.stages.frustum, s.look.fill, s.look.wireframe, s.structure.cones, s.dark, s.always] =
             switches;
         (s.stages.detail_px, s.stages.depth, s.look.colour) = (detail, depth, colour);
         s.ghosts.form = if level > 30 { GhostForm::Boxes } else { GhostForm::Solid };
         s.ghosts.hidden = hidden;
         s.structure.level = level;
+        (s.structure.volume, s.structure.outcodes, s.structure.audit) = (level % 2 > 0, level % 3 > 0, level % 5 > 0);
         s
     }
 }
@@ -94,6 +129,15 @@ fn nonsense_is_named() {
         ("wipe=2", "wipe is 2"),
         ("stages.detail_px=-1", "stages.detail_px is -1"),
         ("structure.level=65", "structure.level is 65"),
+        ("cut.at=3", "a place of cut is 3; it must be between -2 and 2"),
+        ("cut.normal=[0,0,0]", "the length of cut.normal is 0"),
+        ("cut.shape=ball", "unknown variant `ball`"),
+        ("study.cells=19", "study.cells is 19"),
+        ("study.groups=0", "study.groups is 0"),
+        ("clipping.polygon=[[0,0],[1,1]]", "the corners of clipping.polygon is 2"),
+        ("clipping.polygon=[[0,0],[1,1],[0,1e9]]", "clipping.polygon is 1e9"),
+        ("clipping.sides=9", "clipping.sides is 9"),
+        ("clipping.step=5", "clipping.step is 5"),
         ("layout=three", "unknown variant `three`"),
     ] {
         let error = from_text(text).expect_err(text).to_string();

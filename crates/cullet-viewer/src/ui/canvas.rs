@@ -31,6 +31,8 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
     super::buffer::show(ui, rect, session, made);
     labels(ui, rect, ratio, session, made);
     super::map::show(ui, rect, session);
+    super::cube::show(ui, rect, session);
+    outcodes(ui, rect, ratio, session, made);
     if session.state.layout == Layout::Wipe {
         wipe(ui, rect, session);
     }
@@ -157,6 +159,11 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
         });
         put(at, egui::Align2::LEFT_TOP, &words);
     }
+    if made.volume == Some(false) {
+        let at = rect.left_top() + egui::vec2(8.0, 30.0);
+        let words = "This cluster has no culling volume: from everywhere some of it is seen from the front.";
+        put(at, egui::Align2::LEFT_TOP, words);
+    }
     let fresh = !frozen
         && session.state.panels
         && session.state.layout == Layout::One
@@ -170,6 +177,30 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
             egui::Align2::LEFT_TOP,
             "Drag to turn, wheel to zoom. Fly out (O) shows what is not drawn; H helps.",
         );
+    }
+}
+
+/// The outcodes of the triangle that was clicked, at its corners.
+fn outcodes(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: &Composition) {
+    let Some(coded) = session.coded().filter(|_| session.state.structure.outcodes) else { return };
+    let font = egui::TextStyle::Small.resolve(ui.style());
+    let ink = ui.visuals().strong_text_color();
+    let ground = ui.visuals().panel_fill.gamma_multiply(0.8);
+    for panel in &made.panels {
+        let [x, y, w, h] = panel.place.map(|v| v as f32 / ratio);
+        let area = egui::Rect::from_min_size(rect.min + egui::vec2(x, y), egui::vec2(w, h));
+        let painter = ui.painter_at(area);
+        for (i, (corner, code)) in coded.corners.iter().enumerate() {
+            let Some([u, v, _]) = panel.view.project_point(corner.to_array()) else { continue };
+            let at = area.min + egui::vec2(u as f32, v as f32) / ratio;
+            let name = char::from(b'A' + i as u8);
+            let words = format!("{name} {:06b}", code.outside & 0b11_1111);
+            let galley = painter.layout_no_wrap(words, font.clone(), ink);
+            let place = egui::Rect::from_min_size(at + egui::vec2(5.0, -12.0), galley.size());
+            painter.rect_filled(place.expand(2.0), 2.0, ground);
+            painter.galley(place.min, galley, ink);
+            painter.circle_filled(at, 2.5, ink);
+        }
     }
 }
 

@@ -67,6 +67,7 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
         mesh.clusters().len(),
         if mesh.is_two_sided() { "two-sided" } else { "one-sided" }
     ));
+    super::structures::outcodes(ui, session);
     ui.weak(format!("slot {}, triangle {}", inspected.slot, inspected.triangle));
     let hidden_by = inspected.explanation.hidden_by.clone();
     let name = |slot: u32| scene.handle(slot).map(|h| world.model.instance_name(h).to_string());

@@ -2,13 +2,17 @@
 
 mod buffer;
 mod canvas;
+mod cube;
+mod cut;
 mod figures;
 mod funnel;
 mod help;
 mod inspect;
 mod keys;
 mod map;
+mod playground;
 mod scene;
+mod structures;
 mod switches;
 mod words;
 
@@ -47,6 +51,7 @@ pub fn show(
         let (shown, composition) = picture(session, pixels);
         canvas::show(ui, session, shown, &composition);
     });
+    playground::window(ui.ctx(), session);
     help::sheet(ui.ctx(), session);
 }
 

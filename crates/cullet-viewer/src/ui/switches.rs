@@ -19,6 +19,7 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     section(ui, "Cameras", true, |ui| cameras(ui, session));
     section(ui, "What was dropped", true, |ui| ghosts(ui, session));
     section(ui, "Picture", true, |ui| picture(ui, session));
+    section(ui, "Cut-away", session.state.cut.on, |ui| super::cut::section(ui, session));
     section(ui, "Camera path", false, |ui| {
         journey(ui, session);
         report(ui, session);
@@ -452,4 +453,5 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
         "cones of clusters",
         "Of what is inspected: the cone of each cluster's normals; violet ones face away and are dropped",
     );
+    super::structures::more(ui, session);
 }

@@ -1,0 +1,488 @@
+//! The cut-away: a scene cut by a plane or a box, its solids closed by caps, as a scene of its own. It is culled,
+//! drawn and clicked like any other.
+
+use std::sync::Arc;
+
+use cullet::bounds::{Plane, Side};
+use cullet::clip::cut::{CapOptions, CutOptions, Keep, box_planes, cut_mesh};
+use cullet::cull::frustum::single::classify_aabb;
+use cullet::hierarchy::Groups;
+use cullet::{Frustum, Handle, Instance, Mesh, Scene, Transform};
+use cullet_io::{Material, Model, NodeTree};
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::task::{Progress, Task};
+use crate::world::World;
+
+/// The most triangles of things that a plane goes through: each becomes a mesh of its own. A page has less memory,
+/// and waits while it cuts.
+pub const MOST_CUT: u64 = if cfg!(target_arch = "wasm32") { 400_000 } else { 4_000_000 };
+/// How far beyond the scene planes may stand, in half extents: at 1 they touch it.
+pub const REACH: f64 = 1.05;
+/// The colour of caps: the red of cut faces in drawings, as `cullet cut` has it.
+const CUT_FACE: [f32; 4] = [0.50, 0.065, 0.04, 1.0];
+
+/// What the scene is cut by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// A plane.
+    #[default]
+    Plane,
+    /// An upright box.
+    Box,
+}
+
+/// Which part is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Part {
+    /// What lies behind the plane, or inside the box.
+    #[default]
+    Inside,
+    /// The rest.
+    Outside,
+}
+
+/// How the scene is cut.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CutAway {
+    /// Whether it is.
+    pub on: bool,
+    /// By what.
+    pub shape: Shape,
+    /// The plane's normal, of any length but 0.
+    pub normal: [f64; 3],
+    /// Where the plane stands along its normal: −1 and 1 are the ends of the scene, 0 is its middle.
+    pub at: f64,
+    /// The box's low corner, each axis as `at`.
+    pub low: [f64; 3],
+    /// The box's high corner.
+    pub high: [f64; 3],
+    /// Which part is shown.
+    pub part: Part,
+    /// Whether the cut is closed, where it can be.
+    pub caps: bool,
+    /// Whether the outlines of the cut are drawn, as in a section drawing.
+    pub outlines: bool,
+}
+
+impl Default for CutAway {
+    fn default() -> Self {
+        Self {
+            on: false,
+            shape: Shape::Plane,
+            normal: [1.0, 0.0, 0.0],
+            at: 0.0,
+            low: [0.0, -REACH, 0.0],
+            high: [REACH; 3],
+            part: Part::Inside,
+            caps: true,
+            outlines: true,
+        }
+    }
+}
+
+impl CutAway {
+    /// What is wrong with it, if anything: which number, its value, and what it must be.
+    ///
+    /// # Errors
+    /// If a number is not finite or out of its range.
+    pub fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
+        let length = DVec3::from(self.normal).length();
+        if !(1e-6..=1e6).contains(&length) {
+            return Err(("the length of cut.normal", length, "between 1e-6 and 1e6"));
+        }
+        let places = self.low.iter().chain(&self.high).chain([&self.at]);
+        for v in places {
+            if !(-2.0..=2.0).contains(v) {
+                return Err(("a place of cut", *v, "between -2 and 2"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The planes, in world space, pointing out of what [`Part::Inside`] keeps.
+    #[must_use]
+    pub fn planes(&self, world: &World) -> Vec<Plane> {
+        let (centre, half) = (DVec3::from(world.centre), DVec3::from(world.half));
+        match self.shape {
+            Shape::Plane => {
+                let n = DVec3::from(self.normal).normalize_or(DVec3::X);
+                let d = n.dot(centre) + self.at * n.abs().dot(half);
+                vec![Plane::new(n.into(), d)]
+            }
+            Shape::Box => {
+                let (a, b) = (DVec3::from(self.low), DVec3::from(self.high));
+                let at = |v: DVec3| (centre + v * half).to_array();
+                box_planes(at(a.min(b)), at(a.max(b))).to_vec()
+            }
+        }
+    }
+
+    fn keep(&self) -> Keep {
+        match self.part {
+            Part::Inside => Keep::Inside,
+            Part::Outside => Keep::Outside,
+        }
+    }
+}
+
+/// An outline of a cut, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outline {
+    /// The plane that it lies in.
+    pub plane: Plane,
+    /// Its points; the last is joined to the first.
+    pub points: Vec<[f64; 3]>,
+}
+
+/// What came of a cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Things that no plane touches and that are kept.
+    pub untouched: u64,
+    /// Things that were cut.
+    pub cut: u64,
+    /// Things that are gone whole.
+    pub gone: u64,
+    /// Triangles of the caps.
+    pub cap_triangles: u64,
+    /// Their area, in squared units of the scene.
+    pub cap_area: f64,
+    /// Edges of surfaces that are open where they are cut, and so have no cap.
+    pub open_edges: u64,
+    /// Milliseconds that it took.
+    pub milliseconds: f32,
+}
+
+/// A cut scene.
+#[derive(Debug)]
+pub struct CutWorld {
+    /// The scene.
+    pub world: Arc<World>,
+    /// The outlines, if they are wanted.
+    pub outlines: Vec<Outline>,
+    /// What came of it.
+    pub tally: Tally,
+}
+
+/// Cuts every instance of a scene. Those that no plane touches keep their mesh; of a mesh that is left open, because
+/// it has no cap, both sides are shown. Bounds are those of the meshes, whatever they were set to.
+///
+/// Costs [`cut_mesh`] for each instance that a plane goes through.
+///
+/// # Errors
+/// The text of what is wrong, for the user: more than [`MOST_CUT`] triangles to cut, or nothing left.
+pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
+    let began = crate::task::clock();
+    let model = &whole.model;
+    let scene = &model.scene;
+    let mut frustum = Frustum::everything();
+    let planes = how.planes(whole);
+    for plane in &planes {
+        frustum.push(*plane).map_err(|e| e.to_string())?;
+    }
+    let mut out = Model {
+        name: model.name.clone(),
+        materials: model.materials.clone(),
+        cameras: model.cameras.clone(),
+        node_tree: NodeTree { node_of_instance: Vec::new(), ..model.node_tree.clone() },
+        ..Model::default()
+    };
+    out.scene = Scene::new();
+    out.scene.rebase(scene.origin());
+    let cutter = Cutter { how, frustum: &frustum, cap_material: out.materials.len() as u32 };
+    let through: u64 = scene
+        .slots()
+        .filter(|&s| cutter.side(scene.mesh(s), scene.transform(s)) == Side::Straddling)
+        .map(|s| u64::from(scene.mesh(s).triangle_count()))
+        .sum();
+    if through > MOST_CUT {
+        return Err(format!(
+            "The cut goes through things with {through} triangles, more than the {MOST_CUT} that are cut while you \
+             look. Move it, or try a smaller scene; cullet cut has no such limit"
+        ));
+    }
+    let mut tally = Tally::default();
+    let mut outlines = Vec::new();
+    let mut shared = vec![None; scene.meshes().len()];
+    let kept_whole = if how.part == Part::Inside { Side::Inside } else { Side::Outside };
+    // In the order of the file: slots are sorted by place.
+    let mut handles: Vec<Handle> = scene.slots().filter_map(|s| scene.handle(s)).collect();
+    handles.sort_unstable_by_key(|h| h.index);
+    for handle in handles {
+        let Ok(slot) = scene.slot(handle) else { continue };
+        let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
+        let number = scene.mesh_id(slot) as usize;
+        let name = || model.mesh_names.get(number).cloned().unwrap_or_default();
+        let id = match cutter.side(mesh, transform) {
+            Side::Straddling => {
+                let made = cutter.run(mesh, transform, &mut tally, &mut outlines);
+                let Some(made) = made.map_err(|e| format!("mesh `{}`: {e}", name()))? else {
+                    tally.gone += 1;
+                    continue;
+                };
+                tally.cut += 1;
+                out.mesh_names.push(name());
+                out.scene.add_mesh(made)
+            }
+            side if side == kept_whole => {
+                tally.untouched += 1;
+                *shared[number].get_or_insert_with(|| {
+                    out.mesh_names.push(name());
+                    out.scene.add_mesh(mesh.clone())
+                })
+            }
+            _ => {
+                tally.gone += 1;
+                continue;
+            }
+        };
+        let (layers, flags) = (scene.layers(slot), scene.flags(slot));
+        let instance = Instance { layers, flags, ..Instance::new(id, *transform) };
+        out.scene.add(instance).map_err(|e| e.to_string())?;
+        out.instance_names.push(model.instance_name(handle).into());
+        let node = model.node_tree.node_of_instance.get(handle.index as usize);
+        out.node_tree.node_of_instance.push(node.copied().unwrap_or(Groups::NONE));
+    }
+    if out.scene.instance_count() == 0 {
+        return Err("The cut leaves nothing of the scene".to_owned());
+    }
+    if tally.cap_triangles > 0 {
+        out.materials.push(Material { name: "cut face".to_owned(), color: CUT_FACE });
+    }
+    out.scene.commit();
+    out.scene.prepare();
+    // The camera, the map and the cut itself go by the whole scene.
+    let World { reach, centre, half, .. } = *whole;
+    let world = World { reach, centre, half, ..World::new(out, whole.name.clone()) };
+    tally.milliseconds = (crate::task::clock() - began) as f32 * 1e-6;
+    Ok(CutWorld { world: Arc::new(world), outlines, tally })
+}
+
+/// What all instances are cut by.
+struct Cutter<'a> {
+    how: &'a CutAway,
+    frustum: &'a Frustum,
+    cap_material: u32,
+}
+
+impl Cutter<'_> {
+    /// Where an instance lies, by its mesh: bounds may have been set to something else.
+    fn side(&self, mesh: &Mesh, transform: &Transform) -> Side {
+        let local = self.frustum.to_object_space(transform);
+        // Planes that a flat transform lost: what is left of the region would not be the region.
+        if local.present() != self.frustum.present() {
+            return Side::Inside;
+        }
+        classify_aabb(&local, &mesh.bounds()).0
+    }
+
+    /// What is left of an instance; `None` if nothing is.
+    fn run(
+        &self,
+        mesh: &Mesh,
+        transform: &Transform,
+        tally: &mut Tally,
+        outlines: &mut Vec<Outline>,
+    ) -> Result<Option<Mesh>, String> {
+        let how = self.how;
+        let local = self.frustum.to_object_space(transform);
+        let planes: Vec<Plane> = local.planes().map(|(_, p)| *p).collect();
+        let caps = (how.caps || how.outlines).then(CapOptions::default);
+        let options = CutOptions { keep: how.keep(), caps };
+        let done =
+            cut_mesh(mesh, &[], 0, &planes, &options, self.cap_material).map_err(|e| e.to_string())?;
+        let world = |p: [f32; 3]| to_world(transform, p);
+        let numbers: Vec<&Plane> = self.frustum.planes().map(|(_, p)| p).collect();
+        for cap in done.cut.caps.iter().filter(|_| how.outlines) {
+            for outline in done.cut.outlines(cap) {
+                let points = outline.points.iter().map(|&p| world(p).into()).collect();
+                outlines.push(Outline { plane: *numbers[cap.plane], points });
+            }
+        }
+        tally.open_edges += done.cut.report.open_edges as u64;
+        let mut data = done.data;
+        let caps: usize = done.cut.caps.iter().map(|c| c.triangles.len()).sum();
+        let walls = data.indices.len() - caps * 3;
+        if how.caps {
+            tally.cap_triangles += caps as u64;
+            for t in data.indices[walls..].chunks_exact(3) {
+                let [a, b, c] = [0, 1, 2].map(|i| world(data.positions[t[i] as usize]));
+                tally.cap_area += (b - a).cross(c - a).length() * 0.5;
+            }
+        } else if caps > 0 {
+            data.indices.truncate(walls);
+            data.parts.pop();
+        }
+        if !how.caps || done.cut.report.open_edges > 0 {
+            // One looks into it: what was the back of a closed surface is in sight.
+            data.parts.iter_mut().for_each(|p| p.two_sided = true);
+        }
+        if data.indices.is_empty() {
+            return Ok(None);
+        }
+        Mesh::new(data).map(Some).map_err(|e| e.to_string())
+    }
+}
+
+/// A point of a mesh in world space.
+#[must_use]
+pub fn to_world(transform: &Transform, p: [f32; 3]) -> DVec3 {
+    let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
+    linear * DVec3::from(p.map(f64::from)) + DVec3::from(transform.translation)
+}
+
+/// The cut under way, and what is shown of the last one.
+#[derive(Debug, Default)]
+pub struct Cutting {
+    /// The scene before it was cut, while a cut is shown or made.
+    pub whole: Option<Arc<World>>,
+    /// The outlines of what is shown.
+    pub outlines: Vec<Outline>,
+    /// What came of the last cut.
+    pub tally: Tally,
+    /// What was last cut, or found impossible.
+    done: Option<CutAway>,
+    task: Option<(CutAway, Task<Result<CutWorld, String>>)>,
+}
+
+impl Cutting {
+    /// Whether a cut is being made.
+    #[must_use]
+    pub fn is_working(&self) -> bool {
+        self.task.is_some()
+    }
+
+    /// Whether what is shown is what is wanted.
+    #[must_use]
+    pub fn is_settled(&self, wanted: &CutAway) -> bool {
+        let shown =
+            if wanted.on { self.done.as_ref() == Some(wanted) } else { self.whole.is_none() };
+        shown && self.task.is_none()
+    }
+
+    /// Goes on towards what is wanted of the scene that is shown: begins a cut, one at a time, and returns the
+    /// scene to show in its place, or what the user is to be told. `wake` is called when a cut is done.
+    pub fn advance(
+        &mut self,
+        shown: &Arc<World>,
+        wanted: &CutAway,
+        wake: impl FnOnce() + Send + 'static,
+    ) -> Option<Result<Arc<World>, String>> {
+        if !wanted.on {
+            let whole = self.whole.take();
+            // A cut that is under way is about nothing any more.
+            *self = Self::default();
+            return whole.filter(|w| !Arc::ptr_eq(w, shown)).map(Ok);
+        }
+        let came = match self.task.as_ref().map(|(_, task)| task.poll()) {
+            Some(Progress::Working) => return None,
+            Some(Progress::Done(result)) => Some(result),
+            Some(Progress::Lost) => Some(Err("The cut ended without a result".to_owned())),
+            None => None,
+        };
+        if let Some(result) = came {
+            self.done = self.task.take().map(|(how, _)| how);
+            return Some(result.map(|made| {
+                (self.outlines, self.tally) = (made.outlines, made.tally);
+                made.world
+            }));
+        }
+        if self.done.as_ref() != Some(wanted) {
+            let whole = Arc::clone(self.whole.get_or_insert_with(|| Arc::clone(shown)));
+            let how = wanted.clone();
+            self.task = Some((wanted.clone(), Task::start(move || cut(&whole, &how), wake)));
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet_io::scenes;
+
+    use super::*;
+
+    fn world(text: &str) -> World {
+        World::new(scenes::build(text).expect("built in"), text.to_owned())
+    }
+
+    /// The volume of all meshes of a scene, by the theorem of Gauss; of closed ones it is right.
+    fn volume(world: &World) -> f64 {
+        let scene = &world.model.scene;
+        scene
+            .slots()
+            .flat_map(|slot| {
+                let (mesh, t) = (scene.mesh(slot), *scene.transform(slot));
+                (0..mesh.triangle_count()).map(move |i| {
+                    let [a, b, c] = mesh.corners(i).map(|p| to_world(&t, p));
+                    a.dot(b.cross(c)) / 6.0
+                })
+            })
+            .sum()
+    }
+
+    #[test]
+    fn two_halves_with_caps_have_the_volume_of_the_whole() {
+        let whole = world("solids");
+        for how in [
+            CutAway { normal: [0.3, 1.0, 0.2], at: 0.1, ..CutAway::default() },
+            CutAway { shape: Shape::Box, low: [-0.4; 3], high: [0.5; 3], ..CutAway::default() },
+        ] {
+            let inside = cut(&whole, &how).expect("cut");
+            let outside = cut(&whole, &CutAway { part: Part::Outside, ..how }).expect("cut");
+            assert!(inside.tally.cut > 0 && inside.tally.cap_area > 0.0);
+            assert_eq!(inside.tally.open_edges, 0);
+            let (sum, all) = (volume(&inside.world) + volume(&outside.world), volume(&whole));
+            assert!((sum - all).abs() < all * 1e-4, "{sum} {all}");
+            assert!(volume(&inside.world) > 0.0 && volume(&inside.world) < all);
+        }
+    }
+
+    #[test]
+    fn what_is_shown_lies_on_the_side_that_is_kept() {
+        let whole = world("solids");
+        let how = CutAway { normal: [1.0, 0.5, 0.0], at: -0.2, ..CutAway::default() };
+        let plane = how.planes(&whole)[0];
+        let made = cut(&whole, &how).expect("cut");
+        let scene = &made.world.model.scene;
+        for slot in scene.slots() {
+            let mesh = scene.mesh(slot);
+            for p in mesh.positions() {
+                let height = plane.distance(to_world(scene.transform(slot), *p));
+                assert!(height < 1e-4 * whole.reach, "{height}");
+            }
+        }
+        for outline in &made.outlines {
+            for p in &outline.points {
+                assert!(plane.distance(*p).abs() < 1e-4 * whole.reach);
+            }
+        }
+        assert!(!made.outlines.is_empty());
+    }
+
+    #[test]
+    fn without_caps_both_sides_of_what_is_open_are_shown() {
+        let whole = world("solids");
+        let made = cut(&whole, &CutAway { caps: false, ..CutAway::default() }).expect("cut");
+        assert_eq!(made.tally.cap_triangles, 0);
+        assert!(!made.outlines.is_empty(), "outlines need no caps");
+        let scene = &made.world.model.scene;
+        assert!(scene.slots().any(|s| scene.mesh(s).is_two_sided()));
+    }
+
+    #[test]
+    fn a_cut_beside_the_scene_leaves_it_or_nothing() {
+        let whole = world("solids");
+        let far = CutAway { at: 2.0, ..CutAway::default() };
+        let made = cut(&whole, &far).expect("cut");
+        assert_eq!(made.tally.untouched, whole.counts.instances);
+        assert_eq!(made.world.counts, whole.counts);
+        let error = cut(&whole, &CutAway { part: Part::Outside, ..far }).expect_err("nothing");
+        assert!(error.contains("leaves nothing"), "{error}");
+    }
+}
