@@ -272,7 +272,7 @@ pub(crate) struct CullArgs {
     #[arg(long, value_name = "PX", default_value_t = 640, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub(crate) occlusion_width: u32,
     /// What drawing occluders may cost a view, in modelled microseconds
-    #[arg(long, value_name = "US", default_value_t = 2000.0, value_parser = parse::microseconds)]
+    #[arg(long, value_name = "US", default_value_t = 100_000.0, value_parser = parse::microseconds)]
     pub(crate) occlusion_budget: f32,
     /// What hides: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two
     #[arg(long, value_enum, default_value_t = OccluderKind::Mesh)]
