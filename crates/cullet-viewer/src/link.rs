@@ -110,7 +110,7 @@ fn check(state: &State) -> Result<(), LinkError> {
         }
     }
     let parts = [state.cut.check(), state.study.check(), state.clipping.check()];
-    for (what, v, must) in parts.into_iter().filter_map(Result::err) {
+    if let Some((what, v, must)) = parts.into_iter().find_map(Result::err) {
         return wrong(what, v, must);
     }
     if !(0.0..=1.0).contains(&state.wipe) {

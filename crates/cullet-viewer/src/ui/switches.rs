@@ -18,7 +18,10 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     section(ui, "Picture", true, |ui| picture(ui, session));
     section(ui, "Cut-away", session.state.cut.on, |ui| super::cut::section(ui, session));
     section(ui, "Camera path", false, |ui| journey(ui, session));
-    section(ui, "Structures", false, |ui| structures(ui, session));
+    // Open where a link shows something of it.
+    let s = &session.state;
+    let shown = s.structure != Default::default() || s.study != Default::default();
+    section(ui, "Structures", shown, |ui| structures(ui, session));
 }
 
 fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egui::Ui)) {
