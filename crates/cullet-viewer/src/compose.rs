@@ -298,7 +298,9 @@ fn study(session: &Session, lines: &mut Lines, sides: &mut Lines) -> Option<bool
     if let Some(coded) = session.coded().filter(|_| structure.outcodes) {
         let b = scene.bounds(inspected.slot);
         let middle = DVec3::from(b.center()) + DVec3::from(scene.origin());
-        coded.draw(middle, DVec3::from(b.half_extent()).length(), lines, sides);
+        // Squares beside a ground would cover all else.
+        let radius = DVec3::from(b.half_extent()).length().min(world.reach * 0.15);
+        coded.draw(middle, radius, lines, sides);
     }
     let t = mesh.original_triangle().iter().position(|&o| o == inspected.triangle)? as u32;
     let cluster = mesh.clusters().iter().position(|c| c.triangles().contains(&t))?;

@@ -16,7 +16,7 @@ use crate::lines::{Lines, tint};
 use crate::structure::WHOLE;
 
 /// The largest mesh that is studied at every step of the eye.
-pub const MOST_TRIANGLES: u32 = 200_000;
+pub const MOST_TRIANGLES: u32 = 100_000;
 /// The most groups of triangles with a mask each.
 pub const MOST_GROUPS: u32 = 1_024;
 

@@ -24,7 +24,10 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
         journey(ui, session);
         report(ui, session);
     });
-    section(ui, "Structures", false, |ui| structures(ui, session));
+    // Open where a link shows something of it.
+    let s = &session.state;
+    let shown = s.structure != Default::default() || s.study != Default::default();
+    section(ui, "Structures", shown, |ui| structures(ui, session));
 }
 
 fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egui::Ui)) {
