@@ -45,8 +45,12 @@ impl OcclusionState {
         let Some(buffer) = &self.buffer else { return String::new() };
         let [width, height] = buffer.size();
         let asker = Asker::new(buffer, culler.level);
-        let Some(footprint) = asker.footprint(scene.boxes(), slot as usize) else {
-            return "crosses the near plane, or has no bounds: never hidden".to_owned();
+        let footprint = match asker.footprint(scene.boxes(), slot as usize) {
+            Ok(footprint) => footprint,
+            Err(Verdict::Outside) => return "beyond an edge of the screen".to_owned(),
+            Err(_) => {
+                return "crosses the near plane, or has no bounds: never hidden".to_owned();
+            }
         };
         let Footprint { min: [x0, y0], max: [x1, y1], nearness } = footprint;
         let place = format!(
@@ -72,7 +76,7 @@ impl OcclusionState {
         let (Some(buffer), mut found) = (&self.buffer, Vec::new()) else { return Vec::new() };
         let asker = Asker::new(buffer, culler.level);
         let footprint = asker.footprint(scene.boxes(), slot as usize);
-        let Some(footprint) = footprint else { return found };
+        let Ok(footprint) = footprint else { return found };
         let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return found };
         for &(by, shape) in &self.drawn {
             alone.begin(view, scene.origin());

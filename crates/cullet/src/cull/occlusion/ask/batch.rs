@@ -23,11 +23,18 @@ pub(crate) struct Asker<'a> {
     level: Level,
 }
 
-/// What a block of sixteen boxes was found to be: one bit a box.
+/// What boxes that were asked about were found to be: one bit a box.
 #[derive(Clone, Copy, Debug, Default)]
 struct Found {
     hidden: u64,
     outside: u64,
+}
+
+impl Found {
+    /// What no pixel shows.
+    fn unseen(self) -> u64 {
+        self.hidden | self.outside
+    }
 }
 
 impl OcclusionBuffer {
@@ -36,7 +43,7 @@ impl OcclusionBuffer {
     /// 64 · `first_word`; what is not asked about gets no bit.
     ///
     /// Boxes are relative to the buffer's origin. Those that are not finite or cross the near plane are visible, and so
-    /// are all before [`begin`](Self::begin); empty ones are outside. What is hidden is so by
+    /// are all before [`begin`](Self::begin); empty ones are outside, and so are those beyond an edge of the screen. What is hidden is so by
     /// [`ask_box`](Self::ask_box) too, while a few that this finds hidden by less than f32 can tell are visible here.
     /// The same answer at every [`Level`]. Some 10 ns a box in the view; blocks of sixteen of which none is
     /// asked about cost next to nothing, so ask about what the frustum does not reject.
@@ -66,7 +73,7 @@ impl OcclusionBuffer {
             let asked = asked & below(boxes.len(), first_word + i);
             let found = asker.word(boxes, first_word + i, asked);
             hidden[i] = found.hidden;
-            visible[i] = asked & !(found.hidden | found.outside);
+            visible[i] = asked & !found.unseen();
         }
     }
 
@@ -76,7 +83,7 @@ impl OcclusionBuffer {
         (0..boxes.len()).map(|i| self.ask_box(&boxes.get(i))).collect()
     }
 
-    /// Clears the bits of those boxes that are hidden, as [`ask_boxes`](Self::ask_boxes) finds them, but asks first
+    /// Clears the bits of those boxes that are hidden or outside, as [`ask_boxes`](Self::ask_boxes) finds them, but asks first
     /// about the `nodes` above, 256 boxes and then sixteen at a time, so that what is hidden together falls together. The
     /// answer is the same, whatever the nodes. Bit i of the words is box i; how many tests it took comes back.
     ///
@@ -123,12 +130,12 @@ impl<'a> Asker<'a> {
         tests
     }
 
-    /// The footprint of a box as the batch has it; `None` where it has none.
-    pub(crate) fn footprint(&self, boxes: &Boxes, index: usize) -> Option<Footprint> {
-        let mut found = None;
-        self.footprints(&boxes.blocks()[index / LANES], 1 << (index % LANES), 0.0, |_, f| {
-            found = f
-        });
+    /// The footprint of a box as the batch has it; or why there is none: it is outside, or visible since it crosses the
+    /// near plane or is not finite.
+    pub(crate) fn footprint(&self, boxes: &Boxes, index: usize) -> Result<Footprint, Verdict> {
+        let mut found = Err(Verdict::Outside);
+        let (block, lane) = (&boxes.blocks()[index / LANES], index % LANES);
+        self.footprints(block, 1 << lane, 0.0, |_, f| found = f.ok_or(Verdict::Visible));
         found
     }
 
@@ -178,11 +185,11 @@ impl<'a> Asker<'a> {
 
     /// Those asked about of sixteen boxes.
     fn block(&self, block: &BoxBlock, asked: u64, slack: f32) -> Found {
-        let Some(lens) = &self.lens else { return Found::default() };
+        let (Some(lens), 1..) = (&self.lens, asked) else { return Found::default() };
         dispatch!(self.level, simd => ask_block(simd, self.buffer, lens, block, asked, slack))
     }
 
-    /// Clears the bits of what is hidden of 64 words, by the nodes above them first; how many tests it took.
+    /// Clears the bits of what is hidden or outside of 64 words, by the nodes above them first; how many tests it took.
     ///
     /// Nodes still higher were not worth asking: one of 256 costs as much as one of sixteen boxes.
     pub(crate) fn group(
@@ -195,57 +202,36 @@ impl<'a> Asker<'a> {
         let mut tests = 0;
         // What is under a node: the boxes that were there when the nodes were made.
         let under = |word: usize| below(nodes.len(), group * 64 + word);
-        let is_alive = |alive: &[u64; 64], n: usize| alive[n * 4..n * 4 + 4] != [0; 4];
-        let mut asked = (0..16).filter(|&n| is_alive(alive, n)).fold(0_u64, |a, n| a | 1 << n);
-        let mut outside = [0_u64; 64];
-        if let Some(level) = nodes.levels().get(1)
-            && let Some(block) = level.blocks().get(group)
-        {
-            let found = self.block(block, asked, NODE_SLACK);
+        let is_alive = |n: &usize| alive[n * 4..n * 4 + 4] != [0; 4];
+        let asked = (0..LANES).filter(is_alive).fold(0_u64, |a, n| a | 1 << n);
+        if let Some(block) = nodes.levels().get(1).and_then(|l| l.blocks().get(group)) {
             tests += u64::from(asked.count_ones());
-            for n in bits::ones(found.hidden | found.outside) {
+            for n in bits::ones(self.block(block, asked, NODE_SLACK).unseen()) {
                 for word in n * 4..n * 4 + 4 {
-                    if found.hidden >> n & 1 == 1 {
-                        alive[word] &= !under(word);
-                    } else {
-                        outside[word] = under(word);
-                    }
+                    alive[word] &= !under(word);
                 }
             }
-            asked &= !found.outside | u64::from(nodes.len() < (group + 1) * 4096) * u64::MAX;
         }
         for n in bits::ones(asked) {
             let words = n * 4..n * 4 + 4;
-            if let Some(level) = nodes.levels().first()
-                && let Some(block) = level.blocks().get(group * 16 + n)
-            {
-                let mut parts = 0;
+            let first = group * LANES + n;
+            if let Some(block) = nodes.levels().first().and_then(|l| l.blocks().get(first)) {
+                let mut asked = 0_u64;
                 for (i, word) in words.clone().enumerate() {
-                    let left = alive[word] & !outside[word] & under(word);
-                    for part in 0..4 {
-                        parts |= u64::from(left >> (part * LANES) & 0xffff != 0) << (i * 4 + part);
+                    let left = alive[word] & under(word);
+                    for part in (0..4).filter(|part| left >> (part * LANES) & 0xffff != 0) {
+                        asked |= 1 << (i * 4 + part);
                     }
                 }
-                if parts != 0 {
-                    let found = self.block(block, parts, NODE_SLACK);
-                    tests += u64::from(parts.count_ones());
-                    for node in bits::ones(found.hidden | found.outside) {
-                        let word = n * 4 + node / 4;
-                        let bits = under(word) & 0xffff << (node % 4 * LANES);
-                        if found.hidden >> node & 1 == 1 {
-                            alive[word] &= !bits;
-                        } else {
-                            outside[word] |= bits;
-                        }
-                    }
+                tests += u64::from(asked.count_ones());
+                for node in bits::ones(self.block(block, asked, NODE_SLACK).unseen()) {
+                    let word = n * 4 + node / 4;
+                    alive[word] &= !(under(word) & 0xffff << (node % 4 * LANES));
                 }
             }
             for word in words {
-                let asked = alive[word] & !outside[word];
-                if asked != 0 {
-                    tests += u64::from(asked.count_ones());
-                    alive[word] &= !self.word(boxes, group * 64 + word, asked).hidden;
-                }
+                tests += u64::from(alive[word].count_ones());
+                alive[word] &= !self.word(boxes, group * 64 + word, alive[word]).unseen();
             }
         }
         tests

@@ -71,7 +71,7 @@ pub(super) struct Rectangles {
     /// One bit a box: it reaches some pixel, and the rest stands for it. Not so where it is outside, crosses the near plane or
     /// is not finite.
     pub(super) bounded: u32,
-    /// One bit a box: it reaches no pixel.
+    /// One bit a box: it is empty, or beyond an edge of the screen.
     pub(super) outside: u32,
 }
 
@@ -202,7 +202,6 @@ impl Lens {
         let near_error = error(near) * splat(slack);
         // A NaN fails: such a box is visible.
         let mut sure = least(near).simd_ge(near_error);
-        let behind = most(near).simd_lt(-near_error);
         // No other box has its upper corners there.
         let empty = load(3).simd_eq(splat(-Boxes::LIMIT));
         let third_error = error(third) * splat(slack);
@@ -238,8 +237,7 @@ impl Lens {
                 *bounds = [min - doubt, max + doubt];
             }
         }
-        let mut beyond = behind;
-        let mut off_screen = behind & !behind;
+        let mut off_screen = empty;
         for (a, [min, max]) in bounds.into_iter().enumerate() {
             let size = splat(self.size[a]);
             let farthest = splat(FARTHEST);
@@ -252,8 +250,8 @@ impl Lens {
         }
         sure = sure & nearness.abs().simd_lt(splat(f32::INFINITY));
         nearness.store_slice(&mut out.nearness[at..at + S::f32s::LEN]);
-        beyond = beyond | (sure & off_screen) | empty;
-        ((sure & !beyond).to_bitmask(), beyond.to_bitmask())
+        let outside = empty | (sure & off_screen);
+        ((sure & !outside).to_bitmask(), outside.to_bitmask())
     }
 }
 
