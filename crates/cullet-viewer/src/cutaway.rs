@@ -294,8 +294,8 @@ impl Cutter<'_> {
         let planes: Vec<Plane> = local.planes().map(|(_, p)| *p).collect();
         let caps = (how.caps || how.outlines).then(CapOptions::default);
         let options = CutOptions { keep: how.keep(), caps };
-        let done =
-            cut_mesh(mesh, &[], 0, &planes, &options, self.cap_material).map_err(|e| e.to_string())?;
+        let done = cut_mesh(mesh, &[], 0, &planes, &options, self.cap_material)
+            .map_err(|e| e.to_string())?;
         let world = |p: [f32; 3]| to_world(transform, p);
         let numbers: Vec<&Plane> = self.frustum.planes().map(|(_, p)| p).collect();
         for cap in done.cut.caps.iter().filter(|_| how.outlines) {

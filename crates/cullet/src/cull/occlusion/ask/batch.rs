@@ -289,10 +289,10 @@ fn covered<S: Simd>(
             let open = match buffer.far.get(t..t + S::f32s::LEN) {
                 Some(far) => wanted & !S::f32s::from_slice(simd, far).simd_gt(limit).to_bitmask(),
                 // The last tiles of the buffer: there is no whole vector of them.
-                None => (0..count).fold(0, |open, i| {
-                    let open_there = buffer.far[t + i] <= nearness || nearness.is_nan();
-                    open | u64::from(open_there) << i
-                }),
+                None => {
+                    let nearer = |i: &usize| buffer.far[t + i] > nearness;
+                    wanted & !(0..count).filter(nearer).fold(0, |near, i| near | 1 << i)
+                }
             };
             for i in bits::ones(open) {
                 let tile = [column + i, row];
@@ -325,7 +325,11 @@ fn tile_covered<S: Simd>(
     let wanted = 0xff_u64 >> (TILE - 1 - to[0]) & 0xff << from[0];
     let limit = f32x8::splat(simd, nearness);
     let rows = buffer.tiles[t].0.as_chunks::<TILE>().0;
-    rows[from[1]..=to[1]]
-        .iter()
-        .all(|row| f32x8::from_slice(simd, row).simd_gt(limit).to_bitmask() & wanted == wanted)
+    for row in &rows[from[1]..=to[1]] {
+        let nearer = f32x8::from_slice(simd, row).simd_gt(limit).to_bitmask();
+        if nearer & wanted != wanted {
+            return false;
+        }
+    }
+    true
 }

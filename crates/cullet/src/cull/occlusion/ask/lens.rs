@@ -175,108 +175,161 @@ impl Lens {
         slack: f32,
         out: &mut Rectangles,
     ) -> (u64, u64) {
-        let splat = |v: f32| S::f32s::splat(simd, v);
-        let load = |row: usize| S::f32s::from_slice(simd, &block.0[row][at..at + S::f32s::LEN]);
-        // Negated lower corners and upper ones, from the base on.
-        let low: [S::f32s; 3] = std::array::from_fn(|a| load(a) + splat(self.base[a]));
-        let high: [S::f32s; 3] = std::array::from_fn(|a| load(a + 3) - splat(self.base[a]));
-        let reach: [S::f32s; 3] = std::array::from_fn(|a| low[a].abs().max(high[a].abs()));
-        let error = |row: &Row| {
-            splat(row.c_error)
-                + (reach[0] * splat(row.k_error[0])
-                    + reach[1] * splat(row.k_error[1])
-                    + reach[2] * splat(row.k_error[2]))
-        };
-        let terms = |row: &Row| -> [[S::f32s; 2]; 3] {
-            std::array::from_fn(|a| [low[a] * splat(-row.k[a]), high[a] * splat(row.k[a])])
-        };
-        let least = |row: &Row| {
-            let t = terms(row).map(|[p, q]| p.min(q));
-            splat(row.c) + t[0] + t[1] + t[2]
-        };
-        let most = |row: &Row| {
-            let t = terms(row).map(|[p, q]| p.max(q));
-            splat(row.c) + t[0] + t[1] + t[2]
-        };
         let [x, y, third, near] = &self.rows;
-        let near_error = error(near) * splat(slack);
+        let reach = Reach::<S>::new(simd, block, at, self.base);
+        let near_error = reach.error(simd, near) * S::f32s::splat(simd, slack);
         // A NaN fails: such a box is visible.
-        let mut sure = least(near).simd_ge(near_error);
+        let mut sure = reach.terms(simd, near).least().simd_ge(near_error);
         // No other box has its upper corners there.
-        let empty = load(3).simd_eq(splat(-Boxes::LIMIT));
-        let third_error = error(third) * splat(slack);
+        let upper = S::f32s::from_slice(simd, &block.0[3][at..at + S::f32s::LEN]);
+        let empty = upper.simd_eq(S::f32s::splat(simd, -Boxes::LIMIT));
+        let third_error = reach.error(simd, third) * S::f32s::splat(simd, slack);
+        let terms = reach.terms(simd, third);
 
-        let mut bounds = [[splat(0.0); 2]; 2];
+        let mut bounds = [[third_error; 2]; 2];
         let nearness;
         if PERSPECTIVE {
-            let w = corners::<S>(splat(third.c), &terms(third));
-            let inverse = w.map(|w| splat(1.0) / w);
-            let nearest = smallest::<S>(&w);
-            sure =
-                sure & nearest.simd_gt(third_error * splat(16.0)) & nearest.simd_gt(splat(LEAST_W));
+            let one = S::f32s::splat(simd, 1.0);
+            let mut inverse = terms.corners();
+            let nearest = smallest::<S>(&inverse);
+            for w in &mut inverse {
+                *w = one / *w;
+            }
+            sure = sure
+                & nearest.simd_gt(third_error * S::f32s::splat(simd, 16.0))
+                & nearest.simd_gt(S::f32s::splat(simd, LEAST_W));
             // The division is rounded up by more than its three roundings.
-            let rounded = splat(1.0 + slack * (1.0 / (1 << 21) as f32));
-            nearness = splat(1.0) / (nearest - third_error) * rounded;
-            let largest = splat(1.0) / nearest;
+            let rounded = S::f32s::splat(simd, 1.0 + slack * (1.0 / (1 << 21) as f32));
+            nearness = one / (nearest - third_error) * rounded;
+            let largest = one / nearest;
             for (bounds, row) in bounds.iter_mut().zip([x, y]) {
-                let all = corners::<S>(splat(row.c), &terms(row));
-                let all: [S::f32s; 8] = std::array::from_fn(|i| all[i] * inverse[i]);
+                let mut all = reach.terms(simd, row).corners();
+                for (v, inverse) in all.iter_mut().zip(&inverse) {
+                    *v *= *inverse;
+                }
                 let (min, max) = (smallest::<S>(&all), greatest::<S>(&all));
                 let size = min.abs().max(max.abs());
-                let doubt =
-                    (error(row) * splat(slack) + size * third_error) * largest * splat(1.125)
-                        + size * splat(slack * (1.0 / (1 << 22) as f32));
+                let error = reach.error(simd, row) * S::f32s::splat(simd, slack);
+                let doubt = (error + size * third_error) * largest * S::f32s::splat(simd, 1.125)
+                    + size * S::f32s::splat(simd, slack * (1.0 / (1 << 22) as f32));
                 *bounds = [min - doubt, max + doubt];
             }
         } else {
-            let most = most(third) + third_error;
-            nearness = most + most.abs() * splat(slack * (1.0 / (1 << 21) as f32));
+            let most = terms.most() + third_error;
+            let rounding = S::f32s::splat(simd, slack * (1.0 / (1 << 21) as f32));
+            nearness = most + most.abs() * rounding;
             for (bounds, row) in bounds.iter_mut().zip([x, y]) {
-                let (min, max) = (least(row), most_of::<S>(splat(row.c), &terms(row)));
-                let doubt = error(row) * splat(slack * 1.125);
-                *bounds = [min - doubt, max + doubt];
+                let terms = reach.terms(simd, row);
+                let doubt = reach.error(simd, row) * S::f32s::splat(simd, slack * 1.125);
+                *bounds = [terms.least() - doubt, terms.most() + doubt];
             }
         }
         let mut off_screen = empty;
-        for (a, [min, max]) in bounds.into_iter().enumerate() {
-            let size = splat(self.size[a]);
-            let farthest = splat(FARTHEST);
+        let (zero, farthest) = (S::f32s::splat(simd, 0.0), S::f32s::splat(simd, FARTHEST));
+        for a in 0..2 {
+            let [min, max] = bounds[a];
+            let size = S::f32s::splat(simd, self.size[a]);
             sure = sure & min.abs().simd_lt(farthest) & max.abs().simd_lt(farthest);
-            off_screen = off_screen | max.simd_lt(splat(0.0)) | min.simd_gt(size);
-            let last = size - splat(1.0);
-            let pixel = |v: S::f32s| v.max(splat(0.0)).min(last).to_int::<S::i32s>();
-            pixel(min).store_slice(&mut out.min[a][at..at + S::f32s::LEN]);
-            pixel(max).store_slice(&mut out.max[a][at..at + S::f32s::LEN]);
+            off_screen = off_screen | max.simd_lt(zero) | min.simd_gt(size);
+            let last = size - S::f32s::splat(simd, 1.0);
+            let first: S::i32s = min.max(zero).min(last).to_int();
+            let last: S::i32s = max.max(zero).min(last).to_int();
+            first.store_slice(&mut out.min[a][at..at + S::f32s::LEN]);
+            last.store_slice(&mut out.max[a][at..at + S::f32s::LEN]);
         }
-        sure &= nearness.abs().simd_lt(splat(f32::INFINITY));
+        sure &= nearness.abs().simd_lt(S::f32s::splat(simd, f32::INFINITY));
         nearness.store_slice(&mut out.nearness[at..at + S::f32s::LEN]);
         let outside = empty | (sure & off_screen);
         ((sure & !outside).to_bitmask(), outside.to_bitmask())
     }
 }
 
-/// The values of a row at the eight corners.
-#[inline(always)]
-fn corners<S: Simd>(c: S::f32s, [x, y, z]: &[[S::f32s; 2]; 3]) -> [S::f32s; 8] {
-    std::array::from_fn(|i| c + x[i & 1] + y[i >> 1 & 1] + z[i >> 2])
+/// Some boxes, from the base on. (No closures here, nor calls that take one: what is not inlined is compiled without the
+/// level's instructions, at several times the cost.)
+struct Reach<S: Simd> {
+    /// Negated lower corners, and upper ones.
+    low: [S::f32s; 3],
+    high: [S::f32s; 3],
+    /// The larger of their absolute values.
+    size: [S::f32s; 3],
 }
 
-#[inline(always)]
-fn most_of<S: Simd>(c: S::f32s, terms: &[[S::f32s; 2]; 3]) -> S::f32s {
-    let t = terms.map(|[p, q]| p.max(q));
-    c + t[0] + t[1] + t[2]
+impl<S: Simd> Reach<S> {
+    #[inline(always)]
+    fn new(simd: S, block: &BoxBlock, at: usize, base: [f32; 3]) -> Self {
+        let zero = S::f32s::splat(simd, 0.0);
+        let (mut low, mut high, mut size) = ([zero; 3], [zero; 3], [zero; 3]);
+        for a in 0..3 {
+            let base = S::f32s::splat(simd, base[a]);
+            low[a] = S::f32s::from_slice(simd, &block.0[a][at..at + S::f32s::LEN]) + base;
+            high[a] = S::f32s::from_slice(simd, &block.0[a + 3][at..at + S::f32s::LEN]) - base;
+            size[a] = low[a].abs().max(high[a].abs());
+        }
+        Self { low, high, size }
+    }
+
+    /// How far the values of a row may be off.
+    #[inline(always)]
+    fn error(&self, simd: S, row: &Row) -> S::f32s {
+        let [x, y, z] = self.size;
+        S::f32s::splat(simd, row.c_error)
+            + (x * S::f32s::splat(simd, row.k_error[0])
+                + y * S::f32s::splat(simd, row.k_error[1])
+                + z * S::f32s::splat(simd, row.k_error[2]))
+    }
+
+    #[inline(always)]
+    fn terms(&self, simd: S, row: &Row) -> Terms<S> {
+        let c = S::f32s::splat(simd, row.c);
+        let mut of = [[c; 2]; 3];
+        for a in 0..3 {
+            let (minus, plus) = (S::f32s::splat(simd, -row.k[a]), S::f32s::splat(simd, row.k[a]));
+            of[a] = [self.low[a] * minus, self.high[a] * plus];
+        }
+        Terms { c, of }
+    }
+}
+
+/// The terms of a row: its constant, and one for each face of a box. Always summed in one order, so that the least and the most are
+/// those of the corners.
+struct Terms<S: Simd> {
+    c: S::f32s,
+    of: [[S::f32s; 2]; 3],
+}
+
+impl<S: Simd> Terms<S> {
+    #[inline(always)]
+    fn least(&self) -> S::f32s {
+        let [[a, b], [c, d], [e, f]] = self.of;
+        self.c + a.min(b) + c.min(d) + e.min(f)
+    }
+
+    #[inline(always)]
+    fn most(&self) -> S::f32s {
+        let [[a, b], [c, d], [e, f]] = self.of;
+        self.c + a.max(b) + c.max(d) + e.max(f)
+    }
+
+    /// The values at the eight corners.
+    #[inline(always)]
+    fn corners(&self) -> [S::f32s; 8] {
+        let [[a, b], [c, d], [e, f]] = self.of;
+        let (a, b) = (self.c + a, self.c + b);
+        let (p, q, r, s) = (a + c, b + c, a + d, b + d);
+        [p + e, q + e, r + e, s + e, p + f, q + f, r + f, s + f]
+    }
 }
 
 #[inline(always)]
 fn smallest<S: Simd>(v: &[S::f32s; 8]) -> S::f32s {
-    let pair = |i: usize| v[i].min(v[i + 4]);
-    (pair(0).min(pair(1))).min(pair(2).min(pair(3)))
+    let [a, b, c, d, e, f, g, h] = *v;
+    (a.min(b).min(c.min(d))).min(e.min(f).min(g.min(h)))
 }
 
 #[inline(always)]
 fn greatest<S: Simd>(v: &[S::f32s; 8]) -> S::f32s {
-    let pair = |i: usize| v[i].max(v[i + 4]);
-    (pair(0).max(pair(1))).max(pair(2).max(pair(3)))
+    let [a, b, c, d, e, f, g, h] = *v;
+    (a.max(b).max(c.max(d))).max(e.max(f).max(g.max(h)))
 }
 
 /// The point where three rows are zero, the eye where they are those of a perspective view, as near as f32 has it.

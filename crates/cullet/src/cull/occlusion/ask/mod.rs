@@ -163,7 +163,8 @@ impl OcclusionBuffer {
                             0.0
                         };
                         // A NaN nearness lets everything through.
-                        if pixel <= nearness || nearness.is_nan() {
+                        let is_nearer = pixel > nearness;
+                        if !is_nearer {
                             return Some([x, y]);
                         }
                     }
