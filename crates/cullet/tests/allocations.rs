@@ -9,8 +9,9 @@ use common::{Rng, random_scene, random_view};
 use cullet::bounds::Aabb;
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Coherent;
+use cullet::cull::occlusion::Occlusion;
 use cullet::hierarchy::Hierarchy;
-use cullet::{Culler, Level, Output, View, ViewState, Visible};
+use cullet::{Culler, Instance, Level, Output, Scene, Transform, View, ViewState, Visible};
 
 struct Counting;
 
@@ -53,6 +54,27 @@ fn steady_state_allocates_nothing() {
         let after = ALLOCATIONS.load(Ordering::Relaxed);
         assert_eq!(after - before, 0, "{output:?}");
     }
+    // Solids beyond the near plane: one that crosses it is cut, which takes memory of its own.
+    let mut solids = Scene::new();
+    let mesh = solids.add_mesh(common::tetrahedron());
+    for i in 0..400 {
+        let place = [rng.range(-6.0, 6.0), rng.range(-6.0, 6.0), -8.0 - f64::from(i) * 0.1];
+        solids.add(Instance::new(mesh, Transform::from_translation(place))).expect("few");
+    }
+    let culler = Culler {
+        occlusion: Some(Occlusion::default()),
+        output: Output::Triangles,
+        reasons: true,
+        ..Culler::default()
+    };
+    let (mut state, mut result) = (ViewState::default(), Visible::default());
+    let view = common::looking_down_z();
+    culler.cull_one(&solids, &view, &mut state, &mut result);
+    assert!(result.funnel.occlusion.drawn > 10, "{:?}", result.funnel.occlusion);
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    culler.cull_one(&solids, &view, &mut state, &mut result);
+    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 0, "occlusion");
+
     let boxes: Vec<Aabb> = (0..60_000)
         .map(|_| rng.vector(60.0).map(|v| v as f32))
         .map(|c| Aabb::new(c, c.map(|v| v + 0.2)))

@@ -205,7 +205,7 @@ impl Lens {
             for (bounds, row) in bounds.iter_mut().zip([x, y]) {
                 let mut all = reach.terms(simd, row).corners();
                 for (v, inverse) in all.iter_mut().zip(&inverse) {
-                    *v = *v * *inverse;
+                    *v *= *inverse;
                 }
                 let (min, max) = (smallest::<S>(&all), greatest::<S>(&all));
                 let size = min.abs().max(max.abs());
