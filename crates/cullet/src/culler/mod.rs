@@ -60,7 +60,8 @@ pub struct Culler {
     pub degenerate: bool,
     /// Cull what is small on the screen: lossy, so off by default.
     pub detail: Option<Detail>,
-    /// Cull instances that lie behind others. Not lossy: what is dropped is proved to be hidden, at every resolution. It
+    /// Cull instances that lie behind others, and where clusters are asked for, clusters of rigid instances that do. Not
+    /// lossy: what is dropped is proved to be hidden, at every resolution, or to be beyond an edge of the screen. It
     /// costs some tenths of a millisecond, which a scene with little hidden does not give back; so off by default.
     pub occlusion: Option<Occlusion>,
     /// How deep the answer goes.

@@ -72,17 +72,22 @@ impl Candidate {
 /// Keeps of the candidates those that cover most for their cost, as far as the budget goes, and puts them front to
 /// back. Ties go by slot and shape, so the order in which they came does not matter.
 pub(crate) fn choose(candidates: &mut Vec<Candidate>, budget: f32) {
-    candidates.sort_unstable_by(|a, b| {
-        let worth = |c: &Candidate| c.pixels / c.cost;
-        worth(b).total_cmp(&worth(a)).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
-    });
-    let mut spent = 0.0;
-    let affordable = candidates.iter().take_while(|c| {
-        spent += c.cost;
-        spent <= budget
-    });
-    let count = affordable.count();
-    candidates.truncate(count);
+    // Where all can be paid for, with more to spare than the rounding of any sum, which of them are better is no matter.
+    let all: f64 = candidates.iter().map(|c| f64::from(c.cost)).sum();
+    let affordable = candidates.len() < 100_000 && all * 1.01 <= f64::from(budget);
+    if !affordable {
+        candidates.sort_unstable_by(|a, b| {
+            let worth = |c: &Candidate| c.pixels / c.cost;
+            worth(b).total_cmp(&worth(a)).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
+        });
+        let mut spent = 0.0;
+        let affordable = candidates.iter().take_while(|c| {
+            spent += c.cost;
+            spent <= budget
+        });
+        let count = affordable.count();
+        candidates.truncate(count);
+    }
     candidates.sort_unstable_by(|a, b| {
         b.nearness.total_cmp(&a.nearness).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
     });

@@ -1,4 +1,8 @@
 //! Asking for whole batches, and for the nodes above them.
+//!
+//! A box is asked about by the rectangle around it and its nearest corner. To ask about what is left of them once
+//! more, by the pixels alone that the convex hull of the corners touches, was tried: in four views of a city of 100,000
+//! boxes it took 0.3 µs a box and found none of 1,476 to be hidden, so it is not done.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
