@@ -105,7 +105,14 @@ impl OcclusionBuffer {
         }
         let Self { size, columns, tiles, far, live, outline, .. } = self;
         let target = Target { size: *size, columns: *columns, tiles, far, live };
-        dispatch!(level, simd => fill(simd, target, outline));
+        // Boxes show one to three faces: with their number known, what is the same for all pixels of a tile is
+        // reckoned once.
+        dispatch!(level, simd => match outline.planes[..] {
+            [a] => fill(simd, target, outline, &[a]),
+            [a, b] => fill(simd, target, outline, &[a, b]),
+            [a, b, c] => fill(simd, target, outline, &[a, b, c]),
+            _ => fill(simd, target, outline, &outline.planes[..]),
+        });
     }
 }
 
@@ -124,7 +131,13 @@ const NOWHERE: f32 = 1e9;
 /// the tiles between the least and the most of them. Products and sums are never fused, so that every
 /// level rounds alike.
 #[inline(always)]
-fn fill<S: Simd>(simd: S, target: Target<'_>, outline: &Outline) {
+fn fill<S: Simd, P: AsRef<[Plane]> + ?Sized>(
+    simd: S,
+    target: Target<'_>,
+    outline: &Outline,
+    planes: &P,
+) {
+    let planes = planes.as_ref();
     let Target { size, columns, tiles, far, live } = target;
     let lanes = f32x8::from_slice(simd, &LANES);
     let [top, bottom] = outline.rows;
@@ -157,7 +170,7 @@ fn fill<S: Simd>(simd: S, target: Target<'_>, outline: &Outline) {
         for column in first as usize / TILE..=last as usize / TILE {
             let x0 = (column * TILE) as f32;
             let t = tile_row as usize * columns + column;
-            if best(&outline.planes, x0, y0) <= far[t] {
+            if best(planes, x0, y0) <= far[t] {
                 continue;
             }
             OcclusionBuffer::wake(size, columns, tiles, live, t);
@@ -167,7 +180,7 @@ fn fill<S: Simd>(simd: S, target: Target<'_>, outline: &Outline) {
             let mut least = f32x8::splat(simd, f32::INFINITY);
             for row in 0..TILE {
                 let mut value = f32x8::splat(simd, f32::INFINITY);
-                for p in &outline.planes {
+                for p in planes {
                     let start =
                         p.value + ((x0 - p.column) * p.dx + (y0 + row as f32 - p.row) * p.dy);
                     value = value.min(lanes * p.dx + start);
