@@ -4,7 +4,8 @@ use thiserror::Error;
 
 use super::fringe::Fringe;
 use super::outline::Outline;
-use super::screen::{Clip, Screen, Spot};
+use super::screen::{Clip, Screen};
+use super::surface::Surface;
 use crate::view::View;
 
 /// Pixels along an edge of a tile.
@@ -56,8 +57,7 @@ pub struct OcclusionBuffer {
     pub(super) fringe: Fringe,
     pub(super) outline: Outline,
     pub(super) clips: Vec<Clip>,
-    pub(super) spots: Vec<Spot>,
-    pub(super) faces: Vec<super::patch::Face>,
+    pub(super) surface: Surface,
 }
 
 impl OcclusionBuffer {
@@ -82,11 +82,10 @@ impl OcclusionBuffer {
             live: vec![false; columns * rows],
             screen: None,
             origin: [0.0; 3],
-            fringe: Fringe::new(size),
+            fringe: Fringe::new(columns * rows),
             outline: Outline::default(),
             clips: Vec::new(),
-            spots: Vec::new(),
-            faces: Vec::new(),
+            surface: Surface::default(),
         })
     }
 

@@ -1,150 +1,229 @@
-//! The fringe: pixels that edges cross, where faces that meet cover a pixel together.
+//! The fringe: pixels that several faces of a surface cover together.
 //!
 //! A pixel that an edge crosses is covered by no face alone, and shrinking every face would leave a crack along each edge
 //! inside a surface. But take some faces of a surface that all show the same side, and a pixel that no edge of
 //! their common border touches: then either all of the pixel is covered by them or nothing is, since how often a point
-//! is covered changes only at the border. So where an inner edge touches a pixel and no border does, the pixel is covered;
-//! and the faces that cover it are those with an edge in it, so it is at least as near as the farthest of them.
+//! is covered changes only at the border. So where a face touches a pixel and no border does, the pixel is covered;
+//! and the faces that cover it are among those that touch it, so it is at least as near as the farthest of them.
 //!
-//! A sheet of pixels beside the buffer holds that: the least nearness of the faces along the edges that touch a pixel, 0 for
-//! ever once a border does. When all edges of a patch are walked, what is left goes into the buffer.
+//! A sheet of pixels beside the buffer holds that: the least nearness of the faces that touch a pixel, 0 for
+//! ever once a border does. Pixels that lie wholly within one large face need no sheet: they go straight into the
+//! buffer, and whatever else crosses them goes by the same argument without that face. When all of a side of a patch
+//! is drawn, what is left on the sheet goes into the buffer.
+
+use fearless_simd::f32x8;
+use fearless_simd::prelude::*;
 
 use super::buffer::{OcclusionBuffer, TILE, Tile};
-use super::plane::Plane;
-use super::screen::Spot;
-
-/// Pixels by which an edge is thickened: more than anything here is off by.
-const SLACK: f64 = 1.0 / 256.0;
+use super::piece::Pieces;
 
 /// The sheet.
 #[derive(Clone, Debug)]
 pub(super) struct Fringe {
-    size: [i32; 2],
-    columns: usize,
     tiles: Vec<Tile>,
     /// The tiles that are not all infinite.
     touched: Vec<u32>,
     is_touched: Vec<bool>,
-    nearest: f32,
-    window: [[i32; 2]; 2],
-}
-
-/// What is along an edge.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Along<'a> {
-    /// The border of the faces.
-    Border,
-    /// Two faces, each with its plane and the nearness of its farthest corner.
-    Faces(&'a Plane, f32, &'a Plane, f32),
 }
 
 impl Fringe {
-    pub(super) fn new(size: [u32; 2]) -> Self {
-        let [columns, rows] = size.map(|s| (s as usize).div_ceil(TILE));
+    pub(super) fn new(tiles: usize) -> Self {
         Self {
-            size: size.map(|s| s as i32),
-            columns,
-            tiles: vec![Tile::filled(f32::INFINITY); columns * rows],
+            tiles: vec![Tile::filled(f32::INFINITY); tiles],
             touched: Vec::new(),
-            is_touched: vec![false; columns * rows],
-            nearest: f32::INFINITY,
-            window: [[0; 2], size.map(|s| s as i32 - 1)],
-        }
-    }
-
-    /// Begins a side of a patch: nothing of it is nearer than `nearest`, and nothing beyond `window` (first
-    /// column and row, last column and row) is wanted. Both hold for all edges alike, borders too.
-    pub(super) fn begin(&mut self, nearest: f32, window: [[i32; 2]; 2]) {
-        self.nearest = nearest;
-        let limit = |v: i32, a: usize| v.clamp(-1, self.size[a]);
-        let [min, max] = window;
-        self.window = [
-            [limit(min[0], 0).max(0), limit(min[1], 1).max(0)],
-            [limit(max[0], 0).min(self.size[0] - 1), limit(max[1], 1).min(self.size[1] - 1)],
-        ];
-    }
-
-    /// Walks every pixel that the edge touches, `doubt` pixels to either side included; but those of tiles which are
-    /// covered already by what is nearer than all of the patch.
-    pub(super) fn walk(&mut self, far: &[f32], p: Spot, q: Spot, doubt: f64, along: Along<'_>) {
-        // Borders thicker, so that none is missed where an inner edge behind it is not.
-        let wide = match along {
-            Along::Border => doubt * 3.0 + SLACK * 2.0,
-            Along::Faces(..) => doubt + SLACK,
-        };
-        let [min, max] = self.window;
-        let (p, q) = if p.y <= q.y { (p, q) } else { (q, p) };
-        let first = (p.y - wide).floor().max(f64::from(min[1])) as i32;
-        let last = (q.y + wide).floor().min(f64::from(max[1])) as i32;
-        let (low, high) = (p.x.min(q.x), p.x.max(q.x));
-        if high + wide < f64::from(min[0]) || low - wide > f64::from(max[0] + 1) {
-            return;
-        }
-        // Level edges have no slope that would be of use: every row spans all of them.
-        let slope = if q.y - p.y > 1e-6 { (q.x - p.x) / (q.y - p.y) } else { f64::INFINITY };
-        for row in first..=last {
-            let (mut from, mut to) = (low, high);
-            if slope.is_finite() {
-                let at = |y: f64| p.x + (y.clamp(p.y, q.y) - p.y) * slope;
-                let (a, b) = (at(f64::from(row) - wide), at(f64::from(row + 1) + wide));
-                (from, to) = (a.min(b).max(low), a.max(b).min(high));
-            }
-            let from = (from - wide).floor().max(f64::from(min[0])) as i32;
-            let to = (to + wide).floor().min(f64::from(max[0])) as i32;
-            if from <= to {
-                self.touch(far, [from as usize, to as usize], row as usize, along);
-            }
-        }
-    }
-
-    /// Touches some pixels of a row.
-    #[inline(always)]
-    fn touch(&mut self, far: &[f32], [from, to]: [usize; 2], row: usize, along: Along<'_>) {
-        for column in from / TILE..=to / TILE {
-            let t = row / TILE * self.columns + column;
-            if far[t] >= self.nearest {
-                continue;
-            }
-            if !self.is_touched[t] {
-                self.is_touched[t] = true;
-                self.touched.push(t as u32);
-            }
-            let pixels = &mut self.tiles[t].0[row % TILE * TILE..][..TILE];
-            let x0 = column * TILE;
-            for x in from.max(x0)..=to.min(x0 + TILE - 1) {
-                let value = match along {
-                    Along::Border => 0.0,
-                    // A plane goes on beyond its face, so a face is at least as near as its farthest corner.
-                    Along::Faces(a, far_a, b, far_b) => {
-                        let (x, y) = (x as f32, row as f32);
-                        // Nor is a pixel beside the faces nearer than all of them.
-                        let near = a.at(x, y).max(far_a).min(b.at(x, y).max(far_b));
-                        near.min(self.nearest)
-                    }
-                };
-                let pixel = &mut pixels[x - x0];
-                *pixel = pixel.min(value);
-            }
+            is_touched: vec![false; tiles],
         }
     }
 }
 
-impl OcclusionBuffer {
-    /// Takes what the fringe proved into the buffer, and blanks the sheet.
-    pub(super) fn take_fringe(&mut self) {
-        let Self { size, columns, tiles, far, live, fringe, .. } = self;
-        for t in fringe.touched.drain(..) {
-            let t = t as usize;
-            fringe.is_touched[t] = false;
-            let proved = std::mem::replace(&mut fringe.tiles[t], Tile::filled(f32::INFINITY));
-            Self::wake(*size, *columns, tiles, live, t);
-            let mut least = f32::INFINITY;
-            for (pixel, proved) in tiles[t].0.iter_mut().zip(&proved.0) {
-                let value = if *proved == f32::INFINITY { 0.0 } else { *proved };
-                *pixel = pixel.max(value);
-                least = least.min(*pixel);
+/// Where pieces are drawn.
+pub(super) struct Canvas<'a> {
+    pub(super) size: [u32; 2],
+    pub(super) columns: usize,
+    pub(super) tiles: &'a mut [Tile],
+    pub(super) far: &'a mut [f32],
+    pub(super) live: &'a mut [bool],
+    pub(super) fringe: &'a mut Fringe,
+    /// The tile that places are relative to.
+    pub(super) base: [usize; 2],
+    /// Nothing of the patch is nearer: tiles that are covered by what is as near are left alone.
+    pub(super) nearest: f32,
+}
+
+/// One of the pieces, in numbers that its tiles share.
+struct Piece<S: Simd> {
+    a: [f32; 3],
+    b: [f32; 3],
+    c: [f32; 3],
+    inner: [f32; 3],
+    /// What an edge gains and loses over a tile, from its first pixel on.
+    gain: [f32; 3],
+    loss: [f32; 3],
+    across: [f32x8<S>; 3],
+    nearer: f32x8<S>,
+    value: f32,
+    dx: f32,
+    dy: f32,
+    far: f32,
+    near: f32,
+    window: [i32; 4],
+}
+
+const EDGE: f32 = (TILE - 1) as f32;
+const COLUMNS: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+
+impl Canvas<'_> {
+    /// Draws the first few of eight pieces. Products and sums are never fused, so that every level rounds alike.
+    #[inline(always)]
+    pub(super) fn draw<S: Simd>(&mut self, simd: S, pieces: &Pieces, count: usize) {
+        let columns = f32x8::from_slice(simd, &COLUMNS);
+        for lane in 0..count {
+            let window = pieces.window.map(|v| v[lane] as i32);
+            let [x0, y0, x1, y1] = window;
+            if x0 > x1 || y0 > y1 {
+                continue;
             }
-            far[t] = least;
+            let [a, b, c, inner] =
+                [&pieces.a, &pieces.b, &pieces.c, &pieces.inner].map(|v| v.map(|v| v[lane]));
+            let piece = Piece {
+                a,
+                b,
+                c,
+                inner,
+                gain: [0, 1, 2].map(|k| (a[k].max(0.0) + b[k].max(0.0)) * EDGE),
+                loss: [0, 1, 2].map(|k| (a[k].min(0.0) + b[k].min(0.0)) * EDGE),
+                across: a.map(|a| columns * a),
+                nearer: columns * pieces.dx[lane],
+                value: pieces.value[lane],
+                dx: pieces.dx[lane],
+                dy: pieces.dy[lane],
+                far: pieces.far[lane],
+                near: pieces.near[lane],
+                window,
+            };
+            let tile = TILE as i32;
+            // Small ones hold no whole pixel of note: all of theirs goes by the sheet.
+            let is_large = x1 - x0 > tile && y1 - y0 > tile && inner[0].is_finite();
+            for row in y0 / tile..=y1 / tile {
+                for column in x0 / tile..=x1 / tile {
+                    let t = (self.base[1] + row as usize) * self.columns
+                        + self.base[0]
+                        + column as usize;
+                    if self.far[t] >= self.nearest {
+                        continue;
+                    }
+                    if is_large {
+                        self.tile::<S, true>(simd, &piece, t, [column * tile, row * tile]);
+                    } else {
+                        self.tile::<S, false>(simd, &piece, t, [column * tile, row * tile]);
+                    }
+                }
+            }
         }
     }
+
+    #[inline(always)]
+    fn tile<S: Simd, const LARGE: bool>(
+        &mut self,
+        simd: S,
+        piece: &Piece<S>,
+        t: usize,
+        [left, top]: [i32; 2],
+    ) {
+        let (x, y) = (left as f32, top as f32);
+        let c: [f32; 3] = std::array::from_fn(|k| piece.c[k] + (piece.a[k] * x + piece.b[k] * y));
+        if (0..3).any(|k| c[k] + piece.gain[k] < 0.0) {
+            return;
+        }
+        let value = piece.value + (piece.dx * x + piece.dy * y);
+        let near = f32x8::splat(simd, piece.near);
+        let far = f32x8::splat(simd, piece.far);
+        if LARGE && (0..3).all(|k| c[k] + piece.loss[k] >= piece.inner[k]) {
+            if self.far[t] < piece.near {
+                OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
+                let mut least = f32x8::splat(simd, f32::INFINITY);
+                for (row, pixels) in self.tiles[t].0.chunks_exact_mut(TILE).enumerate() {
+                    let value = piece.nearer + (value + piece.dy * row as f32);
+                    let value = value.max(far).min(near);
+                    let new = f32x8::from_slice(simd, pixels).max(value);
+                    new.store_slice(pixels);
+                    least = least.min(new);
+                }
+                self.far[t] = least.reduce_min();
+            }
+            return;
+        }
+        let [x0, y0, x1, y1] = piece.window;
+        let columns = f32x8::from_slice(simd, &COLUMNS);
+        let zero = f32x8::splat(simd, 0.0);
+        let within = columns.simd_ge(f32x8::splat(simd, (x0 - left) as f32))
+            & columns.simd_le(f32x8::splat(simd, (x1 - left) as f32));
+        let within = within.select(f32x8::splat(simd, f32::INFINITY), f32x8::splat(simd, -1.0));
+        let rows = (y0 - top).max(0) as usize..((y1 - top) as usize + 1).min(TILE);
+        let mut is_filled = false;
+        for row in rows {
+            let down = row as f32;
+            let e: [f32x8<S>; 3] =
+                std::array::from_fn(|k| piece.across[k] + (c[k] + piece.b[k] * down));
+            let touches = e[0].min(e[1]).min(e[2].min(within)).simd_ge(zero);
+            let value = piece.nearer + (value + piece.dy * down);
+            let value = value.max(far).min(near);
+            let mut shared = touches;
+            if LARGE {
+                let depth = (e[0] - piece.inner[0]).min(e[1] - piece.inner[1]);
+                let whole = depth.min(e[2] - piece.inner[2]).min(within).simd_ge(zero);
+                if self.far[t] < piece.near && whole.any_true() {
+                    if !is_filled {
+                        is_filled = true;
+                        OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
+                    }
+                    let pixels = &mut self.tiles[t].0[row * TILE..][..TILE];
+                    let old = f32x8::from_slice(simd, pixels);
+                    whole.select(old.max(value), old).store_slice(pixels);
+                }
+                shared = touches & !whole;
+            }
+            if shared.any_true() {
+                if !self.fringe.is_touched[t] {
+                    self.fringe.is_touched[t] = true;
+                    self.fringe.touched.push(t as u32);
+                }
+                let pixels = &mut self.fringe.tiles[t].0[row * TILE..][..TILE];
+                let old = f32x8::from_slice(simd, pixels);
+                shared.select(old.min(value), old).store_slice(pixels);
+            }
+        }
+        if is_filled {
+            self.far[t] = least(simd, &self.tiles[t]);
+        }
+    }
+
+    /// Takes what the sheet proved into the buffer, and blanks the sheet.
+    #[inline(always)]
+    pub(super) fn take_fringe<S: Simd>(&mut self, simd: S) {
+        let infinite = f32x8::splat(simd, f32::INFINITY);
+        let zero = f32x8::splat(simd, 0.0);
+        for t in self.fringe.touched.drain(..) {
+            let t = t as usize;
+            self.fringe.is_touched[t] = false;
+            OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
+            let sheet = self.fringe.tiles[t].0.chunks_exact_mut(TILE);
+            let mut least = infinite;
+            for (pixels, proved) in self.tiles[t].0.chunks_exact_mut(TILE).zip(sheet) {
+                let value = f32x8::from_slice(simd, proved);
+                let value = value.simd_ge(infinite).select(zero, value);
+                let new = f32x8::from_slice(simd, pixels).max(value);
+                new.store_slice(pixels);
+                infinite.store_slice(proved);
+                least = least.min(new);
+            }
+            self.far[t] = least.reduce_min();
+        }
+    }
+}
+
+#[inline(always)]
+fn least<S: Simd>(simd: S, tile: &Tile) -> f32 {
+    let rows = tile.0.chunks_exact(TILE).map(|row| f32x8::from_slice(simd, row));
+    rows.fold(f32x8::splat(simd, f32::INFINITY), |least, row| least.min(row)).reduce_min()
 }

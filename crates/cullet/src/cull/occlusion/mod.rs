@@ -23,14 +23,17 @@ mod ask;
 mod buffer;
 mod choose;
 mod convex;
+mod cut;
 mod draw;
 mod fringe;
 mod occluder;
 mod outline;
 mod patch;
+mod piece;
 mod plane;
 mod record;
 mod screen;
+mod surface;
 
 pub(crate) use ask::Asker;
 pub use ask::{Footprint, Verdict};

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::OccluderError;
-use super::plane::Plane;
+use super::piece::LANES;
 use crate::bounds::Aabb;
 use crate::mesh::weld;
 
@@ -15,7 +15,11 @@ use crate::mesh::weld;
 /// the seam between two patches of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
-    pub(super) vertices: Vec<[f32; 3]>,
+    /// x, y and z of its vertices, first those of its own triangles; the last is repeated up to a whole number of
+    /// lanes.
+    pub(super) places: [Vec<f32>; 3],
+    vertex_count: usize,
+    pub(super) own_vertices: usize,
     /// Its own triangles first, then those around it.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) own: usize,
@@ -23,15 +27,7 @@ pub struct Patch {
     pub(super) edges: Vec<[u32; 4]>,
     pub(super) two_sided: bool,
     bounds: Aabb,
-}
-
-/// A triangle on the screen.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Face {
-    pub(super) plane: Plane,
-    /// The nearness of its farthest corner.
-    pub(super) far: f32,
-    pub(super) side: Side,
+    reach: [f32; 3],
 }
 
 /// Which side of a triangle is seen.
@@ -92,6 +88,17 @@ impl Patch {
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// Its vertices, those of the triangles around it included.
+    pub(super) fn vertices(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
+        let [x, y, z] = &self.places;
+        (0..self.vertex_count).map(|v| [x[v], y[v], z[v]])
+    }
+
+    /// The largest absolute coordinate along each axis.
+    pub(super) fn reach(&self) -> [f32; 3] {
+        self.reach
     }
 
     /// Whether its triangles hide from both sides.
@@ -165,9 +172,21 @@ impl<'a> Surface<'a> {
             .flat_map(|&t| self.triangles[t as usize])
             .map(|v| self.positions[v as usize])
             .fold(Aabb::EMPTY, |b, p| b.union(&Aabb { min: p, max: p }));
+        let padded = vertices.len().next_multiple_of(LANES);
+        let axis = |a: usize| {
+            let mut places: Vec<f32> = vertices.iter().map(|p| p[a]).collect();
+            places.resize(padded, places.last().copied().unwrap_or_default());
+            places
+        };
+        let own_vertices = triangles[..own.len()].iter().flatten().map(|v| v + 1).max();
         Patch {
             edges: edges(&triangles),
-            vertices,
+            reach: vertices
+                .iter()
+                .fold([0.0; 3], |r, p| std::array::from_fn(|a| r[a].max(p[a].abs()))),
+            places: [0, 1, 2].map(axis),
+            vertex_count: vertices.len(),
+            own_vertices: own_vertices.unwrap_or_default() as usize,
             triangles,
             own: own.len(),
             two_sided: self.two_sided,

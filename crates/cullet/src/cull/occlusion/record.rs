@@ -240,7 +240,7 @@ impl Recording {
                 }
                 Call::Ask { bounds, verdict } => {
                     out.push(2);
-                    put_points(&mut out, &[bounds.min, bounds.max]);
+                    put_points(&mut out, [bounds.min, bounds.max].into_iter());
                     out.push(match verdict {
                         Verdict::Outside => 0,
                         Verdict::Visible => 1,
@@ -287,8 +287,8 @@ fn put_counts<const N: usize>(out: &mut Vec<u8>, counts: [usize; N]) {
     counts.iter().for_each(|&c| out.extend((c as u32).to_le_bytes()));
 }
 
-fn put_points(out: &mut Vec<u8>, points: &[[f32; 3]]) {
-    points.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
+fn put_points(out: &mut Vec<u8>, points: impl Iterator<Item = [f32; 3]>) {
+    points.flatten().for_each(|v| out.extend(v.to_le_bytes()));
 }
 
 fn put_shape(out: &mut Vec<u8>, shape: &Shape) {
@@ -296,7 +296,7 @@ fn put_shape(out: &mut Vec<u8>, shape: &Shape) {
         Shape::Convex(convex) => {
             out.push(0);
             put_counts(out, [convex.vertices().len(), convex.face_count()]);
-            put_points(out, convex.vertices());
+            put_points(out, convex.vertices().iter().copied());
             for face in 0..convex.face_count() {
                 put_counts(out, [convex.face(face).len()]);
                 convex.face(face).iter().for_each(|v| out.extend(v.to_le_bytes()));
@@ -304,8 +304,8 @@ fn put_shape(out: &mut Vec<u8>, shape: &Shape) {
         }
         Shape::Patch(patch) => {
             out.push(1 + u8::from(patch.two_sided));
-            put_counts(out, [patch.vertices.len(), patch.triangles.len(), patch.own]);
-            put_points(out, &patch.vertices);
+            put_counts(out, [patch.vertices().len(), patch.triangles.len(), patch.own]);
+            put_points(out, patch.vertices());
             patch.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         }
     }

@@ -45,7 +45,20 @@ pub(super) struct Clip {
     pub(super) w: f64,
 }
 
+impl Spot {
+    /// No place; any comparison with it is false.
+    pub(super) const NONE: Self = Self { x: f64::NAN, y: f64::NAN, nearness: f64::NAN };
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.nearness.is_finite()
+    }
+}
+
 impl Clip {
+    pub(super) fn height(&self) -> f64 {
+        self.near
+    }
+
     pub(super) fn is_finite(&self) -> bool {
         [self.x, self.y, self.nearness, self.near, self.w].iter().all(|v| v.is_finite())
     }
@@ -63,13 +76,17 @@ impl Clip {
 
     /// Where the line to a point of the other side of the near plane meets it.
     pub(super) fn meet_near(&self, other: &Self) -> Self {
-        let t = self.near / (self.near - other.near);
+        Self { near: 0.0, ..self.mix(other, self.near / (self.near - other.near)) }
+    }
+
+    /// The point at the share `t` of the way to another.
+    pub(super) fn mix(&self, other: &Self, t: f64) -> Self {
         let mix = |a: f64, b: f64| a + (b - a) * t;
         Self {
             x: mix(self.x, other.x),
             y: mix(self.y, other.y),
             nearness: mix(self.nearness, other.nearness),
-            near: 0.0,
+            near: mix(self.near, other.near),
             w: mix(self.w, other.w),
         }
     }
@@ -128,6 +145,11 @@ pub(super) struct ObjectScreen {
 }
 
 impl ObjectScreen {
+    /// The rows that take a point to x·w, y·w (pixels), nearness·w, height over the near plane and w.
+    pub(super) fn rows(&self) -> [[f64; 4]; 5] {
+        self.rows.map(Into::into)
+    }
+
     pub(super) fn clip(&self, p: [f32; 3]) -> Clip {
         let [x, y, z] = p.map(f64::from);
         let [x, y, nearness, near, w] = self.rows.map(|r| r.x * x + r.y * y + r.z * z + r.w);
@@ -161,6 +183,11 @@ impl Doubt {
             x = x.max(c.x.abs().max(c.y.abs()) / c.w);
             nearness = nearness.max(c.nearness / c.w);
         }
+        Self::within(error, w, x, nearness)
+    }
+
+    /// That of points whose w is not below `w`, no place beyond `x` pixels, no nearness above `nearness`.
+    pub(super) fn within(error: &Clip, w: f64, x: f64, nearness: f64) -> Self {
         let of =
             |error: f64, value: f64, of_w: f64| (error + value * of_w) / (w - of_w).max(1e-300);
         Self {

@@ -1,0 +1,352 @@
+//! Drawing patches of a surface: which of their triangles show which side, and where those end.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f32x8, f64x4};
+
+use super::ask::Footprint;
+use super::buffer::{OcclusionBuffer, TILE};
+use super::cut::{Cuts, Guard};
+use super::fringe::Canvas;
+use super::patch::{Patch, Side};
+use super::piece::{self, Frame, LANES, Pieces, Spots};
+use super::screen::{Clip, Doubt, ObjectScreen, Spot};
+use crate::transform::Transform;
+
+/// A patch on the screen; kept for its memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Surface {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    nearness: Vec<f64>,
+    spots: Spots,
+    cuts: Cuts,
+    sides: Vec<Side>,
+    /// What shows its front, and what shows its back.
+    shown: [Shown; 2],
+}
+
+#[derive(Clone, Debug, Default)]
+struct Shown {
+    triangles: Vec<[u32; 3]>,
+    borders: Vec<[u32; 2]>,
+}
+
+impl OcclusionBuffer {
+    /// Draws a patch of a surface. Nothing where a number is not finite, and before
+    /// [`begin`](Self::begin).
+    pub fn draw_patch(&mut self, level: Level, patch: &Patch, transform: &Transform) {
+        let Some(screen) = &self.screen else { return };
+        let screen = screen.of_object(transform, self.origin);
+        let error = screen.error(patch.reach());
+        if self.is_box_covered(&screen, patch, &error) {
+            return;
+        }
+        let mut surface = std::mem::take(&mut self.surface);
+        surface.place(level, patch, &screen);
+        self.draw_surface(level, patch, &screen, &error, &mut surface);
+        self.surface = surface;
+    }
+
+    /// Whether nothing within the box around a patch can add to the buffer.
+    fn is_box_covered(&self, screen: &ObjectScreen, patch: &Patch, error: &Clip) -> bool {
+        let corners = patch.bounds().corners().map(|p| screen.clip(p));
+        if !corners.iter().all(|c| c.is_in_front() && c.is_finite()) {
+            return false;
+        }
+        let doubt = Doubt::of(error, corners.iter());
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut nearness = 0.0_f64;
+        for s in corners.iter().map(Clip::spot) {
+            low = [low[0].min(s.x), low[1].min(s.y)];
+            high = [high[0].max(s.x), high[1].max(s.y)];
+            nearness = nearness.max(s.nearness);
+        }
+        let near = (nearness + doubt.nearness) * (1.0 + 2.0_f64.powi(-20));
+        let out = |v: f64, by: f64| (v + by * (doubt.pixels + 1.0 / 64.0)).floor() as i32;
+        let window = [low.map(|v| out(v, -1.0)), high.map(|v| out(v, 1.0))];
+        near.is_finite() && self.is_covered(window, near as f32)
+    }
+
+    /// Whether nothing at most so near can add to the pixels of a window: no need to draw it.
+    pub(super) fn is_covered(&self, [min, max]: [[i32; 2]; 2], nearest: f32) -> bool {
+        let last = self.size.map(|s| s as i32 - 1);
+        if (0..2).any(|a| max[a] < 0 || min[a] > last[a]) {
+            return true;
+        }
+        let pixel = |v: i32, a: usize| v.clamp(0, last[a]) as u32;
+        self.covers(&Footprint {
+            min: [pixel(min[0], 0), pixel(min[1], 1)],
+            max: [pixel(max[0], 0), pixel(max[1], 1)],
+            nearness: nearest,
+        })
+    }
+
+    fn draw_surface(
+        &mut self,
+        level: Level,
+        patch: &Patch,
+        screen: &ObjectScreen,
+        error: &Clip,
+        surface: &mut Surface,
+    ) {
+        let guard = Guard::of(self.size);
+        let Some(extent) = surface.extent(patch, &guard, screen, error) else { return };
+        let last = self.size.map(|s| f64::from(s) - 1.0);
+        let [low, high] = extent.own;
+        if (0..2).any(|a| high[a] < 0.0 || low[a] > last[a] + 1.0) {
+            return;
+        }
+        let tile = TILE as f64;
+        let base = [0, 1].map(|a| (low[a].max(0.0).min(last[a]) / tile).floor());
+        let from = [base[0] * tile, base[1] * tile];
+        let window = [
+            low[0].floor().max(0.0) - from[0],
+            low[1].floor().max(0.0) - from[1],
+            high[0].floor().min(last[0]) - from[0],
+            high[1].floor().min(last[1]) - from[1],
+        ];
+        let [low, high] = extent.all;
+        let span = (0..2).map(|a| (high[a] - from[a]).max(from[a] - low[a])).fold(0.0, f64::max);
+        let span = window.iter().fold(span, |s, v| s.max(*v));
+        let doubt = extent.doubt;
+        let frame = Frame::new(doubt.pixels, doubt.nearness, span, window.map(|v| v as f32));
+        let orient = if screen.mirrored { 1.0 } else { -1.0 };
+
+        let Self { size, columns, tiles, far, live, fringe, .. } = self;
+        let mut canvas = Canvas {
+            size: *size,
+            columns: *columns,
+            tiles,
+            far,
+            live,
+            fringe,
+            base: base.map(|v| v as usize),
+            nearest: 0.0,
+        };
+        dispatch!(level, simd => {
+            canvas.nearest = surface.round(from);
+            surface.sort(simd, &frame, patch, orient);
+            for (shown, sign) in surface.shown.iter().zip([orient, -orient]) {
+                shown.draw(simd, &frame, &surface.spots, sign, &mut canvas);
+            }
+        });
+    }
+}
+
+/// How far a patch reaches on the screen.
+struct Extent {
+    /// The least and the most of the places of its own triangles, and of all.
+    own: [[f64; 2]; 2],
+    all: [[f64; 2]; 2],
+    doubt: Doubt,
+}
+
+impl Surface {
+    /// Takes all vertices to the screen; of those that are not in front of the near plane come numbers without
+    /// meaning.
+    fn place(&mut self, level: Level, patch: &Patch, screen: &ObjectScreen) {
+        let count = patch.places[0].len();
+        for out in [&mut self.x, &mut self.y, &mut self.nearness] {
+            out.clear();
+            out.resize(count, 0.0);
+        }
+        self.cuts.clear();
+        let Self { x, y, nearness, cuts, .. } = self;
+        cuts.least = dispatch!(level, simd => place(simd, screen, patch, [x, y, nearness]));
+    }
+
+    /// Measures what was placed, after cutting what reaches beyond the near plane or far beyond the
+    /// screen. `None` where a number is not finite.
+    fn extent(
+        &mut self,
+        patch: &Patch,
+        guard: &Guard,
+        screen: &ObjectScreen,
+        error: &Clip,
+    ) -> Option<Extent> {
+        let range = |from: &[f64]| {
+            from.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], &v| [l.min(v), h.max(v)])
+        };
+        let [near, w] = self.cuts.least;
+        let own = patch.own_vertices;
+        let [x, y, n] = [&self.x, &self.y, &self.nearness].map(|v| range(v));
+        // Not true either where a number is none.
+        let is_whole = near >= 0.0
+            && w >= f64::MIN_POSITIVE
+            && n[1].is_finite()
+            && (0..2).all(|k| guard.holds([x[k], y[k]]));
+        if is_whole {
+            let far = x.into_iter().chain(y).fold(0.0_f64, |m, v| m.max(v.abs()));
+            let (ox, oy) = (range(&self.x[..own]), range(&self.y[..own]));
+            return Some(Extent {
+                own: [[ox[0], oy[0]], [ox[1], oy[1]]],
+                all: [[x[0], y[0]], [x[1], y[1]]],
+                doubt: Doubt::within(error, w, far, n[1]),
+            });
+        }
+        let Self { x, y, nearness, cuts, .. } = self;
+        cuts.make(patch, screen, guard)?;
+        for out in [&mut *x, &mut *y, &mut *nearness] {
+            out.clear();
+        }
+        let mut all = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        for clip in &cuts.clips {
+            // What is cut off has no place; a comparison with it is never true.
+            let Spot { x: px, y: py, nearness: pn } = clip.map_or(Spot::NONE, |c| c.spot());
+            x.push(px);
+            y.push(py);
+            nearness.push(pn);
+            if clip.is_some() {
+                all = [
+                    [all[0][0].min(px), all[0][1].min(py)],
+                    [all[1][0].max(px), all[1][1].max(py)],
+                ];
+            }
+        }
+        // What is cut is off by a little more than its ends.
+        let doubt = Doubt::of(error, cuts.clips.iter().flatten());
+        let doubt = Doubt { pixels: doubt.pixels * 4.0, nearness: doubt.nearness * 4.0 };
+        Some(Extent { own: all, all, doubt })
+    }
+
+    /// Rounds places, relative to a pixel; gives the nearest.
+    #[inline(always)]
+    fn round(&mut self, from: [f64; 2]) -> f32 {
+        let Self { x, y, nearness, spots, .. } = self;
+        spots.clear();
+        spots.x.extend(x.iter().map(|v| (v - from[0]) as f32));
+        spots.y.extend(y.iter().map(|v| (v - from[1]) as f32));
+        spots.nearness.extend(nearness.iter().map(|v| *v as f32));
+        spots.nearness.iter().fold(0.0, |most, &n| if n > most { n } else { most })
+    }
+
+    /// Sorts triangles by the side that they show, and finds where each side ends.
+    #[inline(always)]
+    fn sort<S: Simd>(&mut self, simd: S, frame: &Frame, patch: &Patch, orient: f32) {
+        let Self { spots, cuts, sides, shown, .. } = self;
+        sides.clear();
+        for shown in shown.iter_mut() {
+            shown.triangles.clear();
+            shown.borders.clear();
+        }
+        let zero = f32x8::splat(simd, 0.0);
+        for triangles in patch.triangles.chunks(LANES) {
+            let corners = lanes(triangles);
+            let (area, slack) = piece::areas(simd, frame, spots, corners);
+            let area = area * orient;
+            let front = area.simd_gt(slack).to_bitmask();
+            let back = (area + slack).simd_lt(zero).to_bitmask();
+            for (lane, triangle) in triangles.iter().enumerate() {
+                let side = match (front >> lane & 1, back >> lane & 1) {
+                    (1, _) => Side::Front,
+                    (_, 1) => Side::Back,
+                    _ => Side::Neither,
+                };
+                sides.push(side);
+                if let Some(shown) = side.of(shown, patch.two_sided) {
+                    shown.triangles.push(*triangle);
+                }
+            }
+        }
+        cuts.sort(frame, spots, orient, |face, side, pieces, ends| {
+            sides[face] = side;
+            if let Some(shown) = side.of(shown, patch.two_sided) {
+                shown.triangles.extend(pieces);
+                shown.borders.extend(ends);
+            }
+        });
+        let side_of = |t: u32| sides.get(t as usize).copied().unwrap_or_default();
+        for (number, &[a, b, one, other]) in patch.edges.iter().enumerate() {
+            let (one, other) = (side_of(one), side_of(other));
+            if one == other {
+                continue;
+            }
+            let Some(ends) = cuts.edge(number, [a, b]) else { continue };
+            for side in [one, other] {
+                if let Some(shown) = side.of(shown, patch.two_sided) {
+                    shown.borders.push(ends);
+                }
+            }
+        }
+    }
+}
+
+impl Side {
+    /// What shows this side, if it is drawn at all.
+    fn of(self, [front, back]: &mut [Shown; 2], two_sided: bool) -> Option<&mut Shown> {
+        match self {
+            Self::Front => Some(front),
+            Self::Back => two_sided.then_some(back),
+            Self::Neither => None,
+        }
+    }
+}
+
+impl Shown {
+    #[inline(always)]
+    fn draw<S: Simd>(
+        &self,
+        simd: S,
+        frame: &Frame,
+        spots: &Spots,
+        sign: f32,
+        canvas: &mut Canvas<'_>,
+    ) {
+        if self.triangles.is_empty() {
+            return;
+        }
+        for some in self.triangles.chunks(LANES) {
+            let pieces = Pieces::triangles(simd, frame, spots, lanes(some), sign);
+            canvas.draw(simd, &pieces, some.len());
+        }
+        for some in self.borders.chunks(LANES) {
+            let pieces = Pieces::borders(simd, frame, spots, lanes(some));
+            canvas.draw(simd, &pieces, some.len());
+        }
+        canvas.take_fringe(simd);
+    }
+}
+
+/// The first corners of some things, the second, and so on; the last fills what is left.
+#[inline(always)]
+fn lanes<const N: usize>(of: &[[u32; N]]) -> [[u32; LANES]; N] {
+    let at = |lane: usize| of[lane.min(of.len() - 1)];
+    std::array::from_fn(|corner| std::array::from_fn(|lane| at(lane)[corner]))
+}
+
+/// Takes vertices to the screen; gives the least height over the near plane, and the least w. Either is below zero
+/// where a number is not finite.
+#[inline(always)]
+fn place<S: Simd>(
+    simd: S,
+    screen: &ObjectScreen,
+    patch: &Patch,
+    [out_x, out_y, out_n]: [&mut [f64]; 3],
+) -> [f64; 2] {
+    let rows = screen.rows();
+    let splat = |v: f64| f64x4::splat(simd, v);
+    let (mut least_near, mut least_w) = (splat(f64::INFINITY), splat(f64::INFINITY));
+    let mut nothing = splat(0.0);
+    let [xs, ys, zs] = &patch.places;
+    for at in (0..xs.len()).step_by(LANES) {
+        let [x, y, z] =
+            [xs, ys, zs].map(|from| f32x8::from_slice(simd, &from[at..at + LANES]).widen());
+        for (half, (x, y, z)) in [(x.0, y.0, z.0), (x.1, y.1, z.1)].into_iter().enumerate() {
+            let [cx, cy, cn, near, w] = rows.map(|r| x * r[0] + y * r[1] + z * r[2] + splat(r[3]));
+            let inverse = splat(1.0) / w;
+            let at = at + half * 4..at + half * 4 + 4;
+            (cx * inverse).store_slice(&mut out_x[at.clone()]);
+            (cy * inverse).store_slice(&mut out_y[at.clone()]);
+            (cn * inverse).store_slice(&mut out_n[at]);
+            least_near = least_near.min(near);
+            least_w = least_w.min(w);
+            // 0 · v is 0 for numbers alone.
+            nothing += (cx + cy) * splat(0.0) + (cn + near + w) * splat(0.0);
+        }
+    }
+    if nothing.simd_eq(splat(0.0)).all_true() {
+        [least_near.reduce_min(), least_w.reduce_min()]
+    } else {
+        [f64::NEG_INFINITY; 2]
+    }
+}
