@@ -6,22 +6,42 @@
 //! is covered changes only at the border. So where a face touches a pixel and no border does, the pixel is covered;
 //! and the faces that cover it are among those that touch it, so it is at least as near as the farthest of them.
 //!
-//! A sheet of pixels beside the buffer holds that: the least nearness of the faces that touch a pixel, 0 for
-//! ever once a border does. Pixels that lie wholly within one large face need no sheet: they go straight into the
-//! buffer, and whatever else crosses them goes by the same argument without that face. When all of a side of a patch
-//! is drawn, what is left on the sheet goes into the buffer.
+//! A sheet beside the buffer holds that: which pixels faces touch, which ones borders touch, and for each
+//! eight pixels side by side the least nearness of the faces that touch them. Tiles that lie wholly within one large face
+//! need no sheet: they go straight into the buffer, and whatever else crosses them goes by the same argument
+//! without that face. When all of a side of a patch is drawn, what the sheet proves goes into the buffer.
+//!
+//! One nearness a pixel, and rows of pixels by themselves that lie wholly within a face straight into the
+//! buffer, found 0.0 % more and took five times as long.
 
-use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, i32x8};
 
 use super::buffer::{OcclusionBuffer, TILE, Tile};
 use super::piece::Pieces;
 
+/// A tile of the sheet; a number a row of pixels.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+struct Rows {
+    /// The least nearness of the faces that touch the row; infinite where none does.
+    nearness: [f32; TILE],
+    /// A bit for each pixel that a face touches.
+    touched: [i32; TILE],
+    /// A bit for each pixel that a border touches.
+    open: [i32; TILE],
+}
+
+impl Rows {
+    const BLANK: Self =
+        Self { nearness: [f32::INFINITY; TILE], touched: [0; TILE], open: [0; TILE] };
+}
+
 /// The sheet.
 #[derive(Clone, Debug)]
 pub(super) struct Fringe {
-    tiles: Vec<Tile>,
-    /// The tiles that are not all infinite.
+    tiles: Vec<Rows>,
+    /// The tiles that are not blank.
     touched: Vec<u32>,
     is_touched: Vec<bool>,
 }
@@ -29,7 +49,7 @@ pub(super) struct Fringe {
 impl Fringe {
     pub(super) fn new(tiles: usize) -> Self {
         Self {
-            tiles: vec![Tile::filled(f32::INFINITY); tiles],
+            tiles: vec![Rows::BLANK; tiles],
             touched: Vec::new(),
             is_touched: vec![false; tiles],
         }
@@ -51,179 +71,210 @@ pub(super) struct Canvas<'a> {
 }
 
 /// One of the pieces, in numbers that its tiles share.
-struct Piece<S: Simd> {
+struct Piece {
+    /// Edges that bound columns from the left, and from the right: the column is start + slope · row at the most.
+    left: [[f32; 2]; 4],
+    right: [[f32; 2]; 4],
+    /// As [`Pieces`] has them, with what an edge loses over a tile, from its first pixel on.
     a: [f32; 3],
     b: [f32; 3],
     c: [f32; 3],
-    inner: [f32; 3],
-    /// What an edge gains and loses over a tile, from its first pixel on.
-    gain: [f32; 3],
-    loss: [f32; 3],
-    across: [f32x8<S>; 3],
-    nearer: f32x8<S>,
     value: f32,
     dx: f32,
     dy: f32,
     far: f32,
     near: f32,
     window: [i32; 4],
+    is_border: bool,
 }
 
+/// No bound.
+const NOWHERE: f32 = 1e9;
 const EDGE: f32 = (TILE - 1) as f32;
-const COLUMNS: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+const COUNT: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+const BITS: [i32; TILE] = [1, 2, 4, 8, 16, 32, 64, 128];
+
+impl Piece {
+    #[inline(always)]
+    fn new(pieces: &Pieces, lane: usize, window: [i32; 4]) -> Self {
+        let (mut left, mut right) = ([[-NOWHERE, 0.0]; 4], [[NOWHERE, 0.0]; 4]);
+        // Without branches, for which side an edge bounds is anybody's guess.
+        let (mut lefts, mut rights) = (0, 0);
+        for k in 0..3 {
+            let bound = [pieces.start[k][lane], pieces.slope[k][lane]];
+            left[lefts] = bound;
+            right[rights] = bound;
+            let is_left = pieces.a[k][lane] > 0.0;
+            lefts += usize::from(is_left);
+            rights += usize::from(!is_left);
+        }
+        left[lefts] = [-NOWHERE, 0.0];
+        right[rights] = [NOWHERE, 0.0];
+        let at = |v: &[[f32; TILE]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
+        let (a, b, c, inner) = (at(&pieces.a), at(&pieces.b), at(&pieces.c), at(&pieces.inner));
+        let loss = |k: usize| (a[k].min(0.0) + b[k].min(0.0)) * EDGE - inner[k];
+        Self {
+            left,
+            right,
+            a,
+            b,
+            c: [c[0] + loss(0), c[1] + loss(1), c[2] + loss(2)],
+            value: pieces.value[lane],
+            dx: pieces.dx[lane],
+            dy: pieces.dy[lane],
+            far: pieces.far[lane],
+            near: pieces.near[lane],
+            window,
+            is_border: inner[0] == f32::INFINITY,
+        }
+    }
+
+    /// Which tiles of a row its edges leave of those from the first to the last: long thin pieces touch few.
+    #[inline(always)]
+    fn span(&self, top: f32, [first, last]: [i32; 2]) -> [i32; 2] {
+        let (mut low, mut high) = (-NOWHERE, NOWHERE);
+        let bottom = top + EDGE;
+        for [start, slope] in &self.left[..3] {
+            low = low.max((start + slope * top).min(start + slope * bottom));
+        }
+        for [start, slope] in &self.right[..3] {
+            high = high.min((start + slope * top).max(start + slope * bottom));
+        }
+        let tile = |v: f32| (v * (1.0 / TILE as f32)).floor() as i32;
+        // A pixel more on each side, so that no rounding leaves out what a row of pixels would not.
+        [first.max(tile(low - 1.0)), last.min(tile(high + 1.0))]
+    }
+}
 
 impl Canvas<'_> {
     /// Draws the first few of eight pieces. Products and sums are never fused, so that every level rounds alike.
     #[inline(always)]
     pub(super) fn draw<S: Simd>(&mut self, simd: S, pieces: &Pieces, count: usize) {
-        let columns = f32x8::from_slice(simd, &COLUMNS);
         for lane in 0..count {
-            let window = pieces.window.map(|v| v[lane] as i32);
+            let at = |k: usize| pieces.window[k][lane] as i32;
+            let window = [at(0), at(1), at(2), at(3)];
             let [x0, y0, x1, y1] = window;
             if x0 > x1 || y0 > y1 {
                 continue;
             }
-            let [a, b, c, inner] =
-                [&pieces.a, &pieces.b, &pieces.c, &pieces.inner].map(|v| v.map(|v| v[lane]));
-            let piece = Piece {
-                a,
-                b,
-                c,
-                inner,
-                gain: [0, 1, 2].map(|k| (a[k].max(0.0) + b[k].max(0.0)) * EDGE),
-                loss: [0, 1, 2].map(|k| (a[k].min(0.0) + b[k].min(0.0)) * EDGE),
-                across: a.map(|a| columns * a),
-                nearer: columns * pieces.dx[lane],
-                value: pieces.value[lane],
-                dx: pieces.dx[lane],
-                dy: pieces.dy[lane],
-                far: pieces.far[lane],
-                near: pieces.near[lane],
-                window,
-            };
+            let piece = Piece::new(pieces, lane, window);
             let tile = TILE as i32;
-            // Small ones hold no whole pixel of note: all of theirs goes by the sheet.
-            let is_large = x1 - x0 > tile && y1 - y0 > tile && inner[0].is_finite();
+            let columns = [x0 / tile, x1 / tile];
+            // Less holds no whole tile of note.
+            let is_large = x1 - x0 > tile && y1 - y0 > tile && !piece.is_border;
             for row in y0 / tile..=y1 / tile {
-                for column in x0 / tile..=x1 / tile {
-                    let t = (self.base[1] + row as usize) * self.columns
-                        + self.base[0]
-                        + column as usize;
+                let top = row * tile;
+                let [first, last] = if columns[1] - columns[0] > 1 {
+                    piece.span(top as f32, columns)
+                } else {
+                    columns
+                };
+                let tiles = (self.base[1] + row as usize) * self.columns + self.base[0];
+                for column in first..=last {
+                    let t = tiles + column as usize;
                     if self.far[t] >= self.nearest {
                         continue;
                     }
-                    if is_large {
-                        self.tile::<S, true>(simd, &piece, t, [column * tile, row * tile]);
-                    } else {
-                        self.tile::<S, false>(simd, &piece, t, [column * tile, row * tile]);
+                    let left = column * tile;
+                    if is_large && self.whole(simd, &piece, t, [left as f32, top as f32]) {
+                        continue;
                     }
+                    self.touch(simd, &piece, t, [left, top]);
                 }
             }
         }
     }
 
+    /// Covers a tile that lies wholly within a piece, if it does.
     #[inline(always)]
-    fn tile<S: Simd, const LARGE: bool>(
-        &mut self,
-        simd: S,
-        piece: &Piece<S>,
-        t: usize,
-        [left, top]: [i32; 2],
-    ) {
-        let (x, y) = (left as f32, top as f32);
-        let c: [f32; 3] = std::array::from_fn(|k| piece.c[k] + (piece.a[k] * x + piece.b[k] * y));
-        if (0..3).any(|k| c[k] + piece.gain[k] < 0.0) {
-            return;
+    fn whole<S: Simd>(&mut self, simd: S, piece: &Piece, t: usize, [x, y]: [f32; 2]) -> bool {
+        let Piece { a, b, c, .. } = piece;
+        if (0..3).any(|k| c[k] + (a[k] * x + b[k] * y) < 0.0) {
+            return false;
         }
-        let value = piece.value + (piece.dx * x + piece.dy * y);
-        let near = f32x8::splat(simd, piece.near);
-        let far = f32x8::splat(simd, piece.far);
-        if LARGE && (0..3).all(|k| c[k] + piece.loss[k] >= piece.inner[k]) {
-            if self.far[t] < piece.near {
-                OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
-                let mut least = f32x8::splat(simd, f32::INFINITY);
-                for (row, pixels) in self.tiles[t].0.chunks_exact_mut(TILE).enumerate() {
-                    let value = piece.nearer + (value + piece.dy * row as f32);
-                    let value = value.max(far).min(near);
-                    let new = f32x8::from_slice(simd, pixels).max(value);
-                    new.store_slice(pixels);
-                    least = least.min(new);
-                }
-                self.far[t] = least.reduce_min();
-            }
-            return;
+        let start = piece.value + (piece.dx * x + piece.dy * y);
+        let most = start + (piece.dx.max(0.0) + piece.dy.max(0.0)) * EDGE;
+        // No pixel gets more than this, so that leaving a tile out changes nothing.
+        let near = most.max(piece.far).min(piece.near);
+        if self.far[t] >= near {
+            return true;
         }
+        OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
+        let across = f32x8::from_slice(simd, &COUNT) * piece.dx;
+        let (far, near) = (f32x8::splat(simd, piece.far), f32x8::splat(simd, near));
+        let mut least = f32x8::splat(simd, f32::INFINITY);
+        for (row, pixels) in self.tiles[t].0.chunks_exact_mut(TILE).enumerate() {
+            let value = across + (start + piece.dy * row as f32);
+            let new = f32x8::from_slice(simd, pixels).max(value.max(far).min(near));
+            new.store_slice(pixels);
+            least = least.min(new);
+        }
+        self.far[t] = least.reduce_min();
+        true
+    }
+
+    /// Notes on the sheet which pixels of a tile a piece touches: a row a lane.
+    #[inline(always)]
+    fn touch<S: Simd>(&mut self, simd: S, piece: &Piece, t: usize, [left, top]: [i32; 2]) {
         let [x0, y0, x1, y1] = piece.window;
-        let columns = f32x8::from_slice(simd, &COLUMNS);
-        let zero = f32x8::splat(simd, 0.0);
-        let within = columns.simd_ge(f32x8::splat(simd, (x0 - left) as f32))
-            & columns.simd_le(f32x8::splat(simd, (x1 - left) as f32));
-        let within = within.select(f32x8::splat(simd, f32::INFINITY), f32x8::splat(simd, -1.0));
-        let rows = (y0 - top).max(0) as usize..((y1 - top) as usize + 1).min(TILE);
-        let mut is_filled = false;
-        for row in rows {
-            let down = row as f32;
-            let e: [f32x8<S>; 3] =
-                std::array::from_fn(|k| piece.across[k] + (c[k] + piece.b[k] * down));
-            let touches = e[0].min(e[1]).min(e[2].min(within)).simd_ge(zero);
-            let value = piece.nearer + (value + piece.dy * down);
-            let value = value.max(far).min(near);
-            let mut shared = touches;
-            if LARGE {
-                let depth = (e[0] - piece.inner[0]).min(e[1] - piece.inner[1]);
-                let whole = depth.min(e[2] - piece.inner[2]).min(within).simd_ge(zero);
-                if self.far[t] < piece.near && whole.any_true() {
-                    if !is_filled {
-                        is_filled = true;
-                        OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
-                    }
-                    let pixels = &mut self.tiles[t].0[row * TILE..][..TILE];
-                    let old = f32x8::from_slice(simd, pixels);
-                    whole.select(old.max(value), old).store_slice(pixels);
-                }
-                shared = touches & !whole;
-            }
-            if shared.any_true() {
-                if !self.fringe.is_touched[t] {
-                    self.fringe.is_touched[t] = true;
-                    self.fringe.touched.push(t as u32);
-                }
-                let pixels = &mut self.fringe.tiles[t].0[row * TILE..][..TILE];
-                let old = f32x8::from_slice(simd, pixels);
-                shared.select(old.min(value), old).store_slice(pixels);
-            }
+        let (x, y) = (left as f32, top as f32);
+        let rows = f32x8::from_slice(simd, &COUNT);
+        let splat = |v: f32| f32x8::splat(simd, v);
+        let mut low = splat((x0 - left).max(0) as f32);
+        let mut high = splat((x1 - left).min(TILE as i32 - 1) as f32);
+        for [start, slope] in &piece.left[..3] {
+            low = low.max(rows * *slope + ((start + slope * y) - x));
         }
-        if is_filled {
-            self.far[t] = least(simd, &self.tiles[t]);
+        for [start, slope] in &piece.right[..3] {
+            high = high.min(rows * *slope + ((start + slope * y) - x));
         }
+        let from = low.min(splat(TILE as f32)).ceil();
+        let to = high.max(splat(-1.0)).floor();
+        let is_row =
+            rows.simd_ge(splat((y0 - top) as f32)) & rows.simd_le(splat((y1 - top) as f32));
+        let any = from.simd_le(to) & is_row;
+        let all = i32x8::splat(simd, 255);
+        let bits =
+            (all << i32x8::truncate_from(from)) & (all >> i32x8::truncate_from(splat(EDGE) - to));
+        let bits = any.select(bits, i32x8::splat(simd, 0));
+        if !self.fringe.is_touched[t] {
+            self.fringe.is_touched[t] = true;
+            self.fringe.touched.push(t as u32);
+        }
+        let sheet = &mut self.fringe.tiles[t];
+        if piece.is_border {
+            (i32x8::from_slice(simd, &sheet.open) | bits).store_slice(&mut sheet.open);
+            return;
+        }
+        (i32x8::from_slice(simd, &sheet.touched) | bits).store_slice(&mut sheet.touched);
+        let start = piece.value + (piece.dx * x + piece.dy * y);
+        let farthest = if piece.dx >= 0.0 { from } else { to };
+        let value = rows * piece.dy + (farthest * piece.dx + start);
+        let value = value.max(splat(piece.far)).min(splat(piece.near));
+        let value = any.select(value, splat(f32::INFINITY));
+        f32x8::from_slice(simd, &sheet.nearness).min(value).store_slice(&mut sheet.nearness);
     }
 
     /// Takes what the sheet proved into the buffer, and blanks the sheet.
     #[inline(always)]
     pub(super) fn take_fringe<S: Simd>(&mut self, simd: S) {
-        let infinite = f32x8::splat(simd, f32::INFINITY);
-        let zero = f32x8::splat(simd, 0.0);
+        let (zero, none) = (f32x8::splat(simd, 0.0), i32x8::splat(simd, 0));
+        let bits = i32x8::from_slice(simd, &BITS);
         for t in self.fringe.touched.drain(..) {
             let t = t as usize;
             self.fringe.is_touched[t] = false;
+            let sheet = std::mem::replace(&mut self.fringe.tiles[t], Rows::BLANK);
             OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
-            let sheet = self.fringe.tiles[t].0.chunks_exact_mut(TILE);
-            let mut least = infinite;
-            for (pixels, proved) in self.tiles[t].0.chunks_exact_mut(TILE).zip(sheet) {
-                let value = f32x8::from_slice(simd, proved);
-                let value = value.simd_ge(infinite).select(zero, value);
+            let mut least = f32x8::splat(simd, f32::INFINITY);
+            for (row, pixels) in self.tiles[t].0.chunks_exact_mut(TILE).enumerate() {
+                let covered = i32x8::splat(simd, sheet.touched[row] & !sheet.open[row]) & bits;
+                let value = f32x8::splat(simd, sheet.nearness[row]);
+                let value = covered.simd_eq(none).select(zero, value);
                 let new = f32x8::from_slice(simd, pixels).max(value);
                 new.store_slice(pixels);
-                infinite.store_slice(proved);
                 least = least.min(new);
             }
             self.far[t] = least.reduce_min();
         }
     }
-}
-
-#[inline(always)]
-fn least<S: Simd>(simd: S, tile: &Tile) -> f32 {
-    let rows = tile.0.chunks_exact(TILE).map(|row| f32x8::from_slice(simd, row));
-    rows.fold(f32x8::splat(simd, f32::INFINITY), |least, row| least.min(row)).reduce_min()
 }

@@ -6,6 +6,9 @@
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
+/// The column that bounds nothing from the right.
+const NOWHERE: f32 = 1e9;
+
 /// Triangles and borders that are set up together.
 pub(super) const LANES: usize = 8;
 
@@ -26,8 +29,16 @@ impl Spots {
 
     #[inline(always)]
     fn gather<S: Simd>(&self, simd: S, vertices: [u32; LANES]) -> [f32x8<S>; 3] {
-        [&self.x, &self.y, &self.nearness]
-            .map(|from| f32x8::simd_from(simd, vertices.map(|v| from[v as usize])))
+        // No closures given to `map`: the compiler leaves those calls.
+        let mut places = [[0.0; LANES]; 3];
+        for (lane, v) in vertices.into_iter().enumerate() {
+            let v = v as usize;
+            places[0][lane] = self.x[v];
+            places[1][lane] = self.y[v];
+            places[2][lane] = self.nearness[v];
+        }
+        let [x, y, n] = &places;
+        [f32x8::from_slice(simd, x), f32x8::from_slice(simd, y), f32x8::from_slice(simd, n)]
     }
 }
 
@@ -80,7 +91,8 @@ pub(super) fn areas<S: Simd>(
     spots: &Spots,
     corners: [[u32; LANES]; 3],
 ) -> (f32x8<S>, f32x8<S>) {
-    let [a, b, c] = corners.map(|v| spots.gather(simd, v));
+    let [a, b, c] = corners;
+    let (a, b, c) = (spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c));
     let (bx, by, cx, cy) = (b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]);
     let size = bx.abs() + by.abs() + cx.abs() + cy.abs();
     let slack =
@@ -91,13 +103,16 @@ pub(super) fn areas<S: Simd>(
 /// Eight convex pieces of the screen, each within three edges and a box, with a plane of nearness.
 ///
 /// An edge is a·x + b·y + c, over the pixel in column x and row y; it is not below 0 where the piece may
-/// touch the pixel, as far as that edge goes, and not below `inner` where the piece certainly holds all of it. A convex
+/// touch the pixel, as far as that edge goes, and not below `inner` where the piece certainly holds all of it. Solved
+/// for the column, it bounds a row of pixels at start + slope · row, from the left where a is above 0. A convex
 /// polygon meets a square iff no edge of either parts them, so three edges and the box are all there is to ask.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pieces {
     pub(super) a: [[f32; LANES]; 3],
     pub(super) b: [[f32; LANES]; 3],
     pub(super) c: [[f32; LANES]; 3],
+    pub(super) start: [[f32; LANES]; 3],
+    pub(super) slope: [[f32; LANES]; 3],
     pub(super) inner: [[f32; LANES]; 3],
     /// First column and row, last column and row of the pixels of the window that the box touches.
     pub(super) window: [[f32; LANES]; 4],
@@ -120,10 +135,12 @@ impl Pieces {
         corners: [[u32; LANES]; 3],
         sign: f32,
     ) -> Self {
-        let p = corners.map(|v| spots.gather(simd, v));
+        let [a, b, c] = corners;
+        let p = [spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c)];
         let edges = [edge(&p[0], &p[1], sign), edge(&p[1], &p[2], sign), edge(&p[2], &p[0], sign)];
         let touch = frame.touch();
-        let widths = [0, 1, 2].map(|k| edges[k].a.abs() + edges[k].b.abs());
+        let width = |e: &Edge<S>| e.a.abs() + e.b.abs();
+        let widths = [width(&edges[0]), width(&edges[1]), width(&edges[2])];
         let zero = f32x8::splat(simd, 0.0);
 
         let [ax, ay, an] = p[0];
@@ -153,13 +170,11 @@ impl Pieces {
         let flat = |v: f32x8<S>| is_sure.select(v, zero);
 
         let mut pieces = Self::blank();
-        for k in 0..3 {
-            pieces.a[k] = edges[k].a.into();
-            pieces.b[k] = edges[k].b.into();
-            pieces.c[k] = (edges[k].c + widths[k] * touch).into();
+        for (k, edge) in edges.iter().enumerate() {
+            pieces.bound(simd, k, edge, widths[k] * touch);
             pieces.inner[k] = (widths[k] * (touch + frame.border())).into();
         }
-        pieces.window = window.map(Into::into);
+        pieces.window(window);
         pieces.value = flat(value).into();
         pieces.dx = flat(gx).into();
         pieces.dy = flat(gy).into();
@@ -176,15 +191,36 @@ impl Pieces {
         spots: &Spots,
         ends: [[u32; LANES]; 2],
     ) -> Self {
-        let [p, q] = ends.map(|v| spots.gather(simd, v));
+        let [p, q] = [spots.gather(simd, ends[0]), spots.gather(simd, ends[1])];
         let e = edge(&p, &q, 1.0);
         let width = (e.a.abs() + e.b.abs()) * frame.border();
         let mut pieces = Self::blank();
-        pieces.a = [e.a.into(), (-e.a).into(), [0.0; LANES]];
-        pieces.b = [e.b.into(), (-e.b).into(), [0.0; LANES]];
-        pieces.c = [(width + e.c).into(), (width - e.c).into(), [0.0; LANES]];
-        pieces.window = window(frame, [&p, &p, &q], 3.0 * frame.margin).map(Into::into);
+        pieces.bound(simd, 0, &e, width);
+        pieces.bound(simd, 1, &Edge { a: -e.a, b: -e.b, c: -e.c }, width);
+        pieces.window(window(frame, [&p, &p, &q], 3.0 * frame.margin));
         pieces
+    }
+
+    #[inline(always)]
+    fn window<S: Simd>(&mut self, [x0, y0, x1, y1]: [f32x8<S>; 4]) {
+        self.window = [x0.into(), y0.into(), x1.into(), y1.into()];
+    }
+
+    /// Takes an edge, moved outward.
+    #[inline(always)]
+    fn bound<S: Simd>(&mut self, simd: S, k: usize, edge: &Edge<S>, outward: f32x8<S>) {
+        let c = edge.c + outward;
+        // An edge so level that it turns by less than rounding over all of the screen still has a slope.
+        let least = edge.b.abs() * 2.0_f32.powi(-24);
+        let a = edge.a.abs().simd_ge(least).select(edge.a, least);
+        let is_edge = a.abs().simd_gt(f32x8::splat(simd, 0.0));
+        let share = is_edge.select(f32x8::splat(simd, -1.0) / a, f32x8::splat(simd, 0.0));
+        let start = is_edge.select(c * share, f32x8::splat(simd, NOWHERE));
+        self.a[k] = a.into();
+        self.b[k] = edge.b.into();
+        self.c[k] = c.into();
+        self.start[k] = start.into();
+        self.slope[k] = (edge.b * share).into();
     }
 
     #[inline(always)]
@@ -194,6 +230,8 @@ impl Pieces {
             a: [none; 3],
             b: [none; 3],
             c: [none; 3],
+            start: [[NOWHERE; LANES]; 3],
+            slope: [none; 3],
             inner: [[f32::INFINITY; LANES]; 3],
             window: [none; 4],
             value: none,

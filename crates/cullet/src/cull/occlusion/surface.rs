@@ -310,8 +310,14 @@ impl Shown {
 /// The first corners of some things, the second, and so on; the last fills what is left.
 #[inline(always)]
 fn lanes<const N: usize>(of: &[[u32; N]]) -> [[u32; LANES]; N] {
-    let at = |lane: usize| of[lane.min(of.len() - 1)];
-    std::array::from_fn(|corner| std::array::from_fn(|lane| at(lane)[corner]))
+    let mut lanes = [[0; LANES]; N];
+    for lane in 0..LANES {
+        let one = of[lane.min(of.len() - 1)];
+        for (lanes, v) in lanes.iter_mut().zip(one) {
+            lanes[lane] = v;
+        }
+    }
+    lanes
 }
 
 /// Takes vertices to the screen; gives the least height over the near plane, and the least w. Either is below zero
@@ -329,10 +335,12 @@ fn place<S: Simd>(
     let mut nothing = splat(0.0);
     let [xs, ys, zs] = &patch.places;
     for at in (0..xs.len()).step_by(LANES) {
-        let [x, y, z] =
-            [xs, ys, zs].map(|from| f32x8::from_slice(simd, &from[at..at + LANES]).widen());
+        let axis = |from: &[f32]| f32x8::from_slice(simd, &from[at..at + LANES]).widen();
+        let (x, y, z) = (axis(xs), axis(ys), axis(zs));
         for (half, (x, y, z)) in [(x.0, y.0, z.0), (x.1, y.1, z.1)].into_iter().enumerate() {
-            let [cx, cy, cn, near, w] = rows.map(|r| x * r[0] + y * r[1] + z * r[2] + splat(r[3]));
+            let row = |r: &[f64; 4]| x * r[0] + y * r[1] + z * r[2] + splat(r[3]);
+            let (cx, cy, cn) = (row(&rows[0]), row(&rows[1]), row(&rows[2]));
+            let (near, w) = (row(&rows[3]), row(&rows[4]));
             let inverse = splat(1.0) / w;
             let at = at + half * 4..at + half * 4 + 4;
             (cx * inverse).store_slice(&mut out_x[at.clone()]);
