@@ -390,7 +390,8 @@ fn what_is_false_is_refuted() {
         boxes,
         sealed: Vec::new(),
         polygons: vec![square(1.0), square(0.99), twice, back],
-        sheets: sheets.to_vec(),
+        sheets: sheets[..3].to_vec(),
+        near: sheets[3..].to_vec(),
     };
     let found = validate(&mesh, &made, 256);
     assert_eq!(found.unproved_boxes, [1, 2, 3, 4]);

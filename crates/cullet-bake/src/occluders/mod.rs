@@ -16,7 +16,8 @@
 //! 4. Where walls are thinner than cells, where the mesh is open, and on slopes: triangles joined by edges
 //!    that lie in one plane make a piece; convex polygons within it are chosen in the same way, where no box
 //!    is behind them.
-//! 5. Where those leave much (slopes, round walls, open shells), triangles of the mesh stand for themselves.
+//! 5. Where those leave much (slopes, round walls, open shells), triangles of the mesh stand for themselves; and so they do
+//!    for eyes so near that the boxes do not serve them.
 //!
 //! ```
 //! use cullet::mesh::Part;
@@ -75,6 +76,9 @@ pub struct Occluders {
     pub polygons: Vec<Polygon>,
     /// Triangles of the mesh, of one side and of two.
     pub sheets: Vec<Sheet>,
+    /// Triangles of the mesh for eyes for which the boxes do not [hold](Self::boxes_hold); without boxes, none. They take
+    /// the place of boxes and of [`sheets`](Self::sheets).
+    pub near: Vec<Sheet>,
 }
 
 impl Occluders {
@@ -323,6 +327,10 @@ pub fn occluders(
         report.polygon_gains.clear();
     }
     (made.sheets, report.triangle_gain) = (chosen.sheets, chosen.gain);
+    if !made.boxes.is_empty() {
+        let bare = sheets::sheets(&surface, &made.polygons, most, options.min_gain, |_, _| false);
+        made.near = bare.sheets;
+    }
     if made.polygons.is_empty() {
         report.no_polygons = Some(match (options.max_polygons, chosen.all) {
             (0, _) => NoOccluders::NotAsked,

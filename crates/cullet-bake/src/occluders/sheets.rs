@@ -160,19 +160,24 @@ impl Occluders {
         });
         let mut shapes: Vec<Shape> =
             boxes.chain(polygons).map(|c| c.map(Shape::Convex)).collect::<Result<_, _>>()?;
-        for sheet in &self.sheets {
-            let positions = sheet.triangles.as_flattened();
-            let indices: Vec<u32> = (0..positions.len() as u32).collect();
-            let count = sheet.triangles.len() as u32;
-            let ranges: Vec<_> = (0..count)
-                .step_by(PATCH as usize)
-                .map(|first| first..count.min(first + PATCH))
-                .collect();
-            let patches = Patch::cut(positions, &indices, &ranges, sheet.two_sided)?;
-            shapes.extend(patches.into_iter().map(Shape::Patch));
-        }
-        Ok(Occluder::new(shapes).with_sealed(self.sealed.clone()))
+        shapes.extend(patches(&self.sheets)?);
+        let near = patches(&self.near)?;
+        Ok(Occluder::new(shapes).with_sealed(self.sealed.clone()).with_near(near))
     }
+}
+
+fn patches(sheets: &[Sheet]) -> Result<Vec<Shape>, OccluderError> {
+    let mut shapes = Vec::new();
+    for sheet in sheets {
+        let positions = sheet.triangles.as_flattened();
+        let indices: Vec<u32> = (0..positions.len() as u32).collect();
+        let count = sheet.triangles.len() as u32;
+        let starts = (0..count).step_by(PATCH as usize);
+        let ranges: Vec<_> = starts.map(|first| first..count.min(first + PATCH)).collect();
+        let patches = Patch::cut(positions, &indices, &ranges, sheet.two_sided)?;
+        shapes.extend(patches.into_iter().map(Shape::Patch));
+    }
+    Ok(shapes)
 }
 
 #[cfg(test)]

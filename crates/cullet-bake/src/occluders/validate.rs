@@ -32,7 +32,7 @@ pub enum Escape {
     },
     /// A triangle is none of the mesh's, or blocks from a side from which that is not drawn.
     Triangle {
-        /// Which sheet.
+        /// Which sheet; those for near eyes are counted after the others.
         sheet: u32,
         /// Which of its triangles.
         index: u32,
@@ -113,7 +113,7 @@ pub fn validate(mesh: &Mesh, occluders: &Occluders, samples: u32) -> Validation 
         }
     }
     let own = surface.by_corners();
-    for (number, sheet) in (0..).zip(&occluders.sheets) {
+    for (number, sheet) in (0..).zip(occluders.sheets.iter().chain(&occluders.near)) {
         for (index, &corners) in (0..).zip(&sheet.triangles) {
             match own.serves(&corners, sheet.two_sided) {
                 true => found.proved_triangles += 1,
