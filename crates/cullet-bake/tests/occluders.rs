@@ -110,6 +110,7 @@ const QUICK: OccluderOptions = OccluderOptions {
     max_boxes: 8,
     max_polygons: 8,
     max_triangles: 0,
+    max_near: 100,
     min_gain: 0.01,
     resolution: 32,
     directions: 8,

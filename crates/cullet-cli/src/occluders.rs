@@ -12,6 +12,7 @@ use cullet_bake::occluders::{
 };
 use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::{Material, Model, SaveErrorKind, SaveFormat, paths, save};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::{CullArgs, OccluderKind, SceneArgs};
@@ -52,6 +53,9 @@ pub(crate) struct OccludersArgs {
     /// Triangles of a mesh that stand for themselves, at the most
     #[arg(long, value_name = "N", default_value_t = 256)]
     max_own: u32,
+    /// And for eyes near a mesh, for which its boxes do not serve, at the most
+    #[arg(long, value_name = "N", default_value_t = 8192)]
+    max_near: u32,
     /// What an occluder must add at the least, in per cent of what its mesh hides
     #[arg(long, value_name = "PERCENT", default_value_t = 1.0)]
     min_gain: f64,
@@ -141,6 +145,7 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
         max_boxes: args.max_boxes,
         max_polygons: args.max_polygons,
         max_triangles: args.max_own,
+        max_near: args.max_near,
         min_gain: args.min_gain / 100.0,
         resolution: args.resolution,
         ..OccluderOptions::default()
@@ -210,18 +215,17 @@ fn make(
     let start = Instant::now();
     let mut instances = vec![0u64; scene.meshes().len()];
     scene.slots().for_each(|s| instances[scene.mesh_id(s) as usize] += 1);
-    let mut bar = console.progress("occluders", scene.meshes().len() as u64);
-    let (mut meshes, mut all) = (Vec::new(), Vec::new());
-    let mut sums = [0.0; 2];
-    for (mesh, i) in scene.meshes().iter().zip(0u32..) {
-        if interrupted() {
-            let message = "interrupted; nothing was written".into();
-            return Err(Failure { exit: Exit::Interrupted, message });
-        }
+    let found = of_meshes(scene.meshes(), console, |mesh| {
         let began = Instant::now();
         let (made, report) = occluders(mesh, options).map_err(Failure::usage)?;
         let seconds = began.elapsed().as_secs_f64();
         let validation = args.check.map(|samples| validate(mesh, &made, samples));
+        Ok((made, report, seconds, validation))
+    })?;
+    let (mut meshes, mut all) = (Vec::new(), Vec::new());
+    let mut sums = [0.0; 2];
+    for ((mesh, i), found) in scene.meshes().iter().zip(0u32..).zip(found) {
+        let (made, report, seconds, validation) = found;
         let [hidden, whole] =
             report.hidden.iter().fold([0.0; 2], |[a, b], h| [a + h.occluders, b + h.mesh]);
         sums = [sums[0] + hidden, sums[1] + whole];
@@ -244,9 +248,7 @@ fn make(
             refuted: validation.as_ref().map(refutations),
         });
         all.push(made);
-        bar.step();
     }
-    bar.finish();
     let record = Record {
         schema: 1,
         scene: model.name.clone(),
@@ -263,6 +265,28 @@ fn make(
     Ok((record, all))
 }
 
+/// Does something for each mesh, several at a time, in their order.
+fn of_meshes<T: Send>(
+    meshes: &[Mesh],
+    console: &Console,
+    of: impl Fn(&Mesh) -> Result<T, Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
+    /// Meshes between two looks at the clock: more than there are processors, since some take long.
+    const SOME: usize = 64;
+    let mut bar = console.progress("occluders", meshes.len() as u64);
+    let mut all = Vec::with_capacity(meshes.len());
+    for some in meshes.chunks(SOME) {
+        if interrupted() {
+            let message = "interrupted while occluders were made".into();
+            return Err(Failure { exit: Exit::Interrupted, message });
+        }
+        all.extend(some.par_iter().map(&of).collect::<Result<Vec<T>, Failure>>()?);
+        some.iter().for_each(|_| bar.step());
+    }
+    bar.finish();
+    Ok(all)
+}
+
 /// Gives every mesh the occluder that is asked for; a line says what came of it.
 ///
 /// Polygons off the axes lie near the surface and not in it, by a tolerance that a buffer would have to allow for at
@@ -275,15 +299,16 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
     if args.no_occlusion || args.occluders == OccluderKind::Mesh {
         return Ok(());
     }
-    let options = OccluderOptions::default();
-    let mut bar = console.progress("occluders", model.scene.meshes().len() as u64);
+    let mut options = OccluderOptions::default();
+    if args.occluders == OccluderKind::Baked {
+        // Nobody asks how good they are.
+        options.directions = 0;
+    }
+    let found = of_meshes(model.scene.meshes(), console, |mesh| {
+        occluders(mesh, &options).map_err(Failure::usage)
+    })?;
     let (mut given, mut boxes, mut polygons, mut own, mut sloped) = (0u64, 0, 0, 0, 0);
-    for mesh in model.scene.meshes_mut() {
-        if interrupted() {
-            let message = "interrupted while occluders were made".into();
-            return Err(Failure { exit: Exit::Interrupted, message });
-        }
-        let (made, report) = occluders(mesh, &options).map_err(Failure::usage)?;
+    for (mesh, (made, report)) in model.scene.meshes_mut().zip(found) {
         let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
             made.polygons.iter().partition(|p| p.tolerance == 0.0);
         let occluder = made.to_engine().map_err(Failure::input)?;
@@ -303,9 +328,7 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
             sloped += off.len() as u64;
             mesh.set_occluder(occluder);
         }
-        bar.step();
     }
-    bar.finish();
     let left_out = match sloped {
         0 => String::new(),
         n => format!("; {} on slopes left out", grouped(n)),

@@ -162,6 +162,9 @@ pub struct OccluderOptions {
     /// Triangles of the mesh itself at the most. They are taken where boxes and polygons leave more than a twentieth of the
     /// surface that boxes leave. Each costs a view about what a box does.
     pub max_triangles: u32,
+    /// Triangles of the mesh at the most for eyes so near that its boxes do not serve them: who stands on a terrain, or in a
+    /// house. Only such a view has them.
+    pub max_near: u32,
     /// A box must add at least this share of what solid cells hide, and a polygon this share of the area of
     /// the surface: 0 to 1. Lower makes more occluders that each hide less.
     pub min_gain: f64,
@@ -182,7 +185,15 @@ impl OccluderOptions {
 
 impl Default for OccluderOptions {
     fn default() -> Self {
-        Self { max_boxes: 16, max_polygons: 16, max_triangles: 256, min_gain: 0.01, resolution: 64, directions: 16 }
+        Self {
+            max_boxes: 16,
+            max_polygons: 16,
+            max_triangles: 256,
+            max_near: 8192,
+            min_gain: 0.01,
+            resolution: 64,
+            directions: 16,
+        }
     }
 }
 
@@ -328,6 +339,7 @@ pub fn occluders(
     }
     (made.sheets, report.triangle_gain) = (chosen.sheets, chosen.gain);
     if !made.boxes.is_empty() {
+        let most = options.max_near as usize;
         let bare = sheets::sheets(&surface, &made.polygons, most, options.min_gain, |_, _| false);
         made.near = bare.sheets;
     }
