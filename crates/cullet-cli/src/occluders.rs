@@ -27,17 +27,20 @@ pub(crate) const HELP: &str = "\
 Makes boxes that lie within what each mesh seals off, and convex polygons that lie in its surface, so that
 what they hide the mesh hides. A mesh has no box where nothing in it is closed (open shell), where its walls
 are thinner than the cells of the grid (thin), where every box would hide too little (too little each), and
-where it is transparent or deforms. A higher --resolution finds thinner walls.
+where it is transparent or deforms. A higher --resolution finds thinner walls. Where boxes and polygons leave much,
+triangles of the mesh stand for themselves ('own').
 
 'hides' is the share of the mesh's silhouette that its occluders cover, over a number of directions.
 --check proves each box again without the grid, and tries each occluder with that many rays or points;
-an occluder that is refuted or not proved makes the exit code 1.
+an occluder that is refuted or not proved makes the exit code 1. --compare asks what they find of all that is
+truly hidden, beside the model's own occluders and all of its triangles.
 
 Examples
   cullet occluders castle.glb
   cullet occluders castle.glb --picture occluders.png --out occluders.glb
   cullet occluders house.glb --resolution 128 --max-boxes 40 --min-gain 0.3
-  cullet occluders house.glb --check 256 --json -";
+  cullet occluders castle.glb --compare --own castleLargeOccluders --own ground
+  cullet occluders house.glb --check=256 --json -";
 
 /// `cullet occluders`
 #[derive(Debug, Args)]

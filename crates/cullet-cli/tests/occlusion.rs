@@ -163,7 +163,8 @@ fn leaves() -> String {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         low + (high - low) * f64::from(seed >> 8) / f64::from(1 << 24)
     };
-    let mut text = "o board\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 1 3 2\nf 1 4 3\no leaves\n".to_owned();
+    let mut text =
+        "o board\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 1 3 2\nf 1 4 3\no leaves\n".to_owned();
     for leaf in 0..3000 {
         let middle = [random(-1.0, 1.0), random(0.1, 2.0), random(-1.0, 1.0)];
         for _ in 0..3 {
