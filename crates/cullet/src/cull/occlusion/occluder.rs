@@ -147,3 +147,29 @@ impl Occluder {
         &self.shapes
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn near_shapes_take_the_place_of_bodies_and_patches_but_not_of_polygons() {
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let cube = Aabb { min: [0.0; 3], max: [1.0; 3] };
+        let body = Shape::Convex(Convex::from_box(&cube).unwrap());
+        let polygon = Shape::Convex(Convex::from_one_sided_polygon(&corners).unwrap());
+        let one = std::slice::from_ref(&(0..1));
+        let patch = Shape::Patch(Patch::cut(&corners, &[0, 1, 2], one, false).unwrap().remove(0));
+        let far = Occluder::new(vec![body, polygon, patch.clone()]).with_sealed(vec![cube]);
+        let of = |o: &Occluder, within| {
+            (0..o.shapes().len()).map(|i| o.is_for(i, within)).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&far, false), [true, true, true]);
+        assert_eq!(of(&far, true), [false, true, true]);
+        let both = far.clone().with_near(vec![patch]);
+        assert_eq!(of(&both, false), [true, true, true, false]);
+        assert_eq!(of(&both, true), [false, true, false, true]);
+        // A view from outside does not pay for them.
+        assert_eq!(both.cost(100.0), far.cost(100.0));
+    }
+}
