@@ -8,8 +8,8 @@ use cullet::bounds::Aabb;
 use cullet::mesh::{Alpha, Part};
 use cullet::{Mesh, MeshData};
 use cullet_bake::occluders::{
-    NoOccluders, OccluderError, OccluderOptions, OccluderReport, Occluders, Polygon, occluders,
-    validate,
+    NoOccluders, OccluderError, OccluderOptions, OccluderReport, Occluders, Polygon, Sheet,
+    occluders, validate,
 };
 use glam::DVec3;
 use proptest::prelude::*;
@@ -109,6 +109,8 @@ fn torus(around: u32, radius: f32, thick: f32) -> MeshData {
 const QUICK: OccluderOptions = OccluderOptions {
     max_boxes: 8,
     max_polygons: 8,
+    max_triangles: 0,
+    max_near: 100,
     min_gain: 0.01,
     resolution: 32,
     directions: 8,
@@ -162,6 +164,58 @@ fn open_shells_have_no_box_however_small_the_gap() {
     indices[33..].iter_mut().filter(|i| **i == 7).for_each(|i| *i = 8);
     let (_, made, report) = make(&two_sided((positions, indices)), &QUICK);
     assert_eq!((made.boxes.len(), report.no_boxes), (0, Some(NoOccluders::Open)));
+}
+
+/// A house without a floor, its roof a slope to either side.
+fn house() -> (Vec<[f32; 3]>, Vec<u32>) {
+    let mut positions: Vec<[f32; 3]> = Vec::new();
+    for z in [0.0, 7.0] {
+        for [x, y] in [[0.0, 0.0], [6.0, 0.0], [6.0, 3.0], [3.0, 5.3], [0.0, 3.0]] {
+            positions.push([x, y, z]);
+        }
+    }
+    let walls = [[1, 6, 7, 2], [2, 7, 8, 3], [3, 8, 9, 4], [4, 9, 5, 0]];
+    let mut indices: Vec<u32> = walls.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect();
+    indices.extend([0, 4, 1, 1, 4, 2, 2, 4, 3, 5, 6, 9, 6, 7, 9, 7, 8, 9]);
+    indices = indices.chunks(3).flat_map(|t| [t[0], t[2], t[1]]).collect();
+    (positions, indices)
+}
+
+#[test]
+fn an_open_house_is_stood_for_by_its_own_triangles() {
+    let options = OccluderOptions { max_triangles: 64, ..QUICK };
+    let (_, made, report) = make(&one_sided_of(house()), &options);
+    assert_eq!(report.no_boxes, Some(NoOccluders::Open));
+    assert_eq!(report.no_polygons, Some(NoOccluders::Triangles));
+    assert_eq!(made.sheets.len(), 1);
+    assert_eq!((made.sheets[0].triangles.len(), made.sheets[0].two_sided), (14, false));
+    assert!(report.efficiency() == 1.0 && (report.triangle_gain - 1.0).abs() < 1e-9, "{report:?}");
+    let engine = made.to_engine().expect("finite");
+    assert_eq!(engine.shapes().len(), 1);
+    assert_eq!(made.to_data(0, 1).indices.len(), 14 * 3);
+    // Without them, walls alone: the roof is no plane that f32 can hold.
+    let (_, few, without) = make(&one_sided_of(house()), &QUICK);
+    assert!(few.sheets.is_empty() && few.polygons.len() >= 4);
+    assert_eq!(without.triangle_gain, 0.0);
+}
+
+#[test]
+fn triangles_are_taken_only_where_little_else_stands_for_them() {
+    let options = OccluderOptions { max_triangles: 64, ..QUICK };
+    let solid = one_sided_of(block([0.0; 3], [1.0, 2.0, 3.0], false));
+    assert!(make(&solid, &options).1.sheets.is_empty(), "a box does");
+    let mut room = block([0.0; 3], [4.0; 3], true);
+    room.1.truncate(30);
+    assert!(make(&one_sided_of(room), &options).1.sheets.is_empty(), "polygons do");
+    // A ball with a hole has more triangles than may be taken: the largest of them.
+    let mut open = ball(16, 0.05);
+    open.indices.truncate(open.indices.len() - 3);
+    open.parts[0].triangle_count -= 1;
+    let (mesh, made, report) = make(&open, &options);
+    assert!(mesh.triangle_count() > 64 * 2);
+    let count: usize = made.sheets.iter().map(|s| s.triangles.len()).sum();
+    assert_eq!(count, 64);
+    assert!(report.triangle_gain > 0.05 && report.efficiency() > 0.1, "{report:?}");
 }
 
 #[test]
@@ -301,7 +355,7 @@ fn options_out_of_range_are_refused() {
     }
     assert!(made(OccluderOptions { min_gain: f64::NAN, ..QUICK }).is_err());
     assert!(made(OccluderOptions { directions: 5000, ..QUICK }).is_err());
-    let none = OccluderOptions { max_boxes: 0, max_polygons: 0, ..QUICK };
+    let none = OccluderOptions { max_boxes: 0, max_polygons: 0, max_triangles: 0, ..QUICK };
     assert_eq!(made(none), Ok(Occluders::default()));
     for resolution in [4, OccluderOptions::MAX_RESOLUTION] {
         let made = made(OccluderOptions { resolution, ..QUICK }).expect("in range");
@@ -322,10 +376,23 @@ fn what_is_false_is_refuted() {
     twice.two_sided = true;
     let mut back = square(1.0);
     back.points.reverse();
+    // A side of the block, the same from both sides, wound inward, and one that is off by a bit.
+    let side = [[0.0; 3], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    let sheet = |t, two_sided| Sheet { triangles: vec![t], two_sided };
+    let mut off = side;
+    off[2][1] = 1.0f32.next_down();
+    let sheets = [
+        sheet(side, false),
+        sheet(side, true),
+        sheet([side[0], side[2], side[1]], false),
+        sheet(off, false),
+    ];
     let made = Occluders {
         boxes,
         sealed: Vec::new(),
         polygons: vec![square(1.0), square(0.99), twice, back],
+        sheets: sheets[..3].to_vec(),
+        near: sheets[3..].to_vec(),
     };
     let found = validate(&mesh, &made, 256);
     assert_eq!(found.unproved_boxes, [1, 2, 3, 4]);
@@ -337,11 +404,15 @@ fn what_is_false_is_refuted() {
         "Polygon { index: 1",
         "Polygon { index: 2",
         "Polygon { index: 3",
+        "Triangle { sheet: 1",
+        "Triangle { sheet: 2",
+        "Triangle { sheet: 3",
     ];
     for r in refuted {
         assert!(escapes.contains(r), "{r}: {escapes}");
     }
     assert!(!escapes.contains("Box { index: 0") && !escapes.contains("Polygon { index: 0"));
+    assert!(!escapes.contains("Triangle { sheet: 0") && found.proved_triangles == 1);
 }
 
 /// Every eighth mesh of the castle: all is proved, and hides as much as was once measured.
@@ -421,6 +492,7 @@ proptest! {
         full in prop::collection::vec(any::<bool>(), 36),
         jitter in prop::collection::vec(-0.3..0.3f32, 98),
         angle in prop::sample::select(vec![0.0, 0.3, 0.9]),
+        max_triangles in prop::sample::select(vec![0, 9, 256]),
     ) {
         let at = |i: u32, j: u32| i + 7 * j;
         let positions = (0..49).map(|v| [(v % 7) as f32 + jitter[v], (v / 7) as f32 + jitter[v + 49], 0.0]).collect();
@@ -435,8 +507,8 @@ proptest! {
             .collect();
         let mut data = two_sided((positions, indices));
         turned(&mut data, angle);
-        let (_, made, report) = make(&data, &QUICK);
-        prop_assert!(made.polygons.is_empty() != full.contains(&true));
+        let (_, made, report) = make(&data, &OccluderOptions { max_triangles, ..QUICK });
+        prop_assert!(made.is_empty() != full.contains(&true));
         prop_assert!(report.efficiency() <= 1.0);
     }
 }

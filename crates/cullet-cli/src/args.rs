@@ -289,7 +289,7 @@ pub(crate) enum OccluderKind {
     Auto,
     /// The mesh itself
     Mesh,
-    /// Boxes and polygons made from it, and nothing where there are none
+    /// Boxes and polygons made from it, and some of its triangles where those leave much; nothing where none do
     Baked,
 }
 

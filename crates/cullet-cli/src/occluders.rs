@@ -1,16 +1,18 @@
 //! `cullet occluders`: what can stand for each mesh when things behind it are looked for.
 
+mod compare;
+
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use cullet::cull::occlusion::{Convex, Occluder, Shape};
 use cullet::{Instance, Mesh, Scene, View};
 use cullet_bake::occluders::{
     OccluderOptions, Occluders, Polygon, Validation, occluders, validate,
 };
 use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::{Material, Model, SaveErrorKind, SaveFormat, paths, save};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::{CullArgs, OccluderKind, SceneArgs};
@@ -18,23 +20,27 @@ use crate::console::{Console, grouped, interrupted, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::survey::mesh_name;
 use crate::{drawing, inputs, parse};
+use compare::{CompareArgs, Comparison};
 
 /// What `cullet occluders --help` ends with.
 pub(crate) const HELP: &str = "\
 Makes boxes that lie within what each mesh seals off, and convex polygons that lie in its surface, so that
 what they hide the mesh hides. A mesh has no box where nothing in it is closed (open shell), where its walls
 are thinner than the cells of the grid (thin), where every box would hide too little (too little each), and
-where it is transparent or deforms. A higher --resolution finds thinner walls.
+where it is transparent or deforms. A higher --resolution finds thinner walls. Where boxes and polygons leave much,
+triangles of the mesh stand for themselves ('own').
 
 'hides' is the share of the mesh's silhouette that its occluders cover, over a number of directions.
 --check proves each box again without the grid, and tries each occluder with that many rays or points;
-an occluder that is refuted or not proved makes the exit code 1.
+an occluder that is refuted or not proved makes the exit code 1. --compare asks what they find of all that is
+truly hidden, beside the model's own occluders and all of its triangles.
 
 Examples
   cullet occluders castle.glb
   cullet occluders castle.glb --picture occluders.png --out occluders.glb
   cullet occluders house.glb --resolution 128 --max-boxes 40 --min-gain 0.3
-  cullet occluders house.glb --check 256 --json -";
+  cullet occluders castle.glb --compare --own castleLargeOccluders --own ground
+  cullet occluders house.glb --check=256 --json -";
 
 /// `cullet occluders`
 #[derive(Debug, Args)]
@@ -47,6 +53,12 @@ pub(crate) struct OccludersArgs {
     /// Polygons for each mesh, at the most
     #[arg(long, value_name = "N", default_value_t = 16)]
     max_polygons: u32,
+    /// Triangles of a mesh that stand for themselves, at the most
+    #[arg(long, value_name = "N", default_value_t = 256)]
+    max_own: u32,
+    /// And for eyes near a mesh, for which its boxes do not serve, at the most
+    #[arg(long, value_name = "N", default_value_t = 8192)]
+    max_near: u32,
     /// What an occluder must add at the least, in per cent of what its mesh hides
     #[arg(long, value_name = "PERCENT", default_value_t = 1.0)]
     min_gain: f64,
@@ -65,7 +77,7 @@ pub(crate) struct OccludersArgs {
     /// Draw the occluders within the model
     #[arg(long, value_name = "PNG")]
     picture: Option<PathBuf>,
-    /// Pixels of the picture
+    /// Pixels of the picture, and of the views of --compare
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
     size: [u32; 2],
     /// Draw the picture from this point
@@ -77,6 +89,8 @@ pub(crate) struct OccludersArgs {
     /// Write the figures as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    compare: CompareArgs,
 }
 
 /// What was found of one mesh.
@@ -88,6 +102,8 @@ struct MeshOccluders {
     triangles: u64,
     boxes: u64,
     polygons: u64,
+    /// Triangles of its own that are occluders.
+    own: u64,
     /// The share of its silhouette, 0 to 1.
     hides: f64,
     /// The mean area of its silhouette, in squared units of the mesh.
@@ -111,10 +127,13 @@ struct Record {
     resolution: u32,
     boxes: u64,
     polygons: u64,
+    own: u64,
     meshes_with_occluders: u64,
     /// The share of all silhouettes, each mesh once.
     hides: f64,
     seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    comparison: Option<Comparison>,
     meshes: Vec<MeshOccluders>,
 }
 
@@ -128,6 +147,8 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
     let options = OccluderOptions {
         max_boxes: args.max_boxes,
         max_polygons: args.max_polygons,
+        max_triangles: args.max_own,
+        max_near: args.max_near,
         min_gain: args.min_gain / 100.0,
         resolution: args.resolution,
         ..OccluderOptions::default()
@@ -139,9 +160,20 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
         )));
     }
     occluders(&empty()?, &options).map_err(|e| Failure::usage(format!("--resolution: {e}")))?;
-    let model = inputs::load(&args.scene, console)?;
-    let (record, made) = make(args, &options, &model, console)?;
+    let mut model = inputs::load(&args.scene, console)?;
+    let (mut record, made) = make(args, &options, &model, console)?;
     print(args, &record, console);
+    if args.compare.compare {
+        let found =
+            Comparison::new(&args.compare, args.size, &mut model, console, |model: &mut Model| {
+                for (mesh, made) in model.scene.meshes_mut().zip(&made) {
+                    mesh.set_occluder(made.to_engine().map_err(Failure::input)?);
+                }
+                Ok(())
+            })?;
+        found.print(console);
+        record.comparison = Some(found);
+    }
     let placed = Placed::new(&model, &made)?;
     if let Some(path) = &args.out {
         if placed.model.scene.instance_count() == 0 {
@@ -163,7 +195,12 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
         write_json(path, &record)?;
     }
     let refuted = |m: &MeshOccluders| m.refuted.as_ref().is_some_and(|r| !r.is_empty());
-    Ok(if record.meshes.iter().any(refuted) { Exit::FalseCull } else { Exit::Fine })
+    let wrong = record.comparison.as_ref().is_some_and(Comparison::is_wrong);
+    Ok(if wrong || record.meshes.iter().any(refuted) { Exit::FalseCull } else { Exit::Fine })
+}
+
+fn own_triangles(made: &Occluders) -> u64 {
+    made.sheets.iter().map(|s| s.triangles.len() as u64).sum()
 }
 
 /// A mesh to ask whether options are in range.
@@ -181,18 +218,17 @@ fn make(
     let start = Instant::now();
     let mut instances = vec![0u64; scene.meshes().len()];
     scene.slots().for_each(|s| instances[scene.mesh_id(s) as usize] += 1);
-    let mut bar = console.progress("occluders", scene.meshes().len() as u64);
-    let (mut meshes, mut all) = (Vec::new(), Vec::new());
-    let mut sums = [0.0; 2];
-    for (mesh, i) in scene.meshes().iter().zip(0u32..) {
-        if interrupted() {
-            let message = "interrupted; nothing was written".into();
-            return Err(Failure { exit: Exit::Interrupted, message });
-        }
+    let found = of_meshes(scene.meshes(), console, |mesh| {
         let began = Instant::now();
         let (made, report) = occluders(mesh, options).map_err(Failure::usage)?;
         let seconds = began.elapsed().as_secs_f64();
         let validation = args.check.map(|samples| validate(mesh, &made, samples));
+        Ok((made, report, seconds, validation))
+    })?;
+    let (mut meshes, mut all) = (Vec::new(), Vec::new());
+    let mut sums = [0.0; 2];
+    for ((mesh, i), found) in scene.meshes().iter().zip(0u32..).zip(found) {
+        let (made, report, seconds, validation) = found;
         let [hidden, whole] =
             report.hidden.iter().fold([0.0; 2], |[a, b], h| [a + h.occluders, b + h.mesh]);
         sums = [sums[0] + hidden, sums[1] + whole];
@@ -203,6 +239,7 @@ fn make(
             triangles: u64::from(mesh.triangle_count()),
             boxes: made.boxes.len() as u64,
             polygons: made.polygons.len() as u64,
+            own: own_triangles(&made),
             hides: report.efficiency(),
             silhouette: whole / report.hidden.len().max(1) as f64,
             no_boxes: report.no_boxes.map(|r| r.to_string()),
@@ -214,21 +251,43 @@ fn make(
             refuted: validation.as_ref().map(refutations),
         });
         all.push(made);
-        bar.step();
     }
-    bar.finish();
     let record = Record {
         schema: 1,
         scene: model.name.clone(),
         resolution: options.resolution,
         boxes: meshes.iter().map(|m| m.boxes).sum(),
         polygons: meshes.iter().map(|m| m.polygons).sum(),
-        meshes_with_occluders: meshes.iter().filter(|m| m.boxes + m.polygons > 0).count() as u64,
+        own: meshes.iter().map(|m| m.own).sum(),
+        meshes_with_occluders: all.iter().filter(|m: &&Occluders| !m.is_empty()).count() as u64,
         hides: if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 },
         seconds: start.elapsed().as_secs_f64(),
+        comparison: None,
         meshes,
     };
     Ok((record, all))
+}
+
+/// Does something for each mesh, several at a time, in their order.
+fn of_meshes<T: Send>(
+    meshes: &[Mesh],
+    console: &Console,
+    of: impl Fn(&Mesh) -> Result<T, Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
+    /// Meshes between two looks at the clock: more than there are processors, since some take long.
+    const SOME: usize = 64;
+    let mut bar = console.progress("occluders", meshes.len() as u64);
+    let mut all = Vec::with_capacity(meshes.len());
+    for some in meshes.chunks(SOME) {
+        if interrupted() {
+            let message = "interrupted while occluders were made".into();
+            return Err(Failure { exit: Exit::Interrupted, message });
+        }
+        all.extend(some.par_iter().map(&of).collect::<Result<Vec<T>, Failure>>()?);
+        some.iter().for_each(|_| bar.step());
+    }
+    bar.finish();
+    Ok(all)
 }
 
 /// Gives every mesh the occluder that is asked for; a line says what came of it.
@@ -243,18 +302,19 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
     if args.no_occlusion || args.occluders == OccluderKind::Mesh {
         return Ok(());
     }
-    let options = OccluderOptions::default();
-    let mut bar = console.progress("occluders", model.scene.meshes().len() as u64);
-    let (mut given, mut boxes, mut polygons, mut sloped) = (0u64, 0, 0, 0);
-    for mesh in model.scene.meshes_mut() {
-        if interrupted() {
-            let message = "interrupted while occluders were made".into();
-            return Err(Failure { exit: Exit::Interrupted, message });
-        }
-        let (made, report) = occluders(mesh, &options).map_err(Failure::usage)?;
+    let mut options = OccluderOptions::default();
+    if args.occluders == OccluderKind::Baked {
+        // Nobody asks how good they are.
+        options.directions = 0;
+    }
+    let found = of_meshes(model.scene.meshes(), console, |mesh| {
+        occluders(mesh, &options).map_err(Failure::usage)
+    })?;
+    let (mut given, mut boxes, mut polygons, mut own, mut sloped) = (0u64, 0, 0, 0, 0);
+    for (mesh, (made, report)) in model.scene.meshes_mut().zip(found) {
         let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
             made.polygons.iter().partition(|p| p.tolerance == 0.0);
-        let occluder = engine(&made, &exact).map_err(Failure::input)?;
+        let occluder = made.to_engine().map_err(Failure::input)?;
         let take = match args.occluders {
             OccluderKind::Auto => {
                 off.is_empty()
@@ -267,38 +327,24 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
             given += u64::from(!occluder.shapes().is_empty());
             boxes += made.boxes.len() as u64;
             polygons += exact.len() as u64;
+            own += own_triangles(&made);
             sloped += off.len() as u64;
             mesh.set_occluder(occluder);
         }
-        bar.step();
     }
-    bar.finish();
     let left_out = match sloped {
         0 => String::new(),
         n => format!("; {} on slopes left out", grouped(n)),
     };
     console.note(format!(
-        "occluders: {} of {} meshes by {} boxes and {} polygons{left_out}",
+        "occluders: {} of {} meshes by {} boxes, {} polygons and {} triangles{left_out}",
         grouped(given),
         grouped(model.scene.meshes().len() as u64),
         grouped(boxes),
-        grouped(polygons)
+        grouped(polygons),
+        grouped(own)
     ));
     Ok(())
-}
-
-/// Proxies as the engine draws them.
-fn engine(
-    made: &Occluders,
-    polygons: &[&Polygon],
-) -> Result<Occluder, cullet::cull::occlusion::OccluderError> {
-    let boxes = made.boxes.iter().map(Convex::from_box);
-    let polygons = polygons.iter().map(|p| match p.two_sided {
-        true => Convex::from_polygon(&p.points),
-        false => Convex::from_one_sided_polygon(&p.points),
-    });
-    let shapes = boxes.chain(polygons).map(|c| c.map(Shape::Convex)).collect::<Result<_, _>>()?;
-    Ok(Occluder::new(shapes).with_sealed(made.sealed.clone()))
 }
 
 fn refutations(found: &Validation) -> Vec<String> {
@@ -313,11 +359,13 @@ fn print(args: &OccludersArgs, record: &Record, console: &Console) {
     order.sort_by(|a, b| b.silhouette.total_cmp(&a.silhouette).then(a.mesh.cmp(&b.mesh)));
     let shown = if args.all { order.len() } else { SHOWN.min(order.len()) };
     console.line(format!(
-        "{:<32} {:>9} {:>9} {:>6} {:>8} {:>6}  without",
-        "mesh, widest first", "instances", "triangles", "boxes", "polygons", "hides"
+        "{:<32} {:>9} {:>9} {:>6} {:>8} {:>5} {:>6}  without",
+        "mesh, widest first", "instances", "triangles", "boxes", "polygons", "own", "hides"
     ));
     for m in &order[..shown] {
         let why = match (&m.no_boxes, &m.no_polygons) {
+            // Its own triangles stand for both.
+            (Some(a), _) if m.own > 0 => format!("boxes: {a}"),
             (Some(a), Some(b)) if a == b => a.clone(),
             (Some(a), Some(b)) => format!("boxes: {a}; polygons: {b}"),
             (Some(a), None) => format!("boxes: {a}"),
@@ -330,11 +378,12 @@ fn print(args: &OccludersArgs, record: &Record, console: &Console) {
             name.push('…');
         }
         let line = format!(
-            "{name:<32} {:>9} {:>9} {:>6} {:>8} {:>4.0} %  {why}",
+            "{name:<32} {:>9} {:>9} {:>6} {:>8} {:>5} {:>4.0} %  {why}",
             grouped(m.instances),
             grouped(m.triangles),
             m.boxes,
             m.polygons,
+            m.own,
             m.hides * 100.0
         );
         console.line(line.trim_end());
@@ -347,12 +396,13 @@ fn print(args: &OccludersArgs, record: &Record, console: &Console) {
             .line(format!("and {} more; --all lists them", grouped((order.len() - shown) as u64)));
     }
     console.line(format!(
-        "{} of {} meshes have occluders: {} boxes, {} polygons, which hide {:.0} % of their silhouettes; \
-         {:.1} s",
+        "{} of {} meshes have occluders: {} boxes, {} polygons, {} triangles of their own, which hide \
+         {:.0} % of their silhouettes; {:.1} s",
         grouped(record.meshes_with_occluders),
         grouped(record.meshes.len() as u64),
         grouped(record.boxes),
         grouped(record.polygons),
+        grouped(record.own),
         record.hides * 100.0,
         record.seconds
     ));

@@ -130,8 +130,17 @@ pub(crate) fn run(args: &OccscnArgs, console: &Console) -> Outcome {
 
 /// The benchmark scene of a built-in scene or a file, as `cullet occscn` makes it where nothing is said.
 pub(crate) fn of_model(model: &Model) -> Result<Occscn, Failure> {
+    with_occluders(model, &[])
+}
+
+/// The same with only what has one of these names for occluders, if there are names.
+pub(crate) fn with_occluders(model: &Model, names: &[String]) -> Result<Occscn, Failure> {
     let views = views(model, None, 32, [1280, 720], &Overrides::default())?;
-    make(model, &views, &default_options(model))
+    let mut options = default_options(model);
+    if !names.is_empty() {
+        options.occluders = names.to_vec();
+    }
+    make(model, &views, &options)
 }
 
 fn make(model: &Model, views: &[MatrixView], options: &MakeOptions) -> Result<Occscn, Failure> {

@@ -155,3 +155,69 @@ fn a_report_has_the_classic_table_and_baked_occluders_lose_nothing() {
     let page = std::fs::read_to_string(folder.path("report/index.html")).unwrap();
     assert!(!page.contains("After occlusion culling"));
 }
+
+/// Leaves over a board: three thousand triangles that do not touch, each of a few pixels.
+fn leaves() -> String {
+    let mut seed = 1_u32;
+    let mut random = |low: f64, high: f64| {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        low + (high - low) * f64::from(seed >> 8) / f64::from(1 << 24)
+    };
+    let mut text =
+        "o board\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 1 3 2\nf 1 4 3\no leaves\n".to_owned();
+    for leaf in 0..3000 {
+        let middle = [random(-1.0, 1.0), random(0.1, 2.0), random(-1.0, 1.0)];
+        for _ in 0..3 {
+            let [x, y, z] = middle.map(|m| m + random(-0.05, 0.05));
+            text += &format!("v {x} {y} {z}\n");
+        }
+        let v = 5 + leaf * 3;
+        text += &format!("f {v} {} {}\n", v + 1, v + 2);
+    }
+    text
+}
+
+#[test]
+fn a_report_names_what_is_too_thin_to_hide() {
+    let folder = Folder::new("occlusion-leaves");
+    let (file, out) = (folder.path("leaves.obj"), folder.path("report"));
+    std::fs::write(&file, leaves()).unwrap();
+    let advice = |kind: &str| {
+        let views = ["--views", "2", "--size", "160x90", "--occluders", kind, "--out", &out];
+        ends(&[&["report", &file][..], &views].concat(), 0);
+        let json = std::fs::read(folder.path("report/report.json")).unwrap();
+        let json: Value = serde_json::from_slice(&json).unwrap();
+        let list = json["summary"]["advice"].as_array().unwrap();
+        let found = list.iter().find(|a| a["kind"] == "poor-occluder").cloned();
+        found.unwrap_or_else(|| panic!("{kind}: {list:?}"))
+    };
+    let found = advice("mesh");
+    assert_eq!(found["names"], serde_json::json!(["leaves"]));
+    let text = found["text"].as_str().unwrap();
+    assert!(text.contains("9000 boundary edges, and its parts are too thin"), "{text}");
+    let found = advice("baked");
+    assert_eq!(found["names"], serde_json::json!(["leaves"]));
+    let text = found["text"].as_str().unwrap();
+    assert!(text.contains("nothing was made to stand for it"), "{text}");
+}
+
+#[test]
+fn occluders_are_compared_by_what_they_find() {
+    let folder = Folder::new("occlusion-compare");
+    let out = folder.path("compared.json");
+    let args = ["occluders", "city:cells=8,objects=400", "--own", "building", "--size", "320x180"];
+    ends(&[&args[..], &["--compare", "--json", &out]].concat(), 0);
+    let json: Value = serde_json::from_slice(&std::fs::read(&out).unwrap()).unwrap();
+    let kinds = json["comparison"]["kinds"].as_array().unwrap();
+    let of = |key: &str| kinds.iter().map(|k| k[key].as_u64().unwrap()).collect::<Vec<u64>>();
+    let names: Vec<&str> = kinds.iter().map(|k| k["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["own", "baked", "all triangles"]);
+    assert_eq!(of("false_culls"), [0, 0, 0]);
+    let found = of("found");
+    assert!(found[1] * 100 >= found[0] * 95 && found[2] >= found[0], "{found:?}");
+    assert!(found[0] > 0 && found[2] <= of("hidden")[0], "{found:?}");
+    // Names without a comparison, and one that nothing has.
+    ends(&args, 2);
+    let bad = ["occluders", "city:cells=2", "--compare", "--own", "cathedral"];
+    assert!(ends(&bad, 3).contains("cathedral"));
+}

@@ -14,7 +14,7 @@ use cullet::bounds::Aabb;
 use cullet::mesh::{Alpha, MeshData, Part};
 use cullet::{BoundsOverride, Instance, InstanceFlags, Transform};
 
-pub use make::{MakeOptions, Objects};
+pub use make::{MakeOptions, Objects, occluder_slots};
 
 use crate::builder::{Builder, GREY};
 use crate::obj::Compact;

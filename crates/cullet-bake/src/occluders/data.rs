@@ -8,7 +8,7 @@ use super::Occluders;
 
 impl Occluders {
     /// The occluders as a mesh, to save or draw: boxes with `box_material`, wound outward and one-sided;
-    /// then polygons with `polygon_material`, with the sides they block from. Empty for none.
+    /// then polygons and triangles with `polygon_material`, with the sides they block from. Empty for none.
     #[must_use]
     pub fn to_data(&self, box_material: u32, polygon_material: u32) -> MeshData {
         let mut data = MeshData::default();
@@ -33,6 +33,11 @@ impl Occluders {
                 for k in 2..polygon.points.len() as u32 {
                     data.indices.extend([first, first + k - 1, first + k]);
                 }
+            }
+            for sheet in self.sheets.iter().filter(|s| s.two_sided == two_sided) {
+                let first = data.positions.len() as u32;
+                data.positions.extend(sheet.triangles.as_flattened());
+                data.indices.extend(first..data.positions.len() as u32);
             }
             let polygons = part(&data, polygon_material, two_sided);
             data.parts.push(polygons);

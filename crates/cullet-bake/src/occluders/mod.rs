@@ -16,6 +16,8 @@
 //! 4. Where walls are thinner than cells, where the mesh is open, and on slopes: triangles joined by edges
 //!    that lie in one plane make a piece; convex polygons within it are chosen in the same way, where no box
 //!    is behind them.
+//! 5. Where those leave much (slopes, round walls, open shells), triangles of the mesh stand for themselves; and so they do
+//!    for eyes so near that the boxes do not serve them.
 //!
 //! ```
 //! use cullet::mesh::Part;
@@ -44,6 +46,7 @@ mod blocks;
 mod data;
 mod flat;
 mod grow;
+mod sheets;
 mod surface;
 mod validate;
 mod views;
@@ -71,13 +74,18 @@ pub struct Occluders {
     pub sealed: Vec<Aabb>,
     /// Convex polygons in the surface.
     pub polygons: Vec<Polygon>,
+    /// Triangles of the mesh, of one side and of two.
+    pub sheets: Vec<Sheet>,
+    /// Triangles of the mesh for eyes for which the boxes do not [hold](Self::boxes_hold); without boxes, none. They take
+    /// the place of boxes and of [`sheets`](Self::sheets).
+    pub near: Vec<Sheet>,
 }
 
 impl Occluders {
     /// Whether there is nothing to draw.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.boxes.is_empty() && self.polygons.is_empty()
+        self.boxes.is_empty() && self.polygons.is_empty() && self.sheets.is_empty()
     }
 
     /// Whether the boxes may be used by a view: `near` is a box, in the space of the mesh, around the
@@ -134,6 +142,16 @@ impl Polygon {
     }
 }
 
+/// Triangles of a mesh that stand for themselves, whatever their slope: exact, but dearer to draw than a box or polygon.
+/// Where they share an edge they are to be drawn as one surface, or a strict rasteriser leaves a seam.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sheet {
+    /// Corners, wound as in the mesh.
+    pub triangles: Vec<[[f32; 3]; 3]>,
+    /// Whether they are drawn from both sides, so that they block from both; else only from their front.
+    pub two_sided: bool,
+}
+
 /// How occluders are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OccluderOptions {
@@ -141,6 +159,12 @@ pub struct OccluderOptions {
     pub max_boxes: u32,
     /// Polygons at the most.
     pub max_polygons: u32,
+    /// Triangles of the mesh itself at the most. They are taken where boxes and polygons leave more than a twentieth of the
+    /// surface that boxes leave. Each costs a view about what a box does.
+    pub max_triangles: u32,
+    /// Triangles of the mesh at the most for eyes so near that its boxes do not serve them: who stands on a terrain, or in a
+    /// house. Only such a view has them.
+    pub max_near: u32,
     /// A box must add at least this share of what solid cells hide, and a polygon this share of the area of
     /// the surface: 0 to 1. Lower makes more occluders that each hide less.
     pub min_gain: f64,
@@ -161,7 +185,15 @@ impl OccluderOptions {
 
 impl Default for OccluderOptions {
     fn default() -> Self {
-        Self { max_boxes: 16, max_polygons: 16, min_gain: 0.01, resolution: 64, directions: 16 }
+        Self {
+            max_boxes: 16,
+            max_polygons: 16,
+            max_triangles: 256,
+            max_near: 8192,
+            min_gain: 0.01,
+            resolution: 64,
+            directions: 16,
+        }
     }
 }
 
@@ -205,6 +237,9 @@ pub enum NoOccluders {
     /// Nothing hides as much as was asked for.
     #[error("too little each")]
     Little,
+    /// Triangles of the mesh stand for all that polygons would.
+    #[error("its triangles serve")]
+    Triangles,
 }
 
 /// What was made, and what it is good for.
@@ -214,6 +249,9 @@ pub struct OccluderReport {
     pub box_gains: Vec<f64>,
     /// The share of the surface's area that each polygon adds to what boxes and polygons before it hide.
     pub polygon_gains: Vec<f64>,
+    /// The share of the surface's area that triangles add to what boxes hide, and where they are not all that boxes leave,
+    /// to what polygons do.
+    pub triangle_gain: f64,
     /// Why there are no boxes.
     pub no_boxes: Option<NoOccluders>,
     /// Why there are no polygons.
@@ -293,10 +331,24 @@ pub fn occluders(
     let polygons =
         flat::polygons(&surface, options.max_polygons as usize, options.min_gain, backed);
     (made.polygons, report.polygon_gains) = polygons.into_iter().unzip();
+    let most = options.max_triangles as usize;
+    let chosen = sheets::sheets(&surface, &made.polygons, most, options.min_gain, backed);
+    if chosen.all {
+        made.polygons.clear();
+        report.polygon_gains.clear();
+    }
+    (made.sheets, report.triangle_gain) = (chosen.sheets, chosen.gain);
+    if !made.boxes.is_empty() {
+        let most = options.max_near as usize;
+        let bare = sheets::sheets(&surface, &made.polygons, most, options.min_gain, |_, _| false);
+        made.near = bare.sheets;
+    }
     if made.polygons.is_empty() {
-        let why =
-            if options.max_polygons == 0 { NoOccluders::NotAsked } else { NoOccluders::Little };
-        report.no_polygons = Some(why);
+        report.no_polygons = Some(match (options.max_polygons, chosen.all) {
+            (0, _) => NoOccluders::NotAsked,
+            (_, true) => NoOccluders::Triangles,
+            _ => NoOccluders::Little,
+        });
     }
     report.hidden = views::hidden(&surface, &made, options.directions as usize);
     Ok((made, report))

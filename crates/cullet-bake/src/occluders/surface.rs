@@ -41,9 +41,7 @@ impl Surface {
                 continue;
             }
             let vertices = mesh.corners(t).map(|p| {
-                // Adding zero makes −0 into 0, which is the same place.
-                let key = p.map(|v| (v + 0.0).to_bits());
-                *welded.entry(key).or_insert_with(|| {
+                *welded.entry(key(p)).or_insert_with(|| {
                     surface.points.push(DVec3::from(p.map(f64::from)));
                     surface.points.len() as u32 - 1
                 })
@@ -77,6 +75,16 @@ impl Surface {
         self.reach * f64::from_bits((1023 - 32) << 52) + f64::MIN_POSITIVE
     }
 
+    /// The triangles by their corners.
+    pub(super) fn by_corners(&self) -> ByCorners {
+        let exact = |p: DVec3| key(p.to_array().map(|v| v as f32));
+        let by = self.triangles.iter().map(|t| {
+            let keys = turned(self.corners(t).map(exact));
+            (keys, t.two_sided)
+        });
+        ByCorners { sides: by.collect() }
+    }
+
     pub(super) fn area(&self) -> f64 {
         self.triangles.iter().map(|t| normal(&self.corners(t)).length() * 0.5).sum()
     }
@@ -106,6 +114,39 @@ impl Surface {
             shells.extend(Shell::new(self, &edges, &live, &of));
         }
         shells
+    }
+}
+
+/// A position by its bits; −0 is the same place as 0.
+fn key(p: [f32; 3]) -> [u32; 3] {
+    // Adding zero makes −0 into 0.
+    p.map(|v| (v + 0.0).to_bits())
+}
+
+/// Three corners, the least first, in the same turn.
+fn turned([a, b, c]: [[u32; 3]; 3]) -> [[u32; 3]; 3] {
+    if a <= b && a <= c {
+        [a, b, c]
+    } else if b <= c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+/// The triangles of a surface by their corners, and whether each is drawn from both sides.
+#[derive(Debug)]
+pub(super) struct ByCorners {
+    sides: HashMap<[[u32; 3]; 3], bool>,
+}
+
+impl ByCorners {
+    /// Whether a triangle blocks as one of the surface does.
+    pub(super) fn serves(&self, corners: &[[f32; 3]; 3], two_sided: bool) -> bool {
+        let [a, b, c] = corners.map(key);
+        let same = self.sides.get(&turned([a, b, c]));
+        let other = self.sides.get(&turned([a, c, b]));
+        same.is_some_and(|both| *both || !two_sided) || other == Some(&true)
     }
 }
 

@@ -30,6 +30,15 @@ pub enum Escape {
         /// How far off, in units of the mesh.
         distance: f64,
     },
+    /// A triangle is none of the mesh's, or blocks from a side from which that is not drawn.
+    Triangle {
+        /// Which sheet; those for near eyes are counted after the others.
+        sheet: u32,
+        /// Which of its triangles.
+        index: u32,
+        /// Its corners.
+        corners: [[f32; 3]; 3],
+    },
 }
 
 /// What [`validate`] found.
@@ -41,7 +50,9 @@ pub struct Validation {
     pub unproved_boxes: Vec<u32>,
     /// Rays and points that were tried.
     pub samples: u64,
-    /// Those that refute, at most one for each occluder.
+    /// Triangles that are the mesh's own, which is proof.
+    pub proved_triangles: u32,
+    /// What refutes, at most once for each occluder.
     pub escapes: Vec<Escape>,
     /// The farthest that a sampled point of a polygon is from the surface, in units of the mesh.
     pub farthest: f64,
@@ -61,7 +72,7 @@ const MOST_PIECES: u32 = 200_000;
 /// Proves that occluders lie within what a mesh hides, without the grid by which they were made.
 ///
 /// A box is proved if a closed shell has no triangle near it and seals its middle; else it is halved and
-/// both halves are proved. Independently of shells, from `samples` points of each box a ray is shot outward,
+/// both halves are proved. A triangle is proved if the mesh has it. Independently of shells, from `samples` points of each box a ray is shot outward,
 /// which must cross a triangle that is drawn from there; and as many points of each polygon must be within
 /// its tolerance of a triangle that faces as it does. Costs some 10 ns for each sample and triangle.
 #[must_use]
@@ -99,6 +110,15 @@ pub fn validate(mesh: &Mesh, occluders: &Occluders, samples: u32) -> Validation 
         found.farthest = found.farthest.max(distance);
         if distance > allowed {
             found.escapes.push(Escape::Polygon { index, point: point.to_array(), distance });
+        }
+    }
+    let own = surface.by_corners();
+    for (number, sheet) in (0..).zip(occluders.sheets.iter().chain(&occluders.near)) {
+        for (index, &corners) in (0..).zip(&sheet.triangles) {
+            match own.serves(&corners, sheet.two_sided) {
+                true => found.proved_triangles += 1,
+                false => found.escapes.push(Escape::Triangle { sheet: number, index, corners }),
+            }
         }
     }
     found

@@ -53,6 +53,11 @@ pub(super) fn hidden(
                     proxies.fill(&[points[0], w[0], w[1]], polygon.two_sided);
                 }
             }
+            for sheet in &occluders.sheets {
+                for t in &sheet.triangles {
+                    proxies.fill(&t.map(|p| DVec3::from(p.map(f64::from))), sheet.two_sided);
+                }
+            }
             let count = |on: &mut dyn Iterator<Item = bool>| {
                 on.filter(|b| *b).count() as f64 * pixel * pixel
             };

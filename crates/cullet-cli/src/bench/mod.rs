@@ -12,7 +12,7 @@ mod frustum;
 mod hierarchy;
 mod measure;
 mod moving;
-mod occlusion;
+pub(crate) mod occlusion;
 mod results;
 mod shadow;
 mod views;

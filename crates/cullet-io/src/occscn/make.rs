@@ -50,7 +50,7 @@ impl Occscn {
         views: &[MatrixView],
         options: &MakeOptions,
     ) -> Result<Self, ErrorKind> {
-        let wanted = occluders(model, &options.occluders)?;
+        let wanted = occluder_slots(model, &options.occluders)?;
         let mut out = Self::gather(model, |slot| match (wanted[slot as usize], options.objects) {
             (true, _) => Role::Occluder,
             (false, Objects::Rest) => Role::Object,
@@ -125,8 +125,11 @@ impl From<&MatrixView> for OccCamera {
     }
 }
 
-/// Which slots hold occluders, by name.
-fn occluders(model: &Model, names: &[String]) -> Result<Vec<bool>, ErrorKind> {
+/// Which slots hold the occluders that [`MakeOptions::occluders`] names, of all slots.
+///
+/// # Errors
+/// If a name matches no instance.
+pub fn occluder_slots(model: &Model, names: &[String]) -> Result<Vec<bool>, ErrorKind> {
     let scene = &model.scene;
     if names.is_empty() {
         return Ok((0..scene.slot_count()).map(|s| !scene.flags(s).no_occlusion).collect());

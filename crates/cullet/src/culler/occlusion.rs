@@ -183,15 +183,8 @@ impl Pass<'_> {
         let fronts_are_drawn = fronts_are_drawn(self.view);
         let near = near_box(self.view, scene.origin());
         for o in offers {
-            let candidates = &mut state.candidates;
-            let first = candidates.len();
-            offer(scene, buffer, o, fronts_are_drawn, candidates);
-            if candidates.len() > first && is_within(scene, o.slot, &near) {
-                let shapes = scene.mesh(o.slot).occluder().shapes();
-                let is_left = |c: &Candidate| !is_body(&shapes[c.shape as usize]);
-                let left: Vec<_> = candidates.drain(first..).filter(is_left).collect();
-                candidates.extend(left);
-            }
+            let within = is_within(scene, o.slot, &near);
+            offer(scene, buffer, o, fronts_are_drawn, within, &mut state.candidates);
         }
     }
 
@@ -358,22 +351,19 @@ fn is_within(scene: &Scene, slot: u32, near: &Aabb) -> bool {
     })
 }
 
-/// Whether a shape is a closed body.
-fn is_body(shape: &Shape) -> bool {
-    matches!(shape, Shape::Convex(convex) if convex.face_count() > 2)
-}
-
-/// Offers the shapes of an instance.
+/// Offers the shapes of an instance that are for a view which begins within what it seals off, or does not.
 fn offer(
     scene: &Scene,
     buffer: &OcclusionBuffer,
     &Offer { slot, footprint, .. }: &Offer,
     fronts_are_drawn: bool,
+    within: bool,
     candidates: &mut Vec<Candidate>,
 ) {
-    let shapes = scene.mesh(slot).occluder().shapes();
+    let occluder = scene.mesh(slot).occluder();
+    let shapes = occluder.shapes();
     for (number, shape) in shapes.iter().enumerate() {
-        if !(fronts_are_drawn || shape.is_two_sided()) {
+        if !occluder.is_for(number, within) || !(fronts_are_drawn || shape.is_two_sided()) {
             continue;
         }
         let own = match shapes {

@@ -22,9 +22,11 @@ use crate::exit::{Exit, Failure, Outcome};
 use crate::{occscn, parse};
 use engine::{Engine, Kinds};
 use measure::{Found, measure};
+pub(crate) use rasteriser::{HIDDEN, OUTSIDE, VISIBLE};
 pub(crate) use report::Occlusion;
 use scene::Prepared;
-use truth::Reference;
+pub(crate) use scene::view;
+pub(crate) use truth::{Reference, TOLERANCE, Verdict};
 
 /// `cullet bench occlusion --scene`
 #[derive(Clone, Debug, Args)]

@@ -4,11 +4,11 @@ use cullet::View;
 use cullet::bounds::Boxes;
 
 /// Answers of [`Rasteriser::test`], as they stand in a file of answers.
-pub(super) const OUTSIDE: u8 = 0;
+pub(crate) const OUTSIDE: u8 = 0;
 /// In the picture, for all that is known.
-pub(super) const VISIBLE: u8 = 1;
+pub(crate) const VISIBLE: u8 = 1;
 /// In the frustum and proved hidden.
-pub(super) const HIDDEN: u8 = 2;
+pub(crate) const HIDDEN: u8 = 2;
 
 /// An occlusion buffer with the meshes of a scene.
 pub(super) trait Rasteriser {

@@ -76,7 +76,7 @@ pub(super) struct Scratch {
 }
 
 /// A camera of a scene as a view of some pixels.
-pub(super) fn view(scene: &Occscn, camera: usize, size: [u32; 2]) -> Result<View, Failure> {
+pub(crate) fn view(scene: &Occscn, camera: usize, size: [u32; 2]) -> Result<View, Failure> {
     let matrix = scene.cameras[camera].clip_from_world.map(f64::from);
     View::from_matrix(&matrix, Depth::Standard, size)
         .map_err(|e| Failure::input(format!("camera {camera}: {e}")))

@@ -20,35 +20,35 @@ const MOST: u8 = 3;
 /// Pixels of published references, whatever the occlusion buffer has.
 const SIZE: [u32; 2] = [1280, 720];
 /// What is not nearer than what hides it by more than this part of its distance counts as hidden there.
-const TOLERANCE: f64 = 1e-6;
+pub(crate) const TOLERANCE: f64 = 1e-6;
 
 /// References that are looked for beside a scene: images of up to so many times the width and height.
 const FINEST: u32 = 16;
 
 /// What is hidden in images of N × N times the pixels.
 #[derive(Clone, Debug)]
-pub(super) struct Reference {
+pub(crate) struct Reference {
     /// N.
-    pub(super) samples: u32,
+    pub(crate) samples: u32,
     /// View by view, one value an object.
-    pub(super) values: Vec<u8>,
+    pub(crate) values: Vec<u8>,
 }
 
 /// Answers beside a reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(super) struct Verdict {
+pub(crate) struct Verdict {
     /// N of the reference.
-    pub(super) samples: u32,
+    pub(crate) samples: u32,
     /// Objects hidden there, over all views.
-    pub(super) hidden: u64,
+    pub(crate) hidden: u64,
     /// How many of these were culled.
-    pub(super) found: u64,
+    pub(crate) found: u64,
     /// Objects seen there.
-    pub(super) visible: u64,
+    pub(crate) visible: u64,
     /// How many of these were culled.
-    pub(super) false_culls: u64,
+    pub(crate) false_culls: u64,
     /// How many per cent of what is hidden was found; 100 where nothing is.
-    pub(super) efficiency: f64,
+    pub(crate) efficiency: f64,
 }
 
 impl Reference {
@@ -82,7 +82,7 @@ impl Reference {
     }
 
     /// How answers, view by view, stand beside it. Those may be of the first views alone.
-    pub(super) fn judge(&self, answers: &[u8]) -> Verdict {
+    pub(crate) fn judge(&self, answers: &[u8]) -> Verdict {
         let mut verdict = Verdict { samples: self.samples, ..Verdict::default() };
         for (&truth, &answer) in self.values.iter().zip(answers) {
             let culled = u64::from(answer == HIDDEN || answer == OUTSIDE);

@@ -89,8 +89,10 @@ fn why(ctx: &Context<'_>, record: &MeshRecord) -> String {
         "it deforms, and is elsewhere in the next frame".into()
     } else if see_through > 0 {
         format!("{see_through} of its {} parts can be seen through", mesh.parts().len())
+    } else if mesh.occluder().shapes().is_empty() {
+        "nothing was made to stand for it (`--occluders mesh` takes the mesh itself)".into()
     } else if let Some(defect) = &record.defect {
-        format!("its surface is open ({defect}), and its parts are too thin to cover whole pixels")
+        format!("{defect}, and its parts are too thin to cover whole pixels")
     } else {
         "its parts are too thin to cover whole pixels, or the budget did not reach to it".into()
     }

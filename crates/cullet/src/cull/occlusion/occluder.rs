@@ -39,6 +39,8 @@ impl Shape {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Occluder {
     shapes: Vec<Shape>,
+    /// How many of the shapes, the last, are for views that begin within `sealed`.
+    near: usize,
     sealed: Vec<Aabb>,
 }
 
@@ -46,7 +48,7 @@ impl Occluder {
     /// Of shapes that the caller knows to lie within what the mesh hides.
     #[must_use]
     pub fn new(shapes: Vec<Shape>) -> Self {
-        Self { shapes, sealed: Vec::new() }
+        Self { shapes, near: 0, sealed: Vec::new() }
     }
 
     /// The mesh itself: one body where it is convex, closed and opaque; else its opaque triangles, a patch for each
@@ -83,7 +85,7 @@ impl Occluder {
                 shapes.extend(cut.into_iter().map(Shape::Patch));
             }
         }
-        Self { shapes, sealed: Vec::new() }
+        Self { shapes, near: 0, sealed: Vec::new() }
     }
 
     /// Boxes and polygons, as a bake finds them within a mesh.
@@ -106,21 +108,68 @@ impl Occluder {
         self
     }
 
+    /// Adds shapes for views that begin within [`sealed`](Self::with_sealed), where they take the place of closed bodies
+    /// and of patches: such as the surface of a terrain, of which boxes hide the mountain from afar. No other view has
+    /// them.
+    #[must_use]
+    pub fn with_near(mut self, shapes: Vec<Shape>) -> Self {
+        self.near += shapes.len();
+        self.shapes.extend(shapes);
+        self
+    }
+
+    /// Whether a view has one of the shapes: one that begins within [`sealed`](Self::with_sealed), or another.
+    pub(crate) fn is_for(&self, shape: usize, within: bool) -> bool {
+        let for_near = shape + self.near >= self.shapes.len();
+        match &self.shapes[shape] {
+            _ if for_near || !within => for_near == within,
+            Shape::Convex(convex) => convex.face_count() <= 2,
+            Shape::Patch(_) => self.near == 0,
+        }
+    }
+
     /// Where its bodies do not hide; see [`with_sealed`](Self::with_sealed).
     #[must_use]
     pub fn sealed(&self) -> &[Aabb] {
         &self.sealed
     }
 
-    /// What it costs to draw over so many pixels, in microseconds of the model that budgets go by.
+    /// What it costs to draw over so many pixels from outside, in microseconds of the model that budgets go by.
     #[must_use]
     pub fn cost(&self, pixels: f32) -> f32 {
-        self.shapes.iter().map(|s| super::Candidate::cost(s, pixels)).sum()
+        let far = &self.shapes[..self.shapes.len() - self.near];
+        far.iter().map(|s| super::Candidate::cost(s, pixels)).sum()
     }
 
-    /// What it is made of.
+    /// What it is made of; what [`with_near`](Self::with_near) added comes last.
     #[must_use]
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn near_shapes_take_the_place_of_bodies_and_patches_but_not_of_polygons() {
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let cube = Aabb { min: [0.0; 3], max: [1.0; 3] };
+        let body = Shape::Convex(Convex::from_box(&cube).unwrap());
+        let polygon = Shape::Convex(Convex::from_one_sided_polygon(&corners).unwrap());
+        let one = std::slice::from_ref(&(0..1));
+        let patch = Shape::Patch(Patch::cut(&corners, &[0, 1, 2], one, false).unwrap().remove(0));
+        let far = Occluder::new(vec![body, polygon, patch.clone()]).with_sealed(vec![cube]);
+        let of = |o: &Occluder, within| {
+            (0..o.shapes().len()).map(|i| o.is_for(i, within)).collect::<Vec<_>>()
+        };
+        assert_eq!(of(&far, false), [true, true, true]);
+        assert_eq!(of(&far, true), [false, true, true]);
+        let both = far.clone().with_near(vec![patch]);
+        assert_eq!(of(&both, false), [true, true, true, false]);
+        assert_eq!(of(&both, true), [false, true, false, true]);
+        // A view from outside does not pay for them.
+        assert_eq!(both.cost(100.0), far.cost(100.0));
     }
 }
