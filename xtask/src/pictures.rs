@@ -5,6 +5,7 @@ use std::path::Path;
 
 use crate::graphics;
 use crate::tools::{Done, cargo_program, command, install_words, root, run};
+use crate::web;
 
 /// Where pictures lie, from the root.
 const FOLDER: &str = "docs/src/pictures";
@@ -57,6 +58,8 @@ const WINDOWS: &[(&str, &str, &str)] = &[
     ("viewer-buffer.png", "city", "layout=buffer"),
     ("viewer-office.png", "office", "layout=split&ghosts.form=solid"),
 ];
+/// The picture of the page, of its first view.
+const PAGE: &str = "viewer-page.png";
 /// How large the window is in them.
 const WINDOW: &str = "1280x720";
 
@@ -66,6 +69,7 @@ pub(crate) fn draw() -> Done {
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     draw_pictures(&folder)?;
     draw_windows(&folder)?;
+    web::picture("city", "", &folder.join(PAGE))?;
     all_there()
 }
 
