@@ -56,7 +56,12 @@ const OTHERS: &[(&str, &str)] = &[
 const WINDOWS: &[(&str, &str, &str)] = &[
     ("viewer-city.png", "city", "layout=split&ghosts.form=solid"),
     ("viewer-buffer.png", "city", "layout=buffer"),
-    ("viewer-office.png", "office", "layout=split&ghosts.form=solid"),
+    (
+        "viewer-office.png",
+        "office",
+        "camera.target=[26.6,1.7,18.2]&camera.distance=6&camera.yaw=-8&camera.pitch=-4&camera.near=0.05\
+         &layout=split&ghosts.form=solid",
+    ),
 ];
 /// The picture of the page, of its first view.
 const PAGE: &str = "viewer-page.png";
