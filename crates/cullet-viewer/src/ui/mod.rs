@@ -60,7 +60,7 @@ pub fn show(
 
 /// The way back to the panels for whoever has no key for it, or does not know it: frames in pages begin without them.
 fn unfold(ctx: &egui::Context, session: &mut Session) {
-    egui::Area::new(egui::Id::new("unfold"))
+    egui::Area::new(egui::Id::unique("unfold"))
         .anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0])
         .order(egui::Order::Middle)
         .show(ctx, |ui| {
