@@ -102,7 +102,11 @@ pub fn run(world: &World, out: &mut impl Write) -> Result<u64, BenchError> {
             continue;
         }
         let n = views.len();
-        writeln!(out, "\n{path}: mean of {n} views, of each the fastest of {FRAMES} frames{}", load())?;
+        writeln!(
+            out,
+            "\n{path}: mean of {n} views, of each the fastest of {FRAMES} frames{}",
+            load()
+        )?;
         writeln!(
             out,
             "{:27} {:>10} {:>10} {:>9} {:>8} {:>13}  picture",

@@ -72,7 +72,10 @@ mod tests {
 
     #[test]
     fn what_backticks_hold_is_code() {
-        assert_eq!(with_code("try `a <b>`, or `c`."), "try <code>a &lt;b&gt;</code>, or <code>c</code>.");
+        assert_eq!(
+            with_code("try `a <b>`, or `c`."),
+            "try <code>a &lt;b&gt;</code>, or <code>c</code>."
+        );
         assert_eq!(with_code("an end` is missing <"), "an end` is missing &lt;");
         assert_eq!(with_code(""), "");
     }

@@ -222,10 +222,9 @@ pub(crate) fn hierarchy(out: &mut String, s: &Summary) {
         [h.nodes, h.blocks, h.plane_tests, h.remembered, h.swept].map(|v| grouped(v / views));
     let _ = write!(
         out,
-        "<p class=\"sub\">To find the instances in the frustum among {}, a view asked so much on the mean: \
-         nodes of the hierarchy {nodes}, blocks of sixteen instances {blocks}, tests of sixteen things against a plane \
-         {tests}. Groups of 256 known from the view before: {remembered}; instances swept without asking a node: \
-         {swept}.</p>",
+        "<p class=\"sub\">To find the instances in the frustum among {}, a view asked, on the mean, nodes of the \
+         hierarchy: {nodes}; blocks of sixteen instances: {blocks}; tests of sixteen things against a plane: {tests}. \
+         Groups of 256 known from the view before: {remembered}; instances swept without asking a node: {swept}.</p>",
         grouped(instances)
     );
 }
