@@ -3,7 +3,7 @@
 use crate::tools::{Done, install, install_words, is_ci, output};
 
 /// Debian's packages: software Vulkan, a virtual screen, and what a window asks for when it starts.
-const DEBIAN: &[&str] = &[
+pub(crate) const DEBIAN: &[&str] = &[
     "mesa-vulkan-drivers",
     "libvulkan1",
     "xvfb",

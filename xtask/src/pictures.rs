@@ -1,8 +1,11 @@
 //! The pictures of README and docs: drawn by the program, so that they show what it does.
 
 use std::fs;
+use std::path::Path;
 
-use crate::tools::{Done, cargo_program, command, root, run};
+use crate::graphics;
+use crate::tools::{Done, cargo_program, command, install_words, root, run};
+use crate::web;
 
 /// Where pictures lie, from the root.
 const FOLDER: &str = "docs/src/pictures";
@@ -16,7 +19,7 @@ const PICTURES: &[(&str, &str)] = &[
     ("depth.png", "depth city --path fly --views 12 --view 4 --size 960x540"),
     (
         "backface.png",
-        "kinds city:cells=8,objects=60 --no-frustum --path walk --views 8 --view 5 --size 960x540",
+        "kinds city:cells=8,objects=60 --no-frustum --no-occlusion --path walk --views 8 --view 5 --size 1280x720",
     ),
     ("normal-mask.png", "normal-mask --eye 3,2,5 --target 0,0,0 --fov 20 --size 960x560"),
     ("normal-partition.png", "normal-partition --fov 40 --size 960x540"),
@@ -26,7 +29,7 @@ const PICTURES: &[(&str, &str)] = &[
     ("clusters.png", "clusters knobs --eye 1.55,2.1,2.0 --target 0,1.15,0 --size 800x450"),
     ("back-regions.png", "back-regions knobs --views 8 --view 1 --size 800x450"),
     ("solids.png", "shaded solids --views 8 --view 1 --size 960x540"),
-    ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 960x540"),
+    ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 1280x720"),
     ("hidden.png", "hidden plant --path walk --views 8 --view 2 --size 960x540"),
     (
         "occlusion-buffer.png",
@@ -34,20 +37,48 @@ const PICTURES: &[(&str, &str)] = &[
     ),
     ("occluders-drawn.png", "occluders plant --path walk --views 8 --view 2 --size 960x540"),
     ("coverage.png", "coverage --size 1120x500"),
+    ("outcodes.png", "outcodes --size 1280x720"),
+    ("clip-polygon.png", "clip-polygon --size 1280x720"),
+    ("clip-w.png", "clip-w --size 1280x720"),
+    ("pipeline.png", "pipeline --size 1280x720"),
     ("moving.png", "shaded moving:t=1500 --eye 6,4,14 --target 0,0.5,0 --size 960x540"),
 ];
 
 /// Pictures that other commands draw: a file, and the command.
 const OTHERS: &[(&str, &str)] = &[
+    ("occluders-ball.png", "occluders knobs --eye 2.5,2.5,3 --target 0,1.1,0 --size 960x540"),
     ("occluders.png", "occluders solids --eye 8,5,14 --target 0,0.5,0 --size 960x540"),
     ("cut-office.png", "cut office --plane 0,1,0,1.6 --cap --size 960x540"),
     ("cut-solids.png", "cut solids --plane 0,0,1,0 --cap --size 960x540"),
 ];
 
-/// Draws them all again.
+/// Pictures of the viewer's window: a file, its scene, and the state that it shows.
+const WINDOWS: &[(&str, &str, &str)] = &[
+    ("viewer-city.png", "city", "layout=split&ghosts.form=solid"),
+    ("viewer-buffer.png", "city", "layout=buffer"),
+    (
+        "viewer-office.png",
+        "office",
+        "camera.target=[26.6,1.7,18.2]&camera.distance=6&camera.yaw=-8&camera.pitch=-4&camera.near=0.05\
+         &layout=split&ghosts.form=solid",
+    ),
+];
+/// The picture of the page, of its first view.
+const PAGE: &str = "viewer-page.png";
+/// How large the window is in them.
+const WINDOW: &str = "1280x720";
+
+/// Draws them all again: those of the program, then those of the viewer.
 pub(crate) fn draw() -> Done {
     let folder = root().join(FOLDER);
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    draw_pictures(&folder)?;
+    draw_windows(&folder)?;
+    web::picture("city", "", &folder.join(PAGE))?;
+    all_there()
+}
+
+fn draw_pictures(folder: &Path) -> Done {
     let pictures = PICTURES.iter().map(|p| (p, Some("picture"), "--out"));
     let others = OTHERS.iter().map(|p| (p, None, "--picture"));
     for ((file, args), what, option) in pictures.chain(others) {
@@ -59,7 +90,30 @@ pub(crate) fn draw() -> Done {
         words.extend_from_slice(&[option, &out]);
         run(command(&cargo_program(), &words))?;
     }
-    all_there()
+    Ok(())
+}
+
+/// Draws the viewer's window on a screen that nobody looks at, so that no desktop's scale or theme is in the
+/// picture, and in software, so that two machines draw the same.
+fn draw_windows(folder: &Path) -> Done {
+    if !graphics::is_there() {
+        let words = install_words(graphics::DEBIAN);
+        println!("skipped: the viewer's pictures are as they were; {words}");
+        return Ok(());
+    }
+    let cargo = cargo_program();
+    let viewer = ["--quiet", "--release", "--package", "cullet-viewer"];
+    run(command(&cargo, &[&["build"], &viewer[..]].concat()))?;
+    for (file, scene, state) in WINDOWS {
+        let out = folder.join(file);
+        let out = out.to_string_lossy();
+        let screen = ["-a", "-s", "-screen 0 1600x1000x24", &cargo, "run"];
+        let shown = ["--", scene, "--size", WINDOW, "--state", state, "--screenshot", &out];
+        let mut shoot = command("xvfb-run", &[&screen, &viewer[..], &shown].concat());
+        shoot.env("WGPU_BACKEND", "vulkan");
+        run(shoot)?;
+    }
+    Ok(())
 }
 
 /// Every picture that a page of the docs or the README shows is there, and each is shown somewhere.
@@ -86,8 +140,10 @@ pub(crate) fn all_there() -> Done {
             shown.extend(link.rsplit('/').next().map(str::to_owned));
         }
     }
-    match PICTURES.iter().chain(OTHERS).find(|(file, _)| !shown.iter().any(|s| s == file)) {
-        Some((file, _)) => Err(format!("{FOLDER}/{file} is drawn, but no page shows it")),
+    let commands = PICTURES.iter().chain(OTHERS).map(|(file, _)| file);
+    let mut drawn = commands.chain(WINDOWS.iter().map(|(file, ..)| file));
+    match drawn.find(|file| !shown.iter().any(|s| s == *file)) {
+        Some(file) => Err(format!("{FOLDER}/{file} is drawn, but no page shows it")),
         None => Ok(()),
     }
 }

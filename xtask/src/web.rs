@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Instant;
 
 use flate2::Compression;
@@ -172,13 +173,37 @@ const BROWSER: &str = "/usr/bin/chromium";
 
 /// The step of `test`: the page is built, and used in a browser as a user would.
 pub(crate) fn test() -> Done {
+    let Some(mut node) = in_browser("page.mjs", "the page is not tested here")? else {
+        return Ok(());
+    };
+    node.args([served(), page()]);
+    run(node)
+}
+
+/// Draws a picture of the page with a scene in a state.
+pub(crate) fn picture(scene: &str, state: &str, out: &Path) -> Done {
+    let Some(mut node) = in_browser("picture.mjs", "the page's picture is as it was")? else {
+        return Ok(());
+    };
+    node.args([served(), page()]).args([scene, state]).arg(out);
+    run(node)
+}
+
+/// The server that scripts start.
+fn served() -> PathBuf {
+    root().join("target/checked/cullet-serve")
+}
+
+/// Builds the page and its server, and readies a script that uses them in a browser; `None` where that cannot be
+/// had, once `skipped` and the reason are said.
+fn in_browser(script: &str, skipped: &str) -> Result<Option<Command>, String> {
     let browser = std::env::var("CHROMIUM").unwrap_or_else(|_| BROWSER.to_owned());
     if !is_ci() {
         let no_tools = !has_node() || !Path::new(&browser).is_file();
         if no_tools || installed().is_none() {
             let words = install_words(&[NODE, &["chromium"], DEBIAN].concat());
-            println!("skipped: the page is not tested here; {words}");
-            return Ok(());
+            println!("skipped: {skipped}; {words}");
+            return Ok(None);
         }
     }
     if let Err(e) = prepare(&browser) {
@@ -186,8 +211,8 @@ pub(crate) fn test() -> Done {
         if std::env::var_os("CULLET_REQUIRE_WEB").is_some() {
             return Err(e);
         }
-        println!("skipped: the page is not tested here; {e}");
-        return Ok(());
+        println!("skipped: {skipped}; {e}");
+        return Ok(None);
     }
     build()?;
     cargo(&["build", "--package", "cullet-serve", "--profile", "checked"])?;
@@ -195,10 +220,9 @@ pub(crate) fn test() -> Done {
     let mut fetch = command("npm", &["ci", "--no-audit", "--no-fund"]);
     fetch.current_dir(&tests);
     run(fetch)?;
-    let serve = root().join("target/checked/cullet-serve");
-    let mut node = command("node", &["page.mjs"]);
-    node.args([&serve, &page()]).env("CHROMIUM", browser).current_dir(&tests);
-    run(node)
+    let mut node = command("node", &[script]);
+    node.env("CHROMIUM", browser).current_dir(&tests);
+    Ok(Some(node))
 }
 
 /// Installs what is missing of node, the browser and the compiler.

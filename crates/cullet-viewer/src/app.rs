@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use eframe::{egui, egui_wgpu, wgpu};
 
+use crate::camera::Rig;
 use crate::compose::{Composition, Role, compose, instance_colours};
 use crate::decide::Decision;
 use crate::draw::{Paint, Renderer};
@@ -18,6 +19,10 @@ use crate::world::{Source, World};
 
 /// Frames that a step of a script, or what a screenshot shows, gets to settle in.
 const FRAMES_TO_SETTLE: u32 = 3;
+
+/// Decisions that a screenshot waits for after the first, whose time is that of a program that finds everything cold.
+/// An even number: the camera goes aside, and back.
+const WARM_UPS: u32 = 4;
 
 /// How the viewer starts.
 #[derive(Clone, Debug, Default)]
@@ -63,6 +68,9 @@ pub struct App {
     screenshot: Option<String>,
     script: Option<std::slice::Iter<'static, &'static str>>,
     settled: u32,
+    /// Decisions that a screenshot still waits for, and where the cameras stood.
+    warm_ups: u32,
+    before: [Option<Rig>; 2],
     #[cfg_attr(
         not(target_arch = "wasm32"),
         expect(dead_code, reason = "only a page has an address")
@@ -103,6 +111,8 @@ impl App {
             screenshot: start.screenshot,
             script: start.script.then(|| script::TOGGLES.iter()),
             settled: 0,
+            warm_ups: WARM_UPS,
+            before: [None; 2],
             address: start.link,
         })
     }
@@ -306,8 +316,26 @@ impl App {
                 ctx.send_viewport_cmd(egui::ViewportCommand::Close);
             }
         }
+        if self.screenshot.is_some() && self.warm_ups > 0 {
+            self.warm_ups -= 1;
+            self.nudge(self.warm_ups % 2 == 1);
+            return;
+        }
         if let Some(path) = self.screenshot.take() {
             shoot(ctx, path);
+        }
+    }
+
+    /// Turns the cameras by a little, or puts them back, so that what is drawn is decided once more.
+    fn nudge(&mut self, aside: bool) {
+        let State { camera, frozen, .. } = &mut self.session.state;
+        if !aside {
+            [*camera, *frozen] = self.before;
+            return;
+        }
+        self.before = [*camera, *frozen];
+        for rig in [camera, frozen].into_iter().flatten() {
+            rig.turn(0.1, 0.0);
         }
     }
 

@@ -38,7 +38,7 @@ fn every_state_that_the_book_shows_opens() {
         assert!(matches!(source, Source::Builtin(_)), "{chapter}: {} is a file", state.scene);
         World::load(&source).unwrap_or_else(|e| panic!("{chapter}: {text}: {e}"));
     }
-    for chapter in ["backface.md", "clipping.md", "frustum.md", "hierarchy.md"] {
+    for chapter in ["backface.md", "clipping.md", "frustum.md", "hierarchy.md", "occlusion.md"] {
         let of: Vec<&str> =
             states.iter().filter(|(c, _)| c == chapter).map(|(_, s)| s.as_str()).collect();
         // Once as a link and once as a frame: readers of one must not miss what the other shows.

@@ -153,14 +153,20 @@ impl Context<'_> {
         }
         let unseen = self.summary.instances;
         let (kept, seen) = (unseen.potentially_visible, unseen.visible.unwrap_or(0));
+        // What was hidden is gone already where that stage ran.
+        let hides = self.summary.stages.iter().any(|s| s.name == "occlusion");
         let text = format!(
             "{} of the {} triangles still drawn a view own no pixel: they lie behind others, between \
-             pixel centres, or at the frustum's edge. {} of {} instances drawn are not seen at all; \
-             occlusion culling is what would take them.",
+             pixel centres, or at the frustum's edge. {} of {} instances drawn are not seen at all{}.",
             grouped(hidden / self.views as u64),
             grouped(drawn / self.views as u64),
             grouped(kept.saturating_sub(seen) / self.views as u64),
             grouped(kept / self.views as u64),
+            if hides {
+                ": too small for any pixel, or not proved to be hidden"
+            } else {
+                "; occlusion culling is what would take them"
+            },
         );
         let title =
             format!("{} of what is drawn after culling is still unseen", percent(hidden, drawn));

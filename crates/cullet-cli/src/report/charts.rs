@@ -1,4 +1,4 @@
-//! The charts of the page, as inline SVG: the funnel, and the curves over the views.
+//! The charts of the page: the funnel, and as inline SVG the curves over the views.
 
 use std::fmt::Write;
 
@@ -73,45 +73,34 @@ pub(crate) fn shares(summary: &Summary) -> Vec<Share> {
     shares
 }
 
-/// The funnel: one bar a step, as long as what is left, with what the step took in its colour.
+/// The funnel: one bar a step, as long as what is left, with what the step took in its colour. Not an SVG like the
+/// curves: its words must stay readable where the page is narrow.
 pub(crate) fn funnel(summary: &Summary) -> String {
     let all = summary.triangles.all;
     let views = summary.views.max(1) as u64;
-    let shares = shares(summary);
-    let (row, left, width) = (40.0, 190.0, 530.0);
-    let height = row * shares.len() as f64 + 8.0;
-    let mut svg = format!(
-        "<svg class=\"funnel\" viewBox=\"0 0 960 {height}\" role=\"img\" aria-label=\"What became of the \
-         triangles, stage by stage\">"
-    );
-    let scale = |n: u64| if all == 0 { 0.0 } else { n as f64 / all as f64 * width };
+    let mut html = String::from("<ol class=\"funnel\">");
+    let share = |n: u64| if all == 0 { 0.0 } else { n as f64 / all as f64 * 100.0 };
     let mut rest = all;
-    for (i, share) in shares.iter().enumerate() {
-        let y = i as f64 * row + 4.0;
-        rest = rest.saturating_sub(share.count);
-        // What is still there lies to the left; what this step takes is cut off at the right.
-        let x = left + scale(rest);
-        let bar = scale(share.count).max(if share.count > 0 { 1.5 } else { 0.0 });
-        let middle = y + 20.0;
+    for taken in shares(summary) {
+        rest = rest.saturating_sub(taken.count);
+        // What is still there lies to the left; what this step takes is cut off at the right. However little that
+        // is, it can be seen.
+        let least = if taken.count > 0 { "2px" } else { "0" };
         let _ = write!(
-            svg,
-            "<text x=\"{:.1}\" y=\"{middle}\" class=\"label\" text-anchor=\"end\">{}</text>\
-             <rect x=\"{left}\" y=\"{y}\" width=\"{:.2}\" height=\"28\" class=\"rest\"/>\
-             <rect x=\"{x:.2}\" y=\"{y}\" width=\"{bar:.2}\" height=\"28\" fill=\"{}\" class=\"bar\"/>\
-             <text x=\"{:.1}\" y=\"{middle}\" class=\"value\">{}</text>\
-             <text x=\"{:.1}\" y=\"{middle}\" class=\"dim\">{}</text>",
-            left - 12.0,
-            share.label,
-            scale(rest),
-            share.color,
-            left + width + 16.0,
-            percent(share.count, all),
-            left + width + 126.0,
-            grouped(share.count / views),
+            html,
+            "<li><span>{}</span><span class=\"track\"><i class=\"rest\" style=\"width:{:.3}%\"></i>\
+             <i class=\"bar\" style=\"width:{:.3}%;min-width:{least};background:{}\"></i></span>\
+             <b>{}</b><span class=\"dim\">{}</span></li>",
+            taken.label,
+            share(rest),
+            share(taken.count),
+            taken.color,
+            percent(taken.count, all),
+            grouped(taken.count / views),
         );
     }
-    svg.push_str("</svg>");
-    svg
+    html.push_str("</ol>");
+    html
 }
 
 /// One stacked column a view: what each stage took, what is unseen, what is visible.
@@ -253,7 +242,9 @@ fn view_numbers(svg: &mut String, views: &[ViewRecord], left: f64, step: f64, y:
         let x = left + (i as f64 + 0.5) * step;
         let _ = write!(
             svg,
-            "<text x=\"{x:.1}\" y=\"{y}\" class=\"dim\" text-anchor=\"middle\">{}</text>",
+            "<text x=\"{x:.1}\" y=\"{y}\" class=\"dim{}\" text-anchor=\"middle\">{}</text>",
+            // Left out where the page is narrow.
+            if i / every % 2 == 1 { " alternate" } else { "" },
             view.index
         );
     }

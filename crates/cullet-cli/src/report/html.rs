@@ -20,6 +20,22 @@ pub(crate) fn escape(text: &str) -> String {
     safe
 }
 
+/// Text with what stands between two backticks as code, made safe.
+pub(crate) fn with_code(text: &str) -> String {
+    let mut parts = text.split('`');
+    let mut html = escape(parts.next().unwrap_or_default());
+    while let Some(code) = parts.next() {
+        match parts.next() {
+            Some(after) => {
+                html += &format!("<code>{}</code>{}", escape(code), escape(after));
+            }
+            // It has no end: a name may hold one.
+            None => html += &escape(&format!("`{code}")),
+        }
+    }
+    html
+}
+
 /// A PNG as a `data:` address, so that the page needs no second file.
 pub(crate) fn data_uri(png: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -52,6 +68,16 @@ mod tests {
     fn hostile_names_become_text() {
         let safe = escape("<img src=x onerror='alert(1)'>\"&\u{202e}\0");
         assert_eq!(safe, "&lt;img src=x onerror=&#39;alert(1)&#39;&gt;&quot;&amp;\u{fffd}\u{fffd}");
+    }
+
+    #[test]
+    fn what_backticks_hold_is_code() {
+        assert_eq!(
+            with_code("try `a <b>`, or `c`."),
+            "try <code>a &lt;b&gt;</code>, or <code>c</code>."
+        );
+        assert_eq!(with_code("an end` is missing <"), "an end` is missing &lt;");
+        assert_eq!(with_code(""), "");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::charts;
-use super::html::escape;
+use super::html::{escape, with_code};
 use super::saved;
 use super::tables;
 use crate::console::{grouped, percent};
@@ -152,7 +152,7 @@ pub(crate) fn page(record: &Record, gallery: &Gallery, changes: &[String]) -> St
         escape(&record.settings.path),
         escape(&full_headline(record)),
         lead(s),
-        escape(assumption(record)),
+        with_code(assumption(record)),
         badge(record),
     );
     if !record.complete {

@@ -84,7 +84,7 @@ pub(crate) fn whole(out: &mut String, s: &Summary) {
             out,
             "<tr><td>{what}</td>{}<td class=\"n\">{}</td>{}</tr>",
             n(triangles / views),
-            percent(triangles / views, t.all / s.views.max(1) as u64),
+            percent(triangles * s.views as u64, t.all * views),
             n(objects / views)
         );
     }
@@ -222,9 +222,9 @@ pub(crate) fn hierarchy(out: &mut String, s: &Summary) {
         [h.nodes, h.blocks, h.plane_tests, h.remembered, h.swept].map(|v| grouped(v / views));
     let _ = write!(
         out,
-        "<p class=\"sub\">To find the instances in the frustum among {}, a view asked {nodes} nodes of the \
-         hierarchy and {blocks} blocks of sixteen instances ({tests} tests of sixteen things against a plane), knew \
-         {remembered} groups of 256 from the view before, and swept {swept} instances without asking a node.</p>",
+        "<p class=\"sub\">To find the instances in the frustum among {}, a view asked, on the mean, nodes of the \
+         hierarchy: {nodes}; blocks of sixteen instances: {blocks}; tests of sixteen things against a plane: {tests}. \
+         Groups of 256 known from the view before: {remembered}; instances swept without asking a node: {swept}.</p>",
         grouped(instances)
     );
 }

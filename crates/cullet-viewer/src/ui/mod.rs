@@ -51,8 +51,22 @@ pub fn show(
         let (shown, composition) = picture(session, pixels);
         canvas::show(ui, session, shown, &composition);
     });
+    if !session.state.panels {
+        unfold(ui.ctx(), session);
+    }
     playground::window(ui.ctx(), session);
     help::sheet(ui.ctx(), session);
+}
+
+/// The way back to the panels for whoever has no key for it, or does not know it: frames in pages begin without them.
+fn unfold(ctx: &egui::Context, session: &mut Session) {
+    egui::Area::new(egui::Id::unique("unfold"))
+        .anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0])
+        .order(egui::Order::Middle)
+        .show(ctx, |ui| {
+            session.state.panels =
+                words::button(ui, "Panels", "Switches, funnel and what was clicked (P)");
+        });
 }
 
 /// All around the picture.

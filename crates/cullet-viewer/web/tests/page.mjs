@@ -1,30 +1,17 @@
 // Uses the page as a user would, in Chromium: node page.mjs CULLET_SERVE PAGE_FOLDER [PICTURES_FOLDER]
 // Exits with 1 at the first thing that is not as it should be, and says which.
-import { chromium } from "playwright-core";
-import { spawn } from "node:child_process";
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { inflateSync } from "node:zlib";
 import { tmpdir } from "node:os";
 import { pathToFileURL } from "node:url";
 import { join } from "node:path";
 import assert from "node:assert/strict";
+import { MIDDLE, SIZE, WAIT, data, drag, launch, open, running, settled, start } from "./browser.mjs";
 
 const [serve, page_folder, pictures] = process.argv.slice(2);
 assert(serve && page_folder, "usage: node page.mjs CULLET_SERVE PAGE_FOLDER [PICTURES_FOLDER]");
-const SIZE = { width: 960, height: 600 };
 // Large enough that something is culled of the first view.
 const SCENE = "city";
-// Where the scene's picture is, between the panels.
-const MIDDLE = { x: 455, y: 300 };
-const WAIT = 60_000;
-
-// Software rendering for WebGPU as for WebGL; without the last two a WebGPU canvas stays blank.
-const FLAGS = [
-  "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
-  "--enable-unsafe-swiftshader", "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader",
-  "--enable-features=Vulkan", "--use-vulkan=swiftshader",
-];
 
 /** A cube as GLB: 8 vertices, 12 triangles. */
 function cube() {
@@ -77,50 +64,6 @@ function colours(png) {
   return seen.size;
 }
 
-/** Starts the server on a free port; resolves to its address and a way to end it. */
-function start(scene) {
-  const child = spawn(serve, [scene, "--page", page_folder, "--port", "0"], { stdio: ["ignore", "pipe", "inherit"] });
-  // A check that fails must leave no server behind.
-  process.on("exit", () => child.kill());
-  return new Promise((resolve, reject) => {
-    let text = "";
-    child.on("exit", (code) => reject(new Error(`cullet-serve ended with ${code}: ${text}`)));
-    child.stdout.on("data", (data) => {
-      text += data;
-      const url = text.match(/http:\S+/)?.[0];
-      if (!url || !text.includes("\n")) return;
-      child.removeAllListeners("exit");
-      resolve({
-        url,
-        end: () => new Promise((ended, late) => {
-          child.on("exit", (code) => (code === 0 ? ended() : late(new Error(`cullet-serve ended with ${code}`))));
-          child.kill("SIGINT");
-        }),
-      });
-    });
-  });
-}
-
-async function open(browser, url, query) {
-  const page = await browser.newPage({ viewport: SIZE });
-  const said = [];
-  page.on("console", (m) => { if (["error", "warning"].includes(m.type())) said.push(`${m.type()}: ${m.text()}`); });
-  page.on("pageerror", (e) => said.push(`thrown: ${e}`));
-  const begun = Date.now();
-  await page.goto(url.replace("/#", `/${query}#`));
-  await running(page);
-  return { page, said, took: Date.now() - begun };
-}
-
-const data = (page, name) => page.evaluate((n) => document.body.dataset[n] ?? "", name);
-const settled = (page) => page.waitForFunction(() => document.body.dataset.settled === "yes", null, { timeout: WAIT });
-
-async function running(page) {
-  await page.waitForFunction(() => ["running", "failed"].includes(document.body.dataset.state), null, { timeout: WAIT });
-  assert.equal(await data(page, "state"), "running", await data(page, "error"));
-  await settled(page);
-}
-
 /** Waits until an attribute is other than it was. */
 async function changed(page, name, old) {
   const args = [name, old];
@@ -139,14 +82,6 @@ async function drop(page, name, bytes) {
       canvas.dispatchEvent(new DragEvent(kind, { dataTransfer: carried, bubbles: true, cancelable: true }));
     }
   }, [name, bytes.toString("base64")]);
-}
-
-async function drag(page, dx, dy) {
-  await page.mouse.move(MIDDLE.x, MIDDLE.y);
-  await page.mouse.down();
-  await page.mouse.move(MIDDLE.x + dx / 2, MIDDLE.y + dy / 2, { steps: 3 });
-  await page.mouse.move(MIDDLE.x + dx, MIDDLE.y + dy, { steps: 3 });
-  await page.mouse.up();
 }
 
 const parse = (faces) => faces.split("/").map(Number);
@@ -234,9 +169,9 @@ async function embedded(browser, url, chapter) {
 }
 
 const folder = await mkdtemp(join(tmpdir(), "cullet-page-"));
-const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, args: FLAGS });
+const browser = await launch();
 try {
-  const server = await start(SCENE);
+  const server = await start(serve, page_folder, SCENE);
   await use(browser, server.url, "", "webgpu");
   await use(browser, server.url, "?webgl", "webgl");
 
@@ -245,11 +180,13 @@ try {
   assert.match(await data(page, "notice"), /link/);
   await page.close();
   await embedded(browser, server.url, "backface");
+  await embedded(browser, server.url, "clipping");
+  await embedded(browser, server.url, "occlusion");
   await server.end();
 
   // A file that is served.
   await writeFile(join(folder, "a cube.glb"), cube());
-  const files = await start(join(folder, "a cube.glb"));
+  const files = await start(serve, page_folder, join(folder, "a cube.glb"));
   const served = await open(browser, files.url, "?webgl");
   assert.deepEqual(parse(await data(served.page, "faces"))[1], 12);
   console.log(`served: ${await data(served.page, "scene")} after ${served.took} ms`);

@@ -1,0 +1,72 @@
+// Chromium and the server, for what uses the page.
+import { chromium } from "playwright-core";
+import { spawn } from "node:child_process";
+import assert from "node:assert/strict";
+
+export const SIZE = { width: 960, height: 600 };
+export const WAIT = 60_000;
+// Where the scene's picture is, between the panels.
+export const MIDDLE = { x: 455, y: 300 };
+
+// Software rendering for WebGPU as for WebGL; without the last two a WebGPU canvas stays blank.
+const FLAGS = [
+  "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+  "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader", "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader",
+  "--enable-features=Vulkan", "--use-vulkan=swiftshader",
+];
+
+export const launch = () =>
+  chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, args: FLAGS });
+
+/** Starts the server on a free port; resolves to its address and a way to end it. */
+export function start(serve, page_folder, scene) {
+  const child = spawn(serve, [scene, "--page", page_folder, "--port", "0"], { stdio: ["ignore", "pipe", "inherit"] });
+  // A check that fails must leave no server behind.
+  process.on("exit", () => child.kill());
+  return new Promise((resolve, reject) => {
+    let text = "";
+    child.on("exit", (code) => reject(new Error(`cullet-serve ended with ${code}: ${text}`)));
+    child.stdout.on("data", (data) => {
+      text += data;
+      const url = text.match(/http:\S+/)?.[0];
+      if (!url || !text.includes("\n")) return;
+      child.removeAllListeners("exit");
+      resolve({
+        url,
+        end: () => new Promise((ended, late) => {
+          child.on("exit", (code) => (code === 0 ? ended() : late(new Error(`cullet-serve ended with ${code}`))));
+          child.kill("SIGINT");
+        }),
+      });
+    });
+  });
+}
+
+export async function open(browser, url, query) {
+  const page = await browser.newPage({ viewport: SIZE });
+  const said = [];
+  page.on("console", (m) => { if (["error", "warning"].includes(m.type())) said.push(`${m.type()}: ${m.text()}`); });
+  page.on("pageerror", (e) => said.push(`thrown: ${e}`));
+  const begun = Date.now();
+  await page.goto(url.replace("/#", `/${query}#`));
+  await running(page);
+  return { page, said, took: Date.now() - begun };
+}
+
+export const data = (page, name) => page.evaluate((n) => document.body.dataset[n] ?? "", name);
+export const settled = (page) => page.waitForFunction(() => document.body.dataset.settled === "yes", null, { timeout: WAIT });
+
+export async function running(page) {
+  await page.waitForFunction(() => ["running", "failed"].includes(document.body.dataset.state), null, { timeout: WAIT });
+  assert.equal(await data(page, "state"), "running", await data(page, "error"));
+  await settled(page);
+}
+
+export async function drag(page, dx, dy) {
+  await page.mouse.move(MIDDLE.x, MIDDLE.y);
+  await page.mouse.down();
+  await page.mouse.move(MIDDLE.x + dx / 2, MIDDLE.y + dy / 2, { steps: 3 });
+  await page.mouse.move(MIDDLE.x + dx, MIDDLE.y + dy, { steps: 3 });
+  await page.mouse.up();
+}
