@@ -2,11 +2,13 @@
 
 use std::io::Write;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-use cullet_viewer::app::{App, FAILED, Start, setup};
+use cullet_viewer::app::{App, Start, has_failed, setup};
 use cullet_viewer::bench::BenchError;
+use cullet_viewer::script::Script;
 use cullet_viewer::world::{Source, World};
 use eframe::egui;
 
@@ -18,7 +20,8 @@ Usage: cullet-viewer [SCENE|FILE] [options]
   --state LINK         the text that Copy link gives: scene, camera and every switch
   --size WxH           the window in points (default 1280x800)
   --screenshot FILE    write a picture of the window as PNG, and end
-  --script toggles     throw every switch, one after the other, and end
+  --script NAME        without a user: throw every switch (toggles), give every order that a button gives
+                       (orders), or lose the graphics device (lose-device); then end
   --bench              measure what each stage saves the graphics card, without a window, and end
   --help, --version
 
@@ -32,6 +35,9 @@ Examples
 Exit codes
   0 fine     2 wrong command line     3 input unreadable or invalid (of an unattended run)
   1 culling changed a picture (of --bench)   69 no window or no graphics device";
+
+/// A device that is lost again so soon after the window was opened anew stays lost.
+const TOO_SOON: Duration = Duration::from_secs(60);
 
 /// What the command line says.
 struct Line {
@@ -58,12 +64,12 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
             }
             "--bench" => line.bench = true,
             "--screenshot" => line.start.screenshot = Some(value()?),
-            "--script" => match value()?.as_str() {
-                "toggles" => line.start.script = true,
-                other => {
-                    return Err(wrong(format!("there is no script '{other}'; there is toggles")));
-                }
-            },
+            "--script" => {
+                let name = value()?;
+                let there_is = "there is toggles, orders and lose-device";
+                line.start.script = Script::of_name(&name)
+                    .ok_or_else(|| wrong(format!("there is no script '{name}'; {there_is}")))?;
+            }
             "--size" => {
                 let text = value()?;
                 let parsed = text.split_once('x').and_then(|(w, h)| {
@@ -83,17 +89,34 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
     Ok(line)
 }
 
-/// Keeps what an unattended run is judged by.
+/// What is left of a window when it is closed.
+#[derive(Default)]
+struct Left {
+    /// Whether an unattended run told of trouble.
+    trouble: AtomicBool,
+    /// Why the graphics device was lost, and the state that was shown.
+    lost: Mutex<Option<(String, String)>>,
+}
+
+/// Keeps what an unattended run is judged by, and what is to be shown again.
 struct Judged {
     app: App,
     unattended: bool,
-    trouble: Arc<AtomicBool>,
+    left: Arc<Left>,
 }
 
 impl eframe::App for Judged {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         self.app.ui(ui, frame);
-        if self.unattended && self.app.has_trouble() && !self.trouble.swap(true, Ordering::Relaxed)
+        if let Some(reason) = self.app.lost() {
+            let mut lost = self.left.lost.lock().unwrap_or_else(PoisonError::into_inner);
+            lost.get_or_insert_with(|| (reason.to_owned(), self.app.link()));
+            // What else the device says of its end is no news.
+            return;
+        }
+        if self.unattended
+            && self.app.has_trouble()
+            && !self.left.trouble.swap(true, Ordering::Relaxed)
         {
             for notice in self.app.session().notices.iter().filter(|n| n.bad) {
                 let _ = writeln!(std::io::stderr(), "error: {}", notice.text);
@@ -137,33 +160,61 @@ pub(crate) fn run() -> ExitCode {
     if line.bench {
         return bench(&line.start);
     }
+    let unattended = line.start.screenshot.is_some() || line.start.script != Script::None;
+    let left = Arc::new(Left::default());
+    let (mut start, mut again) = (line.start, None);
+    loop {
+        let screenshot = start.screenshot.clone();
+        if let Err(error) = window(start, line.size, unattended, &left) {
+            let _ = writeln!(
+                std::io::stderr(),
+                "error: no window can be opened: {error}\n\
+                 The viewer needs a display, and Vulkan, Metal, DirectX 12 or OpenGL. On a machine without a \
+                 graphics card, install software Vulkan (Debian: mesa-vulkan-drivers libvulkan1); without a \
+                 display, run it under xvfb-run. cullet report needs neither."
+            );
+            return ExitCode::from(69);
+        }
+        let Some((reason, link)) = left.lost.lock().unwrap_or_else(PoisonError::into_inner).take()
+        else {
+            break;
+        };
+        let mut err = std::io::stderr();
+        let soon = again.is_some_and(|at: Instant| at.elapsed() < TOO_SOON);
+        if soon {
+            let _ = writeln!(
+                err,
+                "error: {reason}, twice within {} s. Another graphics driver may help, or a smaller scene. \
+                 This goes on where you were: cullet-viewer --state '{}'",
+                TOO_SOON.as_secs(),
+                link.replace('\'', r"'\''")
+            );
+            return ExitCode::from(69);
+        }
+        let _ = writeln!(err, "note: {reason}. The window opens again with what it showed.");
+        again = Some(Instant::now());
+        start = Start { link, screenshot, ..Start::default() };
+    }
+    if left.trouble.load(Ordering::Relaxed) || has_failed() {
+        return ExitCode::from(3);
+    }
+    ExitCode::SUCCESS
+}
+
+/// Opens the window, until it is closed.
+fn window(start: Start, size: [f32; 2], unattended: bool, left: &Arc<Left>) -> eframe::Result {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("cullet")
-            .with_inner_size(line.size)
+            .with_inner_size(size)
             .with_min_inner_size([320.0, 200.0]),
         wgpu_options: setup(None),
         ..Default::default()
     };
-    let trouble = Arc::new(AtomicBool::new(false));
-    let unattended = line.start.screenshot.is_some() || line.start.script;
-    let judge = Arc::clone(&trouble);
+    let left = Arc::clone(left);
     let make = Box::new(move |cc: &eframe::CreationContext<'_>| {
-        let app = App::new(cc, line.start)?;
-        Ok(Box::new(Judged { app, unattended, trouble: judge }) as Box<dyn eframe::App>)
+        let app = App::new(cc, start)?;
+        Ok(Box::new(Judged { app, unattended, left }) as Box<dyn eframe::App>)
     });
-    if let Err(error) = eframe::run_native("cullet", options, make) {
-        let _ = writeln!(
-            std::io::stderr(),
-            "error: no window can be opened: {error}\n\
-             The viewer needs a display, and Vulkan, Metal, DirectX 12 or OpenGL. On a machine without a \
-             graphics card, install software Vulkan (Debian: mesa-vulkan-drivers libvulkan1); without a \
-             display, run it under xvfb-run. cullet report needs neither."
-        );
-        return ExitCode::from(69);
-    }
-    if trouble.load(Ordering::Relaxed) || FAILED.load(Ordering::Relaxed) {
-        return ExitCode::from(3);
-    }
-    ExitCode::SUCCESS
+    eframe::run_native("cullet", options, make)
 }

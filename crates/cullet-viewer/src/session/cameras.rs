@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::Session;
 use crate::camera::{Mode, Rig};
-use crate::state::Layout;
+use crate::state::{GhostForm, Layout};
 
 impl Session {
     /// The rig that decides what is drawn.
@@ -48,6 +48,16 @@ impl Session {
                 self.state.frozen = self.state.camera;
                 self.state.camera = self.outside();
             }
+        }
+    }
+
+    /// Shows what was dropped in this form. From where the culler looks nothing of it is to be seen, so that one
+    /// flies out.
+    pub fn show_ghosts(&mut self, form: GhostForm) {
+        self.state.ghosts.form = form;
+        let inside = self.state.frozen.is_none() && self.state.layout == Layout::One;
+        if form != GhostForm::Off && inside {
+            self.toggle_outside();
         }
     }
 

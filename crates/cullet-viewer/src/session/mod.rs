@@ -5,8 +5,10 @@ mod cameras;
 mod inspecting;
 mod jobs;
 mod opening;
+mod sharing;
 
 pub use inspecting::Inspected;
+pub use sharing::funnel_json;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -16,6 +18,8 @@ use eframe::egui;
 
 use crate::audit::Audit;
 use crate::camera::Chase;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::chooser::Chooser;
 use crate::cost::Measured;
 use crate::cutaway::Cutting;
 use crate::decide::{Decider, Decision, Request};
@@ -38,6 +42,8 @@ pub struct Notice {
     pub text: String,
     /// Whether something went wrong.
     pub bad: bool,
+    /// Whether it is about the scene that was open then, or that was not to be opened: the next scene ends it.
+    pub of_scene: bool,
 }
 
 /// What a decision came to, for the history graph.
@@ -103,10 +109,16 @@ pub struct Session {
     pub help: bool,
     /// Whether the picture must be drawn again though nothing changed.
     pub refresh: bool,
+    /// Whether a picture of the window is to be saved.
+    pub shoot: bool,
     /// The picture's size in pixels; zero before the first.
     pub size: [u32; 2],
     loading: Option<(String, Task<Result<World, String>>)>,
+    #[cfg(not(target_arch = "wasm32"))]
+    chooser: Chooser,
     report: Option<Task<Result<String, String>>>,
+    /// The picture of the window that is being saved.
+    pub(crate) saving: Option<Task<Result<String, String>>>,
     decider: Decider,
     inbox: Inbox,
     asked: Option<(View, Stages, bool)>,
@@ -129,7 +141,7 @@ impl Session {
         let mut notices = Vec::new();
         let state = link::from_text(link).unwrap_or_else(|error| {
             let text = format!("{error}. The default is shown in its place.");
-            notices.push(Notice { text, bad: true });
+            notices.push(Notice { text, bad: true, of_scene: false });
             State::default()
         });
         let wake = ctx.clone();
@@ -145,14 +157,18 @@ impl Session {
             figures: None,
             journey: Journey::default(),
             measured: Measured::None,
-            report: None,
             chase: Chase::default(),
             drawn: Drawn::default(),
             to_open: String::new(),
             help: false,
             refresh: false,
+            shoot: false,
             size: [0; 2],
             loading: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            chooser: Chooser::default(),
+            report: None,
+            saving: None,
             decider: Decider::new(move || wake.request_repaint()),
             inbox: Inbox::new(ctx.clone()),
             asked: None,
@@ -170,7 +186,15 @@ impl Session {
 
     /// Tells the user.
     pub fn tell(&mut self, text: impl Into<String>, bad: bool) {
-        let notice = Notice { text: text.into(), bad };
+        self.notify(Notice { text: text.into(), bad, of_scene: false });
+    }
+
+    /// Tells the user something about a scene, which is no news once another is there.
+    fn tell_of_scene(&mut self, text: impl Into<String>, bad: bool) {
+        self.notify(Notice { text: text.into(), bad, of_scene: true });
+    }
+
+    fn notify(&mut self, notice: Notice) {
         if self.notices.last() != Some(&notice) {
             self.notices.push(notice);
         }
@@ -200,6 +224,7 @@ impl Session {
             && !matches!(self.truth, Truth::Working(_))
             && !matches!(self.measured, Measured::Working(_))
             && self.report.is_none()
+            && self.saving.is_none()
             && (self.world.is_none() || decided.is_some() && decided == wanted)
     }
 
@@ -207,6 +232,7 @@ impl Session {
     /// for a decision where the view or a switch changed.
     pub fn advance(&mut self, dt: f64, size: [u32; 2]) {
         self.size = size.map(|v| v.max(1));
+        self.take_chosen();
         self.take_loaded();
         if !self.truth.poll() {
             self.tell("The proof ended without a result.", true);
@@ -214,16 +240,10 @@ impl Session {
         if !self.measured.poll() {
             self.tell("The path could not be measured.", true);
         }
-        match self.report.as_ref().map(Task::poll) {
-            None | Some(Progress::Working) => {}
-            Some(done) => {
-                self.report = None;
-                match done {
-                    Progress::Done(Ok(text)) => self.tell(text, false),
-                    Progress::Done(Err(text)) => self.tell(text, true),
-                    _ => self.tell("The report ended without a result.", true),
-                }
-            }
+        let told = finished(&mut self.report, "The report ended without a result.");
+        let saved = finished(&mut self.saving, "The picture was not made.");
+        for (text, bad) in told.into_iter().chain(saved) {
+            self.tell(text, bad);
         }
         if self.journey.is_making() || self.journey.recording {
             // What was measured is about another path.
@@ -305,4 +325,16 @@ impl Session {
             self.inspect_handle(handle, triangle);
         }
     }
+}
+
+/// What a finished task has to tell, and whether it is bad; the task is then gone.
+fn finished(task: &mut Option<Task<Result<String, String>>>, lost: &str) -> Option<(String, bool)> {
+    let told = match task.as_ref()?.poll() {
+        Progress::Working => return None,
+        Progress::Done(Ok(text)) => (text, false),
+        Progress::Done(Err(text)) => (text, true),
+        Progress::Lost => (lost.to_owned(), true),
+    };
+    *task = None;
+    Some(told)
 }

@@ -31,6 +31,35 @@ impl Session {
         });
     }
 
+    /// Lets the user choose a file to open. On a page it must be called soon after a click or a key, or the
+    /// browser opens no dialog.
+    pub fn choose_file(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        self.chooser.open();
+        #[cfg(target_arch = "wasm32")]
+        if let Err(error) = crate::web::choose(self.inbox.slot()) {
+            self.tell(format!("{error}. Drop the file on the page."), true);
+        }
+    }
+
+    /// Opens what was chosen since the last call.
+    pub(super) fn take_chosen(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        match self.chooser.poll(&self.ctx) {
+            None => {}
+            Some(Ok(path)) => self.open(Source::File(path)),
+            Some(Err(text)) => self.tell(text, true),
+        }
+    }
+
+    /// Opens a file that was read, or tells why it could not be.
+    pub fn open_read(&mut self, (name, read): Read) {
+        match read {
+            Ok(bytes) => self.open(Source::Bytes(name, bytes)),
+            Err(error) => self.tell_of_scene(format!("{name} could not be read: {error}."), true),
+        }
+    }
+
     /// Files that were read since the last call.
     pub fn dropped(&mut self) -> Vec<Read> {
         self.inbox.take()
@@ -67,23 +96,24 @@ impl Session {
             Progress::Done(Err(error)) => {
                 let stays = if self.world.is_some() { " What was open stays open." } else { "" };
                 self.refit = false;
-                self.tell(format!("{error}.{stays}"), true);
+                self.tell_of_scene(format!("{error}.{stays}"), true);
             }
             Progress::Lost => {
                 let text = format!("{name}: loading ended without a result: a fault of cullet.");
-                self.tell(text, true);
+                self.tell_of_scene(text, true);
             }
         }
         self.loading = None;
     }
 
     fn show(&mut self, world: World) {
+        self.notices.retain(|n| !n.of_scene);
         for warning in world.model.warnings.iter().take(2) {
             let text = format!("{}: {warning}", world.name);
-            self.tell(text, false);
+            self.tell_of_scene(text, false);
         }
         if world.counts.triangles == 0 {
-            self.tell(format!("{} has no triangle to show.", world.name), true);
+            self.tell_of_scene(format!("{} has no triangle to show.", world.name), true);
         }
         self.enter(Arc::new(world));
     }
@@ -113,17 +143,17 @@ impl Session {
     pub fn refuse(&mut self, before: Option<Arc<World>>, why: String) {
         if let Some(whole) = self.cutting.whole.clone().filter(|_| self.state.cut.on) {
             self.state.cut.on = false;
-            self.tell(format!("{why} It is shown whole."), true);
+            self.tell_of_scene(format!("{why} It is shown whole."), true);
             return self.enter(whole);
         }
         match before {
             Some(world) => {
-                self.tell(format!("{why} What was open stays open."), true);
+                self.tell_of_scene(format!("{why} What was open stays open."), true);
                 self.state.camera = None;
                 self.state.frozen = None;
                 self.enter(world);
             }
-            None => self.tell(why, true),
+            None => self.tell_of_scene(why, true),
         }
     }
 }

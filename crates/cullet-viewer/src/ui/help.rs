@@ -2,7 +2,7 @@
 
 use eframe::egui;
 
-use super::keys::KEYS;
+use super::shortcuts::TABLE;
 use crate::session::Session;
 
 /// The sheet, where it is open.
@@ -27,28 +27,17 @@ pub(super) fn sheet(ctx: &egui::Context, session: &mut Session) {
                  all that lies outside is not drawn. Then show what was dropped as solid, and click on it.",
             );
             ui.separator();
-            egui::Grid::new("mouse").num_columns(2).show(ui, |ui| {
-                for (how, what) in [
-                    ("drag", "turn around the middle; in flight, look about"),
-                    ("right drag, Shift drag", "move sideways"),
-                    ("wheel, pinch", "nearer, farther"),
-                    ("click", "inspect what is there"),
-                    ("W A S D, Q E", "move; with Shift faster"),
-                    ("arrows, + −", "turn, nearer, farther"),
-                ] {
-                    ui.strong(how);
-                    ui.label(what);
-                    ui.end_row();
-                }
-                for (key, what) in KEYS {
-                    ui.strong(key.symbol_or_name());
-                    ui.label(what);
-                    ui.end_row();
-                }
-                ui.strong("R, Esc");
-                ui.label("draw again; close");
-                ui.end_row();
-            });
+            for (heading, lines) in TABLE {
+                ui.add_space(3.0);
+                ui.weak(heading);
+                egui::Grid::new(heading).num_columns(2).min_col_width(132.0).show(ui, |ui| {
+                    for line in lines {
+                        ui.strong(line.name);
+                        ui.label(line.what);
+                        ui.end_row();
+                    }
+                });
+            }
             ui.separator();
             ui.label(
                 "A thing is one placement of a mesh. A cluster is a group of up to 124 of its triangles. Never \
