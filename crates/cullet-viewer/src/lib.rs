@@ -23,6 +23,8 @@ pub mod lines;
 pub mod link;
 pub mod nearness;
 pub mod outcodes;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod pace;
 mod present;
 pub mod report;
 pub mod script;

@@ -23,6 +23,7 @@ Usage: cullet-viewer [SCENE|FILE] [options]
   --script NAME        without a user: throw every switch (toggles), give every order that a button gives
                        (orders), or lose the graphics device (lose-device); then end
   --bench              measure what each stage saves the graphics card, without a window, and end
+  --bench-culling      measure what deciding takes for a camera that stands, turns and flies, and end
   --help, --version
 
 Examples
@@ -43,13 +44,20 @@ const TOO_SOON: Duration = Duration::from_secs(60);
 struct Line {
     start: Start,
     size: [f32; 2],
-    bench: bool,
+    bench: Option<Bench>,
+}
+
+/// What is measured in place of a window.
+#[derive(Clone, Copy)]
+enum Bench {
+    Drawing,
+    Culling,
 }
 
 /// Reads the command line; what is to be printed in place of a window is the error, with the exit code.
 fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
     let wrong = |text: String| (2, format!("error: {text}\nTry cullet-viewer --help."));
-    let mut line = Line { start: Start::default(), size: [1280.0, 800.0], bench: false };
+    let mut line = Line { start: Start::default(), size: [1280.0, 800.0], bench: None };
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or_else(|| wrong(format!("{arg} needs a value")));
         match arg.as_str() {
@@ -62,7 +70,8 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
                 // A whole address serves too.
                 line.start.link = text.rsplit_once('#').map_or(text.clone(), |(_, l)| l.to_owned());
             }
-            "--bench" => line.bench = true,
+            "--bench" => line.bench = Some(Bench::Drawing),
+            "--bench-culling" => line.bench = Some(Bench::Culling),
             "--screenshot" => line.start.screenshot = Some(value()?),
             "--script" => {
                 let name = value()?;
@@ -126,7 +135,7 @@ impl eframe::App for Judged {
 }
 
 /// Measures, without a window.
-fn bench(start: &Start) -> ExitCode {
+fn bench(start: &Start, what: Bench) -> ExitCode {
     let told = |code: u8, text: String| {
         let _ = writeln!(std::io::stderr(), "error: {text}");
         ExitCode::from(code)
@@ -136,6 +145,12 @@ fn bench(start: &Start) -> ExitCode {
         Ok(world) => world,
         Err(error) => return told(3, error),
     };
+    if let Bench::Culling = what {
+        return match cullet_viewer::pace::run(world, &mut std::io::stdout().lock()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => told(3, format!("the table cannot be written: {error}")),
+        };
+    }
     match cullet_viewer::bench::run(&world, &mut std::io::stdout().lock()) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(pixels) => told(1, format!("culling changed {pixels} pixels")),
@@ -157,8 +172,8 @@ pub(crate) fn run() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    if line.bench {
-        return bench(&line.start);
+    if let Some(what) = line.bench {
+        return bench(&line.start, what);
     }
     let unattended = line.start.screenshot.is_some() || line.start.script != Script::None;
     let left = Arc::new(Left::default());

@@ -320,7 +320,9 @@ impl Session {
         }
         // What is inspected is explained for the new view.
         let handle = self.inspected.as_ref().map(|i| (i.handle, i.triangle));
-        self.decision = Some(decision);
+        if let Some(before) = self.decision.replace(decision) {
+            self.decider.give_back(before.visible);
+        }
         if let Some((handle, triangle)) = handle {
             self.inspect_handle(handle, triangle);
         }
