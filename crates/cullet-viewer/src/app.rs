@@ -193,6 +193,11 @@ impl eframe::App for App {
         if std::mem::take(&mut self.session.shoot) {
             self.session.saving = Some(snapshot::save(&ctx));
         }
+        if self.session.saving.is_some() {
+            // WebGL hands pixels over only to who asks, and nobody does while nothing is drawn.
+            let _ = self.render_state.device.poll(wgpu::PollType::Poll);
+            ctx.request_repaint();
+        }
         self.unattended(&ctx);
         #[cfg(target_arch = "wasm32")]
         self.tell_page();
@@ -323,6 +328,8 @@ impl App {
             return;
         }
         ctx.request_repaint();
+        // A camera that moves on is never decided for.
+        self.session.journey.playing = false;
         let pictures = self.session.drawn.pictures > 0 || self.session.loading().is_none();
         self.settled = if self.session.is_settled() && pictures { self.settled + 1 } else { 0 };
         if self.settled < FRAMES_TO_SETTLE {

@@ -62,8 +62,6 @@ pub const ORDERS: &[(&str, fn(&mut Session))] = &[
     ("save a picture", |s| s.shoot = true),
     ("verify", Session::prove),
     ("take a path", |s| s.travel(PathSpec::Orbit)),
-    // A camera that moves on is never decided for.
-    ("stop on it", |s| s.journey.playing = false),
     ("measure it", Session::measure),
     ("copy the path", Session::copy_path),
     #[cfg(not(target_arch = "wasm32"))]
