@@ -38,6 +38,7 @@ impl Panels {
         let input = egui::RawInput {
             screen_rect: Some(egui::Rect::from_min_size(Pos2::ZERO, SIZE)),
             time: Some(self.time),
+            max_texture_side: Some(8192),
             events,
             ..Default::default()
         };
@@ -129,6 +130,7 @@ fn every_key_does_something() {
         let s = &mut panels.session;
         (s.help, s.refresh, s.shoot) = (false, false, false);
         s.journey.playing = false;
+        s.state.cut.on = true;
         panels.copied = None;
     };
     for (key, _) in TABLE.iter().flat_map(|(_, lines)| *lines).flat_map(|line| line.keys) {
@@ -231,9 +233,9 @@ fn what_is_copied_is_what_is_shown() {
     panels.click("Copy as JSON");
     let path = panels.copied.take().expect("the path is copied");
     let cameras: serde_json::Value = serde_json::from_str(&path).expect("JSON");
+    assert!(cameras.is_object() || cameras.is_array());
     let count = panels.session.journey.rigs.len();
-    let views = cameras.as_array().or_else(|| cameras["cameras"].as_array());
-    assert_eq!(views.expect("a list of cameras").len(), count, "{}", &path[..200]);
+    assert_eq!(path.matches("\"eye\"").count(), count, "{}", &path[..200]);
 }
 
 #[test]
