@@ -316,10 +316,10 @@ impl App {
         }
     }
 
-    /// Why the graphics device is gone, if it is.
+    /// What listens to the graphics device; it outlives the window.
     #[must_use]
-    pub fn lost(&self) -> Option<&str> {
-        self.lost.as_deref()
+    pub fn watch(&self) -> &Watch {
+        &self.watch
     }
 
     /// Steps of a script, and the screenshot at its end.
@@ -345,7 +345,12 @@ impl App {
                         None => self.session.tell(format!("'{toggle}' is no part of a link"), true),
                     },
                     Step::Order(_, order) => order(&mut self.session),
-                    Step::Lose => self.render_state.device.destroy(),
+                    Step::Lose => {
+                        let device = &self.render_state.device;
+                        device.destroy();
+                        // A device that is lost says so at once; one that is destroyed, when it is asked.
+                        let _ = device.poll(wgpu::PollType::Poll);
+                    }
                 }
                 return;
             }

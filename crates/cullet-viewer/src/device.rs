@@ -13,7 +13,7 @@ struct Said {
 
 /// Listens to a device.
 #[derive(Clone, Debug)]
-pub(crate) struct Watch {
+pub struct Watch {
     said: Arc<Mutex<Said>>,
 }
 
@@ -42,7 +42,8 @@ impl Watch {
     }
 
     /// Why the device is gone, if it is.
-    pub(crate) fn lost(&self) -> Option<String> {
+    #[must_use]
+    pub fn lost(&self) -> Option<String> {
         self.with(|said| said.lost.clone())
     }
 

@@ -13,7 +13,7 @@ pub mod compose;
 pub mod cost;
 pub mod cutaway;
 pub mod decide;
-mod device;
+pub mod device;
 pub mod draw;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;

@@ -1,6 +1,7 @@
 //! The command line and the window.
 
 use std::io::Write;
+use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,7 +9,10 @@ use std::time::{Duration, Instant};
 
 use cullet_viewer::app::{App, Start, has_failed, setup};
 use cullet_viewer::bench::BenchError;
+use cullet_viewer::device::Watch;
+use cullet_viewer::link;
 use cullet_viewer::script::Script;
+use cullet_viewer::state::State;
 use cullet_viewer::world::{Source, World};
 use eframe::egui;
 
@@ -37,14 +41,19 @@ Exit codes
   0 fine     2 wrong command line     3 input unreadable or invalid (of an unattended run)
   1 culling changed a picture (of --bench)   69 no window or no graphics device";
 
-/// A device that is lost again so soon after the window was opened anew stays lost.
+/// A device that is lost so soon after the window was opened again stays lost.
 const TOO_SOON: Duration = Duration::from_secs(60);
+
+/// What the viewer tells itself when it opens a window again.
+const AGAIN: &str = "--after-lost-device";
 
 /// What the command line says.
 struct Line {
     start: Start,
     size: [f32; 2],
     bench: Option<Bench>,
+    /// Whether it is opened again after its device was lost.
+    again: bool,
 }
 
 /// What is measured in place of a window.
@@ -57,7 +66,8 @@ enum Bench {
 /// Reads the command line; what is to be printed in place of a window is the error, with the exit code.
 fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
     let wrong = |text: String| (2, format!("error: {text}\nTry cullet-viewer --help."));
-    let mut line = Line { start: Start::default(), size: [1280.0, 800.0], bench: None };
+    let mut line =
+        Line { start: Start::default(), size: [1280.0, 800.0], bench: None, again: false };
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or_else(|| wrong(format!("{arg} needs a value")));
         match arg.as_str() {
@@ -70,6 +80,7 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
                 // A whole address serves too.
                 line.start.link = text.rsplit_once('#').map_or(text.clone(), |(_, l)| l.to_owned());
             }
+            AGAIN => line.again = true,
             "--bench" => line.bench = Some(Bench::Drawing),
             "--bench-culling" => line.bench = Some(Bench::Culling),
             "--screenshot" => line.start.screenshot = Some(value()?),
@@ -103,8 +114,17 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
 struct Left {
     /// Whether an unattended run told of trouble.
     trouble: AtomicBool,
-    /// Why the graphics device was lost, and the state that was shown.
-    lost: Mutex<Option<(String, String)>>,
+    /// What listened to the graphics device, and the state that was shown last.
+    shown: Mutex<Option<(Watch, State)>>,
+}
+
+impl Left {
+    /// Why the graphics device was lost, if it was, and the state that was shown.
+    fn lost(&self) -> Option<(String, State)> {
+        let shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let (watch, state) = shown.as_ref()?;
+        Some((watch.lost()?, state.clone()))
+    }
 }
 
 /// Keeps what an unattended run is judged by, and what is to be shown again.
@@ -117,9 +137,9 @@ struct Judged {
 impl eframe::App for Judged {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         self.app.ui(ui, frame);
-        if let Some(reason) = self.app.lost() {
-            let mut lost = self.left.lost.lock().unwrap_or_else(PoisonError::into_inner);
-            lost.get_or_insert_with(|| (reason.to_owned(), self.app.link()));
+        let shown = (self.app.watch().clone(), self.app.session().state.clone());
+        *self.left.shown.lock().unwrap_or_else(PoisonError::into_inner) = Some(shown);
+        if self.app.watch().lost().is_some() {
             // What else the device says of its end is no news.
             return;
         }
@@ -175,40 +195,26 @@ pub(crate) fn run() -> ExitCode {
     if let Some(what) = line.bench {
         return bench(&line.start, what);
     }
-    let unattended = line.start.screenshot.is_some() || line.start.script != Script::None;
+    let began = Instant::now();
+    let (size, screenshot) = (line.size, line.start.screenshot.clone());
     let left = Arc::new(Left::default());
-    let (mut start, mut again) = (line.start, None);
-    loop {
-        let screenshot = start.screenshot.clone();
-        if let Err(error) = window(start, line.size, unattended, &left) {
-            let _ = writeln!(
-                std::io::stderr(),
-                "error: no window can be opened: {error}\n\
-                 The viewer needs a display, and Vulkan, Metal, DirectX 12 or OpenGL. On a machine without a \
-                 graphics card, install software Vulkan (Debian: mesa-vulkan-drivers libvulkan1); without a \
-                 display, run it under xvfb-run. cullet report needs neither."
-            );
-            return ExitCode::from(69);
+    let again = line.again;
+    if let Err(error) = window(line, &left) {
+        let _ = writeln!(
+            std::io::stderr(),
+            "error: no window can be opened: {error}\n\
+             The viewer needs a display, and Vulkan, Metal, DirectX 12 or OpenGL. On a machine without a \
+             graphics card, install software Vulkan (Debian: mesa-vulkan-drivers libvulkan1); without a \
+             display, run it under xvfb-run. cullet report needs neither."
+        );
+        return ExitCode::from(69);
+    }
+    if let Some((reason, state)) = left.lost() {
+        let link = link::to_text(&state);
+        if again && began.elapsed() < TOO_SOON {
+            return lost_for_good(&reason, &link);
         }
-        let Some((reason, link)) = left.lost.lock().unwrap_or_else(PoisonError::into_inner).take()
-        else {
-            break;
-        };
-        let mut err = std::io::stderr();
-        let soon = again.is_some_and(|at: Instant| at.elapsed() < TOO_SOON);
-        if soon {
-            let _ = writeln!(
-                err,
-                "error: {reason}, twice within {} s. Another graphics driver may help, or a smaller scene. \
-                 This goes on where you were: cullet-viewer --state '{}'",
-                TOO_SOON.as_secs(),
-                link.replace('\'', r"'\''")
-            );
-            return ExitCode::from(69);
-        }
-        let _ = writeln!(err, "note: {reason}. The window opens again with what it showed.");
-        again = Some(Instant::now());
-        start = Start { link, screenshot, ..Start::default() };
+        return reopen(&reason, &link, size, screenshot);
     }
     if left.trouble.load(Ordering::Relaxed) || has_failed() {
         return ExitCode::from(3);
@@ -216,20 +222,65 @@ pub(crate) fn run() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Opens the window, until it is closed.
-fn window(start: Start, size: [f32; 2], unattended: bool, left: &Arc<Left>) -> eframe::Result {
+fn lost_for_good(reason: &str, link: &str) -> ExitCode {
+    let _ = writeln!(
+        std::io::stderr(),
+        "error: {reason}, and the window cannot go on. Another graphics driver may help, or a smaller scene. \
+         This goes on where you were: cullet-viewer --state '{}'",
+        link.replace('\'', r"'\''")
+    );
+    ExitCode::from(69)
+}
+
+/// Opens the window again with what it showed, in a program of its own: little of what drew can be trusted after its
+/// device was lost.
+fn reopen(reason: &str, link: &str, [w, h]: [f32; 2], screenshot: Option<String>) -> ExitCode {
+    let _ =
+        writeln!(std::io::stderr(), "note: {reason}. The window opens again with what it showed.");
+    let Ok(program) = std::env::current_exe() else { return lost_for_good(reason, link) };
+    let mut command = std::process::Command::new(program);
+    command.args([AGAIN, "--state", link, "--size", &format!("{w}x{h}")]);
+    if let Some(path) = screenshot {
+        command.args(["--screenshot", &path]);
+    }
+    match command.status() {
+        Ok(status) => {
+            let code = status.code().and_then(|code| u8::try_from(code).ok());
+            ExitCode::from(code.unwrap_or(69))
+        }
+        Err(_) => lost_for_good(reason, link),
+    }
+}
+
+/// Opens the window, until it is closed, or until its device is lost.
+fn window(line: Line, left: &Arc<Left>) -> eframe::Result {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("cullet")
-            .with_inner_size(size)
+            .with_inner_size(line.size)
             .with_min_inner_size([320.0, 200.0]),
         wgpu_options: setup(None),
         ..Default::default()
     };
-    let left = Arc::clone(left);
+    let start = line.start;
+    let unattended = start.screenshot.is_some() || start.script != Script::None;
+    let own = Arc::clone(left);
     let make = Box::new(move |cc: &eframe::CreationContext<'_>| {
         let app = App::new(cc, start)?;
-        Ok(Box::new(Judged { app, unattended, left }) as Box<dyn eframe::App>)
+        Ok(Box::new(Judged { app, unattended, left: own }) as Box<dyn eframe::App>)
     });
-    eframe::run_native("cullet", options, make)
+    // What draws the panels panics when it is refused a buffer, as it is after the loss of the device. That is no fault
+    // to be shown; any other is.
+    let (before, quiet) = (panic::take_hook(), Arc::clone(left));
+    panic::set_hook(Box::new(move |info| {
+        if quiet.lost().is_none() {
+            before(info);
+        }
+    }));
+    let ran = panic::catch_unwind(AssertUnwindSafe(|| eframe::run_native("cullet", options, make)));
+    match ran {
+        Ok(result) => result,
+        Err(_) if left.lost().is_some() => Ok(()),
+        Err(fault) => panic::resume_unwind(fault),
+    }
 }
