@@ -14,10 +14,13 @@ const EXTENSIONS: [&str; 7] = ["glb", "gltf", "obj", "ply", "stl", "off", "occsc
 /// Nobody closes a dialog so soon: it was never there.
 const TOO_SOON: Duration = Duration::from_millis(300);
 
+/// A dialog, until something is chosen or not.
+type Dialog = Pin<Box<dyn Future<Output = Option<rfd::FileHandle>>>>;
+
 /// A dialog that may be open.
 #[derive(Default)]
 pub(crate) struct Chooser {
-    open: Option<(Instant, Pin<Box<dyn Future<Output = Option<rfd::FileHandle>>>>)>,
+    open: Option<(Instant, Dialog)>,
 }
 
 impl std::fmt::Debug for Chooser {

@@ -55,8 +55,11 @@ impl Script {
     }
 }
 
+/// An order, by its name.
+pub type Order = (&'static str, fn(&mut Session));
+
 /// All that a button begins and that leaves something behind.
-pub const ORDERS: &[(&str, fn(&mut Session))] = &[
+pub const ORDERS: &[Order] = &[
     ("copy the link", Session::copy_link),
     ("copy the funnel", Session::copy_funnel),
     ("save a picture", |s| s.shoot = true),
