@@ -7,11 +7,13 @@ use eframe::{egui, egui_wgpu, wgpu};
 use crate::camera::Rig;
 use crate::compose::{Composition, Role, compose, instance_colours};
 use crate::decide::Decision;
+use crate::device::Watch;
 use crate::draw::{Paint, Renderer};
 use crate::link;
 use crate::present::Present;
-use crate::script;
+use crate::script::{self, Script, Step};
 use crate::session::{Drawn, Inspected, Session};
+use crate::snapshot;
 use crate::state::State;
 use crate::task::clock;
 use crate::ui::{self, Shown};
@@ -33,8 +35,8 @@ pub struct Start {
     pub link: String,
     /// A file to write a picture of the window to, and end.
     pub screenshot: Option<String>,
-    /// Whether every switch is thrown, one after the other, and the viewer ends.
-    pub script: bool,
+    /// What is done, one thing after the other, before the viewer ends.
+    pub script: Script,
 }
 
 /// What a picture depends on: if none of it changed, neither did the picture.
@@ -66,7 +68,10 @@ pub struct App {
     composition: Composition,
     last_frame: u64,
     screenshot: Option<String>,
-    script: Option<std::slice::Iter<'static, &'static str>>,
+    script: Option<std::vec::IntoIter<Step>>,
+    watch: Watch,
+    /// Why the graphics device is gone.
+    lost: Option<String>,
     settled: u32,
     /// Decisions that a screenshot still waits for, and where the cameras stood.
     warm_ups: u32,
@@ -102,18 +107,20 @@ impl App {
             renderer: Renderer::new(&render_state.adapter, &render_state.device),
             present: Present::new(&render_state.device),
             texture: None,
-            render_state,
             uploaded: None,
             coloured: None,
             last: None,
             composition: Composition::default(),
             last_frame: clock(),
             screenshot: start.screenshot,
-            script: start.script.then(|| script::TOGGLES.iter()),
+            script: (start.script != Script::None).then(|| start.script.steps().into_iter()),
+            watch: Watch::new(&render_state.device, &cc.egui_ctx),
+            lost: None,
             settled: 0,
             warm_ups: WARM_UPS,
             before: [None; 2],
             address: start.link,
+            render_state,
         })
     }
 
@@ -153,6 +160,7 @@ impl eframe::App for App {
         let now = clock();
         let dt = ((now - self.last_frame) as f64 * 1e-9).min(0.25);
         self.last_frame = now;
+        self.listen(&ctx);
         let Self {
             session,
             renderer,
@@ -163,10 +171,16 @@ impl eframe::App for App {
             coloured,
             last,
             composition,
+            lost,
             ..
         } = self;
+        let lost = lost.is_some();
         ui::show(ui, session, |session, size| {
             session.advance(dt, size);
+            if lost {
+                // Nothing more can be drawn with it.
+                return (Shown::default(), Composition::default());
+            }
             let mut stage = Stage {
                 renderer,
                 present,
@@ -184,6 +198,14 @@ impl eframe::App for App {
             || self.session.journey.playing
             || self.session.journey.recording
         {
+            ctx.request_repaint();
+        }
+        if std::mem::take(&mut self.session.shoot) {
+            self.session.saving = Some(snapshot::save(&ctx));
+        }
+        if self.session.saving.is_some() {
+            // WebGL hands pixels over only to who asks, and nobody does while nothing is drawn.
+            let _ = self.render_state.device.poll(wgpu::PollType::Poll);
             ctx.request_repaint();
         }
         self.unattended(&ctx);
@@ -290,12 +312,34 @@ impl Stage<'_> {
 }
 
 impl App {
+    /// Takes in what the graphics device said. One that is lost ends the window: what was shown is in
+    /// [`link`](Self::link), to begin again with.
+    fn listen(&mut self, ctx: &egui::Context) {
+        if let Some(error) = self.watch.error() {
+            self.session.tell(error, true);
+        }
+        if self.lost.is_none() {
+            self.lost = self.watch.lost();
+            if self.lost.is_some() {
+                ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            }
+        }
+    }
+
+    /// What listens to the graphics device; it outlives the window.
+    #[must_use]
+    pub fn watch(&self) -> &Watch {
+        &self.watch
+    }
+
     /// Steps of a script, and the screenshot at its end.
     fn unattended(&mut self, ctx: &egui::Context) {
         if self.screenshot.is_none() && self.script.is_none() {
             return;
         }
         ctx.request_repaint();
+        // A camera that moves on is never decided for.
+        self.session.journey.playing = false;
         let pictures = self.session.drawn.pictures > 0 || self.session.loading().is_none();
         self.settled = if self.session.is_settled() && pictures { self.settled + 1 } else { 0 };
         if self.settled < FRAMES_TO_SETTLE {
@@ -303,11 +347,20 @@ impl App {
         }
         self.settled = 0;
         if let Some(steps) = &mut self.script {
-            if let Some(toggle) = steps.next() {
-                log::info!("{toggle}");
-                match script::thrown(&self.session.state, toggle) {
-                    Some(state) => self.session.state = state,
-                    None => self.session.tell(format!("'{toggle}' is no part of a link"), true),
+            if let Some(step) = steps.next() {
+                log::info!("{step:?}");
+                match step {
+                    Step::Throw(toggle) => match script::thrown(&self.session.state, toggle) {
+                        Some(state) => self.session.state = state,
+                        None => self.session.tell(format!("'{toggle}' is no part of a link"), true),
+                    },
+                    Step::Order(_, order) => order(&mut self.session),
+                    Step::Lose => {
+                        let device = &self.render_state.device;
+                        device.destroy();
+                        // A device that is lost says so at once; one that is destroyed, when it is asked.
+                        let _ = device.poll(wgpu::PollType::Poll);
+                    }
                 }
                 return;
             }
@@ -321,8 +374,9 @@ impl App {
             self.nudge(self.warm_ups % 2 == 1);
             return;
         }
+        #[cfg(not(target_arch = "wasm32"))]
         if let Some(path) = self.screenshot.take() {
-            shoot(ctx, path);
+            snapshot::shoot(ctx, path);
         }
     }
 
@@ -372,39 +426,12 @@ impl App {
     }
 }
 
+/// Whether an unattended run could not write its picture.
 #[cfg(not(target_arch = "wasm32"))]
-fn shoot(ctx: &egui::Context, path: String) {
-    let done = ctx.clone();
-    let save = egui::ScreenshotCallback::new(move |image| {
-        if let Err(error) = save_png(&path, &image) {
-            // Nobody looks at a window that is about to close.
-            log::error!("{path}: {error}");
-            use std::io::Write as _;
-            let _ = writeln!(std::io::stderr(), "error: {path} cannot be written: {error}");
-            FAILED.store(true, std::sync::atomic::Ordering::Relaxed);
-        }
-        done.send_viewport_cmd(egui::ViewportCommand::Close);
-    });
-    ctx.send_viewport_cmd(egui::ViewportCommand::Screenshot(save));
+#[must_use]
+pub fn has_failed() -> bool {
+    snapshot::FAILED.load(std::sync::atomic::Ordering::Relaxed)
 }
-
-/// Whether an unattended run failed at something.
-#[cfg(not(target_arch = "wasm32"))]
-pub static FAILED: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
-
-#[cfg(not(target_arch = "wasm32"))]
-fn save_png(path: &str, image: &egui::ColorImage) -> std::io::Result<()> {
-    let file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    let [width, height] = image.size.map(|v| v as u32);
-    let mut encoder = png::Encoder::new(file, width, height);
-    encoder.set_color(png::ColorType::Rgba);
-    let mut writer = encoder.write_header().map_err(std::io::Error::other)?;
-    writer.write_image_data(image.as_raw()).map_err(std::io::Error::other)?;
-    writer.finish().map_err(std::io::Error::other)
-}
-
-#[cfg(target_arch = "wasm32")]
-fn shoot(_ctx: &egui::Context, _path: String) {}
 
 /// How eframe asks for the device: the adapter's own limits, so that large scenes fit where the card can hold
 /// them, and a clock where it has one. `backends` restricts where to look.

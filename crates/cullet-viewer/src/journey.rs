@@ -45,6 +45,27 @@ impl Journey {
         *self = Self { recording: true, name: "recorded".to_owned(), ..Self::default() };
     }
 
+    /// Begins to record, or ends it.
+    pub fn toggle_recording(&mut self) {
+        if self.recording {
+            self.recording = false;
+        } else {
+            self.record();
+        }
+    }
+
+    /// Goes by so many cameras along the path, to its ends at most, and stops there: the camera of that place.
+    /// `None` without a path, and while one is recorded.
+    pub fn step(&mut self, by: f64) -> Option<Rig> {
+        if self.recording {
+            return None;
+        }
+        self.playing = false;
+        let place = ((self.at * RATE).round() + by).max(0.0);
+        self.at = (place / RATE).min(self.seconds());
+        self.rig()
+    }
+
     /// Begins to make one of the scene's own paths; it is played when it is there.
     pub fn make(
         &mut self,

@@ -6,11 +6,14 @@ pub mod audit;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod bench;
 pub mod camera;
+#[cfg(not(target_arch = "wasm32"))]
+mod chooser;
 pub mod clipping;
 pub mod compose;
 pub mod cost;
 pub mod cutaway;
 pub mod decide;
+pub mod device;
 pub mod draw;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
@@ -20,10 +23,13 @@ pub mod lines;
 pub mod link;
 pub mod nearness;
 pub mod outcodes;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod pace;
 mod present;
 pub mod report;
 pub mod script;
 pub mod session;
+mod snapshot;
 pub mod state;
 pub mod structure;
 pub mod study;

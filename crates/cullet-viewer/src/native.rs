@@ -1,12 +1,18 @@
 //! The command line and the window.
 
 use std::io::Write;
+use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
-use cullet_viewer::app::{App, FAILED, Start, setup};
+use cullet_viewer::app::{App, Start, has_failed, setup};
 use cullet_viewer::bench::BenchError;
+use cullet_viewer::device::Watch;
+use cullet_viewer::link;
+use cullet_viewer::script::Script;
+use cullet_viewer::state::State;
 use cullet_viewer::world::{Source, World};
 use eframe::egui;
 
@@ -18,8 +24,10 @@ Usage: cullet-viewer [SCENE|FILE] [options]
   --state LINK         the text that Copy link gives: scene, camera and every switch
   --size WxH           the window in points (default 1280x800)
   --screenshot FILE    write a picture of the window as PNG, and end
-  --script toggles     throw every switch, one after the other, and end
+  --script NAME        without a user: throw every switch (toggles), give every order that a button gives
+                       (orders), or lose the graphics device (lose-device); then end
   --bench              measure what each stage saves the graphics card, without a window, and end
+  --bench-culling      measure what deciding takes for a camera that stands, turns and flies, and end
   --help, --version
 
 Examples
@@ -33,17 +41,33 @@ Exit codes
   0 fine     2 wrong command line     3 input unreadable or invalid (of an unattended run)
   1 culling changed a picture (of --bench)   69 no window or no graphics device";
 
+/// A device that is lost so soon after the window was opened again stays lost.
+const TOO_SOON: Duration = Duration::from_secs(60);
+
+/// What the viewer tells itself when it opens a window again.
+const AGAIN: &str = "--after-lost-device";
+
 /// What the command line says.
 struct Line {
     start: Start,
     size: [f32; 2],
-    bench: bool,
+    bench: Option<Bench>,
+    /// Whether it is opened again after its device was lost.
+    again: bool,
+}
+
+/// What is measured in place of a window.
+#[derive(Clone, Copy)]
+enum Bench {
+    Drawing,
+    Culling,
 }
 
 /// Reads the command line; what is to be printed in place of a window is the error, with the exit code.
 fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
     let wrong = |text: String| (2, format!("error: {text}\nTry cullet-viewer --help."));
-    let mut line = Line { start: Start::default(), size: [1280.0, 800.0], bench: false };
+    let mut line =
+        Line { start: Start::default(), size: [1280.0, 800.0], bench: None, again: false };
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or_else(|| wrong(format!("{arg} needs a value")));
         match arg.as_str() {
@@ -56,14 +80,16 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
                 // A whole address serves too.
                 line.start.link = text.rsplit_once('#').map_or(text.clone(), |(_, l)| l.to_owned());
             }
-            "--bench" => line.bench = true,
+            AGAIN => line.again = true,
+            "--bench" => line.bench = Some(Bench::Drawing),
+            "--bench-culling" => line.bench = Some(Bench::Culling),
             "--screenshot" => line.start.screenshot = Some(value()?),
-            "--script" => match value()?.as_str() {
-                "toggles" => line.start.script = true,
-                other => {
-                    return Err(wrong(format!("there is no script '{other}'; there is toggles")));
-                }
-            },
+            "--script" => {
+                let name = value()?;
+                let there_is = "there is toggles, orders and lose-device";
+                line.start.script = Script::of_name(&name)
+                    .ok_or_else(|| wrong(format!("there is no script '{name}'; {there_is}")))?;
+            }
             "--size" => {
                 let text = value()?;
                 let parsed = text.split_once('x').and_then(|(w, h)| {
@@ -83,17 +109,43 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
     Ok(line)
 }
 
-/// Keeps what an unattended run is judged by.
+/// What is left of a window when it is closed.
+#[derive(Default)]
+struct Left {
+    /// Whether an unattended run told of trouble.
+    trouble: AtomicBool,
+    /// What listened to the graphics device, and the state that was shown last.
+    shown: Mutex<Option<(Watch, State)>>,
+}
+
+impl Left {
+    /// Why the graphics device was lost, if it was, and the state that was shown.
+    fn lost(&self) -> Option<(String, State)> {
+        let shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let (watch, state) = shown.as_ref()?;
+        Some((watch.lost()?, state.clone()))
+    }
+}
+
+/// Keeps what an unattended run is judged by, and what is to be shown again.
 struct Judged {
     app: App,
     unattended: bool,
-    trouble: Arc<AtomicBool>,
+    left: Arc<Left>,
 }
 
 impl eframe::App for Judged {
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         self.app.ui(ui, frame);
-        if self.unattended && self.app.has_trouble() && !self.trouble.swap(true, Ordering::Relaxed)
+        let shown = (self.app.watch().clone(), self.app.session().state.clone());
+        *self.left.shown.lock().unwrap_or_else(PoisonError::into_inner) = Some(shown);
+        if self.app.watch().lost().is_some() {
+            // What else the device says of its end is no news.
+            return;
+        }
+        if self.unattended
+            && self.app.has_trouble()
+            && !self.left.trouble.swap(true, Ordering::Relaxed)
         {
             for notice in self.app.session().notices.iter().filter(|n| n.bad) {
                 let _ = writeln!(std::io::stderr(), "error: {}", notice.text);
@@ -103,7 +155,7 @@ impl eframe::App for Judged {
 }
 
 /// Measures, without a window.
-fn bench(start: &Start) -> ExitCode {
+fn bench(start: &Start, what: Bench) -> ExitCode {
     let told = |code: u8, text: String| {
         let _ = writeln!(std::io::stderr(), "error: {text}");
         ExitCode::from(code)
@@ -113,6 +165,12 @@ fn bench(start: &Start) -> ExitCode {
         Ok(world) => world,
         Err(error) => return told(3, error),
     };
+    if let Bench::Culling = what {
+        return match cullet_viewer::pace::run(world, &mut std::io::stdout().lock()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => told(3, format!("the table cannot be written: {error}")),
+        };
+    }
     match cullet_viewer::bench::run(&world, &mut std::io::stdout().lock()) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(pixels) => told(1, format!("culling changed {pixels} pixels")),
@@ -134,25 +192,14 @@ pub(crate) fn run() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    if line.bench {
-        return bench(&line.start);
+    if let Some(what) = line.bench {
+        return bench(&line.start, what);
     }
-    let options = eframe::NativeOptions {
-        viewport: egui::ViewportBuilder::default()
-            .with_title("cullet")
-            .with_inner_size(line.size)
-            .with_min_inner_size([320.0, 200.0]),
-        wgpu_options: setup(None),
-        ..Default::default()
-    };
-    let trouble = Arc::new(AtomicBool::new(false));
-    let unattended = line.start.screenshot.is_some() || line.start.script;
-    let judge = Arc::clone(&trouble);
-    let make = Box::new(move |cc: &eframe::CreationContext<'_>| {
-        let app = App::new(cc, line.start)?;
-        Ok(Box::new(Judged { app, unattended, trouble: judge }) as Box<dyn eframe::App>)
-    });
-    if let Err(error) = eframe::run_native("cullet", options, make) {
+    let began = Instant::now();
+    let (size, screenshot) = (line.size, line.start.screenshot.clone());
+    let left = Arc::new(Left::default());
+    let again = line.again;
+    if let Err(error) = window(line, &left) {
         let _ = writeln!(
             std::io::stderr(),
             "error: no window can be opened: {error}\n\
@@ -162,8 +209,78 @@ pub(crate) fn run() -> ExitCode {
         );
         return ExitCode::from(69);
     }
-    if trouble.load(Ordering::Relaxed) || FAILED.load(Ordering::Relaxed) {
+    if let Some((reason, state)) = left.lost() {
+        let link = link::to_text(&state);
+        if again && began.elapsed() < TOO_SOON {
+            return lost_for_good(&reason, &link);
+        }
+        return reopen(&reason, &link, size, screenshot);
+    }
+    if left.trouble.load(Ordering::Relaxed) || has_failed() {
         return ExitCode::from(3);
     }
     ExitCode::SUCCESS
+}
+
+fn lost_for_good(reason: &str, link: &str) -> ExitCode {
+    let _ = writeln!(
+        std::io::stderr(),
+        "error: {reason}, and the window cannot go on. Another graphics driver may help, or a smaller scene. \
+         This goes on where you were: cullet-viewer --state '{}'",
+        link.replace('\'', r"'\''")
+    );
+    ExitCode::from(69)
+}
+
+/// Opens the window again with what it showed, in a program of its own: little of what drew can be trusted after its
+/// device was lost.
+fn reopen(reason: &str, link: &str, [w, h]: [f32; 2], screenshot: Option<String>) -> ExitCode {
+    let _ =
+        writeln!(std::io::stderr(), "note: {reason}. The window opens again with what it showed.");
+    let Ok(program) = std::env::current_exe() else { return lost_for_good(reason, link) };
+    let mut command = std::process::Command::new(program);
+    command.args([AGAIN, "--state", link, "--size", &format!("{w}x{h}")]);
+    if let Some(path) = screenshot {
+        command.args(["--screenshot", &path]);
+    }
+    match command.status() {
+        Ok(status) => {
+            let code = status.code().and_then(|code| u8::try_from(code).ok());
+            ExitCode::from(code.unwrap_or(69))
+        }
+        Err(_) => lost_for_good(reason, link),
+    }
+}
+
+/// Opens the window, until it is closed, or until its device is lost.
+fn window(line: Line, left: &Arc<Left>) -> eframe::Result {
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("cullet")
+            .with_inner_size(line.size)
+            .with_min_inner_size([320.0, 200.0]),
+        wgpu_options: setup(None),
+        ..Default::default()
+    };
+    let start = line.start;
+    let unattended = start.screenshot.is_some() || start.script != Script::None;
+    let own = Arc::clone(left);
+    let make = Box::new(move |cc: &eframe::CreationContext<'_>| {
+        let app = App::new(cc, start)?;
+        Ok(Box::new(Judged { app, unattended, left: own }) as Box<dyn eframe::App>)
+    });
+    // What draws the panels panics when it is refused a buffer, as it is after the loss of the device. That is no fault
+    // to be shown; any other is.
+    let (before, quiet) = (panic::take_hook(), Arc::clone(left));
+    panic::set_hook(Box::new(move |info| {
+        if quiet.lost().is_none() {
+            before(info);
+        }
+    }));
+    let ran = panic::catch_unwind(AssertUnwindSafe(|| eframe::run_native("cullet", options, make)));
+    match ran {
+        Ok(result) => result,
+        Err(_) if left.lost().is_some() => Ok(()),
+        Err(fault) => panic::resume_unwind(fault),
+    }
 }

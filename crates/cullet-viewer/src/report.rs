@@ -75,6 +75,13 @@ impl Order {
         line
     }
 
+    /// The program that makes it, if it is beside this one or in PATH.
+    #[cfg(not(target_arch = "wasm32"))]
+    #[must_use]
+    pub fn program(&self) -> Option<PathBuf> {
+        find()
+    }
+
     /// Writes the cameras to a file and runs `cullet report`, from beside this program or from PATH. What is to
     /// be told comes back: where the report is, or what went wrong and what to type.
     ///
@@ -88,7 +95,7 @@ impl Order {
             .and_then(|()| std::fs::write(&cameras, &self.cameras))
             .map_err(|e| format!("{} cannot be written: {e}.", cameras.display()))?;
         let command = self.command(&cameras, &folder);
-        let Some(program) = find() else {
+        let Some(program) = self.program() else {
             return Err(format!(
                 "The program 'cullet' is neither beside this one nor in PATH. The cameras are in {}; type: {command}",
                 cameras.display()

@@ -1,7 +1,75 @@
-//! A run that throws every switch, for tests and for showing.
+//! Runs without a user, for tests and for showing: one throws every switch, one gives every order.
+
+use cullet_io::paths::PathSpec;
 
 use crate::link;
+use crate::session::Session;
 use crate::state::State;
+
+/// What is done without a user.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Script {
+    /// Nothing.
+    #[default]
+    None,
+    /// Every switch is thrown.
+    Toggles,
+    /// Every order is given: all that a button begins and that leaves something behind.
+    Orders,
+    /// The graphics device is lost.
+    Lose,
+}
+
+/// One thing that is done; the next follows when all is settled.
+#[derive(Clone, Copy, Debug)]
+pub enum Step {
+    /// The switches of a part of a link.
+    Throw(&'static str),
+    /// An order, by its name.
+    Order(&'static str, fn(&mut Session)),
+    /// The graphics device goes away.
+    Lose,
+}
+
+impl Script {
+    /// What a command line calls it.
+    #[must_use]
+    pub fn of_name(name: &str) -> Option<Self> {
+        match name {
+            "toggles" => Some(Self::Toggles),
+            "orders" => Some(Self::Orders),
+            "lose-device" => Some(Self::Lose),
+            _ => None,
+        }
+    }
+
+    /// Its steps.
+    #[must_use]
+    pub fn steps(self) -> Vec<Step> {
+        match self {
+            Self::None => Vec::new(),
+            Self::Toggles => TOGGLES.iter().map(|toggle| Step::Throw(toggle)).collect(),
+            Self::Orders => ORDERS.iter().map(|(name, order)| Step::Order(name, *order)).collect(),
+            Self::Lose => vec![Step::Lose],
+        }
+    }
+}
+
+/// An order, by its name.
+pub type Order = (&'static str, fn(&mut Session));
+
+/// All that a button begins and that leaves something behind.
+pub const ORDERS: &[Order] = &[
+    ("copy the link", Session::copy_link),
+    ("copy the funnel", Session::copy_funnel),
+    ("save a picture", |s| s.shoot = true),
+    ("verify", Session::prove),
+    ("take a path", |s| s.travel(PathSpec::Orbit)),
+    ("measure it", Session::measure),
+    ("copy the path", Session::copy_path),
+    #[cfg(not(target_arch = "wasm32"))]
+    ("make a report", Session::make_report),
+];
 
 /// Parts of links, each of which throws a switch: every setting of a state is among them.
 pub const TOGGLES: &[&str] = &[

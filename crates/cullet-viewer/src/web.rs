@@ -1,7 +1,7 @@
-//! What only a page needs: its start, what it says in a form that programs can read, and files that are
-//! parsed in a worker.
+//! What only a page needs: its start, what it says in a form that programs can read, files that go in and out,
+//! and scenes that are made in a worker.
 //!
-//! A page has one thread, which draws. A file is therefore parsed in a worker, with the same code in a
+//! A page has one thread, which draws. A file is therefore parsed, and a built-in scene made, in a worker, with the same code in a
 //! memory of its own, and comes back [packed] into bytes; unpacking is cut into pieces between which the
 //! page goes on.
 
@@ -9,11 +9,15 @@ mod bytes;
 pub mod packed;
 
 #[cfg(target_arch = "wasm32")]
+mod files;
+#[cfg(target_arch = "wasm32")]
 mod load;
 #[cfg(target_arch = "wasm32")]
 mod page;
 
 #[cfg(target_arch = "wasm32")]
+pub(crate) use files::{choose, download};
+#[cfg(target_arch = "wasm32")]
 pub(crate) use load::load;
 #[cfg(target_arch = "wasm32")]
-pub(crate) use page::{set_address, tell};
+pub(crate) use page::{set_address, tell, tell_lost};

@@ -10,6 +10,11 @@ const NO_DEVICE: i32 = 69;
 
 /// Runs the viewer on a virtual display; `None` where that cannot be.
 fn viewer(args: &[&str]) -> Option<Output> {
+    viewer_in(Path::new("."), args)
+}
+
+/// The same in a folder.
+fn viewer_in(folder: &Path, args: &[&str]) -> Option<Output> {
     let required = std::env::var("CULLET_REQUIRE_GPU").is_ok_and(|v| v == "1");
     let skip = |why: &str| {
         assert!(!required, "{why}, though CULLET_REQUIRE_GPU=1");
@@ -19,6 +24,7 @@ fn viewer(args: &[&str]) -> Option<Output> {
         .args(["300", "xvfb-run", "-a", "-s", "-screen 0 1280x800x24"])
         .arg(env!("CARGO_BIN_EXE_cullet-viewer"))
         .args(args)
+        .current_dir(folder)
         .env_remove("WAYLAND_DISPLAY")
         .output();
     match out {
@@ -103,6 +109,54 @@ fn pictures_are_like_the_golden_ones() {
 fn every_switch_is_thrown_without_error() {
     let Some(out) = viewer(&["solids", "--script", "toggles", "--size", "640x400"]) else { return };
     assert_fine(&out);
+}
+
+#[test]
+fn every_order_is_given_and_leaves_what_it_should() {
+    let viewer = Path::new(env!("CARGO_BIN_EXE_cullet-viewer"));
+    let cullet = viewer.with_file_name(format!("cullet{}", std::env::consts::EXE_SUFFIX));
+    if !cullet.is_file() {
+        eprintln!("skipped: {} is not built: cargo build -p cullet-cli", cullet.display());
+        return;
+    }
+    let folder = std::env::temp_dir().join(format!("cullet-orders-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder of ours");
+    let args = ["solids", "--script", "orders", "--size", "640x400"];
+    if let Some(out) = viewer_in(&folder, &args) {
+        assert_fine(&out);
+        let (width, height, _) = pixels(&folder.join("cullet-1.png"));
+        assert_eq!((width, height), (640, 400));
+        let report = folder.join("cullet-report");
+        let page = std::fs::read_to_string(report.join("index.html")).expect("a report");
+        assert!(page.contains("solids"), "it is of another scene");
+        // Of the path, as many as a report has.
+        let text = std::fs::read_to_string(report.join("report.json")).expect("its figures");
+        let figures: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(figures["views"].as_array().map(Vec::len), Some(16));
+    }
+    std::fs::remove_dir_all(&folder).expect("ours to remove");
+}
+
+#[test]
+fn a_lost_device_brings_the_window_back_as_it_was() {
+    let path = std::env::temp_dir().join(format!("cullet-lost-{}.png", std::process::id()));
+    let file = path.display().to_string();
+    let state = "look.colour=sides&look.wireframe=true&map=false&panels=false";
+    let script = ["--script", "lose-device", "--screenshot", &file];
+    let args = [&["solids", "--state", state, "--size", "480x300"][..], &script].concat();
+    let Some(out) = viewer(&args) else { return };
+    assert_fine(&out);
+    let told = String::from_utf8_lossy(&out.stderr);
+    assert!(
+        told.contains("the graphics device was lost") && told.contains("opens again"),
+        "{told}"
+    );
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/sides.png");
+    let (shown, kept) = (pixels(&path), pixels(&golden));
+    let far = shown.2.iter().zip(&kept.2).filter(|(a, b)| (0..4).any(|i| a[i].abs_diff(b[i]) > 24));
+    let far = far.count();
+    assert!(far * 100 < shown.2.len(), "{far} pixels are others; see {file}");
+    std::fs::remove_file(&path).expect("ours to remove");
 }
 
 #[test]

@@ -1,13 +1,13 @@
-// Parses one file, in a memory of its own, so that the page stays responsive.
-import init, { parse } from "./cullet_viewer.js";
+// Parses one file, or makes a built-in scene, in a memory of its own, so that the page stays responsive.
+import init, { build, parse } from "./cullet_viewer.js";
 
 onmessage = async ({ data: { module, name, bytes } }) => {
   try {
     await init({ module_or_path: module });
-    const packed = parse(name, bytes);
+    const packed = bytes ? parse(name, bytes) : build(name);
     postMessage(packed, [packed.buffer]);
   } catch (error) {
-    // A text is the file's own error; anything else broke off.
+    // A text is an error of the file or of the scene's settings; anything else broke off.
     if (typeof error !== "string") throw error;
     postMessage(error);
   }

@@ -50,12 +50,15 @@ pub struct Decision {
 struct Memory {
     state: ViewState,
     decided: u64,
+    /// An earlier answer, whose memory the next one takes: that of a million things is some megabytes, which the
+    /// system would hand out page by page.
+    spare: Visible,
 }
 
 impl Memory {
     fn decide(&mut self, request: Request) -> Decision {
         let began = clock();
-        let mut visible = Visible::default();
+        let mut visible = std::mem::take(&mut self.spare);
         let Request { world, view, culler, buffer, .. } = &request;
         culler.cull_one(&world.model.scene, view, &mut self.state, &mut visible);
         self.decided += 1;
@@ -75,12 +78,21 @@ impl Memory {
 mod threaded {
     use std::sync::mpsc::{Receiver, Sender, channel};
 
+    use cullet::Visible;
+
     use super::{Decision, Memory, Request};
+
+    /// What the thread is sent.
+    #[derive(Debug)]
+    enum Message {
+        Ask(Box<Request>),
+        Spare(Box<Visible>),
+    }
 
     /// Decides in a thread of its own, or, where there is none to be had, when asked.
     #[derive(Debug)]
     pub struct Decider {
-        requests: Sender<Request>,
+        requests: Sender<Message>,
         decisions: Receiver<Decision>,
         /// Without a thread.
         inline: Option<(Memory, Option<Request>)>,
@@ -89,15 +101,20 @@ mod threaded {
     impl Decider {
         /// Begins; `wake` is called after each decision.
         pub fn new(wake: impl Fn() + Send + 'static) -> Self {
-            let (requests, inbox) = channel::<Request>();
+            let (requests, inbox) = channel::<Message>();
             let (outbox, decisions) = channel();
             let run = move || {
                 let mut memory = Memory::default();
-                while let Ok(mut request) = inbox.recv() {
-                    // Of those that wait, the newest.
-                    while let Ok(newer) = inbox.try_recv() {
-                        request = newer;
+                while let Ok(first) = inbox.recv() {
+                    // Of requests that wait, the newest.
+                    let mut wanted = None;
+                    for message in std::iter::once(first).chain(inbox.try_iter()) {
+                        match message {
+                            Message::Ask(request) => wanted = Some(*request),
+                            Message::Spare(visible) => memory.spare = *visible,
+                        }
                     }
+                    let Some(request) = wanted else { continue };
                     if outbox.send(memory.decide(request)).is_err() {
                         return;
                     }
@@ -113,9 +130,24 @@ mod threaded {
         pub fn ask(&mut self, request: Request) {
             if let Some((_, waiting)) = &mut self.inline {
                 *waiting = Some(request);
-            } else if let Err(lost) = self.requests.send(request) {
+            } else if let Err(lost) = self.requests.send(Message::Ask(Box::new(request))) {
                 // The thread is gone: from now on without.
-                self.inline = Some((Memory::default(), Some(lost.0)));
+                let waiting = match lost.0 {
+                    Message::Ask(request) => Some(*request),
+                    Message::Spare(_) => None,
+                };
+                self.inline = Some((Memory::default(), waiting));
+            }
+        }
+
+        /// Gives back an answer that is needed no more: the next one takes its memory.
+        pub fn give_back(&mut self, visible: Visible) {
+            match &mut self.inline {
+                Some((memory, _)) => memory.spare = visible,
+                None => {
+                    // Without the thread it is simply freed.
+                    let _ = self.requests.send(Message::Spare(Box::new(visible)));
+                }
             }
         }
 
@@ -131,6 +163,8 @@ mod threaded {
 
 #[cfg(target_arch = "wasm32")]
 mod inline {
+    use cullet::Visible;
+
     use super::{Decision, Memory, Request};
 
     /// Decides when asked: a page has no threads.
@@ -149,6 +183,11 @@ mod inline {
         /// Asks; an older request that still waits is forgotten.
         pub fn ask(&mut self, request: Request) {
             self.waiting = Some(request);
+        }
+
+        /// Gives back an answer that is needed no more: the next one takes its memory.
+        pub fn give_back(&mut self, visible: Visible) {
+            self.memory.spare = visible;
         }
 
         /// The newest decision since the last call.

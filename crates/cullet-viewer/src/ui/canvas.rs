@@ -239,10 +239,7 @@ pub(super) fn drops(ctx: &egui::Context, session: &mut Session) {
         #[cfg(target_arch = "wasm32")]
         session.read_dropped(file);
     }
-    for (name, read) in session.dropped() {
-        match read {
-            Ok(bytes) => session.open(Source::Bytes(name, bytes)),
-            Err(error) => session.tell(format!("{name} could not be read: {error}."), true),
-        }
+    for read in session.dropped() {
+        session.open_read(read);
     }
 }

@@ -8,7 +8,7 @@ use crate::session::Session;
 
 /// The section.
 pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
-    let about = "Cuts the scene open by a plane or a box; what is left is a scene that is culled like any other";
+    let about = "Cuts the scene open by a plane or a box; what is left is a scene that is culled like any other (Z)";
     switch(ui, &mut session.state.cut.on, "cut", about);
     if !session.state.cut.on {
         return;
@@ -57,7 +57,7 @@ pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
         && button(
             ui,
             "Face the cut",
-            "Looks straight at the cut from afar, almost to scale; Home goes back",
+            "Looks straight at the cut from afar, almost to scale (End); Home goes back",
         )
     {
         session.face_cut();

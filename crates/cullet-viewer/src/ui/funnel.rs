@@ -1,7 +1,5 @@
 //! The funnel: what came into each stage and what went on, with its history, the legend, and the proof.
 
-use std::fmt::Write as _;
-
 use cullet::{Funnel, Stage, Unit};
 use cullet_draw::palette;
 use eframe::egui;
@@ -17,11 +15,8 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
         ui.strong("Funnel").on_hover_text("What came into each stage of culling, and what went on");
-        if button(ui, "Copy", "Copies the funnel as JSON")
-            && let Some(decision) = &session.decision
-        {
-            ui.ctx().copy_text(json(&decision.visible.funnel));
-            session.tell("The funnel is copied.", false);
+        if button(ui, "Copy", "Copies the funnel as JSON (J)") {
+            session.copy_funnel();
         }
     });
     if let Some(decision) = &session.decision {
@@ -91,26 +86,6 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
             grouped(w.swept)
         ));
     }
-}
-
-/// The funnel as JSON.
-fn json(funnel: &Funnel) -> String {
-    let mut out = String::from("{\n  \"funnel\": [");
-    for (i, row) in funnel.rows.iter().enumerate() {
-        let comma = if i > 0 { "," } else { "" };
-        let took = row.nanoseconds.map_or("null".to_owned(), |n| n.to_string());
-        // Names of stages and units are plain words.
-        let _ = write!(
-            out,
-            "{comma}\n    {{ \"stage\": \"{}\", \"unit\": \"{}\", \"entered\": {}, \"left\": {}, \"nanoseconds\": {took} }}",
-            row.stage.name(),
-            row.unit.name(),
-            row.entered,
-            row.left
-        );
-    }
-    out.push_str("\n  ]\n}\n");
-    out
 }
 
 fn history(ui: &mut egui::Ui, session: &Session) {

@@ -2,7 +2,7 @@
 
 use eframe::egui;
 
-use super::keys::KEYS;
+use super::shortcuts::{Section, TABLE};
 use crate::session::Session;
 
 /// The sheet, where it is open.
@@ -12,14 +12,16 @@ pub(super) fn sheet(ctx: &egui::Context, session: &mut Session) {
     }
     let mut open = true;
     let room = ctx.content_rect().size();
+    let wide = room.x > 860.0;
     egui::Window::new("Help")
         .open(&mut open)
         .collapsible(false)
         .resizable(false)
         .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .max_height(room.y - 80.0)
+        .default_height(room.y - 80.0)
         .vscroll(true)
-        .default_width(430.0)
+        .default_width(if wide { 800.0 } else { 430.0 })
         .show(ctx, |ui| {
             ui.label(
                 "A renderer is handed everything and throws most of it away. This shows which of it need not \
@@ -27,28 +29,16 @@ pub(super) fn sheet(ctx: &egui::Context, session: &mut Session) {
                  all that lies outside is not drawn. Then show what was dropped as solid, and click on it.",
             );
             ui.separator();
-            egui::Grid::new("mouse").num_columns(2).show(ui, |ui| {
-                for (how, what) in [
-                    ("drag", "turn around the middle; in flight, look about"),
-                    ("right drag, Shift drag", "move sideways"),
-                    ("wheel, pinch", "nearer, farther"),
-                    ("click", "inspect what is there"),
-                    ("W A S D, Q E", "move; with Shift faster"),
-                    ("arrows, + −", "turn, nearer, farther"),
-                ] {
-                    ui.strong(how);
-                    ui.label(what);
-                    ui.end_row();
-                }
-                for (key, what) in KEYS {
-                    ui.strong(key.symbol_or_name());
-                    ui.label(what);
-                    ui.end_row();
-                }
-                ui.strong("R, Esc");
-                ui.label("draw again; close");
-                ui.end_row();
-            });
+            // Side by side where there is room.
+            let (left, right) = TABLE.split_at(TABLE.len() / 2);
+            if wide {
+                ui.columns(2, |columns| {
+                    lines(&mut columns[0], left);
+                    lines(&mut columns[1], right);
+                });
+            } else {
+                lines(ui, &TABLE);
+            }
             ui.separator();
             ui.label(
                 "A thing is one placement of a mesh. A cluster is a group of up to 124 of its triangles. Never \
@@ -56,4 +46,18 @@ pub(super) fn sheet(ctx: &egui::Context, session: &mut Session) {
             );
         });
     session.help = open;
+}
+
+fn lines(ui: &mut egui::Ui, sections: &[Section]) {
+    for (heading, lines) in sections {
+        ui.add_space(3.0);
+        ui.weak(*heading);
+        egui::Grid::new(heading).num_columns(2).min_col_width(120.0).show(ui, |ui| {
+            for line in *lines {
+                ui.strong(line.name);
+                ui.label(line.what);
+                ui.end_row();
+            }
+        });
+    }
 }

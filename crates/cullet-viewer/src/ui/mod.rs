@@ -8,10 +8,10 @@ mod figures;
 mod funnel;
 mod help;
 mod inspect;
-mod keys;
 mod map;
 mod playground;
 mod scene;
+pub mod shortcuts;
 mod structures;
 mod switches;
 mod words;
@@ -39,7 +39,7 @@ pub fn show(
 ) {
     let theme = if session.state.dark { egui::Theme::Dark } else { egui::Theme::Light };
     ui.ctx().set_theme(theme);
-    keys::run(ui.ctx(), session);
+    shortcuts::run(ui.ctx(), session);
     canvas::drops(ui.ctx(), session);
     if session.state.panels {
         panels(ui, session);

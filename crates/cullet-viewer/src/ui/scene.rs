@@ -47,10 +47,12 @@ pub(super) fn title(ui: &mut egui::Ui, session: &mut Session) {
             if button(ui, name, about) {
                 session.state.dark = !session.state.dark;
             }
-            let about = "Copies scene, camera and switches as a text that --state and the page's address take";
+            let about = "Copies scene, camera and switches as a text that --state and the page's address take (Y)";
             if button(ui, "Copy link", about) {
-                ui.ctx().copy_text(session.link());
-                session.tell("The link is copied.", false);
+                session.copy_link();
+            }
+            if button(ui, "Picture", "Saves a picture of the window as PNG (I)") {
+                session.shoot = true;
             }
         });
     });
@@ -92,6 +94,9 @@ pub(super) fn choose(ui: &mut egui::Ui, session: &mut Session) {
         );
         if button(ui, "Fit", "Shows the whole scene (Home)") {
             session.fit();
+        }
+        if button(ui, "File…", "Opens a file; what is open stays until it is loaded (L)") {
+            session.choose_file();
         }
     });
     if cfg!(target_arch = "wasm32") {

@@ -60,7 +60,7 @@ pub(super) fn more(ui: &mut egui::Ui, session: &mut Session) {
     figures(ui, session);
     ui.separator();
     audit(ui, session);
-    if button(ui, "Clipping playground", "A polygon cut by a window, one plane after another") {
+    if button(ui, "Clipping playground", "A polygon cut by a window, one plane after another (T)") {
         session.state.clipping.open = !session.state.clipping.open;
     }
 }

@@ -40,14 +40,14 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         switch(ui, &mut s.on, "cull", "All culling at once; off draws everything (C)");
         ui.separator();
         for (name, about, preset) in [
-            ("plain", "Whole things by the frustum, as most engines begin", Stages::plain()),
+            ("plain", "Whole things by the frustum, as most engines begin (6)", Stages::plain()),
             (
                 "open",
-                "Also back faces, down to clusters; but not what lies behind something",
+                "Also back faces, down to clusters; but not what lies behind something (7)",
                 Stages::open(),
             ),
-            ("usual", "That, and what lies behind something", Stages::default()),
-            ("all", "Down to triangles, and drops what stays under two pixels", Stages::all()),
+            ("usual", "That, and what lies behind something (8)", Stages::default()),
+            ("all", "Down to triangles, and drops what stays under two pixels (9)", Stages::all()),
         ] {
             if ui.selectable_label(*s == preset, name).on_hover_text(about).clicked() {
                 *s = preset;
@@ -185,9 +185,10 @@ fn cameras(ui: &mut egui::Ui, session: &mut Session) {
 }
 
 fn ghosts(ui: &mut egui::Ui, session: &mut Session) {
+    let mut form = session.state.ghosts.form;
     let chosen = choices(
         ui,
-        &mut session.state.ghosts.form,
+        &mut form,
         &[
             (GhostForm::Off, "hidden", "What was dropped is not there"),
             (
@@ -202,13 +203,8 @@ fn ghosts(ui: &mut egui::Ui, session: &mut Session) {
             ),
         ],
     );
-    if chosen
-        && session.state.ghosts.form != GhostForm::Off
-        && session.state.frozen.is_none()
-        && session.state.layout == Layout::One
-    {
-        // From where the culler looks, nothing of what it dropped is to be seen.
-        session.toggle_outside();
+    if chosen {
+        session.show_ghosts(form);
     }
 }
 
@@ -290,12 +286,13 @@ fn journey(ui: &mut egui::Ui, session: &mut Session) {
                 session.travel(path);
             }
         }
-        if session.journey.recording {
-            if button(ui, "Stop", "Ends the recording") {
-                session.journey.recording = false;
-            }
-        } else if button(ui, "Record", "Records the camera twelve times a second") {
-            session.journey.record();
+        let (name, about) = if session.journey.recording {
+            ("Stop", "Ends the recording (U)")
+        } else {
+            ("Record", "Records the camera twelve times a second (U)")
+        };
+        if button(ui, name, about) {
+            session.journey.toggle_recording();
         }
     });
     if session.journey.is_making() {
@@ -323,17 +320,7 @@ fn journey(ui: &mut egui::Ui, session: &mut Session) {
     }
     costs(ui, session);
     if button(ui, "Copy as JSON", "The file that cullet report --path file:… reads") {
-        let [w, h] = session.size.map(|v| f64::from(v.max(1)));
-        match session.journey.json(w / h) {
-            Ok(text) => {
-                ui.ctx().copy_text(text);
-                session.tell(
-                    "The path is copied: save it, then cullet report SCENE --path file:path.json",
-                    false,
-                );
-            }
-            Err(error) => session.tell(error.to_string(), true),
-        }
+        session.copy_path();
     }
 }
 
@@ -436,7 +423,7 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
         ui,
         &mut s.buffer,
         "occlusion buffer",
-        "Over the picture of the camera that it was made for: light is near, clear is open",
+        "Over the picture of the camera that it was made for: light is near, clear is open (5)",
     );
     switch(
         ui,
@@ -448,7 +435,7 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
         ui,
         &mut s.occluders,
         "occluders only",
-        "Draws the things of which something was drawn into the buffer, and nothing else",
+        "Draws the things of which something was drawn into the buffer, and nothing else (0)",
     );
     switch(
         ui,

@@ -14,8 +14,7 @@ use crate::world::{Source, World};
 const SLICE: u64 = 12_000_000;
 
 /// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address of the
-/// server that the page came from (`/scene/model.glb`). Built-in scenes are made at once: the largest by
-/// default takes some milliseconds.
+/// server that the page came from (`/scene/model.glb`).
 pub(crate) fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result<World, String>> {
     let (send, task) = Task::waiting();
     spawn_local(async move {
@@ -29,15 +28,15 @@ pub(crate) fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result
 async fn world(source: Source) -> Result<World, String> {
     let name = source.name();
     let (file, bytes) = match source {
-        Source::Builtin(_) => return World::load(&source),
-        Source::Bytes(file, bytes) => (file, Uint8Array::from(&bytes[..])),
+        Source::Builtin(text) => (text, None),
+        Source::Bytes(file, bytes) => (file, Some(Uint8Array::from(&bytes[..]))),
         Source::File(path) => {
             let address = path.to_string_lossy().into_owned();
             let bytes = fetch(&address).await.map_err(|e| format!("{address}: {e}"))?;
-            (address, bytes)
+            (address, Some(bytes))
         }
     };
-    let packed = in_worker(&file, &bytes).await?;
+    let packed = in_worker(&file, bytes.as_ref()).await?;
     let model = unpack(packed).await.map_err(|e| format!("{file}: {e}"))?;
     Ok(World::new(model, name))
 }
@@ -61,9 +60,9 @@ async fn fetch(address: &str) -> Result<Uint8Array, String> {
     Ok(Uint8Array::new(&buffer))
 }
 
-/// Parses in a worker of its own, which is ended afterwards: that gives its memory back, and a fault in it
-/// harms nobody.
-async fn in_worker(file: &str, bytes: &Uint8Array) -> Result<Vec<u8>, String> {
+/// Parses a file, or makes a built-in scene where there are no bytes, in a worker of its own. It is ended
+/// afterwards: that gives its memory back, and a fault in it harms nobody.
+async fn in_worker(file: &str, bytes: Option<&Uint8Array>) -> Result<Vec<u8>, String> {
     let options = WorkerOptions::new();
     options.set_type(WorkerType::Module);
     let worker = Worker::new_with_options("./worker.js", &options).map_err(text)?;
@@ -76,8 +75,12 @@ async fn in_worker(file: &str, bytes: &Uint8Array) -> Result<Vec<u8>, String> {
     // The code is compiled already; only its memory is new.
     set("module", &wasm_bindgen::module()).map_err(text)?;
     set("name", &file.into()).map_err(text)?;
-    set("bytes", bytes).map_err(text)?;
-    let sent = worker.post_message_with_transfer(&message, &Array::of1(&bytes.buffer()));
+    let given = Array::new();
+    if let Some(bytes) = bytes {
+        set("bytes", bytes).map_err(text)?;
+        given.push(&bytes.buffer());
+    }
+    let sent = worker.post_message_with_transfer(&message, &given);
     let answered = match sent {
         Ok(()) => JsFuture::from(answer).await,
         Err(e) => Err(e),
@@ -86,7 +89,7 @@ async fn in_worker(file: &str, bytes: &Uint8Array) -> Result<Vec<u8>, String> {
     let event: MessageEvent = answered
         .map_err(|e| {
             let why = text(e);
-            format!("{file}: reading it broke off ({why}); it may need more memory than a page has")
+            format!("{file}: loading it broke off ({why}); it may need more memory than a page has")
         })?
         .dyn_into()
         .map_err(text)?;
@@ -121,7 +124,7 @@ async fn pause() {
 }
 
 /// What JavaScript throws, for people.
-fn text(thrown: JsValue) -> String {
+pub(super) fn text(thrown: JsValue) -> String {
     if let Some(text) = thrown.as_string() {
         return text;
     }
@@ -139,6 +142,18 @@ pub fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
     // The file's own name, not the address it was fetched from.
     let name = name.rsplit('/').next().unwrap_or(name);
     cullet_io::load_bytes(name, bytes, &cullet_io::LoadOptions::default())
+        .map(|model| super::packed::pack(&model))
+        .map_err(|e| JsValue::from_str(&e.to_string()))
+}
+
+/// The worker's part for a built-in scene: its text to a packed model.
+///
+/// # Errors
+/// As [`cullet_io::scenes::build`] has them, as text.
+#[wasm_bindgen]
+pub fn build(scene: &str) -> Result<Vec<u8>, JsValue> {
+    console_error_panic_hook::set_once();
+    cullet_io::scenes::build(scene)
         .map(|model| super::packed::pack(&model))
         .map_err(|e| JsValue::from_str(&e.to_string()))
 }

@@ -9,7 +9,7 @@ use crate::session::Session;
 /// had. The body's `data-state` becomes `running`, or `failed` with `data-error`.
 #[wasm_bindgen(start)]
 pub fn start() {
-    // The worker that parses files runs this module too, and has nothing to show.
+    // The worker that loads scenes runs this module too, and has nothing to show.
     if web_sys::window().is_none() {
         return;
     }
@@ -58,6 +58,12 @@ fn set(name: &str, value: &str) {
             let _ = body.set_attribute(&name, value);
         }
     }
+}
+
+/// Tells the page that the graphics device is gone: nothing more can be drawn, and the page says what to do.
+pub(crate) fn tell_lost(why: &str) {
+    set("error", why);
+    set("state", "lost");
 }
 
 /// Puts the state's text into the address, in place of the one before: turning a scene is no history to go

@@ -45,12 +45,24 @@ export function start(serve, page_folder, scene) {
 
 export async function open(browser, url, query) {
   const page = await browser.newPage({ viewport: SIZE });
+  await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
+  // Tests take the device away; the page itself has no use for it.
+  await page.addInitScript(() => {
+    if (!globalThis.GPUAdapter) return;
+    const request = GPUAdapter.prototype.requestDevice;
+    GPUAdapter.prototype.requestDevice = async function (...args) {
+      return (globalThis.takenDevice = await request.apply(this, args));
+    };
+  });
   const said = [];
   page.on("console", (m) => { if (["error", "warning"].includes(m.type())) said.push(`${m.type()}: ${m.text()}`); });
   page.on("pageerror", (e) => said.push(`thrown: ${e}`));
+  const workers = [];
+  page.on("worker", (worker) => workers.push(worker.url()));
   const begun = Date.now();
   await page.goto(url.replace("/#", `/${query}#`));
   await running(page);
+  assert.equal(workers.length, 1, "a scene is made in a worker, built-in or not");
   return { page, said, took: Date.now() - begun };
 }
 

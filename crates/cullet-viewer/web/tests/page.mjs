@@ -144,9 +144,55 @@ async function use(browser, url, query, name) {
     await page.screenshot({ path: join(pictures, `${name}-cube.png`) });
   }
 
+  // The same by the browser's dialog.
+  const [dialog] = await Promise.all([page.waitForEvent("filechooser"), page.keyboard.press("l")]);
+  await dialog.setFiles({ name: "chosen.glb", mimeType: "model/gltf-binary", buffer: cube() });
+  assert.equal(await changed(page, "scene", "cube.glb"), "chosen.glb");
+
+  await taken(page, name);
+
   // What browsers say of a fallback renderer, and of what is slow in it, is about this machine, not about the page.
   const bad = said.filter((s) => !/fallback adapter|swiftshader|software|powerPreference|GPU stall|GL Driver Message \(OpenGL, Performance/i.test(s));
   assert.deepEqual(bad, [], "the console is clean");
+  await page.close();
+}
+
+/** What a user takes with them: the funnel as JSON, and a picture of the page. */
+async function taken(page, name) {
+  await page.keyboard.press("j");
+  await page.waitForFunction(() => document.body.dataset.notice.includes("copied"), null, { timeout: WAIT });
+  const { funnel } = JSON.parse(await page.evaluate(() => navigator.clipboard.readText()));
+  assert(funnel.length > 2 && funnel.every((row) => row.stage && row.left <= row.entered), JSON.stringify(funnel));
+  const [download] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("i")]);
+  const file = await readFile(await download.path());
+  const size = [file.readUInt32BE(16), file.readUInt32BE(20)];
+  assert.deepEqual([download.suggestedFilename(), ...size], ["cullet.png", SIZE.width, SIZE.height]);
+  console.log(`${name}: a funnel of ${funnel.length} rows copied, a picture of ${size.join(" x ")} saved`);
+}
+
+/** The device is taken away: the page says so, and opened again it shows what it showed. */
+async function lose(browser, url, query, name) {
+  const { page } = await open(browser, url, query);
+  const before = await data(page, "faces");
+  await drag(page, 160, 30);
+  const turned = await changed(page, "faces", before);
+  await page.waitForFunction(() => location.hash.includes("camera"), null, { timeout: WAIT });
+  const address = page.url();
+  await page.evaluate(() => {
+    const device = globalThis.takenDevice;
+    if (device) device.destroy();
+    else document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context").loseContext();
+  });
+  await page.waitForFunction(() => document.body.dataset.state === "lost", null, { timeout: WAIT });
+  const message = page.locator("#message");
+  assert.match(await message.textContent(), /graphics device was lost/);
+  if (pictures) await page.screenshot({ path: join(pictures, `${name}-lost.png`) });
+  await message.getByRole("button").click();
+  await page.waitForFunction(() => document.body.dataset.state !== "lost", null, { timeout: WAIT });
+  await running(page);
+  assert.equal(page.url(), address);
+  assert.equal(await data(page, "faces"), turned, "it shows what it showed");
+  console.log(`${name}: lost, and opened again`);
   await page.close();
 }
 
@@ -174,6 +220,8 @@ try {
   const server = await start(serve, page_folder, SCENE);
   await use(browser, server.url, "", "webgpu");
   await use(browser, server.url, "?webgl", "webgl");
+  await lose(browser, server.url, "", "webgpu");
+  await lose(browser, server.url, "?webgl", "webgl");
 
   // Nonsense in a link opens the default, and says so.
   const { page } = await open(browser, server.url.replace(/#.*/, "#scene=city&wipe=%22no%22"), "?webgl");

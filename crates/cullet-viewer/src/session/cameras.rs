@@ -1,0 +1,115 @@
+//! Cameras of a session: which one culls, freezing it, going out to look, and fitting it to the scene.
+
+use cullet::View;
+use glam::DVec3;
+
+use super::Session;
+use crate::camera::{Mode, Rig};
+use crate::state::{GhostForm, Layout};
+
+impl Session {
+    /// The rig that decides what is drawn.
+    #[must_use]
+    pub fn culling_rig(&self) -> Option<&Rig> {
+        self.state.frozen.as_ref().or(self.state.camera.as_ref())
+    }
+
+    /// The size of the pane that shows what the culling camera sees.
+    #[must_use]
+    pub fn culling_size(&self) -> [u32; 2] {
+        match self.state.layout {
+            Layout::Split | Layout::Buffer => [(self.size[0] / 2).max(1), self.size[1]],
+            _ => self.size,
+        }
+    }
+
+    /// The view that decides what is drawn.
+    #[must_use]
+    pub fn culling_view(&self) -> Option<View> {
+        let mut view = self.culling_rig()?.view(self.culling_size()).ok()?;
+        view.cull_face = self.state.look.cull_face();
+        view.front_face = self.state.look.front_face();
+        Some(view)
+    }
+
+    /// Freezes what is drawn, or lets it follow the flown camera again.
+    pub fn toggle_freeze(&mut self) {
+        self.state.frozen = match self.state.frozen.take() {
+            Some(_) => None,
+            None => self.state.camera,
+        };
+    }
+
+    /// Freezes what is drawn and goes out to look at it; the way back is the frozen camera's place.
+    pub fn toggle_outside(&mut self) {
+        match self.state.frozen.take() {
+            Some(back) => self.state.camera = Some(back),
+            None => {
+                self.state.frozen = self.state.camera;
+                self.state.camera = self.outside();
+            }
+        }
+    }
+
+    /// Shows what was dropped in this form. From where the culler looks nothing of it is to be seen, so that one
+    /// flies out.
+    pub fn show_ghosts(&mut self, form: GhostForm) {
+        self.state.ghosts.form = form;
+        let inside = self.state.frozen.is_none() && self.state.layout == Layout::One;
+        if form != GhostForm::Off && inside {
+            self.toggle_outside();
+        }
+    }
+
+    /// The camera behind and above the culling one.
+    #[must_use]
+    pub fn outside(&self) -> Option<Rig> {
+        let reach = self.world.as_ref()?.reach;
+        Some(self.culling_rig()?.outside(reach, &self.chase))
+    }
+
+    /// Fits the flown camera to the scene.
+    pub fn fit(&mut self) {
+        if let Some(world) = &self.world {
+            let mode = self.state.camera.map_or(Mode::Orbit, |c| c.mode);
+            let rig = world.overview(self.size);
+            self.state.camera = Some(match mode {
+                Mode::Top => world.top(&Rig { target: world.centre, distance: 0.0, ..rig }),
+                mode => Rig { mode, ..rig },
+            });
+        }
+    }
+
+    /// How much nearer the flown camera is than the one that shows the whole scene: 1 is that, 2 twice as near.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        match (&self.world, &self.state.camera) {
+            (Some(world), Some(rig)) => world.reach * 2.0 / rig.distance,
+            _ => 1.0,
+        }
+    }
+
+    /// Looks straight at the cut, from far away through a narrow lens, so that it is drawn almost to scale.
+    pub fn face_cut(&mut self) {
+        let Some(world) = self.whole() else { return };
+        let Some(plane) = self.state.cut.planes(world).first().copied() else { return };
+        let (reach, centre) = (world.reach, DVec3::from(world.centre));
+        let inside = self.state.cut.part == crate::cutaway::Part::Inside;
+        let n = DVec3::from(plane.normal) * if inside { 1.0 } else { -1.0 };
+        let foot = centre - DVec3::from(plane.normal) * plane.distance(centre);
+        // Looking against the normal; straight down or up there is no heading to keep.
+        let d = -n;
+        let fov: f64 = 4.0;
+        let distance = reach * 1.05 / (fov.to_radians() * 0.5).tan();
+        self.state.camera = Some(Rig {
+            mode: Mode::Orbit,
+            target: foot.into(),
+            distance,
+            yaw: if d.x.hypot(d.z) > 1e-6 { (-d.x).atan2(-d.z).to_degrees() } else { 0.0 },
+            pitch: d.y.clamp(-1.0, 1.0).asin().to_degrees().clamp(-89.0, 89.0),
+            fov,
+            near: distance * 0.5,
+        });
+        self.state.frozen = None;
+    }
+}

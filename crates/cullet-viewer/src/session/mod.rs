@@ -1,0 +1,342 @@
+//! What goes on while the viewer is open: the scene, the state, decisions, and all that is not a picture.
+//! It needs no window and no graphics, so tests run it as it is.
+
+mod cameras;
+mod inspecting;
+mod jobs;
+mod opening;
+mod sharing;
+
+pub use inspecting::Inspected;
+pub use sharing::funnel_json;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use cullet::View;
+use eframe::egui;
+
+use crate::audit::Audit;
+use crate::camera::Chase;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::chooser::Chooser;
+use crate::cost::Measured;
+use crate::cutaway::Cutting;
+use crate::decide::{Decider, Decision, Request};
+use crate::inbox::Inbox;
+use crate::journey::Journey;
+use crate::link;
+use crate::state::{Stages, State};
+use crate::study::{Figures, Study};
+use crate::task::{Progress, Task, clock};
+use crate::truth::Truth;
+use crate::world::{Source, World};
+
+/// Decisions that the history graph remembers.
+pub const HISTORY: usize = 240;
+
+/// A message to the user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// What it says.
+    pub text: String,
+    /// Whether something went wrong.
+    pub bad: bool,
+    /// Whether it is about the scene that was open then, or that was not to be opened: the next scene ends it.
+    pub of_scene: bool,
+}
+
+/// What a decision came to, for the history graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Triangles left, of all.
+    pub share: f32,
+    /// Milliseconds of culling.
+    pub milliseconds: f32,
+}
+
+/// What drawing took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Drawn {
+    /// Milliseconds on the processor.
+    pub milliseconds: f32,
+    /// Milliseconds on the device, where it has a clock.
+    pub device_ms: Option<f32>,
+    /// Triangles of all panes.
+    pub triangles: u64,
+    /// Draw calls.
+    pub draws: u32,
+    /// Pictures a second, while pictures follow each other.
+    pub per_second: f32,
+    /// Pictures so far.
+    pub pictures: u64,
+}
+
+/// Everything but the graphics.
+#[derive(Debug)]
+pub struct Session {
+    /// What is shown and how.
+    pub state: State,
+    /// The scene.
+    pub world: Option<Arc<World>>,
+    /// The newest decision.
+    pub decision: Option<Decision>,
+    /// What decisions came to.
+    pub history: VecDeque<Point>,
+    /// What the user is told.
+    pub notices: Vec<Notice>,
+    /// What was clicked.
+    pub inspected: Option<Inspected>,
+    /// The proof for a view.
+    pub truth: Truth,
+    /// What leaves its bounds.
+    pub audit: Audit,
+    /// The cut-away.
+    pub cutting: Cutting,
+    /// What bounds prove of the back faces of what is inspected.
+    pub figures: Option<Figures>,
+    /// The camera path.
+    pub journey: Journey,
+    /// What the cameras of the path cost.
+    pub measured: Measured,
+    /// How the camera outside follows.
+    pub chase: Chase,
+    /// What drawing took.
+    pub drawn: Drawn,
+    /// What the user types to open.
+    pub to_open: String,
+    /// Whether the help sheet is open.
+    pub help: bool,
+    /// Whether the picture must be drawn again though nothing changed.
+    pub refresh: bool,
+    /// Whether a picture of the window is to be saved.
+    pub shoot: bool,
+    /// The picture's size in pixels; zero before the first.
+    pub size: [u32; 2],
+    loading: Option<(String, Task<Result<World, String>>)>,
+    #[cfg(not(target_arch = "wasm32"))]
+    chooser: Chooser,
+    report: Option<Task<Result<String, String>>>,
+    /// The picture of the window that is being saved.
+    pub(crate) saving: Option<Task<Result<String, String>>>,
+    decider: Decider,
+    inbox: Inbox,
+    asked: Option<(View, Stages, bool)>,
+    /// The scene that is to be shown in place of this one, as soon as it is decided what of it is drawn.
+    next: Option<Arc<World>>,
+    /// What `figures` are about: decision, slot, settings.
+    studied: Option<(u64, u32, Study)>,
+    /// How many requests there were.
+    requests: u64,
+    /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
+    refit: bool,
+    ctx: egui::Context,
+}
+
+impl Session {
+    /// Begins with a link's text, empty for the default; nonsense is told and not followed. `source`, if
+    /// there is one, is opened in place of the link's scene.
+    #[must_use]
+    pub fn new(ctx: egui::Context, link: &str, source: Option<Source>) -> Self {
+        let mut notices = Vec::new();
+        let state = link::from_text(link).unwrap_or_else(|error| {
+            let text = format!("{error}. The default is shown in its place.");
+            notices.push(Notice { text, bad: true, of_scene: false });
+            State::default()
+        });
+        let wake = ctx.clone();
+        let mut session = Self {
+            world: None,
+            decision: None,
+            history: VecDeque::new(),
+            notices,
+            inspected: None,
+            truth: Truth::None,
+            audit: Audit::default(),
+            cutting: Cutting::default(),
+            figures: None,
+            journey: Journey::default(),
+            measured: Measured::None,
+            chase: Chase::default(),
+            drawn: Drawn::default(),
+            to_open: String::new(),
+            help: false,
+            refresh: false,
+            shoot: false,
+            size: [0; 2],
+            loading: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            chooser: Chooser::default(),
+            report: None,
+            saving: None,
+            decider: Decider::new(move || wake.request_repaint()),
+            inbox: Inbox::new(ctx.clone()),
+            asked: None,
+            next: None,
+            studied: None,
+            requests: 0,
+            refit: false,
+            ctx,
+            state,
+        };
+        let source = source.unwrap_or_else(|| Source::of_text(&session.state.scene));
+        session.load(source);
+        session
+    }
+
+    /// Tells the user.
+    pub fn tell(&mut self, text: impl Into<String>, bad: bool) {
+        self.notify(Notice { text: text.into(), bad, of_scene: false });
+    }
+
+    /// Tells the user something about a scene, which is no news once another is there.
+    fn tell_of_scene(&mut self, text: impl Into<String>, bad: bool) {
+        self.notify(Notice { text: text.into(), bad, of_scene: true });
+    }
+
+    fn notify(&mut self, notice: Notice) {
+        if self.notices.last() != Some(&notice) {
+            self.notices.push(notice);
+        }
+        // An old message is no news.
+        if self.notices.len() > 4 {
+            self.notices.remove(0);
+        }
+    }
+
+    /// The text of the present state.
+    #[must_use]
+    pub fn link(&self) -> String {
+        link::to_text(&self.state)
+    }
+
+    /// Whether all that was asked for is there: nothing is loading, and the decision is about the present
+    /// view.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        let decided = self.decision.as_ref().map(|d| d.request.number);
+        let wanted = self.asked.as_ref().map(|_| self.requests);
+        let idle = self.loading.is_none() && !self.journey.is_making();
+        let cut = self.world.is_none() || self.cutting.is_settled(&self.state.cut);
+        idle && cut
+            && self.next.is_none()
+            && self.audit.is_settled()
+            && !matches!(self.truth, Truth::Working(_))
+            && !matches!(self.measured, Measured::Working(_))
+            && self.report.is_none()
+            && self.saving.is_none()
+            && (self.world.is_none() || decided.is_some() && decided == wanted)
+    }
+
+    /// Lets `dt` seconds pass, for a picture of `size` pixels: takes in what was loaded and decided, and asks
+    /// for a decision where the view or a switch changed.
+    pub fn advance(&mut self, dt: f64, size: [u32; 2]) {
+        self.size = size.map(|v| v.max(1));
+        self.take_chosen();
+        self.take_loaded();
+        if !self.truth.poll() {
+            self.tell("The proof ended without a result.", true);
+        }
+        if !self.measured.poll() {
+            self.tell("The path could not be measured.", true);
+        }
+        let told = finished(&mut self.report, "The report ended without a result.");
+        let saved = finished(&mut self.saving, "The picture was not made.");
+        for (text, bad) in told.into_iter().chain(saved) {
+            self.tell(text, bad);
+        }
+        if self.journey.is_making() || self.journey.recording {
+            // What was measured is about another path.
+            self.measured = Measured::None;
+        }
+        if let Some(rig) = &mut self.state.camera {
+            let trouble = self.journey.advance(dt, rig);
+            trouble.into_iter().for_each(|t| self.tell(t, true));
+        }
+        self.beside();
+        self.ask();
+        if let Some(decision) = self.decider.latest() {
+            // One that was asked for before another scene was opened is about that other one.
+            let about = |w: &Option<Arc<World>>| {
+                w.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world))
+            };
+            if about(&self.next) {
+                // Slots and triangles have other numbers in the scene that follows.
+                self.inspected = None;
+                self.truth = Truth::None;
+                self.world = self.next.take();
+                self.take(decision);
+            } else if about(&self.world) {
+                self.take(decision);
+            }
+        }
+        self.study();
+    }
+
+    /// Goes on with what is made beside the pictures: the cut and the audit.
+    fn beside(&mut self) {
+        let Some(world) = self.next.clone().or_else(|| self.world.clone()) else { return };
+        let ctx = self.ctx.clone();
+        match self.cutting.advance(&world, &self.state.cut, move || ctx.request_repaint()) {
+            Some(Ok(next)) => {
+                self.next = Some(next);
+                self.asked = None;
+            }
+            Some(Err(text)) => self.tell(format!("{text}. What was shown stays."), false),
+            None => {}
+        }
+        let ctx = self.ctx.clone();
+        if let Some(shown) = self.world.clone() {
+            let wanted = self.state.structure.audit;
+            let waited = !self.audit.is_settled();
+            let told = self.audit.advance(&shown, wanted, move || ctx.request_repaint());
+            told.into_iter().for_each(|t| self.tell(t, true));
+            // What it found is no part of a decision.
+            self.refresh |= waited && self.audit.is_settled();
+        }
+    }
+
+    fn ask(&mut self) {
+        let world = self.next.as_ref().or(self.world.as_ref());
+        let (Some(world), Some(view)) = (world, self.culling_view()) else { return };
+        let (stages, buffer) = (&self.state.stages, self.state.wants_buffer());
+        let fits = |(v, s, b): &(View, Stages, bool)| *v == view && s == stages && (*b || !buffer);
+        if self.asked.as_ref().is_some_and(fits) {
+            return;
+        }
+        let culler = stages.culler(clock);
+        let world = Arc::clone(world);
+        self.asked = Some((view.clone(), stages.clone(), buffer));
+        self.requests += 1;
+        self.decider.ask(Request { world, view, culler, buffer, number: self.requests });
+    }
+
+    fn take(&mut self, decision: Decision) {
+        let all = self.world.as_ref().map_or(1, |w| w.counts.triangles).max(1);
+        let share = decision.visible.triangle_count as f32 / all as f32;
+        self.history.push_back(Point { share, milliseconds: decision.milliseconds });
+        if self.history.len() > HISTORY {
+            self.history.pop_front();
+        }
+        // What is inspected is explained for the new view.
+        let handle = self.inspected.as_ref().map(|i| (i.handle, i.triangle));
+        if let Some(before) = self.decision.replace(decision) {
+            self.decider.give_back(before.visible);
+        }
+        if let Some((handle, triangle)) = handle {
+            self.inspect_handle(handle, triangle);
+        }
+    }
+}
+
+/// What a finished task has to tell, and whether it is bad; the task is then gone.
+fn finished(task: &mut Option<Task<Result<String, String>>>, lost: &str) -> Option<(String, bool)> {
+    let told = match task.as_ref()?.poll() {
+        Progress::Working => return None,
+        Progress::Done(Ok(text)) => (text, false),
+        Progress::Done(Err(text)) => (text, true),
+        Progress::Lost => (lost.to_owned(), true),
+    };
+    *task = None;
+    Some(told)
+}

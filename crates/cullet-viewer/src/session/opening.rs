@@ -1,0 +1,159 @@
+//! How a scene comes into a session: loaded beside what is shown, and put in its place once it is there.
+
+use std::sync::Arc;
+
+#[cfg(target_arch = "wasm32")]
+use eframe::egui;
+
+use super::Session;
+use crate::cost::Measured;
+use crate::cutaway::Cutting;
+use crate::inbox::Read;
+use crate::journey::Journey;
+use crate::task::{Progress, Task};
+use crate::truth::Truth;
+use crate::world::{Source, World};
+
+impl Session {
+    /// Opens another scene; the cameras will fit it. What is open stays until it is loaded.
+    pub fn open(&mut self, source: Source) {
+        self.refit = true;
+        self.load(source);
+    }
+
+    /// Reads a file that was dropped on the page; [`dropped`](Self::dropped) has it when it is read.
+    #[cfg(target_arch = "wasm32")]
+    pub fn read_dropped(&mut self, file: egui::DroppedFileHandle) {
+        let put = self.inbox.slot();
+        wasm_bindgen_futures::spawn_local(async move {
+            let name = file.path().display().to_string();
+            put((name, file.bytes_async().await));
+        });
+    }
+
+    /// Lets the user choose a file to open. On a page it must be called soon after a click or a key, or the
+    /// browser opens no dialog.
+    pub fn choose_file(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        self.chooser.open();
+        #[cfg(target_arch = "wasm32")]
+        if let Err(error) = crate::web::choose(self.inbox.slot()) {
+            self.tell(format!("{error}. Drop the file on the page."), true);
+        }
+    }
+
+    /// Opens what was chosen since the last call.
+    pub(super) fn take_chosen(&mut self) {
+        #[cfg(not(target_arch = "wasm32"))]
+        match self.chooser.poll(&self.ctx) {
+            None => {}
+            Some(Ok(path)) => self.open(Source::File(path)),
+            Some(Err(text)) => self.tell(text, true),
+        }
+    }
+
+    /// Opens a file that was read, or tells why it could not be.
+    pub fn open_read(&mut self, (name, read): Read) {
+        match read {
+            Ok(bytes) => self.open(Source::Bytes(name, bytes)),
+            Err(error) => self.tell_of_scene(format!("{name} could not be read: {error}."), true),
+        }
+    }
+
+    /// Files that were read since the last call.
+    pub fn dropped(&mut self) -> Vec<Read> {
+        self.inbox.take()
+    }
+
+    /// The name of what is being loaded.
+    #[must_use]
+    pub fn loading(&self) -> Option<&str> {
+        self.loading.as_ref().map(|(name, _)| name.as_str())
+    }
+
+    /// The scene as it was before it was cut.
+    #[must_use]
+    pub fn whole(&self) -> Option<&Arc<World>> {
+        self.cutting.whole.as_ref().or(self.world.as_ref())
+    }
+
+    pub(super) fn load(&mut self, source: Source) {
+        let ctx = self.ctx.clone();
+        let name = source.name();
+        let wake = move || ctx.request_repaint();
+        #[cfg(not(target_arch = "wasm32"))]
+        let task = Task::start(move || World::load(&source), wake);
+        #[cfg(target_arch = "wasm32")]
+        let task = crate::web::load(source, wake);
+        self.loading = Some((name, task));
+    }
+
+    pub(super) fn take_loaded(&mut self) {
+        let Some((name, task)) = &self.loading else { return };
+        match task.poll() {
+            Progress::Working => return,
+            Progress::Done(Ok(world)) => self.show(world),
+            Progress::Done(Err(error)) => {
+                let stays = if self.world.is_some() { " What was open stays open." } else { "" };
+                self.refit = false;
+                self.tell_of_scene(format!("{error}.{stays}"), true);
+            }
+            Progress::Lost => {
+                let text = format!("{name}: loading ended without a result: a fault of cullet.");
+                self.tell_of_scene(text, true);
+            }
+        }
+        self.loading = None;
+    }
+
+    fn show(&mut self, world: World) {
+        self.notices.retain(|n| !n.of_scene);
+        for warning in world.model.warnings.iter().take(2) {
+            let text = format!("{}: {warning}", world.name);
+            self.tell_of_scene(text, false);
+        }
+        if world.counts.triangles == 0 {
+            self.tell_of_scene(format!("{} has no triangle to show.", world.name), true);
+        }
+        self.enter(Arc::new(world));
+    }
+
+    fn enter(&mut self, world: Arc<World>) {
+        self.state.scene.clone_from(&world.name);
+        self.world = Some(world);
+        if std::mem::take(&mut self.refit) {
+            self.state.camera = None;
+            self.state.frozen = None;
+        }
+        if self.state.camera.is_none() {
+            self.state.camera = self.world.as_ref().map(|w| w.first_sight(self.size));
+        }
+        self.asked = None;
+        self.next = None;
+        self.cutting = Cutting::default();
+        self.decision = None;
+        self.history.clear();
+        self.inspected = None;
+        self.truth = Truth::None;
+        self.journey = Journey::default();
+        self.measured = Measured::None;
+    }
+
+    /// Goes back to the scene that was open before, since the new one cannot be drawn.
+    pub fn refuse(&mut self, before: Option<Arc<World>>, why: String) {
+        if let Some(whole) = self.cutting.whole.clone().filter(|_| self.state.cut.on) {
+            self.state.cut.on = false;
+            self.tell_of_scene(format!("{why} It is shown whole."), true);
+            return self.enter(whole);
+        }
+        match before {
+            Some(world) => {
+                self.tell_of_scene(format!("{why} What was open stays open."), true);
+                self.state.camera = None;
+                self.state.frozen = None;
+                self.enter(world);
+            }
+            None => self.tell_of_scene(why, true),
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Files that a user of a page chooses, and pictures that are handed to them.
+
+use eframe::egui;
+use js_sys::{Object, Promise, Reflect, Uint8Array, Uint8ClampedArray};
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
+use web_sys::{CustomEvent, CustomEventInit, HtmlInputElement};
+
+use super::load::text;
+use crate::inbox::Read;
+
+/// Opens the browser's dialog; a file that is chosen is read and put. A browser opens it only soon after a click
+/// or a key, and says nothing of one that was closed.
+pub(crate) fn choose(put: impl Fn(Read) + 'static) -> Result<(), String> {
+    let input = web_sys::window()
+        .and_then(|w| w.document()?.get_element_by_id("file"))
+        .and_then(|e| e.dyn_into::<HtmlInputElement>().ok())
+        .ok_or("The page has no input 'file'")?;
+    // Or the same file could not be chosen twice.
+    input.set_value("");
+    let chosen = Promise::new(&mut |done, _| input.set_onchange(Some(&done)));
+    input.click();
+    spawn_local(async move {
+        // It never fails, but it may never come.
+        let _ = JsFuture::from(chosen).await;
+        let Some(file) = input.files().and_then(|files| files.get(0)) else { return };
+        let read = JsFuture::from(file.array_buffer()).await;
+        put((file.name(), read.map(|b| Uint8Array::new(&b).to_vec()).map_err(text)));
+    });
+    Ok(())
+}
+
+/// Hands a picture to the page's script, which offers it as a download: browsers can write PNG themselves.
+pub(crate) fn download(image: &egui::ColorImage) -> Result<(), String> {
+    let refused = |e| format!("The picture cannot be saved: {}.", text(e));
+    let picture = Object::new();
+    let set = |name: &str, value: &JsValue| Reflect::set(&picture, &name.into(), value);
+    set("width", &JsValue::from(image.size[0] as u32)).map_err(refused)?;
+    let pixels = Uint8ClampedArray::new_with_length(image.as_raw().len() as u32);
+    pixels.copy_from(image.as_raw());
+    set("pixels", &pixels).map_err(refused)?;
+    let options = CustomEventInit::new();
+    options.set_detail(&picture);
+    let event = CustomEvent::new_with_event_init_dict("picture", &options).map_err(refused)?;
+    let window = web_sys::window().ok_or("There is no window.")?;
+    window.dispatch_event(&event).map_err(refused)?;
+    Ok(())
+}

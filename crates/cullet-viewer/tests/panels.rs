@@ -1,0 +1,253 @@
+//! Panels without a window: keys are pressed and buttons clicked as a user would, and what comes of it is read.
+
+use std::time::{Duration, Instant};
+
+use cullet_viewer::compose::{Composition, compose};
+use cullet_viewer::session::{Session, funnel_json};
+use cullet_viewer::state::GhostForm;
+use cullet_viewer::ui::shortcuts::{TABLE, markdown};
+use cullet_viewer::ui::{self, Shown};
+use cullet_viewer::world::Source;
+use eframe::egui::{self, Event, Key, OutputCommand, PointerButton, Pos2, Shape};
+
+/// High enough that nothing is scrolled out of sight.
+const SIZE: egui::Vec2 = egui::vec2(1400.0, 2400.0);
+
+/// A session with its panels.
+struct Panels {
+    ctx: egui::Context,
+    session: Session,
+    time: f64,
+    /// What was copied last.
+    copied: Option<String>,
+    /// Texts of the last frame and where they are.
+    texts: Vec<(String, Pos2)>,
+}
+
+impl Panels {
+    fn open(scene: &str, link: &str) -> Self {
+        let ctx = egui::Context::default();
+        let session = Session::new(ctx.clone(), link, Some(Source::of_text(scene)));
+        let mut panels = Self { ctx, session, time: 0.0, copied: None, texts: Vec::new() };
+        panels.settle();
+        panels
+    }
+
+    fn frame(&mut self, events: Vec<Event>) {
+        self.time += 0.1;
+        let input = egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(Pos2::ZERO, SIZE)),
+            time: Some(self.time),
+            max_texture_side: Some(8192),
+            events,
+            ..Default::default()
+        };
+        let session = &mut self.session;
+        let mut out = self.ctx.run_ui(input, |ui| {
+            ui::show(ui, session, |session, size| {
+                session.advance(0.1, size);
+                let made = session.world.as_ref().map(|_| compose(session));
+                (Shown::default(), made.unwrap_or_else(Composition::default))
+            });
+        });
+        out.textures_delta.clear();
+        for command in out.platform_output.commands {
+            if let OutputCommand::CopyText(text) = command {
+                self.copied = Some(text);
+            }
+        }
+        self.texts.clear();
+        for shape in &out.shapes {
+            read(&shape.shape, &mut self.texts);
+        }
+    }
+
+    fn settle(&mut self) {
+        let began = Instant::now();
+        while !self.session.is_settled() || self.session.world.is_none() {
+            self.frame(Vec::new());
+            assert!(began.elapsed() < Duration::from_secs(60), "it does not settle");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// Takes a camera path of the scene's own, and stays where it begins: a camera that moves on is never decided
+    /// for.
+    fn travel(&mut self) {
+        self.session.travel(cullet_io::paths::PathSpec::Orbit);
+        while self.session.journey.is_making() {
+            self.frame(Vec::new());
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        self.session.journey.playing = false;
+        self.settle();
+    }
+
+    fn press(&mut self, key: Key) {
+        for pressed in [true, false] {
+            let modifiers = egui::Modifiers::NONE;
+            let event = Event::Key { key, physical_key: None, pressed, repeat: false, modifiers };
+            self.frame(vec![event]);
+        }
+    }
+
+    fn click(&mut self, label: &str) {
+        // What opened just now is where it stays after some frames.
+        (0..4).for_each(|_| self.frame(Vec::new()));
+        let at = self.texts.iter().find(|(text, _)| text == label);
+        let at = at.unwrap_or_else(|| panic!("'{label}' is not shown: {:?}", self.texts)).1;
+        self.frame(vec![Event::PointerMoved(at)]);
+        for pressed in [true, false] {
+            let (button, modifiers) = (PointerButton::Primary, egui::Modifiers::NONE);
+            self.frame(vec![Event::PointerButton { pos: at, button, pressed, modifiers }]);
+        }
+    }
+
+    /// All that a key or a button can change.
+    fn look(&self) -> String {
+        let s = &self.session;
+        let j = &s.journey;
+        let flags = [s.help, s.refresh, s.shoot, j.playing, j.recording, s.inspected.is_some()];
+        format!("{:?} {flags:?} {:?} {} {:?}", s.state, s.truth, j.at, self.copied)
+    }
+}
+
+fn read(shape: &Shape, texts: &mut Vec<(String, Pos2)>) {
+    match shape {
+        Shape::Vec(all) => all.iter().for_each(|s| read(s, texts)),
+        Shape::Text(text) => {
+            texts.push((text.galley.text().to_owned(), text.visual_bounding_rect().center()));
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn every_key_does_something() {
+    let mut panels = Panels::open("solids", "cut.on=true");
+    panels.travel();
+    let clear = |panels: &mut Panels| {
+        let s = &mut panels.session;
+        (s.help, s.refresh, s.shoot) = (false, false, false);
+        s.journey.playing = false;
+        s.state.cut.on = true;
+        panels.copied = None;
+    };
+    for (key, _) in TABLE.iter().flat_map(|(_, lines)| *lines).flat_map(|line| line.keys) {
+        // It would open a dialog on the screen of whoever tests.
+        if *key == Key::L {
+            continue;
+        }
+        clear(&mut panels);
+        // Something other than what these set, and something to close.
+        match key {
+            Key::Num1 => panels.press(Key::Num2),
+            Key::Num8 => panels.press(Key::Num9),
+            Key::Home => panels.press(Key::ArrowLeft),
+            Key::Comma => panels.press(Key::Period),
+            Key::Escape => panels.press(Key::H),
+            _ => {}
+        }
+        panels.session.journey.playing = false;
+        panels.settle();
+        let before = panels.look();
+        panels.press(*key);
+        let after = panels.look();
+        assert_ne!(after, before, "{key:?}");
+        if *key == Key::U {
+            panels.press(*key);
+            assert!(!panels.session.journey.recording);
+            assert!(!panels.session.journey.rigs.is_empty());
+        }
+    }
+    panels.session.journey.playing = false;
+    panels.settle();
+    let bad: Vec<_> = panels.session.notices.iter().filter(|n| n.bad).collect();
+    assert!(bad.is_empty(), "{bad:?}");
+}
+
+#[test]
+fn keys_and_their_switches_do_the_same() {
+    let mut panels = Panels::open("city:sub=1", "");
+    panels.press(Key::B);
+    assert_eq!(panels.session.state.ghosts.form, GhostForm::Boxes);
+    assert!(panels.session.state.frozen.is_some(), "from inside nothing of it is to be seen");
+    let by_key = panels.session.state.clone();
+    let mut panels = Panels::open("city:sub=1", "");
+    panels.click("boxes");
+    assert_eq!(panels.session.state, by_key);
+}
+
+#[test]
+fn the_help_sheet_has_every_line_of_the_table() {
+    let mut panels = Panels::open("solids", "");
+    panels.press(Key::H);
+    (0..4).for_each(|_| panels.frame(Vec::new()));
+    for line in TABLE.iter().flat_map(|(_, lines)| *lines) {
+        let shown = panels.texts.iter().any(|(text, _)| text == line.what);
+        assert!(shown, "'{}' is not on the sheet", line.what);
+    }
+}
+
+/// `CULLET_GOLDEN=new` writes the table into the book anew.
+#[test]
+fn the_book_has_the_table() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/viewer.md");
+    let text = std::fs::read_to_string(path).expect("a chapter of the book");
+    let (begin, end) = ("<!-- keys -->\n", "<!-- end of keys -->");
+    let (before, rest) = text.split_once(begin).expect("where the table begins");
+    let (table, after) = rest.split_once(end).expect("where it ends");
+    if std::env::var("CULLET_GOLDEN").is_ok_and(|v| v == "new") {
+        let anew = format!("{before}{begin}{}{end}{after}", markdown());
+        std::fs::write(path, anew).expect("the book can be written");
+    } else {
+        assert_eq!(table, markdown(), "CULLET_GOLDEN=new writes it anew");
+    }
+}
+
+#[test]
+fn what_is_copied_is_what_is_shown() {
+    let mut panels = Panels::open("city:sub=1", "");
+    panels.click("Copy");
+    let text = panels.copied.take().expect("the funnel is copied");
+    let funnel = panels.session.decision.as_ref().expect("decided").visible.funnel.clone();
+    assert_eq!(text, funnel_json(&funnel));
+    let read: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let rows = read["funnel"].as_array().expect("rows");
+    assert_eq!(rows.len(), funnel.rows.len());
+    for (json, row) in rows.iter().zip(&funnel.rows) {
+        assert_eq!(json["stage"], row.stage.name());
+        assert_eq!(json["unit"], row.unit.name());
+        assert_eq!((&json["entered"], &json["left"]), (&row.entered.into(), &row.left.into()));
+        assert!(json["nanoseconds"].is_u64() || json["nanoseconds"].is_null());
+    }
+    assert!(funnel.rows.iter().any(|row| row.entered > row.left), "nothing is culled: {text}");
+
+    panels.click("Copy link");
+    let link = panels.copied.take().expect("the link is copied");
+    let again = cullet_viewer::link::from_text(&link).expect("a link");
+    assert_eq!(again.camera, panels.session.state.camera);
+
+    panels.travel();
+    panels.click("Camera path");
+    panels.click("Copy as JSON");
+    let path = panels.copied.take().expect("the path is copied");
+    let cameras: serde_json::Value = serde_json::from_str(&path).expect("JSON");
+    assert!(cameras.is_object() || cameras.is_array());
+    let count = panels.session.journey.rigs.len();
+    assert_eq!(path.matches("\"eye\"").count(), count, "{}", &path[..200]);
+}
+
+#[test]
+fn an_error_goes_when_the_next_scene_is_there() {
+    let mut panels = Panels::open("solids", "stages.frustum=perhaps");
+    panels.session.open(Source::Bytes("broken.glb".to_owned(), b"glTF broken".to_vec()));
+    panels.settle();
+    let said = |p: &Panels| p.session.notices.iter().map(|n| n.text.clone()).collect::<Vec<_>>();
+    assert!(said(&panels).iter().any(|t| t.contains("broken.glb")), "{:?}", said(&panels));
+    panels.session.open(Source::of_text("office"));
+    panels.settle();
+    // What is wrong with the link is still so.
+    let left = said(&panels);
+    assert!(left.len() == 1 && left[0].contains("The default is shown"), "{left:?}");
+}
