@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::body::Places;
 use super::fringe::Fringe;
 use super::outline::Outline;
 use super::screen::{Clip, Screen, Spot};
@@ -57,6 +58,7 @@ pub struct OcclusionBuffer {
     pub(super) outline: Outline,
     pub(super) clips: Vec<Clip>,
     pub(super) spots: Vec<Spot>,
+    pub(super) places: Vec<Places>,
     pub(super) faces: Vec<super::patch::Face>,
 }
 
@@ -86,6 +88,7 @@ impl OcclusionBuffer {
             outline: Outline::default(),
             clips: Vec::new(),
             spots: Vec::new(),
+            places: Vec::new(),
             faces: Vec::new(),
         })
     }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::OccluderError;
+use super::body::Points;
 use crate::bounds::Aabb;
 use crate::exact;
 use crate::mesh::weld;
@@ -23,6 +24,10 @@ pub struct Convex {
     pub(super) spread: Vec<[u32; 3]>,
     /// Edges: from, to, the face that winds that way, the face that winds the other way.
     pub(super) edges: Vec<[u32; 4]>,
+    /// The vertices eight by eight; the last one again where there are no more.
+    pub(super) points: Vec<Points>,
+    /// The largest absolute coordinate along each axis.
+    pub(super) reach: [f32; 3],
     bounds: Aabb,
 }
 
@@ -224,7 +229,12 @@ impl Convex {
             Some(*at)
         }));
         let bounds = vertices.iter().fold(Aabb::EMPTY, |b, &p| b.union(&Aabb { min: p, max: p }));
-        Ok(Self { vertices, loops: loops.concat(), starts, spread, edges, bounds })
+        let points = vertices
+            .chunks(8)
+            .map(|c| [0, 1, 2].map(|axis| std::array::from_fn(|i| c[i.min(c.len() - 1)][axis])))
+            .collect();
+        let reach = super::draw::reach(&vertices);
+        Ok(Self { vertices, loops: loops.concat(), starts, spread, edges, points, reach, bounds })
     }
 
     /// How many faces there are.

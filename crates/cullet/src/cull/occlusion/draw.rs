@@ -1,6 +1,6 @@
 //! Drawing occluders into the buffer.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 
 use super::ask::Footprint;
 use super::buffer::OcclusionBuffer;
@@ -17,59 +17,18 @@ impl OcclusionBuffer {
     pub fn draw_convex(&mut self, level: Level, occluder: &Convex, transform: &Transform) {
         let Some(screen) = &self.screen else { return };
         let screen = screen.of_object(transform, self.origin);
+        if dispatch!(level, simd => self.whole_convex(simd, occluder, &screen)) {
+            return;
+        }
         if !self.project(&screen, &occluder.vertices) {
             return;
         }
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
         let clips = std::mem::take(&mut self.clips);
-        if clips.iter().all(Clip::is_in_front) {
-            self.whole_convex(level, occluder, &clips, &screen, orient);
-        } else if clips.iter().any(Clip::is_in_front) {
+        if clips.iter().any(Clip::is_in_front) {
             self.cut_convex(level, occluder, &clips, &screen, orient);
         }
         self.clips = clips;
-    }
-
-    fn whole_convex(
-        &mut self,
-        level: Level,
-        occluder: &Convex,
-        clips: &[Clip],
-        screen: &ObjectScreen,
-        orient: f64,
-    ) {
-        let mut spots = [Spot::default(); Convex::MAX_VERTICES];
-        for (spot, clip) in spots.iter_mut().zip(clips) {
-            *spot = clip.spot();
-        }
-        let spots = &spots[..clips.len()];
-        let doubt = Doubt::of(&screen.error(reach(&occluder.vertices)), clips.iter());
-        let Some((min, max)) = on_screen(spots, self.size) else { return };
-        let most = spots.iter().fold(0.0_f64, |n, s| n.max(s.nearness)) + doubt.nearness;
-        let window = [min, max].map(|c| c.map(|v| v.floor() as i32));
-        if self.is_covered(window, (most * (1.0 + 2.0_f64.powi(-20))) as f32) {
-            return;
-        }
-        self.outline.begin(self.size, min, max, doubt.pixels);
-        let mut seen = [0_u64; Convex::MAX_VERTICES * 2 / 64 + 1];
-        for (face, corners) in occluder.spread.iter().enumerate() {
-            let corners = corners.map(|v| spots[v as usize]);
-            if cross(corners) * orient > doubt.area(corners) {
-                seen[face / 64] |= 1 << (face % 64);
-                let reach = [max[0] - min[0], max[1] - min[1]];
-                self.outline.plane(Plane::through(corners, reach, self.size, &doubt));
-            }
-        }
-        let is_seen = |face: u32| seen[face as usize / 64] >> (face % 64) & 1 == 1;
-        for &[from, to, winds, other] in &occluder.edges {
-            let (from, to) = (spots[from as usize], spots[to as usize]);
-            match (is_seen(winds), is_seen(other)) {
-                (true, false) => self.outline.edge(from, to, orient),
-                (false, true) => self.outline.edge(from, to, -orient),
-                _ => {}
-            }
-        }
-        self.fill(level);
     }
 
     /// One that crosses the near plane: each face by itself, since where the plane opens the body one looks
@@ -82,7 +41,7 @@ impl OcclusionBuffer {
         screen: &ObjectScreen,
         orient: f64,
     ) {
-        let error = screen.error(reach(&occluder.vertices));
+        let error = screen.error(occluder.reach);
         let mut spots = Vec::with_capacity(16);
         for face in 0..occluder.face_count() {
             let corners = occluder.face(face);
@@ -347,7 +306,7 @@ impl Sheet<'_> {
 }
 
 /// The largest absolute coordinate along each axis.
-fn reach(points: &[[f32; 3]]) -> [f32; 3] {
+pub(super) fn reach(points: &[[f32; 3]]) -> [f32; 3] {
     points.iter().fold([0.0; 3], |r, p| std::array::from_fn(|a| r[a].max(p[a].abs())))
 }
 

@@ -20,6 +20,7 @@
 //! Culling*, 2016, is the state of the art for a CPU, and samples pixel centres.
 
 mod ask;
+mod body;
 mod buffer;
 mod choose;
 mod convex;

@@ -106,10 +106,12 @@ impl Screen {
 
     /// The same screen for the points of an object.
     pub(super) fn of_object(&self, transform: &Transform, origin: [f64; 3]) -> ObjectScreen {
-        let mut m = DMat4::from_cols_array(&transform.to_matrix());
-        m.w_axis -= DVec4::new(origin[0], origin[1], origin[2], 0.0);
+        let [x, y, z] = transform.linear.map(|c| c.map(f64::from));
+        let t: [f64; 3] = std::array::from_fn(|a| transform.translation[a] - origin[a]);
         // Row vectors times the matrix.
-        let rows = self.rows.map(|r| m.transpose() * r);
+        let dot = |r: &DVec4, c: [f64; 3]| r.x * c[0] + r.y * c[1] + r.z * c[2];
+        let rows =
+            self.rows.map(|r| DVec4::new(dot(&r, x), dot(&r, y), dot(&r, z), dot(&r, t) + r.w));
         ObjectScreen { rows, mirrored: self.mirrored ^ (transform.determinant() < 0.0) }
     }
 
@@ -128,6 +130,11 @@ pub(super) struct ObjectScreen {
 }
 
 impl ObjectScreen {
+    /// The rows that take a point to x·w, y·w, nearness·w, height over the near plane and w.
+    pub(super) fn rows(&self) -> [[f64; 4]; 5] {
+        self.rows.map(Into::into)
+    }
+
     pub(super) fn clip(&self, p: [f32; 3]) -> Clip {
         let [x, y, z] = p.map(f64::from);
         let [x, y, nearness, near, w] = self.rows.map(|r| r.x * x + r.y * y + r.z * z + r.w);
@@ -161,17 +168,29 @@ impl Doubt {
             x = x.max(c.x.abs().max(c.y.abs()) / c.w);
             nearness = nearness.max(c.nearness / c.w);
         }
-        let of =
-            |error: f64, value: f64, of_w: f64| (error + value * of_w) / (w - of_w).max(1e-300);
+        Self::within(error, w, x, nearness)
+    }
+
+    /// That of points whose w is at least `w`, no farther than `x` pixels from the top left corner along either axis, and no
+    /// nearer than `nearness`.
+    pub(super) fn within(error: &Clip, w: f64, x: f64, nearness: f64) -> Self {
+        let over = 1.0 / (w - error.w).max(1e-300);
+        let of = |error: f64, value: f64, of_w: f64| (error + value * of_w) * over;
         Self {
-            pixels: of(error.x.max(error.y), x, error.w) + x * 4.0 * f64::EPSILON,
-            nearness: of(error.nearness, nearness, error.w) + nearness * 4.0 * f64::EPSILON,
+            pixels: of(error.x.max(error.y), x, error.w) + x * 6.0 * f64::EPSILON,
+            nearness: of(error.nearness, nearness, error.w) + nearness * 6.0 * f64::EPSILON,
         }
     }
 
     /// What the double of an area may be off by.
     pub(super) fn area(&self, [a, b, c]: [Spot; 3]) -> f64 {
-        let size = (b.x - a.x).abs() + (b.y - a.y).abs() + (c.x - a.x).abs() + (c.y - a.y).abs();
+        let [x, y] = [(b.x - a.x).abs() + (c.x - a.x).abs(), (b.y - a.y).abs() + (c.y - a.y).abs()];
+        self.area_within([0.5 * x, 0.5 * y])
+    }
+
+    /// The same for any three spots in a rectangle so wide and high.
+    pub(super) fn area_within(&self, span: [f64; 2]) -> f64 {
+        let size = 2.0 * (span[0] + span[1]);
         size * (4.0 * self.pixels + size * 8.0 * f64::EPSILON) + 8.0 * self.pixels * self.pixels
     }
 }

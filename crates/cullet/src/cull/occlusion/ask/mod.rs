@@ -4,6 +4,7 @@ mod batch;
 mod lens;
 
 pub(crate) use batch::Asker;
+pub(super) use batch::covered;
 
 use super::buffer::{OcclusionBuffer, TILE};
 use crate::bounds::{Aabb, Obb};
