@@ -1,6 +1,7 @@
 //! Drawing convex bodies that lie wholly in front of the near plane: eight corners, and eight edges, at a time.
 
 use fearless_simd::prelude::*;
+use glam::DVec4;
 
 use super::ask::covered;
 use super::buffer::OcclusionBuffer;
@@ -35,7 +36,7 @@ impl OcclusionBuffer {
         screen: &ObjectScreen,
     ) -> bool {
         let mut places = std::mem::take(&mut self.places);
-        let extent = place(simd, screen, &occluder.points, &mut places);
+        let extent = place(simd, screen, occluder, &mut places);
         if let Some(extent) = &extent {
             self.placed(simd, occluder, screen, &places, extent);
         }
@@ -117,15 +118,15 @@ impl OcclusionBuffer {
 /// The most faces, rounded up: a closed convex body of n corners has at most 2 n − 4.
 const FACES: usize = Convex::MAX_VERTICES * 2;
 
-/// Places points on the screen, eight at a time; `None` where one is not in front or not finite.
+/// Places a body's corners on the screen, eight at a time; `None` where one is not in front or not finite.
 #[inline(always)]
 fn place<S: Simd>(
     simd: S,
     screen: &ObjectScreen,
-    points: &[Points],
+    occluder: &Convex,
     places: &mut Vec<Places>,
 ) -> Option<Extent> {
-    places.resize(points.len(), [[0.0; 8]; 3]);
+    places.resize(1 + occluder.more.len(), [[0.0; 8]; 3]);
     let rows = screen.rows();
     let (zero, one) = (S::f64s::splat(simd, 0.0), S::f64s::splat(simd, 1.0));
     let mut min = [S::f64s::splat(simd, f64::INFINITY); 2];
@@ -134,7 +135,8 @@ fn place<S: Simd>(
     // Anything times zero is zero, unless it is not finite.
     let mut nothing = zero;
     let mut in_front = true;
-    for (points, places) in points.iter().zip(places) {
+    for (i, places) in places.iter_mut().enumerate() {
+        let points = if i == 0 { &occluder.points } else { &occluder.more[i - 1] };
         let points = [widened(&points[0]), widened(&points[1]), widened(&points[2])];
         let mut at = 0;
         while at < 8 {
@@ -184,9 +186,9 @@ fn widened(v: &[f32; 8]) -> [f64; 8] {
 /// A row at some points, in the order of [`ObjectScreen::clip`]. (No closure: what is not inlined is compiled without the
 /// level's instructions.)
 #[inline(always)]
-fn sum<S: Simd>(simd: S, row: &[f64; 4], [x, y, z]: [S::f64s; 3]) -> S::f64s {
-    x * S::f64s::splat(simd, row[0])
-        + y * S::f64s::splat(simd, row[1])
-        + z * S::f64s::splat(simd, row[2])
-        + S::f64s::splat(simd, row[3])
+fn sum<S: Simd>(simd: S, row: &DVec4, [x, y, z]: [S::f64s; 3]) -> S::f64s {
+    x * S::f64s::splat(simd, row.x)
+        + y * S::f64s::splat(simd, row.y)
+        + z * S::f64s::splat(simd, row.z)
+        + S::f64s::splat(simd, row.w)
 }

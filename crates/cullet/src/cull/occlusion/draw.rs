@@ -16,7 +16,14 @@ impl OcclusionBuffer {
     /// [`begin`](Self::begin).
     pub fn draw_convex(&mut self, level: Level, occluder: &Convex, transform: &Transform) {
         let Some(screen) = &self.screen else { return };
-        let screen = screen.of_object(transform, self.origin);
+        let screen = match &self.object {
+            Some((last, screen)) if last == transform => screen.clone(),
+            _ => {
+                let screen = screen.of_object(transform, self.origin);
+                self.object = Some((*transform, screen.clone()));
+                screen
+            }
+        };
         if dispatch!(level, simd => self.whole_convex(simd, occluder, &screen)) {
             return;
         }

@@ -131,8 +131,9 @@ pub(super) struct ObjectScreen {
 
 impl ObjectScreen {
     /// The rows that take a point to x·w, y·w, nearness·w, height over the near plane and w.
-    pub(super) fn rows(&self) -> [[f64; 4]; 5] {
-        self.rows.map(Into::into)
+    #[inline(always)]
+    pub(super) fn rows(&self) -> &[DVec4; 5] {
+        &self.rows
     }
 
     pub(super) fn clip(&self, p: [f32; 3]) -> Clip {
@@ -143,12 +144,18 @@ impl ObjectScreen {
 
     /// How far each number of [`clip`](Self::clip) may be off, for points within `reach` of the object's
     /// origin along each axis.
+    #[inline(always)]
     pub(super) fn error(&self, reach: [f32; 3]) -> Clip {
-        let [x, y, z] = reach.map(|v| f64::from(v.abs()));
-        let error =
-            |r: DVec4| (r.x.abs() * x + r.y.abs() * y + r.z.abs() * z + r.w.abs()) * ROUNDING;
-        let [x, y, nearness, near, w] = self.rows.map(error);
-        Clip { x, y, nearness, near, w }
+        let [x, y, z] = [f64::from(reach[0]), f64::from(reach[1]), f64::from(reach[2])];
+        let reach = DVec4::new(x, y, z, 1.0);
+        let [rx, ry, rn, near, w] = &self.rows;
+        Clip {
+            x: rx.abs().dot(reach) * ROUNDING,
+            y: ry.abs().dot(reach) * ROUNDING,
+            nearness: rn.abs().dot(reach) * ROUNDING,
+            near: near.abs().dot(reach) * ROUNDING,
+            w: w.abs().dot(reach) * ROUNDING,
+        }
     }
 }
 
