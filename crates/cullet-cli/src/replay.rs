@@ -132,3 +132,33 @@ pub(crate) fn write(recording: &Recording, path: &Path, console: &Console) -> Re
     ));
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use cullet::cull::occlusion::Occlusion;
+    use cullet::{Camera, Depth, Projection};
+
+    use super::*;
+
+    #[test]
+    fn a_recording_is_what_the_culler_did() {
+        let scene = cullet_io::scenes::build("city:cells=6").unwrap().scene;
+        let projection =
+            Projection::Perspective { fov_y_radians: 1.0, aspect: 1.5, near: 0.1, far: 900.0 };
+        let camera = Camera::look_at([-90.0, 2.0, 3.0], [0.0, 2.0, 0.0], projection);
+        let view = View::new(&camera, Depth::Reversed, [300, 200]).unwrap();
+        let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+        let (mut state, mut result) = (ViewState::default(), Visible::default());
+        culler.cull_one(&scene, &view, &mut state, &mut result);
+        let mut recording = Recording::default();
+        record(&scene, &view, &culler, &mut recording);
+        let again = Recording::decode(&recording.encode()).unwrap().replay(Level::new()).unwrap();
+        assert_eq!((again.views, again.changed.len()), (1, 0));
+        assert_eq!(again.drawn, result.funnel.occlusion.drawn);
+        assert!(again.drawn > 0 && again.hidden > 0 && again.hidden < again.asked);
+        // Without the stage there is nothing to record.
+        let mut nothing = Recording::default();
+        record(&scene, &view, &Culler::default(), &mut nothing);
+        assert!(nothing.is_empty());
+    }
+}
