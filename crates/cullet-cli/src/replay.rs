@@ -100,8 +100,7 @@ fn text(d: &Difference) -> String {
 
 /// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance that it asked about.
 pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mut Recording) {
-    let culler =
-        Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
+    let culler = Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
     let (mut state, mut result) = (ViewState::default(), Visible::default());
     culler.cull_one(scene, view, &mut state, &mut result);
     let Some(buffer) = state.occlusion_buffer() else { return };

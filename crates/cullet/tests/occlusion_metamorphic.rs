@@ -14,7 +14,7 @@ use proptest::prelude::*;
 /// An occluder of any kind, and where it stands.
 #[derive(Clone, Debug)]
 enum Drawn {
-    Convex(Convex, Transform),
+    Convex(Box<Convex>, Transform),
     Patch(Vec<Patch>, Transform),
 }
 
@@ -87,7 +87,7 @@ fn transform() -> impl Strategy<Value = Transform> {
 fn occluder() -> impl Strategy<Value = Drawn> {
     let unit = Aabb { min: [-1.0; 3], max: [1.0; 3] };
     prop_oneof![
-        transform().prop_map(move |t| Drawn::Convex(Convex::from_box(&unit).unwrap(), t)),
+        transform().prop_map(move |t| Drawn::Convex(Box::new(Convex::from_box(&unit).unwrap()), t)),
         (1..12_u32, 0.0..0.4_f32, 0.0..6.0_f32, any::<bool>(), transform())
             .prop_map(|(n, bump, phase, two, t)| Drawn::Patch(sheet(n, bump, phase, two), t)),
     ]
@@ -324,8 +324,7 @@ proptest! {
 #[test]
 fn jobs_take_buffers_of_one_size_alone() {
     let view = view(0, true);
-    let [mut one, other] =
-        [[64, 40], [64, 41]].map(|size| buffer(&view, size, Level::new(), []));
+    let [mut one, other] = [[64, 40], [64, 41]].map(|size| buffer(&view, size, Level::new(), []));
     let draw = |_: &mut OcclusionBuffer, _: Share| unreachable!("nothing is drawn");
     let refused = one.draw_in_jobs(&mut [other], 3, &draw, |jobs| {
         jobs.into_iter().for_each(DrawJob::run);

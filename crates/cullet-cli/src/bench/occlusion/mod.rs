@@ -125,8 +125,8 @@ pub(crate) fn run_scene(args: &super::super::args::BenchArgs, console: &Console)
     report::measured(&name, level.0, &prepared, &found, &streaming, checked, &mut |m| {
         results.push(m);
     });
-    let occlusion = Occlusion::new(level.0, o.resolution, &found, verdicts, &streaming)
-        .with_threads(o.threads);
+    let occlusion =
+        Occlusion::new(level.0, o.resolution, &found, verdicts, &streaming).with_threads(o.threads);
     if let Some(out) = &o.answers {
         std::fs::write(out, &found.answers).map_err(|e| Failure::write(out, &e))?;
     }

@@ -152,7 +152,7 @@ fn place<S: Simd>(
             for a in 0..3 {
                 place[a] = sum(simd, &rows[a], p) * inverse;
                 place[a].store_slice(&mut places[a][lanes.clone()]);
-                nothing = nothing + place[a] * zero;
+                nothing += place[a] * zero;
             }
             for a in 0..2 {
                 min[a] = min[a].min(place[a]);

@@ -84,7 +84,8 @@ impl Outline {
         if !(slope.is_finite() && start.is_finite()) {
             self.rows = [1, 0];
         } else if a > 0.0 {
-            self.left.push(Bound { slope: slope as f32, start: (start + slack).min(FARTHEST) as f32 });
+            self.left
+                .push(Bound { slope: slope as f32, start: (start + slack).min(FARTHEST) as f32 });
         } else {
             self.right
                 .push(Bound { slope: slope as f32, start: (start - slack).max(-FARTHEST) as f32 });
@@ -379,8 +380,8 @@ impl Target<'_> {
                 value = value.min(lanes * s.plane.dx + s.start(x0, y0) + s.down[row]);
             }
             let old = f32x8::from_slice(simd, pixels);
-            let span = xs.simd_ge(f32x8::splat(simd, from[row]))
-                & xs.simd_le(f32x8::splat(simd, to[row]));
+            let span =
+                xs.simd_ge(f32x8::splat(simd, from[row])) & xs.simd_le(f32x8::splat(simd, to[row]));
             let new = span.select(old.max(value), old);
             new.store_slice(pixels);
             least = least.min(new);
