@@ -26,7 +26,7 @@ pub(super) struct Kinds {
 /// A mesh as the engine draws it.
 enum Occluder {
     /// By its outline.
-    Convex(Convex),
+    Convex(Box<Convex>),
     /// These patches of the surface.
     Patches(Range<usize>),
 }
@@ -98,7 +98,7 @@ impl<'a> Engine<'a> {
                     ranges.extend(starts.map(|s| s..end.min(s.saturating_add(PATCH))));
                     Occluder::Patches(first..ranges.len())
                 },
-                Occluder::Convex,
+                |convex| Occluder::Convex(Box::new(convex)),
             ));
         }
         let indices = scene.triangles.as_flattened();
