@@ -5,10 +5,8 @@ use std::time::Instant;
 
 use clap::Args;
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{
-    Difference, Differences, Occlusion, OcclusionBuffer, Recording, Shape, Verdict,
-};
-use cullet::{Level, Scene, View};
+use cullet::cull::occlusion::{Difference, Differences, Recording, Verdict};
+use cullet::{Culler, Level, Output, Scene, Stage, View, ViewState, Visible};
 use serde_json::json;
 
 use crate::console::{Console, grouped, write_json};
@@ -100,40 +98,22 @@ fn text(d: &Difference) -> String {
     format!("  call {call}: the box {min:?} to {max:?} was {}, is {}", word(*was), word(*is))
 }
 
-/// Records views of a scene: all that may occlude is drawn, nearest first, but for what is hidden by then; then each
-/// instance is asked for. There is no budget, so it is at least what a culler draws.
-pub(crate) fn record(scene: &Scene, view: &View, settings: &Occlusion, recording: &mut Recording) {
-    let Ok(mut buffer) = OcclusionBuffer::new(settings.size(view.viewport())) else { return };
-    buffer.begin(view, scene.origin());
+/// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance that it asked about.
+pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mut Recording) {
+    let culler = Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
+    let (mut state, mut result) = (ViewState::default(), Visible::default());
+    culler.cull_one(scene, view, &mut state, &mut result);
+    let Some(buffer) = state.occlusion_buffer() else { return };
     recording.begin(view, scene.origin(), buffer.size());
-    let seen = |slot: &u32| scene.layers(*slot) & view.layers != 0;
-    let mut shapes: Vec<(f32, u32, &Shape, Aabb)> = Vec::new();
-    for slot in scene.slots().filter(seen) {
-        let flags = scene.flags(slot);
-        if flags.transparent || flags.no_occlusion || !scene.is_rigid(slot) {
-            continue;
-        }
-        for shape in scene.mesh(slot).occluder().shapes() {
-            let bounds = scene.transform(slot).transform_box(&shape.bounds(), scene.origin());
-            if buffer.ask_box(&bounds) != Verdict::Outside {
-                let near = buffer.footprint_of(&bounds).map_or(f32::INFINITY, |f| f.nearness);
-                shapes.push((near, slot, shape, bounds));
-            }
-        }
+    for &(slot, shape) in state.occluders_drawn() {
+        let shapes = scene.mesh(slot).occluder().shapes();
+        recording.draw(&shapes[shape as usize], scene.transform(slot));
     }
-    shapes.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    for (_, slot, shape, bounds) in shapes {
-        if buffer.ask_box(&bounds) == Verdict::Hidden {
-            continue;
-        }
-        let transform = scene.transform(slot);
-        match shape {
-            Shape::Convex(convex) => buffer.draw_convex(Level::new(), convex, transform),
-            Shape::Patch(patch) => buffer.draw_patch(Level::new(), patch, transform),
-        }
-        recording.draw(shape, transform);
-    }
-    for slot in scene.slots().filter(seen) {
+    // What a stage before had dropped was not asked about.
+    let is_asked = |slot: &u32| {
+        result.reasons[*slot as usize].is_none_or(|reason| reason.stage == Stage::Occlusion)
+    };
+    for slot in scene.slots().filter(is_asked) {
         let bounds = scene.bounds(slot);
         recording.ask(&bounds, buffer.ask_box(&bounds));
     }
@@ -150,4 +130,34 @@ pub(crate) fn write(recording: &Recording, path: &Path, console: &Console) -> Re
         grouped(bytes.len() as u64)
     ));
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet::cull::occlusion::Occlusion;
+    use cullet::{Camera, Depth, Projection};
+
+    use super::*;
+
+    #[test]
+    fn a_recording_is_what_the_culler_did() {
+        let scene = cullet_io::scenes::build("city:cells=6").unwrap().scene;
+        let projection =
+            Projection::Perspective { fov_y_radians: 1.0, aspect: 1.5, near: 0.1, far: 900.0 };
+        let camera = Camera::look_at([-90.0, 2.0, 3.0], [0.0, 2.0, 0.0], projection);
+        let view = View::new(&camera, Depth::Reversed, [300, 200]).unwrap();
+        let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+        let (mut state, mut result) = (ViewState::default(), Visible::default());
+        culler.cull_one(&scene, &view, &mut state, &mut result);
+        let mut recording = Recording::default();
+        record(&scene, &view, &culler, &mut recording);
+        let again = Recording::decode(&recording.encode()).unwrap().replay(Level::new()).unwrap();
+        assert_eq!((again.views, again.changed.len()), (1, 0));
+        assert_eq!(again.drawn, result.funnel.occlusion.drawn);
+        assert!(again.drawn > 0 && again.hidden > 0 && again.hidden < again.asked);
+        // Without the stage there is nothing to record.
+        let mut nothing = Recording::default();
+        record(&scene, &view, &Culler::default(), &mut nothing);
+        assert!(nothing.is_empty());
+    }
 }

@@ -43,8 +43,8 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     let mut recording = Recording::default();
     for view in &views {
         survey.add(view, true)?;
-        if let (Some(_), Some(settings)) = (&args.record, &survey.culler.occlusion) {
-            replay::record(&survey.model.scene, view, settings, &mut recording);
+        if args.record.is_some() {
+            replay::record(&survey.model.scene, view, &survey.culler, &mut recording);
         }
         progress.step();
         if interrupted() {

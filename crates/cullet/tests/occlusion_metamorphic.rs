@@ -4,15 +4,17 @@
 mod common;
 
 use common::levels;
-use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
+use cullet::bounds::{Aabb, Boxes};
+use cullet::cull::occlusion::{
+    Convex, DrawJob, OcclusionBuffer, OcclusionError, Patch, Share, Verdict,
+};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 use proptest::prelude::*;
 
 /// An occluder of any kind, and where it stands.
 #[derive(Clone, Debug)]
 enum Drawn {
-    Convex(Convex, Transform),
+    Convex(Box<Convex>, Transform),
     Patch(Vec<Patch>, Transform),
 }
 
@@ -26,6 +28,18 @@ impl Drawn {
             Self::Convex(convex, t) => buffer.draw_convex(level, convex, &placed(t)),
             Self::Patch(patches, t) => {
                 patches.iter().for_each(|p| buffer.draw_patch(level, p, &placed(t)));
+            }
+        }
+    }
+}
+
+impl Drawn {
+    fn bounds(&self) -> Aabb {
+        match self {
+            Self::Convex(convex, t) => t.transform_box(&convex.bounds(), [0.0; 3]),
+            Self::Patch(patches, t) => {
+                let of = |p: &Patch| t.transform_box(&p.bounds(), [0.0; 3]);
+                patches.iter().map(of).fold(Aabb::EMPTY, |a, b| a.union(&b))
             }
         }
     }
@@ -73,7 +87,7 @@ fn transform() -> impl Strategy<Value = Transform> {
 fn occluder() -> impl Strategy<Value = Drawn> {
     let unit = Aabb { min: [-1.0; 3], max: [1.0; 3] };
     prop_oneof![
-        transform().prop_map(move |t| Drawn::Convex(Convex::from_box(&unit).unwrap(), t)),
+        transform().prop_map(move |t| Drawn::Convex(Box::new(Convex::from_box(&unit).unwrap()), t)),
         (1..12_u32, 0.0..0.4_f32, 0.0..6.0_f32, any::<bool>(), transform())
             .prop_map(|(n, bump, phase, two, t)| Drawn::Patch(sheet(n, bump, phase, two), t)),
     ]
@@ -192,6 +206,26 @@ proptest! {
             merged.merge(&share(t)).unwrap();
         }
         prop_assert!(all(&merged, &things) == straight);
+        // The same as jobs, run in any order, by buffers that hold something else.
+        let mut jobs = buffer(&view, size, Level::new(), []);
+        let mut others = vec![buffer(&view, size, Level::new(), &drawn[..1]); threads - 1];
+        let draw = |b: &mut OcclusionBuffer, share: Share| {
+            share.for_each(|i| drawn[i].draw(Level::new(), b, [0.0; 3]));
+        };
+        jobs.draw_in_jobs(&mut others, drawn.len(), &draw, |jobs| {
+            jobs.into_iter().rev().for_each(DrawJob::run);
+        })
+        .unwrap();
+        prop_assert!(all(&jobs, &things) == straight);
+        // What is hidden by then is left out, and is not missed.
+        let bounds: Vec<Aabb> = drawn.iter().map(Drawn::bounds).collect();
+        let order: Vec<u32> = shuffled.iter().map(|&i| i as u32).collect();
+        for level in levels() {
+            let mut some = buffer(&view, size, level, []);
+            let draw = |b: &mut OcclusionBuffer, i| drawn[i as usize].draw(level, b, [0.0; 3]);
+            let count = some.draw_unless_hidden(level, &Boxes::from_slice(&bounds), &order, draw);
+            prop_assert!(count <= drawn.len() && all(&some, &things) == straight);
+        }
     }
 
     #[test]
@@ -285,4 +319,36 @@ proptest! {
             prop_assert!(*a != Verdict::Hidden || b == Verdict::Hidden, "{a:?} {b:?}");
         }
     }
+}
+
+#[test]
+fn jobs_take_buffers_of_one_size_alone() {
+    let view = view(0, true);
+    let [mut one, other] = [[64, 40], [64, 41]].map(|size| buffer(&view, size, Level::new(), []));
+    let draw = |_: &mut OcclusionBuffer, _: Share| unreachable!("nothing is drawn");
+    let refused = one.draw_in_jobs(&mut [other], 3, &draw, |jobs| {
+        jobs.into_iter().for_each(DrawJob::run);
+    });
+    assert_eq!(refused, Err(OcclusionError::Merge(64, 40, 64, 41)));
+}
+
+#[test]
+fn what_is_behind_or_beside_is_not_drawn() {
+    let view = view(0, true);
+    let wall = |z: f32, x: f32| Aabb { min: [x - 2.0, -2.0, z - 0.2], max: [x + 2.0, 2.0, z] };
+    // Near, behind it, beyond the edge, across the near plane.
+    let boxes = [wall(-4.0, 0.0), wall(-9.0, 0.0), wall(-4.0, 90.0), wall(0.0, 0.0)];
+    let mut order = Vec::new();
+    let mut buffer = buffer(&view, [160, 90], Level::new(), []);
+    let count = buffer.draw_unless_hidden(
+        Level::new(),
+        &Boxes::from_slice(&boxes),
+        &[0, 1, 2, 3],
+        |b, i| {
+            order.push(i);
+            let convex = Convex::from_box(&boxes[i as usize]).unwrap();
+            b.draw_convex(Level::new(), &convex, &Transform::IDENTITY);
+        },
+    );
+    assert_eq!((count, order), (2, vec![0, 3]));
 }

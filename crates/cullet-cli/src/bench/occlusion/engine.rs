@@ -1,12 +1,14 @@
 //! The engine's occlusion buffer, as it is measured.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cullet::bounds::Boxes;
 use cullet::cull::frustum::batch::{Planes, mask_boxes, mask_words};
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
+use cullet::cull::occlusion::{Convex, DrawJob, OcclusionBuffer, Patch, Share};
 use cullet::{Level, Transform, View};
 use cullet_io::occscn::Occscn;
+use rayon::prelude::*;
 
 use super::rasteriser::{HIDDEN, OUTSIDE, Rasteriser, VISIBLE};
 use super::scene::Prepared;
@@ -24,7 +26,7 @@ pub(super) struct Kinds {
 /// A mesh as the engine draws it.
 enum Occluder {
     /// By its outline.
-    Convex(Convex),
+    Convex(Box<Convex>),
     /// These patches of the surface.
     Patches(Range<usize>),
 }
@@ -32,13 +34,39 @@ enum Occluder {
 /// The most triangles of a patch: those of a mesh that has more are cut.
 const PATCH: u32 = 512;
 
+/// The meshes of a scene.
+#[derive(Default)]
+struct Meshes {
+    occluders: Vec<Occluder>,
+    patches: Vec<Patch>,
+}
+
+impl Meshes {
+    fn draw(&self, level: Level, buffer: &mut OcclusionBuffer, mesh: u32) {
+        match &self.occluders[mesh as usize] {
+            Occluder::Convex(convex) => buffer.draw_convex(level, convex, &Transform::IDENTITY),
+            Occluder::Patches(range) => {
+                for patch in &self.patches[range.clone()] {
+                    buffer.draw_patch(level, patch, &Transform::IDENTITY);
+                }
+            }
+        }
+    }
+}
+
+/// Threads, and a buffer for each but one.
+struct Workers {
+    pool: rayon::ThreadPool,
+    buffers: Vec<OcclusionBuffer>,
+}
+
 /// An occlusion buffer, and the meshes made ready for it.
 pub(super) struct Engine<'a> {
     prepared: &'a Prepared,
     level: Level,
     buffer: OcclusionBuffer,
-    occluders: Vec<Occluder>,
-    patches: Vec<Patch>,
+    meshes: Meshes,
+    workers: Option<Workers>,
     planes: Option<Planes>,
     /// One bit a box: in the frustum; and of those, visible and hidden.
     inside: Vec<u64>,
@@ -70,7 +98,7 @@ impl<'a> Engine<'a> {
                     ranges.extend(starts.map(|s| s..end.min(s.saturating_add(PATCH))));
                     Occluder::Patches(first..ranges.len())
                 },
-                Occluder::Convex,
+                |convex| Occluder::Convex(Box::new(convex)),
             ));
         }
         let indices = scene.triangles.as_flattened();
@@ -80,8 +108,8 @@ impl<'a> Engine<'a> {
             prepared,
             level,
             buffer,
-            occluders,
-            patches,
+            meshes: Meshes { occluders, patches },
+            workers: None,
             planes: None,
             inside: Vec::new(),
             visible: Vec::new(),
@@ -89,17 +117,29 @@ impl<'a> Engine<'a> {
         })
     }
 
-    fn draw_one(&mut self, mesh: u32) {
-        match &self.occluders[mesh as usize] {
-            Occluder::Convex(convex) => {
-                self.buffer.draw_convex(self.level, convex, &Transform::IDENTITY);
-            }
-            Occluder::Patches(range) => {
-                for patch in &self.patches[range.clone()] {
-                    self.buffer.draw_patch(self.level, patch, &Transform::IDENTITY);
-                }
-            }
+    /// Shares the drawing out over so many threads; one draws in the caller's.
+    pub(super) fn with_threads(mut self, threads: usize) -> Result<Self, Failure> {
+        if threads > 1 {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let buffers = vec![self.buffer.clone(); threads - 1];
+            self.workers = Some(Workers { pool: pool.map_err(Failure::usage)?, buffers });
         }
+        Ok(self)
+    }
+
+    /// Has `draw` draw a list, whole or in shares.
+    fn in_shares<F>(&mut self, count: usize, draw: F)
+    where
+        F: Fn(&mut OcclusionBuffer, Share) + Sync,
+    {
+        let Some(Workers { pool, buffers }) = &mut self.workers else {
+            draw(&mut self.buffer, (0..count).step_by(1));
+            return;
+        };
+        let all = self.buffer.draw_in_jobs(buffers, count, &draw, |jobs| {
+            pool.install(|| jobs.into_par_iter().for_each(DrawJob::run));
+        });
+        debug_assert_eq!(all, Ok(()), "the buffers are clones");
     }
 }
 
@@ -121,19 +161,30 @@ impl Rasteriser for Engine<'_> {
     }
 
     fn draw(&mut self, meshes: &[u32]) {
-        meshes.iter().for_each(|&m| self.draw_one(m));
+        let (level, all) = (self.level, std::mem::take(&mut self.meshes));
+        self.in_shares(meshes.len(), |buffer, share| {
+            share.for_each(|i| all.draw(level, buffer, meshes[i]));
+        });
+        self.meshes = all;
     }
 
     fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize {
-        let mut drawn = 0;
-        for &m in meshes {
-            let bounds = self.prepared.mesh_boxes.get(m as usize);
-            if self.buffer.ask_box(&bounds) != Verdict::Hidden {
-                self.draw_one(m);
-                drawn += 1;
-            }
-        }
-        drawn
+        let (level, all) = (self.level, std::mem::take(&mut self.meshes));
+        let (boxes, drawn) = (&self.prepared.mesh_boxes, AtomicUsize::new(0));
+        self.in_shares(meshes.len(), |buffer, share| {
+            let some: Vec<u32>;
+            let order = if share.len() == meshes.len() {
+                meshes
+            } else {
+                some = share.map(|i| meshes[i]).collect();
+                &some
+            };
+            let draw = |buffer: &mut OcclusionBuffer, mesh| all.draw(level, buffer, mesh);
+            let count = buffer.draw_unless_hidden(level, boxes, order, draw);
+            drawn.fetch_add(count, Ordering::Relaxed);
+        });
+        self.meshes = all;
+        drawn.into_inner()
     }
 
     fn test(&mut self, boxes: &Boxes, answers: &mut [u8]) {

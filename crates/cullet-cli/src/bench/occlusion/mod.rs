@@ -54,6 +54,9 @@ pub(crate) struct OcclusionArgs {
     /// The SIMD level, such as avx2 [default: the best of this machine]
     #[arg(long, value_name = "NAME", requires = "scene", value_parser = level)]
     level: Option<(&'static str, Level)>,
+    /// Share the drawing out over so many threads
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "scene", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: u16,
 }
 
 fn level(text: &str) -> Result<(&'static str, Level), String> {
@@ -95,8 +98,9 @@ pub(crate) fn run_scene(args: &super::super::args::BenchArgs, console: &Console)
     let prepared = Prepared::new(scene, o.resolution).map_err(|e| fail(e.message))?;
     let level = o.level.unwrap_or_else(|| levels()[0]);
     let kinds = Kinds { triangles: o.triangles, two_sided: o.two_sided };
-    let mut engine =
-        Engine::new(&prepared, level.1, o.resolution, kinds).map_err(|e| fail(e.message))?;
+    let mut engine = Engine::new(&prepared, level.1, o.resolution, kinds)
+        .and_then(|engine| engine.with_threads(o.threads.into()))
+        .map_err(|e| fail(e.message))?;
     let mut bar = console.progress("measuring", views as u64);
     let found = measure(&prepared, level.1, &mut engine, SECONDS, &mut || {
         bar.step();
@@ -123,7 +127,8 @@ pub(crate) fn run_scene(args: &super::super::args::BenchArgs, console: &Console)
     report::measured(&name, level.0, &prepared, &found, &streaming, checked, &mut |m| {
         results.push(m);
     });
-    let occlusion = Occlusion::new(level.0, o.resolution, &found, verdicts, &streaming);
+    let occlusion =
+        Occlusion::new(level.0, o.resolution, &found, verdicts, &streaming).with_threads(o.threads);
     if let Some(out) = &o.answers {
         std::fs::write(out, &found.answers).map_err(|e| Failure::write(out, &e))?;
     }

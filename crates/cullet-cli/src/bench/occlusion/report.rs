@@ -17,6 +17,8 @@ pub(crate) struct Occlusion {
     level: &'static str,
     /// Width and height of the buffer.
     resolution: [u32; 2],
+    /// How many threads drew.
+    threads: u16,
     /// How many views were measured.
     views: usize,
     /// Bytes that the same run read a nanosecond at the same level, from the scene's triangles.
@@ -111,12 +113,18 @@ impl Occlusion {
         Self {
             level,
             resolution,
+            threads: 1,
             views: found.views,
             streaming_gb_per_s: streaming.rate,
             modes: found.modes,
             test: found.test,
             references,
         }
+    }
+
+    /// Of drawing by so many threads.
+    pub(super) fn with_threads(self, threads: u16) -> Self {
+        Self { threads, ..self }
     }
 }
 
@@ -125,8 +133,12 @@ pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Co
     let scene = &prepared.scene;
     let count = |n: f64| grouped(n.round() as u64);
     let [width, height] = o.resolution;
+    let threads = match o.threads {
+        1 => "one thread".to_owned(),
+        n => format!("drawn by {n} threads, tested by one"),
+    };
     console.line(format!(
-        "{name}: {} triangles in {} meshes, {} objects, {} views of {width}x{height}; one thread, {}",
+        "{name}: {} triangles in {} meshes, {} objects, {} views of {width}x{height}; {threads}, {}",
         count(scene.triangles.len() as f64),
         count(scene.meshes.len() as f64),
         count(prepared.objects.len() as f64),

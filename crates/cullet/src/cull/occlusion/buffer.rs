@@ -2,10 +2,12 @@
 
 use thiserror::Error;
 
+use super::body::Places;
 use super::fringe::Fringe;
 use super::outline::Outline;
-use super::screen::{Clip, Screen};
+use super::screen::{Clip, ObjectScreen, Screen};
 use super::surface::Surface;
+use crate::transform::Transform;
 use crate::view::View;
 
 /// Pixels along an edge of a tile.
@@ -58,6 +60,9 @@ pub struct OcclusionBuffer {
     pub(super) outline: Outline,
     pub(super) clips: Vec<Clip>,
     pub(super) surface: Surface,
+    pub(super) places: Vec<Places>,
+    /// The screen of the object that was drawn last: many shapes may stand as one object.
+    pub(super) object: Option<(Transform, ObjectScreen)>,
 }
 
 impl OcclusionBuffer {
@@ -86,6 +91,8 @@ impl OcclusionBuffer {
             outline: Outline::default(),
             clips: Vec::new(),
             surface: Surface::default(),
+            places: Vec::new(),
+            object: None,
         })
     }
 
@@ -97,10 +104,16 @@ impl OcclusionBuffer {
 
     /// Empties the buffer and turns it to a view. What is asked about later is given relative to `origin`.
     pub fn begin(&mut self, view: &View, origin: [f64; 3]) {
-        self.far.fill(0.0);
-        self.live.fill(false);
+        self.empty();
         self.screen = Some(Screen::new(view, origin, self.size));
         self.origin = origin;
+    }
+
+    /// Nothing is covered.
+    pub(super) fn empty(&mut self) {
+        self.far.fill(0.0);
+        self.live.fill(false);
+        self.object = None;
     }
 
     /// The nearness that covers all of a pixel, counted from the top left; 0 where none is proved, and
@@ -139,8 +152,9 @@ impl OcclusionBuffer {
             if self.live[t] {
                 let mut far = f32::INFINITY;
                 for (mine, theirs) in self.tiles[t].0.iter_mut().zip(&other.tiles[t].0) {
-                    *mine = mine.max(*theirs);
-                    far = far.min(*mine);
+                    // No pixel is NaN.
+                    *mine = if *theirs > *mine { *theirs } else { *mine };
+                    far = if *mine < far { *mine } else { far };
                 }
                 self.far[t] = far;
             } else {

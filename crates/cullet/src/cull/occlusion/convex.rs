@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::OccluderError;
+use super::body::Points;
 use crate::bounds::Aabb;
 use crate::exact;
 use crate::mesh::weld;
@@ -23,6 +24,12 @@ pub struct Convex {
     pub(super) spread: Vec<[u32; 3]>,
     /// Edges: from, to, the face that winds that way, the face that winds the other way.
     pub(super) edges: Vec<[u32; 4]>,
+    /// The first eight vertices, the last one again where there are no more: all that most bodies have, and here since a body that is
+    /// covered should not cost a look elsewhere. Then the others.
+    pub(super) points: Points,
+    pub(super) more: Vec<Points>,
+    /// The largest absolute coordinate along each axis.
+    pub(super) reach: [f32; 3],
     bounds: Aabb,
 }
 
@@ -224,7 +231,23 @@ impl Convex {
             Some(*at)
         }));
         let bounds = vertices.iter().fold(Aabb::EMPTY, |b, &p| b.union(&Aabb { min: p, max: p }));
-        Ok(Self { vertices, loops: loops.concat(), starts, spread, edges, bounds })
+        let mut eights = vertices
+            .chunks(8)
+            .map(|c| [0, 1, 2].map(|axis| std::array::from_fn(|i| c[i.min(c.len() - 1)][axis])));
+        let points = eights.next().ok_or(OccluderError::Empty)?;
+        let more = eights.collect();
+        let reach = super::draw::reach(&vertices);
+        Ok(Self {
+            vertices,
+            loops: loops.concat(),
+            starts,
+            spread,
+            edges,
+            points,
+            more,
+            reach,
+            bounds,
+        })
     }
 
     /// How many faces there are.

@@ -34,7 +34,7 @@ impl Guard {
 
     /// Cuts a polygon by the near plane, then by the four sides.
     fn cut(&self, polygon: &mut Vec<Clip>, other: &mut Vec<Clip>) {
-        cut(polygon, other, Clip::height, |inside, outside| inside.meet_near(outside));
+        cut_near(polygon, other);
         for side in 0..4 {
             let height = |c: &Clip| self.within(c)[side];
             cut(polygon, other, height, |inside, outside| {
@@ -42,10 +42,18 @@ impl Guard {
                 inside.mix(outside, p / (p - q))
             });
         }
-        // Only a view whose near plane goes through its eye leaves such a corner.
-        if polygon.iter().any(|c| c.w <= 0.0 || !c.spot().is_finite()) {
+        if !polygon.iter().all(|c| c.spot().is_finite()) {
             polygon.clear();
         }
+    }
+}
+
+/// Cuts a polygon by the near plane.
+pub(super) fn cut_near(polygon: &mut Vec<Clip>, other: &mut Vec<Clip>) {
+    cut(polygon, other, Clip::height, |inside, outside| inside.meet_near(outside));
+    // Only a view whose near plane goes through its eye leaves such a corner.
+    if polygon.iter().any(|c| c.w <= 0.0) {
+        polygon.clear();
     }
 }
 

@@ -1,9 +1,10 @@
 //! Drawing convex occluders into the buffer.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, dispatch};
 
 use super::buffer::OcclusionBuffer;
 use super::convex::Convex;
+use super::cut::cut_near;
 use super::plane::Plane;
 use super::screen::{Clip, Doubt, ObjectScreen, Spot};
 use crate::transform::Transform;
@@ -12,61 +13,31 @@ impl OcclusionBuffer {
     /// Draws a convex occluder. Nothing where a number is not finite, where the eye is within, and before
     /// [`begin`](Self::begin).
     pub fn draw_convex(&mut self, level: Level, occluder: &Convex, transform: &Transform) {
-        let Some(screen) = &self.screen else { return };
-        let screen = screen.of_object(transform, self.origin);
+        let Some(screen) = self.object_screen(transform) else { return };
+        if dispatch!(level, simd => self.whole_convex(simd, occluder, &screen)) {
+            return;
+        }
         if !self.project(&screen, &occluder.vertices) {
             return;
         }
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
         let clips = std::mem::take(&mut self.clips);
-        if clips.iter().all(Clip::is_in_front) {
-            self.whole_convex(level, occluder, &clips, &screen, orient);
-        } else if clips.iter().any(Clip::is_in_front) {
+        if clips.iter().any(Clip::is_in_front) {
             self.cut_convex(level, occluder, &clips, &screen, orient);
         }
         self.clips = clips;
     }
 
-    fn whole_convex(
-        &mut self,
-        level: Level,
-        occluder: &Convex,
-        clips: &[Clip],
-        screen: &ObjectScreen,
-        orient: f64,
-    ) {
-        let mut spots = [Spot::default(); Convex::MAX_VERTICES];
-        for (spot, clip) in spots.iter_mut().zip(clips) {
-            *spot = clip.spot();
+    /// The screen of an object; `None` before [`begin`](Self::begin).
+    pub(super) fn object_screen(&mut self, transform: &Transform) -> Option<ObjectScreen> {
+        if let Some((last, screen)) = &self.object
+            && last == transform
+        {
+            return Some(screen.clone());
         }
-        let spots = &spots[..clips.len()];
-        let doubt = Doubt::of(&screen.error(reach(&occluder.vertices)), clips.iter());
-        let Some((min, max)) = on_screen(spots, self.size) else { return };
-        let most = spots.iter().fold(0.0_f64, |n, s| n.max(s.nearness)) + doubt.nearness;
-        let window = [min, max].map(|c| c.map(|v| v.floor() as i32));
-        if self.is_covered(window, (most * (1.0 + 2.0_f64.powi(-20))) as f32) {
-            return;
-        }
-        self.outline.begin(self.size, min, max, doubt.pixels);
-        let mut seen = [0_u64; Convex::MAX_VERTICES * 2 / 64 + 1];
-        for (face, corners) in occluder.spread.iter().enumerate() {
-            let corners = corners.map(|v| spots[v as usize]);
-            if cross(corners) * orient > doubt.area(corners) {
-                seen[face / 64] |= 1 << (face % 64);
-                let reach = [max[0] - min[0], max[1] - min[1]];
-                self.outline.plane(Plane::through(corners, reach, self.size, &doubt));
-            }
-        }
-        let is_seen = |face: u32| seen[face as usize / 64] >> (face % 64) & 1 == 1;
-        for &[from, to, winds, other] in &occluder.edges {
-            let (from, to) = (spots[from as usize], spots[to as usize]);
-            match (is_seen(winds), is_seen(other)) {
-                (true, false) => self.outline.edge(from, to, orient),
-                (false, true) => self.outline.edge(from, to, -orient),
-                _ => {}
-            }
-        }
-        self.fill(level);
+        let screen = self.screen.as_ref()?.of_object(transform, self.origin);
+        self.object = Some((*transform, screen.clone()));
+        Some(screen)
     }
 
     /// One that crosses the near plane: each face by itself, since where the plane opens the body one looks
@@ -79,13 +50,15 @@ impl OcclusionBuffer {
         screen: &ObjectScreen,
         orient: f64,
     ) {
-        let error = screen.error(reach(&occluder.vertices));
-        let mut spots = Vec::with_capacity(16);
+        let error = screen.error(occluder.reach);
+        let (mut polygon, mut other) = (Vec::with_capacity(16), Vec::with_capacity(16));
         for face in 0..occluder.face_count() {
             let corners = occluder.face(face);
-            cut(corners.iter().map(|&v| clips[v as usize]), &mut spots);
-            let doubt = Doubt::of(&error, spots.iter());
-            let spots: Vec<Spot> = spots.iter().map(Clip::spot).collect();
+            polygon.clear();
+            polygon.extend(corners.iter().map(|&v| clips[v as usize]));
+            cut_near(&mut polygon, &mut other);
+            let doubt = Doubt::of(&error, polygon.iter());
+            let spots: Vec<Spot> = polygon.iter().map(Clip::spot).collect();
             self.polygon(level, &spots, orient, &doubt);
         }
     }
@@ -120,7 +93,7 @@ impl OcclusionBuffer {
 }
 
 /// The largest absolute coordinate along each axis.
-fn reach(points: &[[f32; 3]]) -> [f32; 3] {
+pub(super) fn reach(points: &[[f32; 3]]) -> [f32; 3] {
     points.iter().fold([0.0; 3], |r, p| std::array::from_fn(|a| r[a].max(p[a].abs())))
 }
 
@@ -140,28 +113,4 @@ fn on_screen(spots: &[Spot], size: [u32; 2]) -> Option<([f64; 2], [f64; 2])> {
     let [width, height] = size.map(f64::from);
     let on = max[0] >= -1.0 && max[1] >= -1.0 && min[0] <= width + 1.0 && min[1] <= height + 1.0;
     on.then_some((min, max))
-}
-
-/// Cuts a polygon at the near plane.
-fn cut(corners: impl Iterator<Item = Clip> + Clone, out: &mut Vec<Clip>) {
-    out.clear();
-    let Some(mut before) = corners.clone().last() else { return };
-    for corner in corners {
-        if corner.is_in_front() != before.is_in_front() {
-            let meet = if corner.is_in_front() {
-                corner.meet_near(&before)
-            } else {
-                before.meet_near(&corner)
-            };
-            out.push(meet);
-        }
-        if corner.is_in_front() {
-            out.push(corner);
-        }
-        before = corner;
-    }
-    // Only a view whose near plane goes through its eye leaves such a corner.
-    if out.iter().any(|c| c.w <= 0.0) {
-        out.clear();
-    }
 }

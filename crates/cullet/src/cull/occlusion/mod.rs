@@ -20,12 +20,14 @@
 //! Culling*, 2016, is the state of the art for a CPU, and samples pixel centres.
 
 mod ask;
+mod body;
 mod buffer;
 mod choose;
 mod convex;
 mod cut;
 mod draw;
 mod fringe;
+mod list;
 mod occluder;
 mod outline;
 mod patch;
@@ -41,6 +43,7 @@ pub use buffer::{OcclusionBuffer, OcclusionError, TILE};
 pub use choose::Occlusion;
 pub(crate) use choose::{Candidate, choose};
 pub use convex::Convex;
+pub use list::{DrawJob, Share};
 pub use occluder::{Occluder, Shape};
 pub use patch::Patch;
 pub use record::{Difference, Differences, Recording, RecordingError};

@@ -6,9 +6,19 @@ use fearless_simd::{Level, dispatch, f32x8};
 use super::buffer::{OcclusionBuffer, TILE, Tile};
 use super::plane::Plane;
 use super::screen::Spot;
+use crate::bits;
 
 /// Pixels by which every edge moves inward beyond what is exact: more than anything here is off by.
 const SLACK: f64 = 1.0 / 1024.0;
+
+/// What f32 may be off by in slope · row + start, as a share of the sizes of both.
+const EDGE_SHARE: f64 = 1.0 / (1 << 21) as f64;
+
+/// An edge that goes so many columns a row bounds rows alone.
+const STEEPEST: f64 = 1e5;
+
+/// A start beyond this bounds nothing that is on a screen, or all of it.
+const FARTHEST: f64 = 1e30;
 
 /// An edge as a bound on the columns of a row of pixels: slope · row + start.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +37,7 @@ pub(super) struct Outline {
     columns: [i32; 2],
     size: [i32; 2],
     /// What fills it is at each pixel as near as the farthest of these.
-    planes: Vec<Plane>,
+    planes: Vec<Slope>,
     /// The pixels that an edge moves inward by, because its ends are off by that much.
     doubt: f64,
 }
@@ -57,7 +67,7 @@ impl Outline {
         }
         // a·x + b·y + c ≥ 0 iff all of pixel (x, y) is inside.
         let c = -(a * p.x + b * p.y) + 0.5 * (a + b) - (0.5 + self.doubt) * (a.abs() + b.abs());
-        if b.abs() > a.abs() * 1e5 {
+        if b.abs() > a.abs() * STEEPEST {
             // So nearly level that it bounds rows alone.
             let worst = c + (a * f64::from(self.size[0])).min(0.0);
             let row = (-worst / b).clamp(-2.0, 1e6);
@@ -70,20 +80,69 @@ impl Outline {
         }
         let (slope, start) = (-b / a, -c / a);
         // What f32 may be off by in slope · row + start.
-        let slack = (slope.abs() * f64::from(self.size[1]) + start.abs() + 1.0) * 2.0_f64.powi(-21);
+        let slack = (slope.abs() * f64::from(self.size[1]) + start.abs() + 1.0) * EDGE_SHARE;
         if !(slope.is_finite() && start.is_finite()) {
             self.rows = [1, 0];
         } else if a > 0.0 {
-            self.left.push(Bound { slope: slope as f32, start: (start + slack).min(1e30) as f32 });
+            self.left
+                .push(Bound { slope: slope as f32, start: (start + slack).min(FARTHEST) as f32 });
         } else {
             self.right
-                .push(Bound { slope: slope as f32, start: (start - slack).max(-1e30) as f32 });
+                .push(Bound { slope: slope as f32, start: (start - slack).max(-FARTHEST) as f32 });
         }
     }
 
     /// Adds a plane: what fills the outline is at each pixel at least as near as the farthest of all.
     pub(super) fn plane(&mut self, plane: Plane) {
-        self.planes.push(plane);
+        self.planes.push(Slope::of(&plane));
+    }
+
+    /// Adds some edges at once, as [`edge`](Self::edge) does, all with the inner side `side`.
+    #[inline(always)]
+    pub(super) fn edges<S: Simd>(&mut self, simd: S, edges: &Edges, side: f64) {
+        let mut slopes = [0.0; 8];
+        let mut starts = [[0.0; 8]; 2];
+        let mut ordinary = 0_u64;
+        let side_of = S::f64s::splat(simd, side);
+        let half = S::f64s::splat(simd, 0.5);
+        let inset = S::f64s::splat(simd, 0.5 + self.doubt);
+        let height = S::f64s::splat(simd, f64::from(self.size[1]));
+        let (one, share) = (S::f64s::splat(simd, 1.0), S::f64s::splat(simd, EDGE_SHARE));
+        let infinite = S::f64s::splat(simd, f64::INFINITY);
+        let mut at = 0;
+        while at < edges.count {
+            let lanes = at..at + S::f64s::LEN;
+            let px = S::f64s::from_slice(simd, &edges.from[0][lanes.clone()]);
+            let py = S::f64s::from_slice(simd, &edges.from[1][lanes.clone()]);
+            let qx = S::f64s::from_slice(simd, &edges.to[0][lanes.clone()]);
+            let qy = S::f64s::from_slice(simd, &edges.to[1][lanes.clone()]);
+            let (a, b) = ((py - qy) * side_of, (qx - px) * side_of);
+            let c = (a + b) * half - (a * px + b * py) - inset * (a.abs() + b.abs());
+            let inverse = one / a;
+            let (slope, start) = (-(b * inverse), -(c * inverse));
+            let slack = (slope.abs() * height + start.abs() + one) * share;
+            let is_ordinary = (b.abs().simd_le(a.abs() * S::f64s::splat(simd, STEEPEST)))
+                & slope.abs().simd_lt(infinite)
+                & start.abs().simd_lt(infinite);
+            ordinary |= is_ordinary.to_bitmask() << at;
+            // The one that bounds from the left where a > 0, and its sign.
+            let is_left = a.simd_gt(S::f64s::splat(simd, 0.0));
+            slope.store_slice(&mut slopes[lanes.clone()]);
+            is_left.select(start + slack, start - slack).store_slice(&mut starts[0][lanes.clone()]);
+            a.store_slice(&mut starts[1][lanes.clone()]);
+            at += S::f64s::LEN;
+        }
+        for i in 0..edges.count {
+            if ordinary >> i & 1 == 0 {
+                let end = |e: &[[f64; 8]; 2]| Spot { x: e[0][i], y: e[1][i], nearness: 0.0 };
+                self.edge(end(&edges.from), end(&edges.to), side);
+            } else {
+                let [start, a] = [starts[0][i], starts[1][i]];
+                let start = start.clamp(-FARTHEST, FARTHEST) as f32;
+                let bound = Bound { slope: slopes[i] as f32, start };
+                if a > 0.0 { self.left.push(bound) } else { self.right.push(bound) }
+            }
+        }
     }
 
     /// Whether the box leaves room for no pixel.
@@ -97,9 +156,83 @@ impl Outline {
     }
 }
 
+/// Up to eight edges: where each comes from and goes to.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Edges {
+    from: [[f64; 8]; 2],
+    to: [[f64; 8]; 2],
+    count: usize,
+}
+
+impl Edges {
+    #[inline(always)]
+    pub(super) fn push(&mut self, [from, to]: [Spot; 2]) {
+        let i = self.count % 8;
+        (self.from[0][i], self.from[1][i]) = (from.x, from.y);
+        (self.to[0][i], self.to[1][i]) = (to.x, to.y);
+        self.count = i + 1;
+    }
+
+    #[inline(always)]
+    pub(super) fn is_full(&self) -> bool {
+        self.count == 8
+    }
+
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+    }
+}
+
+/// A plane as tiles are filled with it. Of a pixel in column x0 + i and row y0 + j, where the tile begins at x0 and y0, the bound
+/// is (i · dx + start) + j · dy, always in this order: each step rounds, but none turns the order of two numbers around, so the most and the
+/// least of a tile are exactly those of two of its corners.
+#[derive(Clone, Copy, Debug)]
+struct Slope {
+    plane: Plane,
+    /// 0 dy to 7 dy.
+    down: [f32; TILE],
+    /// Where it is nearest: the larger of 0 and 7 dx, and of 0 and 7 dy.
+    high: [f32; 2],
+    low: [f32; 2],
+}
+
+impl Slope {
+    #[inline(always)]
+    fn of(plane: &Plane) -> Self {
+        let edge = (TILE - 1) as f32;
+        let across = [plane.dx * edge, plane.dy * edge];
+        let mut down = LANES;
+        for v in &mut down {
+            *v *= plane.dy;
+        }
+        // A tile may begin seven pixels before what the plane was made for, and rounds by as much more.
+        let value = plane.value - (plane.dx.abs() + plane.dy.abs()) * (1.0 / (1 << 17) as f32);
+        Self {
+            plane: Plane { value, ..*plane },
+            down,
+            high: [across[0].max(0.0), across[1].max(0.0)],
+            low: [across[0].min(0.0), across[1].min(0.0)],
+        }
+    }
+
+    /// The bound in the first pixel of a tile.
+    #[inline(always)]
+    fn start(&self, x0: f32, y0: f32) -> f32 {
+        let p = &self.plane;
+        p.value + ((x0 - p.column) * p.dx + (y0 - p.row) * p.dy)
+    }
+}
+
 impl OcclusionBuffer {
     /// Covers what lies wholly within the outline that was built.
     pub(super) fn fill(&mut self, level: Level) {
+        dispatch!(level, simd => self.fill_with(simd));
+    }
+
+    /// As [`fill`](Self::fill), where the level is known.
+    #[inline(always)]
+    pub(super) fn fill_with<S: Simd>(&mut self, simd: S) {
         if self.outline.is_empty() {
             return;
         }
@@ -107,12 +240,12 @@ impl OcclusionBuffer {
         let target = Target { size: *size, columns: *columns, tiles, far, live };
         // Boxes show one to three faces: with their number known, what is the same for all pixels of a tile is
         // reckoned once.
-        dispatch!(level, simd => match outline.planes[..] {
+        match outline.planes[..] {
             [a] => fill(simd, target, outline, &[a]),
             [a, b] => fill(simd, target, outline, &[a, b]),
             [a, b, c] => fill(simd, target, outline, &[a, b, c]),
             _ => fill(simd, target, outline, &outline.planes[..]),
-        });
+        }
     }
 }
 
@@ -127,24 +260,23 @@ struct Target<'a> {
 const LANES: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 const NOWHERE: f32 = 1e9;
 
-/// A row of tiles at a time: first the columns that each of its rows of pixels spans, a row a lane; then
-/// the tiles between the least and the most of them. Products and sums are never fused, so that every
+/// A row of tiles at a time: first the columns that each of its rows of pixels spans, a row a lane; then, eight at a time, the
+/// tiles between the least and the most of them that have something farther. Products and sums are never fused, so that every
 /// level rounds alike.
 #[inline(always)]
-fn fill<S: Simd, P: AsRef<[Plane]> + ?Sized>(
+fn fill<S: Simd, P: AsRef<[Slope]> + ?Sized>(
     simd: S,
-    target: Target<'_>,
+    mut target: Target<'_>,
     outline: &Outline,
     planes: &P,
 ) {
     let planes = planes.as_ref();
-    let Target { size, columns, tiles, far, live } = target;
     let lanes = f32x8::from_slice(simd, &LANES);
     let [top, bottom] = outline.rows;
     let [leftmost, rightmost] = outline.columns;
-    let tile = TILE as i32;
-    for tile_row in top / tile..=bottom / tile {
-        let y0 = (tile_row * tile) as f32;
+    let nowhere = f32x8::splat(simd, NOWHERE);
+    for tile_row in top as usize / TILE..=bottom as usize / TILE {
+        let y0 = (tile_row * TILE) as f32;
         let rows = lanes + y0;
         let mut from = f32x8::splat(simd, leftmost as f32);
         let mut to = f32x8::splat(simd, rightmost as f32);
@@ -154,7 +286,6 @@ fn fill<S: Simd, P: AsRef<[Plane]> + ?Sized>(
         for b in &outline.right {
             to = to.min(rows * b.slope + b.start);
         }
-        let nowhere = f32x8::splat(simd, NOWHERE);
         let inside = rows.simd_ge(f32x8::splat(simd, top as f32))
             & rows.simd_le(f32x8::splat(simd, bottom as f32));
         from = inside.select(from.min(nowhere).ceil(), nowhere);
@@ -164,50 +295,97 @@ fn fill<S: Simd, P: AsRef<[Plane]> + ?Sized>(
         if first >= NOWHERE {
             continue;
         }
-        let last = any.select(to, -nowhere).reduce_max();
-        let (all_from, all_to) = (from.reduce_max(), to.reduce_min());
+        let last = any.select(to, -nowhere).reduce_max() as usize / TILE;
+        let whole = [from.reduce_max(), to.reduce_min() - (TILE - 1) as f32];
         let (from, to): ([f32; TILE], [f32; TILE]) = (from.into(), to.into());
-        for column in first as usize / TILE..=last as usize / TILE {
-            let x0 = (column * TILE) as f32;
-            let t = tile_row as usize * columns + column;
-            if best(planes, x0, y0) <= far[t] {
-                continue;
+        let mut column = first as usize / TILE;
+        while column <= last {
+            let count = (last - column + 1).min(TILE);
+            let t = tile_row * target.columns + column;
+            let x0 = (lanes + column as f32) * TILE as f32;
+            let mut best = f32x8::splat(simd, f32::INFINITY);
+            for s in planes {
+                let p = &s.plane;
+                let start = (x0 - p.column) * p.dx + (y0 - p.row) * p.dy + p.value;
+                best = best.min(start + s.high[0] + s.high[1]);
             }
-            OcclusionBuffer::wake(size, columns, tiles, live, t);
-            let whole = all_from <= x0 && all_to >= x0 + (TILE - 1) as f32;
-            let xs = lanes + x0;
-            let pixels = &mut tiles[t].0;
-            let mut least = f32x8::splat(simd, f32::INFINITY);
-            for row in 0..TILE {
-                let mut value = f32x8::splat(simd, f32::INFINITY);
-                for p in planes {
-                    let start =
-                        p.value + ((x0 - p.column) * p.dx + (y0 + row as f32 - p.row) * p.dy);
-                    value = value.min(lanes * p.dx + start);
+            let far = match target.far.get(t..t + TILE) {
+                Some(far) => f32x8::from_slice(simd, far),
+                // The last tiles of the buffer.
+                None => {
+                    let mut far = [0.0; TILE];
+                    far[..count].copy_from_slice(&target.far[t..t + count]);
+                    f32x8::from_slice(simd, &far)
                 }
-                let pixels = &mut pixels[row * TILE..][..TILE];
-                let old = f32x8::from_slice(simd, pixels);
-                let mut new = old.max(value);
-                if !whole {
-                    let span = xs.simd_ge(f32x8::splat(simd, from[row]))
-                        & xs.simd_le(f32x8::splat(simd, to[row]));
-                    new = span.select(new, old);
+            };
+            let open = best.simd_gt(far).to_bitmask() & u64::MAX >> (64 - count);
+            for i in bits::ones(open) {
+                let x0 = ((column + i) * TILE) as f32;
+                if whole[0] <= x0 && whole[1] >= x0 {
+                    target.cover(simd, planes, t + i, x0, y0);
+                } else {
+                    target.cover_part(simd, planes, t + i, x0, y0, (&from, &to));
                 }
-                new.store_slice(pixels);
-                least = least.min(new);
             }
-            far[t] = least.reduce_min();
+            column += count;
         }
     }
 }
 
-/// The most that the planes allow anywhere in a tile.
-#[inline(always)]
-fn best(planes: &[Plane], x0: f32, y0: f32) -> f32 {
-    let edge = (TILE - 1) as f32;
-    planes.iter().fold(f32::INFINITY, |least, p| {
-        let corner = p.at(x0, y0) + ((p.dx * edge).max(0.0) + (p.dy * edge).max(0.0));
-        // Its own rounding, so that no pixel is better than this.
-        least.min(corner + corner.abs() * 1e-6)
-    })
+impl Target<'_> {
+    /// Covers all of a tile.
+    #[inline(always)]
+    fn cover<S: Simd>(&mut self, simd: S, planes: &[Slope], t: usize, x0: f32, y0: f32) {
+        if self.live[t] {
+            let rows = ([f32::NEG_INFINITY; TILE], [f32::INFINITY; TILE]);
+            self.cover_part(simd, planes, t, x0, y0, (&rows.0, &rows.1));
+            return;
+        }
+        // All of it is on the screen: nothing that was here need be read.
+        self.live[t] = true;
+        let lanes = f32x8::from_slice(simd, &LANES);
+        let zero = f32x8::splat(simd, 0.0);
+        let mut least = f32::INFINITY;
+        for s in planes {
+            least = least.min(s.start(x0, y0) + s.low[0] + s.low[1]);
+        }
+        self.far[t] = least.max(0.0);
+        for (row, pixels) in self.tiles[t].0.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
+            let mut value = f32x8::splat(simd, f32::INFINITY);
+            for s in planes {
+                value = value.min(lanes * s.plane.dx + s.start(x0, y0) + s.down[row]);
+            }
+            value.max(zero).store_slice(pixels);
+        }
+    }
+
+    /// Covers in each row of a tile the pixels between two columns.
+    #[inline(always)]
+    fn cover_part<S: Simd>(
+        &mut self,
+        simd: S,
+        planes: &[Slope],
+        t: usize,
+        x0: f32,
+        y0: f32,
+        (from, to): (&[f32; TILE], &[f32; TILE]),
+    ) {
+        OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
+        let lanes = f32x8::from_slice(simd, &LANES);
+        let xs = lanes + x0;
+        let mut least = f32x8::splat(simd, f32::INFINITY);
+        for (row, pixels) in self.tiles[t].0.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
+            let mut value = f32x8::splat(simd, f32::INFINITY);
+            for s in planes {
+                value = value.min(lanes * s.plane.dx + s.start(x0, y0) + s.down[row]);
+            }
+            let old = f32x8::from_slice(simd, pixels);
+            let span =
+                xs.simd_ge(f32x8::splat(simd, from[row])) & xs.simd_le(f32x8::splat(simd, to[row]));
+            let new = span.select(old.max(value), old);
+            new.store_slice(pixels);
+            least = least.min(new);
+        }
+        self.far[t] = least.reduce_min();
+    }
 }

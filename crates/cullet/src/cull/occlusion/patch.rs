@@ -27,7 +27,8 @@ pub struct Patch {
     pub(super) edges: Vec<[u32; 4]>,
     pub(super) two_sided: bool,
     bounds: Aabb,
-    reach: [f32; 3],
+    /// The largest absolute coordinate along each axis.
+    pub(super) reach: [f32; 3],
 }
 
 /// Which side of a triangle is seen.
@@ -94,11 +95,6 @@ impl Patch {
     pub(super) fn vertices(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         let [x, y, z] = &self.places;
         (0..self.vertex_count).map(|v| [x[v], y[v], z[v]])
-    }
-
-    /// The largest absolute coordinate along each axis.
-    pub(super) fn reach(&self) -> [f32; 3] {
-        self.reach
     }
 
     /// Whether its triangles hide from both sides.
@@ -181,9 +177,7 @@ impl<'a> Surface<'a> {
         let own_vertices = triangles[..own.len()].iter().flatten().map(|v| v + 1).max();
         Patch {
             edges: edges(&triangles),
-            reach: vertices
-                .iter()
-                .fold([0.0; 3], |r, p| std::array::from_fn(|a| r[a].max(p[a].abs()))),
+            reach: super::draw::reach(&vertices),
             places: [0, 1, 2].map(axis),
             vertex_count: vertices.len(),
             own_vertices: own_vertices.unwrap_or_default() as usize,

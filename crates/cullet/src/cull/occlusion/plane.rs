@@ -65,9 +65,4 @@ impl Plane {
         let value = (nearness * (1.0 - 2.0_f64.powi(-20))) as f32;
         Self { value: if value.is_finite() { value } else { 0.0 }, ..Self::default() }
     }
-
-    #[inline(always)]
-    pub(super) fn at(&self, column: f32, row: f32) -> f32 {
-        self.value + (self.dx * (column - self.column) + self.dy * (row - self.row))
-    }
 }

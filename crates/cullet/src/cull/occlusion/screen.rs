@@ -123,10 +123,12 @@ impl Screen {
 
     /// The same screen for the points of an object.
     pub(super) fn of_object(&self, transform: &Transform, origin: [f64; 3]) -> ObjectScreen {
-        let mut m = DMat4::from_cols_array(&transform.to_matrix());
-        m.w_axis -= DVec4::new(origin[0], origin[1], origin[2], 0.0);
+        let [x, y, z] = transform.linear.map(|c| c.map(f64::from));
+        let t: [f64; 3] = std::array::from_fn(|a| transform.translation[a] - origin[a]);
         // Row vectors times the matrix.
-        let rows = self.rows.map(|r| m.transpose() * r);
+        let dot = |r: &DVec4, c: [f64; 3]| r.x * c[0] + r.y * c[1] + r.z * c[2];
+        let rows =
+            self.rows.map(|r| DVec4::new(dot(&r, x), dot(&r, y), dot(&r, z), dot(&r, t) + r.w));
         ObjectScreen { rows, mirrored: self.mirrored ^ (transform.determinant() < 0.0) }
     }
 
@@ -145,9 +147,10 @@ pub(super) struct ObjectScreen {
 }
 
 impl ObjectScreen {
-    /// The rows that take a point to x·w, y·w (pixels), nearness·w, height over the near plane and w.
-    pub(super) fn rows(&self) -> [[f64; 4]; 5] {
-        self.rows.map(Into::into)
+    /// The rows that take a point to x·w, y·w, nearness·w, height over the near plane and w.
+    #[inline(always)]
+    pub(super) fn rows(&self) -> &[DVec4; 5] {
+        &self.rows
     }
 
     pub(super) fn clip(&self, p: [f32; 3]) -> Clip {
@@ -158,12 +161,18 @@ impl ObjectScreen {
 
     /// How far each number of [`clip`](Self::clip) may be off, for points within `reach` of the object's
     /// origin along each axis.
+    #[inline(always)]
     pub(super) fn error(&self, reach: [f32; 3]) -> Clip {
-        let [x, y, z] = reach.map(|v| f64::from(v.abs()));
-        let error =
-            |r: DVec4| (r.x.abs() * x + r.y.abs() * y + r.z.abs() * z + r.w.abs()) * ROUNDING;
-        let [x, y, nearness, near, w] = self.rows.map(error);
-        Clip { x, y, nearness, near, w }
+        let [x, y, z] = [f64::from(reach[0]), f64::from(reach[1]), f64::from(reach[2])];
+        let reach = DVec4::new(x, y, z, 1.0);
+        let [rx, ry, rn, near, w] = &self.rows;
+        Clip {
+            x: rx.abs().dot(reach) * ROUNDING,
+            y: ry.abs().dot(reach) * ROUNDING,
+            nearness: rn.abs().dot(reach) * ROUNDING,
+            near: near.abs().dot(reach) * ROUNDING,
+            w: w.abs().dot(reach) * ROUNDING,
+        }
     }
 }
 
@@ -186,19 +195,26 @@ impl Doubt {
         Self::within(error, w, x, nearness)
     }
 
-    /// That of points whose w is not below `w`, no place beyond `x` pixels, no nearness above `nearness`.
+    /// That of points whose w is at least `w`, no farther than `x` pixels from the top left corner along either axis, and no
+    /// nearer than `nearness`.
     pub(super) fn within(error: &Clip, w: f64, x: f64, nearness: f64) -> Self {
-        let of =
-            |error: f64, value: f64, of_w: f64| (error + value * of_w) / (w - of_w).max(1e-300);
+        let over = 1.0 / (w - error.w).max(1e-300);
+        let of = |error: f64, value: f64, of_w: f64| (error + value * of_w) * over;
         Self {
-            pixels: of(error.x.max(error.y), x, error.w) + x * 4.0 * f64::EPSILON,
-            nearness: of(error.nearness, nearness, error.w) + nearness * 4.0 * f64::EPSILON,
+            pixels: of(error.x.max(error.y), x, error.w) + x * 6.0 * f64::EPSILON,
+            nearness: of(error.nearness, nearness, error.w) + nearness * 6.0 * f64::EPSILON,
         }
     }
 
     /// What the double of an area may be off by.
     pub(super) fn area(&self, [a, b, c]: [Spot; 3]) -> f64 {
-        let size = (b.x - a.x).abs() + (b.y - a.y).abs() + (c.x - a.x).abs() + (c.y - a.y).abs();
+        let [x, y] = [(b.x - a.x).abs() + (c.x - a.x).abs(), (b.y - a.y).abs() + (c.y - a.y).abs()];
+        self.area_within([0.5 * x, 0.5 * y])
+    }
+
+    /// The same for any three spots in a rectangle so wide and high.
+    pub(super) fn area_within(&self, span: [f64; 2]) -> f64 {
+        let size = 2.0 * (span[0] + span[1]);
         size * (4.0 * self.pixels + size * 8.0 * f64::EPSILON) + 8.0 * self.pixels * self.pixels
     }
 }

@@ -2,6 +2,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8, f64x4};
+use glam::DVec4;
 
 use super::ask::Footprint;
 use super::buffer::{OcclusionBuffer, TILE};
@@ -35,9 +36,8 @@ impl OcclusionBuffer {
     /// Draws a patch of a surface. Nothing where a number is not finite, and before
     /// [`begin`](Self::begin).
     pub fn draw_patch(&mut self, level: Level, patch: &Patch, transform: &Transform) {
-        let Some(screen) = &self.screen else { return };
-        let screen = screen.of_object(transform, self.origin);
-        let error = screen.error(patch.reach());
+        let Some(screen) = self.object_screen(transform) else { return };
+        let error = screen.error(patch.reach);
         if self.is_box_covered(&screen, patch, &error) {
             return;
         }
@@ -338,7 +338,7 @@ fn place<S: Simd>(
         let axis = |from: &[f32]| f32x8::from_slice(simd, &from[at..at + LANES]).widen();
         let (x, y, z) = (axis(xs), axis(ys), axis(zs));
         for (half, (x, y, z)) in [(x.0, y.0, z.0), (x.1, y.1, z.1)].into_iter().enumerate() {
-            let row = |r: &[f64; 4]| x * r[0] + y * r[1] + z * r[2] + splat(r[3]);
+            let row = |r: &DVec4| x * r.x + y * r.y + z * r.z + splat(r.w);
             let (cx, cy, cn) = (row(&rows[0]), row(&rows[1]), row(&rows[2]));
             let (near, w) = (row(&rows[3]), row(&rows[4]));
             let inverse = splat(1.0) / w;

@@ -275,7 +275,7 @@ fn ask_block<S: Simd>(
 
 /// Whether all pixels of a rectangle, which lies in the buffer, are nearer: whole tiles first, a vector of them at a time.
 #[inline(always)]
-fn covered<S: Simd>(
+pub(in super::super) fn covered<S: Simd>(
     simd: S,
     buffer: &OcclusionBuffer,
     min: [usize; 2],

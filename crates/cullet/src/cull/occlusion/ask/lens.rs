@@ -63,20 +63,20 @@ impl Row {
 /// The pixels that sixteen boxes may touch, and how near they come.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Rectangles {
+pub(in super::super) struct Rectangles {
     /// First and last columns and rows, inclusive.
-    pub(super) min: [[i32; LANES]; 2],
-    pub(super) max: [[i32; LANES]; 2],
-    pub(super) nearness: [f32; LANES],
+    pub(in super::super) min: [[i32; LANES]; 2],
+    pub(in super::super) max: [[i32; LANES]; 2],
+    pub(in super::super) nearness: [f32; LANES],
     /// One bit a box: it reaches some pixel, and the rest stands for it. Not so where it is outside, crosses the near plane or
     /// is not finite.
-    pub(super) bounded: u32,
+    pub(in super::super) bounded: u32,
     /// One bit a box: it is empty, or beyond an edge of the screen.
-    pub(super) outside: u32,
+    pub(in super::super) outside: u32,
 }
 
 impl Rectangles {
-    pub(super) const NONE: Self = Self {
+    pub(in super::super) const NONE: Self = Self {
         min: [[0; LANES]; 2],
         max: [[0; LANES]; 2],
         nearness: [0.0; LANES],
@@ -87,7 +87,7 @@ impl Rectangles {
 
 /// A screen as the projection of batches uses it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lens {
+pub(in super::super) struct Lens {
     /// What coordinates are taken relative to.
     base: [f32; 3],
     /// x·w, y·w, w (perspective) or nearness (orthographic), height over the near plane.
@@ -99,7 +99,7 @@ pub(super) struct Lens {
 impl Lens {
     /// For boxes relative to the origin of the screen. `None` where its numbers are too large for f32: then all
     /// boxes are visible.
-    pub(super) fn new(screen: &Screen) -> Option<Self> {
+    pub(in super::super) fn new(screen: &Screen) -> Option<Self> {
         let rows = screen.rows();
         Self::of_rows(screen, rows, rows.map(|r| r.map(f64::abs)))
     }
@@ -145,7 +145,7 @@ impl Lens {
     /// A box within another has its rectangle within, and is no nearer, if the other is projected with four times the doubt or
     /// more: each number is off by less than its own doubt, and that of the smaller box is the smaller.
     #[inline(always)]
-    pub(super) fn project<S: Simd>(
+    pub(in super::super) fn project<S: Simd>(
         &self,
         simd: S,
         block: &BoxBlock,

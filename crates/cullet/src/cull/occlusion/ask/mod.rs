@@ -4,6 +4,8 @@ mod batch;
 mod lens;
 
 pub(crate) use batch::Asker;
+pub(super) use batch::covered;
+pub(super) use lens::{Lens, Rectangles};
 
 use super::buffer::{OcclusionBuffer, TILE};
 use crate::bounds::{Aabb, Obb};
