@@ -97,6 +97,8 @@ pub(super) struct Cuts {
     faces: Vec<(u32, [u32; 2])>,
     /// Edges that were cut, by number, and the corners of what is left of them.
     edges: Vec<(u32, [u32; 2])>,
+    /// All vertices, wherever they are.
+    all: Vec<Clip>,
     polygon: Vec<Clip>,
     other: Vec<Clip>,
 }
@@ -116,10 +118,18 @@ impl Cuts {
         guard: &Guard,
     ) -> Option<()> {
         let [xs, ys, zs] = &patch.places;
-        let all: Vec<Clip> = (0..xs.len()).map(|v| screen.clip([xs[v], ys[v], zs[v]])).collect();
-        if !all.iter().all(Clip::is_finite) {
-            return None;
+        let mut all = std::mem::take(&mut self.all);
+        all.clear();
+        all.extend((0..xs.len()).map(|v| screen.clip([xs[v], ys[v], zs[v]])));
+        let is_finite = all.iter().all(Clip::is_finite);
+        if is_finite {
+            self.make_of(patch, &all, guard);
         }
+        self.all = all;
+        is_finite.then_some(())
+    }
+
+    fn make_of(&mut self, patch: &Patch, all: &[Clip], guard: &Guard) {
         self.clips.extend(all.iter().map(|c| (guard.has(c) && c.spot().is_finite()).then_some(*c)));
         for (number, corners) in patch.triangles.iter().enumerate() {
             if corners.iter().any(|&v| self.clips[v as usize].is_none()) {
@@ -134,7 +144,6 @@ impl Cuts {
                 self.edges.push((number as u32, ends));
             }
         }
-        Some(())
     }
 
     /// Adds the corners of what is left of a polygon: the first, and one beyond the last.
