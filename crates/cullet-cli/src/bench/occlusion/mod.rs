@@ -48,9 +48,9 @@ pub(crate) struct OcclusionArgs {
     /// Draw convex meshes by their triangles too, not by their outline
     #[arg(long, requires = "scene")]
     triangles: bool,
-    /// Let triangles hide from their backs too, as they do in the reference
+    /// Let triangles hide from their fronts alone; in the reference they hide from both sides
     #[arg(long, requires = "scene")]
-    two_sided: bool,
+    one_sided: bool,
     /// The SIMD level, such as avx2 [default: the best of this machine]
     #[arg(long, value_name = "NAME", requires = "scene", value_parser = level)]
     level: Option<(&'static str, Level)>,
@@ -97,7 +97,7 @@ pub(crate) fn run_scene(args: &super::super::args::BenchArgs, console: &Console)
     let mut references = Reference::beside(path, views, objects)?;
     let prepared = Prepared::new(scene, o.resolution).map_err(|e| fail(e.message))?;
     let level = o.level.unwrap_or_else(|| levels()[0]);
-    let kinds = Kinds { triangles: o.triangles, two_sided: o.two_sided };
+    let kinds = Kinds { triangles: o.triangles, two_sided: !o.one_sided };
     let mut engine = Engine::new(&prepared, level.1, o.resolution, kinds)
         .and_then(|engine| engine.with_threads(o.threads.into()))
         .map_err(|e| fail(e.message))?;

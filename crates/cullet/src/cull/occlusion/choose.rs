@@ -52,19 +52,16 @@ pub(crate) struct Candidate {
 
 impl Candidate {
     /// No shape costs less.
-    const LEAST_COST: f32 = 0.2;
+    const LEAST_COST: f32 = 0.1;
 
     /// What drawing a shape over `pixels` costs, in microseconds.
     pub(crate) fn cost(shape: &Shape, pixels: f32) -> f32 {
         match shape {
             Shape::Convex(convex) => {
-                Self::LEAST_COST + 0.02 * convex.edges.len() as f32 + pixels * 4e-5
+                Self::LEAST_COST + 0.005 * convex.edges.len() as f32 + pixels * 2e-5
             }
-            Shape::Patch(patch) => {
-                // Edges are as long as the patch is wide, and each is walked.
-                let edges = patch.edges.len() as f32;
-                0.5 + edges * (0.06 + pixels.sqrt() * 0.0015) + pixels * 4e-5
-            }
+            // Those around it are drawn too.
+            Shape::Patch(patch) => 0.5 + patch.triangles.len() as f32 * 0.08 + pixels * 2e-4,
         }
     }
 }

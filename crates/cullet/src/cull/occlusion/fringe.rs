@@ -7,12 +7,12 @@
 //! and the faces that cover it are among those that touch it, so it is at least as near as the farthest of them.
 //!
 //! A sheet beside the buffer holds that: which pixels faces touch, which ones borders touch, and for each
-//! eight pixels side by side the least nearness of the faces that touch them. Tiles that lie wholly within one large face
+//! eight pixels side by side the least nearness of the faces that touch them. Pixels that lie wholly within one large face
 //! need no sheet: they go straight into the buffer, and whatever else crosses them goes by the same argument
 //! without that face. When all of a side of a patch is drawn, what the sheet proves goes into the buffer.
 //!
-//! One nearness a pixel, and rows of pixels by themselves that lie wholly within a face straight into the
-//! buffer, found 0.0 % more and took five times as long.
+//! One nearness a pixel on the sheet found 0.0 to 0.1 % more on two scenes and took nearly twice as long. Nothing straight
+//! into the buffer but whole tiles found 0.7 to 1.5 % less, at a tenth less time.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8};
@@ -72,9 +72,10 @@ pub(super) struct Canvas<'a> {
 
 /// One of the pieces, in numbers that its tiles share.
 struct Piece {
-    /// Edges that bound columns from the left, and from the right: the column is start + slope · row at the most.
-    left: [[f32; 2]; 4],
-    right: [[f32; 2]; 4],
+    /// Edges that bound columns from the left, and from the right: start, slope, and how far inward all of a pixel is
+    /// within.
+    left: [[f32; 3]; 4],
+    right: [[f32; 3]; 4],
     /// As [`Pieces`] has them, with what an edge loses over a tile, from its first pixel on.
     a: [f32; 3],
     b: [f32; 3],
@@ -97,19 +98,19 @@ const BITS: [i32; TILE] = [1, 2, 4, 8, 16, 32, 64, 128];
 impl Piece {
     #[inline(always)]
     fn new(pieces: &Pieces, lane: usize, window: [i32; 4]) -> Self {
-        let (mut left, mut right) = ([[-NOWHERE, 0.0]; 4], [[NOWHERE, 0.0]; 4]);
+        let (mut left, mut right) = ([[-NOWHERE, 0.0, 0.0]; 4], [[NOWHERE, 0.0, 0.0]; 4]);
         // Without branches, for which side an edge bounds is anybody's guess.
         let (mut lefts, mut rights) = (0, 0);
         for k in 0..3 {
-            let bound = [pieces.start[k][lane], pieces.slope[k][lane]];
+            let bound = [pieces.start[k][lane], pieces.slope[k][lane], pieces.inward[k][lane]];
             left[lefts] = bound;
             right[rights] = bound;
             let is_left = pieces.a[k][lane] > 0.0;
             lefts += usize::from(is_left);
             rights += usize::from(!is_left);
         }
-        left[lefts] = [-NOWHERE, 0.0];
-        right[rights] = [NOWHERE, 0.0];
+        left[lefts] = [-NOWHERE, 0.0, 0.0];
+        right[rights] = [NOWHERE, 0.0, 0.0];
         let at = |v: &[[f32; TILE]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
         let (a, b, c, inner) = (at(&pieces.a), at(&pieces.b), at(&pieces.c), at(&pieces.inner));
         let loss = |k: usize| (a[k].min(0.0) + b[k].min(0.0)) * EDGE - inner[k];
@@ -125,7 +126,8 @@ impl Piece {
             far: pieces.far[lane],
             near: pieces.near[lane],
             window,
-            is_border: inner[0] == f32::INFINITY,
+            // Rounding alone puts all edges of a triangle on one side: then nothing is certain of it.
+            is_border: inner[0] == f32::INFINITY || lefts == 3 || rights == 3,
         }
     }
 
@@ -134,10 +136,10 @@ impl Piece {
     fn span(&self, top: f32, [first, last]: [i32; 2]) -> [i32; 2] {
         let (mut low, mut high) = (-NOWHERE, NOWHERE);
         let bottom = top + EDGE;
-        for [start, slope] in &self.left[..3] {
+        for [start, slope, _] in &self.left[..2] {
             low = low.max((start + slope * top).min(start + slope * bottom));
         }
-        for [start, slope] in &self.right[..3] {
+        for [start, slope, _] in &self.right[..2] {
             high = high.min((start + slope * top).max(start + slope * bottom));
         }
         let tile = |v: f32| (v * (1.0 / TILE as f32)).floor() as i32;
@@ -176,10 +178,11 @@ impl Canvas<'_> {
                         continue;
                     }
                     let left = column * tile;
-                    if is_large && self.whole(simd, &piece, t, [left as f32, top as f32]) {
-                        continue;
+                    if !is_large {
+                        self.touch::<S, false>(simd, &piece, t, [left, top]);
+                    } else if !self.whole(simd, &piece, t, [left as f32, top as f32]) {
+                        self.touch::<S, true>(simd, &piece, t, [left, top]);
                     }
-                    self.touch(simd, &piece, t, [left, top]);
                 }
             }
         }
@@ -215,18 +218,29 @@ impl Canvas<'_> {
 
     /// Notes on the sheet which pixels of a tile a piece touches: a row a lane.
     #[inline(always)]
-    fn touch<S: Simd>(&mut self, simd: S, piece: &Piece, t: usize, [left, top]: [i32; 2]) {
+    fn touch<S: Simd, const LARGE: bool>(
+        &mut self,
+        simd: S,
+        piece: &Piece,
+        t: usize,
+        [left, top]: [i32; 2],
+    ) {
         let [x0, y0, x1, y1] = piece.window;
         let (x, y) = (left as f32, top as f32);
         let rows = f32x8::from_slice(simd, &COUNT);
         let splat = |v: f32| f32x8::splat(simd, v);
         let mut low = splat((x0 - left).max(0) as f32);
         let mut high = splat((x1 - left).min(TILE as i32 - 1) as f32);
-        for [start, slope] in &piece.left[..3] {
-            low = low.max(rows * *slope + ((start + slope * y) - x));
+        let (mut inner_low, mut inner_high) = (low, high);
+        for [start, slope, inward] in &piece.left[..2] {
+            let bound = rows * *slope + ((start + slope * y) - x);
+            low = low.max(bound);
+            inner_low = inner_low.max(bound + *inward);
         }
-        for [start, slope] in &piece.right[..3] {
-            high = high.min(rows * *slope + ((start + slope * y) - x));
+        for [start, slope, inward] in &piece.right[..2] {
+            let bound = rows * *slope + ((start + slope * y) - x);
+            high = high.min(bound);
+            inner_high = inner_high.min(bound - *inward);
         }
         let from = low.min(splat(TILE as f32)).ceil();
         let to = high.max(splat(-1.0)).floor();
@@ -234,9 +248,35 @@ impl Canvas<'_> {
             rows.simd_ge(splat((y0 - top) as f32)) & rows.simd_le(splat((y1 - top) as f32));
         let any = from.simd_le(to) & is_row;
         let all = i32x8::splat(simd, 255);
-        let bits =
-            (all << i32x8::truncate_from(from)) & (all >> i32x8::truncate_from(splat(EDGE) - to));
-        let bits = any.select(bits, i32x8::splat(simd, 0));
+        let span = |from: f32x8<S>, to: f32x8<S>| {
+            (all << i32x8::truncate_from(from)) & (all >> i32x8::truncate_from(splat(EDGE) - to))
+        };
+        let mut bits = any.select(span(from, to), i32x8::splat(simd, 0));
+        let start = piece.value + (piece.dx * x + piece.dy * y);
+        if LARGE && self.far[t] < piece.near {
+            let from = inner_low.min(splat(TILE as f32)).ceil();
+            let to = inner_high.max(splat(-1.0)).floor();
+            let any = from.simd_le(to) & is_row;
+            if any.any_true() {
+                let inner = any.select(span(from, to), i32x8::splat(simd, 0));
+                bits = bits & !inner;
+                let inner: [i32; TILE] = inner.into();
+                OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
+                let across = rows * piece.dx;
+                let mut least = splat(f32::INFINITY);
+                for (row, pixels) in self.tiles[t].0.chunks_exact_mut(TILE).enumerate() {
+                    let value = across + (start + piece.dy * row as f32);
+                    let value = value.max(splat(piece.far)).min(splat(piece.near));
+                    let is_open = (i32x8::splat(simd, inner[row]) & i32x8::from_slice(simd, &BITS))
+                        .simd_eq(i32x8::splat(simd, 0));
+                    let new =
+                        f32x8::from_slice(simd, pixels).max(is_open.select(splat(0.0), value));
+                    new.store_slice(pixels);
+                    least = least.min(new);
+                }
+                self.far[t] = least.reduce_min();
+            }
+        }
         if !self.fringe.is_touched[t] {
             self.fringe.is_touched[t] = true;
             self.fringe.touched.push(t as u32);
@@ -247,7 +287,6 @@ impl Canvas<'_> {
             return;
         }
         (i32x8::from_slice(simd, &sheet.touched) | bits).store_slice(&mut sheet.touched);
-        let start = piece.value + (piece.dx * x + piece.dy * y);
         let farthest = if piece.dx >= 0.0 { from } else { to };
         let value = rows * piece.dy + (farthest * piece.dx + start);
         let value = value.max(splat(piece.far)).min(splat(piece.near));

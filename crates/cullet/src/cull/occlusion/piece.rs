@@ -114,6 +114,8 @@ pub(super) struct Pieces {
     pub(super) start: [[f32; LANES]; 3],
     pub(super) slope: [[f32; LANES]; 3],
     pub(super) inner: [[f32; LANES]; 3],
+    /// How far `inner` is, in columns.
+    pub(super) inward: [[f32; LANES]; 3],
     /// First column and row, last column and row of the pixels of the window that the box touches.
     pub(super) window: [[f32; LANES]; 4],
     /// How near all of the piece within a pixel is at least: value + dx·x + dy·y, but `far` at the least.
@@ -171,8 +173,7 @@ impl Pieces {
 
         let mut pieces = Self::blank();
         for (k, edge) in edges.iter().enumerate() {
-            pieces.bound(simd, k, edge, widths[k] * touch);
-            pieces.inner[k] = (widths[k] * (touch + frame.border())).into();
+            pieces.bound(simd, k, edge, widths[k] * touch, widths[k] * (touch + frame.border()));
         }
         pieces.window(window);
         pieces.value = flat(value).into();
@@ -195,8 +196,9 @@ impl Pieces {
         let e = edge(&p, &q, 1.0);
         let width = (e.a.abs() + e.b.abs()) * frame.border();
         let mut pieces = Self::blank();
-        pieces.bound(simd, 0, &e, width);
-        pieces.bound(simd, 1, &Edge { a: -e.a, b: -e.b, c: -e.c }, width);
+        let never = f32x8::splat(simd, f32::INFINITY);
+        pieces.bound(simd, 0, &e, width, never);
+        pieces.bound(simd, 1, &Edge { a: -e.a, b: -e.b, c: -e.c }, width, never);
         pieces.window(window(frame, [&p, &p, &q], 3.0 * frame.margin));
         pieces
     }
@@ -208,7 +210,14 @@ impl Pieces {
 
     /// Takes an edge, moved outward.
     #[inline(always)]
-    fn bound<S: Simd>(&mut self, simd: S, k: usize, edge: &Edge<S>, outward: f32x8<S>) {
+    fn bound<S: Simd>(
+        &mut self,
+        simd: S,
+        k: usize,
+        edge: &Edge<S>,
+        outward: f32x8<S>,
+        inner: f32x8<S>,
+    ) {
         let c = edge.c + outward;
         // An edge so level that it turns by less than rounding over all of the screen still has a slope.
         let least = edge.b.abs() * 2.0_f32.powi(-24);
@@ -221,6 +230,8 @@ impl Pieces {
         self.c[k] = c.into();
         self.start[k] = start.into();
         self.slope[k] = (edge.b * share).into();
+        self.inner[k] = inner.into();
+        self.inward[k] = (inner * share.abs()).into();
     }
 
     #[inline(always)]
@@ -233,6 +244,7 @@ impl Pieces {
             start: [[NOWHERE; LANES]; 3],
             slope: [none; 3],
             inner: [[f32::INFINITY; LANES]; 3],
+            inward: [none; 3],
             window: [none; 4],
             value: none,
             dx: none,
