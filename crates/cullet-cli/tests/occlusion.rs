@@ -191,14 +191,13 @@ fn a_report_names_what_is_too_thin_to_hide() {
         let found = list.iter().find(|a| a["kind"] == "poor-occluder").cloned();
         found.unwrap_or_else(|| panic!("{kind}: {list:?}"))
     };
-    let found = advice("mesh");
-    assert_eq!(found["names"], serde_json::json!(["leaves"]));
-    let text = found["text"].as_str().unwrap();
-    assert!(text.contains("9000 boundary edges, and its parts are too thin"), "{text}");
-    let found = advice("baked");
-    assert_eq!(found["names"], serde_json::json!(["leaves"]));
-    let text = found["text"].as_str().unwrap();
-    assert!(text.contains("nothing was made to stand for it"), "{text}");
+    // Baked, a few of its triangles stand for it, which are no thicker.
+    for kind in ["mesh", "baked"] {
+        let found = advice(kind);
+        assert_eq!(found["names"], serde_json::json!(["leaves"]), "{kind}");
+        let text = found["text"].as_str().unwrap();
+        assert!(text.contains("9000 boundary edges, and its parts are too thin"), "{kind}: {text}");
+    }
 }
 
 #[test]
