@@ -6,7 +6,7 @@ use super::Shown;
 use crate::camera::{Mode, Rig};
 use crate::compose::{Composition, Role};
 use crate::session::Session;
-use crate::state::{GhostForm, Layout};
+use crate::state::Layout;
 use crate::world::Source;
 
 /// Degrees of turning for a point of dragging.
@@ -32,6 +32,7 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
     labels(ui, rect, ratio, session, made);
     super::map::show(ui, rect, session);
     super::cube::show(ui, rect, session);
+    super::tour::show(ui.ctx(), rect, session);
     outcodes(ui, rect, ratio, session, made);
     if session.state.layout == Layout::Wipe {
         wipe(ui, rect, session);
@@ -115,7 +116,7 @@ fn welcome(ui: &egui::Ui, rect: egui::Rect, session: &Session) {
     ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, text, font, ink);
 }
 
-/// Names of the panes, and a line for those who see this for the first time.
+/// Names of the panes.
 fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: &Composition) {
     let painter = ui.painter_at(rect);
     let font = egui::TextStyle::Small.resolve(ui.style());
@@ -163,20 +164,6 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
         let at = rect.left_top() + egui::vec2(8.0, 30.0);
         let words = "This cluster has no culling volume: from everywhere some of it is seen from the front.";
         put(at, egui::Align2::LEFT_TOP, words);
-    }
-    let fresh = !frozen
-        && session.state.panels
-        && session.state.layout == Layout::One
-        && session.state.ghosts.form == GhostForm::Off
-        && session.inspected.is_none()
-        && session.world.is_some();
-    if fresh {
-        let at = rect.left_top() + egui::vec2(8.0, 8.0);
-        put(
-            at,
-            egui::Align2::LEFT_TOP,
-            "Drag to turn, wheel to zoom. Fly out (O) shows what is not drawn; H helps.",
-        );
     }
 }
 
