@@ -148,10 +148,7 @@ impl Session {
         state.ghosts = Ghosts { form: stop.ghosts, ..Ghosts::default() };
         state.look = Look { colour: stop.colour, ..Look::default() };
         let usual = Chase::default();
-        self.chase = Chase {
-            yaw: usual.yaw + stop.around,
-            nearer: usual.nearer * stop.nearer,
-            ..usual
-        };
+        self.chase =
+            Chase { yaw: usual.yaw + stop.around, nearer: usual.nearer * stop.nearer, ..usual };
     }
 }

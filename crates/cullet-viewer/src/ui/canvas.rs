@@ -6,7 +6,7 @@ use super::Shown;
 use crate::camera::{Mode, Rig};
 use crate::compose::{Composition, Role};
 use crate::session::Session;
-use crate::state::Layout;
+use crate::state::{Colour, GhostForm, Layout};
 use crate::world::Source;
 
 /// Degrees of turning for a point of dragging.
@@ -131,12 +131,17 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
     let left = session.decision.as_ref().map_or(0, |d| d.visible.triangle_count);
     let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
     let frozen = session.state.frozen.is_some();
+    let coloured = session.state.ghosts.form == GhostForm::Solid
+        && session.state.look.colour == Colour::Material;
     for panel in &made.panels {
         let [x, y, w, h] = panel.place.map(|v| v as f32 / ratio);
         let area = egui::Rect::from_min_size(rect.min + egui::vec2(x, y), egui::vec2(w, h));
         let words = match (panel.role, session.state.layout) {
             (Role::Culling, _) => "what the camera sees".to_owned(),
             (Role::Depth, _) => "true depth of what the camera sees".to_owned(),
+            (Role::Outside, _) if coloured => {
+                "from outside: white is drawn, what is coloured is not".to_owned()
+            }
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
             (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),

@@ -64,9 +64,9 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         let put = |x: f32, align, words: String, ink| {
             painter.text(egui::pos2(x, rect.min.y), align, words, font.clone(), ink);
         };
-        let (strong, weak) = (ui.visuals().strong_text_color(), ui.visuals().weak_text_color());
+        let (strong, plain) = (ui.visuals().strong_text_color(), ui.visuals().text_color());
         // Stages that dropped something stand out.
-        let ink = if dropped > 0 { strong } else { weak };
+        let ink = if dropped > 0 { strong } else { plain };
         put(rect.min.x, egui::Align2::LEFT_TOP, row.stage.name().to_owned(), ink);
         let words = format!("−{}   {} left", grouped(dropped), grouped(row.left));
         put(rect.max.x, egui::Align2::RIGHT_TOP, words, ink);

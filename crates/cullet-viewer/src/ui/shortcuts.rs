@@ -216,7 +216,11 @@ pub const TABLE: [Section; 6] = [
                 &[(Key::Enter, Press(Session::tour_on))],
             ),
             keys("H", "help", &[(Key::H, Press(|s| flip(&mut s.help)))]),
-            keys("Esc", "close help, tour, playground, what was clicked", &[(Key::Escape, Press(close))]),
+            keys(
+                "Esc",
+                "close help, tour, playground, what was clicked",
+                &[(Key::Escape, Press(close))],
+            ),
         ],
     ),
 ];
