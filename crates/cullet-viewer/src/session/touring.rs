@@ -3,7 +3,7 @@
 
 use super::Session;
 use crate::camera::Chase;
-use crate::state::{Backfaces, Colour, Depth, GhostForm, Ghosts, Layout, Look, Stages};
+use crate::state::{Backfaces, Depth, GhostForm, Ghosts, Layout, Look, Stages};
 
 /// A stop of the tour: what is said, and the switches that show it.
 #[derive(Clone, Copy, Debug)]
@@ -14,7 +14,6 @@ pub struct Stop {
     pub words: &'static str,
     stages: fn() -> Stages,
     ghosts: GhostForm,
-    colour: Colour,
     /// Where the camera outside stands: by how many degrees around from where it follows, and how much nearer.
     around: f64,
     nearer: f64,
@@ -28,7 +27,6 @@ pub const STOPS: [Stop; 5] = [
                 camera can see. Without culling the renderer is handed all of it, seen or not.",
         stages: Stages::none,
         ghosts: GhostForm::Off,
-        colour: Colour::Material,
         around: 0.0,
         nearer: 1.0,
     },
@@ -38,19 +36,17 @@ pub const STOPS: [Stop; 5] = [
                 the right. The left picture has not changed.",
         stages: Stages::plain,
         ghosts: GhostForm::Solid,
-        colour: Colour::Material,
         around: 0.0,
         nearer: 1.0,
     },
     Stop {
         title: "Back-face culling",
-        words: "Of a closed thing only the near side is seen. Right is now the far side: the faces that look away \
-                from the camera are gone, and one sees into hollow things, whose insides are coloured.",
+        words: "Of a closed thing only the near side is seen. Right, from aside and near: the faces that look away \
+                from the camera are dropped too, and things stand open. The left picture has not changed.",
         stages: faces,
         ghosts: GhostForm::Off,
-        colour: Colour::Sides,
-        around: 150.0,
-        nearer: 2.5,
+        around: 62.0,
+        nearer: 8.0,
     },
     Stop {
         title: "Occlusion culling",
@@ -58,7 +54,6 @@ pub const STOPS: [Stop; 5] = [
                 left picture is still the same.",
         stages: hidden,
         ghosts: GhostForm::Solid,
-        colour: Colour::Material,
         around: 0.0,
         nearer: 1.0,
     },
@@ -68,7 +63,6 @@ pub const STOPS: [Stop; 5] = [
                 with the numbers, and what hides it; a click on such a name goes on to that.",
         stages: hidden,
         ghosts: GhostForm::Solid,
-        colour: Colour::Material,
         around: 0.0,
         nearer: 1.0,
     },
@@ -146,7 +140,7 @@ impl Session {
         state.stages = (stop.stages)();
         state.layout = Layout::Split;
         state.ghosts = Ghosts { form: stop.ghosts, ..Ghosts::default() };
-        state.look = Look { colour: stop.colour, ..Look::default() };
+        state.look = Look::default();
         let usual = Chase::default();
         self.chase =
             Chase { yaw: usual.yaw + stop.around, nearer: usual.nearer * stop.nearer, ..usual };

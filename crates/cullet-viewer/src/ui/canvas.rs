@@ -7,6 +7,7 @@ use crate::camera::{Mode, Rig};
 use crate::compose::{Composition, Role};
 use crate::session::Session;
 use crate::state::{Colour, GhostForm, Layout};
+#[cfg(not(target_arch = "wasm32"))]
 use crate::world::Source;
 
 /// Degrees of turning for a point of dragging.
@@ -139,9 +140,7 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
         let words = match (panel.role, session.state.layout) {
             (Role::Culling, _) => "what the camera sees".to_owned(),
             (Role::Depth, _) => "true depth of what the camera sees".to_owned(),
-            (Role::Outside, _) if coloured => {
-                "from outside: white is drawn, what is coloured is not".to_owned()
-            }
+            (Role::Outside, _) if coloured => "from outside: only white is drawn".to_owned(),
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
             (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),

@@ -59,7 +59,8 @@ fn card(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
             ui.strong(stop.title);
             ui.weak(format!("{} of {}", at + 1, STOPS.len()));
         });
-        ui.label(stop.words);
+        let ink = ui.visuals().strong_text_color();
+        ui.colored_label(ink, stop.words);
         if let Some(left) = left {
             let share = percent(left, all);
             let text = format!("To draw: {} of {} faces, {share}", grouped(left), grouped(all));
