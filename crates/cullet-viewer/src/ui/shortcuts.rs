@@ -212,7 +212,7 @@ pub const TABLE: [Section; 6] = [
             keys("J", "copy the funnel as JSON", &[(Key::J, Press(Session::copy_funnel))]),
             keys(
                 "Enter",
-                "the tour: what each kind of culling does here; again: go on",
+                "the tour of what culling does; again: go on",
                 &[(Key::Enter, Press(Session::tour_on))],
             ),
             keys("H", "help", &[(Key::H, Press(|s| flip(&mut s.help)))]),
