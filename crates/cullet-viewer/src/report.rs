@@ -1,7 +1,9 @@
 //! `cullet report` of what is shown: the scene and its camera path, or the camera alone.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+#[cfg(not(target_arch = "wasm32"))]
+use std::path::PathBuf;
 
 use crate::state::{Backfaces, DetailBy, Stages};
 

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use cullet_viewer::compose::{Composition, compose};
-use cullet_viewer::session::{Session, funnel_json};
+use cullet_viewer::session::{STOPS, Session, funnel_json};
 use cullet_viewer::state::GhostForm;
 use cullet_viewer::ui::shortcuts::{TABLE, markdown};
 use cullet_viewer::ui::{self, Shown};
@@ -250,4 +250,35 @@ fn an_error_goes_when_the_next_scene_is_there() {
     // What is wrong with the link is still so.
     let left = said(&panels);
     assert!(left.len() == 1 && left[0].contains("The default is shown"), "{left:?}");
+}
+
+#[test]
+fn the_tour_culls_more_at_each_stop_and_puts_everything_back() {
+    let mut panels = Panels::open("city:sub=1", "look.wireframe=true");
+    let before = panels.session.state.clone();
+    panels.click("Show me what is culled");
+    let mut left = Vec::new();
+    for stop in STOPS {
+        panels.settle();
+        (0..4).for_each(|_| panels.frame(Vec::new()));
+        let said = |panels: &Panels, text: &str| panels.texts.iter().any(|(t, _)| t.contains(text));
+        assert!(said(&panels, stop.title) && said(&panels, stop.words), "{}", stop.title);
+        let culls = panels.session.state.stages.on;
+        let visible = &panels.session.decision.as_ref().expect("decided").visible;
+        let all = panels.session.world.as_ref().expect("a scene").counts.triangles;
+        left.push(if culls { visible.triangle_count } else { all });
+        panels.press(Key::Enter);
+    }
+    // The last stop only asks for a click.
+    assert!(left[..4].windows(2).all(|w| w[1] < w[0]) && left[3] == left[4], "{left:?}");
+    assert!(panels.session.tour.is_none());
+    assert_eq!(panels.session.state, before);
+
+    // In the midst of it too; and there is a way back.
+    panels.click("Tour");
+    panels.click("Next");
+    panels.click("Back");
+    assert_eq!(panels.session.tour.as_ref().map(|t| t.at()), Some(0));
+    panels.press(Key::Escape);
+    assert_eq!(panels.session.state, before);
 }

@@ -6,7 +6,9 @@ use super::Session;
 use crate::cost::Measured;
 use crate::journey::json;
 use crate::report::{MOST_VIEWS, Order};
-use crate::task::{Task, clock};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::task::Task;
+use crate::task::clock;
 use crate::truth::Truth;
 
 impl Session {

@@ -6,9 +6,11 @@ mod inspecting;
 mod jobs;
 mod opening;
 mod sharing;
+mod touring;
 
 pub use inspecting::Inspected;
 pub use sharing::funnel_json;
+pub use touring::{STOPS, Stop, Tour};
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -107,6 +109,8 @@ pub struct Session {
     pub to_open: String,
     /// Whether the help sheet is open.
     pub help: bool,
+    /// The tour, while it goes on.
+    pub tour: Option<Tour>,
     /// Whether the picture must be drawn again though nothing changed.
     pub refresh: bool,
     /// Whether a picture of the window is to be saved.
@@ -161,6 +165,7 @@ impl Session {
             drawn: Drawn::default(),
             to_open: String::new(),
             help: false,
+            tour: None,
             refresh: false,
             shoot: false,
             size: [0; 2],

@@ -10,7 +10,9 @@ use crate::cost::Measured;
 use crate::cutaway::Cutting;
 use crate::inbox::Read;
 use crate::journey::Journey;
-use crate::task::{Progress, Task};
+use crate::task::Progress;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::task::Task;
 use crate::truth::Truth;
 use crate::world::{Source, World};
 

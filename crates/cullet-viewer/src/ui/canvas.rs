@@ -6,7 +6,8 @@ use super::Shown;
 use crate::camera::{Mode, Rig};
 use crate::compose::{Composition, Role};
 use crate::session::Session;
-use crate::state::{GhostForm, Layout};
+use crate::state::{Colour, GhostForm, Layout};
+#[cfg(not(target_arch = "wasm32"))]
 use crate::world::Source;
 
 /// Degrees of turning for a point of dragging.
@@ -32,6 +33,7 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
     labels(ui, rect, ratio, session, made);
     super::map::show(ui, rect, session);
     super::cube::show(ui, rect, session);
+    super::tour::show(ui.ctx(), rect, session);
     outcodes(ui, rect, ratio, session, made);
     if session.state.layout == Layout::Wipe {
         wipe(ui, rect, session);
@@ -115,7 +117,7 @@ fn welcome(ui: &egui::Ui, rect: egui::Rect, session: &Session) {
     ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, text, font, ink);
 }
 
-/// Names of the panes, and a line for those who see this for the first time.
+/// Names of the panes.
 fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: &Composition) {
     let painter = ui.painter_at(rect);
     let font = egui::TextStyle::Small.resolve(ui.style());
@@ -130,12 +132,15 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
     let left = session.decision.as_ref().map_or(0, |d| d.visible.triangle_count);
     let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
     let frozen = session.state.frozen.is_some();
+    let coloured = session.state.ghosts.form == GhostForm::Solid
+        && session.state.look.colour == Colour::Material;
     for panel in &made.panels {
         let [x, y, w, h] = panel.place.map(|v| v as f32 / ratio);
         let area = egui::Rect::from_min_size(rect.min + egui::vec2(x, y), egui::vec2(w, h));
         let words = match (panel.role, session.state.layout) {
             (Role::Culling, _) => "what the camera sees".to_owned(),
             (Role::Depth, _) => "true depth of what the camera sees".to_owned(),
+            (Role::Outside, _) if coloured => "from outside: only white is drawn".to_owned(),
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
             (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),
@@ -163,20 +168,6 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
         let at = rect.left_top() + egui::vec2(8.0, 30.0);
         let words = "This cluster has no culling volume: from everywhere some of it is seen from the front.";
         put(at, egui::Align2::LEFT_TOP, words);
-    }
-    let fresh = !frozen
-        && session.state.panels
-        && session.state.layout == Layout::One
-        && session.state.ghosts.form == GhostForm::Off
-        && session.inspected.is_none()
-        && session.world.is_some();
-    if fresh {
-        let at = rect.left_top() + egui::vec2(8.0, 8.0);
-        put(
-            at,
-            egui::Align2::LEFT_TOP,
-            "Drag to turn, wheel to zoom. Fly out (O) shows what is not drawn; H helps.",
-        );
     }
 }
 

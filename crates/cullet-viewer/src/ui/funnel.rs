@@ -10,6 +10,9 @@ use crate::session::{HISTORY, Session};
 use crate::state::GhostForm;
 use crate::truth::Truth;
 
+/// How high a stage's bar is.
+const BAR: f32 = 3.0;
+
 /// All of it.
 pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     ui.add_space(4.0);
@@ -46,23 +49,27 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         let dropped = row.entered - row.left;
         let share = if row.entered == 0 { 1.0 } else { row.left as f32 / row.entered as f32 };
         let wide = ui.available_width();
-        let high = ui.text_style_height(&egui::TextStyle::Body) + 2.0;
-        let (rect, response) = ui.allocate_exact_size(egui::vec2(wide, high), egui::Sense::hover());
-        // What is dropped is the coloured end of the bar.
+        let text_high = ui.text_style_height(&egui::TextStyle::Small) + 1.0;
+        let size = egui::vec2(wide, text_high + BAR + 2.0);
+        let (rect, response) = ui.allocate_exact_size(size, egui::Sense::hover());
+        // What is dropped is the coloured end of the bar, under the words: on it none of them would be readable.
         let painter = ui.painter();
-        painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
-        let rgb = palette::reason_color(Some(row.stage));
-        let mut gone = rect;
-        gone.min.x = rect.min.x + rect.width() * share;
-        painter.rect_filled(gone, 2.0, colour(rgb).gamma_multiply(0.55));
-        let text = ui.visuals().text_color();
+        let mut bar = rect;
+        bar.min.y += text_high;
+        bar.max.y = bar.min.y + BAR;
+        painter.rect_filled(bar, 1.0, ui.visuals().weak_text_color());
+        bar.min.x += bar.width() * share;
+        painter.rect_filled(bar, 1.0, colour(palette::reason_color(Some(row.stage))));
         let font = egui::TextStyle::Small.resolve(ui.style());
-        let put = |x: f32, align, words: String| {
-            painter.text(egui::pos2(x, rect.center().y), align, words, font.clone(), text);
+        let put = |x: f32, align, words: String, ink| {
+            painter.text(egui::pos2(x, rect.min.y), align, words, font.clone(), ink);
         };
-        put(rect.min.x + 4.0, egui::Align2::LEFT_CENTER, row.stage.name().to_owned());
+        let (strong, plain) = (ui.visuals().strong_text_color(), ui.visuals().text_color());
+        // Stages that dropped something stand out.
+        let ink = if dropped > 0 { strong } else { plain };
+        put(rect.min.x, egui::Align2::LEFT_TOP, row.stage.name().to_owned(), ink);
         let words = format!("−{}   {} left", grouped(dropped), grouped(row.left));
-        put(rect.max.x - 4.0, egui::Align2::RIGHT_CENTER, words);
+        put(rect.max.x, egui::Align2::RIGHT_TOP, words, ink);
         let took =
             row.nanoseconds.map_or(String::new(), |n| format!(", in {:.3} ms", n as f64 * 1e-6));
         response.on_hover_text(format!(
@@ -108,13 +115,19 @@ fn history(ui: &mut egui::Ui, session: &Session) {
     let times = palette::reason_color(Some(Stage::Frustum));
     line(&|i| session.history[i].milliseconds / slowest, times);
     line(&|i| session.history[i].share, faces);
+    // The palette's light colours are no ink on a light ground: each name has a dot of its colour.
     let font = egui::TextStyle::Small.resolve(ui.style());
-    let put = |x: f32, align, words: String, rgb: [u8; 3]| {
-        painter.text(egui::pos2(x, rect.min.y + 1.0), align, words, font.clone(), colour(rgb));
+    let ink = ui.visuals().text_color();
+    let named = |from_left: bool, words: String, rgb: [u8; 3]| {
+        let galley = painter.layout_no_wrap(words, font.clone(), ink);
+        let wide = galley.size().x + 10.0;
+        let x = if from_left { rect.min.x + 4.0 } else { rect.max.x - 4.0 - wide };
+        let middle = rect.min.y + 1.0 + galley.size().y * 0.5;
+        painter.circle_filled(egui::pos2(x + 3.0, middle), 3.0, colour(rgb));
+        painter.galley(egui::pos2(x + 10.0, rect.min.y + 1.0), galley, ink);
     };
-    put(rect.min.x + 3.0, egui::Align2::LEFT_TOP, "faces left".to_owned(), faces);
-    let text = format!("culling, to {slowest:.1} ms");
-    put(rect.max.x - 3.0, egui::Align2::RIGHT_TOP, text, times);
+    named(true, "faces left".to_owned(), faces);
+    named(false, format!("culling, to {slowest:.1} ms"), times);
     response.on_hover_text(
         "The last 240 decisions: the share of faces that was left, and what deciding took",
     );

@@ -25,8 +25,9 @@ pub(super) fn sheet(ctx: &egui::Context, session: &mut Session) {
         .show(ctx, |ui| {
             ui.label(
                 "A renderer is handed everything and throws most of it away. This shows which of it need not \
-                 be handed over at all. Start with Fly out (O): the white frustum is what the camera sees, and \
-                 all that lies outside is not drawn. Then show what was dropped as solid, and click on it.",
+                 be handed over at all. Start with the Tour (Enter). Or Fly out (O): the white lines bound what the \
+                 camera sees, and what lies outside is not drawn. Then show what was dropped as solid, and click \
+                 on it.",
             );
             ui.separator();
             // Side by side where there is room.

@@ -14,6 +14,7 @@ mod scene;
 pub mod shortcuts;
 mod structures;
 mod switches;
+mod tour;
 mod words;
 
 use eframe::egui;

@@ -39,6 +39,9 @@ pub(super) fn title(ui: &mut egui::Ui, session: &mut Session) {
             if button(ui, "Help", "Keys, mouse and words (H)") {
                 session.help = !session.help;
             }
+            if button(ui, "Tour", "What each kind of culling does to this scene, step by step (Enter)") {
+                session.tour_on();
+            }
             let (name, about) = if session.state.dark {
                 ("Light", "A light ground, for projectors")
             } else {

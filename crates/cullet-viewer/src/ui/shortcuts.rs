@@ -210,8 +210,17 @@ pub const TABLE: [Section; 6] = [
             keys("I", "save a picture of the window", &[(Key::I, Press(|s| s.shoot = true))]),
             keys("Y", "copy the link", &[(Key::Y, Press(Session::copy_link))]),
             keys("J", "copy the funnel as JSON", &[(Key::J, Press(Session::copy_funnel))]),
+            keys(
+                "Enter",
+                "the tour of what culling does; again: go on",
+                &[(Key::Enter, Press(Session::tour_on))],
+            ),
             keys("H", "help", &[(Key::H, Press(|s| flip(&mut s.help)))]),
-            keys("Esc", "close help, playground, what was clicked", &[(Key::Escape, Press(close))]),
+            keys(
+                "Esc",
+                "close help, tour, playground, what was clicked",
+                &[(Key::Escape, Press(close))],
+            ),
         ],
     ),
 ];
@@ -272,6 +281,7 @@ fn step(session: &mut Session, by: f64) {
 
 fn close(session: &mut Session) {
     session.help = false;
+    session.end_tour();
     session.inspected = None;
     session.state.clipping.open = false;
 }

@@ -137,6 +137,7 @@ pub(super) fn text(thrown: JsValue) -> String {
 /// # Errors
 /// As a file's loading has them, as text.
 #[wasm_bindgen]
+#[expect(unreachable_pub, reason = "the page's script calls it")]
 pub fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
     console_error_panic_hook::set_once();
     // The file's own name, not the address it was fetched from.
@@ -151,6 +152,7 @@ pub fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
 /// # Errors
 /// As [`cullet_io::scenes::build`] has them, as text.
 #[wasm_bindgen]
+#[expect(unreachable_pub, reason = "the page's script calls it")]
 pub fn build(scene: &str) -> Result<Vec<u8>, JsValue> {
     console_error_panic_hook::set_once();
     cullet_io::scenes::build(scene)

@@ -8,6 +8,7 @@ use crate::session::Session;
 /// Starts the viewer in the canvas `canvas`. `?webgl` in the address takes WebGL2 even where WebGPU is to be
 /// had. The body's `data-state` becomes `running`, or `failed` with `data-error`.
 #[wasm_bindgen(start)]
+#[expect(unreachable_pub, reason = "the page's script calls it")]
 pub fn start() {
     // The worker that loads scenes runs this module too, and has nothing to show.
     if web_sys::window().is_none() {

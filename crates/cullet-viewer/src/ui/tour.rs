@@ -1,0 +1,110 @@
+//! The tour's card over the picture, and the line that invites those who see this for the first time.
+
+use eframe::egui;
+
+use super::words::{grouped, percent};
+use crate::session::{STOPS, Session, Tour};
+use crate::state::{GhostForm, Layout};
+
+/// How wide the card is where there is room.
+const WIDTH: f32 = 400.0;
+
+/// The card while the tour goes on; the invitation while nothing was done yet.
+pub(super) fn show(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
+    if session.tour.is_some() {
+        card(ctx, rect, session);
+    } else {
+        invite(ctx, rect, session);
+    }
+}
+
+fn invite(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
+    let state = &session.state;
+    let fresh = state.frozen.is_none()
+        && state.panels
+        && state.layout == Layout::One
+        && state.ghosts.form == GhostForm::Off
+        && session.inspected.is_none()
+        && session.world.is_some();
+    if !fresh {
+        return;
+    }
+    let mut begin = false;
+    over(ctx, "invite", rect.left_top() + egui::vec2(8.0, 8.0), egui::Align2::LEFT_TOP, |ui| {
+        ui.set_max_width((rect.width() - 36.0).max(120.0));
+        ui.horizontal_wrapped(|ui| {
+            let words = egui::RichText::new("Show me what is culled").strong();
+            let about = "A tour of this scene in five steps (Enter)";
+            begin = ui.add(emphasised(ui, words)).on_hover_text(about).clicked();
+            ui.label("Drag to turn, wheel to zoom, H helps.");
+        });
+    });
+    if begin {
+        session.tour_on();
+    }
+}
+
+fn card(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
+    let Some((at, stop)) = session.tour.as_ref().map(|t: &Tour| (t.at(), t.stop())) else { return };
+    let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
+    let left = session.decision.as_ref().map(|d| d.visible.triangle_count);
+    let left = if session.state.stages.on { left } else { Some(all) };
+    let (mut back, mut on, mut end) = (false, false, false);
+    // The way back to the panels lies in the same corner.
+    let up = if session.state.panels { 8.0 } else { 40.0 };
+    let corner = rect.left_bottom() + egui::vec2(8.0, -up);
+    over(ctx, "tour", corner, egui::Align2::LEFT_BOTTOM, |ui| {
+        ui.set_width(WIDTH.min(rect.width() - 36.0).max(120.0));
+        ui.horizontal(|ui| {
+            ui.strong(stop.title);
+            ui.weak(format!("{} of {}", at + 1, STOPS.len()));
+        });
+        let ink = ui.visuals().strong_text_color();
+        ui.colored_label(ink, stop.words);
+        if let Some(left) = left {
+            let share = percent(left, all);
+            let text = format!("To draw: {} of {} faces, {share}", grouped(left), grouped(all));
+            ui.strong(text);
+        }
+        ui.horizontal(|ui| {
+            let last = at + 1 == STOPS.len();
+            let words = egui::RichText::new(if last { "Done" } else { "Next" }).strong();
+            on = ui.add(emphasised(ui, words)).on_hover_text("Enter").clicked();
+            back = ui.add_enabled(at > 0, egui::Button::new("Back")).clicked();
+            if !last {
+                let about = "Puts the switches back to where they were (Esc)";
+                end = ui.button("End").on_hover_text(about).clicked();
+            }
+        });
+    });
+    if on {
+        session.tour_on();
+    } else if back {
+        session.tour_back();
+    } else if end {
+        session.end_tour();
+    }
+}
+
+/// The button that leads on.
+fn emphasised(ui: &egui::Ui, words: egui::RichText) -> egui::Button<'static> {
+    let chosen = ui.visuals().selection;
+    egui::Button::new(words.color(chosen.stroke.color)).fill(chosen.bg_fill)
+}
+
+/// Something that lies over the picture, on a ground of its own.
+fn over(
+    ctx: &egui::Context,
+    id: &'static str,
+    at: egui::Pos2,
+    align: egui::Align2,
+    add: impl FnOnce(&mut egui::Ui),
+) {
+    egui::Area::new(egui::Id::unique(id))
+        .fixed_pos(at)
+        .pivot(align)
+        .order(egui::Order::Middle)
+        .show(ctx, |ui| {
+            egui::Frame::popup(ui.style()).shadow(egui::Shadow::NONE).show(ui, add);
+        });
+}
