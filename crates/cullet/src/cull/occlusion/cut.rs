@@ -5,7 +5,7 @@ use super::piece::{Frame, Spots};
 use super::screen::{Clip, ObjectScreen};
 
 /// Pixels beyond each edge of the screen up to which places keep their digits.
-const BAND: f64 = 1024.0;
+const BAND: f64 = 4096.0;
 
 /// The guard band.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +50,7 @@ impl Guard {
 
 /// Cuts a polygon by the near plane.
 pub(super) fn cut_near(polygon: &mut Vec<Clip>, other: &mut Vec<Clip>) {
-    cut(polygon, other, Clip::height, |inside, outside| inside.meet_near(outside));
+    cut(polygon, other, Clip::height, Clip::meet_near);
     // Only a view whose near plane goes through its eye leaves such a corner.
     if polygon.iter().any(|c| c.w <= 0.0) {
         polygon.clear();

@@ -259,7 +259,7 @@ impl Canvas<'_> {
             let any = from.simd_le(to) & is_row;
             if any.any_true() {
                 let inner = any.select(span(from, to), i32x8::splat(simd, 0));
-                bits = bits & !inner;
+                bits &= !inner;
                 let inner: [i32; TILE] = inner.into();
                 OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
                 let across = rows * piece.dx;
