@@ -278,7 +278,7 @@ fn the_tour_culls_more_at_each_stop_and_puts_everything_back() {
     panels.click("Tour");
     panels.click("Next");
     panels.click("Back");
-    assert_eq!(panels.session.tour.as_ref().map(|t| t.at()), Some(0));
+    assert_eq!(panels.session.tour.as_ref().map(cullet_viewer::session::Tour::at), Some(0));
     panels.press(Key::Escape);
     assert_eq!(panels.session.state, before);
 }
