@@ -2,8 +2,10 @@
 
 mod batch;
 mod lens;
+mod nearest;
 
 pub(crate) use batch::Asker;
+pub(crate) use nearest::Nearest;
 
 use super::buffer::{OcclusionBuffer, TILE};
 use crate::bounds::{Aabb, Obb};
