@@ -199,19 +199,13 @@ impl Pass<'_> {
         let runs = std::mem::take(&mut self.scratch.runs);
         let mut kept = std::mem::take(&mut self.scratch.kept_runs);
         kept.clear();
-        let (mut entered, mut left) = (0, 0);
+        let (mut entered, mut left) = (self.settled_clusters, self.settled_clusters);
         for runs in runs.chunk_by(|a, b| a.slot == b.slot) {
             let slot = runs[0].slot;
             let before: u32 = runs.iter().map(|run| run.cluster_count).sum();
             entered += u64::from(before);
-            let exempt = bits::get(scene.exempt(), slot as usize);
-            let whole =
-                state.whole.get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
-            // One cluster has the box of its instance, which was asked about.
-            let asked =
-                !whole && scene.mesh(slot).clusters().len() > 1 && !exempt && scene.is_rigid(slot);
             let after = match &state.buffer {
-                Some(buffer) if asked => {
+                Some(buffer) if may_hide_clusters(scene, &state, slot) => {
                     let (mesh, clusters) = (scene.mesh(slot), &mut state.clusters);
                     clusters.clear();
                     clusters.resize(mesh.clusters().len().div_ceil(64), 0);
@@ -245,6 +239,11 @@ impl Pass<'_> {
         self.row(Stage::Occlusion, Unit::Clusters, entered, left);
     }
 
+    /// Whether some cluster of an instance may be hidden by itself.
+    pub(super) fn may_hide_clusters(&self, slot: u32) -> bool {
+        may_hide_clusters(self.scene, &self.scratch.occlusion, slot)
+    }
+
     /// Draws the chosen, front to back; one that is hidden by then adds nothing. How many were chosen.
     fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) -> u64 {
         state.drawn.clear();
@@ -274,6 +273,17 @@ impl Pass<'_> {
         self.scratch.occlusion = scratch.occlusion;
         self.result.funnel.occlusion = result.funnel.occlusion;
     }
+}
+
+/// Whether some cluster of an instance may be hidden by itself.
+fn may_hide_clusters(scene: &Scene, state: &OcclusionState, slot: u32) -> bool {
+    let is_set =
+        |words: &[u64]| words.get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
+    // One cluster has the box of its instance, which was asked about.
+    scene.mesh(slot).clusters().len() > 1
+        && !is_set(&state.whole)
+        && !is_set(scene.exempt())
+        && scene.is_rigid(slot)
 }
 
 /// Whether the view draws the fronts of one-sided meshes: where it draws their backs alone, as some shadow passes

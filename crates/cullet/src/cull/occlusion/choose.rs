@@ -268,7 +268,7 @@ mod tests {
                 choice.offer(c);
             }
             assert_eq!(choice.chosen().iter().map(|c| c.slot).collect::<Vec<_>>(), expected);
-            assert_eq!(refused > 1500, budget < 100.0, "{refused} of {budget}");
+            assert_eq!(refused > 1500, budget < 1000.0, "{refused} of {budget}");
         }
     }
 
