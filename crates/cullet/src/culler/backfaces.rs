@@ -47,6 +47,15 @@ impl<'a> Backs<'a> {
             && !self.scene.mesh(slot).cluster_cones(self.eye.culled_side()).is_empty()
     }
 
+    /// Whether it is the mesh for which [`may_cull_clusters`](Self::may_cull_clusters) says no. Cones are not made to
+    /// find out.
+    pub(super) fn none_of_mesh(&self, slot: u32) -> bool {
+        let mesh = self.scene.mesh(slot);
+        mesh.is_two_sided()
+            || mesh.is_deformable()
+            || self.has_back(slot) && mesh.cluster_cones(self.eye.culled_side()).is_empty()
+    }
+
     fn eye_of(&self, slot: u32) -> Eye {
         let eye = self.eye.in_space_of(self.scene.transform(slot));
         if !eye.culls_any() {

@@ -239,9 +239,18 @@ impl Pass<'_> {
         self.row(Stage::Occlusion, Unit::Clusters, entered, left);
     }
 
+    /// Those of a word of which no cluster is hidden by itself, as far as that is known.
+    pub(super) fn unhidden(&self, word: usize) -> u64 {
+        match self.culler.occlusion {
+            Some(_) => self.scratch.occlusion.whole.get(word).copied().unwrap_or(0),
+            None => u64::MAX,
+        }
+    }
+
     /// Whether some cluster of an instance may be hidden by itself.
     pub(super) fn may_hide_clusters(&self, slot: u32) -> bool {
-        may_hide_clusters(self.scene, &self.scratch.occlusion, slot)
+        self.culler.occlusion.is_some()
+            && may_hide_clusters(self.scene, &self.scratch.occlusion, slot)
     }
 
     /// Draws the chosen, front to back; one that is hidden by then adds nothing. How many were chosen.

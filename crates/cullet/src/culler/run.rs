@@ -25,6 +25,15 @@ pub(super) struct Run {
     pub(super) inside: bool,
 }
 
+/// What one view knows of a mesh.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OfMesh {
+    /// No cluster of any instance is culled for facing away. The rest holds where this does.
+    pub(super) has_no_backs: bool,
+    pub(super) clusters: u32,
+    pub(super) triangles: u32,
+}
+
 /// Memory that one view's culls use again and again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
@@ -40,6 +49,7 @@ pub(super) struct Scratch {
     pub(super) live: Vec<u32>,
     /// One bit a slot, of the live words: drawn whole, and in no run. Only where clusters are wanted.
     pub(super) settled: Vec<u64>,
+    pub(super) of_meshes: Vec<OfMesh>,
     pub(super) cluster_culled: Vec<u64>,
     pub(super) runs: Vec<Run>,
     pub(super) kept_runs: Vec<Run>,
