@@ -62,7 +62,7 @@ impl Search<'_> {
             return Cheapest::ANY;
         }
         let of =
-            meshes.iter().map(|m| m.occluder_if_made().map_or(Cheapest::ANY, |o| o.cheapest()));
+            meshes.iter().map(|m| m.occluder_if_made().map_or(Cheapest::ANY, Occluder::cheapest));
         of.fold(Cheapest::default(), Cheapest::or)
     }
 
