@@ -8,7 +8,9 @@
 use super::occlusion::{is_within, occludes};
 use crate::bits;
 use crate::bounds::{Aabb, LANES};
-use crate::cull::occlusion::{Asker, Candidate, Cheapest, Choice, Footprint, OcclusionBuffer};
+use crate::cull::occlusion::{
+    Asker, Candidate, Cheapest, Choice, Footprint, Occluder, OcclusionBuffer,
+};
 use crate::scene::Scene;
 
 /// Smaller ones hide next to nothing.
