@@ -419,7 +419,7 @@ pub(crate) struct BenchArgs {
 pub(crate) enum BenchOf {
     /// What each stage of the culler takes on a scene
     #[command(after_help = culler::HELP)]
-    Culler(CullerArgs),
+    Culler(Box<CullerArgs>),
 }
 
 /// `cullet picture`
