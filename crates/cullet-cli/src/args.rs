@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::bench::OcclusionArgs;
+use crate::bench::culler::{self, CullerArgs};
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cut::{self, CutArgs};
 use crate::occluders::{self, OccludersArgs};
@@ -44,6 +45,7 @@ Examples
   cullet bench hierarchy                     walks of a million boxes against flat sweeps of them
   cullet occscn city:ground=0 -o city.bin    triangles, boxes and views, for comparing occlusion cullers
   cullet bench occlusion --scene city.bin    what hiding boxes takes on such a file
+  cullet bench culler forest --path walk     what each stage of culling takes on a scene
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
   cullet calibrate                           what a triangle costs here, for reports in milliseconds
@@ -396,6 +398,7 @@ pub(crate) struct ScenesArgs {
 
 /// `cullet bench`
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct BenchArgs {
     /// Only workloads whose name contains this, such as frustum, backface, hierarchy, views, moving, occlusion
     pub(crate) filter: Option<String>,
@@ -407,6 +410,16 @@ pub(crate) struct BenchArgs {
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) occlusion: OcclusionArgs,
+    #[command(subcommand)]
+    pub(crate) of: Option<BenchOf>,
+}
+
+/// What `cullet bench` measures of a scene.
+#[derive(Debug, Subcommand)]
+pub(crate) enum BenchOf {
+    /// What each stage of the culler takes on a scene
+    #[command(after_help = culler::HELP)]
+    Culler(Box<CullerArgs>),
 }
 
 /// `cullet picture`

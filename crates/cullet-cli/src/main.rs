@@ -35,7 +35,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{BenchArgs, Cli, Command};
+use args::{BenchArgs, BenchOf, Cli, Command};
 use console::{Console, write_json};
 use exit::{Exit, Outcome};
 
@@ -64,6 +64,9 @@ fn run(cli: &Cli) -> Outcome {
         Command::Replay(args) => replay::run(args, &console(&args.json)),
         Command::Info(args) => info::run(args, &console(&args.json)),
         Command::Scenes(args) => scenes::run(args, &console(&args.json)),
+        Command::Bench(BenchArgs { of: Some(BenchOf::Culler(args)), .. }) => {
+            bench::culler::run(args, &console(&args.json))
+        }
         Command::Bench(args) => run_bench(args, &console(&args.json)),
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(&args.json)),

@@ -503,3 +503,21 @@ fn an_interrupted_report_is_valid() {
     assert!(views > 0 && views < 100_000);
     assert_eq!(report["summary"]["views"], views);
 }
+
+#[test]
+fn the_bench_of_the_culler_counts_what_each_stage_leaves_and_checks_it() {
+    let scene = ["bench", "culler", "city:cells=6,objects=300", "--path", "walk"];
+    let out = cullet(&[&scene[..], &["--views", "2", "--seconds", "0.01", "--json", "-"]].concat());
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    let record: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!((&record["schema"], &record["checked"]), (&1.into(), &true.into()));
+    let stages = record["stages"].as_array().unwrap();
+    for (stage, unit) in [("frustum", "instances"), ("occlusion", "instances")] {
+        let row = stages.iter().find(|s| s["stage"] == stage && s["unit"] == unit).unwrap();
+        assert!(row["left"].as_f64() < row["entered"].as_f64(), "{row}");
+        assert!(row["worst_ms"].as_f64() >= row["ms"].as_f64(), "{row}");
+    }
+    assert!(record["occlusion"]["drawn"].as_f64() > Some(0.0));
+    // What belongs to the other benches is not taken here.
+    assert_eq!(code(&["bench", "culler", "--large"]), 2);
+}

@@ -255,6 +255,109 @@ fn warm_and_cold_moved_and_sorted_agree() {
     assert!(dropped > 10_000, "{dropped} hidden");
 }
 
+/// A view down the city of [`city`], from where nothing of it crosses the near plane: of such things ties go by slot, which
+/// sorting changes.
+fn street_view() -> View {
+    let projection =
+        Projection::Perspective { fov_y_radians: 1.1, aspect: 1.6, near: 0.1, far: 200.0 };
+    let camera = Camera::look_at([-2.0, 0.5, 20.0], [0.0, 0.0, -40.0], projection);
+    View::new(&camera, Depth::Reversed, [640, 400]).unwrap()
+}
+
+#[test]
+fn by_nodes_or_one_by_one_the_same_occluders_are_chosen() {
+    let mut scene = city(&mut Rng(5), 6000);
+    let drawn = |scene: &Scene, budget| {
+        let occlusion = Some(Occlusion { budget, ..Occlusion::default() });
+        let (mut state, mut result) = (ViewState::default(), Visible::default());
+        let culler = Culler { occlusion, ..culler() };
+        culler.cull_one(scene, &street_view(), &mut state, &mut result);
+        let drawn = state.occluders_drawn().iter();
+        let drawn: Vec<_> = drawn.map(|&(slot, shape)| (scene.handle(slot), shape)).collect();
+        (drawn, result.funnel.occlusion.offered)
+    };
+    let budgets = [1.0, 30.0, 300.0, 3000.0, f32::INFINITY];
+    // Not sorted yet, so that no node is over anything.
+    let flat = budgets.map(|budget| drawn(&scene, budget));
+    scene.commit();
+    let mut looked_at = Vec::new();
+    for (budget, (flat, _)) in budgets.into_iter().zip(flat) {
+        let (nodes, offered) = drawn(&scene, budget);
+        assert_eq!(nodes, flat, "for {budget} microseconds");
+        looked_at.push(offered);
+    }
+    // The floor: a small budget looks at a small part.
+    assert!(looked_at[1] * 4 < looked_at[4], "{looked_at:?}");
+}
+
+#[test]
+fn what_nodes_answer_for_is_what_each_box_would_be_told() {
+    let mut scene = city(&mut Rng(9), 9000);
+    for sorted in [false, true] {
+        if sorted {
+            scene.commit();
+        }
+        for budget in [0.0, 60.0, 2000.0] {
+            let occlusion = Some(Occlusion { budget, ..Occlusion::default() });
+            let culler = Culler { occlusion, output: Output::Instances, ..culler() };
+            let (mut state, mut result) = (ViewState::default(), Visible::default());
+            culler.cull_one(&scene, &street_view(), &mut state, &mut result);
+            let buffer = state.occlusion_buffer().unwrap();
+            // Each by itself: no nodes here.
+            let words = (scene.slot_count() as usize).div_ceil(64);
+            let mut asked = vec![0; words];
+            let is_asked = |r: Option<Reason>| r.is_none_or(|r| r.stage == Stage::Occlusion);
+            for (slot, &reason) in result.reasons.iter().enumerate() {
+                asked[slot / 64] |= u64::from(is_asked(reason)) << (slot % 64);
+            }
+            let (mut visible, mut hidden) = (vec![0; words], vec![0; words]);
+            let boxes = scene.boxes();
+            buffer.ask_boxes(culler.level, boxes, 0, &asked, &mut visible, &mut hidden);
+            let mut count = 0;
+            for (slot, &reason) in result.reasons.iter().enumerate() {
+                if is_asked(reason) {
+                    let is_visible = visible[slot / 64] >> (slot % 64) & 1 == 1;
+                    assert_eq!(reason.is_none(), is_visible, "slot {slot} at {budget}");
+                    count += 1;
+                }
+            }
+            assert!(count > 3000, "{count} in the view");
+            let tests = result.funnel.occlusion.tests;
+            assert!(!sorted || budget > 0.0 || tests * 3 < count, "{tests} tests of {count}");
+        }
+    }
+}
+
+#[test]
+fn what_is_drawn_whole_is_counted_as_if_cluster_by_cluster() {
+    let mut scene = city(&mut Rng(77), 3000);
+    scene.commit();
+    for occlusion in [None, Some(Occlusion::default())] {
+        for cull_face in [CullFace::None, CullFace::Back] {
+            let mut view = street_view();
+            view.cull_face = cull_face;
+            let clusters = cull(&Culler { occlusion, ..culler() }, &scene, &view);
+            // Where triangles are wanted every instance goes on as its clusters.
+            let by_triangle = Culler { occlusion, output: Output::Triangles, ..culler() };
+            let triangles = cull(&by_triangle, &scene, &view);
+            let rows = |v: &Visible| {
+                let rows = v.funnel.rows.iter().filter(|r| r.unit == Unit::Clusters);
+                rows.copied().collect::<Vec<_>>()
+            };
+            assert_eq!(rows(&clusters), rows(&triangles));
+            let left = rows(&clusters).last().unwrap().left;
+            let whole = clusters.whole.iter().flat_map(|r| r.first..r.first + r.count);
+            let of_whole = whole.map(|s| u64::from(scene.mesh(s).levels()[0].cluster_count));
+            let of_partial = clusters.partial.iter().map(|d| u64::from(d.cluster_count));
+            assert_eq!(of_whole.sum::<u64>() + of_partial.sum::<u64>(), left);
+            let slots: Vec<u32> = clusters.slots().collect();
+            assert!(slots.is_sorted() && slots.len() as u64 == clusters.instance_count);
+            assert!(triangles.slots().all(|s| slots.binary_search(&s).is_ok()));
+            assert!(clusters.triangle_count >= triangles.triangle_count);
+        }
+    }
+}
+
 /// Whether the view shows the place of a point.
 fn is_in_view(p: [f64; 3]) -> bool {
     let m = view().clip_from_world();

@@ -7,6 +7,7 @@
 
 mod backface;
 mod clip;
+pub(crate) mod culler;
 mod cut;
 mod frustum;
 mod hierarchy;

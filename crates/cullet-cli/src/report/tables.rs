@@ -72,8 +72,10 @@ pub(crate) fn whole(out: &mut String, s: &Summary) {
     );
     if occluders {
         let [offered, drawn] = w.occluders.map(|n| grouped(n / views));
-        let _ =
-            write!(out, " {drawn} of {offered} occluders in the view were drawn to hide others.");
+        let _ = write!(
+            out,
+            " Of {offered} occluders weighed in a view, {drawn} were drawn to hide others."
+        );
     }
     out.push_str(
         "</p><div class=\"scroll\"><table><thead><tr><th></th><th class=\"n\">Triangles</th>\

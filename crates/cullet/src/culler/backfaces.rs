@@ -11,7 +11,7 @@ use crate::view::View;
 use crate::visible::{Reason, Stage, Unit};
 
 /// What the back faces of a view's instances are asked with.
-struct Backs<'a> {
+pub(super) struct Backs<'a> {
     culler: &'a Culler,
     scene: &'a Scene,
     eye: ViewEye,
@@ -28,7 +28,7 @@ enum Eye {
 }
 
 impl<'a> Backs<'a> {
-    fn new(culler: &'a Culler, scene: &'a Scene, view: &View) -> Self {
+    pub(super) fn new(culler: &'a Culler, scene: &'a Scene, view: &View) -> Self {
         Self { culler, scene, eye: ViewEye::new(view) }
     }
 
@@ -36,8 +36,24 @@ impl<'a> Backs<'a> {
     fn has_back(&self, slot: u32) -> bool {
         let scene = self.scene;
         let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
-        let two_sided = scene.flags(slot).double_sided || scene.mesh(slot).is_two_sided();
+        let two_sided = scene.mesh(slot).is_two_sided() || scene.flags(slot).double_sided;
         !exempt && !two_sided && scene.is_rigid(slot)
+    }
+
+    /// Whether there may be an eye that some cluster of an instance faces away from.
+    pub(super) fn may_cull_clusters(&self, slot: u32) -> bool {
+        // A box has no cluster that faces one way: nothing more is asked of it.
+        self.has_back(slot)
+            && !self.scene.mesh(slot).cluster_cones(self.eye.culled_side()).is_empty()
+    }
+
+    /// Whether it is the mesh for which [`may_cull_clusters`](Self::may_cull_clusters) says no. Cones are not made to
+    /// find out.
+    pub(super) fn none_of_mesh(&self, slot: u32) -> bool {
+        let mesh = self.scene.mesh(slot);
+        mesh.is_two_sided()
+            || mesh.is_deformable()
+            || self.has_back(slot) && mesh.cluster_cones(self.eye.culled_side()).is_empty()
     }
 
     fn eye_of(&self, slot: u32) -> Eye {
@@ -52,14 +68,10 @@ impl<'a> Backs<'a> {
 
     /// Sets the bits of those clusters of an instance that face away; whether there may be any.
     fn cull_clusters(&self, slot: u32, culled: &mut Vec<u64>) -> bool {
-        if !self.has_back(slot) {
+        if !self.may_cull_clusters(slot) {
             return false;
         }
         let cones = self.scene.mesh(slot).cluster_cones(self.eye.culled_side());
-        // A box has no cluster that faces one way: nothing more is asked of it.
-        if cones.is_empty() {
-            return false;
-        }
         let Eye::Fast(_, eye) = self.eye_of(slot) else { return false };
         cones.cull(self.culler.level, &eye, culled);
         true
@@ -74,7 +86,7 @@ impl Pass<'_> {
         let runs = std::mem::take(&mut self.scratch.runs);
         let mut kept = std::mem::take(&mut self.scratch.kept_runs);
         kept.clear();
-        let (mut entered, mut left) = (0, 0);
+        let (mut entered, mut left) = (self.settled_clusters, self.settled_clusters);
         for runs in runs.chunk_by(|a, b| a.slot == b.slot) {
             let slot = runs[0].slot;
             let before: u32 = runs.iter().map(|run| run.cluster_count).sum();

@@ -1,13 +1,15 @@
 //! The stages of instances and of clusters.
 
-use super::Output;
-use super::run::{Pass, Run};
+use super::backfaces::Backs;
+use super::run::{OfMesh, Pass, Run, push_whole, triangles_of};
+use super::{Backface, Output};
 use crate::bits;
 use crate::bounds::Side;
 use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::exact::ExactFrustum;
 use crate::mesh::Mesh;
-use crate::visible::{FrustumWork, Reason, SlotRange, Stage, Unit};
+use crate::view::CullFace;
+use crate::visible::{FrustumWork, Reason, Stage, Unit};
 
 impl Pass<'_> {
     /// The stages of instances that are answered by slot masks: layers, then the frustum.
@@ -217,11 +219,7 @@ impl Pass<'_> {
         for &word in &self.scratch.live {
             let alive = self.scratch.alive[word as usize];
             for run in bits::runs(alive) {
-                let (first, count) = (word * 64 + run.start as u32, run.len() as u32);
-                match r.whole.last_mut() {
-                    Some(range) if range.first + range.count == first => range.count += count,
-                    _ => r.whole.push(SlotRange { first, count }),
-                }
+                push_whole(&mut r.whole, word * 64 + run.start as u32, run.len() as u32);
             }
             r.instance_count += u64::from(alive.count_ones());
             let drawn = |slot| {
@@ -233,25 +231,54 @@ impl Pass<'_> {
     }
 
     /// Turns instances into runs of clusters: all of those inside, and of the others what is not
-    /// outside the frustum.
+    /// outside the frustum. Where clusters are wanted and no later stage can drop one of an instance, its bit is
+    /// [settled](super::run::Scratch::settled) and it gets no run: most of what is seen of very many things.
     pub(super) fn clusters(&mut self) {
         let scene = self.scene;
         let by_cluster = self.culler.frustum && self.culler.output >= Output::Clusters;
+        let settles = self.culler.output == Output::Clusters;
+        let backs =
+            self.culls_backs_by_cluster().then(|| Backs::new(self.culler, scene, self.view));
+        self.scratch.settled.resize(self.scratch.alive.len(), 0);
+        self.scratch.of_meshes.clear();
+        self.scratch.of_meshes.resize(scene.meshes().len(), OfMesh::default());
         let (mut entered, mut left) = (0, 0);
         for at in 0..self.scratch.live.len() {
             let word = self.scratch.live[at] as usize;
+            self.scratch.settled[word] = 0;
+            // Those of which only their mesh can say that they are not drawn whole.
+            let inside = if by_cluster { self.scratch.inside[word] } else { u64::MAX };
+            let may_settle = if settles { inside & self.unhidden(word) } else { 0 };
             for slot in slots(word, self.scratch.alive[word]) {
+                let of = self.scratch.of_meshes[scene.mesh_id(slot) as usize];
+                if of.has_no_backs && may_settle >> (slot % 64) & 1 == 1 {
+                    self.settle(slot, of);
+                    entered += u64::from(of.clusters);
+                    left += u64::from(of.clusters);
+                    continue;
+                }
                 let mesh = scene.mesh(slot);
                 let cluster_count = mesh.levels()[0].cluster_count;
                 entered += u64::from(cluster_count);
-                let inside = !by_cluster
-                    || self.scratch.inside[word] >> (slot % 64) & 1 == 1
-                    || !scene.is_rigid(slot)
-                    || cluster_count == 0;
+                let inside =
+                    inside >> (slot % 64) & 1 == 1 || !scene.is_rigid(slot) || cluster_count == 0;
                 if inside {
                     let run = Run { slot, first_cluster: 0, cluster_count, inside: true };
-                    self.scratch.runs.push(run);
                     left += u64::from(cluster_count);
+                    if !settles || self.may_hide_clusters(slot) {
+                        self.scratch.runs.push(run);
+                        continue;
+                    }
+                    let triangles = triangles_of(mesh, run).len() as u32;
+                    let mut of = OfMesh { clusters: cluster_count, triangles, has_no_backs: true };
+                    if backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot)) {
+                        self.scratch.runs.push(run);
+                        continue;
+                    }
+                    self.settle(slot, of);
+                    // What holds for the mesh, and not for this instance alone.
+                    of.has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(slot));
+                    self.scratch.of_meshes[scene.mesh_id(slot) as usize] = of;
                     continue;
                 }
                 let kept = self.clusters_of(slot, mesh);
@@ -264,6 +291,21 @@ impl Pass<'_> {
         if by_cluster {
             self.row(Stage::Frustum, Unit::Clusters, entered, left);
         }
+    }
+
+    /// Notes that an instance is drawn whole.
+    fn settle(&mut self, slot: u32, of: OfMesh) {
+        self.scratch.settled[slot as usize / 64] |= 1 << (slot % 64);
+        self.settled_clusters += u64::from(of.clusters);
+        self.result.instance_count += 1;
+        self.result.triangle_count += u64::from(of.triangles);
+    }
+
+    /// Whether back faces are culled by whole clusters.
+    pub(super) fn culls_backs_by_cluster(&self) -> bool {
+        self.culler.backface == Backface::Fast
+            && self.view.cull_face != CullFace::None
+            && self.culler.output >= Output::Clusters
     }
 
     fn clusters_of(&mut self, slot: u32, mesh: &Mesh) -> u32 {

@@ -3,6 +3,7 @@
 mod backfaces;
 mod explain;
 mod instances;
+mod occluders;
 mod occlusion;
 mod run;
 mod triangles;

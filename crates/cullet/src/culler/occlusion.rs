@@ -1,18 +1,19 @@
 //! The stage that drops what lies behind something.
 //!
-//! First the footprints of all instances that are left, sixteen at a time; then the largest of them offer their shapes,
-//! and what the budget allows is drawn front to back; then everything is asked, by the nodes of the hierarchy
-//! first. Which occluders are drawn, and in which order, depends on this frame alone: one that is hidden when its turn
+//! First the occluders that are worth most for their cost are sought, by the nodes of the hierarchy; what the budget
+//! allows is drawn front to back; then everything is asked about, by the nodes first: those that are hidden answer for
+//! all that is in them, and so do those that are before everything that was drawn. Which occluders are drawn, and in which order, depends on this frame alone: one that is hidden when its turn
 //! comes is left out, so that an order remembered from the last frame could leave out others, and prove
 //! something else. What is remembered is memory.
 
 use super::backfaces::split;
+use super::occluders::{Group, Search};
 use super::run::{Pass, Scratch};
 use super::{Culler, Output};
 use crate::bits;
-use crate::bounds::{Aabb, LANES};
+use crate::bounds::Aabb;
 use crate::cull::occlusion::{
-    Asker, Candidate, Footprint, Occlusion, OcclusionBuffer, Shape, Verdict, choose,
+    Asker, Choice, Footprint, Nearest, Occlusion, OcclusionBuffer, Shape, Verdict,
 };
 use crate::scene::Scene;
 use crate::view::{CullFace, FrontFace, View};
@@ -22,21 +23,15 @@ use crate::visible::{OcclusionWork, Reason, Stage, Unit, Visible};
 #[derive(Clone, Debug, Default)]
 pub(super) struct OcclusionState {
     pub(super) buffer: Option<OcclusionBuffer>,
-    offers: Vec<Offer>,
-    candidates: Vec<Candidate>,
+    choice: Choice,
+    groups: Vec<Group>,
+    nearest: Nearest,
+    /// One bit a slot, of those words that were alive: no part of it can be hidden. See [`Asker::group`].
+    whole: Vec<u64>,
     /// Slots and shapes that were drawn.
     pub(super) drawn: Vec<(u32, u32)>,
     /// Of one instance: clusters that are not hidden, or, negated, that are.
     clusters: Vec<u64>,
-}
-
-/// An instance that may hide something.
-#[derive(Clone, Copy, Debug)]
-struct Offer {
-    /// Those of the rectangle around it, infinite where it crosses the near plane.
-    pixels: f32,
-    slot: u32,
-    footprint: Option<Footprint>,
 }
 
 impl OcclusionState {
@@ -129,84 +124,62 @@ impl Pass<'_> {
         }
         if let Some(mut buffer) = state.buffer.take() {
             buffer.begin(self.view, self.scene.origin());
-            self.gather(&buffer, settings, &mut state);
-            let offered = state.candidates.len() as u64;
-            choose(&mut state.candidates, settings.budget);
-            let chosen = state.candidates.len() as u64;
-            self.draw(&mut buffer, &mut state);
+            self.choose(&buffer, settings, &mut state);
+            let offered = state.choice.offered();
+            let chosen = self.draw(&mut buffer, &mut state);
             let drawn = state.drawn.len() as u64;
-            let tests = self.ask(&buffer);
+            let tests = self.ask(&buffer, &mut state);
             self.result.funnel.occlusion = OcclusionWork { offered, chosen, drawn, tests };
             state.buffer = Some(buffer);
         }
         self.scratch.occlusion = state;
     }
 
-    /// The shapes that may hide something: those of the largest instances, as many as could be paid for.
-    fn gather(
-        &mut self,
-        buffer: &OcclusionBuffer,
-        settings: &Occlusion,
-        state: &mut OcclusionState,
-    ) {
-        let scene = self.scene;
-        let asker = Asker::new(buffer, self.culler.level);
-        let offers = &mut state.offers;
-        offers.clear();
-        for &word in &self.scratch.live {
-            let alive = self.scratch.alive[word as usize];
-            for part in (0..4).filter(|part| alive >> (part * LANES) & 0xffff != 0) {
-                let first = word * 64 + (part * LANES) as u32;
-                let block = &scene.boxes().blocks()[first as usize / LANES];
-                asker.footprints(
-                    block,
-                    alive >> (part * LANES) & 0xffff,
-                    LEAST_PIXELS,
-                    |lane, f| {
-                        let slot = first + lane as u32;
-                        if occludes(scene, slot) {
-                            let pixels = f.map_or(f32::INFINITY, |f| f.pixels());
-                            offers.push(Offer { pixels, slot, footprint: f });
-                        }
-                    },
-                );
-            }
-        }
-        let most = settings.most_shapes();
-        if offers.len() > most {
-            offers.select_nth_unstable_by(most, |a, b| {
-                b.pixels.total_cmp(&a.pixels).then(a.slot.cmp(&b.slot))
-            });
-            offers.truncate(most);
-        }
-        state.candidates.clear();
-        let fronts_are_drawn = fronts_are_drawn(self.view);
-        let near = near_box(self.view, scene.origin());
-        for o in offers {
-            let within = is_within(scene, o.slot, &near);
-            offer(scene, buffer, o, fronts_are_drawn, within, &mut state.candidates);
+    /// Chooses what to draw.
+    fn choose(&self, buffer: &OcclusionBuffer, settings: &Occlusion, state: &mut OcclusionState) {
+        state.choice.begin(settings.budget);
+        // Nor is a NaN a budget.
+        if settings.budget > 0.0 {
+            let search = Search {
+                scene: self.scene,
+                buffer,
+                asker: Asker::new(buffer, self.culler.level),
+                fronts_are_drawn: fronts_are_drawn(self.view),
+                near: near_box(self.view, self.scene.origin()),
+                alive: &self.scratch.alive,
+                live: &self.scratch.live,
+            };
+            search.run(&mut state.groups, &mut state.choice);
         }
     }
 
     /// Drops what is hidden of all that is left; how many tests it took.
-    fn ask(&mut self, buffer: &OcclusionBuffer) -> u64 {
+    fn ask(&mut self, buffer: &OcclusionBuffer, state: &mut OcclusionState) -> u64 {
         let scene = self.scene;
-        let asker = Asker::new(buffer, self.culler.level);
+        let mut asker = Asker::new(buffer, self.culler.level);
+        // Boxes that are empty are outside, though not by their nodes; the frustum drops them, where it is asked.
+        if self.culler.frustum {
+            state.nearest.read(self.culler.level, buffer);
+            asker = asker.with_nearest(&state.nearest);
+        }
+        state.whole.resize(self.scratch.alive.len(), 0);
         let (hierarchy, live) = (scene.hierarchy(), std::mem::take(&mut self.scratch.live));
         let mut tests = 0;
         for words in live.chunk_by(|a, b| a / 64 == b / 64) {
             let group = words[0] as usize / 64;
-            let mut asked = [0; 64];
+            let (mut asked, mut whole) = ([0; 64], [0; 64]);
             for &word in words {
                 asked[word as usize % 64] =
                     self.scratch.alive[word as usize] & !scene.exempt()[word as usize];
             }
             let before = asked;
-            tests += asker.group(hierarchy.nodes(), hierarchy.boxes(), group, &mut asked);
+            let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
+            tests += asker.group(nodes, boxes, group, &mut asked, &mut whole);
             for &word in words {
                 let at = word as usize % 64;
                 let dropped = before[at] & !asked[at];
                 self.scratch.alive[word as usize] &= !dropped;
+                state.whole[word as usize] = whole[at];
                 if self.culler.reasons {
                     for bit in bits::ones(dropped) {
                         let slot = word * 64 + bit as u32;
@@ -226,16 +199,13 @@ impl Pass<'_> {
         let runs = std::mem::take(&mut self.scratch.runs);
         let mut kept = std::mem::take(&mut self.scratch.kept_runs);
         kept.clear();
-        let (mut entered, mut left) = (0, 0);
+        let (mut entered, mut left) = (self.settled_clusters, self.settled_clusters);
         for runs in runs.chunk_by(|a, b| a.slot == b.slot) {
             let slot = runs[0].slot;
             let before: u32 = runs.iter().map(|run| run.cluster_count).sum();
             entered += u64::from(before);
-            let exempt = bits::get(scene.exempt(), slot as usize);
-            // One cluster has the box of its instance, which was asked about.
-            let asked = scene.mesh(slot).clusters().len() > 1 && !exempt && scene.is_rigid(slot);
             let after = match &state.buffer {
-                Some(buffer) if asked => {
+                Some(buffer) if may_hide_clusters(scene, &state, slot) => {
                     let (mesh, clusters) = (scene.mesh(slot), &mut state.clusters);
                     clusters.clear();
                     clusters.resize(mesh.clusters().len().div_ceil(64), 0);
@@ -269,10 +239,25 @@ impl Pass<'_> {
         self.row(Stage::Occlusion, Unit::Clusters, entered, left);
     }
 
-    /// Draws the chosen, front to back; one that is hidden by then adds nothing.
-    fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) {
+    /// Those of a word of which no cluster is hidden by itself, as far as that is known.
+    pub(super) fn unhidden(&self, word: usize) -> u64 {
+        match self.culler.occlusion {
+            Some(_) => self.scratch.occlusion.whole.get(word).copied().unwrap_or(0),
+            None => u64::MAX,
+        }
+    }
+
+    /// Whether some cluster of an instance may be hidden by itself.
+    pub(super) fn may_hide_clusters(&self, slot: u32) -> bool {
+        self.culler.occlusion.is_some()
+            && may_hide_clusters(self.scene, &self.scratch.occlusion, slot)
+    }
+
+    /// Draws the chosen, front to back; one that is hidden by then adds nothing. How many were chosen.
+    fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) -> u64 {
         state.drawn.clear();
-        for c in &state.candidates {
+        let chosen = state.choice.chosen();
+        for c in chosen {
             if c.footprint.is_some_and(|f| buffer.is_covering(self.culler.level, &f)) {
                 continue;
             }
@@ -280,6 +265,7 @@ impl Pass<'_> {
             draw(buffer, self.culler, self.scene, c.slot, shape);
             state.drawn.push((c.slot, c.shape));
         }
+        chosen.len() as u64
     }
 
     /// One slot alone: what hides it is everything else, so all of the scene is culled to know.
@@ -298,6 +284,17 @@ impl Pass<'_> {
     }
 }
 
+/// Whether some cluster of an instance may be hidden by itself.
+fn may_hide_clusters(scene: &Scene, state: &OcclusionState, slot: u32) -> bool {
+    let is_set =
+        |words: &[u64]| words.get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
+    // One cluster has the box of its instance, which was asked about.
+    scene.mesh(slot).clusters().len() > 1
+        && !is_set(&state.whole)
+        && !is_set(scene.exempt())
+        && scene.is_rigid(slot)
+}
+
 /// Whether the view draws the fronts of one-sided meshes: where it draws their backs alone, as some shadow passes
 /// do, their fronts hide nothing.
 fn fronts_are_drawn(view: &View) -> bool {
@@ -309,11 +306,8 @@ fn fronts_are_drawn(view: &View) -> bool {
     )
 }
 
-/// Smaller ones hide next to nothing.
-const LEAST_PIXELS: f32 = 16.0;
-
 /// Whether an instance has shapes that may hide something.
-fn occludes(scene: &Scene, slot: u32) -> bool {
+pub(super) fn occludes(scene: &Scene, slot: u32) -> bool {
     let flags = scene.flags(slot);
     !(flags.no_occlusion || flags.transparent)
         && scene.is_rigid(slot)
@@ -343,47 +337,10 @@ fn near_box(view: &View, origin: [f64; 3]) -> Aabb {
 }
 
 /// Whether the view may begin within what the occluder of an instance seals off.
-fn is_within(scene: &Scene, slot: u32, near: &Aabb) -> bool {
+pub(super) fn is_within(scene: &Scene, slot: u32, near: &Aabb) -> bool {
     let sealed = scene.mesh(slot).occluder().sealed().iter();
     sealed.map(|b| scene.transform(slot).transform_box(b, scene.origin())).any(|b| {
         // A NaN is no proof that they are apart.
         !(0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a])
     })
-}
-
-/// Offers the shapes of an instance that are for a view which begins within what it seals off, or does not.
-fn offer(
-    scene: &Scene,
-    buffer: &OcclusionBuffer,
-    &Offer { slot, footprint, .. }: &Offer,
-    fronts_are_drawn: bool,
-    within: bool,
-    candidates: &mut Vec<Candidate>,
-) {
-    let occluder = scene.mesh(slot).occluder();
-    let shapes = occluder.shapes();
-    for (number, shape) in shapes.iter().enumerate() {
-        if !occluder.is_for(number, within) || !(fronts_are_drawn || shape.is_two_sided()) {
-            continue;
-        }
-        let own = match shapes {
-            [_] => footprint,
-            _ => buffer.footprint_of(&world_box(scene, slot, shape)),
-        };
-        let (pixels, nearness) = match own {
-            Some(f) => (f.pixels(), f.nearness),
-            None if buffer.ask_box(&world_box(scene, slot, shape)) == Verdict::Outside => continue,
-            None => (buffer.size().iter().map(|&s| s as f32).product(), f32::INFINITY),
-        };
-        if pixels >= LEAST_PIXELS {
-            let cost = Candidate::cost(shape, pixels);
-            let shape = number as u32;
-            candidates.push(Candidate { pixels, nearness, slot, shape, cost, footprint: own });
-        }
-    }
-}
-
-/// The box of a shape relative to the scene's origin.
-pub(super) fn world_box(scene: &Scene, slot: u32, shape: &Shape) -> Aabb {
-    scene.transform(slot).transform_box(&shape.bounds(), scene.origin())
 }

@@ -6,6 +6,7 @@
 
 use super::occlusion::OcclusionState;
 use super::{Backface, Culler, Output};
+use crate::bits;
 use crate::cull::frustum::tree::{Coherent, Cut};
 use crate::mesh::Mesh;
 use crate::scene::Scene;
@@ -24,6 +25,15 @@ pub(super) struct Run {
     pub(super) inside: bool,
 }
 
+/// What one view knows of a mesh.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct OfMesh {
+    /// No cluster of any instance is culled for facing away. The rest holds where this does.
+    pub(super) has_no_backs: bool,
+    pub(super) clusters: u32,
+    pub(super) triangles: u32,
+}
+
 /// Memory that one view's culls use again and again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
@@ -37,6 +47,9 @@ pub(super) struct Scratch {
     pub(super) inside: Vec<u64>,
     /// The words of the two that are not zero, ascending.
     pub(super) live: Vec<u32>,
+    /// One bit a slot, of the live words: drawn whole, and in no run. Only where clusters are wanted.
+    pub(super) settled: Vec<u64>,
+    pub(super) of_meshes: Vec<OfMesh>,
     pub(super) cluster_culled: Vec<u64>,
     pub(super) runs: Vec<Run>,
     pub(super) kept_runs: Vec<Run>,
@@ -57,6 +70,8 @@ pub(super) struct Pass<'a> {
     /// The one slot that is asked about, where an explanation is wanted.
     pub(super) only: Option<u32>,
     pub(super) stage_began: u64,
+    /// Clusters of the settled instances.
+    pub(super) settled_clusters: u64,
 }
 
 impl<'a> Pass<'a> {
@@ -79,6 +94,7 @@ impl<'a> Pass<'a> {
             result,
             only: None,
             stage_began: 0,
+            settled_clusters: 0,
         }
     }
 
@@ -110,10 +126,7 @@ impl<'a> Pass<'a> {
         }
         let backface =
             self.culler.backface != Backface::Off && self.view.cull_face != CullFace::None;
-        if backface
-            && self.culler.backface == Backface::Fast
-            && self.culler.output >= Output::Clusters
-        {
+        if self.culls_backs_by_cluster() {
             self.backfaces_of_clusters();
         }
         if self.culler.output == Output::Triangles {
@@ -171,6 +184,7 @@ impl<'a> Pass<'a> {
     fn emit(&mut self) {
         let by_triangle = self.culler.output == Output::Triangles;
         let r = &mut *self.result;
+        let mut settled = Settled::new(&self.scratch.live, &self.scratch.settled);
         let mut ranges = r.triangle_ranges.iter().peekable();
         for runs in self.scratch.runs.chunk_by(|a, b| a.slot == b.slot) {
             let slot = runs[0].slot;
@@ -180,14 +194,12 @@ impl<'a> Pass<'a> {
                     continue;
                 }
             }
+            settled.list_before(slot, &mut r.whole);
             r.instance_count += 1;
             let mesh = self.scene.mesh(slot);
             let clusters: u32 = runs.iter().map(|run| run.cluster_count).sum();
             if clusters == mesh.levels()[0].cluster_count {
-                match r.whole.last_mut() {
-                    Some(range) if range.first + range.count == slot => range.count += 1,
-                    _ => r.whole.push(SlotRange { first: slot, count: 1 }),
-                }
+                push_whole(&mut r.whole, slot, 1);
             } else {
                 for run in runs {
                     let Run { slot, first_cluster, cluster_count, .. } = *run;
@@ -212,9 +224,51 @@ impl<'a> Pass<'a> {
                     runs.iter().map(|&run| triangles_of(mesh, run).len() as u64).sum::<u64>();
             }
         }
+        settled.list_before(u32::MAX, &mut r.whole);
         if by_triangle {
             r.triangle_count = r.triangles.len() as u64;
         }
+    }
+}
+
+/// The settled slots that are not listed yet.
+struct Settled<'a> {
+    live: &'a [u32],
+    words: &'a [u64],
+    /// What is left of the first live word.
+    left: u64,
+}
+
+impl<'a> Settled<'a> {
+    fn new(live: &'a [u32], words: &'a [u64]) -> Self {
+        Self { live, words, left: live.first().map_or(0, |&word| words[word as usize]) }
+    }
+
+    /// Lists those before a slot.
+    fn list_before(&mut self, slot: u32, whole: &mut Vec<SlotRange>) {
+        while let Some((&word, rest)) = self.live.split_first() {
+            if word > slot / 64 {
+                return;
+            }
+            let before = if word == slot / 64 { (1 << (slot % 64)) - 1 } else { u64::MAX };
+            for run in bits::runs(self.left & before) {
+                push_whole(whole, word * 64 + run.start as u32, run.len() as u32);
+            }
+            self.left &= !before;
+            if word == slot / 64 {
+                return;
+            }
+            self.live = rest;
+            self.left = rest.first().map_or(0, |&word| self.words[word as usize]);
+        }
+    }
+}
+
+/// Appends slots to ranges that ascend.
+pub(super) fn push_whole(whole: &mut Vec<SlotRange>, first: u32, count: u32) {
+    match whole.last_mut() {
+        Some(range) if range.first + range.count == first => range.count += count,
+        _ => whole.push(SlotRange { first, count }),
     }
 }
 

@@ -45,6 +45,11 @@ impl Mesh {
         self.prepared.occluder.get_or_init(|| Occluder::of_mesh(self))
     }
 
+    /// The occluder, unless nobody gave or made it yet.
+    pub(crate) fn occluder_if_made(&self) -> Option<&Occluder> {
+        self.prepared.occluder.get()
+    }
+
     /// Gives the mesh an occluder, such as one that was baked: its shapes must lie within what the mesh hides.
     pub fn set_occluder(&mut self, occluder: Occluder) {
         self.prepared.occluder = OnceLock::from(occluder);

@@ -1,5 +1,7 @@
 //! Which occluders are worth drawing.
 
+use std::cmp::Ordering;
+
 use super::{Footprint, OcclusionBuffer, Shape};
 
 /// How to find what is hidden.
@@ -20,11 +22,6 @@ impl Default for Occlusion {
 }
 
 impl Occlusion {
-    /// How many shapes the budget could pay for, if each were of the cheapest.
-    pub(crate) fn most_shapes(&self) -> usize {
-        (self.budget / Candidate::LEAST_COST) as usize
-    }
-
     /// The size of the buffer for a viewport.
     #[must_use]
     pub fn size(&self, viewport: [u32; 2]) -> [u32; 2] {
@@ -51,43 +48,156 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// No shape costs less.
-    const LEAST_COST: f32 = 0.1;
-
     /// What drawing a shape over `pixels` costs, in microseconds.
     pub(crate) fn cost(shape: &Shape, pixels: f32) -> f32 {
         match shape {
-            Shape::Convex(convex) => {
-                Self::LEAST_COST + 0.005 * convex.edges.len() as f32 + pixels * 2e-5
-            }
-            // Those around it are drawn too.
-            Shape::Patch(patch) => 0.5 + patch.triangles.len() as f32 * 0.08 + pixels * 2e-4,
+            Shape::Convex(convex) => convex_cost(convex.edges.len(), pixels),
+            Shape::Patch(patch) => patch_cost(patch.edges.len(), pixels),
         }
+    }
+
+    /// Pixels for what they cost.
+    fn worth(&self) -> f32 {
+        self.pixels / self.cost
+    }
+
+    /// The better one first; ties go by slot and shape.
+    fn rank(&self, other: &Self) -> Ordering {
+        let ties = || (self.slot, self.shape).cmp(&(other.slot, other.shape));
+        other.worth().total_cmp(&self.worth()).then_with(ties)
     }
 }
 
-/// Keeps of the candidates those that cover most for their cost, as far as the budget goes, and puts them front to
-/// back. Ties go by slot and shape, so the order in which they came does not matter.
-pub(crate) fn choose(candidates: &mut Vec<Candidate>, budget: f32) {
-    // Where all can be paid for, with more to spare than the rounding of any sum, which of them are better is no matter.
-    let all: f64 = candidates.iter().map(|c| f64::from(c.cost)).sum();
-    let affordable = candidates.len() < 100_000 && all * 1.01 <= f64::from(budget);
-    if !affordable {
-        candidates.sort_unstable_by(|a, b| {
-            let worth = |c: &Candidate| c.pixels / c.cost;
-            worth(b).total_cmp(&worth(a)).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
-        });
-        let mut spent = 0.0;
-        let affordable = candidates.iter().take_while(|c| {
+fn convex_cost(edges: usize, pixels: f32) -> f32 {
+    0.1 + 0.005 * edges as f32 + pixels * 2e-5
+}
+
+fn patch_cost(edges: usize, pixels: f32) -> f32 {
+    // Triangles cost, those around it too, and there are two for three edges.
+    0.5 + edges as f32 * 0.055 + pixels * 2e-4
+}
+
+/// The fewest edges of some shapes of each kind: none of them costs less than such a shape over as many pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Cheapest {
+    convex: Option<usize>,
+    patch: Option<usize>,
+}
+
+impl Cheapest {
+    /// Of shapes that are not known.
+    pub(crate) const ANY: Self = Self { convex: Some(0), patch: None };
+
+    pub(super) fn of(shapes: &[Shape]) -> Self {
+        let edges = |of: fn(&Shape) -> Option<usize>| shapes.iter().filter_map(of).min();
+        Self {
+            convex: edges(|s| match s {
+                Shape::Convex(convex) => Some(convex.edges.len()),
+                Shape::Patch(_) => None,
+            }),
+            patch: edges(|s| match s {
+                Shape::Patch(patch) => Some(patch.edges.len()),
+                Shape::Convex(_) => None,
+            }),
+        }
+    }
+
+    /// Of both.
+    pub(crate) fn or(self, other: Self) -> Self {
+        let least = |a: Option<usize>, b: Option<usize>| a.into_iter().chain(b).min();
+        Self { convex: least(self.convex, other.convex), patch: least(self.patch, other.patch) }
+    }
+
+    /// No shape of at most so many pixels is worth more. (Pixels rise faster than their cost, so that a smaller shape
+    /// is worth less; the bound is raised by more than what rounding does to either.)
+    pub(crate) fn worth(self, pixels: f32) -> f32 {
+        let convex = self.convex.map_or(0.0, |edges| pixels / convex_cost(edges, pixels));
+        let patch = self.patch.map_or(0.0, |edges| pixels / patch_cost(edges, pixels));
+        convex.max(patch) * (1.0 + 1e-5)
+    }
+}
+
+/// The candidates that cover most for their cost, as far as a budget goes.
+///
+/// The answer is that of sorting all by their worth and taking them until the budget is spent; but as soon as what was
+/// found spends it, what is worth less than the first that cannot be paid for is refused, and need not be looked at:
+/// better ones can but push it further back.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Choice {
+    found: Vec<Candidate>,
+    budget: f32,
+    /// What is worth less is refused.
+    least_worth: f32,
+    /// The cost of what was found, and where it is looked through again.
+    cost: f64,
+    limit: f64,
+    offered: u64,
+}
+
+impl Choice {
+    /// Forgets all, but for the memory.
+    pub(crate) fn begin(&mut self, budget: f32) {
+        self.found.clear();
+        (self.budget, self.least_worth, self.offered) = (budget, 0.0, 0);
+        (self.cost, self.limit) = (0.0, f64::from(budget) * 2.0);
+    }
+
+    /// Whether what is worth so much at most may be chosen.
+    pub(crate) fn may_take(&self, worth: f32) -> bool {
+        worth >= self.least_worth
+    }
+
+    pub(crate) fn offer(&mut self, candidate: Candidate) {
+        self.offered += 1;
+        if self.may_take(candidate.worth()) {
+            self.found.push(candidate);
+            self.cost += f64::from(candidate.cost);
+            if self.cost > self.limit {
+                self.spend();
+                // Twice what is left, so that sorting is paid for by as many new ones.
+                self.cost = self.found.iter().map(|c| f64::from(c.cost)).sum();
+                self.limit = self.cost * 2.0;
+            }
+        }
+    }
+
+    /// How many were offered.
+    pub(crate) fn offered(&self) -> u64 {
+        self.offered
+    }
+
+    /// Sorts, and drops what cannot be paid for.
+    fn spend(&mut self) {
+        self.found.sort_unstable_by(Candidate::rank);
+        let (budget, mut spent) = (self.budget, 0.0);
+        let count = self.found.iter().take_while(|c| {
             spent += c.cost;
             spent <= budget
         });
-        let count = affordable.count();
-        candidates.truncate(count);
+        let count = count.count();
+        if let Some(first) = self.found.get(count) {
+            self.least_worth = first.worth();
+        }
+        // The first that cannot be paid for stays: what follows is refused for its sake, whatever comes.
+        self.found.truncate(count + 1);
     }
-    candidates.sort_unstable_by(|a, b| {
-        b.nearness.total_cmp(&a.nearness).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
-    });
+
+    /// The chosen ones, front to back.
+    pub(crate) fn chosen(&mut self) -> &[Candidate] {
+        // Where all can be paid for, with more to spare than the rounding of any sum, which are better is no matter.
+        if !(self.found.len() < 100_000 && self.cost * 1.01 <= f64::from(self.budget)) {
+            self.spend();
+            let (budget, mut spent) = (self.budget, 0.0);
+            self.found.retain(|c| {
+                spent += c.cost;
+                spent <= budget
+            });
+        }
+        self.found.sort_unstable_by(|a, b| {
+            b.nearness.total_cmp(&a.nearness).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
+        });
+        &self.found
+    }
 }
 
 #[cfg(test)]
@@ -110,15 +220,76 @@ mod tests {
             candidate(2, 500.0, f32::INFINITY),
             candidate(3, 90.0, 0.9),
         ];
-        let slots = |mut list: Vec<Candidate>, budget| {
-            choose(&mut list, budget);
-            list.iter().map(|c| c.slot).collect::<Vec<_>>()
+        let slots = |list: Vec<Candidate>, budget| {
+            let mut choice = Choice::default();
+            choice.begin(budget);
+            list.into_iter().for_each(|c| choice.offer(c));
+            choice.chosen().iter().map(|c| c.slot).collect::<Vec<_>>()
         };
         assert_eq!(slots(all.to_vec(), 3.0), [2, 3, 1]);
         assert_eq!(slots(all.iter().rev().copied().collect(), 3.0), [2, 3, 1]);
         assert_eq!(slots(all.to_vec(), 0.0), []);
         assert_eq!(slots(all.to_vec(), f32::NAN), []);
         assert_eq!(slots(all.to_vec(), 1e9).len(), 4);
+    }
+
+    #[test]
+    fn what_is_refused_on_the_way_would_not_have_been_chosen() {
+        let mut state = 1_u32;
+        let mut random = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % below
+        };
+        for budget in [0.5, 3.0, 40.0, 400.0, 1e5] {
+            let all: Vec<_> = (0..3000)
+                .map(|slot| Candidate {
+                    pixels: random(500) as f32,
+                    nearness: 1.0,
+                    slot,
+                    shape: random(3),
+                    cost: 0.2 + random(20) as f32 * 0.31,
+                    footprint: None,
+                })
+                .collect();
+            let mut sorted = all.clone();
+            sorted.sort_by(Candidate::rank);
+            let mut spent = 0.0;
+            let expected = sorted.iter().take_while(|c| {
+                spent += c.cost;
+                spent <= budget
+            });
+            let mut expected: Vec<_> = expected.map(|c| c.slot).collect();
+            expected.sort_unstable();
+            let mut choice = Choice::default();
+            choice.begin(budget);
+            let mut refused = 0;
+            for c in all {
+                refused += usize::from(!choice.may_take(c.worth()));
+                choice.offer(c);
+            }
+            assert_eq!(choice.chosen().iter().map(|c| c.slot).collect::<Vec<_>>(), expected);
+            assert_eq!(refused > 1500, budget < 1000.0, "{refused} of {budget}");
+        }
+    }
+
+    #[test]
+    fn no_shape_is_worth_more_than_the_bound_of_larger_ones() {
+        for edges in [0, 3, 12, 300] {
+            for [convex, patch] in [[Some(edges), None], [None, Some(edges)]] {
+                let bound = Cheapest { convex, patch };
+                for pixels in (0..2000).map(|i| (i * i) as f32 * 0.37) {
+                    let cost = match patch {
+                        Some(edges) => patch_cost(edges + 2, pixels),
+                        None => convex_cost(edges + 2, pixels),
+                    };
+                    for larger in [pixels, pixels + 1.0, pixels * 9.0] {
+                        assert!(pixels / cost <= bound.or(Cheapest::ANY).worth(larger));
+                        assert!(pixels / cost <= bound.worth(larger), "{pixels} of {edges}");
+                    }
+                }
+            }
+        }
+        assert_eq!(Cheapest::default().worth(1e6), 0.0);
     }
 
     #[test]

@@ -37,11 +37,11 @@ mod record;
 mod screen;
 mod surface;
 
-pub(crate) use ask::Asker;
+pub(crate) use ask::{Asker, Nearest};
 pub use ask::{Footprint, Verdict};
 pub use buffer::{OcclusionBuffer, OcclusionError, TILE};
 pub use choose::Occlusion;
-pub(crate) use choose::{Candidate, choose};
+pub(crate) use choose::{Candidate, Cheapest, Choice};
 pub use convex::Convex;
 pub use list::{DrawJob, Share};
 pub use occluder::{Occluder, Shape};

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use super::choose::Cheapest;
 use super::{Convex, OccluderError, Patch};
-use crate::bounds::Aabb;
+use crate::bounds::{Aabb, Boxes};
 use crate::mesh::{Alpha, Mesh};
 
 /// A piece of an occluder that is drawn, or left out, as one.
@@ -36,19 +37,30 @@ impl Shape {
 }
 
 /// What stands for a mesh in an occlusion buffer: shapes that lie within what the mesh hides.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Occluder {
     shapes: Vec<Shape>,
     /// How many of the shapes, the last, are for views that begin within `sealed`.
     near: usize,
     sealed: Vec<Aabb>,
+    /// What follows from the shapes: their boxes, and what the cheapest of them cost.
+    boxes: Boxes,
+    cheapest: Cheapest,
+}
+
+impl PartialEq for Occluder {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.shapes, self.near, &self.sealed) == (&other.shapes, other.near, &other.sealed)
+    }
 }
 
 impl Occluder {
     /// Of shapes that the caller knows to lie within what the mesh hides.
     #[must_use]
     pub fn new(shapes: Vec<Shape>) -> Self {
-        Self { shapes, near: 0, sealed: Vec::new() }
+        let boxes: Vec<Aabb> = shapes.iter().map(Shape::bounds).collect();
+        let (boxes, cheapest) = (Boxes::from_slice(&boxes), Cheapest::of(&shapes));
+        Self { shapes, near: 0, sealed: Vec::new(), boxes, cheapest }
     }
 
     /// The mesh itself: one body where it is convex, closed and opaque; else its opaque triangles, a patch for each
@@ -85,7 +97,7 @@ impl Occluder {
                 shapes.extend(cut.into_iter().map(Shape::Patch));
             }
         }
-        Self { shapes, near: 0, sealed: Vec::new() }
+        Self::new(shapes)
     }
 
     /// Boxes and polygons, as a bake finds them within a mesh.
@@ -113,9 +125,9 @@ impl Occluder {
     /// them.
     #[must_use]
     pub fn with_near(mut self, shapes: Vec<Shape>) -> Self {
-        self.near += shapes.len();
+        let near = self.near + shapes.len();
         self.shapes.extend(shapes);
-        self
+        Self { near, sealed: self.sealed, ..Self::new(self.shapes) }
     }
 
     /// Whether a view has one of the shapes: one that begins within [`sealed`](Self::with_sealed), or another.
@@ -139,6 +151,16 @@ impl Occluder {
     pub fn cost(&self, pixels: f32) -> f32 {
         let far = &self.shapes[..self.shapes.len() - self.near];
         far.iter().map(|s| super::Candidate::cost(s, pixels)).sum()
+    }
+
+    /// The boxes of its shapes, in the space of the mesh.
+    pub(crate) fn boxes(&self) -> &Boxes {
+        &self.boxes
+    }
+
+    /// What none of its shapes costs less than.
+    pub(crate) fn cheapest(&self) -> Cheapest {
+        self.cheapest
     }
 
     /// What it is made of; what [`with_near`](Self::with_near) added comes last.

@@ -9,6 +9,7 @@ use fearless_simd::{Level, dispatch, f32x8};
 
 use super::super::buffer::{OcclusionBuffer, TILE};
 use super::lens::{Lens, Rectangles};
+use super::nearest::Nearest;
 use super::{Footprint, Verdict};
 use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
@@ -19,12 +20,17 @@ use crate::transform::Transform;
 /// test too, and the answer depends on no node: see [`Lens::project`].
 const NODE_SLACK: f32 = 4.0;
 
+/// What has fewer pixels is hidden as a whole or not at all: asking about its parts costs more than drawing them.
+const LEAST_PARTED: usize = 64;
+
 /// A buffer that is done, made ready to be asked about many boxes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Asker<'a> {
     buffer: &'a OcclusionBuffer,
     lens: Option<Lens>,
     level: Level,
+    /// Where it is known how near the tiles come at most.
+    nearest: Option<&'a Nearest>,
 }
 
 /// What boxes that were asked about were found to be: one bit a box.
@@ -32,6 +38,15 @@ pub(crate) struct Asker<'a> {
 struct Found {
     hidden: u64,
     outside: u64,
+    /// Nothing within is hidden; see [`Asker::group`].
+    whole: u64,
+}
+
+/// What a block is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Nodes,
+    Boxes,
 }
 
 impl Found {
@@ -106,7 +121,8 @@ impl OcclusionBuffer {
 
 impl<'a> Asker<'a> {
     pub(crate) fn new(buffer: &'a OcclusionBuffer, level: Level) -> Self {
-        Self { buffer, lens: buffer.screen.as_ref().and_then(Lens::new), level }
+        let lens = buffer.screen.as_ref().and_then(Lens::new);
+        Self { buffer, lens, level, nearest: None }
     }
 
     /// For boxes in the space of an object.
@@ -117,7 +133,17 @@ impl<'a> Asker<'a> {
     ) -> Self {
         let screen = buffer.screen.as_ref();
         let lens = screen.and_then(|s| Lens::of_object(s, transform, buffer.origin));
-        Self { buffer, lens, level }
+        Self { buffer, lens, level, nearest: None }
+    }
+
+    /// The same for boxes in the space of an object.
+    pub(crate) fn for_object(&self, transform: &Transform) -> Self {
+        Self::of_object(self.buffer, self.level, transform)
+    }
+
+    /// With this, what is before everything that was drawn is found to be so by its node, and not asked about.
+    pub(crate) fn with_nearest(self, nearest: &'a Nearest) -> Self {
+        Self { nearest: Some(nearest), ..self }
     }
 
     /// What [`hide_boxes`](OcclusionBuffer::hide_boxes) does.
@@ -125,9 +151,9 @@ impl<'a> Asker<'a> {
         let mut tests = 0;
         for (group, words) in alive.chunks_mut(64).enumerate() {
             if words.iter().any(|&w| w != 0) {
-                let mut all = [0; 64];
+                let (mut all, mut whole) = ([0; 64], [0; 64]);
                 all[..words.len()].copy_from_slice(words);
-                tests += self.group(nodes, boxes, group, &mut all);
+                tests += self.group(nodes, boxes, group, &mut all, &mut whole);
                 words.copy_from_slice(&all[..words.len()]);
             }
         }
@@ -150,11 +176,34 @@ impl<'a> Asker<'a> {
         block: &BoxBlock,
         asked: u64,
         least: f32,
+        each: impl FnMut(usize, Option<Footprint>),
+    ) {
+        self.footprints_with(1.0, block, asked, least, each);
+    }
+
+    /// As [`footprints`](Self::footprints), for nodes: what is below one has its footprint within, and where there is none
+    /// for want of pixels or being outside, neither has what is below.
+    pub(crate) fn footprints_of_nodes(
+        &self,
+        block: &BoxBlock,
+        asked: u64,
+        least: f32,
+        each: impl FnMut(usize, Option<Footprint>),
+    ) {
+        self.footprints_with(NODE_SLACK, block, asked, least, each);
+    }
+
+    fn footprints_with(
+        &self,
+        slack: f32,
+        block: &BoxBlock,
+        asked: u64,
+        least: f32,
         mut each: impl FnMut(usize, Option<Footprint>),
     ) {
         let mut r = Rectangles::NONE;
         if let Some(lens) = &self.lens {
-            dispatch!(self.level, simd => lens.project(simd, block, 1.0, &mut r));
+            dispatch!(self.level, simd => lens.project(simd, block, slack, &mut r));
         }
         for lane in bits::ones(asked & !u64::from(r.outside)) {
             if r.bounded >> lane & 1 == 0 {
@@ -179,21 +228,27 @@ impl<'a> Asker<'a> {
             let shift = part * LANES;
             let bits = asked >> shift & 0xffff;
             if bits != 0 {
-                let of = self.block(&boxes.blocks()[word * 4 + part], bits, 1.0);
+                let of = self.block(&boxes.blocks()[word * 4 + part], bits, Kind::Boxes);
                 found.hidden |= of.hidden << shift;
                 found.outside |= of.outside << shift;
+                found.whole |= of.whole << shift;
             }
         }
         found
     }
 
     /// Those asked about of sixteen boxes.
-    fn block(&self, block: &BoxBlock, asked: u64, slack: f32) -> Found {
+    fn block(&self, block: &BoxBlock, asked: u64, kind: Kind) -> Found {
         let (Some(lens), 1..) = (&self.lens, asked) else { return Found::default() };
-        dispatch!(self.level, simd => ask_block(simd, self.buffer, lens, block, asked, slack))
+        dispatch!(self.level, simd => {
+            ask_block(simd, self.buffer, lens, self.nearest, block, asked, kind)
+        })
     }
 
     /// Clears the bits of what is hidden or outside of 64 words, by the nodes above them first; how many tests it took.
+    /// Of what is left, sets the bits in `whole` of those of which no part is hidden: nothing that was drawn over the
+    /// pixels that they may touch is nearer than their farthest point, or they are small. (Without
+    /// [`with_nearest`](Self::with_nearest) only small ones are found.)
     ///
     /// Nodes still higher were not worth asking: one of 256 costs as much as one of sixteen boxes.
     pub(crate) fn group(
@@ -202,6 +257,7 @@ impl<'a> Asker<'a> {
         boxes: &Boxes,
         group: usize,
         alive: &mut [u64; 64],
+        whole: &mut [u64; 64],
     ) -> u64 {
         let mut tests = 0;
         // What is under a node: the boxes that were there when the nodes were made.
@@ -210,9 +266,15 @@ impl<'a> Asker<'a> {
         let asked = (0..LANES).filter(is_alive).fold(0_u64, |a, n| a | 1 << n);
         if let Some(block) = nodes.levels().get(1).and_then(|l| l.blocks().get(group)) {
             tests += u64::from(asked.count_ones());
-            for n in bits::ones(self.block(block, asked, NODE_SLACK).unseen()) {
+            let found = self.block(block, asked, Kind::Nodes);
+            for n in bits::ones(found.unseen()) {
                 for word in n * 4..n * 4 + 4 {
                     alive[word] &= !under(word);
+                }
+            }
+            for n in bits::ones(found.whole) {
+                for word in n * 4..n * 4 + 4 {
+                    whole[word] |= alive[word] & under(word);
                 }
             }
         }
@@ -222,20 +284,28 @@ impl<'a> Asker<'a> {
             if let Some(block) = nodes.levels().first().and_then(|l| l.blocks().get(first)) {
                 let mut asked = 0_u64;
                 for (i, word) in words.clone().enumerate() {
-                    let left = alive[word] & under(word);
+                    let left = alive[word] & under(word) & !whole[word];
                     for part in (0..4).filter(|part| left >> (part * LANES) & 0xffff != 0) {
                         asked |= 1 << (i * 4 + part);
                     }
                 }
                 tests += u64::from(asked.count_ones());
-                for node in bits::ones(self.block(block, asked, NODE_SLACK).unseen()) {
+                let found = self.block(block, asked, Kind::Nodes);
+                for node in bits::ones(found.unseen()) {
                     let word = n * 4 + node / 4;
                     alive[word] &= !(under(word) & 0xffff << (node % 4 * LANES));
                 }
+                for node in bits::ones(found.whole) {
+                    let word = n * 4 + node / 4;
+                    whole[word] |= alive[word] & under(word) & 0xffff << (node % 4 * LANES);
+                }
             }
             for word in words {
-                tests += u64::from(alive[word].count_ones());
-                alive[word] &= !self.word(boxes, group * 64 + word, alive[word]).unseen();
+                let asked = alive[word] & !whole[word];
+                tests += u64::from(asked.count_ones());
+                let found = self.word(boxes, group * 64 + word, asked);
+                alive[word] &= !found.unseen();
+                whole[word] |= found.whole;
             }
         }
         tests
@@ -256,21 +326,28 @@ fn ask_block<S: Simd>(
     simd: S,
     buffer: &OcclusionBuffer,
     lens: &Lens,
+    nearest: Option<&Nearest>,
     block: &BoxBlock,
     asked: u64,
-    slack: f32,
+    kind: Kind,
 ) -> Found {
     let mut r = Rectangles::NONE;
+    let slack = if kind == Kind::Nodes { NODE_SLACK } else { 1.0 };
     lens.project(simd, block, slack, &mut r);
-    let mut hidden = 0;
+    let (mut hidden, mut whole) = (0, 0);
     for lane in bits::ones(asked & u64::from(r.bounded)) {
         let min = [0, 1].map(|a| r.min[a][lane] as usize);
         let max = [0, 1].map(|a| r.max[a][lane] as usize);
         if covered(simd, buffer, min, max, r.nearness[lane]) {
             hidden |= 1 << lane;
+        } else if nearest.is_some_and(|n| n.is_before(simd, buffer, min, max, r.farthest[lane])) {
+            whole |= 1 << lane;
+        } else if kind == Kind::Boxes {
+            let pixels = (max[0] - min[0] + 1) * (max[1] - min[1] + 1);
+            whole |= u64::from(pixels < LEAST_PARTED) << lane;
         }
     }
-    Found { hidden, outside: asked & u64::from(r.outside) }
+    Found { hidden, outside: asked & u64::from(r.outside), whole }
 }
 
 /// Whether all pixels of a rectangle, which lies in the buffer, are nearer: whole tiles first, a vector of them at a time.

@@ -68,10 +68,12 @@ pub(in super::super) struct Rectangles {
     pub(in super::super) min: [[i32; LANES]; 2],
     pub(in super::super) max: [[i32; LANES]; 2],
     pub(in super::super) nearness: [f32; LANES],
+    /// No point of the box is farther.
+    pub(in super::super) farthest: [f32; LANES],
     /// One bit a box: it reaches some pixel, and the rest stands for it. Not so where it is outside, crosses the near plane or
     /// is not finite.
     pub(in super::super) bounded: u32,
-    /// One bit a box: it is empty, or beyond an edge of the screen.
+    /// One bit a box: it is empty, behind the near plane, or beyond an edge of the screen.
     pub(in super::super) outside: u32,
 }
 
@@ -80,6 +82,7 @@ impl Rectangles {
         min: [[0; LANES]; 2],
         max: [[0; LANES]; 2],
         nearness: [0.0; LANES],
+        farthest: [0.0; LANES],
         bounded: 0,
         outside: 0,
     };
@@ -142,7 +145,7 @@ impl Lens {
 
     /// Projects a block, with `slack` times the doubt.
     ///
-    /// A box within another has its rectangle within, and is no nearer, if the other is projected with four times the doubt or
+    /// A box within another has its rectangle within, and is neither nearer nor farther, if the other is projected with four times the doubt or
     /// more: each number is off by less than its own doubt, and that of the smaller box is the smaller.
     #[inline(always)]
     pub(in super::super) fn project<S: Simd>(
@@ -178,8 +181,10 @@ impl Lens {
         let [x, y, third, near] = &self.rows;
         let reach = Reach::<S>::new(simd, block, at, self.base);
         let near_error = reach.error(simd, near) * S::f32s::splat(simd, slack);
+        let heights = reach.terms(simd, near);
         // A NaN fails: such a box is visible.
-        let mut sure = reach.terms(simd, near).least().simd_ge(near_error);
+        let mut sure = heights.least().simd_ge(near_error);
+        let behind = (heights.most() + near_error).simd_lt(S::f32s::splat(simd, 0.0));
         // No other box has its upper corners there.
         let upper = S::f32s::from_slice(simd, &block.0[3][at..at + S::f32s::LEN]);
         let empty = upper.simd_eq(S::f32s::splat(simd, -Boxes::LIMIT));
@@ -187,11 +192,12 @@ impl Lens {
         let terms = reach.terms(simd, third);
 
         let mut bounds = [[third_error; 2]; 2];
-        let nearness;
+        let (nearness, remotest);
         if PERSPECTIVE {
             let one = S::f32s::splat(simd, 1.0);
             let mut inverse = terms.corners();
             let nearest = smallest::<S>(&inverse);
+            let most = greatest::<S>(&inverse);
             for w in &mut inverse {
                 *w = one / *w;
             }
@@ -201,6 +207,8 @@ impl Lens {
             // The division is rounded up by more than its three roundings.
             let rounded = S::f32s::splat(simd, 1.0 + slack * (1.0 / (1 << 21) as f32));
             nearness = one / (nearest - third_error) * rounded;
+            let shortened = S::f32s::splat(simd, 1.0 - slack * (1.0 / (1 << 21) as f32));
+            remotest = one / (most + third_error) * shortened;
             let largest = one / nearest;
             for (bounds, row) in bounds.iter_mut().zip([x, y]) {
                 let mut all = reach.terms(simd, row).corners();
@@ -218,6 +226,8 @@ impl Lens {
             let most = terms.most() + third_error;
             let rounding = S::f32s::splat(simd, slack * (1.0 / (1 << 21) as f32));
             nearness = most + most.abs() * rounding;
+            let least = terms.least() - third_error;
+            remotest = least - least.abs() * rounding;
             for (bounds, row) in bounds.iter_mut().zip([x, y]) {
                 let terms = reach.terms(simd, row);
                 let doubt = reach.error(simd, row) * S::f32s::splat(simd, slack * 1.125);
@@ -239,7 +249,8 @@ impl Lens {
         }
         sure &= nearness.abs().simd_lt(S::f32s::splat(simd, f32::INFINITY));
         nearness.store_slice(&mut out.nearness[at..at + S::f32s::LEN]);
-        let outside = empty | (sure & off_screen);
+        remotest.store_slice(&mut out.farthest[at..at + S::f32s::LEN]);
+        let outside = empty | behind | (sure & off_screen);
         ((sure & !outside).to_bitmask(), outside.to_bitmask())
     }
 }

@@ -2,10 +2,12 @@
 
 mod batch;
 mod lens;
+mod nearest;
 
 pub(crate) use batch::Asker;
 pub(super) use batch::covered;
 pub(super) use lens::{Lens, Rectangles};
+pub(crate) use nearest::Nearest;
 
 use super::buffer::{OcclusionBuffer, TILE};
 use crate::bounds::{Aabb, Obb};

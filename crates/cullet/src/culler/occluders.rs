@@ -1,0 +1,176 @@
+//! The choice of occluders: by the nodes of the hierarchy, those first that may hold the best.
+//!
+//! What a shape is worth is how many pixels it covers for what drawing it costs, so no shape below a node is worth more than the
+//! cheapest of the scene would be over all of the node's pixels. Nodes are looked into from the best bound on, and
+//! as soon as the budget is spent what cannot be among the chosen is passed over unseen: of a million things a budget pays for
+//! some hundred. The choice is that of looking at everything.
+
+use super::occlusion::{is_within, occludes};
+use crate::bits;
+use crate::bounds::{Aabb, LANES};
+use crate::cull::occlusion::{
+    Asker, Candidate, Cheapest, Choice, Footprint, Occluder, OcclusionBuffer,
+};
+use crate::scene::Scene;
+
+/// Smaller ones hide next to nothing.
+const LEAST_PIXELS: f32 = 16.0;
+
+/// With more meshes than this it costs more to ask each what its cheapest shape costs than knowing it saves.
+const MOST_MESHES: usize = 1024;
+
+/// What is looked through for occluders.
+pub(super) struct Search<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) buffer: &'a OcclusionBuffer,
+    pub(super) asker: Asker<'a>,
+    /// Whether the fronts of one-sided shapes hide anything.
+    pub(super) fronts_are_drawn: bool,
+    /// Around where the view begins; see [`is_within`].
+    pub(super) near: Aabb,
+    /// What is alive, one bit a slot, and the words of it that are not zero.
+    pub(super) alive: &'a [u64],
+    pub(super) live: &'a [u32],
+}
+
+/// A node of 256 slots and what a shape in it is worth at most.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Group {
+    worth: f32,
+    number: u32,
+}
+
+impl Search<'_> {
+    /// Fills `choice`; `groups` is memory.
+    pub(super) fn run(&self, groups: &mut Vec<Group>, choice: &mut Choice) {
+        let cheapest = self.cheapest();
+        self.list_groups(cheapest, groups);
+        groups.sort_unstable_by(|a, b| {
+            b.worth.total_cmp(&a.worth).then_with(|| a.number.cmp(&b.number))
+        });
+        for group in groups.iter() {
+            if !choice.may_take(group.worth) {
+                break;
+            }
+            self.look_into(group.number as usize, cheapest, choice);
+        }
+    }
+
+    /// What no shape of the scene costs less than, as far as that is known: occluders are made when something of their mesh is
+    /// first in view.
+    fn cheapest(&self) -> Cheapest {
+        let meshes = self.scene.meshes();
+        if meshes.len() > MOST_MESHES {
+            return Cheapest::ANY;
+        }
+        let of =
+            meshes.iter().map(|m| m.occluder_if_made().map_or(Cheapest::ANY, Occluder::cheapest));
+        of.fold(Cheapest::default(), Cheapest::or)
+    }
+
+    /// Of what has a footprint, or none for it crosses the near plane.
+    fn pixels(&self, footprint: Option<Footprint>) -> f32 {
+        let all = || self.buffer.size().iter().map(|&s| s as f32).product();
+        footprint.map_or_else(all, |f| f.pixels())
+    }
+
+    fn list_groups(&self, cheapest: Cheapest, groups: &mut Vec<Group>) {
+        groups.clear();
+        let nodes = self.scene.hierarchy().nodes();
+        for words in self.live.chunk_by(|a, b| a / 64 == b / 64) {
+            let at = words[0] as usize / 64;
+            let asked = words.iter().fold(0_u64, |asked, w| asked | 1 << (w % 64 / 4));
+            let block = nodes.levels().get(1).and_then(|l| l.blocks().get(at));
+            // What was added since the nodes were made is under none.
+            let under = bits::ones(asked).filter(|n| (at * LANES + n + 1) * 256 <= nodes.len());
+            let known = under.fold(0_u64, |known, n| known | 1 << n);
+            let mut list = |n: usize, footprint| {
+                let worth = cheapest.worth(self.pixels(footprint));
+                groups.push(Group { worth, number: (at * LANES + n) as u32 });
+            };
+            match block {
+                Some(block) => {
+                    bits::ones(asked & !known).for_each(|n| list(n, None));
+                    self.asker.footprints_of_nodes(block, known, LEAST_PIXELS, list);
+                }
+                None => bits::ones(asked).for_each(|n| list(n, None)),
+            }
+        }
+    }
+
+    /// Looks into the sixteen blocks of a group.
+    fn look_into(&self, group: usize, cheapest: Cheapest, choice: &mut Choice) {
+        let nodes = self.scene.hierarchy().nodes();
+        let (mut asked, mut known) = (0_u64, 0_u64);
+        for n in 0..LANES {
+            let word = group * 4 + n / 4;
+            let alive = self.alive.get(word).copied().unwrap_or(0);
+            if alive >> (n % 4 * LANES) & 0xffff != 0 {
+                asked |= 1 << n;
+                known |= u64::from(((group * LANES) + n + 1) * LANES <= nodes.len()) << n;
+            }
+        }
+        let mut look = |n: usize, footprint| {
+            if choice.may_take(cheapest.worth(self.pixels(footprint))) {
+                self.look_at(group * LANES + n, choice);
+            }
+        };
+        match nodes.levels().first().and_then(|l| l.blocks().get(group)) {
+            Some(block) => {
+                bits::ones(asked & !known).for_each(|n| look(n, None));
+                self.asker.footprints_of_nodes(block, known, LEAST_PIXELS, look);
+            }
+            None => bits::ones(asked).for_each(|n| look(n, None)),
+        }
+    }
+
+    /// Looks at sixteen instances.
+    fn look_at(&self, block: usize, choice: &mut Choice) {
+        let alive = self.alive[block / 4] >> (block % 4 * LANES) & 0xffff;
+        let boxes = &self.scene.boxes().blocks()[block];
+        self.asker.footprints(boxes, alive, LEAST_PIXELS, |lane, footprint| {
+            let slot = (block * LANES + lane) as u32;
+            if occludes(self.scene, slot) {
+                let worth = self.scene.mesh(slot).occluder().cheapest();
+                if choice.may_take(worth.worth(self.pixels(footprint))) {
+                    self.offer(slot, footprint, choice);
+                }
+            }
+        });
+    }
+
+    /// Offers the shapes of an instance that are for a view which begins within what it seals off, or does not.
+    fn offer(&self, slot: u32, footprint: Option<Footprint>, choice: &mut Choice) {
+        let Self { scene, asker, .. } = self;
+        let occluder = scene.mesh(slot).occluder();
+        let within = is_within(scene, slot, &self.near);
+        let most = self.pixels(footprint);
+        let mut offer = |number: usize, footprint: Option<Footprint>| {
+            let shape = &occluder.shapes()[number];
+            if !(self.fronts_are_drawn || shape.is_two_sided()) || !occluder.is_for(number, within)
+            {
+                return;
+            }
+            // No more than the instance, by whose pixels it was sought.
+            let pixels = self.pixels(footprint).min(most);
+            choice.offer(Candidate {
+                pixels,
+                nearness: footprint.map_or(f32::INFINITY, |f| f.nearness),
+                slot,
+                shape: number as u32,
+                cost: Candidate::cost(shape, pixels),
+                footprint,
+            });
+        };
+        if let [_] = occluder.shapes() {
+            offer(0, footprint);
+            return;
+        }
+        let asker = asker.for_object(scene.transform(slot));
+        for (at, block) in occluder.boxes().blocks().iter().enumerate() {
+            let count = occluder.shapes().len().saturating_sub(at * LANES).min(LANES);
+            let asked = (1 << count) - 1;
+            asker.footprints(block, asked, LEAST_PIXELS, |lane, f| offer(at * LANES + lane, f));
+        }
+    }
+}
