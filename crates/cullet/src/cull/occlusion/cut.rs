@@ -131,10 +131,10 @@ impl Cuts {
 
     fn make_of(&mut self, patch: &Patch, all: &[Clip], guard: &Guard) {
         self.clips.extend(all.iter().map(|c| (guard.has(c) && c.spot().is_finite()).then_some(*c)));
-        for (number, corners) in patch.triangles.iter().enumerate() {
+        for (number, corners) in patch.numbered() {
             if corners.iter().any(|&v| self.clips[v as usize].is_none()) {
                 let corners = self.cut_off(guard, corners.map(|v| all[v as usize]));
-                self.faces.push((number as u32, corners));
+                self.faces.push((number, corners));
             }
         }
         for (number, &[a, b, ..]) in patch.edges.iter().enumerate() {

@@ -20,9 +20,12 @@ pub struct Patch {
     pub(super) places: [Vec<f32>; 3],
     vertex_count: usize,
     pub(super) own_vertices: usize,
-    /// Its own triangles first, then those around it.
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) own: usize,
+    /// Triangles, eight at a time, corner by corner: first groups of its own, then of those around it. What fills up
+    /// a group has the same corner three times. A triangle's number is eight times its group's, and its lane.
+    pub(super) faces: Vec<[[u32; LANES]; 3]>,
+    /// The groups that are its own.
+    pub(super) own_faces: usize,
+    own: usize,
     /// Edges: two vertices, and the triangles on both sides; [`NONE`](Self::NONE) where there is none.
     pub(super) edges: Vec<[u32; 4]>,
     pub(super) two_sided: bool,
@@ -89,6 +92,17 @@ impl Patch {
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// Its triangles, its own first.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.numbered().map(|(_, t)| t)
+    }
+
+    /// Its triangles, each with its number.
+    pub(super) fn numbered(&self) -> impl Iterator<Item = (u32, [u32; 3])> {
+        let lanes = self.faces.iter().flat_map(|[a, b, c]| (0..LANES).map(|l| [a[l], b[l], c[l]]));
+        (0..).zip(lanes).filter(|(_, t)| is_whole(t))
     }
 
     /// Its vertices, those of the triangles around it included.
@@ -174,14 +188,20 @@ impl<'a> Surface<'a> {
             places.resize(padded, places.last().copied().unwrap_or_default());
             places
         };
-        let own_vertices = triangles[..own.len()].iter().flatten().map(|v| v + 1).max();
+        let (own_triangles, around) = triangles.split_at(own.len());
+        let own_vertices = own_triangles.iter().flatten().map(|v| v + 1).max();
+        let own_faces = own_triangles.len().div_ceil(LANES);
+        let faces = own_triangles.chunks(LANES).chain(around.chunks(LANES)).map(lanes).collect();
+        let shift = own_faces * LANES - own.len();
+        let number = |t: usize| if t < own.len() { t } else { t + shift } as u32;
         Patch {
-            edges: edges(&triangles),
+            edges: edges(triangles.iter().enumerate().map(|(t, v)| (number(t), *v))),
             reach: super::draw::reach(&vertices),
             places: [0, 1, 2].map(axis),
             vertex_count: vertices.len(),
             own_vertices: own_vertices.unwrap_or_default() as usize,
-            triangles,
+            faces,
+            own_faces,
             own: own.len(),
             two_sided: self.two_sided,
             bounds,
@@ -193,14 +213,25 @@ fn is_whole(t: &[u32; 3]) -> bool {
     t[0] != t[1] && t[1] != t[2] && t[2] != t[0]
 }
 
+/// The first corners of up to eight triangles, the second, and the third.
+fn lanes(triangles: &[[u32; 3]]) -> [[u32; LANES]; 3] {
+    let mut lanes = [[triangles[0][0]; LANES]; 3];
+    for (lane, t) in triangles.iter().enumerate() {
+        for (corner, v) in lanes.iter_mut().zip(t) {
+            corner[lane] = *v;
+        }
+    }
+    lanes
+}
+
 /// The edges of some triangles. An edge that is not shared by just two that wind alike is given once for
 /// each of its triangles, as an open one.
-fn edges(triangles: &[[u32; 3]]) -> Vec<[u32; 4]> {
+fn edges(triangles: impl ExactSizeIterator<Item = (u32, [u32; 3])>) -> Vec<[u32; 4]> {
     let mut half: Vec<[u32; 4]> = Vec::with_capacity(triangles.len() * 3);
-    for (t, v) in triangles.iter().enumerate() {
+    for (t, v) in triangles {
         for k in 0..3 {
             let (a, b) = (v[k], v[(k + 1) % 3]);
-            half.push([a.min(b), a.max(b), u32::from(a > b), t as u32]);
+            half.push([a.min(b), a.max(b), u32::from(a > b), t]);
         }
     }
     half.sort_unstable();

@@ -3,7 +3,7 @@
 //! Eight at a time, in f32: places are relative to a pixel near the patch, so that few digits are lost, and
 //! what is lost is part of the margins.
 
-use fearless_simd::f32x8;
+use fearless_simd::{f32x8, i32x8, mask32x8};
 use fearless_simd::prelude::*;
 
 /// The column that bounds nothing from the right.
@@ -27,12 +27,13 @@ impl Spots {
         self.nearness.clear();
     }
 
+    /// Columns, rows and nearnesses of eight.
     #[inline(always)]
-    fn gather<S: Simd>(&self, simd: S, vertices: [u32; LANES]) -> [f32x8<S>; 3] {
+    pub(super) fn gather<S: Simd>(&self, simd: S, vertices: &[u32; LANES]) -> [f32x8<S>; 3] {
         // No closures given to `map`: the compiler leaves those calls.
         let mut places = [[0.0; LANES]; 3];
-        for (lane, v) in vertices.into_iter().enumerate() {
-            let v = v as usize;
+        for (lane, v) in vertices.iter().enumerate() {
+            let v = *v as usize;
             places[0][lane] = self.x[v];
             places[1][lane] = self.y[v];
             places[2][lane] = self.nearness[v];
@@ -83,16 +84,12 @@ impl Frame {
     }
 }
 
+/// Eight triangles, corner by corner, as [`Spots::gather`] gives them.
+pub(super) type Corners<S> = [[f32x8<S>; 3]; 3];
+
 /// Twice the area of triangles, and how much of it may be an error.
 #[inline(always)]
-pub(super) fn areas<S: Simd>(
-    simd: S,
-    frame: &Frame,
-    spots: &Spots,
-    corners: [[u32; LANES]; 3],
-) -> (f32x8<S>, f32x8<S>) {
-    let [a, b, c] = corners;
-    let (a, b, c) = (spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c));
+pub(super) fn areas<S: Simd>(frame: &Frame, [a, b, c]: &Corners<S>) -> (f32x8<S>, f32x8<S>) {
     let (bx, by, cx, cy) = (b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]);
     let size = bx.abs() + by.abs() + cx.abs() + cy.abs();
     let slack =
@@ -100,24 +97,32 @@ pub(super) fn areas<S: Simd>(
     (bx * cy - by * cx, slack)
 }
 
+/// Where an edge bounds rows of pixels: at column start + slope · row a piece begins, or ends, to touch a pixel; by
+/// `inward` columns further in all of the pixel is certainly within, as far as that edge goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bound {
+    pub(super) start: [f32; LANES],
+    pub(super) slope: [f32; LANES],
+    pub(super) inward: [f32; LANES],
+}
+
 /// Eight convex pieces of the screen, each within three edges and a box, with a plane of nearness.
 ///
 /// An edge is a·x + b·y + c, over the pixel in column x and row y; it is not below 0 where the piece may
-/// touch the pixel, as far as that edge goes, and not below `inner` where the piece certainly holds all of it. Solved
-/// for the column, it bounds a row of pixels at start + slope · row, from the left where a is above 0. A convex
-/// polygon meets a square iff no edge of either parts them, so three edges and the box are all there is to ask.
+/// touch the pixel, as far as that edge goes. Solved for the column, it bounds rows of pixels from the left where a is
+/// above 0, else from the right. A convex polygon meets a square iff no edge of either parts them, so three edges and
+/// the box are all there is to ask.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pieces {
-    pub(super) a: [[f32; LANES]; 3],
-    pub(super) b: [[f32; LANES]; 3],
-    pub(super) c: [[f32; LANES]; 3],
-    pub(super) start: [[f32; LANES]; 3],
-    pub(super) slope: [[f32; LANES]; 3],
-    pub(super) inner: [[f32; LANES]; 3],
-    /// How far `inner` is, in columns.
-    pub(super) inward: [[f32; LANES]; 3],
+    /// The edges that bound from the left, and from the right: of three there are two and one.
+    pub(super) left: [Bound; 2],
+    pub(super) right: [Bound; 2],
+    /// A bit for each piece of which rounding alone puts all edges on one side, so that nothing is certain of it.
+    pub(super) odd: u32,
+    /// A bit for each piece that may touch a pixel of the window.
+    pub(super) present: u32,
     /// First column and row, last column and row of the pixels of the window that the box touches.
-    pub(super) window: [[f32; LANES]; 4],
+    pub(super) window: [[i32; LANES]; 4],
     /// How near all of the piece within a pixel is at least: value + dx·x + dy·y, but `far` at the least.
     pub(super) value: [f32; LANES],
     pub(super) dx: [f32; LANES],
@@ -128,27 +133,23 @@ pub(super) struct Pieces {
 }
 
 impl Pieces {
-    /// Triangles whose area has the sign of `sign`, or hardly any.
+    /// Triangles whose areas have the signs of `sign`.
     #[inline(always)]
     pub(super) fn triangles<S: Simd>(
         simd: S,
         frame: &Frame,
-        spots: &Spots,
-        corners: [[u32; LANES]; 3],
-        sign: f32,
+        p: &Corners<S>,
+        sign: f32x8<S>,
     ) -> Self {
-        let [a, b, c] = corners;
-        let p = [spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c)];
         let edges = [edge(&p[0], &p[1], sign), edge(&p[1], &p[2], sign), edge(&p[2], &p[0], sign)];
         let touch = frame.touch();
-        let width = |e: &Edge<S>| e.a.abs() + e.b.abs();
-        let widths = [width(&edges[0]), width(&edges[1]), width(&edges[2])];
+        let widths = [edges[0].width(), edges[1].width(), edges[2].width()];
         let zero = f32x8::splat(simd, 0.0);
 
         let [ax, ay, an] = p[0];
         let (bx, by, bn) = (p[1][0] - ax, p[1][1] - ay, p[1][2] - an);
         let (cx, cy, cn) = (p[2][0] - ax, p[2][1] - ay, p[2][2] - an);
-        let window = window(frame, [&p[0], &p[1], &p[2]], frame.margin);
+        let (window, present) = window(frame, [&p[0], &p[1], &p[2]], frame.margin);
         let low = an.min(p[1][2]).min(p[2][2]);
         let near = an.max(p[1][2]).max(p[2][2]);
         let far = (low * (1.0 - 2.0_f32.powi(-20)) - frame.nearness_doubt).max(zero);
@@ -171,17 +172,27 @@ impl Pieces {
         let is_sure = rounding.simd_le(near);
         let flat = |v: f32x8<S>| is_sure.select(v, zero);
 
-        let mut pieces = Self::blank();
-        for (k, edge) in edges.iter().enumerate() {
-            pieces.bound(simd, k, edge, widths[k] * touch, widths[k] * (touch + frame.border()));
+        let inner = touch + frame.border();
+        let (left, right, odd) = sides(
+            simd,
+            [
+                solve(simd, &edges[0], widths[0] * touch, widths[0] * inner),
+                solve(simd, &edges[1], widths[1] * touch, widths[1] * inner),
+                solve(simd, &edges[2], widths[2] * touch, widths[2] * inner),
+            ],
+        );
+        Self {
+            left,
+            right,
+            odd,
+            present,
+            window,
+            value: flat(value).into(),
+            dx: flat(gx).into(),
+            dy: flat(gy).into(),
+            far: far.into(),
+            near: near.into(),
         }
-        pieces.window(window);
-        pieces.value = flat(value).into();
-        pieces.dx = flat(gx).into();
-        pieces.dy = flat(gy).into();
-        pieces.far = far.into();
-        pieces.near = near.into();
-        pieces
     }
 
     /// Borders: triangles of no area that are infinitely far, so that nothing is hidden where they are.
@@ -192,60 +203,21 @@ impl Pieces {
         spots: &Spots,
         ends: [[u32; LANES]; 2],
     ) -> Self {
-        let [p, q] = [spots.gather(simd, ends[0]), spots.gather(simd, ends[1])];
-        let e = edge(&p, &q, 1.0);
-        let width = (e.a.abs() + e.b.abs()) * frame.border();
-        let mut pieces = Self::blank();
+        let [p, q] = [spots.gather(simd, &ends[0]), spots.gather(simd, &ends[1])];
+        let e = edge(&p, &q, f32x8::splat(simd, 1.0));
+        let width = e.width() * frame.border();
         let never = f32x8::splat(simd, f32::INFINITY);
-        pieces.bound(simd, 0, &e, width, never);
-        pieces.bound(simd, 1, &Edge { a: -e.a, b: -e.b, c: -e.c }, width, never);
-        pieces.window(window(frame, [&p, &p, &q], 3.0 * frame.margin));
-        pieces
-    }
-
-    #[inline(always)]
-    fn window<S: Simd>(&mut self, [x0, y0, x1, y1]: [f32x8<S>; 4]) {
-        self.window = [x0.into(), y0.into(), x1.into(), y1.into()];
-    }
-
-    /// Takes an edge, moved outward.
-    #[inline(always)]
-    fn bound<S: Simd>(
-        &mut self,
-        simd: S,
-        k: usize,
-        edge: &Edge<S>,
-        outward: f32x8<S>,
-        inner: f32x8<S>,
-    ) {
-        let c = edge.c + outward;
-        // An edge so level that it turns by less than rounding over all of the screen still has a slope.
-        let least = edge.b.abs() * 2.0_f32.powi(-24);
-        let a = edge.a.abs().simd_ge(least).select(edge.a, least);
-        let is_edge = a.abs().simd_gt(f32x8::splat(simd, 0.0));
-        let share = is_edge.select(f32x8::splat(simd, -1.0) / a, f32x8::splat(simd, 0.0));
-        let start = is_edge.select(c * share, f32x8::splat(simd, NOWHERE));
-        self.a[k] = a.into();
-        self.b[k] = edge.b.into();
-        self.c[k] = c.into();
-        self.start[k] = start.into();
-        self.slope[k] = (edge.b * share).into();
-        self.inner[k] = inner.into();
-        self.inward[k] = (inner * share.abs()).into();
-    }
-
-    #[inline(always)]
-    fn blank() -> Self {
+        let opposite = Edge { a: -e.a, b: -e.b, c: -e.c };
+        let [e, opposite] = [solve(simd, &e, width, never), solve(simd, &opposite, width, never)];
+        let (left, right, _) = sides(simd, [e, opposite, Solved::nowhere(simd)]);
+        let (window, present) = window(frame, [&p, &p, &q], 3.0 * frame.margin);
         let none = [0.0; LANES];
         Self {
-            a: [none; 3],
-            b: [none; 3],
-            c: [none; 3],
-            start: [[NOWHERE; LANES]; 3],
-            slope: [none; 3],
-            inner: [[f32::INFINITY; LANES]; 3],
-            inward: [none; 3],
-            window: [none; 4],
+            left,
+            right,
+            odd: 0,
+            present,
+            window,
             value: none,
             dx: none,
             dy: none,
@@ -262,18 +234,122 @@ struct Edge<S: Simd> {
     c: f32x8<S>,
 }
 
+impl<S: Simd> Edge<S> {
+    /// By how much it changes from one pixel to the next across and the next down.
+    #[inline(always)]
+    fn width(&self) -> f32x8<S> {
+        self.a.abs() + self.b.abs()
+    }
+}
+
 #[inline(always)]
-fn edge<S: Simd>(p: &[f32x8<S>; 3], q: &[f32x8<S>; 3], sign: f32) -> Edge<S> {
+fn edge<S: Simd>(p: &[f32x8<S>; 3], q: &[f32x8<S>; 3], sign: f32x8<S>) -> Edge<S> {
     let (a, b) = ((p[1] - q[1]) * sign, (q[0] - p[0]) * sign);
     Edge { a, b, c: a * (-p[0] + 0.5) + b * (-p[1] + 0.5) }
 }
 
-/// The pixels of the window that a box around three corners touches, `margin` on each side included.
+/// An edge solved for the column.
+#[derive(Clone, Copy)]
+struct Solved<S: Simd> {
+    start: f32x8<S>,
+    slope: f32x8<S>,
+    inward: f32x8<S>,
+    is_left: mask32x8<S>,
+}
+
+impl<S: Simd> Solved<S> {
+    /// No bound, from the right.
+    #[inline(always)]
+    fn nowhere(simd: S) -> Self {
+        let zero = f32x8::splat(simd, 0.0);
+        let start = f32x8::splat(simd, NOWHERE);
+        Self { start, slope: zero, inward: zero, is_left: zero.simd_gt(zero) }
+    }
+
+    /// No bound, from the left.
+    #[inline(always)]
+    fn nowhere_left(simd: S) -> Self {
+        Self { start: f32x8::splat(simd, -NOWHERE), ..Self::nowhere(simd) }
+    }
+
+    #[inline(always)]
+    fn or(self, is_self: mask32x8<S>, other: Self) -> Self {
+        Self {
+            start: is_self.select(self.start, other.start),
+            slope: is_self.select(self.slope, other.slope),
+            inward: is_self.select(self.inward, other.inward),
+            is_left: other.is_left,
+        }
+    }
+
+    #[inline(always)]
+    fn bound(self) -> Bound {
+        Bound { start: self.start.into(), slope: self.slope.into(), inward: self.inward.into() }
+    }
+}
+
+/// Solves an edge, moved outward, for the column.
 #[inline(always)]
-fn window<S: Simd>(frame: &Frame, p: [&[f32x8<S>; 3]; 3], margin: f32) -> [f32x8<S>; 4] {
+fn solve<S: Simd>(simd: S, edge: &Edge<S>, outward: f32x8<S>, inner: f32x8<S>) -> Solved<S> {
+    let zero = f32x8::splat(simd, 0.0);
+    // An edge so level that it turns by less than rounding over all of the screen still has a slope.
+    let least = edge.b.abs() * 2.0_f32.powi(-24);
+    let a = edge.a.abs().simd_ge(least).select(edge.a, least);
+    let is_edge = a.abs().simd_gt(zero);
+    let share = is_edge.select(f32x8::splat(simd, -1.0) / a, zero);
+    let start = is_edge.select((edge.c + outward) * share, f32x8::splat(simd, NOWHERE));
+    let (slope, inward) = (edge.b * share, inner * share.abs());
+    Solved { start, slope, inward, is_left: a.simd_gt(zero) }
+}
+
+/// Sorts three edges by the side that they bound, without branches, for which it is is anybody's guess.
+#[inline(always)]
+fn sides<S: Simd>(simd: S, [e, f, g]: [Solved<S>; 3]) -> ([Bound; 2], [Bound; 2], u32) {
+    let [l, m, n] = [e.is_left, f.is_left, g.is_left];
+    let left = two([e, f, g], [l, m, n], Solved::nowhere_left(simd));
+    let right = two([e, f, g], [!l, !m, !n], Solved::nowhere(simd));
+    let odd = ((l & m & n) | (!l & !m & !n)).to_bitmask();
+    (left, right, odd as u32)
+}
+
+/// The first two of three edges that are some.
+#[inline(always)]
+fn two<S: Simd>(
+    [e, f, g]: [Solved<S>; 3],
+    [is_e, is_f, is_g]: [mask32x8<S>; 3],
+    none: Solved<S>,
+) -> [Bound; 2] {
+    let first = e.or(is_e, f.or(is_f, g.or(is_g, none)));
+    let second = f.or(is_e & is_f, g.or((is_e | is_f) & is_g, none));
+    [first.bound(), second.bound()]
+}
+
+/// The pixels of the window that a box around three corners touches, `margin` on each side included; a bit for
+/// each that touches any.
+#[inline(always)]
+fn window<S: Simd>(
+    frame: &Frame,
+    p: [&[f32x8<S>; 3]; 3],
+    margin: f32,
+) -> ([[i32; LANES]; 4], u32) {
     let [x0, y0, x1, y1] = frame.window;
-    let low = |a: usize| (p[0][a].min(p[1][a]).min(p[2][a]) - margin).floor();
-    let high = |a: usize| (p[0][a].max(p[1][a]).max(p[2][a]) + margin).floor();
-    let splat = |v: f32| f32x8::splat(p[0][0].simd, v);
-    [low(0).max(splat(x0)), low(1).max(splat(y0)), high(0).min(splat(x1)), high(1).min(splat(y1))]
+    let [(left, right), (top, bottom)] = [range(p, 0, margin), range(p, 1, margin)];
+    let simd = p[0][0].simd;
+    let [left, top] = [left.max(f32x8::splat(simd, x0)), top.max(f32x8::splat(simd, y0))];
+    let [right, bottom] = [right.min(f32x8::splat(simd, x1)), bottom.min(f32x8::splat(simd, y1))];
+    let present = (left.simd_le(right) & top.simd_le(bottom)).to_bitmask() as u32;
+    let window = [
+        i32x8::truncate_from(left).into(),
+        i32x8::truncate_from(top).into(),
+        i32x8::truncate_from(right).into(),
+        i32x8::truncate_from(bottom).into(),
+    ];
+    (window, present)
+}
+
+/// The first and the last pixel along an axis.
+#[inline(always)]
+fn range<S: Simd>(p: [&[f32x8<S>; 3]; 3], axis: usize, margin: f32) -> (f32x8<S>, f32x8<S>) {
+    let [a, b, c] = [p[0][axis], p[1][axis], p[2][axis]];
+    ((a.min(b).min(c) - margin).floor(), (a.max(b).max(c) + margin).floor())
 }

@@ -304,9 +304,9 @@ fn put_shape(out: &mut Vec<u8>, shape: &Shape) {
         }
         Shape::Patch(patch) => {
             out.push(1 + u8::from(patch.two_sided));
-            put_counts(out, [patch.vertices().len(), patch.triangles.len(), patch.own]);
+            put_counts(out, [patch.vertices().len(), patch.triangles().count(), patch.triangle_count()]);
             put_points(out, patch.vertices());
-            patch.triangles.iter().flatten().for_each(|v| out.extend(v.to_le_bytes()));
+            patch.triangles().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         }
     }
 }

@@ -7,9 +7,9 @@ use glam::DVec4;
 use super::ask::Footprint;
 use super::buffer::{OcclusionBuffer, TILE};
 use super::cut::{Cuts, Guard};
-use super::fringe::Canvas;
+use super::fringe::{Canvas, WIDTH, kind};
 use super::patch::{Patch, Side};
-use super::piece::{self, Frame, LANES, Pieces, Spots};
+use super::piece::{self, Corners, Frame, LANES, Pieces, Spots};
 use super::screen::{Clip, Doubt, ObjectScreen, Spot};
 use crate::transform::Transform;
 
@@ -22,13 +22,16 @@ pub(super) struct Surface {
     spots: Spots,
     cuts: Cuts,
     sides: Vec<Side>,
-    /// What shows its front, and what shows its back.
-    shown: [Shown; 2],
+    /// Where what shows its front ends, and what shows its back.
+    ends: [Ends; 2],
 }
 
+/// Where faces that show one side end.
 #[derive(Clone, Debug, Default)]
-struct Shown {
-    triangles: Vec<[u32; 3]>,
+struct Ends {
+    /// What is left of faces that were cut: of the patch itself, and of what is around it.
+    own: Vec<[u32; 3]>,
+    around: Vec<[u32; 3]>,
     borders: Vec<[u32; 2]>,
 }
 
@@ -96,9 +99,9 @@ impl OcclusionBuffer {
         if (0..2).any(|a| high[a] < 0.0 || low[a] > last[a] + 1.0) {
             return;
         }
-        let tile = TILE as f64;
-        let base = [0, 1].map(|a| (low[a].max(0.0).min(last[a]) / tile).floor());
-        let from = [base[0] * tile, base[1] * tile];
+        let block = [WIDTH as f64, TILE as f64];
+        let base = [0, 1].map(|a| (low[a].max(0.0).min(last[a]) / block[a]).floor());
+        let from = [base[0] * block[0], base[1] * block[1]];
         let window = [
             low[0].floor().max(0.0) - from[0],
             low[1].floor().max(0.0) - from[1],
@@ -112,22 +115,24 @@ impl OcclusionBuffer {
         let frame = Frame::new(doubt.pixels, doubt.nearness, span, window.map(|v| v as f32));
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
 
-        let Self { size, columns, tiles, far, live, fringe, .. } = self;
+        let Self { size, columns, tiles, far, live, fringes, .. } = self;
         let mut canvas = Canvas {
             size: *size,
             columns: *columns,
             tiles,
             far,
             live,
-            fringe,
+            fringes,
             base: base.map(|v| v as usize),
             nearest: 0.0,
         };
         dispatch!(level, simd => {
             canvas.nearest = surface.round(from);
-            surface.sort(simd, &frame, patch, orient);
-            for (shown, sign) in surface.shown.iter().zip([orient, -orient]) {
-                shown.draw(simd, &frame, &surface.spots, sign, &mut canvas);
+            surface.faces(simd, &frame, patch, orient, &mut canvas);
+            surface.end(&frame, patch, orient);
+            for (side, ends) in surface.ends.iter().enumerate() {
+                let sign = if side == 0 { orient } else { -orient };
+                ends.draw(simd, &frame, &surface.spots, sign, &mut canvas, side);
             }
         });
     }
@@ -220,39 +225,57 @@ impl Surface {
         spots.nearness.iter().fold(0.0, |most, &n| if n > most { n } else { most })
     }
 
-    /// Sorts triangles by the side that they show, and finds where each side ends.
+    /// Draws the faces that were not cut, each to the sheet of the side that it shows.
     #[inline(always)]
-    fn sort<S: Simd>(&mut self, simd: S, frame: &Frame, patch: &Patch, orient: f32) {
-        let Self { spots, cuts, sides, shown, .. } = self;
+    fn faces<S: Simd>(
+        &mut self,
+        simd: S,
+        frame: &Frame,
+        patch: &Patch,
+        orient: f32,
+        canvas: &mut Canvas<'_>,
+    ) {
+        let Self { spots, sides, .. } = self;
         sides.clear();
-        for shown in shown.iter_mut() {
-            shown.triangles.clear();
-            shown.borders.clear();
-        }
         let zero = f32x8::splat(simd, 0.0);
-        for triangles in patch.triangles.chunks(LANES) {
-            let corners = lanes(triangles);
-            let (area, slack) = piece::areas(simd, frame, spots, corners);
+        let orient = f32x8::splat(simd, orient);
+        for (group, [a, b, c]) in patch.faces.iter().enumerate() {
+            let corners = [spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c)];
+            let (area, slack) = piece::areas(frame, &corners);
             let area = area * orient;
-            let front = area.simd_gt(slack).to_bitmask();
-            let back = (area + slack).simd_lt(zero).to_bitmask();
-            for (lane, triangle) in triangles.iter().enumerate() {
-                let side = match (front >> lane & 1, back >> lane & 1) {
-                    (1, _) => Side::Front,
-                    (_, 1) => Side::Back,
-                    _ => Side::Neither,
-                };
-                sides.push(side);
-                if let Some(shown) = side.of(shown, patch.two_sided) {
-                    shown.triangles.push(*triangle);
-                }
+            let is_front = area.simd_gt(slack);
+            let front = is_front.to_bitmask() as u32;
+            let back = (area + slack).simd_lt(zero).to_bitmask() as u32;
+            sides.extend((0..LANES).map(|lane| Side::of_bits(front >> lane & 1, back >> lane & 1)));
+            let back = if patch.two_sided { back } else { 0 };
+            if front | back == 0 {
+                continue;
+            }
+            let pieces = Pieces::triangles(simd, frame, &corners, is_front.select(orient, -orient));
+            if group < patch.own_faces {
+                canvas.draw::<S, { kind::OWN }>(simd, &pieces, front, 0);
+                canvas.draw::<S, { kind::OWN }>(simd, &pieces, back, 1);
+            } else {
+                canvas.draw::<S, { kind::AROUND }>(simd, &pieces, front, 0);
+                canvas.draw::<S, { kind::AROUND }>(simd, &pieces, back, 1);
             }
         }
-        cuts.sort(frame, spots, orient, |face, side, pieces, ends| {
+    }
+
+    /// Finds what is left of the faces that were cut, and where each side ends.
+    fn end(&mut self, frame: &Frame, patch: &Patch, orient: f32) {
+        let Self { spots, cuts, sides, ends: all, .. } = self;
+        for ends in all.iter_mut() {
+            ends.own.clear();
+            ends.around.clear();
+            ends.borders.clear();
+        }
+        cuts.sort(frame, spots, orient, |face, side, pieces, near| {
             sides[face] = side;
-            if let Some(shown) = side.of(shown, patch.two_sided) {
-                shown.triangles.extend(pieces);
-                shown.borders.extend(ends);
+            if let Some(ends) = side.of(all, patch.two_sided) {
+                let is_own = face < patch.own_faces * LANES;
+                if is_own { &mut ends.own } else { &mut ends.around }.extend(pieces);
+                ends.borders.extend(near);
             }
         });
         let side_of = |t: u32| sides.get(t as usize).copied().unwrap_or_default();
@@ -261,10 +284,10 @@ impl Surface {
             if one == other {
                 continue;
             }
-            let Some(ends) = cuts.edge(number, [a, b]) else { continue };
+            let Some(edge) = cuts.edge(number, [a, b]) else { continue };
             for side in [one, other] {
-                if let Some(shown) = side.of(shown, patch.two_sided) {
-                    shown.borders.push(ends);
+                if let Some(ends) = side.of(all, patch.two_sided) {
+                    ends.borders.push(edge);
                 }
             }
         }
@@ -272,8 +295,16 @@ impl Surface {
 }
 
 impl Side {
-    /// What shows this side, if it is drawn at all.
-    fn of(self, [front, back]: &mut [Shown; 2], two_sided: bool) -> Option<&mut Shown> {
+    fn of_bits(front: u32, back: u32) -> Self {
+        match (front, back) {
+            (1, _) => Self::Front,
+            (_, 1) => Self::Back,
+            _ => Self::Neither,
+        }
+    }
+
+    /// Where this side ends, if it is drawn at all.
+    fn of(self, [front, back]: &mut [Ends; 2], two_sided: bool) -> Option<&mut Ends> {
         match self {
             Self::Front => Some(front),
             Self::Back => two_sided.then_some(back),
@@ -282,7 +313,7 @@ impl Side {
     }
 }
 
-impl Shown {
+impl Ends {
     #[inline(always)]
     fn draw<S: Simd>(
         &self,
@@ -291,20 +322,37 @@ impl Shown {
         spots: &Spots,
         sign: f32,
         canvas: &mut Canvas<'_>,
+        side: usize,
     ) {
-        if self.triangles.is_empty() {
-            return;
+        let sign = f32x8::splat(simd, sign);
+        for some in self.own.chunks(LANES) {
+            let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
+            canvas.draw::<S, { kind::OWN }>(simd, &pieces, first(some.len()), side);
         }
-        for some in self.triangles.chunks(LANES) {
-            let pieces = Pieces::triangles(simd, frame, spots, lanes(some), sign);
-            canvas.draw(simd, &pieces, some.len());
+        for some in self.around.chunks(LANES) {
+            let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
+            canvas.draw::<S, { kind::AROUND }>(simd, &pieces, first(some.len()), side);
+        }
+        if canvas.is_blank(side) {
+            return;
         }
         for some in self.borders.chunks(LANES) {
             let pieces = Pieces::borders(simd, frame, spots, lanes(some));
-            canvas.draw(simd, &pieces, some.len());
+            canvas.draw::<S, { kind::BORDER }>(simd, &pieces, first(some.len()), side);
         }
-        canvas.take_fringe(simd);
+        canvas.take_fringe(simd, side);
     }
+}
+
+#[inline(always)]
+fn corners<S: Simd>(simd: S, spots: &Spots, triangles: &[[u32; 3]]) -> Corners<S> {
+    let [a, b, c] = lanes(triangles);
+    [spots.gather(simd, &a), spots.gather(simd, &b), spots.gather(simd, &c)]
+}
+
+/// A bit for each of the first few.
+fn first(count: usize) -> u32 {
+    (1 << count) - 1
 }
 
 /// The first corners of some things, the second, and so on; the last fills what is left.
