@@ -7,6 +7,7 @@ use super::fringe::Fringe;
 use super::outline::Outline;
 use super::screen::{Clip, ObjectScreen, Screen};
 use super::surface::Surface;
+use super::tile::{Held, Tile};
 use crate::transform::Transform;
 use crate::view::View;
 
@@ -25,17 +26,6 @@ pub enum OcclusionError {
     Merge(u32, u32, u32, u32),
 }
 
-/// Sixty-four pixels, row by row: 0 where nothing is proved to cover the whole pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(64))]
-pub(super) struct Tile(pub(super) [f32; TILE * TILE]);
-
-impl Tile {
-    pub(super) const fn filled(value: f32) -> Self {
-        Self([value; TILE * TILE])
-    }
-}
-
 /// What is proved to be hidden, pixel by pixel.
 ///
 /// A pixel holds a *nearness*: all of the pixel, as a closed square of the image plane and not merely its middle, is
@@ -52,8 +42,8 @@ pub struct OcclusionBuffer {
     pub(super) tiles: Vec<Tile>,
     /// The least of the pixels of each tile.
     pub(super) far: Vec<f32>,
-    /// Whether the pixels of a tile are of this frame.
-    pub(super) live: Vec<bool>,
+    /// What each tile holds of this frame.
+    pub(super) live: Vec<Held>,
     pub(super) screen: Option<Screen>,
     pub(super) origin: [f64; 3],
     pub(super) fringe: Fringe,
@@ -84,7 +74,7 @@ impl OcclusionBuffer {
             columns,
             tiles: vec![Tile::filled(0.0); columns * rows],
             far: vec![0.0; columns * rows],
-            live: vec![false; columns * rows],
+            live: vec![Held::Nothing; columns * rows],
             screen: None,
             origin: [0.0; 3],
             fringe: Fringe::new(columns * rows),
@@ -112,7 +102,7 @@ impl OcclusionBuffer {
     /// Nothing is covered.
     pub(super) fn empty(&mut self) {
         self.far.fill(0.0);
-        self.live.fill(false);
+        self.live.fill(Held::Nothing);
         self.object = None;
     }
 
@@ -125,7 +115,7 @@ impl OcclusionBuffer {
         }
         let (x, y) = (x as usize, y as usize);
         let tile = y / TILE * self.columns + x / TILE;
-        if self.live[tile] { self.tiles[tile].0[y % TILE * TILE + x % TILE] } else { 0.0 }
+        self.tiles[tile].pixel(self.live[tile], x % TILE, y % TILE)
     }
 
     /// The least nearness of each tile, row by row, and how many tiles there are in a row: the coarser
@@ -146,38 +136,45 @@ impl OcclusionBuffer {
             return Err(OcclusionError::Merge(a, b, c, d));
         }
         for t in 0..self.tiles.len() {
-            if !other.live[t] {
+            if other.live[t] == Held::Nothing {
                 continue;
             }
-            if self.live[t] {
+            if self.live[t] != Held::Nothing {
+                Self::wake(self.size, self.columns, &mut self.tiles, &mut self.live, t);
+                let mut theirs = other.tiles[t];
+                if other.live[t] == Held::Planes {
+                    theirs.unfold();
+                }
                 let mut far = f32::INFINITY;
-                for (mine, theirs) in self.tiles[t].0.iter_mut().zip(&other.tiles[t].0) {
+                for (mine, theirs) in self.tiles[t].0.iter_mut().zip(&theirs.0) {
                     // No pixel is NaN.
                     *mine = if *theirs > *mine { *theirs } else { *mine };
                     far = if *mine < far { *mine } else { far };
                 }
                 self.far[t] = far;
             } else {
-                (self.tiles[t], self.far[t], self.live[t]) = (other.tiles[t], other.far[t], true);
+                (self.tiles[t], self.far[t]) = (other.tiles[t], other.far[t]);
+                self.live[t] = other.live[t];
             }
         }
         Ok(())
     }
 
-    /// The pixels of a tile, made of this frame: 0, and infinitely near beyond the buffer's edge, so that
+    /// Has a tile hold its pixels. Where nothing was, they are 0, and infinitely near beyond the buffer's edge, so that
     /// what is not there never counts as open.
     #[inline(always)]
     pub(super) fn wake(
         size: [u32; 2],
         columns: usize,
         tiles: &mut [Tile],
-        live: &mut [bool],
+        live: &mut [Held],
         t: usize,
     ) {
-        if live[t] {
-            return;
+        match std::mem::replace(&mut live[t], Held::Pixels) {
+            Held::Nothing => {}
+            Held::Pixels => return,
+            Held::Planes => return tiles[t].unfold(),
         }
-        live[t] = true;
         tiles[t] = Tile::filled(0.0);
         let (x, y) = (t % columns * TILE, t / columns * TILE);
         let [width, height] = size.map(|s| s as usize);

@@ -17,8 +17,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8};
 
-use super::buffer::{OcclusionBuffer, TILE, Tile};
+use super::buffer::{OcclusionBuffer, TILE};
 use super::piece::Pieces;
+use super::tile::{Held, Tile};
 
 /// A tile of the sheet; a number a row of pixels.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +63,7 @@ pub(super) struct Canvas<'a> {
     pub(super) columns: usize,
     pub(super) tiles: &'a mut [Tile],
     pub(super) far: &'a mut [f32],
-    pub(super) live: &'a mut [bool],
+    pub(super) live: &'a mut [Held],
     pub(super) fringe: &'a mut Fringe,
     /// The tile that places are relative to.
     pub(super) base: [usize; 2],

@@ -36,6 +36,7 @@ mod plane;
 mod record;
 mod screen;
 mod surface;
+mod tile;
 
 pub(crate) use ask::{Asker, Nearest};
 pub use ask::{Footprint, Verdict};

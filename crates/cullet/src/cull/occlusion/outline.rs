@@ -3,9 +3,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 
-use super::buffer::{OcclusionBuffer, TILE, Tile};
+use super::buffer::{OcclusionBuffer, TILE};
 use super::plane::Plane;
 use super::screen::Spot;
+use super::tile::{Held, LANES, PLANES, Tile, TilePlane};
 use crate::bits;
 
 /// Pixels by which every edge moves inward beyond what is exact: more than anything here is off by.
@@ -184,9 +185,7 @@ impl Edges {
     }
 }
 
-/// A plane as tiles are filled with it. Of a pixel in column x0 + i and row y0 + j, where the tile begins at x0 and y0, the bound
-/// is (i · dx + start) + j · dy, always in this order: each step rounds, but none turns the order of two numbers around, so the most and the
-/// least of a tile are exactly those of two of its corners.
+/// A plane as tiles are filled with it; see [`TilePlane`].
 #[derive(Clone, Copy, Debug)]
 struct Slope {
     plane: Plane,
@@ -214,6 +213,12 @@ impl Slope {
             high: [across[0].max(0.0), across[1].max(0.0)],
             low: [across[0].min(0.0), across[1].min(0.0)],
         }
+    }
+
+    /// The plane within a tile.
+    #[inline(always)]
+    fn within(&self, x0: f32, y0: f32) -> TilePlane {
+        TilePlane { dx: self.plane.dx, start: self.start(x0, y0), dy: self.plane.dy }
     }
 
     /// The bound in the first pixel of a tile.
@@ -254,10 +259,9 @@ struct Target<'a> {
     columns: usize,
     tiles: &'a mut [Tile],
     far: &'a mut [f32],
-    live: &'a mut [bool],
+    live: &'a mut [Held],
 }
 
-const LANES: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 const NOWHERE: f32 = 1e9;
 
 /// A row of tiles at a time: first the columns that each of its rows of pixels spans, a row a lane; then, eight at a time, the
@@ -336,20 +340,37 @@ impl Target<'_> {
     /// Covers all of a tile.
     #[inline(always)]
     fn cover<S: Simd>(&mut self, simd: S, planes: &[Slope], t: usize, x0: f32, y0: f32) {
-        if self.live[t] {
+        let mut least = f32::INFINITY;
+        for s in planes {
+            least = least.min(s.start(x0, y0) + s.low[0] + s.low[1]);
+        }
+        let is_nearer = match self.live[t] {
+            Held::Nothing => true,
+            Held::Pixels => false,
+            // Wherever the tile is as near as the farthest of what it keeps.
+            Held::Planes => self.tiles[t].planes().iter().any(|p| p.most() <= least),
+        };
+        if !is_nearer {
             let rows = ([f32::NEG_INFINITY; TILE], [f32::INFINITY; TILE]);
             self.cover_part(simd, planes, t, x0, y0, (&rows.0, &rows.1));
             return;
         }
         // All of it is on the screen: nothing that was here need be read.
-        self.live[t] = true;
+        self.far[t] = least.max(0.0);
+        if let [first, ..] = planes
+            && planes.len() <= PLANES
+        {
+            let mut kept = [first.within(x0, y0); PLANES];
+            for (kept, s) in kept.iter_mut().zip(planes) {
+                *kept = s.within(x0, y0);
+            }
+            self.tiles[t].keep(kept);
+            self.live[t] = Held::Planes;
+            return;
+        }
+        self.live[t] = Held::Pixels;
         let lanes = f32x8::from_slice(simd, &LANES);
         let zero = f32x8::splat(simd, 0.0);
-        let mut least = f32::INFINITY;
-        for s in planes {
-            least = least.min(s.start(x0, y0) + s.low[0] + s.low[1]);
-        }
-        self.far[t] = least.max(0.0);
         for (row, pixels) in self.tiles[t].0.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
             let mut value = f32x8::splat(simd, f32::INFINITY);
             for s in planes {

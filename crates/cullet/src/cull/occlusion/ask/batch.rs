@@ -8,6 +8,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 
 use super::super::buffer::{OcclusionBuffer, TILE};
+use super::super::tile::Held;
 use super::lens::{Lens, Rectangles};
 use super::nearest::Nearest;
 use super::{Footprint, Verdict};
@@ -398,16 +399,16 @@ fn tile_covered<S: Simd>(
     nearness: f32,
 ) -> bool {
     let t = tile[1] * buffer.columns + tile[0];
-    if !buffer.live[t] {
+    let held = buffer.live[t];
+    if held == Held::Nothing {
         return 0.0 > nearness;
     }
     let from = [0, 1].map(|a| min[a].max(tile[a] * TILE) % TILE);
     let to = [0, 1].map(|a| max[a].min(tile[a] * TILE + TILE - 1) % TILE);
     let wanted = 0xff_u64 >> (TILE - 1 - to[0]) & 0xff << from[0];
     let limit = f32x8::splat(simd, nearness);
-    let rows = buffer.tiles[t].0.as_chunks::<TILE>().0;
-    for row in &rows[from[1]..=to[1]] {
-        let nearer = f32x8::from_slice(simd, row).simd_gt(limit).to_bitmask();
+    for row in from[1]..=to[1] {
+        let nearer = buffer.tiles[t].row(simd, held, row).simd_gt(limit).to_bitmask();
         if nearer & wanted != wanted {
             return false;
         }

@@ -161,11 +161,8 @@ impl OcclusionBuffer {
                 let (x0, y0) = (column * tile, tile_row * tile);
                 for y in min[1].max(y0)..=max[1].min(y0 + tile - 1) {
                     for x in min[0].max(x0)..=max[0].min(x0 + tile - 1) {
-                        let pixel = if self.live[t] {
-                            self.tiles[t].0[((y - y0) * tile + x - x0) as usize]
-                        } else {
-                            0.0
-                        };
+                        let at = [(x - x0) as usize, (y - y0) as usize];
+                        let pixel = self.tiles[t].pixel(self.live[t], at[0], at[1]);
                         // A NaN nearness lets everything through.
                         let is_nearer = pixel > nearness;
                         if !is_nearer {
