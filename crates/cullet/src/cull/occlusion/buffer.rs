@@ -2,13 +2,10 @@
 
 use thiserror::Error;
 
-use super::body::Places;
-use super::fringe::Fringe;
-use super::outline::Outline;
-use super::screen::{Clip, ObjectScreen, Screen};
-use super::surface::Surface;
-use super::tile::{Held, Tile};
-use crate::transform::Transform;
+use super::band::Pen;
+use super::list::Listed;
+use super::screen::Screen;
+use super::tile::{Held, Tile, Tiles};
 use crate::view::View;
 
 /// Pixels along an edge of a tile.
@@ -46,13 +43,9 @@ pub struct OcclusionBuffer {
     pub(super) live: Vec<Held>,
     pub(super) screen: Option<Screen>,
     pub(super) origin: [f64; 3],
-    pub(super) fringe: Fringe,
-    pub(super) outline: Outline,
-    pub(super) clips: Vec<Clip>,
-    pub(super) surface: Surface,
-    pub(super) places: Vec<Places>,
-    /// The screen of the object that was drawn last: many shapes may stand as one object.
-    pub(super) object: Option<(Transform, ObjectScreen)>,
+    /// One for each band that was drawn at a time, and at least one.
+    pub(super) pens: Vec<Pen>,
+    pub(super) listed: Listed,
 }
 
 impl OcclusionBuffer {
@@ -77,12 +70,8 @@ impl OcclusionBuffer {
             live: vec![Held::Nothing; columns * rows],
             screen: None,
             origin: [0.0; 3],
-            fringe: Fringe::new(columns * rows),
-            outline: Outline::default(),
-            clips: Vec::new(),
-            surface: Surface::default(),
-            places: Vec::new(),
-            object: None,
+            pens: vec![Pen::new(columns * rows)],
+            listed: Listed::default(),
         })
     }
 
@@ -103,7 +92,19 @@ impl OcclusionBuffer {
     pub(super) fn empty(&mut self) {
         self.far.fill(0.0);
         self.live.fill(Held::Nothing);
-        self.object = None;
+        self.pens.iter_mut().for_each(|p| p.object = None);
+    }
+
+    /// All of its tiles.
+    #[inline(always)]
+    pub(super) fn as_tiles(&self) -> Tiles<'_> {
+        Tiles {
+            columns: self.columns,
+            rows: [0, self.tiles.len() / self.columns],
+            tiles: &self.tiles,
+            far: &self.far,
+            live: &self.live,
+        }
     }
 
     /// The nearness that covers all of a pixel, counted from the top left; 0 where none is proved, and

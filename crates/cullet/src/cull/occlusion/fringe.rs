@@ -59,14 +59,17 @@ impl Fringe {
 
 /// Where pieces are drawn.
 pub(super) struct Canvas<'a> {
+    /// From its first row of tiles on.
     pub(super) size: [u32; 2],
     pub(super) columns: usize,
+    /// How many rows of tiles there are.
+    pub(super) rows: i32,
     pub(super) tiles: &'a mut [Tile],
     pub(super) far: &'a mut [f32],
     pub(super) live: &'a mut [Held],
     pub(super) fringe: &'a mut Fringe,
-    /// The tile that places are relative to.
-    pub(super) base: [usize; 2],
+    /// The tile that places are relative to: the first of a patch, which may lie above the canvas.
+    pub(super) base: [i32; 2],
     /// Nothing of the patch is nearer: tiles that are covered by what is as near are left alone.
     pub(super) nearest: f32,
 }
@@ -165,14 +168,15 @@ impl Canvas<'_> {
             let columns = [x0 / tile, x1 / tile];
             // Less holds no whole tile of note.
             let is_large = x1 - x0 > tile && y1 - y0 > tile && !piece.is_border;
-            for row in y0 / tile..=y1 / tile {
+            let first = (y0 / tile).max(-self.base[1]);
+            for row in first..=(y1 / tile).min(self.rows - 1 - self.base[1]) {
                 let top = row * tile;
                 let [first, last] = if columns[1] - columns[0] > 1 {
                     piece.span(top as f32, columns)
                 } else {
                     columns
                 };
-                let tiles = (self.base[1] + row as usize) * self.columns + self.base[0];
+                let tiles = (self.base[1] + row) as usize * self.columns + self.base[0] as usize;
                 for column in first..=last {
                     let t = tiles + column as usize;
                     if self.far[t] >= self.nearest {

@@ -3,6 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 
+use super::band::Band;
 use super::buffer::{OcclusionBuffer, TILE};
 use super::plane::Plane;
 use super::screen::Spot;
@@ -44,9 +45,16 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`; its corners are off
-    /// by `doubt` pixels at most.
-    pub(super) fn begin(&mut self, size: [u32; 2], min: [f64; 2], max: [f64; 2], doubt: f64) {
+    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`, of which these `rows`, from the first to the
+    /// last, are to be filled; its corners are off by `doubt` pixels at most.
+    pub(super) fn begin(
+        &mut self,
+        size: [u32; 2],
+        rows: [usize; 2],
+        min: [f64; 2],
+        max: [f64; 2],
+        doubt: f64,
+    ) {
         self.left.clear();
         self.right.clear();
         self.planes.clear();
@@ -56,7 +64,8 @@ impl Outline {
         // Where a corner is off by more than an i32 holds, no pixel is certain.
         let last = |v: f64, size: i32| ((v - self.doubt).floor() as i32).clamp(0, size) - 1;
         self.columns = [first(min[0]), last(max[0], self.size[0])];
-        self.rows = [first(min[1]), last(max[1], self.size[1])];
+        self.rows =
+            [first(min[1]).max(rows[0] as i32), last(max[1], self.size[1]).min(rows[1] as i32)];
     }
 
     /// Adds the edge from `p` to `q`, whose inner side is `side` (1 or −1) times the left of it, where y grows
@@ -193,7 +202,6 @@ struct Slope {
     down: [f32; TILE],
     /// Where it is nearest: the larger of 0 and 7 dx, and of 0 and 7 dy.
     high: [f32; 2],
-    low: [f32; 2],
 }
 
 impl Slope {
@@ -211,7 +219,6 @@ impl Slope {
             plane: Plane { value, ..*plane },
             down,
             high: [across[0].max(0.0), across[1].max(0.0)],
-            low: [across[0].min(0.0), across[1].min(0.0)],
         }
     }
 
@@ -229,7 +236,7 @@ impl Slope {
     }
 }
 
-impl OcclusionBuffer {
+impl Band<'_> {
     /// Covers what lies wholly within the outline that was built.
     pub(super) fn fill(&mut self, level: Level) {
         dispatch!(level, simd => self.fill_with(simd));
@@ -238,11 +245,13 @@ impl OcclusionBuffer {
     /// As [`fill`](Self::fill), where the level is known.
     #[inline(always)]
     pub(super) fn fill_with<S: Simd>(&mut self, simd: S) {
-        if self.outline.is_empty() {
+        if self.pen.outline.is_empty() {
             return;
         }
-        let Self { size, columns, tiles, far, live, outline, .. } = self;
-        let target = Target { size: *size, columns: *columns, tiles, far, live };
+        let first = self.rows[0];
+        let Self { size: [width, height], columns, tiles, far, live, pen, .. } = self;
+        let (size, outline) = ([*width, *height - (first * TILE) as u32], &pen.outline);
+        let target = Target { size, first, columns: *columns, tiles, far, live };
         // Boxes show one to three faces: with their number known, what is the same for all pixels of a tile is
         // reckoned once.
         match outline.planes[..] {
@@ -255,7 +264,9 @@ impl OcclusionBuffer {
 }
 
 struct Target<'a> {
+    /// From the first row of tiles on.
     size: [u32; 2],
+    first: usize,
     columns: usize,
     tiles: &'a mut [Tile],
     far: &'a mut [f32],
@@ -305,7 +316,7 @@ fn fill<S: Simd, P: AsRef<[Slope]> + ?Sized>(
         let mut column = first as usize / TILE;
         while column <= last {
             let count = (last - column + 1).min(TILE);
-            let t = tile_row * target.columns + column;
+            let t = (tile_row - target.first) * target.columns + column;
             let x0 = (lanes + column as f32) * TILE as f32;
             let mut best = f32x8::splat(simd, f32::INFINITY);
             for s in planes {
@@ -342,7 +353,7 @@ impl Target<'_> {
     fn cover<S: Simd>(&mut self, simd: S, planes: &[Slope], t: usize, x0: f32, y0: f32) {
         let mut least = f32::INFINITY;
         for s in planes {
-            least = least.min(s.start(x0, y0) + s.low[0] + s.low[1]);
+            least = least.min(s.within(x0, y0).least());
         }
         let is_nearer = match self.live[t] {
             Held::Nothing => true,

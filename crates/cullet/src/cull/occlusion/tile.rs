@@ -42,6 +42,17 @@ pub(super) struct TilePlane {
 /// The most planes that a tile keeps: a box shows no more faces.
 pub(super) const PLANES: usize = 3;
 
+/// Rows of tiles of a buffer, to be read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tiles<'a> {
+    pub(super) columns: usize,
+    /// The first, and the one beyond the last.
+    pub(super) rows: [usize; 2],
+    pub(super) tiles: &'a [Tile],
+    pub(super) far: &'a [f32],
+    pub(super) live: &'a [Held],
+}
+
 /// The columns of a tile, and its rows.
 pub(super) const LANES: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 const EDGE: f32 = (TILE - 1) as f32;
@@ -167,7 +178,8 @@ mod tests {
             let ends = planes.map(|p| [p.least(), p.most()]);
             let least = ends.iter().fold(f32::INFINITY, |l, e| l.min(e[0])).max(0.0);
             let most = ends.iter().fold(f32::INFINITY, |m, e| m.min(e[1])).max(0.0);
-            let range = pixels.0.iter().fold([f32::INFINITY, 0.0], |[l, m], &v| [v.min(l), v.max(m)]);
+            let range =
+                pixels.0.iter().fold([f32::INFINITY, 0.0], |[l, m], &v| [v.min(l), v.max(m)]);
             assert_eq!(least, range[0], "no pixel is farther, and one is as far");
             assert!(range[1] <= most && range[1] > 0.0, "{range:?} {most}");
         }
