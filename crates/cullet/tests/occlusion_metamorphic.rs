@@ -6,7 +6,7 @@ mod common;
 use common::levels;
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::occlusion::{
-    Convex, DrawJob, OcclusionBuffer, OcclusionError, Patch, Share, Verdict,
+    Band, Convex, DrawJob, OcclusionBuffer, OcclusionError, Patch, Verdict,
 };
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 use proptest::prelude::*;
@@ -19,6 +19,13 @@ enum Drawn {
 }
 
 impl Drawn {
+    fn draw_in(&self, level: Level, band: &mut Band<'_>) {
+        match self {
+            Self::Convex(convex, t) => band.draw_convex(level, convex, t),
+            Self::Patch(patches, t) => patches.iter().for_each(|p| band.draw_patch(level, p, t)),
+        }
+    }
+
     fn draw(&self, level: Level, buffer: &mut OcclusionBuffer, moved: [f64; 3]) {
         let placed = |t: &Transform| Transform {
             translation: std::array::from_fn(|a| t.translation[a] + moved[a]),
@@ -206,25 +213,25 @@ proptest! {
             merged.merge(&share(t)).unwrap();
         }
         prop_assert!(all(&merged, &things) == straight);
-        // The same as jobs, run in any order, by buffers that hold something else.
-        let mut jobs = buffer(&view, size, Level::new(), []);
-        let mut others = vec![buffer(&view, size, Level::new(), &drawn[..1]); threads - 1];
-        let draw = |b: &mut OcclusionBuffer, share: Share| {
-            share.for_each(|i| drawn[i].draw(Level::new(), b, [0.0; 3]));
-        };
-        jobs.draw_in_jobs(&mut others, drawn.len(), &draw, |jobs| {
-            jobs.into_iter().rev().for_each(DrawJob::run);
-        })
-        .unwrap();
-        prop_assert!(all(&jobs, &things) == straight);
         // What is hidden by then is left out, and is not missed.
         let bounds: Vec<Aabb> = drawn.iter().map(Drawn::bounds).collect();
         let order: Vec<u32> = shuffled.iter().map(|&i| i as u32).collect();
+        let boxes = Boxes::from_slice(&bounds);
         for level in levels() {
             let mut some = buffer(&view, size, level, []);
-            let draw = |b: &mut OcclusionBuffer, i| drawn[i as usize].draw(level, b, [0.0; 3]);
-            let count = some.draw_unless_hidden(level, &Boxes::from_slice(&bounds), &order, draw);
+            let draw = |b: &mut Band<'_>, i: u32| drawn[i as usize].draw_in(level, b);
+            let count = some.draw_unless_hidden(level, &boxes, &order, draw);
             prop_assert!(count <= drawn.len() && all(&some, &things) == straight);
+            // The same in bands, run in any order; twice, for what a buffer keeps.
+            let mut jobs = buffer(&view, size, level, &drawn[..1]);
+            for _ in 0..2 {
+                jobs.begin(&view, [0.0; 3]);
+                jobs.draw_in_jobs(level, &boxes, &order, threads, &draw, |jobs| {
+                    assert!((1..=threads).contains(&jobs.len()));
+                    jobs.into_iter().rev().for_each(DrawJob::run);
+                });
+                prop_assert!(all(&jobs, &things) == straight);
+            }
         }
     }
 
@@ -335,14 +342,43 @@ proptest! {
 }
 
 #[test]
-fn jobs_take_buffers_of_one_size_alone() {
+fn buffers_of_one_size_alone_are_merged() {
     let view = view(0, true);
     let [mut one, other] = [[64, 40], [64, 41]].map(|size| buffer(&view, size, Level::new(), []));
-    let draw = |_: &mut OcclusionBuffer, _: Share| unreachable!("nothing is drawn");
-    let refused = one.draw_in_jobs(&mut [other], 3, &draw, |jobs| {
-        jobs.into_iter().for_each(DrawJob::run);
-    });
-    assert_eq!(refused, Err(OcclusionError::Merge(64, 40, 64, 41)));
+    assert_eq!(one.merge(&other), Err(OcclusionError::Merge(64, 40, 64, 41)));
+}
+
+#[test]
+fn jobs_share_what_there_is_to_do() {
+    let (view, level) = (view(0, true), Level::new());
+    // Many small things in the lower half, each hidden by none.
+    let boxes: Vec<Aabb> = (0..400)
+        .map(|i| {
+            let at = [(i % 40) as f32 * 0.2 - 4.0, (i / 40) as f32 * -0.2 - 0.2, -9.0];
+            Aabb { min: at, max: at.map(|v| v + 0.15) }
+        })
+        .collect();
+    let convex: Vec<Convex> = boxes.iter().map(|b| Convex::from_box(b).unwrap()).collect();
+    let order: Vec<u32> = (0..400).collect();
+    let mut buffer = buffer(&view, [160, 97], level, []);
+    for (jobs, most) in [(0, 400), (1, 400), (2, 280), (4, 200), (99, 160), (usize::MAX, 160)] {
+        buffer.begin(&view, [0.0; 3]);
+        let drawn = std::sync::Mutex::new(vec![0]);
+        let draw = |b: &mut Band<'_>, i: u32| {
+            *drawn.lock().unwrap().last_mut().unwrap() += 1;
+            b.draw_convex(level, &convex[i as usize], &Transform::IDENTITY);
+        };
+        let all = Boxes::from_slice(&boxes);
+        buffer.draw_in_jobs(level, &all, &order, jobs, &draw, |jobs| {
+            for job in jobs {
+                job.run();
+                drawn.lock().unwrap().push(0);
+            }
+        });
+        let drawn = drawn.into_inner().unwrap();
+        assert!(drawn.iter().sum::<usize>() >= 400, "{drawn:?}");
+        assert!(drawn.iter().all(|&d| d <= most), "{jobs} jobs: {drawn:?}");
+    }
 }
 
 #[test]

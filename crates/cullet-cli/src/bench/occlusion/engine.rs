@@ -1,14 +1,12 @@
 //! The engine's occlusion buffer, as it is measured.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cullet::bounds::Boxes;
 use cullet::cull::frustum::batch::{Planes, mask_boxes, mask_words};
-use cullet::cull::occlusion::{Convex, DrawJob, OcclusionBuffer, Patch, Share};
+use cullet::cull::occlusion::{Band, Convex, OcclusionBuffer, Patch};
 use cullet::{Level, Transform, View};
 use cullet_io::occscn::Occscn;
-use rayon::prelude::*;
 
 use super::rasteriser::{HIDDEN, OUTSIDE, Rasteriser, VISIBLE};
 use super::scene::Prepared;
@@ -52,12 +50,17 @@ impl Meshes {
             }
         }
     }
-}
 
-/// Threads, and a buffer for each but one.
-struct Workers {
-    pool: rayon::ThreadPool,
-    buffers: Vec<OcclusionBuffer>,
+    fn draw_in(&self, level: Level, band: &mut Band<'_>, mesh: u32) {
+        match &self.occluders[mesh as usize] {
+            Occluder::Convex(convex) => band.draw_convex(level, convex, &Transform::IDENTITY),
+            Occluder::Patches(range) => {
+                for patch in &self.patches[range.clone()] {
+                    band.draw_patch(level, patch, &Transform::IDENTITY);
+                }
+            }
+        }
+    }
 }
 
 /// An occlusion buffer, and the meshes made ready for it.
@@ -66,7 +69,6 @@ pub(super) struct Engine<'a> {
     level: Level,
     buffer: OcclusionBuffer,
     meshes: Meshes,
-    workers: Option<Workers>,
     planes: Option<Planes>,
     /// One bit a box: in the frustum; and of those, visible and hidden.
     inside: Vec<u64>,
@@ -109,7 +111,6 @@ impl<'a> Engine<'a> {
             level,
             buffer,
             meshes: Meshes { occluders, patches },
-            workers: None,
             planes: None,
             inside: Vec::new(),
             visible: Vec::new(),
@@ -117,31 +118,28 @@ impl<'a> Engine<'a> {
         })
     }
 
-    /// Shares the drawing out over so many threads; one draws in the caller's.
-    pub(super) fn with_threads(mut self, threads: usize) -> Result<Self, Failure> {
-        if threads > 1 {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            let buffers = vec![self.buffer.clone(); threads - 1];
-            self.workers = Some(Workers { pool: pool.map_err(Failure::usage)?, buffers });
-        }
-        Ok(self)
+    /// Draws meshes as so many jobs, as [`Rasteriser::draw_unless_hidden`] does; `run` runs each of them.
+    pub(super) fn draw_in_jobs(
+        &mut self,
+        meshes: &[u32],
+        jobs: usize,
+        run: impl for<'j> FnOnce(Vec<Job<'j>>),
+    ) {
+        let (level, all, boxes) = (self.level, &self.meshes, &self.prepared.mesh_boxes);
+        let draw = |band: &mut Band<'_>, mesh| all.draw_in(level, band, mesh);
+        self.buffer.draw_in_jobs(level, boxes, meshes, jobs, &draw, |jobs| {
+            run(jobs.into_iter().map(|job| Box::new(|| job.run()) as Job<'_>).collect());
+        });
     }
 
-    /// Has `draw` draw a list, whole or in shares.
-    fn in_shares<F>(&mut self, count: usize, draw: F)
-    where
-        F: Fn(&mut OcclusionBuffer, Share) + Sync,
-    {
-        let Some(Workers { pool, buffers }) = &mut self.workers else {
-            draw(&mut self.buffer, (0..count).step_by(1));
-            return;
-        };
-        let all = self.buffer.draw_in_jobs(buffers, count, &draw, |jobs| {
-            pool.install(|| jobs.into_par_iter().for_each(DrawJob::run));
-        });
-        debug_assert_eq!(all, Ok(()), "the buffers are clones");
+    /// The least nearness of each tile.
+    pub(super) fn tiles(&self) -> &[f32] {
+        self.buffer.tiles().0
     }
 }
+
+/// A part of the drawing of a list, to be run once, on any thread.
+pub(super) type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
 
 /// The convex body that some triangles bound, if they do.
 fn convex(scene: &Occscn, triangles: &[[u32; 3]]) -> Option<Convex> {
@@ -161,30 +159,16 @@ impl Rasteriser for Engine<'_> {
     }
 
     fn draw(&mut self, meshes: &[u32]) {
-        let (level, all) = (self.level, std::mem::take(&mut self.meshes));
-        self.in_shares(meshes.len(), |buffer, share| {
-            share.for_each(|i| all.draw(level, buffer, meshes[i]));
-        });
-        self.meshes = all;
+        for &mesh in meshes {
+            self.meshes.draw(self.level, &mut self.buffer, mesh);
+        }
     }
 
     fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize {
-        let (level, all) = (self.level, std::mem::take(&mut self.meshes));
-        let (boxes, drawn) = (&self.prepared.mesh_boxes, AtomicUsize::new(0));
-        self.in_shares(meshes.len(), |buffer, share| {
-            let some: Vec<u32>;
-            let order = if share.len() == meshes.len() {
-                meshes
-            } else {
-                some = share.map(|i| meshes[i]).collect();
-                &some
-            };
-            let draw = |buffer: &mut OcclusionBuffer, mesh| all.draw(level, buffer, mesh);
-            let count = buffer.draw_unless_hidden(level, boxes, order, draw);
-            drawn.fetch_add(count, Ordering::Relaxed);
-        });
-        self.meshes = all;
-        drawn.into_inner()
+        let (level, all, boxes) = (self.level, &self.meshes, &self.prepared.mesh_boxes);
+        self.buffer.draw_unless_hidden(level, boxes, meshes, |band, mesh| {
+            all.draw_in(level, band, mesh);
+        })
     }
 
     fn test(&mut self, boxes: &Boxes, answers: &mut [u8]) {

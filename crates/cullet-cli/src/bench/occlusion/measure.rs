@@ -75,7 +75,8 @@ fn fastest<const N: usize>(seconds: f64, mut pass: impl FnMut() -> [Duration; N]
     best.map(|d| d.as_nanos() as f64)
 }
 
-fn timed(work: impl FnOnce()) -> Duration {
+/// What some work takes.
+pub(super) fn timed(work: impl FnOnce()) -> Duration {
     let start = Instant::now();
     work();
     start.elapsed()

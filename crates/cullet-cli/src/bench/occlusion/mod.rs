@@ -7,6 +7,7 @@ mod report;
 mod scene;
 #[cfg(test)]
 mod stand_in;
+mod threads;
 mod truth;
 
 use std::path::PathBuf;
@@ -54,7 +55,7 @@ pub(crate) struct OcclusionArgs {
     /// The SIMD level, such as avx2 [default: the best of this machine]
     #[arg(long, value_name = "NAME", requires = "scene", value_parser = level)]
     level: Option<(&'static str, Level)>,
-    /// Share the drawing out over so many threads
+    /// Draw the sorted list on so many threads too, in bands of the buffer, and hold that against one
     #[arg(long, value_name = "N", default_value_t = 1, requires = "scene", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: u16,
 }
@@ -98,15 +99,28 @@ pub(crate) fn run_scene(args: &super::super::args::BenchArgs, console: &Console)
     let prepared = Prepared::new(scene, o.resolution).map_err(|e| fail(e.message))?;
     let level = o.level.unwrap_or_else(|| levels()[0]);
     let kinds = Kinds { triangles: o.triangles, two_sided: !o.one_sided };
-    let mut engine = Engine::new(&prepared, level.1, o.resolution, kinds)
-        .and_then(|engine| engine.with_threads(o.threads.into()))
-        .map_err(|e| fail(e.message))?;
+    let mut engine =
+        Engine::new(&prepared, level.1, o.resolution, kinds).map_err(|e| fail(e.message))?;
     let mut bar = console.progress("measuring", views as u64);
     let found = measure(&prepared, level.1, &mut engine, SECONDS, &mut || {
         bar.step();
         !interrupted()
     });
     bar.finish();
+    let mut shared = None;
+    if o.threads > 1 && found.views == views {
+        let mut bar = console.progress("drawing on several threads", views as u64);
+        let go_on = &mut || {
+            bar.step();
+            !interrupted()
+        };
+        let found = threads::measure(&prepared, level.1, &mut engine, o.threads, SECONDS, go_on)?;
+        bar.finish();
+        if !found.alike {
+            return Err(fail(format!("{} threads did not draw what one does", o.threads)));
+        }
+        shared = Some(found);
+    }
     if let Some(n) = o.reference {
         references.retain(|r| r.samples != n);
         let mut bar = console.progress("drawing the reference", found.views as u64);
@@ -128,7 +142,7 @@ pub(crate) fn run_scene(args: &super::super::args::BenchArgs, console: &Console)
         results.push(m);
     });
     let occlusion =
-        Occlusion::new(level.0, o.resolution, &found, verdicts, &streaming).with_threads(o.threads);
+        Occlusion::new(level.0, o.resolution, &found, verdicts, &streaming).with_shared(shared);
     if let Some(out) = &o.answers {
         std::fs::write(out, &found.answers).map_err(|e| Failure::write(out, &e))?;
     }

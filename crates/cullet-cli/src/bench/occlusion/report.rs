@@ -7,6 +7,7 @@ use super::super::measure::{fastest_of_both, stream};
 use super::super::{Measured, Yardstick};
 use super::measure::{Found, MODES, Mode, Test};
 use super::scene::Prepared;
+use super::threads::Shared;
 use super::truth::Verdict;
 use crate::console::{Console, grouped};
 
@@ -17,8 +18,6 @@ pub(crate) struct Occlusion {
     level: &'static str,
     /// Width and height of the buffer.
     resolution: [u32; 2],
-    /// How many threads drew.
-    threads: u16,
     /// How many views were measured.
     views: usize,
     /// Bytes that the same run read a nanosecond at the same level, from the scene's triangles.
@@ -27,6 +26,9 @@ pub(crate) struct Occlusion {
     modes: [Mode; 3],
     /// The tests of objects.
     test: Test,
+    /// Drawing on several threads, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shared: Option<Shared>,
     /// Beside what is really hidden.
     references: Vec<Verdict>,
 }
@@ -113,18 +115,18 @@ impl Occlusion {
         Self {
             level,
             resolution,
-            threads: 1,
             views: found.views,
             streaming_gb_per_s: streaming.rate,
             modes: found.modes,
             test: found.test,
+            shared: None,
             references,
         }
     }
 
-    /// Of drawing by so many threads.
-    pub(super) fn with_threads(self, threads: u16) -> Self {
-        Self { threads, ..self }
+    /// With what several threads took.
+    pub(super) fn with_shared(self, shared: Option<Shared>) -> Self {
+        Self { shared, ..self }
     }
 }
 
@@ -133,12 +135,8 @@ pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Co
     let scene = &prepared.scene;
     let count = |n: f64| grouped(n.round() as u64);
     let [width, height] = o.resolution;
-    let threads = match o.threads {
-        1 => "one thread".to_owned(),
-        n => format!("drawn by {n} threads, tested by one"),
-    };
     console.line(format!(
-        "{name}: {} triangles in {} meshes, {} objects, {} views of {width}x{height}; {threads}, {}",
+        "{name}: {} triangles in {} meshes, {} objects, {} views of {width}x{height}; one thread, {}",
         count(scene.triangles.len() as f64),
         count(scene.meshes.len() as f64),
         count(prepared.objects.len() as f64),
@@ -161,6 +159,26 @@ pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Co
             m.prepare_ms,
             count(m.triangles),
             count(m.meshes)
+        ));
+    }
+    if let Some(s) = &o.shared {
+        let times = |one: f64, all: f64| one / all.max(1e-9);
+        console.line(format!(
+            "{} threads    {:.4} ms, {:.2} times as fast as one interleaved in the same passes ({:.4}), {:.2} times sorted ({:.4})",
+            s.threads,
+            s.all_ms,
+            times(s.one_interleaved_ms, s.all_ms),
+            s.one_interleaved_ms,
+            times(s.one_sorted_ms, s.all_ms),
+            s.one_sorted_ms
+        ));
+        let least = s.prepare_ms + s.longest_ms;
+        console.line(format!(
+            "             with a core for each at most {:.4} ms, {:.2} times: {:.4} before the jobs, {:.4} the longest",
+            least,
+            times(s.one_interleaved_ms, least),
+            s.prepare_ms,
+            s.longest_ms
         ));
     }
     let t = &o.test;

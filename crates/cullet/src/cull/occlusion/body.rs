@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use glam::DVec4;
 
 use super::ask::covered;
-use super::buffer::OcclusionBuffer;
+use super::band::Band;
 use super::convex::Convex;
 use super::outline::Edges;
 use super::plane::Plane;
@@ -26,7 +26,7 @@ struct Extent {
     w: f64,
 }
 
-impl OcclusionBuffer {
+impl Band<'_> {
     /// Draws a body; `false`, and nothing, where a corner is not in front or a number is not finite.
     #[inline(always)]
     pub(super) fn whole_convex<S: Simd>(
@@ -35,12 +35,12 @@ impl OcclusionBuffer {
         occluder: &Convex,
         screen: &ObjectScreen,
     ) -> bool {
-        let mut places = std::mem::take(&mut self.places);
+        let mut places = std::mem::take(&mut self.pen.places);
         let extent = place(simd, screen, occluder, &mut places);
         if let Some(extent) = &extent {
             self.placed(simd, occluder, screen, &places, extent);
         }
-        self.places = places;
+        self.pen.places = places;
         extent.is_some()
     }
 
@@ -63,11 +63,13 @@ impl OcclusionBuffer {
         let pixel = |v: f64, a: usize| v.max(0.0).min(last[a]) as usize;
         let nearest = ((nearest + doubt.nearness) * (1.0 + 2.0_f64.powi(-20))) as f32;
         let window = [min, max].map(|c| [pixel(c[0], 0), pixel(c[1], 1)]);
-        if covered(simd, self, window[0], window[1], nearest) {
+        if covered(simd, self.as_tiles(), window[0], window[1], nearest) {
             return;
         }
-        self.outline.begin(self.size, min, max, doubt.pixels);
-        if self.outline.is_thin() {
+        let rows = self.pixel_rows();
+        let outline = &mut self.pen.outline;
+        outline.begin(self.size, rows, min, max, doubt.pixels);
+        if outline.is_thin() {
             return;
         }
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
@@ -90,7 +92,7 @@ impl OcclusionBuffer {
             seen[word] = bits;
             for face in bits::ones(bits) {
                 let corners = faces[face].map(spot);
-                self.outline.plane(Plane::through(corners, span, self.size, &doubt));
+                outline.plane(Plane::through(corners, span, self.size, &doubt));
             }
         }
         let is_seen = |face: u32| seen[face as usize / 64 % (FACES / 64)] >> (face % 64) & 1;
@@ -105,11 +107,11 @@ impl OcclusionBuffer {
                 let ends = if is_seen(winds) == 1 { [from, to] } else { [to, from] };
                 chunk.push(ends.map(spot));
                 if chunk.is_full() {
-                    self.outline.edges(simd, &chunk, orient);
+                    outline.edges(simd, &chunk, orient);
                     chunk.clear();
                 }
             }
-            self.outline.edges(simd, &chunk, orient);
+            outline.edges(simd, &chunk, orient);
         }
         self.fill_with(simd);
     }

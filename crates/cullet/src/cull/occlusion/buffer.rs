@@ -2,12 +2,10 @@
 
 use thiserror::Error;
 
-use super::body::Places;
-use super::fringe::Fringe;
-use super::outline::Outline;
-use super::screen::{Clip, ObjectScreen, Screen};
-use super::surface::Surface;
-use crate::transform::Transform;
+use super::band::Pen;
+use super::list::Listed;
+use super::screen::Screen;
+use super::tile::{Held, Tile, Tiles};
 use crate::view::View;
 
 /// Pixels along an edge of a tile.
@@ -23,17 +21,6 @@ pub enum OcclusionError {
     /// Buffers of different sizes, or of different views.
     #[error("a buffer of {0}x{1} pixels cannot take in one of {2}x{3}, or of another view")]
     Merge(u32, u32, u32, u32),
-}
-
-/// Sixty-four pixels, row by row: 0 where nothing is proved to cover the whole pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(64))]
-pub(super) struct Tile(pub(super) [f32; TILE * TILE]);
-
-impl Tile {
-    pub(super) const fn filled(value: f32) -> Self {
-        Self([value; TILE * TILE])
-    }
 }
 
 /// What is proved to be hidden, pixel by pixel.
@@ -52,17 +39,13 @@ pub struct OcclusionBuffer {
     pub(super) tiles: Vec<Tile>,
     /// The least of the pixels of each tile.
     pub(super) far: Vec<f32>,
-    /// Whether the pixels of a tile are of this frame.
-    pub(super) live: Vec<bool>,
+    /// What each tile holds of this frame.
+    pub(super) live: Vec<Held>,
     pub(super) screen: Option<Screen>,
     pub(super) origin: [f64; 3],
-    pub(super) fringes: [Fringe; 2],
-    pub(super) outline: Outline,
-    pub(super) clips: Vec<Clip>,
-    pub(super) surface: Surface,
-    pub(super) places: Vec<Places>,
-    /// The screen of the object that was drawn last: many shapes may stand as one object.
-    pub(super) object: Option<(Transform, ObjectScreen)>,
+    /// One for each band that was drawn at a time, and at least one.
+    pub(super) pens: Vec<Pen>,
+    pub(super) listed: Listed,
 }
 
 impl OcclusionBuffer {
@@ -84,15 +67,11 @@ impl OcclusionBuffer {
             columns,
             tiles: vec![Tile::filled(0.0); columns * rows],
             far: vec![0.0; columns * rows],
-            live: vec![false; columns * rows],
+            live: vec![Held::Nothing; columns * rows],
             screen: None,
             origin: [0.0; 3],
-            fringes: [Fringe::new(columns, rows), Fringe::new(columns, rows)],
-            outline: Outline::default(),
-            clips: Vec::new(),
-            surface: Surface::default(),
-            places: Vec::new(),
-            object: None,
+            pens: vec![Pen::new(columns, rows)],
+            listed: Listed::default(),
         })
     }
 
@@ -112,8 +91,20 @@ impl OcclusionBuffer {
     /// Nothing is covered.
     pub(super) fn empty(&mut self) {
         self.far.fill(0.0);
-        self.live.fill(false);
-        self.object = None;
+        self.live.fill(Held::Nothing);
+        self.pens.iter_mut().for_each(|p| p.object = None);
+    }
+
+    /// All of its tiles.
+    #[inline(always)]
+    pub(super) fn as_tiles(&self) -> Tiles<'_> {
+        Tiles {
+            columns: self.columns,
+            rows: [0, self.tiles.len() / self.columns],
+            tiles: &self.tiles,
+            far: &self.far,
+            live: &self.live,
+        }
     }
 
     /// The nearness that covers all of a pixel, counted from the top left; 0 where none is proved, and
@@ -125,7 +116,7 @@ impl OcclusionBuffer {
         }
         let (x, y) = (x as usize, y as usize);
         let tile = y / TILE * self.columns + x / TILE;
-        if self.live[tile] { self.tiles[tile].0[y % TILE * TILE + x % TILE] } else { 0.0 }
+        self.tiles[tile].pixel(self.live[tile], x % TILE, y % TILE)
     }
 
     /// The least nearness of each tile, row by row, and how many tiles there are in a row: the coarser
@@ -146,38 +137,45 @@ impl OcclusionBuffer {
             return Err(OcclusionError::Merge(a, b, c, d));
         }
         for t in 0..self.tiles.len() {
-            if !other.live[t] {
+            if other.live[t] == Held::Nothing {
                 continue;
             }
-            if self.live[t] {
+            if self.live[t] != Held::Nothing {
+                Self::wake(self.size, self.columns, &mut self.tiles, &mut self.live, t);
+                let mut theirs = other.tiles[t];
+                if other.live[t] == Held::Planes {
+                    theirs.unfold();
+                }
                 let mut far = f32::INFINITY;
-                for (mine, theirs) in self.tiles[t].0.iter_mut().zip(&other.tiles[t].0) {
+                for (mine, theirs) in self.tiles[t].0.iter_mut().zip(&theirs.0) {
                     // No pixel is NaN.
                     *mine = if *theirs > *mine { *theirs } else { *mine };
                     far = if *mine < far { *mine } else { far };
                 }
                 self.far[t] = far;
             } else {
-                (self.tiles[t], self.far[t], self.live[t]) = (other.tiles[t], other.far[t], true);
+                (self.tiles[t], self.far[t]) = (other.tiles[t], other.far[t]);
+                self.live[t] = other.live[t];
             }
         }
         Ok(())
     }
 
-    /// The pixels of a tile, made of this frame: 0, and infinitely near beyond the buffer's edge, so that
+    /// Has a tile hold its pixels. Where nothing was, they are 0, and infinitely near beyond the buffer's edge, so that
     /// what is not there never counts as open.
     #[inline(always)]
     pub(super) fn wake(
         size: [u32; 2],
         columns: usize,
         tiles: &mut [Tile],
-        live: &mut [bool],
+        live: &mut [Held],
         t: usize,
     ) {
-        if live[t] {
-            return;
+        match std::mem::replace(&mut live[t], Held::Pixels) {
+            Held::Nothing => {}
+            Held::Pixels => return,
+            Held::Planes => return tiles[t].unfold(),
         }
-        live[t] = true;
         tiles[t] = Tile::filled(0.0);
         let (x, y) = (t % columns * TILE, t / columns * TILE);
         let [width, height] = size.map(|s| s as usize);

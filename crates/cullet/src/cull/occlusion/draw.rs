@@ -2,6 +2,7 @@
 
 use fearless_simd::{Level, dispatch};
 
+use super::band::Band;
 use super::buffer::OcclusionBuffer;
 use super::convex::Convex;
 use super::cut::cut_near;
@@ -13,6 +14,13 @@ impl OcclusionBuffer {
     /// Draws a convex occluder. Nothing where a number is not finite, where the eye is within, and before
     /// [`begin`](Self::begin).
     pub fn draw_convex(&mut self, level: Level, occluder: &Convex, transform: &Transform) {
+        self.band().draw_convex(level, occluder, transform);
+    }
+}
+
+impl Band<'_> {
+    /// Draws what lies in it of a convex occluder, as [`OcclusionBuffer::draw_convex`] does.
+    pub fn draw_convex(&mut self, level: Level, occluder: &Convex, transform: &Transform) {
         let Some(screen) = self.object_screen(transform) else { return };
         if dispatch!(level, simd => self.whole_convex(simd, occluder, &screen)) {
             return;
@@ -21,22 +29,22 @@ impl OcclusionBuffer {
             return;
         }
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
-        let clips = std::mem::take(&mut self.clips);
+        let clips = std::mem::take(&mut self.pen.clips);
         if clips.iter().any(Clip::is_in_front) {
             self.cut_convex(level, occluder, &clips, &screen, orient);
         }
-        self.clips = clips;
+        self.pen.clips = clips;
     }
 
-    /// The screen of an object; `None` before [`begin`](Self::begin).
+    /// The screen of an object; `None` where the buffer has none yet.
     pub(super) fn object_screen(&mut self, transform: &Transform) -> Option<ObjectScreen> {
-        if let Some((last, screen)) = &self.object
+        if let Some((last, screen)) = &self.pen.object
             && last == transform
         {
             return Some(screen.clone());
         }
-        let screen = self.screen.as_ref()?.of_object(transform, self.origin);
-        self.object = Some((*transform, screen.clone()));
+        let screen = self.screen?.of_object(transform, self.origin);
+        self.pen.object = Some((*transform, screen.clone()));
         Some(screen)
     }
 
@@ -76,19 +84,22 @@ impl OcclusionBuffer {
         }
         let reach = [max[0] - min[0], max[1] - min[1]];
         let plane = Plane::through(corners, reach, self.size, doubt);
-        self.outline.begin(self.size, min, max, doubt.pixels);
-        self.outline.plane(plane);
+        let rows = self.pixel_rows();
+        let outline = &mut self.pen.outline;
+        outline.begin(self.size, rows, min, max, doubt.pixels);
+        outline.plane(plane);
         for k in 0..spots.len() {
-            self.outline.edge(spots[k], spots[(k + 1) % spots.len()], orient);
+            outline.edge(spots[k], spots[(k + 1) % spots.len()], orient);
         }
         self.fill(level);
     }
 
     /// Takes points before the divide; `false` where a number is not finite.
     fn project(&mut self, screen: &ObjectScreen, points: &[[f32; 3]]) -> bool {
-        self.clips.clear();
-        self.clips.extend(points.iter().map(|&p| screen.clip(p)));
-        self.clips.iter().all(|c| c.is_finite() && (!c.is_in_front() || c.spot().is_finite()))
+        let clips = &mut self.pen.clips;
+        clips.clear();
+        clips.extend(points.iter().map(|&p| screen.clip(p)));
+        clips.iter().all(|c| c.is_finite() && (!c.is_in_front() || c.spot().is_finite()))
     }
 }
 

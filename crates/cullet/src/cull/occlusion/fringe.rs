@@ -18,8 +18,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8};
 
-use super::buffer::{OcclusionBuffer, TILE, Tile};
+use super::buffer::{OcclusionBuffer, TILE};
 use super::piece::{Bound, Pieces};
+use super::tile::{Held, Tile, TilePlane};
 use crate::bits;
 
 /// Tiles of a block.
@@ -41,11 +42,8 @@ struct Block {
 }
 
 impl Block {
-    const BLANK: Self = Self {
-        nearness: [[f32::INFINITY; TILE]; ACROSS],
-        touched: [0; TILE],
-        open: [0; TILE],
-    };
+    const BLANK: Self =
+        Self { nearness: [[f32::INFINITY; TILE]; ACROSS], touched: [0; TILE], open: [0; TILE] };
 }
 
 /// The sheet.
@@ -84,15 +82,18 @@ pub(super) mod kind {
 
 /// Where pieces are drawn.
 pub(super) struct Canvas<'a> {
+    /// From its first row of tiles on.
     pub(super) size: [u32; 2],
     pub(super) columns: usize,
+    /// How many rows of tiles there are.
+    pub(super) rows: i32,
     pub(super) tiles: &'a mut [Tile],
     pub(super) far: &'a mut [f32],
-    pub(super) live: &'a mut [bool],
+    pub(super) live: &'a mut [Held],
     /// A sheet for each side that faces show.
     pub(super) fringes: &'a mut [Fringe; 2],
-    /// The block that places are relative to.
-    pub(super) base: [usize; 2],
+    /// The block that places are relative to: the first of a patch, which may lie above the canvas.
+    pub(super) base: [i32; 2],
     /// Nothing of the patch is nearer: tiles that are covered by what is as near are left alone.
     pub(super) nearest: f32,
 }
@@ -171,24 +172,26 @@ impl Canvas<'_> {
         side: usize,
     ) {
         for lane in bits::ones(u64::from(wanted & all.present)) {
-            let window =
-                [all.window[0][lane], all.window[1][lane], all.window[2][lane], all.window[3][lane]];
+            let window = [
+                all.window[0][lane],
+                all.window[1][lane],
+                all.window[2][lane],
+                all.window[3][lane],
+            ];
             let [x0, y0, x1, y1] = window;
             let (tile, width) = (TILE as i32, WIDTH as i32);
             let is_large = KIND == kind::OWN && x1 - x0 > tile && y1 - y0 > tile;
             let piece = Piece { all, lane, window };
             let is_odd = KIND != kind::BORDER && all.odd >> lane & 1 == 1;
             let columns = [x0 / width, x1 / width];
-            for row in y0 / tile..=y1 / tile {
+            let [left, above] = self.base;
+            for row in (y0 / tile).max(-above)..=(y1 / tile).min(self.rows - 1 - above) {
                 let top = row * tile;
-                let [first, last] = if columns[1] > columns[0] {
-                    piece.span(top as f32, columns)
-                } else {
-                    columns
-                };
-                let [left, above] = [self.base[0], self.base[1] + row as usize];
+                let [first, last] =
+                    if columns[1] > columns[0] { piece.span(top as f32, columns) } else { columns };
+                let above = (above + row) as usize;
                 for column in first..=last {
-                    let at = left + column as usize;
+                    let at = (left + column) as usize;
                     let place = Place {
                         block: above * self.fringes[side].columns + at,
                         tile: above * self.columns + at * ACROSS,
@@ -288,8 +291,7 @@ impl Canvas<'_> {
         for k in first..=last {
             let is_any = !(touched & i32x8::splat(simd, byte(k))).simd_eq(none);
             let at = (k * TILE) as f32;
-            let farthest =
-                if dx >= 0.0 { from.max(splat(at)) } else { to.min(splat(at + EDGE)) };
+            let farthest = if dx >= 0.0 { from.max(splat(at)) } else { to.min(splat(at + EDGE)) };
             let value = (along + farthest * dx).max(far).min(near);
             let value = is_any.select(value, splat(f32::INFINITY));
             let least = &mut sheet.nearness[k];
@@ -310,38 +312,41 @@ impl Canvas<'_> {
         k: usize,
     ) {
         let Piece { all, lane, .. } = piece;
-        let (dx, dy, far) = (all.dx[lane], all.dy[lane], all.far[lane]);
-        let most = start + (dx.max(0.0) + dy.max(0.0)) * EDGE;
+        let plane = TilePlane { dx: all.dx[lane], start, dy: all.dy[lane] };
+        // Neither is a pixel nearer than all of the piece.
+        let limit = TilePlane { start: all.near[lane], ..TilePlane::default() };
         // No pixel gets more than this, so that leaving a tile out changes nothing.
-        let near = most.max(far).min(all.near[lane]);
-        if self.far[t] >= near {
+        if self.far[t] >= plane.most().min(limit.start) {
             return;
         }
-        OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
-        let across = f32x8::from_slice(simd, &COUNT) * dx;
-        let (far, near) = (f32x8::splat(simd, far), f32x8::splat(simd, near));
-        let mut least = f32x8::splat(simd, f32::INFINITY);
-        let rows = self.tiles[t].0.chunks_exact_mut(TILE).enumerate();
         let byte = i32x8::splat(simd, byte(k));
         if (inner & byte).simd_eq(byte).all_true() {
-            for (row, pixels) in rows {
-                let value = (across + (start + dy * row as f32)).max(far).min(near);
-                let new = f32x8::from_slice(simd, pixels).max(value);
-                new.store_slice(pixels);
-                least = least.min(new);
+            let least = plane.least().min(limit.start);
+            let is_nearer = match self.live[t] {
+                Held::Nothing => true,
+                Held::Pixels => false,
+                Held::Planes => self.tiles[t].planes().iter().any(|p| p.most() <= least),
+            };
+            if is_nearer {
+                self.tiles[t].keep([plane, limit, limit]);
+                self.live[t] = Held::Planes;
+                self.far[t] = least.max(0.0);
+                return;
             }
-        } else {
-            let bits = i32x8::from_slice(simd, &BITS) << (k * TILE) as u32;
-            let zero = f32x8::splat(simd, 0.0);
-            let inner: [i32; TILE] = inner.into();
-            for (row, pixels) in rows {
-                let value = (across + (start + dy * row as f32)).max(far).min(near);
-                let is_open =
-                    (i32x8::splat(simd, inner[row]) & bits).simd_eq(i32x8::splat(simd, 0));
-                let new = f32x8::from_slice(simd, pixels).max(is_open.select(zero, value));
-                new.store_slice(pixels);
-                least = least.min(new);
-            }
+        }
+        OcclusionBuffer::wake(self.size, self.columns, self.tiles, self.live, t);
+        let across = f32x8::from_slice(simd, &COUNT) * plane.dx + plane.start;
+        let (zero, limit) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, limit.start));
+        let none = i32x8::splat(simd, 0);
+        let bits = i32x8::from_slice(simd, &BITS) << (k * TILE) as u32;
+        let inner: [i32; TILE] = inner.into();
+        let mut least = f32x8::splat(simd, f32::INFINITY);
+        for (row, pixels) in self.tiles[t].0.chunks_exact_mut(TILE).enumerate() {
+            let value = (across + COUNT[row] * plane.dy).min(limit);
+            let is_open = (i32x8::splat(simd, inner[row]) & bits).simd_eq(none);
+            let new = f32x8::from_slice(simd, pixels).max(is_open.select(zero, value));
+            new.store_slice(pixels);
+            least = least.min(new);
         }
         self.far[t] = least.reduce_min();
     }
@@ -356,14 +361,13 @@ impl Canvas<'_> {
             let block = block as usize;
             fringe.is_touched[block] = false;
             let sheet = &mut fringe.blocks[block];
-            let covered = i32x8::from_slice(simd, &sheet.touched)
-                & !i32x8::from_slice(simd, &sheet.open);
+            let covered =
+                i32x8::from_slice(simd, &sheet.touched) & !i32x8::from_slice(simd, &sheet.open);
             let columns = fringe.columns;
             let tile = block / columns * self.columns + block % columns * ACROSS;
             for k in 0..ACROSS {
                 let is_covered = !(covered & i32x8::splat(simd, byte(k))).simd_eq(none);
-                let value =
-                    is_covered.select(f32x8::from_slice(simd, &sheet.nearness[k]), zero);
+                let value = is_covered.select(f32x8::from_slice(simd, &sheet.nearness[k]), zero);
                 // A block may reach beyond the buffer, where nothing is covered.
                 if !is_covered.any_true() || value.reduce_max() <= self.far[tile + k] {
                     continue;

@@ -1,30 +1,41 @@
 //! Drawing lists of occluders: without those that are hidden by then, and shared out over threads.
+//!
+//! Jobs are [`Band`]s of the buffer. A buffer for each of them, the list dealt out in turn and the buffers merged pixel by pixel, was
+//! slower than one thread: what one has hidden the other draws, and merging moves megabytes. Buffers of one's own pay where lists
+//! are apart to begin with, as where each thread makes what it draws.
+//!
+//! More bands than threads, taken by whoever is free, were slower than as many: of the city of the benchmark a fourth of all work
+//! lies in one row of tiles, that of the horizon, so more bands even out little and set up more twice. Boxes of a sorted list
+//! read from a plain slice, one or two cache lines each, took as long to project as those of a batch, six.
 
-use std::iter::StepBy;
-use std::ops::Range;
-
+use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 
 use super::ask::{Lens, Rectangles, covered};
-use super::buffer::{OcclusionBuffer, OcclusionError};
+use super::band::Band;
+use super::buffer::{OcclusionBuffer, TILE};
+use super::tile::Tiles;
+use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
-
-/// The items of a list that are a job's own: every so many, from its first on.
-pub type Share = StepBy<Range<usize>>;
 
 /// A part of the drawing of a list, to be run once on any thread; see
 /// [`OcclusionBuffer::draw_in_jobs`].
 #[derive(Debug)]
 pub struct DrawJob<'a, F> {
-    buffer: &'a mut OcclusionBuffer,
+    band: Band<'a>,
+    level: Level,
+    order: &'a [u32],
+    rectangles: &'a [Rectangles],
     draw: &'a F,
-    share: Share,
 }
 
-impl<F: Fn(&mut OcclusionBuffer, Share)> DrawJob<'_, F> {
+impl<F: Fn(&mut Band<'_>, u32)> DrawJob<'_, F> {
     /// Does it.
-    pub fn run(self) {
-        (self.draw)(self.buffer, self.share);
+    pub fn run(mut self) {
+        let mut draw = self.draw;
+        for (some, r) in self.order.chunks(LANES).zip(self.rectangles) {
+            self.band.draw_open(self.level, r, some, &mut draw);
+        }
     }
 }
 
@@ -32,7 +43,7 @@ impl OcclusionBuffer {
     /// Goes through occluders, the nearest first for most effect, and has those drawn that are not hidden by then: `draw` is
     /// called with the numbers of `order`, in its order, but for those whose box, relative to the buffer's origin, lies behind
     /// what was drawn before or beyond an edge of the screen. Returns how many were drawn. The buffer proves the same as if all
-    /// were drawn.
+    /// were drawn. The [`Band`] that `draw` is given is all of the buffer.
     ///
     /// Boxes are projected sixteen at a time: some 10 ns for one that is hidden. Those that cross the near plane or are not
     /// finite are drawn; empty ones are not.
@@ -44,75 +55,210 @@ impl OcclusionBuffer {
         level: Level,
         boxes: &Boxes,
         order: &[u32],
-        mut draw: impl FnMut(&mut Self, u32),
+        mut draw: impl FnMut(&mut Band<'_>, u32),
     ) -> usize {
         let Some(screen) = &self.screen else { return 0 };
         let lens = Lens::new(screen);
+        let mut band = self.band();
         let mut drawn = 0;
         for some in order.chunks(LANES) {
-            let mut block = BoxBlock([[0.0; LANES]; 6]);
-            for (lane, &i) in some.iter().enumerate() {
-                assert!((i as usize) < boxes.len(), "box {i} of {}", boxes.len());
-                let from = &boxes.blocks()[i as usize / LANES].0;
-                for (row, from) in block.0.iter_mut().zip(from) {
-                    row[lane] = from[i as usize % LANES];
-                }
-            }
-            let mut r = Rectangles::NONE;
-            if let Some(lens) = &lens {
-                dispatch!(level, simd => lens.project(simd, &block, 1.0, &mut r));
-            }
-            for (lane, &i) in some.iter().enumerate() {
-                let is_hidden = r.outside >> lane & 1 == 1
-                    || r.bounded >> lane & 1 == 1 && {
-                        let min = [0, 1].map(|a| r.min[a][lane] as usize);
-                        let max = [0, 1].map(|a| r.max[a][lane] as usize);
-                        dispatch!(level, simd => covered(simd, self, min, max, r.nearness[lane]))
-                    };
-                if !is_hidden {
-                    draw(self, i);
-                    drawn += 1;
-                }
-            }
+            let r = rectangles(level, lens.as_ref(), boxes, some);
+            drawn += band.draw_open(level, &r, some, &mut draw);
         }
         drawn
     }
 
-    /// Draws a list of `count` occluders as one job more than there are `others`, each into a buffer of its own, and takes in
-    /// what the others proved. `run` is given the jobs, each to be run once, on any thread and in any order; each calls
-    /// `draw` with its buffer and the numbers that are its share, which are spread over the list, so that one that is
-    /// sorted front to back is so for every job. The same buffer in the end, for any number of jobs; but where what is drawn
-    /// depends on the buffer, as in [`draw_unless_hidden`](Self::draw_unless_hidden), how much is drawn does differ.
+    /// As [`draw_unless_hidden`](Self::draw_unless_hidden), as so many jobs: the buffer is the same to the last bit, for any
+    /// number of them. `run` is given the jobs, each to be run once, on any thread and in any order. Each has a [`Band`] of
+    /// the buffer, some rows of tiles, and goes through the whole list: what touches the band and is not hidden there by then
+    /// is drawn, so an occluder may be drawn in several bands, or in none.
     ///
-    /// With rayon: `|jobs| jobs.into_par_iter().for_each(DrawJob::run)`. What the others held is lost; they are kept by
-    /// the caller for their memory alone. Taking one in costs as much as copying it: a list that is drawn in less than a
-    /// tenth of a millisecond is not worth sharing out.
+    /// With rayon: `|jobs| jobs.into_par_iter().for_each(DrawJob::run)`. As many jobs as there are threads are best: bands are
+    /// cut so that each has about as much to do, and what crosses from one into the next is set up in both. The boxes are
+    /// projected before, by the caller's thread: some 5 ns each. None is 1 job, and there are no more than rows of tiles.
     ///
-    /// # Errors
-    /// [`OcclusionError::Merge`] where another has another size; nothing is drawn.
-    pub fn draw_in_jobs<F: Fn(&mut Self, Share)>(
+    /// # Panics
+    /// If `order` has a number that is no box.
+    pub fn draw_in_jobs<F: Fn(&mut Band<'_>, u32)>(
         &mut self,
-        others: &mut [Self],
-        count: usize,
+        level: Level,
+        boxes: &Boxes,
+        order: &[u32],
+        jobs: usize,
         draw: &F,
         run: impl FnOnce(Vec<DrawJob<'_, F>>),
-    ) -> Result<(), OcclusionError> {
-        if let Some(other) = others.iter().find(|o| o.size != self.size) {
-            let ([a, b], [c, d]) = (self.size, other.size);
-            return Err(OcclusionError::Merge(a, b, c, d));
+    ) {
+        let Some(screen) = &self.screen else { return };
+        let lens = Lens::new(screen);
+        let mut listed = std::mem::take(&mut self.listed);
+        listed.project(level, lens.as_ref(), boxes, order);
+        listed.weigh(order.len(), self.tiles.len() / self.columns, self.columns);
+        let ends = listed.ends(jobs);
+        let rectangles = &listed.rectangles;
+        let job = |band| DrawJob { band, level, order, rectangles, draw };
+        run(self.bands(&ends).into_iter().map(job).collect());
+        self.listed = listed;
+    }
+}
+
+impl Band<'_> {
+    /// Draws those of up to sixteen occluders that are not hidden by then; gives how many those are.
+    #[inline(always)]
+    fn draw_open(
+        &mut self,
+        level: Level,
+        r: &Rectangles,
+        some: &[u32],
+        draw: &mut impl FnMut(&mut Band<'_>, u32),
+    ) -> usize {
+        let mut left = u64::MAX >> (64 - some.len()) & !u64::from(r.outside);
+        let mut drawn = 0;
+        while let Some(lane) = dispatch!(level, simd => first_open(simd, self.as_tiles(), r, left))
+        {
+            draw(self, some[lane]);
+            drawn += 1;
+            left &= !1 << lane;
         }
-        let jobs = others.len() + 1;
-        for other in &mut *others {
-            other.empty();
-            (other.screen, other.origin) = (self.screen.clone(), self.origin);
+        drawn
+    }
+}
+
+/// The first of some rectangles that is not hidden in some tiles, or that has no bounds.
+#[inline(always)]
+fn first_open<S: Simd>(simd: S, of: Tiles<'_>, r: &Rectangles, left: u64) -> Option<usize> {
+    let [first, last] = [of.rows[0] * TILE, of.rows[1] * TILE - 1].map(|v| v as i32);
+    let mut touching = !r.bounded;
+    for lane in 0..LANES {
+        let touches = r.max[1][lane] >= first && r.min[1][lane] <= last;
+        touching |= u32::from(touches) << lane;
+    }
+    for lane in bits::ones(left & u64::from(touching)) {
+        if r.bounded >> lane & 1 == 0 {
+            return Some(lane);
         }
-        let buffers = std::iter::once(&mut *self).chain(&mut *others);
-        let share = |first: usize| (first.min(count)..count).step_by(jobs);
-        let all = buffers.enumerate().map(|(k, buffer)| DrawJob { buffer, draw, share: share(k) });
-        run(all.collect());
-        for other in others {
-            self.merge(other)?;
+        let min = [r.min[0][lane] as usize, r.min[1][lane] as usize];
+        let max = [r.max[0][lane] as usize, r.max[1][lane] as usize];
+        if !covered(simd, of, min, max, r.nearness[lane]) {
+            return Some(lane);
         }
-        Ok(())
+    }
+    None
+}
+
+/// Where up to sixteen boxes lie on the screen.
+#[inline(always)]
+fn rectangles(level: Level, lens: Option<&Lens>, boxes: &Boxes, some: &[u32]) -> Rectangles {
+    let mut block = BoxBlock([[0.0; LANES]; 6]);
+    for (lane, &i) in some.iter().enumerate() {
+        assert!((i as usize) < boxes.len(), "box {i} of {}", boxes.len());
+        let from = &boxes.blocks()[i as usize / LANES].0;
+        for (row, from) in block.0.iter_mut().zip(from) {
+            row[lane] = from[i as usize % LANES];
+        }
+    }
+    let mut r = Rectangles::NONE;
+    if let Some(lens) = lens {
+        dispatch!(level, simd => lens.project(simd, &block, 1.0, &mut r));
+    }
+    r
+}
+
+/// What it costs to look at an occluder, in units of what it costs to cover a tile: some 28 ns against 2, fitted to the bands of
+/// 32 views of a city, where a few of those looked at are drawn.
+const LOOK: u64 = 12;
+
+/// What it costs to draw one, beside the tiles that it covers whole.
+const DRAW: u64 = 150;
+
+/// So many of a list, the nearest, are taken to be drawn as far as they are beside those before.
+const DRAWN: usize = 256;
+
+/// A list of occluders on the screen; kept for its memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Listed {
+    rectangles: Vec<Rectangles>,
+    /// Up to each row of tiles, how many tiles are covered; how much begins above, and how much ends above.
+    rows: Vec<[u64; 3]>,
+}
+
+impl Listed {
+    fn project(&mut self, level: Level, lens: Option<&Lens>, boxes: &Boxes, order: &[u32]) {
+        self.rectangles.clear();
+        let all = order.chunks(LANES).map(|some| rectangles(level, lens, boxes, some));
+        self.rectangles.extend(all);
+    }
+
+    /// Estimates what drawing so many occluders takes, row by row of a buffer of so many tiles.
+    fn weigh(&mut self, listed: usize, rows: usize, columns: usize) {
+        self.rows.clear();
+        self.rows.resize(rows + 1, [0; 3]);
+        for (block, r) in self.rectangles.iter().enumerate() {
+            let count = (listed - block * LANES).min(LANES);
+            for lane in bits::ones(u64::from(r.bounded) & ((1 << count) - 1)) {
+                let tile = |v: i32| v as usize / TILE;
+                let [first, last] = [tile(r.min[1][lane]), tile(r.max[1][lane])];
+                let mut cost = LOOK;
+                if block * LANES < DRAWN {
+                    let width = (tile(r.max[0][lane]) - tile(r.min[0][lane]) + 1) as u64;
+                    let mut covered = 0;
+                    for row in &mut self.rows[first + 1..last + 2] {
+                        let more = width.min(columns as u64 - row[0]);
+                        row[0] += more;
+                        covered += more;
+                    }
+                    cost += if covered > 0 { DRAW } else { 0 };
+                }
+                self.rows[first + 1][1] += cost;
+                self.rows[last + 1][2] += cost;
+            }
+        }
+        let mut sum = [0; 3];
+        for row in &mut self.rows {
+            // No row is free: each is cleared and asked about.
+            sum = [sum[0] + row[0] + 1, sum[1] + row[1], sum[2] + row[2]];
+            *row = sum;
+        }
+    }
+
+    /// What some rows cost.
+    fn cost(&self, first: usize, end: usize) -> u64 {
+        let (above, below) = (self.rows[first], self.rows[end]);
+        below[0] - above[0] + below[1] - above[2]
+    }
+
+    /// Where bands end that cost as little as can be, the dearest of so many.
+    fn ends(&self, jobs: usize) -> Vec<usize> {
+        let rows = self.rows.len() - 1;
+        let jobs = jobs.clamp(1, rows);
+        let (mut low, mut high) = (0, self.cost(0, rows));
+        let mut best = vec![rows];
+        while low < high {
+            let limit = low.midpoint(high);
+            let ends = self.within(limit, jobs);
+            if ends.last() == Some(&rows) {
+                (best, high) = (ends, limit);
+            } else {
+                low = limit + 1;
+            }
+        }
+        best
+    }
+
+    /// Where bands end that cost no more than a limit: not all rows, where so many bands do not reach.
+    fn within(&self, limit: u64, jobs: usize) -> Vec<usize> {
+        let rows = self.rows.len() - 1;
+        let (mut ends, mut first) = (Vec::with_capacity(jobs), 0);
+        while first < rows && ends.len() < jobs {
+            let mut end = first;
+            while end < rows && self.cost(first, end + 1) <= limit {
+                end += 1;
+            }
+            if end == first {
+                break;
+            }
+            ends.push(end);
+            first = end;
+        }
+        ends
     }
 }

@@ -20,6 +20,7 @@
 //! Culling*, 2016, is the state of the art for a CPU, and samples pixel centres.
 
 mod ask;
+mod band;
 mod body;
 mod buffer;
 mod choose;
@@ -36,14 +37,16 @@ mod plane;
 mod record;
 mod screen;
 mod surface;
+mod tile;
 
 pub(crate) use ask::{Asker, Nearest};
 pub use ask::{Footprint, Verdict};
+pub use band::Band;
 pub use buffer::{OcclusionBuffer, OcclusionError, TILE};
 pub use choose::Occlusion;
 pub(crate) use choose::{Candidate, Cheapest, Choice};
 pub use convex::Convex;
-pub use list::{DrawJob, Share};
+pub use list::DrawJob;
 pub use occluder::{Occluder, Shape};
 pub use patch::Patch;
 pub use record::{Difference, Differences, Recording, RecordingError};

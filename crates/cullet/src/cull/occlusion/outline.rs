@@ -3,9 +3,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 
-use super::buffer::{OcclusionBuffer, TILE, Tile};
+use super::band::Band;
+use super::buffer::{OcclusionBuffer, TILE};
 use super::plane::Plane;
 use super::screen::Spot;
+use super::tile::{Held, LANES, PLANES, Tile, TilePlane};
 use crate::bits;
 
 /// Pixels by which every edge moves inward beyond what is exact: more than anything here is off by.
@@ -43,9 +45,16 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`; its corners are off
-    /// by `doubt` pixels at most.
-    pub(super) fn begin(&mut self, size: [u32; 2], min: [f64; 2], max: [f64; 2], doubt: f64) {
+    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`, of which these `rows`, from the first to the
+    /// last, are to be filled; its corners are off by `doubt` pixels at most.
+    pub(super) fn begin(
+        &mut self,
+        size: [u32; 2],
+        rows: [usize; 2],
+        min: [f64; 2],
+        max: [f64; 2],
+        doubt: f64,
+    ) {
         self.left.clear();
         self.right.clear();
         self.planes.clear();
@@ -55,7 +64,8 @@ impl Outline {
         // Where a corner is off by more than an i32 holds, no pixel is certain.
         let last = |v: f64, size: i32| ((v - self.doubt).floor() as i32).clamp(0, size) - 1;
         self.columns = [first(min[0]), last(max[0], self.size[0])];
-        self.rows = [first(min[1]), last(max[1], self.size[1])];
+        self.rows =
+            [first(min[1]).max(rows[0] as i32), last(max[1], self.size[1]).min(rows[1] as i32)];
     }
 
     /// Adds the edge from `p` to `q`, whose inner side is `side` (1 or −1) times the left of it, where y grows
@@ -184,9 +194,7 @@ impl Edges {
     }
 }
 
-/// A plane as tiles are filled with it. Of a pixel in column x0 + i and row y0 + j, where the tile begins at x0 and y0, the bound
-/// is (i · dx + start) + j · dy, always in this order: each step rounds, but none turns the order of two numbers around, so the most and the
-/// least of a tile are exactly those of two of its corners.
+/// A plane as tiles are filled with it; see [`TilePlane`].
 #[derive(Clone, Copy, Debug)]
 struct Slope {
     plane: Plane,
@@ -194,7 +202,6 @@ struct Slope {
     down: [f32; TILE],
     /// Where it is nearest: the larger of 0 and 7 dx, and of 0 and 7 dy.
     high: [f32; 2],
-    low: [f32; 2],
 }
 
 impl Slope {
@@ -212,8 +219,13 @@ impl Slope {
             plane: Plane { value, ..*plane },
             down,
             high: [across[0].max(0.0), across[1].max(0.0)],
-            low: [across[0].min(0.0), across[1].min(0.0)],
         }
+    }
+
+    /// The plane within a tile.
+    #[inline(always)]
+    fn within(&self, x0: f32, y0: f32) -> TilePlane {
+        TilePlane { dx: self.plane.dx, start: self.start(x0, y0), dy: self.plane.dy }
     }
 
     /// The bound in the first pixel of a tile.
@@ -224,7 +236,7 @@ impl Slope {
     }
 }
 
-impl OcclusionBuffer {
+impl Band<'_> {
     /// Covers what lies wholly within the outline that was built.
     pub(super) fn fill(&mut self, level: Level) {
         dispatch!(level, simd => self.fill_with(simd));
@@ -233,11 +245,13 @@ impl OcclusionBuffer {
     /// As [`fill`](Self::fill), where the level is known.
     #[inline(always)]
     pub(super) fn fill_with<S: Simd>(&mut self, simd: S) {
-        if self.outline.is_empty() {
+        if self.pen.outline.is_empty() {
             return;
         }
-        let Self { size, columns, tiles, far, live, outline, .. } = self;
-        let target = Target { size: *size, columns: *columns, tiles, far, live };
+        let first = self.rows[0];
+        let Self { size: [width, height], columns, tiles, far, live, pen, .. } = self;
+        let (size, outline) = ([*width, *height - (first * TILE) as u32], &pen.outline);
+        let target = Target { size, first, columns: *columns, tiles, far, live };
         // Boxes show one to three faces: with their number known, what is the same for all pixels of a tile is
         // reckoned once.
         match outline.planes[..] {
@@ -250,14 +264,15 @@ impl OcclusionBuffer {
 }
 
 struct Target<'a> {
+    /// From the first row of tiles on.
     size: [u32; 2],
+    first: usize,
     columns: usize,
     tiles: &'a mut [Tile],
     far: &'a mut [f32],
-    live: &'a mut [bool],
+    live: &'a mut [Held],
 }
 
-const LANES: [f32; TILE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 const NOWHERE: f32 = 1e9;
 
 /// A row of tiles at a time: first the columns that each of its rows of pixels spans, a row a lane; then, eight at a time, the
@@ -301,7 +316,7 @@ fn fill<S: Simd, P: AsRef<[Slope]> + ?Sized>(
         let mut column = first as usize / TILE;
         while column <= last {
             let count = (last - column + 1).min(TILE);
-            let t = tile_row * target.columns + column;
+            let t = (tile_row - target.first) * target.columns + column;
             let x0 = (lanes + column as f32) * TILE as f32;
             let mut best = f32x8::splat(simd, f32::INFINITY);
             for s in planes {
@@ -336,20 +351,37 @@ impl Target<'_> {
     /// Covers all of a tile.
     #[inline(always)]
     fn cover<S: Simd>(&mut self, simd: S, planes: &[Slope], t: usize, x0: f32, y0: f32) {
-        if self.live[t] {
+        let mut least = f32::INFINITY;
+        for s in planes {
+            least = least.min(s.within(x0, y0).least());
+        }
+        let is_nearer = match self.live[t] {
+            Held::Nothing => true,
+            Held::Pixels => false,
+            // Wherever the tile is as near as the farthest of what it keeps.
+            Held::Planes => self.tiles[t].planes().iter().any(|p| p.most() <= least),
+        };
+        if !is_nearer {
             let rows = ([f32::NEG_INFINITY; TILE], [f32::INFINITY; TILE]);
             self.cover_part(simd, planes, t, x0, y0, (&rows.0, &rows.1));
             return;
         }
         // All of it is on the screen: nothing that was here need be read.
-        self.live[t] = true;
+        self.far[t] = least.max(0.0);
+        if let [first, ..] = planes
+            && planes.len() <= PLANES
+        {
+            let mut kept = [first.within(x0, y0); PLANES];
+            for (kept, s) in kept.iter_mut().zip(planes) {
+                *kept = s.within(x0, y0);
+            }
+            self.tiles[t].keep(kept);
+            self.live[t] = Held::Planes;
+            return;
+        }
+        self.live[t] = Held::Pixels;
         let lanes = f32x8::from_slice(simd, &LANES);
         let zero = f32x8::splat(simd, 0.0);
-        let mut least = f32::INFINITY;
-        for s in planes {
-            least = least.min(s.start(x0, y0) + s.low[0] + s.low[1]);
-        }
-        self.far[t] = least.max(0.0);
         for (row, pixels) in self.tiles[t].0.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
             let mut value = f32x8::splat(simd, f32::INFINITY);
             for s in planes {

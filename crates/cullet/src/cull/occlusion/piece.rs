@@ -3,8 +3,8 @@
 //! Eight at a time, in f32: places are relative to a pixel near the patch, so that few digits are lost, and
 //! what is lost is part of the margins.
 
-use fearless_simd::{f32x8, i32x8, mask32x8};
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, i32x8, mask32x8};
 
 /// The column that bounds nothing from the right.
 const NOWHERE: f32 = 1e9;
@@ -170,7 +170,6 @@ impl Pieces {
         let value = middle - (gx.abs() + gy.abs()) * touch - rounding - frame.nearness_doubt;
         // Slivers: no plane, only their farthest corner. The comparison is false for NaN too.
         let is_sure = rounding.simd_le(near);
-        let flat = |v: f32x8<S>| is_sure.select(v, zero);
 
         let inner = touch + frame.border();
         let (left, right, odd) = sides(
@@ -187,9 +186,9 @@ impl Pieces {
             odd,
             present,
             window,
-            value: flat(value).into(),
-            dx: flat(gx).into(),
-            dy: flat(gy).into(),
+            value: is_sure.select(value, far).into(),
+            dx: is_sure.select(gx, zero).into(),
+            dy: is_sure.select(gy, zero).into(),
             far: far.into(),
             near: near.into(),
         }
@@ -327,11 +326,7 @@ fn two<S: Simd>(
 /// The pixels of the window that a box around three corners touches, `margin` on each side included; a bit for
 /// each that touches any.
 #[inline(always)]
-fn window<S: Simd>(
-    frame: &Frame,
-    p: [&[f32x8<S>; 3]; 3],
-    margin: f32,
-) -> ([[i32; LANES]; 4], u32) {
+fn window<S: Simd>(frame: &Frame, p: [&[f32x8<S>; 3]; 3], margin: f32) -> ([[i32; LANES]; 4], u32) {
     let [x0, y0, x1, y1] = frame.window;
     let [(left, right), (top, bottom)] = [range(p, 0, margin), range(p, 1, margin)];
     let simd = p[0][0].simd;

@@ -304,7 +304,10 @@ fn put_shape(out: &mut Vec<u8>, shape: &Shape) {
         }
         Shape::Patch(patch) => {
             out.push(1 + u8::from(patch.two_sided));
-            put_counts(out, [patch.vertices().len(), patch.triangles().count(), patch.triangle_count()]);
+            put_counts(
+                out,
+                [patch.vertices().len(), patch.triangles().count(), patch.triangle_count()],
+            );
             put_points(out, patch.vertices());
             patch.triangles().flatten().for_each(|v| out.extend(v.to_le_bytes()));
         }

@@ -5,6 +5,7 @@ use fearless_simd::{Level, dispatch, f32x8, f64x4};
 use glam::DVec4;
 
 use super::ask::Footprint;
+use super::band::Band;
 use super::buffer::{OcclusionBuffer, TILE};
 use super::cut::{Cuts, Guard};
 use super::fringe::{Canvas, WIDTH, kind};
@@ -39,15 +40,22 @@ impl OcclusionBuffer {
     /// Draws a patch of a surface. Nothing where a number is not finite, and before
     /// [`begin`](Self::begin).
     pub fn draw_patch(&mut self, level: Level, patch: &Patch, transform: &Transform) {
+        self.band().draw_patch(level, patch, transform);
+    }
+}
+
+impl Band<'_> {
+    /// Draws what lies in it of a patch of a surface, as [`OcclusionBuffer::draw_patch`] does.
+    pub fn draw_patch(&mut self, level: Level, patch: &Patch, transform: &Transform) {
         let Some(screen) = self.object_screen(transform) else { return };
         let error = screen.error(patch.reach);
         if self.is_box_covered(&screen, patch, &error) {
             return;
         }
-        let mut surface = std::mem::take(&mut self.surface);
+        let mut surface = std::mem::take(&mut self.pen.surface);
         surface.place(level, patch, &screen);
         self.draw_surface(level, patch, &screen, &error, &mut surface);
-        self.surface = surface;
+        self.pen.surface = surface;
     }
 
     /// Whether nothing within the box around a patch can add to the buffer.
@@ -77,11 +85,12 @@ impl OcclusionBuffer {
             return true;
         }
         let pixel = |v: i32, a: usize| v.clamp(0, last[a]) as u32;
-        self.covers(&Footprint {
+        let footprint = Footprint {
             min: [pixel(min[0], 0), pixel(min[1], 1)],
             max: [pixel(max[0], 0), pixel(max[1], 1)],
             nearness: nearest,
-        })
+        };
+        self.as_tiles().first_open(&footprint).is_none()
     }
 
     fn draw_surface(
@@ -115,15 +124,17 @@ impl OcclusionBuffer {
         let frame = Frame::new(doubt.pixels, doubt.nearness, span, window.map(|v| v as f32));
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
 
-        let Self { size, columns, tiles, far, live, fringes, .. } = self;
+        let rows = self.rows.map(|r| r as i32);
+        let Self { size: [width, height], columns, tiles, far, live, pen, .. } = self;
         let mut canvas = Canvas {
-            size: *size,
+            size: [*width, *height - (rows[0] * TILE as i32) as u32],
             columns: *columns,
+            rows: rows[1] - rows[0],
             tiles,
             far,
             live,
-            fringes,
-            base: base.map(|v| v as usize),
+            fringes: &mut pen.fringes,
+            base: [base[0] as i32, base[1] as i32 - rows[0]],
             nearest: 0.0,
         };
         dispatch!(level, simd => {

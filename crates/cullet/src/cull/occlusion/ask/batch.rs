@@ -8,6 +8,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
 
 use super::super::buffer::{OcclusionBuffer, TILE};
+use super::super::tile::{Held, Tiles};
 use super::lens::{Lens, Rectangles};
 use super::nearest::Nearest;
 use super::{Footprint, Verdict};
@@ -115,7 +116,7 @@ impl OcclusionBuffer {
     /// [`covers`](Self::covers), with SIMD.
     pub(crate) fn is_covering(&self, level: Level, f: &Footprint) -> bool {
         let (min, max) = (f.min.map(|v| v as usize), f.max.map(|v| v as usize));
-        dispatch!(level, simd => covered(simd, self, min, max, f.nearness))
+        dispatch!(level, simd => covered(simd, self.as_tiles(), min, max, f.nearness))
     }
 }
 
@@ -338,7 +339,7 @@ fn ask_block<S: Simd>(
     for lane in bits::ones(asked & u64::from(r.bounded)) {
         let min = [0, 1].map(|a| r.min[a][lane] as usize);
         let max = [0, 1].map(|a| r.max[a][lane] as usize);
-        if covered(simd, buffer, min, max, r.nearness[lane]) {
+        if covered(simd, buffer.as_tiles(), min, max, r.nearness[lane]) {
             hidden |= 1 << lane;
         } else if nearest.is_some_and(|n| n.is_before(simd, buffer, min, max, r.farthest[lane])) {
             whole |= 1 << lane;
@@ -350,34 +351,35 @@ fn ask_block<S: Simd>(
     Found { hidden, outside: asked & u64::from(r.outside), whole }
 }
 
-/// Whether all pixels of a rectangle, which lies in the buffer, are nearer: whole tiles first, a vector of them at a time.
+/// Whether all pixels of a rectangle that lie in some tiles are nearer: whole tiles first, a vector of them at a time. The
+/// rectangle lies within the buffer.
 #[inline(always)]
 pub(in super::super) fn covered<S: Simd>(
     simd: S,
-    buffer: &OcclusionBuffer,
+    of: Tiles<'_>,
     min: [usize; 2],
     max: [usize; 2],
     nearness: f32,
 ) -> bool {
     let limit = S::f32s::splat(simd, nearness);
     let (first, last) = (min.map(|v| v / TILE), max.map(|v| v / TILE));
-    for row in first[1]..=last[1] {
+    for row in first[1].max(of.rows[0])..=last[1].min(of.rows[1] - 1) {
         let mut column = first[0];
         while column <= last[0] {
             let count = (last[0] - column + 1).min(S::f32s::LEN);
-            let t = row * buffer.columns + column;
+            let t = (row - of.rows[0]) * of.columns + column;
             let wanted = u64::MAX >> (64 - count);
-            let open = match buffer.far.get(t..t + S::f32s::LEN) {
+            let open = match of.far.get(t..t + S::f32s::LEN) {
                 Some(far) => wanted & !S::f32s::from_slice(simd, far).simd_gt(limit).to_bitmask(),
                 // The last tiles of the buffer: there is no whole vector of them.
                 None => {
-                    let nearer = |i: &usize| buffer.far[t + i] > nearness;
+                    let nearer = |i: &usize| of.far[t + i] > nearness;
                     wanted & !(0..count).filter(nearer).fold(0, |near, i| near | 1 << i)
                 }
             };
             for i in bits::ones(open) {
                 let tile = [column + i, row];
-                if !tile_covered(simd, buffer, tile, min, max, nearness) {
+                if !tile_covered(simd, of, tile, min, max, nearness) {
                     return false;
                 }
             }
@@ -391,23 +393,23 @@ pub(in super::super) fn covered<S: Simd>(
 #[inline(always)]
 fn tile_covered<S: Simd>(
     simd: S,
-    buffer: &OcclusionBuffer,
+    of: Tiles<'_>,
     tile: [usize; 2],
     min: [usize; 2],
     max: [usize; 2],
     nearness: f32,
 ) -> bool {
-    let t = tile[1] * buffer.columns + tile[0];
-    if !buffer.live[t] {
+    let t = (tile[1] - of.rows[0]) * of.columns + tile[0];
+    let held = of.live[t];
+    if held == Held::Nothing {
         return 0.0 > nearness;
     }
     let from = [0, 1].map(|a| min[a].max(tile[a] * TILE) % TILE);
     let to = [0, 1].map(|a| max[a].min(tile[a] * TILE + TILE - 1) % TILE);
     let wanted = 0xff_u64 >> (TILE - 1 - to[0]) & 0xff << from[0];
     let limit = f32x8::splat(simd, nearness);
-    let rows = buffer.tiles[t].0.as_chunks::<TILE>().0;
-    for row in &rows[from[1]..=to[1]] {
-        let nearer = f32x8::from_slice(simd, row).simd_gt(limit).to_bitmask();
+    for row in from[1]..=to[1] {
+        let nearer = of.tiles[t].row(simd, held, row).simd_gt(limit).to_bitmask();
         if nearer & wanted != wanted {
             return false;
         }

@@ -10,6 +10,7 @@ pub(super) use lens::{Lens, Rectangles};
 pub(crate) use nearest::Nearest;
 
 use super::buffer::{OcclusionBuffer, TILE};
+use super::tile::Tiles;
 use crate::bounds::{Aabb, Obb};
 
 /// What a buffer says of a thing.
@@ -149,23 +150,28 @@ impl OcclusionBuffer {
     /// The first pixel that lets a footprint through, tile by tile; `None` where it is covered.
     #[must_use]
     pub fn first_open(&self, footprint: &Footprint) -> Option<[u32; 2]> {
+        let max = [0, 1].map(|a| footprint.max[a].min(self.size[a] - 1));
+        self.as_tiles().first_open(&Footprint { max, ..*footprint })
+    }
+}
+
+impl Tiles<'_> {
+    /// The first pixel of these tiles that lets a footprint through, which lies in the buffer.
+    pub(super) fn first_open(&self, footprint: &Footprint) -> Option<[u32; 2]> {
         let Footprint { min, max, nearness } = *footprint;
-        let max = [0, 1].map(|a| max[a].min(self.size[a] - 1));
         let tile = TILE as u32;
-        for tile_row in min[1] / tile..=max[1] / tile {
+        let [first, end] = self.rows.map(|r| r as u32);
+        for tile_row in (min[1] / tile).max(first)..=(max[1] / tile).min(end - 1) {
             for column in min[0] / tile..=max[0] / tile {
-                let t = tile_row as usize * self.columns + column as usize;
+                let t = (tile_row - first) as usize * self.columns + column as usize;
                 if self.far[t] > nearness {
                     continue;
                 }
                 let (x0, y0) = (column * tile, tile_row * tile);
                 for y in min[1].max(y0)..=max[1].min(y0 + tile - 1) {
                     for x in min[0].max(x0)..=max[0].min(x0 + tile - 1) {
-                        let pixel = if self.live[t] {
-                            self.tiles[t].0[((y - y0) * tile + x - x0) as usize]
-                        } else {
-                            0.0
-                        };
+                        let at = [(x - x0) as usize, (y - y0) as usize];
+                        let pixel = self.tiles[t].pixel(self.live[t], at[0], at[1]);
                         // A NaN nearness lets everything through.
                         let is_nearer = pixel > nearness;
                         if !is_nearer {

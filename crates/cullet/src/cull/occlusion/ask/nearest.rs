@@ -1,9 +1,10 @@
 //! What is before everything that was drawn: the other end of the tiles.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, dispatch, f32x8};
 
 use super::super::buffer::{OcclusionBuffer, TILE};
+use super::super::tile::Held;
 
 /// The greatest nearness of each tile of a buffer that is done.
 ///
@@ -67,12 +68,12 @@ impl Nearest {
 #[inline(always)]
 fn greatest<S: Simd>(simd: S, buffer: &OcclusionBuffer, out: &mut [f32]) {
     for ((tile, live), out) in buffer.tiles.iter().zip(&buffer.live).zip(out) {
-        if *live {
-            let mut most = S::f32s::splat(simd, 0.0);
-            for part in tile.0.chunks_exact(S::f32s::LEN) {
-                most = most.max(S::f32s::from_slice(simd, part));
+        if *live != Held::Nothing {
+            let mut most = f32x8::splat(simd, 0.0);
+            for row in 0..TILE {
+                most = most.max(tile.row(simd, *live, row));
             }
-            *out = most.as_slice().iter().fold(0.0, |a, &b| a.max(b));
+            *out = most.reduce_max();
         }
     }
 }
