@@ -17,7 +17,7 @@ use crate::cull::occlusion::{
 };
 use crate::scene::Scene;
 use crate::view::{CullFace, FrontFace, View};
-use crate::visible::{OcclusionWork, Reason, Stage, Unit, Visible};
+use crate::visible::{OcclusionTimes, OcclusionWork, Reason, Stage, Unit, Visible};
 
 /// What a view keeps of its occlusion buffer.
 #[derive(Clone, Debug, Default)]
@@ -123,13 +123,21 @@ impl Pass<'_> {
             state.buffer = OcclusionBuffer::new(size).ok();
         }
         if let Some(mut buffer) = state.buffer.take() {
+            let begin = self.now();
             buffer.begin(self.view, self.scene.origin());
             self.choose(&buffer, settings, &mut state);
             let offered = state.choice.offered();
+            let chose = self.now();
             let chosen = self.draw(&mut buffer, &mut state);
             let drawn = state.drawn.len() as u64;
+            let drew = self.now();
             let tests = self.ask(&buffer, &mut state);
-            self.result.funnel.occlusion = OcclusionWork { offered, chosen, drawn, tests };
+            let times = self.culler.clock.is_some().then(|| OcclusionTimes {
+                choosing: chose.saturating_sub(begin),
+                drawing: drew.saturating_sub(chose),
+                asking: self.now().saturating_sub(drew),
+            });
+            self.result.funnel.occlusion = OcclusionWork { offered, chosen, drawn, tests, times };
             state.buffer = Some(buffer);
         }
         self.scratch.occlusion = state;

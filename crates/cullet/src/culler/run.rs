@@ -156,7 +156,12 @@ impl<'a> Pass<'a> {
             r.reasons.resize(self.scene.slot_count() as usize, None);
         }
         self.scratch.runs.clear();
-        self.stage_began = self.culler.clock.map_or(0, |now| now());
+        self.stage_began = self.now();
+    }
+
+    /// Nanoseconds by the culler's clock; 0 where it has none.
+    pub(super) fn now(&self) -> u64 {
+        self.culler.clock.map_or(0, |now| now())
     }
 
     pub(super) fn row(&mut self, stage: Stage, unit: Unit, entered: u64, left: u64) {
