@@ -7,6 +7,7 @@
 //! something else. What is remembered is memory.
 
 use super::backfaces::split;
+use super::density::Density;
 use super::occluders::{Group, Search};
 use super::run::{Pass, Scratch};
 use super::{Culler, Output};
@@ -19,17 +20,24 @@ use crate::scene::Scene;
 use crate::view::{CullFace, FrontFace, View};
 use crate::visible::{OcclusionTimes, OcclusionWork, Reason, Stage, Unit, Visible};
 
+/// What the first round of choosing may spend, in modelled microseconds. Less leaves much to be weighed twice, more pays for
+/// what stands behind each other.
+const FIRST_ROUND: f32 = 125.0;
+
 /// What a view keeps of its occlusion buffer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OcclusionState {
     pub(super) buffer: Option<OcclusionBuffer>,
     choice: Choice,
+    density: Density,
     groups: Vec<Group>,
     nearest: Nearest,
     /// One bit a slot, of those words that were alive: no part of it can be hidden. See [`Asker::group`].
     whole: Vec<u64>,
     /// Slots and shapes that were drawn.
     pub(super) drawn: Vec<(u32, u32)>,
+    /// The same ascending, as of the last round.
+    sorted: Vec<(u32, u32)>,
     /// Of one instance: clusters that are not hidden, or, negated, that are.
     clusters: Vec<u64>,
 }
@@ -123,42 +131,76 @@ impl Pass<'_> {
             state.buffer = OcclusionBuffer::new(size).ok();
         }
         if let Some(mut buffer) = state.buffer.take() {
-            let begin = self.now();
             buffer.begin(self.view, self.scene.origin());
-            self.choose(&buffer, settings, &mut state);
-            let offered = state.choice.offered();
-            let chose = self.now();
-            let chosen = self.draw(&mut buffer, &mut state);
-            let drawn = state.drawn.len() as u64;
-            let drew = self.now();
-            let tests = self.ask(&buffer, &mut state);
-            let times = self.culler.clock.is_some().then(|| OcclusionTimes {
-                choosing: chose.saturating_sub(begin),
-                drawing: drew.saturating_sub(chose),
-                asking: self.now().saturating_sub(drew),
-            });
-            self.result.funnel.occlusion = OcclusionWork { offered, chosen, drawn, tests, times };
+            let mut work = self.choose_and_draw(&mut buffer, settings, &mut state);
+            let begin = self.now();
+            work.tests = self.ask(&buffer, &mut state);
+            if let Some(times) = &mut work.times {
+                times.asking = self.now().saturating_sub(begin);
+            }
+            self.result.funnel.occlusion = work;
             state.buffer = Some(buffer);
         }
         self.scratch.occlusion = state;
     }
 
-    /// Chooses what to draw.
-    fn choose(&self, buffer: &OcclusionBuffer, settings: &Occlusion, state: &mut OcclusionState) {
-        state.choice.begin(settings.budget);
-        // Nor is a NaN a budget.
+    /// Chooses what to draw and draws it, in rounds: first for a little of the budget, then for four times as much, of what is
+    /// not hidden by then. What stands behind the first is not looked at any more, nor does it take its share of the
+    /// budget: in a forest the trees of the front row are most of what there is to draw.
+    fn choose_and_draw(
+        &self,
+        buffer: &mut OcclusionBuffer,
+        settings: &Occlusion,
+        state: &mut OcclusionState,
+    ) -> OcclusionWork {
+        let (mut work, mut times) = (OcclusionWork::default(), OcclusionTimes::default());
+        state.drawn.clear();
         if settings.budget > 0.0 {
-            let search = Search {
-                scene: self.scene,
-                buffer,
-                asker: Asker::new(buffer, self.culler.level),
-                fronts_are_drawn: fronts_are_drawn(self.view),
-                near: near_box(self.view, self.scene.origin()),
-                alive: &self.scratch.alive,
-                live: &self.scratch.live,
-            };
-            search.run(&mut state.groups, &mut state.choice);
+            let begin = self.now();
+            let asker = Asker::new(buffer, self.culler.level);
+            state.density.sample(self.scene, &asker, buffer.size(), &self.scratch.alive);
+            times.choosing = self.now().saturating_sub(begin);
         }
+        let (mut left, mut round, mut is_over) = (settings.budget, FIRST_ROUND, false);
+        // Nor is a NaN a budget.
+        while left > 0.0 && !is_over {
+            let begin = self.now();
+            let budget = left.min(round);
+            self.choose(buffer, budget, state);
+            let chose = self.now();
+            let (chosen, cost) = self.draw(buffer, state);
+            work.chosen += chosen;
+            work.offered += state.choice.offered();
+            is_over = left <= round || !state.choice.is_short();
+            left -= cost;
+            round *= 4.0;
+            times.choosing += chose.saturating_sub(begin);
+            times.drawing += self.now().saturating_sub(chose);
+        }
+        work.drawn = state.drawn.len() as u64;
+        work.times = self.culler.clock.map(|_| times);
+        work
+    }
+
+    /// Chooses what to draw next.
+    fn choose(&self, buffer: &OcclusionBuffer, budget: f32, state: &mut OcclusionState) {
+        state.choice.begin(budget);
+        state.sorted.clear();
+        state.sorted.extend_from_slice(&state.drawn);
+        state.sorted.sort_unstable();
+        let search = Search {
+            scene: self.scene,
+            buffer,
+            asker: Asker::new(buffer, self.culler.level),
+            fronts_are_drawn: fronts_are_drawn(self.view),
+            near: near_box(self.view, self.scene.origin()),
+            alive: &self.scratch.alive,
+            live: &self.scratch.live,
+            drawn: &state.sorted,
+            density: &state.density,
+            view: self.view,
+        };
+        search.run(&mut state.groups, &mut state.choice);
     }
 
     /// Drops what is hidden of all that is left; how many tests it took.
@@ -261,9 +303,10 @@ impl Pass<'_> {
             && may_hide_clusters(self.scene, &self.scratch.occlusion, slot)
     }
 
-    /// Draws the chosen, front to back; one that is hidden by then adds nothing. How many were chosen.
-    fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) -> u64 {
-        state.drawn.clear();
+    /// Draws the chosen, front to back; one that is hidden by then adds nothing. How many were chosen, and
+    /// what those drawn cost.
+    fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) -> (u64, f32) {
+        let mut cost = 0.0;
         let chosen = state.choice.chosen();
         for c in chosen {
             if c.footprint.is_some_and(|f| buffer.is_covering(self.culler.level, &f)) {
@@ -272,8 +315,9 @@ impl Pass<'_> {
             let shape = &self.scene.mesh(c.slot).occluder().shapes()[c.shape as usize];
             draw(buffer, self.culler, self.scene, c.slot, shape);
             state.drawn.push((c.slot, c.shape));
+            cost += c.cost;
         }
-        chosen.len() as u64
+        (chosen.len() as u64, cost)
     }
 
     /// One slot alone: what hides it is everything else, so all of the scene is culled to know.
