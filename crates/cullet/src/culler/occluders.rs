@@ -8,7 +8,7 @@
 use super::density::Density;
 use super::occlusion::{is_within, occludes};
 use crate::bits;
-use crate::bounds::{Aabb, LANES};
+use crate::bounds::{Aabb, Block, BoxBlock, LANES};
 use crate::cull::occlusion::{
     Asker, Candidate, Cheapest, Choice, Footprint, Occluder, OcclusionBuffer, Shape,
 };
@@ -17,6 +17,9 @@ use crate::view::View;
 
 /// Smaller ones hide next to nothing.
 const LEAST_PIXELS: f32 = 16.0;
+
+/// Of an instance with no more shapes each is boxed in the space of the scene.
+const FEW_SHAPES: usize = 6;
 
 /// With more meshes than this it costs more to ask each what its cheapest shape costs than knowing it saves.
 const MOST_MESHES: usize = 1024;
@@ -55,11 +58,17 @@ impl Search<'_> {
         groups.sort_unstable_by(|a, b| {
             b.worth.total_cmp(&a.worth).then_with(|| a.number.cmp(&b.number))
         });
+        // Of the least value that may be taken, by what nodes and instances are refused.
+        let (mut least_worth, mut least_value) = (0.0, 0.0);
         for group in groups.iter() {
             if !choice.may_take(group.worth) {
                 break;
             }
-            self.look_into(group.number as usize, cheapest, choice);
+            if choice.least_worth() != least_worth {
+                least_worth = choice.least_worth();
+                least_value = cheapest.least_value(least_worth, self.density.densest());
+            }
+            self.look_into(group.number as usize, least_value, choice);
         }
     }
 
@@ -78,6 +87,13 @@ impl Search<'_> {
     /// The most that a shape within a footprint is worth; `None` is for what crosses the near plane.
     fn bound(&self, cheapest: Cheapest, footprint: Option<Footprint>) -> f32 {
         cheapest.worth(self.density.of_footprint(footprint), self.density.densest())
+    }
+
+    /// Whether a value is to be had within a footprint.
+    fn may_have(&self, footprint: Option<Footprint>, least_value: f32) -> bool {
+        let Some(f) = footprint else { return true };
+        f.pixels() * self.density.densest() * (1.0 + 1e-5) >= least_value
+            && self.density.of(f.min, f.max) >= least_value
     }
 
     fn list_groups(&self, cheapest: Cheapest, groups: &mut Vec<Group>) {
@@ -116,7 +132,7 @@ impl Search<'_> {
     }
 
     /// Looks into the sixteen blocks of a group.
-    fn look_into(&self, group: usize, cheapest: Cheapest, choice: &mut Choice) {
+    fn look_into(&self, group: usize, least_value: f32, choice: &mut Choice) {
         let nodes = self.scene.hierarchy().nodes();
         let (mut asked, mut known) = (0_u64, 0_u64);
         for n in 0..LANES {
@@ -128,8 +144,8 @@ impl Search<'_> {
             }
         }
         let mut look = |n: usize, footprint| {
-            if choice.may_take(self.bound(cheapest, footprint)) && !self.is_hidden(footprint) {
-                self.look_at(group * LANES + n, cheapest, choice);
+            if self.may_have(footprint, least_value) && !self.is_hidden(footprint) {
+                self.look_at(group * LANES + n, least_value, choice);
             }
         };
         match nodes.levels().first().and_then(|l| l.blocks().get(group)) {
@@ -142,15 +158,15 @@ impl Search<'_> {
     }
 
     /// Looks at sixteen instances.
-    fn look_at(&self, block: usize, cheapest: Cheapest, choice: &mut Choice) {
+    fn look_at(&self, block: usize, least_value: f32, choice: &mut Choice) {
         let alive = self.alive[block / 4] >> (block % 4 * LANES) & 0xffff;
         let boxes = &self.scene.boxes().blocks()[block];
         self.asker.footprints(boxes, alive, LEAST_PIXELS, |lane, footprint| {
             let slot = (block * LANES + lane) as u32;
-            if choice.may_take(self.bound(cheapest, footprint)) && occludes(self.scene, slot) {
+            if self.may_have(footprint, least_value) && occludes(self.scene, slot) {
                 let cheapest = self.scene.mesh(slot).occluder().cheapest();
                 if choice.may_take(self.bound(cheapest, footprint)) && !self.is_hidden(footprint) {
-                    self.offer(slot, footprint, choice);
+                    self.offer(slot, footprint, least_value, choice);
                 }
             }
         });
@@ -170,12 +186,21 @@ impl Search<'_> {
     }
 
     /// Offers the shapes of an instance that are for a view which begins within what it seals off, or does not.
-    fn offer(&self, slot: u32, footprint: Option<Footprint>, choice: &mut Choice) {
+    fn offer(
+        &self,
+        slot: u32,
+        footprint: Option<Footprint>,
+        least_value: f32,
+        choice: &mut Choice,
+    ) {
         let Self { scene, asker, .. } = self;
         let occluder = scene.mesh(slot).occluder();
         let within = is_within(scene, slot, &self.near);
         let most = self.density.of_footprint(footprint);
         let mut offer = |number: usize, footprint: Option<Footprint>| {
+            if !self.may_have(footprint, least_value) {
+                return;
+            }
             let shape = &occluder.shapes()[number];
             if !(self.fronts_are_drawn || shape.is_two_sided()) || !occluder.is_for(number, within)
             {
@@ -207,6 +232,17 @@ impl Search<'_> {
         };
         if let [_] = occluder.shapes() {
             offer(0, footprint);
+            return;
+        }
+        if occluder.shapes().len() <= FEW_SHAPES {
+            // A projection of its own costs more than what it tells.
+            let mut block = BoxBlock([[0.0; LANES]; 6]);
+            let transform = scene.transform(slot);
+            for (lane, shape) in occluder.shapes().iter().enumerate() {
+                block.set(lane, &transform.transform_box(&shape.bounds(), scene.origin()));
+            }
+            let asked = (1 << occluder.shapes().len()) - 1;
+            asker.footprints(&block, asked, LEAST_PIXELS, offer);
             return;
         }
         let asker = asker.for_object(scene.transform(slot));

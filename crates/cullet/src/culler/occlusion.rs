@@ -9,7 +9,7 @@
 use super::backfaces::split;
 use super::density::Density;
 use super::occluders::{Group, Search};
-use super::run::{Pass, Scratch};
+use super::run::{Pass, Scratch, is_parted};
 use super::{Culler, Output};
 use crate::bits;
 use crate::bounds::Aabb;
@@ -342,6 +342,7 @@ fn may_hide_clusters(scene: &Scene, state: &OcclusionState, slot: u32) -> bool {
         |words: &[u64]| words.get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
     // One cluster has the box of its instance, which was asked about.
     scene.mesh(slot).clusters().len() > 1
+        && is_parted(scene.mesh(slot))
         && !is_set(&state.whole)
         && !is_set(scene.exempt())
         && scene.is_rigid(slot)

@@ -119,6 +119,22 @@ impl Cheapest {
         let patch = self.patch.map_or(0.0, |edges| value / patch_cost(edges, fewest));
         convex.max(patch) * (1.0 + 1e-5)
     }
+
+    /// What is of less value is worth less than `least_worth`: a little less than the least that is not, so that most can be
+    /// refused without a root and a division.
+    pub(crate) fn least_value(self, least_worth: f32, densest: f32) -> f32 {
+        let (mut low, mut high) = (0.0, 1e12);
+        // Half a step of a thousandth in 12 + 3 decades.
+        while high > low * 1.001 + 1e-3 {
+            let middle = (low + high) * 0.5;
+            if self.worth(middle, densest) < least_worth {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
 }
 
 /// The candidates that cover most for their cost, as far as a budget goes.
@@ -147,6 +163,11 @@ impl Choice {
         (self.budget, self.least_worth, self.offered) = (budget, 0.0, 0);
         (self.cost, self.limit) = (0.0, f64::from(budget) * 2.0);
         self.is_short = false;
+    }
+
+    /// What is worth less is refused.
+    pub(crate) fn least_worth(&self) -> f32 {
+        self.least_worth
     }
 
     /// Whether what is worth so much at most may be chosen.
@@ -307,6 +328,14 @@ mod tests {
                 }
             }
         }
+        let of = Cheapest { convex: Some(12), patch: Some(90) };
+        for least_worth in [0.0, 1e-3, 7.0, 900.0] {
+            let least = of.least_value(least_worth, 3.0);
+            assert!(least == 0.0 || of.worth(least, 3.0) < least_worth);
+            assert!(of.worth(least * 1.01 + 0.01, 3.0) >= least_worth);
+        }
+        // What nothing is worth, a value without end is not.
+        assert!(of.least_value(1e9, 3.0) > 1e11);
         assert_eq!(Cheapest::default().worth(1e6, 1.0), 0.0);
     }
 

@@ -178,6 +178,13 @@ impl Occluder {
 /// The most triangles of a piece that is tried: as many as a body of triangles has at the most vertices.
 const MOST_OF_PIECE: u32 = Convex::MAX_VERTICES as u32 * 2 - 4;
 
+/// What is smaller, as a share of the mesh, is left to the patches: the bolts of a machine are not worth being weighed.
+const LEAST_OF_MESH: f32 = 1.0 / 16.0;
+
+fn diagonal(b: &Aabb) -> f32 {
+    (0..3).map(|a| (b.max[a] - b.min[a]).powi(2)).sum::<f32>().sqrt()
+}
+
 /// The pieces of a mesh, of what is opaque and one-sided, that are closed and convex, in the order of their first triangles; and
 /// whether a triangle is of one. A body is drawn at a tenth of what its triangles cost, and covers more: nothing is
 /// lost where they meet.
@@ -198,8 +205,13 @@ fn convex_pieces(mesh: &Mesh) -> (Vec<Shape>, Vec<bool>) {
             pieces[region as usize].extend(&mesh.indices()[t * 3..t * 3 + 3]);
         }
     }
-    let bodies = pieces.iter().map(|piece| Convex::from_mesh(mesh.positions(), piece));
-    let bodies: Vec<Option<Convex>> = bodies.collect();
+    let least = diagonal(&mesh.bounds()) * LEAST_OF_MESH;
+    let body = |piece: &Vec<u32>| {
+        let corners: Vec<_> = piece.iter().map(|&v| mesh.positions()[v as usize]).collect();
+        let is_large = diagonal(&Aabb::from_points(&corners)) >= least;
+        is_large.then(|| Convex::from_mesh(mesh.positions(), piece)).flatten()
+    };
+    let bodies: Vec<Option<Convex>> = pieces.iter().map(body).collect();
     let is_in_body = |&region: &u32| bodies.get(region as usize).is_some_and(Option::is_some);
     let is_in_body = regions.of.iter().map(is_in_body).collect();
     (bodies.into_iter().flatten().map(Shape::Convex).collect(), is_in_body)
