@@ -15,9 +15,6 @@ const CELL: u64 = 32;
 /// How many things are looked at, in and out of the view. Each costs some tens of nanoseconds.
 const SAMPLES: usize = 1024;
 
-/// The things weigh so much more than the bare pixels: what is hidden where nothing was sampled is worth something too.
-const THINGS: u64 = 7;
-
 /// How many things there are behind pixels, in pixels of mean density.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Density {
@@ -58,8 +55,9 @@ impl Density {
             }
         }
         let cells = (columns * rows) as u64;
-        // What a cell weighs: its share of the samples, and its share of the pixels.
-        let weigh = |samples: u64| samples * THINGS * cells + count.max(1);
+        // What a cell weighs: its share of the samples and its share of the pixels, for what is hidden where nothing was sampled
+        // is worth something too. Where samples weigh seven times as much no more is found, and more has to be weighed.
+        let weigh = |samples: u64| samples * cells + count.max(1);
         let mut most = 0;
         for row in 1..=rows {
             let mut sum = 0;

@@ -206,10 +206,6 @@ impl Search<'_> {
             {
                 return;
             }
-            if self.drawn.binary_search(&(slot, number as u32)).is_ok() || self.is_hidden(footprint)
-            {
-                return;
-            }
             // What crosses the near plane has no footprint, but one may say what it is like.
             let (pixels, value) = match footprint {
                 Some(f) => (f.pixels(), self.density.of(f.min, f.max)),
@@ -220,7 +216,7 @@ impl Search<'_> {
                     None => return,
                 },
             };
-            choice.offer(Candidate {
+            let candidate = Candidate {
                 // No more than the instance, by whose pixels it was sought.
                 value: value.min(most),
                 nearness: footprint.map_or(f32::INFINITY, |f| f.nearness),
@@ -228,7 +224,14 @@ impl Search<'_> {
                 shape: number as u32,
                 cost: Candidate::cost(shape, pixels),
                 footprint,
-            });
+            };
+            // The dearest question comes last.
+            if choice.may_take(candidate.worth())
+                && self.drawn.binary_search(&(slot, number as u32)).is_err()
+                && !self.is_hidden(footprint)
+            {
+                choice.offer(candidate);
+            }
         };
         if let [_] = occluder.shapes() {
             offer(0, footprint);

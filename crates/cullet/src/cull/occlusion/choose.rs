@@ -57,7 +57,7 @@ impl Candidate {
     }
 
     /// What may be behind it for what it costs.
-    fn worth(&self) -> f32 {
+    pub(crate) fn worth(&self) -> f32 {
         self.value / self.cost
     }
 
@@ -161,7 +161,7 @@ impl Choice {
     pub(crate) fn begin(&mut self, budget: f32) {
         self.found.clear();
         (self.budget, self.least_worth, self.offered) = (budget, 0.0, 0);
-        (self.cost, self.limit) = (0.0, f64::from(budget) * 2.0);
+        (self.cost, self.limit) = (0.0, f64::from(budget));
         self.is_short = false;
     }
 
@@ -182,9 +182,9 @@ impl Choice {
             self.cost += f64::from(candidate.cost);
             if self.cost > self.limit {
                 self.spend();
-                // Twice what is left, so that sorting is paid for by as many new ones.
+                // Half more than what is left, so that sorting is paid for by what is new, and yet what is refused is known soon.
                 self.cost = self.found.iter().map(|c| f64::from(c.cost)).sum();
-                self.limit = self.cost * 2.0;
+                self.limit = self.cost * 1.5;
             }
         }
     }

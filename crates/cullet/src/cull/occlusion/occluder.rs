@@ -179,7 +179,7 @@ impl Occluder {
 const MOST_OF_PIECE: u32 = Convex::MAX_VERTICES as u32 * 2 - 4;
 
 /// What is smaller, as a share of the mesh, is left to the patches: the bolts of a machine are not worth being weighed.
-const LEAST_OF_MESH: f32 = 1.0 / 16.0;
+const LEAST_OF_MESH: f32 = 1.0 / 4.0;
 
 fn diagonal(b: &Aabb) -> f32 {
     (0..3).map(|a| (b.max[a] - b.min[a]).powi(2)).sum::<f32>().sqrt()
