@@ -1,7 +1,7 @@
 //! The choice of occluders: by the nodes of the hierarchy, those first that may hold the best.
 //!
-//! What a shape is worth is how many pixels it covers for what drawing it costs, so no shape below a node is worth more than the
-//! cheapest of the scene would be over all of the node's pixels. Nodes are looked into from the best bound on, and
+//! What a shape is worth is what may be behind its [pixels](super::density) for what drawing it costs, so no shape below a node is
+//! worth more than the cheapest of the scene would be over all of the node's pixels. Nodes are looked into from the best bound on, and
 //! as soon as the budget is spent what cannot be among the chosen is passed over unseen: of a million things a budget pays for
 //! some hundred. The choice is that of looking at everything.
 

@@ -1,7 +1,7 @@
 //! The stage that drops what lies behind something.
 //!
 //! First the occluders that are worth most for their cost are sought, by the nodes of the hierarchy; what the budget
-//! allows is drawn front to back; then everything is asked about, by the nodes first: those that are hidden answer for
+//! allows is drawn front to back, in some rounds where there is much; then everything is asked about, by the nodes first: those that are hidden answer for
 //! all that is in them, and so do those that are before everything that was drawn. Which occluders are drawn, and in which order, depends on this frame alone: one that is hidden when its turn
 //! comes is left out, so that an order remembered from the last frame could leave out others, and prove
 //! something else. What is remembered is memory.
@@ -23,6 +23,9 @@ use crate::visible::{OcclusionTimes, OcclusionWork, Reason, Stage, Unit, Visible
 /// What the first round of choosing may spend, in modelled microseconds. Less leaves much to be weighed twice, more pays for
 /// what stands behind each other.
 const FIRST_ROUND: f32 = 125.0;
+
+/// With fewer instances in the view it costs more to look twice than it saves.
+const LEAST_OF_ROUNDS: u64 = 4096;
 
 /// What a view keeps of its occlusion buffer.
 #[derive(Clone, Debug, Default)]
@@ -161,7 +164,9 @@ impl Pass<'_> {
             state.density.sample(self.scene, &asker, buffer.size(), &self.scratch.alive);
             times.choosing = self.now().saturating_sub(begin);
         }
-        let (mut left, mut round, mut is_over) = (settings.budget, FIRST_ROUND, false);
+        let first =
+            if self.alive_count() < LEAST_OF_ROUNDS { settings.budget } else { FIRST_ROUND };
+        let (mut left, mut round, mut is_over) = (settings.budget, first, false);
         // Nor is a NaN a budget.
         while left > 0.0 && !is_over {
             let begin = self.now();

@@ -11,13 +11,14 @@ pub struct Occlusion {
     /// screen finds nearly as much as all of it, at a quarter of the cost; the answer is never wrong. Default 640.
     pub width: u32,
     /// What drawing occluders may cost, in microseconds of a cost model, not of a clock: so the same scene, view
-    /// and budget give the same answer on every machine. 0 draws none. Default 2000.
+    /// and budget give the same answer on every machine. 0 draws none. Half a millisecond finds most of what is hidden, even
+    /// in a forest of a million things. Default 500.
     pub budget: f32,
 }
 
 impl Default for Occlusion {
     fn default() -> Self {
-        Self { width: 640, budget: 2000.0 }
+        Self { width: 640, budget: 500.0 }
     }
 }
 
