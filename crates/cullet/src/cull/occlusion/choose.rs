@@ -319,9 +319,8 @@ mod tests {
                     };
                     for larger in [pixels, pixels + 1.0, pixels * 9.0] {
                         // A pixel has at most thrice the mean, and this shape has less.
-                        for value in [pixels, pixels * 0.3, pixels * 3.0] {
-                            let worth = value / cost;
-                            let larger = larger * value / pixels.max(1.0);
+                        for density in [1.0, 0.3, 3.0] {
+                            let (worth, larger) = (pixels * density / cost, larger * density);
                             assert!(worth <= bound.or(Cheapest::ANY).worth(larger, 3.0));
                             assert!(worth <= bound.worth(larger, 3.0), "{pixels} of {edges}");
                         }
