@@ -27,6 +27,6 @@ pub use scene::{
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
 pub use visible::{
-    DrawRange, FrustumWork, Funnel, FunnelRow, OcclusionWork, Reason, SlotRange, Stage,
-    TriangleRange, Unit, Visible,
+    DrawRange, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, SlotRange,
+    Stage, TriangleRange, Unit, Visible,
 };

@@ -132,6 +132,19 @@ pub struct OcclusionWork {
     pub drawn: u64,
     /// Nodes of the hierarchy, instances and clusters whose boxes were tested.
     pub tests: u64,
+    /// What became of the time of the stage of instances, where the culler has a clock.
+    pub times: Option<OcclusionTimes>,
+}
+
+/// Nanoseconds of the parts of the occlusion stage of instances.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OcclusionTimes {
+    /// Emptying the buffer, and choosing what to draw into it.
+    pub choosing: u64,
+    /// Drawing it.
+    pub drawing: u64,
+    /// Asking what is hidden.
+    pub asking: u64,
 }
 
 /// Counts in and out of each stage that ran, in order. Two funnels are equal if their counts are, whatever

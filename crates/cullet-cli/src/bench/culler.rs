@@ -74,6 +74,9 @@ struct Work {
     chosen: f64,
     drawn: f64,
     tests: f64,
+    choosing_ms: f64,
+    drawing_ms: f64,
+    asking_ms: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -217,6 +220,10 @@ impl<'a> Record<'a> {
             work.chosen += of.chosen as f64 / views;
             work.drawn += of.drawn as f64 / views;
             work.tests += of.tests as f64 / views;
+            let times = of.times.unwrap_or_default();
+            work.choosing_ms += times.choosing as f64 * 1e-6 / views;
+            work.drawing_ms += times.drawing as f64 * 1e-6 / views;
+            work.asking_ms += times.asking as f64 * 1e-6 / views;
         }
         Self {
             schema: 1,
@@ -266,6 +273,10 @@ impl<'a> Record<'a> {
                 [w.offered, w.chosen, w.drawn, w.tests].map(|v| grouped(v.round() as u64));
             console.line(format!(
                 "occluders: {offered} offered, {chosen} chosen, {drawn} drawn; {tests} tests"
+            ));
+            console.line(format!(
+                "of the time of occlusion of instances: choosing {:.3} ms, drawing {:.3}, asking {:.3}",
+                w.choosing_ms, w.drawing_ms, w.asking_ms
             ));
         }
     }

@@ -1,7 +1,7 @@
 //! The stages of instances and of clusters.
 
 use super::backfaces::Backs;
-use super::run::{OfMesh, Pass, Run, push_whole, triangles_of};
+use super::run::{OfMesh, Pass, Run, is_parted, push_whole, triangles_of};
 use super::{Backface, Output};
 use crate::bits;
 use crate::bounds::Side;
@@ -230,8 +230,8 @@ impl Pass<'_> {
         }
     }
 
-    /// Turns instances into runs of clusters: all of those inside, and of the others what is not
-    /// outside the frustum. Where clusters are wanted and no later stage can drop one of an instance, its bit is
+    /// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted), and of the others what
+    /// is not outside the frustum. Where clusters are wanted and no later stage can drop one of an instance, its bit is
     /// [settled](super::run::Scratch::settled) and it gets no run: most of what is seen of very many things.
     pub(super) fn clusters(&mut self) {
         let scene = self.scene;
@@ -251,7 +251,8 @@ impl Pass<'_> {
             let may_settle = if settles { inside & self.unhidden(word) } else { 0 };
             for slot in slots(word, self.scratch.alive[word]) {
                 let of = self.scratch.of_meshes[scene.mesh_id(slot) as usize];
-                if of.has_no_backs && may_settle >> (slot % 64) & 1 == 1 {
+                let may_settle = may_settle >> (slot % 64) & 1 == 1 || of.is_whole;
+                if settles && of.has_no_backs && may_settle {
                     self.settle(slot, of);
                     entered += u64::from(of.clusters);
                     left += u64::from(of.clusters);
@@ -262,15 +263,20 @@ impl Pass<'_> {
                 entered += u64::from(cluster_count);
                 let inside =
                     inside >> (slot % 64) & 1 == 1 || !scene.is_rigid(slot) || cluster_count == 0;
-                if inside {
-                    let run = Run { slot, first_cluster: 0, cluster_count, inside: true };
+                if inside || !is_parted(mesh) {
+                    let run = Run { slot, first_cluster: 0, cluster_count, inside };
                     left += u64::from(cluster_count);
                     if !settles || self.may_hide_clusters(slot) {
                         self.scratch.runs.push(run);
                         continue;
                     }
                     let triangles = triangles_of(mesh, run).len() as u32;
-                    let mut of = OfMesh { clusters: cluster_count, triangles, has_no_backs: true };
+                    let mut of = OfMesh {
+                        clusters: cluster_count,
+                        triangles,
+                        is_whole: !is_parted(mesh),
+                        has_no_backs: true,
+                    };
                     if backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot)) {
                         self.scratch.runs.push(run);
                         continue;

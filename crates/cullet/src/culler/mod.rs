@@ -1,6 +1,7 @@
 //! The culler: runs the stages in order and says what is left.
 
 mod backfaces;
+mod density;
 mod explain;
 mod instances;
 mod occluders;

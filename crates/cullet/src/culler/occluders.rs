@@ -1,20 +1,25 @@
 //! The choice of occluders: by the nodes of the hierarchy, those first that may hold the best.
 //!
-//! What a shape is worth is how many pixels it covers for what drawing it costs, so no shape below a node is worth more than the
-//! cheapest of the scene would be over all of the node's pixels. Nodes are looked into from the best bound on, and
+//! What a shape is worth is what may be behind its [pixels](super::density) for what drawing it costs, so no shape below a node is
+//! worth more than the cheapest of the scene would be over all of the node's pixels. Nodes are looked into from the best bound on, and
 //! as soon as the budget is spent what cannot be among the chosen is passed over unseen: of a million things a budget pays for
 //! some hundred. The choice is that of looking at everything.
 
+use super::density::Density;
 use super::occlusion::{is_within, occludes};
 use crate::bits;
-use crate::bounds::{Aabb, LANES};
+use crate::bounds::{Aabb, Block, BoxBlock, LANES};
 use crate::cull::occlusion::{
-    Asker, Candidate, Cheapest, Choice, Footprint, Occluder, OcclusionBuffer,
+    Asker, Candidate, Cheapest, Choice, Footprint, Occluder, OcclusionBuffer, Shape,
 };
 use crate::scene::Scene;
+use crate::view::View;
 
 /// Smaller ones hide next to nothing.
 const LEAST_PIXELS: f32 = 16.0;
+
+/// Of an instance with no more shapes each is boxed in the space of the scene.
+const FEW_SHAPES: usize = 6;
 
 /// With more meshes than this it costs more to ask each what its cheapest shape costs than knowing it saves.
 const MOST_MESHES: usize = 1024;
@@ -31,6 +36,11 @@ pub(super) struct Search<'a> {
     /// What is alive, one bit a slot, and the words of it that are not zero.
     pub(super) alive: &'a [u64],
     pub(super) live: &'a [u32],
+    /// The slots and shapes that the buffer has by now, ascending. What is hidden behind them is passed over.
+    pub(super) drawn: &'a [(u32, u32)],
+    /// What pixels are worth.
+    pub(super) density: &'a Density,
+    pub(super) view: &'a View,
 }
 
 /// A node of 256 slots and what a shape in it is worth at most.
@@ -48,11 +58,17 @@ impl Search<'_> {
         groups.sort_unstable_by(|a, b| {
             b.worth.total_cmp(&a.worth).then_with(|| a.number.cmp(&b.number))
         });
+        // Of the least value that may be taken, by what nodes and instances are refused.
+        let (mut least_worth, mut least_value) = (0.0, 0.0);
         for group in groups.iter() {
             if !choice.may_take(group.worth) {
                 break;
             }
-            self.look_into(group.number as usize, cheapest, choice);
+            if choice.least_worth() != least_worth {
+                least_worth = choice.least_worth();
+                least_value = cheapest.least_value(least_worth, self.density.densest());
+            }
+            self.look_into(group.number as usize, least_value, choice);
         }
     }
 
@@ -68,10 +84,16 @@ impl Search<'_> {
         of.fold(Cheapest::default(), Cheapest::or)
     }
 
-    /// Of what has a footprint, or none for it crosses the near plane.
-    fn pixels(&self, footprint: Option<Footprint>) -> f32 {
-        let all = || self.buffer.size().iter().map(|&s| s as f32).product();
-        footprint.map_or_else(all, |f| f.pixels())
+    /// The most that a shape within a footprint is worth; `None` is for what crosses the near plane.
+    fn bound(&self, cheapest: Cheapest, footprint: Option<Footprint>) -> f32 {
+        cheapest.worth(self.density.of_footprint(footprint), self.density.densest())
+    }
+
+    /// Whether a value is to be had within a footprint.
+    fn may_have(&self, footprint: Option<Footprint>, least_value: f32) -> bool {
+        let Some(f) = footprint else { return true };
+        f.pixels() * self.density.densest() * (1.0 + 1e-5) >= least_value
+            && self.density.of(f.min, f.max) >= least_value
     }
 
     fn list_groups(&self, cheapest: Cheapest, groups: &mut Vec<Group>) {
@@ -85,21 +107,32 @@ impl Search<'_> {
             let under = bits::ones(asked).filter(|n| (at * LANES + n + 1) * 256 <= nodes.len());
             let known = under.fold(0_u64, |known, n| known | 1 << n);
             let mut list = |n: usize, footprint| {
-                let worth = cheapest.worth(self.pixels(footprint));
+                let worth = self.bound(cheapest, footprint);
                 groups.push(Group { worth, number: (at * LANES + n) as u32 });
             };
             match block {
                 Some(block) => {
                     bits::ones(asked & !known).for_each(|n| list(n, None));
-                    self.asker.footprints_of_nodes(block, known, LEAST_PIXELS, list);
+                    self.asker.footprints_of_nodes(block, known, LEAST_PIXELS, |n, footprint| {
+                        if !self.is_hidden(footprint) {
+                            list(n, footprint);
+                        }
+                    });
                 }
                 None => bits::ones(asked).for_each(|n| list(n, None)),
             }
         }
     }
 
+    /// Whether what was drawn hides all of a footprint. Where a node's is hidden, so are those of all that is below it, so
+    /// that what is offered does not depend on the nodes.
+    fn is_hidden(&self, footprint: Option<Footprint>) -> bool {
+        let is_covering = |f| self.buffer.is_covering(self.asker.level(), &f);
+        !self.drawn.is_empty() && footprint.is_some_and(is_covering)
+    }
+
     /// Looks into the sixteen blocks of a group.
-    fn look_into(&self, group: usize, cheapest: Cheapest, choice: &mut Choice) {
+    fn look_into(&self, group: usize, least_value: f32, choice: &mut Choice) {
         let nodes = self.scene.hierarchy().nodes();
         let (mut asked, mut known) = (0_u64, 0_u64);
         for n in 0..LANES {
@@ -111,8 +144,8 @@ impl Search<'_> {
             }
         }
         let mut look = |n: usize, footprint| {
-            if choice.may_take(cheapest.worth(self.pixels(footprint))) {
-                self.look_at(group * LANES + n, choice);
+            if self.may_have(footprint, least_value) && !self.is_hidden(footprint) {
+                self.look_at(group * LANES + n, least_value, choice);
             }
         };
         match nodes.levels().first().and_then(|l| l.blocks().get(group)) {
@@ -125,45 +158,94 @@ impl Search<'_> {
     }
 
     /// Looks at sixteen instances.
-    fn look_at(&self, block: usize, choice: &mut Choice) {
+    fn look_at(&self, block: usize, least_value: f32, choice: &mut Choice) {
         let alive = self.alive[block / 4] >> (block % 4 * LANES) & 0xffff;
         let boxes = &self.scene.boxes().blocks()[block];
         self.asker.footprints(boxes, alive, LEAST_PIXELS, |lane, footprint| {
             let slot = (block * LANES + lane) as u32;
-            if occludes(self.scene, slot) {
-                let worth = self.scene.mesh(slot).occluder().cheapest();
-                if choice.may_take(worth.worth(self.pixels(footprint))) {
-                    self.offer(slot, footprint, choice);
+            if self.may_have(footprint, least_value) && occludes(self.scene, slot) {
+                let cheapest = self.scene.mesh(slot).occluder().cheapest();
+                if choice.may_take(self.bound(cheapest, footprint)) && !self.is_hidden(footprint) {
+                    self.offer(slot, footprint, least_value, choice);
                 }
             }
         });
     }
 
+    /// The pixels of that part of a shape's box that lies beyond the near plane; `None` where there are none.
+    fn seen_part(&self, slot: u32, shape: &Shape) -> Option<[[u32; 2]; 2]> {
+        let scene = self.scene;
+        let b = scene.transform(slot).transform_box(&shape.bounds(), scene.origin());
+        let [min, max] = self.view.part_of_box(&b, scene.origin())?;
+        let size = self.buffer.size();
+        let pixel = |v: f64, a: usize| {
+            let v = v * f64::from(size[a]);
+            v.clamp(0.0, f64::from(size[a] - 1)) as u32
+        };
+        Some([min, max].map(|p| std::array::from_fn(|a| pixel(p[a], a))))
+    }
+
     /// Offers the shapes of an instance that are for a view which begins within what it seals off, or does not.
-    fn offer(&self, slot: u32, footprint: Option<Footprint>, choice: &mut Choice) {
+    fn offer(
+        &self,
+        slot: u32,
+        footprint: Option<Footprint>,
+        least_value: f32,
+        choice: &mut Choice,
+    ) {
         let Self { scene, asker, .. } = self;
         let occluder = scene.mesh(slot).occluder();
         let within = is_within(scene, slot, &self.near);
-        let most = self.pixels(footprint);
+        let most = self.density.of_footprint(footprint);
         let mut offer = |number: usize, footprint: Option<Footprint>| {
+            if !self.may_have(footprint, least_value) {
+                return;
+            }
             let shape = &occluder.shapes()[number];
             if !(self.fronts_are_drawn || shape.is_two_sided()) || !occluder.is_for(number, within)
             {
                 return;
             }
-            // No more than the instance, by whose pixels it was sought.
-            let pixels = self.pixels(footprint).min(most);
-            choice.offer(Candidate {
-                pixels,
+            // What crosses the near plane has no footprint, but one may say what it is like.
+            let (pixels, value) = match footprint {
+                Some(f) => (f.pixels(), self.density.of(f.min, f.max)),
+                None => match self.seen_part(slot, shape) {
+                    Some([min, max]) => {
+                        (Footprint { min, max, nearness: 0.0 }.pixels(), self.density.of(min, max))
+                    }
+                    None => return,
+                },
+            };
+            let candidate = Candidate {
+                // No more than the instance, by whose pixels it was sought.
+                value: value.min(most),
                 nearness: footprint.map_or(f32::INFINITY, |f| f.nearness),
                 slot,
                 shape: number as u32,
                 cost: Candidate::cost(shape, pixels),
                 footprint,
-            });
+            };
+            // The dearest question comes last.
+            if choice.may_take(candidate.worth())
+                && self.drawn.binary_search(&(slot, number as u32)).is_err()
+                && !self.is_hidden(footprint)
+            {
+                choice.offer(candidate);
+            }
         };
         if let [_] = occluder.shapes() {
             offer(0, footprint);
+            return;
+        }
+        if occluder.shapes().len() <= FEW_SHAPES {
+            // A projection of its own costs more than what it tells.
+            let mut block = BoxBlock([[0.0; LANES]; 6]);
+            let transform = scene.transform(slot);
+            for (lane, shape) in occluder.shapes().iter().enumerate() {
+                block.set(lane, &transform.transform_box(&shape.bounds(), scene.origin()));
+            }
+            let asked = (1 << occluder.shapes().len()) - 1;
+            asker.footprints(&block, asked, LEAST_PIXELS, offer);
             return;
         }
         let asker = asker.for_object(scene.transform(slot));

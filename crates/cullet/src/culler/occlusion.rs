@@ -1,14 +1,15 @@
 //! The stage that drops what lies behind something.
 //!
 //! First the occluders that are worth most for their cost are sought, by the nodes of the hierarchy; what the budget
-//! allows is drawn front to back; then everything is asked about, by the nodes first: those that are hidden answer for
+//! allows is drawn front to back, in some rounds where there is much; then everything is asked about, by the nodes first: those that are hidden answer for
 //! all that is in them, and so do those that are before everything that was drawn. Which occluders are drawn, and in which order, depends on this frame alone: one that is hidden when its turn
 //! comes is left out, so that an order remembered from the last frame could leave out others, and prove
 //! something else. What is remembered is memory.
 
 use super::backfaces::split;
+use super::density::Density;
 use super::occluders::{Group, Search};
-use super::run::{Pass, Scratch};
+use super::run::{Pass, Scratch, is_parted};
 use super::{Culler, Output};
 use crate::bits;
 use crate::bounds::Aabb;
@@ -17,19 +18,29 @@ use crate::cull::occlusion::{
 };
 use crate::scene::Scene;
 use crate::view::{CullFace, FrontFace, View};
-use crate::visible::{OcclusionWork, Reason, Stage, Unit, Visible};
+use crate::visible::{OcclusionTimes, OcclusionWork, Reason, Stage, Unit, Visible};
+
+/// What the first round of choosing may spend, in modelled microseconds. Less leaves much to be weighed twice, more pays for
+/// what stands behind each other.
+const FIRST_ROUND: f32 = 125.0;
+
+/// With fewer instances in the view it costs more to look twice than it saves.
+const LEAST_OF_ROUNDS: u64 = 4096;
 
 /// What a view keeps of its occlusion buffer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct OcclusionState {
     pub(super) buffer: Option<OcclusionBuffer>,
     choice: Choice,
+    density: Density,
     groups: Vec<Group>,
     nearest: Nearest,
     /// One bit a slot, of those words that were alive: no part of it can be hidden. See [`Asker::group`].
     whole: Vec<u64>,
     /// Slots and shapes that were drawn.
     pub(super) drawn: Vec<(u32, u32)>,
+    /// The same ascending, as of the last round.
+    sorted: Vec<(u32, u32)>,
     /// Of one instance: clusters that are not hidden, or, negated, that are.
     clusters: Vec<u64>,
 }
@@ -124,33 +135,77 @@ impl Pass<'_> {
         }
         if let Some(mut buffer) = state.buffer.take() {
             buffer.begin(self.view, self.scene.origin());
-            self.choose(&buffer, settings, &mut state);
-            let offered = state.choice.offered();
-            let chosen = self.draw(&mut buffer, &mut state);
-            let drawn = state.drawn.len() as u64;
-            let tests = self.ask(&buffer, &mut state);
-            self.result.funnel.occlusion = OcclusionWork { offered, chosen, drawn, tests };
+            let mut work = self.choose_and_draw(&mut buffer, settings, &mut state);
+            let begin = self.now();
+            work.tests = self.ask(&buffer, &mut state);
+            if let Some(times) = &mut work.times {
+                times.asking = self.now().saturating_sub(begin);
+            }
+            self.result.funnel.occlusion = work;
             state.buffer = Some(buffer);
         }
         self.scratch.occlusion = state;
     }
 
-    /// Chooses what to draw.
-    fn choose(&self, buffer: &OcclusionBuffer, settings: &Occlusion, state: &mut OcclusionState) {
-        state.choice.begin(settings.budget);
-        // Nor is a NaN a budget.
+    /// Chooses what to draw and draws it, in rounds: first for a little of the budget, then for four times as much, of what is
+    /// not hidden by then. What stands behind the first is not looked at any more, nor does it take its share of the
+    /// budget: in a forest the trees of the front row are most of what there is to draw.
+    fn choose_and_draw(
+        &self,
+        buffer: &mut OcclusionBuffer,
+        settings: &Occlusion,
+        state: &mut OcclusionState,
+    ) -> OcclusionWork {
+        let (mut work, mut times) = (OcclusionWork::default(), OcclusionTimes::default());
+        state.drawn.clear();
         if settings.budget > 0.0 {
-            let search = Search {
-                scene: self.scene,
-                buffer,
-                asker: Asker::new(buffer, self.culler.level),
-                fronts_are_drawn: fronts_are_drawn(self.view),
-                near: near_box(self.view, self.scene.origin()),
-                alive: &self.scratch.alive,
-                live: &self.scratch.live,
-            };
-            search.run(&mut state.groups, &mut state.choice);
+            let begin = self.now();
+            let asker = Asker::new(buffer, self.culler.level);
+            state.density.sample(self.scene, &asker, buffer.size(), &self.scratch.alive);
+            times.choosing = self.now().saturating_sub(begin);
         }
+        let first =
+            if self.alive_count() < LEAST_OF_ROUNDS { settings.budget } else { FIRST_ROUND };
+        let (mut left, mut round, mut is_over) = (settings.budget, first, false);
+        // Nor is a NaN a budget.
+        while left > 0.0 && !is_over {
+            let begin = self.now();
+            let budget = left.min(round);
+            self.choose(buffer, budget, state);
+            let chose = self.now();
+            let (chosen, cost) = self.draw(buffer, state);
+            work.chosen += chosen;
+            work.offered += state.choice.offered();
+            is_over = left <= round || !state.choice.is_short();
+            left -= cost;
+            round *= 4.0;
+            times.choosing += chose.saturating_sub(begin);
+            times.drawing += self.now().saturating_sub(chose);
+        }
+        work.drawn = state.drawn.len() as u64;
+        work.times = self.culler.clock.map(|_| times);
+        work
+    }
+
+    /// Chooses what to draw next.
+    fn choose(&self, buffer: &OcclusionBuffer, budget: f32, state: &mut OcclusionState) {
+        state.choice.begin(budget);
+        state.sorted.clear();
+        state.sorted.extend_from_slice(&state.drawn);
+        state.sorted.sort_unstable();
+        let search = Search {
+            scene: self.scene,
+            buffer,
+            asker: Asker::new(buffer, self.culler.level),
+            fronts_are_drawn: fronts_are_drawn(self.view),
+            near: near_box(self.view, self.scene.origin()),
+            alive: &self.scratch.alive,
+            live: &self.scratch.live,
+            drawn: &state.sorted,
+            density: &state.density,
+            view: self.view,
+        };
+        search.run(&mut state.groups, &mut state.choice);
     }
 
     /// Drops what is hidden of all that is left; how many tests it took.
@@ -253,9 +308,10 @@ impl Pass<'_> {
             && may_hide_clusters(self.scene, &self.scratch.occlusion, slot)
     }
 
-    /// Draws the chosen, front to back; one that is hidden by then adds nothing. How many were chosen.
-    fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) -> u64 {
-        state.drawn.clear();
+    /// Draws the chosen, front to back; one that is hidden by then adds nothing. How many were chosen, and
+    /// what those drawn cost.
+    fn draw(&self, buffer: &mut OcclusionBuffer, state: &mut OcclusionState) -> (u64, f32) {
+        let mut cost = 0.0;
         let chosen = state.choice.chosen();
         for c in chosen {
             if c.footprint.is_some_and(|f| buffer.is_covering(self.culler.level, &f)) {
@@ -264,8 +320,9 @@ impl Pass<'_> {
             let shape = &self.scene.mesh(c.slot).occluder().shapes()[c.shape as usize];
             draw(buffer, self.culler, self.scene, c.slot, shape);
             state.drawn.push((c.slot, c.shape));
+            cost += c.cost;
         }
-        chosen.len() as u64
+        (chosen.len() as u64, cost)
     }
 
     /// One slot alone: what hides it is everything else, so all of the scene is culled to know.
@@ -290,6 +347,7 @@ fn may_hide_clusters(scene: &Scene, state: &OcclusionState, slot: u32) -> bool {
         |words: &[u64]| words.get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
     // One cluster has the box of its instance, which was asked about.
     scene.mesh(slot).clusters().len() > 1
+        && is_parted(scene.mesh(slot))
         && !is_set(&state.whole)
         && !is_set(scene.exempt())
         && scene.is_rigid(slot)

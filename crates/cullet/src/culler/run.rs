@@ -8,7 +8,7 @@ use super::occlusion::OcclusionState;
 use super::{Backface, Culler, Output};
 use crate::bits;
 use crate::cull::frustum::tree::{Coherent, Cut};
-use crate::mesh::Mesh;
+use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
 use crate::scene::Scene;
 use crate::view::{CullFace, Frustum, View};
 use crate::visible::{
@@ -30,6 +30,8 @@ pub(super) struct Run {
 pub(super) struct OfMesh {
     /// No cluster of any instance is culled for facing away. The rest holds where this does.
     pub(super) has_no_backs: bool,
+    /// Its clusters are not culled by themselves.
+    pub(super) is_whole: bool,
     pub(super) clusters: u32,
     pub(super) triangles: u32,
 }
@@ -156,7 +158,12 @@ impl<'a> Pass<'a> {
             r.reasons.resize(self.scene.slot_count() as usize, None);
         }
         self.scratch.runs.clear();
-        self.stage_began = self.culler.clock.map_or(0, |now| now());
+        self.stage_began = self.now();
+    }
+
+    /// Nanoseconds by the culler's clock; 0 where it has none.
+    pub(super) fn now(&self) -> u64 {
+        self.culler.clock.map_or(0, |now| now())
     }
 
     pub(super) fn row(&mut self, stage: Stage, unit: Unit, entered: u64, left: u64) {
@@ -270,6 +277,15 @@ pub(super) fn push_whole(whole: &mut Vec<SlotRange>, first: u32, count: u32) {
         Some(range) if range.first + range.count == first => range.count += count,
         _ => whole.push(SlotRange { first, count }),
     }
+}
+
+/// The fewest triangles of a mesh of which clusters are culled by themselves, two clusters' worth. Of less so little goes that finding it,
+/// some 200 ns an instance, costs more than drawing it.
+const LEAST_PARTED: u32 = 2 * MAX_CLUSTER_TRIANGLES as u32;
+
+/// Whether it pays to cull the clusters of a mesh by themselves.
+pub(super) fn is_parted(mesh: &Mesh) -> bool {
+    mesh.triangle_count() > LEAST_PARTED
 }
 
 /// The triangles of a run: clusters follow each other in the mesh's order.

@@ -302,6 +302,16 @@ impl Hierarchy {
         self.slots.slot(handle).ok_or(HierarchyError::NoItem(handle))
     }
 
+    /// No handle has an index that is not below it.
+    pub(crate) fn index_count(&self) -> usize {
+        self.slots.index_count()
+    }
+
+    /// The slot of the thing whose handle has an index; `None` where there is none.
+    pub(crate) fn slot_of_index(&self, index: usize) -> Option<usize> {
+        self.slots.slot_of_index(index)
+    }
+
     /// The handle of the thing in a slot; `None` for an empty slot or one beyond the last.
     #[must_use]
     pub fn handle(&self, slot: u32) -> Option<Handle> {

@@ -84,6 +84,16 @@ impl Slots {
         (generation == handle.generation && slot != NO_SLOT).then_some(slot)
     }
 
+    /// How many handles there ever were at once: their indices are below it.
+    pub(super) fn index_count(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// The slot of the handle of an index that is not free.
+    pub(super) fn slot_of_index(&self, index: usize) -> Option<usize> {
+        self.entries.get(index).filter(|e| e.1 != NO_SLOT).map(|e| e.1 as usize)
+    }
+
     pub(super) fn handle(&self, slot: u32) -> Option<Handle> {
         self.handles.get(slot as usize).copied().filter(|h| *h != NOTHING)
     }

@@ -83,6 +83,46 @@ impl View {
         Some(rect)
     }
 
+    /// The rectangle around that part of a box given relative to `origin` that lies beyond the near plane, within the
+    /// screen: 0 to 1 from its top left corner. `None` where there is no such part, and where a number is not finite. An
+    /// estimate: nothing is proved by it.
+    pub(crate) fn part_of_box(&self, b: &Aabb, origin: [f64; 3]) -> Option<[[f64; 2]; 2]> {
+        if b.is_empty() || !b.is_finite() {
+            return None;
+        }
+        let clip = |p: [f32; 3]| {
+            self.clip_from_world * (DVec3::from(p.map(f64::from)) + DVec3::from(origin)).extend(1.0)
+        };
+        let depth = |c: DVec4| match self.depth {
+            Depth::Standard => c.z,
+            Depth::Reversed => c.w - c.z,
+        };
+        let corners = b.corners().map(clip);
+        let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut take = |c: DVec4| {
+            for a in 0..2 {
+                let v = 0.5 + c[a] / c.w * if a == 0 { 0.5 } else { -0.5 };
+                (min[a], max[a]) = (min[a].min(v), max[a].max(v));
+            }
+        };
+        for i in 0..8_usize {
+            let (c, near) = (corners[i], depth(corners[i]));
+            if near >= 0.0 && c.w > 0.0 {
+                take(c);
+            }
+            // Where the edges to the three corners above it cross the near plane.
+            for other in [1, 2, 4].map(|axis| i | axis).into_iter().filter(|&o| o != i) {
+                let end = corners[other];
+                let far = depth(end);
+                if (near < 0.0) != (far < 0.0) {
+                    take(c + (end - c) * (near / (near - far)));
+                }
+            }
+        }
+        let on = (0..2).all(|a| min[a] <= 1.0 && max[a] >= 0.0 && (max[a] - min[a]).is_finite());
+        on.then(|| [min.map(|v| v.max(0.0)), max.map(|v| v.min(1.0))])
+    }
+
     /// The rectangle around the projection of a sphere given relative to `origin`: its four edges
     /// touch the sphere's outline wherever on the screen it is, but for outward rounding.
     ///

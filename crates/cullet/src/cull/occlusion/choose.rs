@@ -11,13 +11,14 @@ pub struct Occlusion {
     /// screen finds nearly as much as all of it, at a quarter of the cost; the answer is never wrong. Default 640.
     pub width: u32,
     /// What drawing occluders may cost, in microseconds of a cost model, not of a clock: so the same scene, view
-    /// and budget give the same answer on every machine. 0 draws none. Default 2000.
+    /// and budget give the same answer on every machine. 0 draws none. Half a millisecond finds most of what is hidden, even
+    /// in a forest of a million things. Default 500.
     pub budget: f32,
 }
 
 impl Default for Occlusion {
     fn default() -> Self {
-        Self { width: 640, budget: 2000.0 }
+        Self { width: 640, budget: 500.0 }
     }
 }
 
@@ -35,8 +36,8 @@ impl Occlusion {
 /// A shape that may be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Candidate {
-    /// Pixels of the rectangle around it.
-    pub(crate) pixels: f32,
+    /// What may be behind it, in pixels.
+    pub(crate) value: f32,
     /// How near it comes; infinite where it crosses the near plane.
     pub(crate) nearness: f32,
     pub(crate) slot: u32,
@@ -56,9 +57,9 @@ impl Candidate {
         }
     }
 
-    /// Pixels for what they cost.
-    fn worth(&self) -> f32 {
-        self.pixels / self.cost
+    /// What may be behind it for what it costs.
+    pub(crate) fn worth(&self) -> f32 {
+        self.value / self.cost
     }
 
     /// The better one first; ties go by slot and shape.
@@ -68,13 +69,16 @@ impl Candidate {
     }
 }
 
+// Fitted to the fastest of eight draws of each of 13,700 shapes of the built-in forest, plant and city, at 640 pixels across:
+// bodies of 21 to 114,000 pixels took 0.4 to 22 µs, patches 1.6 to 61 µs. The root is for the outline.
+
 fn convex_cost(edges: usize, pixels: f32) -> f32 {
-    0.1 + 0.005 * edges as f32 + pixels * 2e-5
+    0.4 + 0.005 * edges as f32 + pixels.sqrt() * 0.03 + pixels * 1e-4
 }
 
 fn patch_cost(edges: usize, pixels: f32) -> f32 {
     // Triangles cost, those around it too, and there are two for three edges.
-    0.5 + edges as f32 * 0.055 + pixels * 2e-4
+    1.0 + edges as f32 * 0.02 + pixels.sqrt() * 0.03 + pixels * 2.4e-4
 }
 
 /// The fewest edges of some shapes of each kind: none of them costs less than such a shape over as many pixels.
@@ -108,12 +112,29 @@ impl Cheapest {
         Self { convex: least(self.convex, other.convex), patch: least(self.patch, other.patch) }
     }
 
-    /// No shape of at most so many pixels is worth more. (Pixels rise faster than their cost, so that a smaller shape
-    /// is worth less; the bound is raised by more than what rounding does to either.)
-    pub(crate) fn worth(self, pixels: f32) -> f32 {
-        let convex = self.convex.map_or(0.0, |edges| pixels / convex_cost(edges, pixels));
-        let patch = self.patch.map_or(0.0, |edges| pixels / patch_cost(edges, pixels));
+    /// No shape of at most such a value is worth more, where no pixel has more than `densest` of it. (Pixels rise faster than
+    /// their cost, so that a smaller shape is worth less; the bound is raised by more than what rounding does to either.)
+    pub(crate) fn worth(self, value: f32, densest: f32) -> f32 {
+        let fewest = value / densest;
+        let convex = self.convex.map_or(0.0, |edges| value / convex_cost(edges, fewest));
+        let patch = self.patch.map_or(0.0, |edges| value / patch_cost(edges, fewest));
         convex.max(patch) * (1.0 + 1e-5)
+    }
+
+    /// What is of less value is worth less than `least_worth`: a little less than the least that is not, so that most can be
+    /// refused without a root and a division.
+    pub(crate) fn least_value(self, least_worth: f32, densest: f32) -> f32 {
+        let (mut low, mut high) = (0.0, 1e12);
+        // Half a step of a thousandth in 12 + 3 decades.
+        while high > low * 1.001 + 1e-3 {
+            let middle = (low + high) * 0.5;
+            if self.worth(middle, densest) < least_worth {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
     }
 }
 
@@ -132,6 +153,8 @@ pub(crate) struct Choice {
     cost: f64,
     limit: f64,
     offered: u64,
+    /// Not all that was found can be paid for.
+    is_short: bool,
 }
 
 impl Choice {
@@ -139,7 +162,13 @@ impl Choice {
     pub(crate) fn begin(&mut self, budget: f32) {
         self.found.clear();
         (self.budget, self.least_worth, self.offered) = (budget, 0.0, 0);
-        (self.cost, self.limit) = (0.0, f64::from(budget) * 2.0);
+        (self.cost, self.limit) = (0.0, f64::from(budget));
+        self.is_short = false;
+    }
+
+    /// What is worth less is refused.
+    pub(crate) fn least_worth(&self) -> f32 {
+        self.least_worth
     }
 
     /// Whether what is worth so much at most may be chosen.
@@ -154,9 +183,9 @@ impl Choice {
             self.cost += f64::from(candidate.cost);
             if self.cost > self.limit {
                 self.spend();
-                // Twice what is left, so that sorting is paid for by as many new ones.
+                // Half more than what is left, so that sorting is paid for by what is new, and yet what is refused is known soon.
                 self.cost = self.found.iter().map(|c| f64::from(c.cost)).sum();
-                self.limit = self.cost * 2.0;
+                self.limit = self.cost * 1.5;
             }
         }
     }
@@ -164,6 +193,11 @@ impl Choice {
     /// How many were offered.
     pub(crate) fn offered(&self) -> u64 {
         self.offered
+    }
+
+    /// Whether more would have been [chosen](Self::chosen) for more, as far as it looked.
+    pub(crate) fn is_short(&self) -> bool {
+        self.is_short
     }
 
     /// Sorts, and drops what cannot be paid for.
@@ -177,6 +211,7 @@ impl Choice {
         let count = count.count();
         if let Some(first) = self.found.get(count) {
             self.least_worth = first.worth();
+            self.is_short = true;
         }
         // The first that cannot be paid for stays: what follows is refused for its sake, whatever comes.
         self.found.truncate(count + 1);
@@ -206,8 +241,8 @@ mod tests {
 
     #[test]
     fn the_budget_buys_what_covers_most_and_order_does_not_matter() {
-        let candidate = |slot: u32, pixels: f32, nearness: f32| Candidate {
-            pixels,
+        let candidate = |slot: u32, value: f32, nearness: f32| Candidate {
+            value,
             nearness,
             slot,
             shape: 0,
@@ -243,7 +278,7 @@ mod tests {
         for budget in [0.5, 3.0, 40.0, 400.0, 1e5] {
             let all: Vec<_> = (0..3000)
                 .map(|slot| Candidate {
-                    pixels: random(500) as f32,
+                    value: random(500) as f32,
                     nearness: 1.0,
                     slot,
                     shape: random(3),
@@ -283,13 +318,25 @@ mod tests {
                         None => convex_cost(edges + 2, pixels),
                     };
                     for larger in [pixels, pixels + 1.0, pixels * 9.0] {
-                        assert!(pixels / cost <= bound.or(Cheapest::ANY).worth(larger));
-                        assert!(pixels / cost <= bound.worth(larger), "{pixels} of {edges}");
+                        // A pixel has at most thrice the mean, and this shape has less.
+                        for density in [1.0, 0.3, 3.0] {
+                            let (worth, larger) = (pixels * density / cost, larger * density);
+                            assert!(worth <= bound.or(Cheapest::ANY).worth(larger, 3.0));
+                            assert!(worth <= bound.worth(larger, 3.0), "{pixels} of {edges}");
+                        }
                     }
                 }
             }
         }
-        assert_eq!(Cheapest::default().worth(1e6), 0.0);
+        let of = Cheapest { convex: Some(12), patch: Some(90) };
+        for least_worth in [0.0, 1e-3, 7.0, 900.0] {
+            let least = of.least_value(least_worth, 3.0);
+            assert!(least == 0.0 || of.worth(least, 3.0) < least_worth);
+            assert!(of.worth(least * 1.01 + 0.01, 3.0) >= least_worth);
+        }
+        // What nothing is worth, a value without end is not.
+        assert!(of.least_value(1e9, 3.0) > 1e11);
+        assert_eq!(Cheapest::default().worth(1e6, 1.0), 0.0);
     }
 
     #[test]

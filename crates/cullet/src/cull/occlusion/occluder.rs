@@ -1,11 +1,9 @@
 //! Occluders of whole meshes.
 
-use std::ops::Range;
-
 use super::choose::Cheapest;
 use super::{Convex, OccluderError, Patch};
 use crate::bounds::{Aabb, Boxes};
-use crate::mesh::{Alpha, Mesh};
+use crate::mesh::{Alpha, Mesh, connected_regions};
 
 /// A piece of an occluder that is drawn, or left out, as one.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,9 +61,9 @@ impl Occluder {
         Self { shapes, near: 0, sealed: Vec::new(), boxes, cheapest }
     }
 
-    /// The mesh itself: one body where it is convex, closed and opaque; else its opaque triangles, a patch for each
-    /// cluster, with a kept edge to its neighbours. Blended and alpha-masked parts do not occlude, nor does a mesh
-    /// that can deform.
+    /// The mesh itself: one body where it is convex, closed and opaque; else a body for each of its one-sided pieces that is,
+    /// and the rest of its opaque triangles, a patch for each cluster, with a kept edge to its neighbours. Blended and
+    /// alpha-masked parts do not occlude, nor does a mesh that can deform.
     #[must_use]
     pub fn of_mesh(mesh: &Mesh) -> Self {
         let opaque = mesh.parts().iter().all(|p| p.alpha == Alpha::Opaque);
@@ -79,17 +77,24 @@ impl Occluder {
         {
             return Self::new(vec![Shape::Convex(convex)]);
         }
-        let mut shapes = Vec::new();
+        // Within a body of two sides one may stand, and see its walls; a patch has those.
+        let (mut shapes, is_in_body) = convex_pieces(mesh);
         for two_sided in [false, true] {
             // Edges join what is opaque and has as many sides.
             let (mut indices, mut patches) = (Vec::new(), Vec::new());
             for cluster in mesh.clusters() {
                 let part = &mesh.parts()[cluster.part as usize];
                 if part.alpha == Alpha::Opaque && part.two_sided == two_sided {
-                    let Range { start, end } = cluster.triangles();
                     let first = indices.len() as u32 / 3;
-                    indices.extend(&mesh.indices()[start as usize * 3..end as usize * 3]);
-                    patches.push(first..first + cluster.triangle_count);
+                    for t in cluster.triangles().map(|t| t as usize) {
+                        if !is_in_body[t] {
+                            indices.extend(&mesh.indices()[t * 3..t * 3 + 3]);
+                        }
+                    }
+                    let end = indices.len() as u32 / 3;
+                    if first < end {
+                        patches.push(first..end);
+                    }
                 }
             }
             // A mesh was checked when it was made, so nothing here is refused.
@@ -168,6 +173,48 @@ impl Occluder {
     pub fn shapes(&self) -> &[Shape] {
         &self.shapes
     }
+}
+
+/// The most triangles of a piece that is tried: as many as a body of triangles has at the most vertices.
+const MOST_OF_PIECE: u32 = Convex::MAX_VERTICES as u32 * 2 - 4;
+
+/// What is smaller, as a share of the mesh, is left to the patches: the bolts of a machine are not worth being weighed.
+const LEAST_OF_MESH: f32 = 1.0 / 4.0;
+
+fn diagonal(b: &Aabb) -> f32 {
+    (0..3).map(|a| (b.max[a] - b.min[a]).powi(2)).sum::<f32>().sqrt()
+}
+
+/// The pieces of a mesh, of what is opaque and one-sided, that are closed and convex, in the order of their first triangles; and
+/// whether a triangle is of one. A body is drawn at a tenth of what its triangles cost, and covers more: nothing is
+/// lost where they meet.
+fn convex_pieces(mesh: &Mesh) -> (Vec<Shape>, Vec<bool>) {
+    let mut is_asked = vec![false; mesh.triangle_count() as usize];
+    for cluster in mesh.clusters() {
+        let part = &mesh.parts()[cluster.part as usize];
+        if part.alpha == Alpha::Opaque && !part.two_sided {
+            cluster.triangles().for_each(|t| is_asked[t as usize] = true);
+        }
+    }
+    // An edge of more triangles than two joins them all, so that what stays is left whole by what goes.
+    let regions = connected_regions(mesh.positions(), mesh.indices(), |t| is_asked[t]);
+    let mut pieces: Vec<Vec<u32>> = vec![Vec::new(); regions.count()];
+    for (t, &region) in regions.of.iter().enumerate() {
+        let count = regions.triangles.get(region as usize).copied().unwrap_or(0);
+        if (4..=MOST_OF_PIECE).contains(&count) {
+            pieces[region as usize].extend(&mesh.indices()[t * 3..t * 3 + 3]);
+        }
+    }
+    let least = diagonal(&mesh.bounds()) * LEAST_OF_MESH;
+    let body = |piece: &Vec<u32>| {
+        let corners: Vec<_> = piece.iter().map(|&v| mesh.positions()[v as usize]).collect();
+        let is_large = diagonal(&Aabb::from_points(&corners)) >= least;
+        is_large.then(|| Convex::from_mesh(mesh.positions(), piece)).flatten()
+    };
+    let bodies: Vec<Option<Convex>> = pieces.iter().map(body).collect();
+    let is_in_body = |&region: &u32| bodies.get(region as usize).is_some_and(Option::is_some);
+    let is_in_body = regions.of.iter().map(is_in_body).collect();
+    (bodies.into_iter().flatten().map(Shape::Convex).collect(), is_in_body)
 }
 
 #[cfg(test)]

@@ -126,6 +126,10 @@ impl<'a> Asker<'a> {
         Self { buffer, lens, level, nearest: None }
     }
 
+    pub(crate) fn level(&self) -> Level {
+        self.level
+    }
+
     /// For boxes in the space of an object.
     pub(crate) fn of_object(
         buffer: &'a OcclusionBuffer,

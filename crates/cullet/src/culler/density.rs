@@ -1,0 +1,109 @@
+//! Where on the screen there is much to hide.
+//!
+//! The ground at one's feet fills half of the screen and hides nothing but what little stands before it, while a trunk at eye
+//! level has all of a forest behind it. So what a shape is worth is not how many pixels it covers, but how many things may be
+//! behind them: a thousand of the things of a scene are sampled for it. They are picked by their handles, so that
+//! neither the order of slots nor the nodes have a say in which occluders are chosen.
+
+use crate::bits;
+use crate::cull::occlusion::{Asker, Footprint};
+use crate::scene::Scene;
+
+/// Pixels along an edge of a cell: coarse, since a sample stands for hundreds of things around it.
+const CELL: u64 = 32;
+
+/// How many things are looked at, in and out of the view. Each costs some tens of nanoseconds.
+const SAMPLES: usize = 1024;
+
+/// How many things there are behind pixels, in pixels of mean density.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Density {
+    /// Cells in a row, and rows.
+    cells: [usize; 2],
+    /// The sum of what the cells left of and above each corner of the grid weigh, row by row.
+    sums: Vec<u64>,
+    scale: f32,
+    densest: f32,
+    all: f32,
+}
+
+impl Density {
+    /// Samples what is alive, one bit a slot, in a buffer of `size` pixels.
+    pub(super) fn sample(
+        &mut self,
+        scene: &Scene,
+        asker: &Asker<'_>,
+        size: [u32; 2],
+        alive: &[u64],
+    ) {
+        self.cells = size.map(|s| (s as usize).div_ceil(CELL as usize));
+        let [columns, rows] = self.cells;
+        let stride = columns + 1;
+        self.sums.clear();
+        self.sums.resize(stride * (rows + 1), 0);
+        let mut count = 0;
+        let handles = scene.hierarchy().index_count();
+        for index in (0..handles).step_by(handles.div_ceil(SAMPLES).max(1)) {
+            let Some(slot) = scene.hierarchy().slot_of_index(index) else { continue };
+            if alive.get(slot / 64).is_none_or(|_| !bits::get(alive, slot)) {
+                continue;
+            }
+            if let Ok(f) = asker.footprint(scene.boxes(), slot) {
+                let middle = |a: usize| (f.min[a] + f.max[a]) as usize / 2 / CELL as usize;
+                self.sums[(middle(1) + 1) * stride + middle(0) + 1] += 1;
+                count += 1;
+            }
+        }
+        let cells = (columns * rows) as u64;
+        // What a cell weighs: its share of the samples and its share of the pixels, for what is hidden where nothing was sampled
+        // is worth something too. Where samples weigh seven times as much no more is found, and more has to be weighed.
+        let weigh = |samples: u64| samples * cells + count.max(1);
+        let mut most = 0;
+        for row in 1..=rows {
+            let mut sum = 0;
+            for column in 1..=columns {
+                let weight = weigh(self.sums[row * stride + column]);
+                most = most.max(weight);
+                sum += weight;
+                self.sums[row * stride + column] = self.sums[(row - 1) * stride + column] + sum;
+            }
+        }
+        let pixels: f32 = size.map(|s| s as f32).iter().product();
+        let total = self.at([0, 1].map(|a| u64::from(size[a])));
+        self.scale = pixels / total as f32;
+        // A pixel of a cell has its weight times CELL² over as many pixels.
+        self.densest = most as f32 * self.scale;
+        self.all = self.of([0; 2], size.map(|s| s - 1));
+    }
+
+    /// What pixels weigh, the first and the last columns and rows inclusive. No part of them weighs more.
+    pub(super) fn of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
+        let [x0, y0] = min.map(u64::from);
+        let [x1, y1] = max.map(|v| u64::from(v) + 1);
+        // Whole numbers: exact, so that a part is never more than the whole.
+        let weight = self.at([x1, y1]) + self.at([x0, y0]) - self.at([x0, y1]) - self.at([x1, y0]);
+        weight as f32 * self.scale
+    }
+
+    /// What something weighs of which no footprint is known: all of the screen.
+    pub(super) fn of_footprint(&self, footprint: Option<Footprint>) -> f32 {
+        footprint.map_or(self.all, |f| self.of(f.min, f.max))
+    }
+
+    /// The most that a pixel weighs.
+    pub(super) fn densest(&self) -> f32 {
+        self.densest
+    }
+
+    /// What the rectangle up to a corner of a pixel weighs: between the corners of the cells as if each had its weight spread
+    /// evenly.
+    fn at(&self, [x, y]: [u64; 2]) -> u64 {
+        let stride = self.cells[0] + 1;
+        let ([i, j], [u, v]) = ([x / CELL, y / CELL].map(|c| c as usize), [x % CELL, y % CELL]);
+        // Where a coordinate is that of a corner, what lies beyond has no weight in the sum.
+        let (right, below) = ((i + 1).min(self.cells[0]), (j + 1).min(self.cells[1]));
+        let sum = |i: usize, j: usize| self.sums[j * stride + i];
+        (sum(i, j) * (CELL - u) + sum(right, j) * u) * (CELL - v)
+            + (sum(i, below) * (CELL - u) + sum(right, below) * u) * v
+    }
+}
