@@ -56,6 +56,8 @@ pub(super) struct Frame {
     pub(super) span: f32,
     /// First column and row, last column and row of the pixels that are wanted.
     pub(super) window: [f32; 4],
+    /// Nothing is to be drawn nearer.
+    pub(super) nearest: f32,
 }
 
 impl Frame {
@@ -69,6 +71,7 @@ impl Frame {
             nearness_doubt: nearness_doubt as f32 * 1.001,
             span: span as f32,
             window,
+            nearest: f32::INFINITY,
         }
     }
 
@@ -128,7 +131,7 @@ pub(super) struct Pieces {
     pub(super) dx: [f32; LANES],
     pub(super) dy: [f32; LANES],
     pub(super) far: [f32; LANES],
-    /// No point of it is nearer.
+    /// No point of it is taken to be nearer.
     pub(super) near: [f32; LANES],
 }
 
@@ -190,7 +193,7 @@ impl Pieces {
             dx: is_sure.select(gx, zero).into(),
             dy: is_sure.select(gy, zero).into(),
             far: far.into(),
-            near: near.into(),
+            near: near.min(f32x8::splat(simd, frame.nearest)).into(),
         }
     }
 

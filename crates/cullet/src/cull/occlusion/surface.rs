@@ -49,29 +49,19 @@ impl Band<'_> {
     pub fn draw_patch(&mut self, level: Level, patch: &Patch, transform: &Transform) {
         let Some(screen) = self.object_screen(transform) else { return };
         let error = screen.error(patch.reach);
-        if self.is_box_covered(&screen, patch, &error) {
+        let ahead = Ahead::of(&screen, patch, &error);
+        if ahead.as_ref().is_some_and(|a| self.is_box_covered(a)) {
             return;
         }
         let mut surface = std::mem::take(&mut self.pen.surface);
         surface.place(level, patch, &screen);
-        self.draw_surface(level, patch, &screen, &error, &mut surface);
+        self.draw_surface(level, patch, &screen, &error, ahead.as_ref(), &mut surface);
         self.pen.surface = surface;
     }
 
     /// Whether nothing within the box around a patch can add to the buffer.
-    fn is_box_covered(&self, screen: &ObjectScreen, patch: &Patch, error: &Clip) -> bool {
-        let corners = patch.bounds().corners().map(|p| screen.clip(p));
-        if !corners.iter().all(|c| c.is_in_front() && c.is_finite()) {
-            return false;
-        }
-        let doubt = Doubt::of(error, corners.iter());
-        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let mut nearness = 0.0_f64;
-        for s in corners.iter().map(Clip::spot) {
-            low = [low[0].min(s.x), low[1].min(s.y)];
-            high = [high[0].max(s.x), high[1].max(s.y)];
-            nearness = nearness.max(s.nearness);
-        }
+    fn is_box_covered(&self, ahead: &Ahead) -> bool {
+        let Ahead { low, high, nearness, doubt } = *ahead;
         let near = (nearness + doubt.nearness) * (1.0 + 2.0_f64.powi(-20));
         let out = |v: f64, by: f64| (v + by * (doubt.pixels + 1.0 / 64.0)).floor() as i32;
         let window = [low.map(|v| out(v, -1.0)), high.map(|v| out(v, 1.0))];
@@ -99,12 +89,18 @@ impl Band<'_> {
         patch: &Patch,
         screen: &ObjectScreen,
         error: &Clip,
+        ahead: Option<&Ahead>,
         surface: &mut Surface,
     ) {
         let guard = Guard::of(self.size);
         let Some(extent) = surface.extent(patch, &guard, screen, error) else { return };
         let last = self.size.map(|s| f64::from(s) - 1.0);
-        let [low, high] = extent.own;
+        let [mut low, mut high] = extent.own;
+        if let Some(ahead) = ahead {
+            for a in 0..2 {
+                (low[a], high[a]) = (low[a].max(ahead.low[a]), high[a].min(ahead.high[a]));
+            }
+        }
         if (0..2).any(|a| high[a] < 0.0 || low[a] > last[a] + 1.0) {
             return;
         }
@@ -121,7 +117,10 @@ impl Band<'_> {
         let span = (0..2).map(|a| (high[a] - from[a]).max(from[a] - low[a])).fold(0.0, f64::max);
         let span = window.iter().fold(span, |s, v| s.max(*v));
         let doubt = extent.doubt;
-        let frame = Frame::new(doubt.pixels, doubt.nearness, span, window.map(|v| v as f32));
+        let frame = Frame {
+            nearest: ahead.map_or(f32::INFINITY, |a| a.nearness as f32),
+            ..Frame::new(doubt.pixels, doubt.nearness, span, window.map(|v| v as f32))
+        };
         let orient = if screen.mirrored { 1.0 } else { -1.0 };
 
         let rows = self.rows.map(|r| r as i32);
@@ -146,6 +145,33 @@ impl Band<'_> {
                 ends.draw(simd, &frame, &surface.spots, sign, &mut canvas, side);
             }
         });
+    }
+}
+
+/// The box around a patch, where it lies in front of the near plane. Nothing of a patch is drawn beside its box or nearer, though the
+/// triangles around it may be there: so where its box is hidden, drawing it changes no bit, in any band.
+struct Ahead {
+    low: [f64; 2],
+    high: [f64; 2],
+    nearness: f64,
+    doubt: Doubt,
+}
+
+impl Ahead {
+    fn of(screen: &ObjectScreen, patch: &Patch, error: &Clip) -> Option<Self> {
+        let corners = patch.bounds().corners().map(|p| screen.clip(p));
+        if !corners.iter().all(|c| c.is_in_front() && c.is_finite()) {
+            return None;
+        }
+        let doubt = Doubt::of(error, corners.iter());
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut nearness = 0.0_f64;
+        for s in corners.iter().map(Clip::spot) {
+            low = [low[0].min(s.x), low[1].min(s.y)];
+            high = [high[0].max(s.x), high[1].max(s.y)];
+            nearness = nearness.max(s.nearness);
+        }
+        Some(Self { low, high, nearness, doubt })
     }
 }
 
