@@ -140,7 +140,7 @@ fn a_report_is_ordered_with_the_settings_that_are_shown() {
     let (cameras, out) = (std::path::Path::new("it's here.json"), std::path::Path::new("out"));
     assert_eq!(
         order.command(cameras, out),
-        r"cullet report city:sub=1 --path 'file:it'\''s here.json' --views 1 --size 480x300 --out out --occlusion-width 320 --occlusion-budget 2000 --no-frustum"
+        r"cullet report city:sub=1 --path 'file:it'\''s here.json' --views 1 --size 480x300 --out out --occlusion-width 320 --occlusion-budget 500 --no-frustum"
     );
     session.travel(cullet_io::paths::PathSpec::Orbit);
     while session.journey.is_making() {
