@@ -186,15 +186,21 @@ impl Rasteriser for Engine<'_> {
             &mut self.visible,
             &mut self.hidden,
         );
-        for (i, answer) in answers.iter_mut().enumerate() {
-            let bit = |mask: &[u64]| mask[i / 64] >> (i % 64) & 1 == 1;
-            *answer = if bit(&self.hidden) {
-                HIDDEN
-            } else if bit(&self.visible) {
-                VISIBLE
-            } else {
-                OUTSIDE
-            };
+        for (i, answers) in answers.chunks_mut(8).enumerate() {
+            let eight = |mask: &[u64]| spread((mask[i / 8] >> (i % 8 * 8)) as u8);
+            let all =
+                eight(&self.visible) * u64::from(VISIBLE) | eight(&self.hidden) * u64::from(HIDDEN);
+            answers.copy_from_slice(&all.to_le_bytes()[..answers.len()]);
         }
     }
+}
+
+// What is neither has no bit.
+const _: () = assert!(OUTSIDE == 0);
+
+/// A byte for each bit, 1 where it is set.
+fn spread(bits: u8) -> u64 {
+    let apart = (u64::from(bits) * 0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
+    // What is not zero reaches the highest bit of its byte.
+    (apart + 0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101
 }

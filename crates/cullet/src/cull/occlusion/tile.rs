@@ -101,22 +101,35 @@ impl Tile {
         }
     }
 
-    /// A row of pixels of a tile that holds something.
+    /// The least of the pixels between two, both included, of what the planes stand for: that of a corner.
     #[inline(always)]
-    pub(super) fn row<S: Simd>(&self, simd: S, held: Held, row: usize) -> f32x8<S> {
-        if held != Held::Planes {
-            return f32x8::from_slice(simd, &self.0.as_chunks::<TILE>().0[row]);
-        }
-        let lanes = f32x8::from_slice(simd, &LANES);
-        let mut value = f32x8::splat(simd, f32::INFINITY);
+    pub(super) fn least_of_planes(&self, from: [usize; 2], to: [usize; 2]) -> f32 {
+        let mut value = f32::INFINITY;
         for p in self.planes() {
-            value = value.min(lanes * p.dx + p.start + LANES[row] * p.dy);
+            let x = if p.dx < 0.0 { to[0] } else { from[0] };
+            let y = if p.dy < 0.0 { to[1] } else { from[1] };
+            let at = LANES[x] * p.dx + p.start + LANES[y] * p.dy;
+            value = if at < value { at } else { value };
         }
-        value.max(f32x8::splat(simd, 0.0))
+        if value > 0.0 { value } else { 0.0 }
+    }
+
+    /// No pixel of what the planes stand for is more.
+    #[inline(always)]
+    pub(super) fn most_of_planes(&self) -> f32 {
+        let [a, b, c] = self.planes().map(|p| p.most());
+        let most = if a < b { a } else { b };
+        (if most < c { most } else { c }).max(0.0)
+    }
+
+    /// A row of its pixels.
+    #[inline(always)]
+    pub(super) fn row<S: Simd>(&self, simd: S, row: usize) -> f32x8<S> {
+        f32x8::from_slice(simd, &self.0.as_chunks::<TILE>().0[row])
     }
 }
 
-/// What planes leave of a pixel. (As vectors have it, without a thought for NaN.)
+/// What planes leave of a pixel. (None of them is NaN.)
 #[inline(always)]
 fn least(planes: &[TilePlane; PLANES], column: usize, row: usize) -> f32 {
     let mut value = f32::INFINITY;
@@ -143,13 +156,10 @@ impl TilePlane {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::dispatch;
-
     use super::*;
-    use crate::cull::frustum::batch::levels;
 
     #[test]
-    fn planes_unfold_to_the_same_pixels_at_each_level() {
+    fn planes_unfold_to_the_pixels_that_they_stand_for() {
         let plane = |dx: f32, start: f32, dy: f32| TilePlane { dx, start, dy };
         let some = [
             [plane(0.013, 0.2, -0.007), plane(-0.02, 0.3, 0.001), plane(0.0, 0.19, 0.0)],
@@ -162,18 +172,15 @@ mod tests {
             kept.keep(planes);
             let mut pixels = kept;
             pixels.unfold();
-            for (name, level) in levels() {
-                dispatch!(level, simd => {
-                    for row in 0..TILE {
-                        let found: [f32; TILE] = kept.row(simd, Held::Planes, row).into();
-                        let same: [f32; TILE] = pixels.row(simd, Held::Pixels, row).into();
-                        assert_eq!(found.map(f32::to_bits), same.map(f32::to_bits), "{name} {row}");
-                    }
-                });
-            }
             for i in 0..TILE * TILE {
                 let pixel = kept.pixel(Held::Planes, i % TILE, i / TILE);
                 assert_eq!(pixel.to_bits(), pixels.0[i].to_bits());
+            }
+            for corners in [[0, 0, 7, 7], [2, 5, 2, 5], [1, 3, 6, 4], [0, 7, 7, 7]] {
+                let [x0, y0, x1, y1] = corners;
+                let inside = (y0..=y1).flat_map(|y| (x0..=x1).map(move |x| y * TILE + x));
+                let least = inside.fold(f32::INFINITY, |least, i| least.min(pixels.0[i]));
+                assert_eq!(kept.least_of_planes([x0, y0], [x1, y1]), least, "{corners:?}");
             }
             let ends = planes.map(|p| [p.least(), p.most()]);
             let least = ends.iter().fold(f32::INFINITY, |l, e| l.min(e[0])).max(0.0);
@@ -182,6 +189,7 @@ mod tests {
                 pixels.0.iter().fold([f32::INFINITY, 0.0], |[l, m], &v| [v.min(l), v.max(m)]);
             assert_eq!(least, range[0], "no pixel is farther, and one is as far");
             assert!(range[1] <= most && range[1] > 0.0, "{range:?} {most}");
+            assert_eq!(kept.most_of_planes(), most);
         }
     }
 }

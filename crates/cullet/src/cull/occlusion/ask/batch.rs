@@ -411,9 +411,12 @@ fn tile_covered<S: Simd>(
     let from = [0, 1].map(|a| min[a].max(tile[a] * TILE) % TILE);
     let to = [0, 1].map(|a| max[a].min(tile[a] * TILE + TILE - 1) % TILE);
     let wanted = 0xff_u64 >> (TILE - 1 - to[0]) & 0xff << from[0];
+    if held == Held::Planes {
+        return of.tiles[t].least_of_planes(from, to) > nearness;
+    }
     let limit = f32x8::splat(simd, nearness);
     for row in from[1]..=to[1] {
-        let nearer = of.tiles[t].row(simd, held, row).simd_gt(limit).to_bitmask();
+        let nearer = of.tiles[t].row(simd, row).simd_gt(limit).to_bitmask();
         if nearer & wanted != wanted {
             return false;
         }

@@ -68,12 +68,16 @@ impl Nearest {
 #[inline(always)]
 fn greatest<S: Simd>(simd: S, buffer: &OcclusionBuffer, out: &mut [f32]) {
     for ((tile, live), out) in buffer.tiles.iter().zip(&buffer.live).zip(out) {
-        if *live != Held::Nothing {
-            let mut most = f32x8::splat(simd, 0.0);
-            for row in 0..TILE {
-                most = most.max(tile.row(simd, *live, row));
+        match *live {
+            Held::Nothing => {}
+            Held::Planes => *out = tile.most_of_planes(),
+            Held::Pixels => {
+                let mut most = f32x8::splat(simd, 0.0);
+                for row in 0..TILE {
+                    most = most.max(tile.row(simd, row));
+                }
+                *out = most.reduce_max();
             }
-            *out = most.reduce_max();
         }
     }
 }
