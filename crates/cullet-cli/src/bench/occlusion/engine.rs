@@ -188,8 +188,8 @@ impl Rasteriser for Engine<'_> {
         );
         for (i, answers) in answers.chunks_mut(8).enumerate() {
             let eight = |mask: &[u64]| spread((mask[i / 8] >> (i % 8 * 8)) as u8);
-            let all =
-                eight(&self.visible) * u64::from(VISIBLE) | eight(&self.hidden) * u64::from(HIDDEN);
+            let visible = eight(&self.visible) * u64::from(VISIBLE);
+            let all = visible | (eight(&self.hidden) * u64::from(HIDDEN));
             answers.copy_from_slice(&all.to_le_bytes()[..answers.len()]);
         }
     }
