@@ -8,7 +8,7 @@ use super::frame::{Paint, Pane, Style};
 use super::geometry::{Kind, linear, list_width};
 use super::list::DrawList;
 use super::textures::GrowingBuffer;
-use super::upload::{Uploaded, split};
+use super::upload::{Placed, Uploaded, split};
 
 /// The shader's `Pane`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -20,11 +20,10 @@ pub(super) struct Numbers {
     sight: [f32; 4],
     background: [f32; 4],
     size: [f32; 2],
-    paint: u32,
     flags: u32,
     shift: u32,
     far: f32,
-    pad: [f32; 2],
+    pad: [f32; 3],
 }
 
 const _: () = assert!(size_of::<Numbers>() == 160);
@@ -63,11 +62,10 @@ impl Numbers {
             sight: if w == 0.0 { with(sight, 1.0) } else { [0.0; 4] },
             background: with(background, 1.0),
             size: [pane.place[2] as f32, pane.place[3] as f32],
-            paint: style.paint as u32,
             flags: flags.iter().rev().fold(0, |n, &bit| n * 2 + u32::from(bit)),
             shift: list_width(max_side).ilog2(),
             far,
-            pad: [0.0; 2],
+            pad: [0.0; 3],
         }
     }
 }
@@ -114,9 +112,12 @@ pub(super) enum Picks {
 pub(super) struct PaneState {
     pub(super) list: DrawList,
     pub(super) slots: GrowingBuffer,
+    /// The transforms of these slots, where they are taken along.
+    pub(super) places: GrowingBuffer,
     picks: [GrowingBuffer; 3],
     fresh: [bool; 3],
     scratch: Vec<u32>,
+    placed_scratch: Vec<Placed>,
 }
 
 impl PaneState {
@@ -125,9 +126,11 @@ impl PaneState {
         Self {
             list: DrawList::default(),
             slots: GrowingBuffer::new(device, "slots", BufferUsages::VERTEX),
+            places: GrowingBuffer::new(device, "places", BufferUsages::VERTEX),
             picks: [index("picked triangles"), index("picked corners"), index("picked lines")],
             fresh: [false; 3],
             scratch: Vec::new(),
+            placed_scratch: Vec::new(),
         }
     }
 
@@ -145,7 +148,23 @@ impl PaneState {
             self.fresh = [false; 3];
             self.slots.reserve(device, self.list.entries.len() as u64 * 4);
             let buffer = &self.slots.buffer;
+            let scratch = &mut self.placed_scratch;
+            if scene.placed.is_some() {
+                let bytes = self.list.entries.len() * size_of::<Placed>();
+                self.places.reserve(device, bytes as u64);
+            }
             self.list.take_dirty(|range, entries| {
+                if let Some(placed) = &scene.placed {
+                    scratch.clear();
+                    scratch.extend(entries.iter().map(|&slot| placed[slot as usize]));
+                    let at = range.start * size_of::<Placed>();
+                    queue.write_buffer(
+                        &self.places.buffer,
+                        at as u64,
+                        bytemuck::cast_slice(scratch),
+                    );
+                    uploaded += size_of_val(scratch.as_slice()) as u64;
+                }
                 queue.write_buffer(buffer, range.start as u64 * 4, bytemuck::cast_slice(entries));
                 uploaded += size_of_val(entries) as u64;
             });

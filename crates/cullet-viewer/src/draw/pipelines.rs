@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use eframe::wgpu::*;
 
+use super::frame::Paint;
 use super::textures::{COLOUR, DEPTH};
 
 /// Where vertices come from.
@@ -11,6 +12,8 @@ use super::textures::{COLOUR, DEPTH};
 pub(super) enum Source {
     /// Vertex and index buffers.
     Indexed,
+    /// The same, with transforms from a buffer as well.
+    Placed,
     /// Textures, three corners a triangle.
     Pulled,
     /// Textures, a line a triangle.
@@ -53,6 +56,8 @@ pub(super) enum Near {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Way {
     pub(super) source: Source,
+    /// What triangles of the scene are painted by.
+    pub(super) paint: Paint,
     /// Whether fragments may be discarded, or edges are drawn.
     pub(super) cut: bool,
     pub(super) mix: Mix,
@@ -74,6 +79,18 @@ pub(super) struct Pipelines {
     /// For the corners of a chunk's triangles.
     pub(super) chunk_layout: BindGroupLayout,
     made: HashMap<Way, RenderPipeline>,
+}
+
+impl Source {
+    /// Whether there are buffers of vertices and of indices.
+    pub(super) fn is_indexed(self) -> bool {
+        matches!(self, Self::Indexed | Self::Placed)
+    }
+
+    /// Whether it makes triangles of the scene.
+    pub(super) fn is_painted(self) -> bool {
+        matches!(self, Self::Indexed | Self::Placed | Self::Pulled)
+    }
 }
 
 impl Pipelines {
@@ -147,6 +164,11 @@ impl Pipelines {
             step_mode: VertexStepMode::Vertex,
             attributes: &vertex_attr_array![0 => Float32x3, 1 => Uint32],
         };
+        let places = VertexBufferLayout {
+            array_stride: 64,
+            step_mode: VertexStepMode::Instance,
+            attributes: &vertex_attr_array![3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4],
+        };
         let lines = VertexBufferLayout {
             array_stride: 16,
             step_mode: VertexStepMode::Vertex,
@@ -155,6 +177,9 @@ impl Pipelines {
         let triangles = PrimitiveTopology::TriangleList;
         let (entry, topology, buffers) = match way.source {
             Source::Indexed => ("vs_indexed", triangles, vec![Some(vertices), Some(slots)]),
+            Source::Placed => {
+                ("vs_placed", triangles, vec![Some(vertices), Some(slots), Some(places)])
+            }
             Source::Pulled => ("vs_pulled", triangles, vec![Some(slots)]),
             Source::FaceNormals => {
                 ("vs_face_normal", PrimitiveTopology::LineList, vec![Some(slots)])
@@ -167,8 +192,8 @@ impl Pipelines {
             Source::Clear => ("vs_clear", triangles, vec![]),
         };
         let fragment = match way.source {
-            Source::Indexed | Source::Pulled if way.cut => "fs_cut",
-            Source::Indexed | Source::Pulled => "fs_fill",
+            source if source.is_painted() && way.cut => "fs_cut",
+            source if source.is_painted() => "fs_fill",
             _ => "fs_line",
         };
         let blend = match way.mix {
@@ -183,6 +208,11 @@ impl Pipelines {
                 Some(BlendState { color: add, alpha: add })
             }
         };
+        let constants = [("PAINT", f64::from(way.paint as u32))];
+        let compilation_options = PipelineCompilationOptions {
+            constants: &constants,
+            ..PipelineCompilationOptions::default()
+        };
         let nearer = if way.reversed { CompareFunction::Greater } else { CompareFunction::Less };
         let (write, compare) = match way.near {
             Near::Write => (true, nearer),
@@ -194,12 +224,16 @@ impl Pipelines {
             label: Some(entry),
             layout: Some(match way.source {
                 Source::Pulled | Source::FaceNormals | Source::VertexNormals => &self.pulling,
-                Source::Indexed | Source::Lines | Source::Ghosts | Source::Clear => &self.plain,
+                Source::Indexed
+                | Source::Placed
+                | Source::Lines
+                | Source::Ghosts
+                | Source::Clear => &self.plain,
             }),
             vertex: VertexState {
                 module: &self.module,
                 entry_point: Some(entry),
-                compilation_options: PipelineCompilationOptions::default(),
+                compilation_options: compilation_options.clone(),
                 buffers: &buffers,
             },
             primitive: PrimitiveState {
@@ -218,7 +252,7 @@ impl Pipelines {
             fragment: Some(FragmentState {
                 module: &self.module,
                 entry_point: Some(fragment),
-                compilation_options: PipelineCompilationOptions::default(),
+                compilation_options,
                 targets: &[Some(ColorTargetState {
                     format: COLOUR,
                     blend,
