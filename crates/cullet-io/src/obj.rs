@@ -5,11 +5,11 @@
 mod attributes;
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use cullet::mesh::{Alpha, MeshData, Part};
 
 use self::attributes::{Corners, List};
+use crate::beside::Beside;
 use crate::blocks::{Source, push};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
@@ -86,14 +86,14 @@ pub(crate) fn read<'o>(
     name: &str,
     source: Source<'_>,
     options: &'o LoadOptions,
-    folder: Option<&Path>,
+    beside: Beside<'_>,
 ) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
     let mut reader = Reader::new(source);
     reader.corners = options.details.then(Box::default);
     reader.read(&builder)?;
     reader.warn(&mut builder);
-    let library = reader.library(folder, &mut builder);
+    let library = reader.library(beside, &mut builder);
     reader.build(name, &library, &mut builder)?;
     Ok(builder)
 }
@@ -343,16 +343,12 @@ impl<'a> Reader<'a> {
     }
 
     /// The materials of the libraries that the file names; what cannot be read is a warning.
-    fn library(&self, folder: Option<&Path>, builder: &mut Builder<'_>) -> mtl::Library {
+    fn library(&self, beside: Beside<'_>, builder: &mut Builder<'_>) -> mtl::Library {
         let mut library = mtl::Library::new();
         for names in &self.libraries {
             let item = format!("material library \"{}\"", quote(names));
-            let Some(folder) = folder else {
-                builder.warn(item, "it was not read: the model came from memory, not from a file");
-                continue;
-            };
             // One name with blanks in it, or several names.
-            let Err(whole) = mtl::read(folder, names, &mut library) else { continue };
+            let Err(whole) = mtl::read(beside, names, &mut library) else { continue };
             let several: Vec<&[u8]> = names
                 .split(u8::is_ascii_whitespace)
                 .filter(|n| !n.is_empty() && n.len() < names.len())
@@ -361,7 +357,7 @@ impl<'a> Reader<'a> {
                 builder.warn(item, format!("it was not read, so materials are grey: {whole}"));
             }
             for name in several {
-                if let Err(why) = mtl::read(folder, name, &mut library) {
+                if let Err(why) = mtl::read(beside, name, &mut library) {
                     let item = format!("material library \"{}\"", quote(name));
                     builder.warn(item, format!("it was not read, so materials are grey: {why}"));
                 }

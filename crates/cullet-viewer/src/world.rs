@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use cullet::bounds::Aabb;
 use cullet_io::paths::{self, Overrides, PathSpec};
-use cullet_io::{LoadOptions, Model, load, load_bytes, scenes};
+use cullet_io::{LoadOptions, Model, Warning, load, load_bytes_with, scenes};
 use glam::DVec3;
 
 use crate::camera::Rig;
@@ -19,8 +19,15 @@ pub enum Source {
     Builtin(String),
     /// A file of the machine.
     File(PathBuf),
-    /// A file's bytes, as a browser gives them.
-    Bytes(String, Vec<u8>),
+    /// A file's bytes, as a browser gives them, and those of the files that it may name.
+    Bytes {
+        /// Its name.
+        name: String,
+        /// What is in it.
+        bytes: Vec<u8>,
+        /// Names and contents of what was given along with it.
+        beside: Vec<(String, Vec<u8>)>,
+    },
 }
 
 impl Source {
@@ -39,10 +46,25 @@ impl Source {
     #[must_use]
     pub fn name(&self) -> String {
         match self {
-            Self::Builtin(text) | Self::Bytes(text, _) => text.clone(),
+            Self::Builtin(text) | Self::Bytes { name: text, .. } => text.clone(),
             Self::File(path) => path.display().to_string(),
         }
     }
+}
+
+/// What is said of a model that moves, since the viewer does not show it moving.
+#[must_use]
+pub fn at_rest(model: &Model) -> Option<Warning> {
+    let seconds = model.motion.as_ref()?.seconds();
+    let what = match seconds {
+        // Skins and morph targets that nothing moves.
+        Some(0.0) => return None,
+        Some(seconds) => format!("{seconds:.1} s of animation are not played"),
+        None => "it moves, but not here".to_owned(),
+    };
+    let message =
+        format!("{what}: the scene is shown at rest, as it is stored; cullet report --time SECONDS takes another moment");
+    Some(Warning { item: "animation".to_owned(), message })
 }
 
 /// How much there is of a scene.
@@ -83,13 +105,17 @@ impl World {
     /// # Errors
     /// The text of what is wrong with it, for the user.
     pub fn load(source: &Source) -> Result<Self, String> {
-        let model = match source {
+        let mut model = match source {
             Source::Builtin(text) => scenes::build(text).map_err(|e| e.to_string())?,
             Source::File(path) => load(path, &LoadOptions::default()).map_err(|e| e.to_string())?,
-            Source::Bytes(name, bytes) => {
-                load_bytes(name, bytes, &LoadOptions::default()).map_err(|e| e.to_string())?
+            Source::Bytes { name, bytes, beside } => {
+                load_bytes_with(name, bytes, beside, &LoadOptions::default())
+                    .map_err(|e| e.to_string())?
             }
         };
+        // First, for only the first warnings are shown.
+        let rest = at_rest(&model);
+        model.warnings.splice(0..0, rest);
         model.scene.prepare();
         Ok(Self::new(model, source.name()))
     }

@@ -122,6 +122,11 @@ fn read(shape: &Shape, texts: &mut Vec<(String, Pos2)>) {
     }
 }
 
+/// A file's bytes, alone.
+fn bytes(name: &str, bytes: &[u8]) -> Source {
+    Source::Bytes { name: name.to_owned(), bytes: bytes.to_vec(), beside: Vec::new() }
+}
+
 #[test]
 fn every_key_does_something() {
     let mut panels = Panels::open("solids", "cut.on=true");
@@ -241,7 +246,7 @@ fn what_is_copied_is_what_is_shown() {
 #[test]
 fn an_error_goes_when_the_next_scene_is_there() {
     let mut panels = Panels::open("solids", "stages.frustum=perhaps");
-    panels.session.open(Source::Bytes("broken.glb".to_owned(), b"glTF broken".to_vec()));
+    panels.session.open(bytes("broken.glb", b"glTF broken"));
     panels.settle();
     let said = |p: &Panels| p.session.notices.iter().map(|n| n.text.clone()).collect::<Vec<_>>();
     assert!(said(&panels).iter().any(|t| t.contains("broken.glb")), "{:?}", said(&panels));

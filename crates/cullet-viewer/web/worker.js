@@ -1,10 +1,10 @@
-// Parses one file, or makes a built-in scene, in a memory of its own, so that the page stays responsive.
+// Parses a file, with those that it names, or makes a built-in scene, in a memory of its own, so that the page stays responsive.
 import init, { build, parse } from "./cullet_viewer.js";
 
-onmessage = async ({ data: { module, name, bytes } }) => {
+onmessage = async ({ data: { module, name, files } }) => {
   try {
     await init({ module_or_path: module });
-    const packed = bytes ? parse(name, bytes) : build(name);
+    const packed = files ? parse(files) : build(name);
     postMessage(packed, [packed.buffer]);
   } catch (error) {
     // A text is an error of the file or of the scene's settings; anything else broke off.

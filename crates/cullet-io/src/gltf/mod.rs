@@ -28,13 +28,13 @@ use std::path::Path;
 
 use cullet::{Mesh, MeshData, Scene};
 
+use crate::beside::Beside;
 use crate::pose::{Deformed, Kind, Motion};
 use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
 use notes::Notes;
 
-/// Loads a glTF or GLB from the bytes of its file; its other files are in `folder`, and an error where
-/// that is `None`.
+/// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
 ///
 /// The scene that the file chooses is loaded (else its first, else every root node): one mesh for each
 /// mesh that a node draws, one instance for each drawing. Points and lines are skipped with a warning.
@@ -51,7 +51,7 @@ pub(crate) fn load(
     path: &Path,
     bytes: Vec<u8>,
     options: &LoadOptions,
-    folder: Option<&Path>,
+    beside: Beside<'_>,
 ) -> Result<Model, ErrorKind> {
     let named_glb = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
     if named_glb && !bytes.starts_with(b"glTF") {
@@ -59,7 +59,7 @@ pub(crate) fn load(
         let message = format!("starts with \"{found}\", expected \"glTF\"");
         return Err(ErrorKind::invalid("GLB header", message));
     }
-    let decoded = decode(&bytes, folder, options)?;
+    let decoded = decode(&bytes, beside, options)?;
     // Freed before meshes are made: the peak is the greater of the two halves, not their sum.
     drop(bytes);
     let mut model = decoded.into_model()?;
@@ -88,7 +88,7 @@ struct Decoded {
 
 fn decode(
     bytes: &[u8],
-    folder: Option<&Path>,
+    beside: Beside<'_>,
     options: &LoadOptions,
 ) -> Result<Decoded, ErrorKind> {
     let mut notes = Notes::default();
@@ -98,7 +98,7 @@ fn decode(
     empty_arrays(&root, &mut notes);
     let count = |items: &json::Items<'_>| items.as_ref().map_or(0, Vec::len);
 
-    let buffers = buffers::Buffers::read(&root, bytes, container.bin, container.is_glb, folder)?;
+    let buffers = buffers::Buffers::read(&root, bytes, container.bin, container.is_glb, beside)?;
     let accessors = accessor::Accessors::read(&root, &buffers)?;
     let mut surfaces = materials::read(&root, &mut notes)?;
     let meshes =

@@ -8,7 +8,7 @@ use super::frame::{Paint, Pane, Style};
 use super::geometry::{Kind, linear, list_width};
 use super::list::DrawList;
 use super::textures::GrowingBuffer;
-use super::upload::{Placed, Uploaded, split};
+use super::upload::{Uploaded, split};
 
 /// The shader's `Pane`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -112,12 +112,9 @@ pub(super) enum Picks {
 pub(super) struct PaneState {
     pub(super) list: DrawList,
     pub(super) slots: GrowingBuffer,
-    /// The transforms of these slots, where they are taken along.
-    pub(super) places: GrowingBuffer,
     picks: [GrowingBuffer; 3],
     fresh: [bool; 3],
     scratch: Vec<u32>,
-    placed_scratch: Vec<Placed>,
 }
 
 impl PaneState {
@@ -126,11 +123,9 @@ impl PaneState {
         Self {
             list: DrawList::default(),
             slots: GrowingBuffer::new(device, "slots", BufferUsages::VERTEX),
-            places: GrowingBuffer::new(device, "places", BufferUsages::VERTEX),
             picks: [index("picked triangles"), index("picked corners"), index("picked lines")],
             fresh: [false; 3],
             scratch: Vec::new(),
-            placed_scratch: Vec::new(),
         }
     }
 
@@ -148,23 +143,7 @@ impl PaneState {
             self.fresh = [false; 3];
             self.slots.reserve(device, self.list.entries.len() as u64 * 4);
             let buffer = &self.slots.buffer;
-            let scratch = &mut self.placed_scratch;
-            if scene.placed.is_some() {
-                let bytes = self.list.entries.len() * size_of::<Placed>();
-                self.places.reserve(device, bytes as u64);
-            }
             self.list.take_dirty(|range, entries| {
-                if let Some(placed) = &scene.placed {
-                    scratch.clear();
-                    scratch.extend(entries.iter().map(|&slot| placed[slot as usize]));
-                    let at = range.start * size_of::<Placed>();
-                    queue.write_buffer(
-                        &self.places.buffer,
-                        at as u64,
-                        bytemuck::cast_slice(scratch),
-                    );
-                    uploaded += size_of_val(scratch.as_slice()) as u64;
-                }
                 queue.write_buffer(buffer, range.start as u64 * 4, bytemuck::cast_slice(entries));
                 uploaded += size_of_val(entries) as u64;
             });

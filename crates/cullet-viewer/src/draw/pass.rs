@@ -61,11 +61,7 @@ impl PaneDraw<'_> {
                 true => (Mix::Add, Near::Ignore),
                 false => (Mix::Replace, Near::Write),
             };
-            let source = match (is_pulled(&style), &scene.placed) {
-                (true, _) => Source::Pulled,
-                (false, Some(_)) => Source::Placed,
-                (false, None) => Source::Indexed,
-            };
+            let source = if is_pulled(&style) { Source::Pulled } else { Source::Indexed };
             let holes = style.paint == Paint::Instances && self.translucent;
             let cut = style.wireframe || holes;
             let mut way = Way { cut, ..self.way(source, mix, near) };
@@ -96,11 +92,8 @@ impl PaneDraw<'_> {
         blended: Option<bool>,
     ) {
         let (mut bound_chunk, mut bound_cull) = (None, None);
-        let slots = u32::from(way.source.is_indexed());
+        let slots = u32::from(way.source == Source::Indexed);
         pass.set_vertex_buffer(slots, state.slots.buffer.slice(..));
-        if way.source == Source::Placed {
-            pass.set_vertex_buffer(2, state.places.buffer.slice(..));
-        }
         for item in &state.list.items {
             let kind = &scene.instances.groups[item.group as usize].kind;
             let mesh = &scene.geometry.meshes[kind.mesh as usize];
@@ -116,7 +109,7 @@ impl PaneDraw<'_> {
                     continue;
                 }
                 if bound_chunk != Some(mesh.chunk) {
-                    if way.source.is_indexed() {
+                    if way.source == Source::Indexed {
                         pass.set_vertex_buffer(0, chunk.vertices.slice(..));
                     } else {
                         let Some(group) = chunk.group() else { continue };
@@ -142,11 +135,11 @@ impl PaneDraw<'_> {
                     |r: &Range<u32>| r.start + mesh.first_triangle..r.end + mesh.first_triangle;
                 let times = |r: Range<u32>, n: u32| r.start * n..r.end * n;
                 match (way.source, what) {
-                    (Source::Indexed | Source::Placed, What::Triangles(r)) => {
+                    (Source::Indexed, What::Triangles(r)) => {
                         pass.set_index_buffer(chunk.indices.slice(..), IndexFormat::Uint32);
                         pass.draw_indexed(times(from(&r), 3), 0, entries);
                     }
-                    (Source::Indexed | Source::Placed, What::Picked(r)) => {
+                    (Source::Indexed, What::Picked(r)) => {
                         picked(pass, state, Picks::Indices, times(r, 3), entries);
                     }
                     (Source::Pulled, What::Triangles(r)) => pass.draw(times(from(&r), 3), entries),

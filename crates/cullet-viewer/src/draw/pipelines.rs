@@ -12,8 +12,6 @@ use super::textures::{COLOUR, DEPTH};
 pub(super) enum Source {
     /// Vertex and index buffers.
     Indexed,
-    /// The same, with transforms from a buffer as well.
-    Placed,
     /// Textures, three corners a triangle.
     Pulled,
     /// Textures, a line a triangle.
@@ -82,14 +80,9 @@ pub(super) struct Pipelines {
 }
 
 impl Source {
-    /// Whether there are buffers of vertices and of indices.
-    pub(super) fn is_indexed(self) -> bool {
-        matches!(self, Self::Indexed | Self::Placed)
-    }
-
     /// Whether it makes triangles of the scene.
     pub(super) fn is_painted(self) -> bool {
-        matches!(self, Self::Indexed | Self::Placed | Self::Pulled)
+        matches!(self, Self::Indexed | Self::Pulled)
     }
 }
 
@@ -164,11 +157,6 @@ impl Pipelines {
             step_mode: VertexStepMode::Vertex,
             attributes: &vertex_attr_array![0 => Float32x3, 1 => Uint32],
         };
-        let places = VertexBufferLayout {
-            array_stride: 64,
-            step_mode: VertexStepMode::Instance,
-            attributes: &vertex_attr_array![3 => Float32x4, 4 => Float32x4, 5 => Float32x4, 6 => Float32x4],
-        };
         let lines = VertexBufferLayout {
             array_stride: 16,
             step_mode: VertexStepMode::Vertex,
@@ -177,9 +165,6 @@ impl Pipelines {
         let triangles = PrimitiveTopology::TriangleList;
         let (entry, topology, buffers) = match way.source {
             Source::Indexed => ("vs_indexed", triangles, vec![Some(vertices), Some(slots)]),
-            Source::Placed => {
-                ("vs_placed", triangles, vec![Some(vertices), Some(slots), Some(places)])
-            }
             Source::Pulled => ("vs_pulled", triangles, vec![Some(slots)]),
             Source::FaceNormals => {
                 ("vs_face_normal", PrimitiveTopology::LineList, vec![Some(slots)])
@@ -224,11 +209,7 @@ impl Pipelines {
             label: Some(entry),
             layout: Some(match way.source {
                 Source::Pulled | Source::FaceNormals | Source::VertexNormals => &self.pulling,
-                Source::Indexed
-                | Source::Placed
-                | Source::Lines
-                | Source::Ghosts
-                | Source::Clear => &self.plain,
+                Source::Indexed | Source::Lines | Source::Ghosts | Source::Clear => &self.plain,
             }),
             vertex: VertexState {
                 module: &self.module,

@@ -20,8 +20,6 @@ use super::upload::Uploaded;
 pub struct Renderer {
     pipelines: Pipelines,
     target: Target,
-    /// Whether the device is a program.
-    software: bool,
     /// Whether four samples a pixel can be had.
     four: bool,
     timer: Option<Timer>,
@@ -47,7 +45,6 @@ impl Renderer {
         Self {
             pipelines: Pipelines::new(device, size_of::<Numbers>() as u64),
             target: Target::new(device, [1, 1], 1),
-            software: adapter.get_info().device_type == DeviceType::Cpu,
             four: features.sample_count_supported(4),
             timer: Timer::new(device),
             numbers: GrowingBuffer::new(device, "panes", BufferUsages::UNIFORM),
@@ -75,7 +72,7 @@ impl Renderer {
         queue: &Queue,
         model: &Model,
     ) -> Result<(), DrawError> {
-        let scene = Uploaded::new(device, queue, model, self.software)?;
+        let scene = Uploaded::new(device, queue, model)?;
         self.panes.iter_mut().for_each(|pane| pane.list.reset(&scene.instances));
         self.scene = Some(scene);
         self.group = None;

@@ -22,7 +22,8 @@ struct Pane {
 }
 
 // What triangles are painted by. Each pipeline has its own: a program that stands in for a graphics card
-// computes all sides of a branch, and for each pixel.
+// computes every side of a branch for every pixel, and the heat of a triangle's size alone takes several
+// times as long as the colour of a material.
 override PAINT: u32 = 0u;
 
 const MATERIAL = 0u;
@@ -63,16 +64,10 @@ struct Place {
 }
 
 fn place_of(slot: u32) -> Place {
-    return place(
-        textureLoad(transforms, at(slot * 4u), 0),
-        textureLoad(transforms, at(slot * 4u + 1u), 0),
-        textureLoad(transforms, at(slot * 4u + 2u), 0),
-        textureLoad(transforms, at(slot * 4u + 3u), 0),
-    );
-}
-
-// The four texels of a slot.
-fn place(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, low: vec4<f32>) -> Place {
+    let a = textureLoad(transforms, at(slot * 4u), 0);
+    let b = textureLoad(transforms, at(slot * 4u + 1u), 0);
+    let c = textureLoad(transforms, at(slot * 4u + 2u), 0);
+    let low = textureLoad(transforms, at(slot * 4u + 3u), 0);
     let high = vec3<f32>(a.w, b.w, c.w);
     let offset = (high - pane.eye_high.xyz) + (low.xyz - pane.eye_low.xyz);
     return Place(mat3x3<f32>(a.xyz, b.xyz, c.xyz), offset, sign(low.w), select(1.0, 0.5, abs(low.w) > 1.5));
@@ -131,15 +126,6 @@ fn vertex(slot: u32, position: vec3<f32>, key: u32, place: Place) -> Varying {
 @vertex
 fn vs_indexed(@location(0) position: vec3<f32>, @location(1) key: u32, @location(2) slot: u32) -> Varying {
     return vertex(slot, position, key, place_of(slot));
-}
-
-// Takes transforms from attributes, where the device is a program: to such a one a texture is dear.
-@vertex
-fn vs_placed(
-    @location(0) position: vec3<f32>, @location(1) key: u32, @location(2) slot: u32,
-    @location(3) a: vec4<f32>, @location(4) b: vec4<f32>, @location(5) c: vec4<f32>, @location(6) low: vec4<f32>,
-) -> Varying {
-    return vertex(slot, position, key, place(a, b, c, low));
 }
 
 fn corner_vertex(corner: u32) -> vec4<u32> {

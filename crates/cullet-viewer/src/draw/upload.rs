@@ -27,8 +27,6 @@ pub(super) struct Uploaded {
     pub(super) instances: Instances,
     pub(super) chunks: Vec<Chunk>,
     pub(super) transforms: ListTexture,
-    /// The same, where lists take transforms along with slots.
-    pub(super) placed: Option<Vec<Placed>>,
     pub(super) parts: ListTexture,
     pub(super) colours: ListTexture,
     /// Half the diagonal of the scene.
@@ -39,17 +37,10 @@ pub(super) struct Uploaded {
 
 /// Texels that a slot's transform takes.
 const TEXELS: usize = 4;
-/// A slot's transform.
-pub(super) type Placed = [[f32; 4]; TEXELS];
 
 impl Uploaded {
-    /// Uploads the scene of a model. `placed` keeps transforms for lists.
-    pub(super) fn new(
-        device: &Device,
-        queue: &Queue,
-        model: &Model,
-        placed: bool,
-    ) -> Result<Self, DrawError> {
+    /// Uploads the scene of a model.
+    pub(super) fn new(device: &Device, queue: &Queue, model: &Model) -> Result<Self, DrawError> {
         let room = Room::of(&device.limits());
         let scene = &model.scene;
         let (count, limit) = (u64::from(scene.slot_count()), room.texels() / TEXELS as u64);
@@ -62,12 +53,10 @@ impl Uploaded {
         let colour = TextureFormat::Rgba8UnormSrgb;
         let slots = scene.slot_count() as usize;
         let extent = scene.extent();
-        let transforms = transforms(scene);
         let mut new = Self {
             instances: Instances::new(scene),
             chunks: geometry.chunks.iter().map(|c| Chunk::new(device, c)).collect(),
             transforms: texture("transforms", float, slots * TEXELS),
-            placed: placed.then(|| transforms.as_chunks().0.to_vec()),
             parts: texture("parts", float, geometry.parts.len()),
             colours: texture("colours of instances", colour, slots),
             radius: if extent.is_empty() {
@@ -78,7 +67,7 @@ impl Uploaded {
             geometry,
             uploaded: 0,
         };
-        new.uploaded += new.transforms.write(queue, &transforms);
+        new.uploaded += new.transforms.write(queue, &transforms(scene));
         new.uploaded += new.parts.write(queue, &new.geometry.parts);
         new.uploaded += new.colours.write(queue, &vec![[0xA0, 0xA0, 0xA0, 0xFF_u8]; slots]);
         let bytes = |c: &Chunk| c.vertices.size() + c.indices.size();

@@ -221,14 +221,16 @@ fn wipe(ui: &mut egui::Ui, rect: egui::Rect, session: &mut Session) {
 /// Opens what was dropped on the window.
 pub(super) fn drops(ctx: &egui::Context, session: &mut Session) {
     let files = ctx.input(|i| i.raw.dropped_files.clone());
-    if files.len() > 1 {
-        session.tell("Several files were dropped; the first is opened.", false);
-    }
-    if let Some(file) = files.into_iter().next() {
+    if !files.is_empty() {
         #[cfg(not(target_arch = "wasm32"))]
-        session.open(Source::File(file.path().to_owned()));
+        {
+            // What it names is read from its folder.
+            let names: Vec<String> = files.iter().map(|f| f.path().display().to_string()).collect();
+            let model = session.choose_model(names.iter().map(String::as_str));
+            session.open(Source::File(files[model].path().to_owned()));
+        }
         #[cfg(target_arch = "wasm32")]
-        session.read_dropped(file);
+        session.read_dropped(files);
     }
     for read in session.dropped() {
         session.open_read(read);

@@ -10,6 +10,7 @@ use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, Portal, Warning};
 use thiserror::Error;
 
 use super::bytes::{Reader, Writer};
+use crate::world::at_rest;
 
 /// Why bytes make no model.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -64,11 +65,8 @@ pub fn pack(model: &Model) -> Vec<u8> {
         out.pod(p.door.map_or([0; 3], |h| [1, h.index, h.generation]));
         out.pod(u32::from(p.closed));
     });
-    let mut warnings = model.warnings.clone();
-    if model.motion.is_some() {
-        let message = "what moves in it stands as it is stored: pages show no animation yet";
-        warnings.push(Warning { item: "animations".to_owned(), message: message.to_owned() });
-    }
+    // First, for only the first warnings are shown.
+    let warnings: Vec<Warning> = at_rest(model).into_iter().chain(model.warnings.clone()).collect();
     out.list(&warnings, |out, w| {
         out.text(&w.item);
         out.text(&w.message);
