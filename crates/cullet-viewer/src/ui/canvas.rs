@@ -45,8 +45,20 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
         let [left, top, ..] = panel.place.map(f64::from);
         session.inspect(&panel.view, [at[0] - left, at[1] - top]);
     }
-    let origin = ui.input(|i| i.pointer.press_origin()).or(response.hover_pos());
+    let fingers = ui.input(egui::InputState::multi_touch).filter(|m| rect.contains(m.start_pos));
+    let origin = fingers
+        .map(|m| m.start_pos)
+        .or(ui.input(|i| i.pointer.press_origin()))
+        .or(response.hover_pos());
     let role = origin.map(pixel).and_then(|p| made.at(p)).map(|p| p.role);
+    if let Some(fingers) = fingers {
+        // The first of them is the pointer as well, and must not turn at the same time.
+        drag(session, role, fingers.translation_delta, true, rect.height());
+        if fingers.zoom_delta != 1.0 {
+            zoom(session, role, f64::from(fingers.zoom_delta));
+        }
+        return;
+    }
     let delta = response.drag_delta();
     let slides = response.dragged_by(egui::PointerButton::Secondary)
         || response.dragged_by(egui::PointerButton::Middle)

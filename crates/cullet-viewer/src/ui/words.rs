@@ -31,9 +31,14 @@ pub(super) fn switch(ui: &mut egui::Ui, on: &mut bool, name: &str, about: &str) 
     ui.checkbox(on, name).on_hover_text(about).changed()
 }
 
-/// A small button with a sentence. True when it was pressed.
+/// How high, in points, what is pressed with a finger is at least.
+pub(super) const FINGER: f32 = 28.0;
+
+/// A small button with a sentence, larger where there are fingers. True when it was pressed.
 pub(super) fn button(ui: &mut egui::Ui, name: &str, about: &str) -> bool {
-    ui.add(egui::Button::new(name).small()).on_hover_text(about).clicked()
+    let button = egui::Button::new(name);
+    let small = ui.spacing().interact_size.y < FINGER;
+    ui.add(if small { button.small() } else { button }).on_hover_text(about).clicked()
 }
 
 /// A colour of the palette.
