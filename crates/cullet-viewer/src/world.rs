@@ -62,8 +62,9 @@ pub fn at_rest(model: &Model) -> Option<Warning> {
         Some(seconds) => format!("{seconds:.1} s of animation are not played"),
         None => "it moves, but not here".to_owned(),
     };
-    let message =
-        format!("{what}: the scene is shown at rest, as it is stored; cullet report --time SECONDS takes another moment");
+    let message = format!(
+        "{what}: the scene is shown at rest, as it is stored; cullet report --time SECONDS takes another moment"
+    );
     Some(Warning { item: "animation".to_owned(), message })
 }
 
@@ -99,6 +100,45 @@ pub struct World {
     pub half: [f64; 3],
 }
 
+/// What is found out of a scene once, in time that grows with its instances.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measures {
+    /// How much there is of it.
+    pub counts: Counts,
+    /// As [`World::reach`].
+    pub reach: f64,
+    /// As [`World::centre`].
+    pub centre: [f64; 3],
+    /// As [`World::half`].
+    pub half: [f64; 3],
+}
+
+impl Measures {
+    /// Measures a model. O(instances).
+    #[must_use]
+    pub fn of(model: &Model) -> Self {
+        let scene = &model.scene;
+        let mut counts = Counts {
+            meshes: scene.meshes().len() as u64,
+            instances: u64::from(scene.instance_count()),
+            triangles: scene.triangle_count(),
+            ..Counts::default()
+        };
+        for slot in scene.slots() {
+            let mesh = scene.mesh(slot);
+            counts.vertices += mesh.positions().len() as u64;
+            counts.clusters += mesh.clusters().len() as u64;
+        }
+        let things = things(model);
+        let half = DVec3::from(things.half_extent()).length();
+        let centre = DVec3::from(things.center()) + DVec3::from(scene.origin());
+        let sound = half > 0.0 && half.is_finite() && centre.is_finite();
+        let (reach, centre) = if sound { (half, centre.into()) } else { (1.0, [0.0; 3]) };
+        let half = if sound { things.half_extent() } else { [1.0; 3] };
+        Self { counts, reach, centre, half }
+    }
+}
+
 impl World {
     /// Loads a scene, and prepares what the first cull would else have to wait for.
     ///
@@ -123,24 +163,14 @@ impl World {
     /// The world of a model.
     #[must_use]
     pub fn new(model: Model, name: String) -> Self {
-        let scene = &model.scene;
-        let mut counts = Counts {
-            meshes: scene.meshes().len() as u64,
-            instances: u64::from(scene.instance_count()),
-            triangles: scene.triangle_count(),
-            ..Counts::default()
-        };
-        for slot in scene.slots() {
-            let mesh = scene.mesh(slot);
-            counts.vertices += mesh.positions().len() as u64;
-            counts.clusters += mesh.clusters().len() as u64;
-        }
-        let things = things(&model);
-        let half = DVec3::from(things.half_extent()).length();
-        let centre = DVec3::from(things.center()) + DVec3::from(scene.origin());
-        let sound = half > 0.0 && half.is_finite() && centre.is_finite();
-        let (reach, centre) = if sound { (half, centre.into()) } else { (1.0, [0.0; 3]) };
-        let half = if sound { things.half_extent() } else { [1.0; 3] };
+        let measures = Measures::of(&model);
+        Self::measured(model, name, measures)
+    }
+
+    /// The world of a model that was measured before.
+    #[must_use]
+    pub fn measured(model: Model, name: String, measures: Measures) -> Self {
+        let Measures { counts, reach, centre, half } = measures;
         Self { model, name, counts, reach, centre, half }
     }
 

@@ -86,11 +86,7 @@ struct Decoded {
     notes: Notes,
 }
 
-fn decode(
-    bytes: &[u8],
-    beside: Beside<'_>,
-    options: &LoadOptions,
-) -> Result<Decoded, ErrorKind> {
+fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Decoded, ErrorKind> {
     let mut notes = Notes::default();
     let container = glb::open(bytes, &mut notes)?;
     let root = json::parse(&bytes[container.json])?;

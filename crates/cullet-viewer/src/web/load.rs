@@ -7,11 +7,8 @@ use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{MessageEvent, Response, Worker, WorkerOptions, WorkerType};
 
 use super::packed::Unpacker;
-use crate::task::{Task, clock};
-use crate::world::{Source, World};
-
-/// Unpacking lets the page draw after this many nanoseconds.
-const SLICE: u64 = 12_000_000;
+use crate::task::{SLICE, Task, clock};
+use crate::world::{Measures, Source, World};
 
 /// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address of the
 /// server that the page came from (`/scene/model.glb`).
@@ -43,8 +40,8 @@ async fn world(source: Source) -> Result<World, String> {
         }
     };
     let packed = in_worker(&file, files.as_ref()).await?;
-    let model = unpack(packed).await.map_err(|e| format!("{file}: {e}"))?;
-    Ok(World::new(model, name))
+    let (model, measures) = unpack(packed).await.map_err(|e| format!("{file}: {e}"))?;
+    Ok(World::measured(model, name, measures))
 }
 
 /// The bytes at an address of the page's own server.
@@ -113,7 +110,7 @@ async fn in_worker(file: &str, files: Option<&Array>) -> Result<Vec<u8>, String>
     }
 }
 
-async fn unpack(packed: Vec<u8>) -> Result<Model, String> {
+async fn unpack(packed: Vec<u8>) -> Result<(Model, Measures), String> {
     let mut unpacker = Unpacker::new(packed).map_err(|e| e.to_string())?;
     let mut begun = clock();
     while unpacker.step().map_err(|e| e.to_string())? {
@@ -122,7 +119,8 @@ async fn unpack(packed: Vec<u8>) -> Result<Model, String> {
             begun = clock();
         }
     }
-    unpacker.finish().map_err(|e| e.to_string())
+    let measures = unpacker.measures();
+    Ok((unpacker.finish().map_err(|e| e.to_string())?, measures))
 }
 
 /// Lets the page do what else there is to do.

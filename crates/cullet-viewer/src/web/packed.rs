@@ -10,7 +10,7 @@ use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, Portal, Warning};
 use thiserror::Error;
 
 use super::bytes::{Reader, Writer};
-use crate::world::at_rest;
+use crate::world::{Counts, Measures, at_rest};
 
 /// Why bytes make no model.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -31,9 +31,7 @@ pub fn pack(model: &Model) -> Vec<u8> {
     let mut out = Writer::default();
     out.text(name);
     out.texts(mesh_names);
-    out.texts(instance_names);
     out.pods(&node_tree.parents);
-    out.texts(&node_tree.names);
     out.pods(&node_tree.node_of_instance);
     out.list(&model.materials, |out, m| {
         out.text(&m.name);
@@ -72,6 +70,13 @@ pub fn pack(model: &Model) -> Vec<u8> {
         out.text(&w.message);
     });
     out.pod(scene.origin());
+    let Measures { counts, reach, centre, half } = Measures::of(model);
+    let Counts { meshes, instances, vertices, triangles, clusters } = counts;
+    out.pod([meshes, instances, vertices, triangles, clusters]);
+    out.pod([reach, centre[0], centre[1], centre[2], half[0], half[1], half[2]]);
+    out.list(scene.meshes(), mesh);
+    out.texts(instance_names);
+    out.texts(&node_tree.names);
     // In the order of their handles, so that the same handles come back. Slots follow from places: where the
     // bounds were others when they were given, they may be others.
     let mut slots: Vec<(u32, u32)> =
@@ -93,7 +98,6 @@ pub fn pack(model: &Model) -> Vec<u8> {
         let bounds = scene.bounds(slot);
         out.pod([bounds.min, bounds.max]);
     });
-    out.list(scene.meshes(), mesh);
     out.bytes
 }
 
@@ -144,8 +148,23 @@ fn mesh(out: &mut Writer, mesh: &Mesh) {
     out.list(mesh.clusters(), |out, c| out.pod([c.first_triangle, c.triangle_count, c.part]));
 }
 
-/// An instance that waits for its mesh, and the box that the scene had for it.
-type Waiting = (Instance, bool, Aabb);
+/// Bytes of an instance.
+const INSTANCE: usize = 96;
+/// So many names or instances are one step: some milliseconds at the most.
+const BATCH: usize = 4096;
+
+/// What is unpacked next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Meshes,
+    InstanceNames,
+    NodeNames,
+    Instances,
+    /// Slots are sorted: all at once.
+    Order,
+    Bounds,
+    Done,
+}
 
 /// Unpacks a model piece by piece.
 #[derive(Debug)]
@@ -153,13 +172,18 @@ pub struct Unpacker {
     bytes: Vec<u8>,
     at: usize,
     model: Model,
-    origin: [f64; 3],
-    instances: Vec<Waiting>,
-    meshes: u64,
+    measures: Measures,
+    phase: Phase,
+    /// How many are left of what the phase makes.
+    left: usize,
+    /// Of each instance, in order.
+    handles: Vec<Handle>,
+    /// Where the instances begin.
+    instances: usize,
 }
 
 impl Unpacker {
-    /// Reads everything but the meshes.
+    /// Reads what is little: everything but meshes, instances and their names.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`] wrote.
@@ -167,9 +191,7 @@ impl Unpacker {
         let mut from = Reader::new(&bytes, 0);
         let from = &mut from;
         let mut model = Model { name: from.text()?, mesh_names: from.texts()?, ..Model::default() };
-        model.instance_names = from.texts()?;
         model.node_tree.parents = from.pods()?;
-        model.node_tree.names = from.texts()?;
         model.node_tree.node_of_instance = from.pods()?;
         model.materials =
             from.list(|from| Ok(Material { name: from.text()?, color: from.pod()? }))?;
@@ -200,34 +222,92 @@ impl Unpacker {
         model.warnings =
             from.list(|from| Ok(Warning { item: from.text()?, message: from.text()? }))?;
         let origin = from.pod()?;
-        let instances = from.list(|from| {
-            let [mesh, layers, bits]: [u32; 3] = from.pod()?;
-            let bit = |n: u32| bits >> n & 1 == 1;
-            let flags = InstanceFlags {
-                always_visible: bit(0),
-                no_occlusion: bit(1),
-                double_sided: bit(2),
-                transparent: bit(3),
-                dynamic: bit(4),
-            };
-            let place = place(from)?;
-            let [min, max] = from.pod()?;
-            let instance = Instance { layers, flags, ..Instance::new(mesh, place) };
-            Ok((instance, bit(5), Aabb { min, max }))
-        })?;
-        let meshes = from.pod()?;
+        // Before there is anything to move.
+        model.scene.rebase(origin);
+        let [meshes, instances, vertices, triangles, clusters]: [u64; 5] = from.pod()?;
+        let [reach, x, y, z, w, h, d]: [f64; 7] = from.pod()?;
+        let counts = Counts { meshes, instances, vertices, triangles, clusters };
+        let measures = Measures { counts, reach, centre: [x, y, z], half: [w, h, d] };
+        let left = from.count(8)?;
         let at = from.at();
-        Ok(Self { bytes, at, model, origin, instances, meshes })
+        Ok(Self {
+            bytes,
+            at,
+            model,
+            measures,
+            phase: Phase::Meshes,
+            left,
+            handles: Vec::new(),
+            instances: 0,
+        })
     }
 
-    /// Makes the next mesh, with what culling prepares of it; `false` when there is none left.
+    /// What the packed model measured.
+    #[must_use]
+    pub fn measures(&self) -> Measures {
+        self.measures
+    }
+
+    /// Goes on a little: a mesh, with what culling prepares of it, or some thousand names or instances; `false` when
+    /// all is there. Only the sorting of the slots is all at once, some 0.1 µs an instance.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`] wrote.
     pub fn step(&mut self) -> Result<bool, UnpackError> {
-        if self.meshes == 0 {
-            return Ok(false);
+        let batch = self.left.min(BATCH);
+        match self.phase {
+            Phase::Meshes if self.left > 0 => {
+                self.mesh()?;
+                self.left -= 1;
+                return Ok(true);
+            }
+            Phase::InstanceNames | Phase::NodeNames if self.left > 0 => {
+                let mut from = Reader::new(&self.bytes, self.at);
+                let names = match self.phase {
+                    Phase::InstanceNames => &mut self.model.instance_names,
+                    _ => &mut self.model.node_tree.names,
+                };
+                for _ in 0..batch {
+                    names.push(from.text()?);
+                }
+                self.at = from.at();
+                self.left -= batch;
+                return Ok(true);
+            }
+            Phase::Instances if self.left > 0 => {
+                self.place(batch)?;
+                self.left -= batch;
+                return Ok(true);
+            }
+            Phase::Bounds if self.left > 0 => {
+                self.bound(batch)?;
+                self.left -= batch;
+                return Ok(true);
+            }
+            _ => {}
         }
+        let mut from = Reader::new(&self.bytes, self.at);
+        (self.phase, self.left) = match self.phase {
+            Phase::Meshes => (Phase::InstanceNames, from.count(8)?),
+            Phase::InstanceNames => (Phase::NodeNames, from.count(8)?),
+            Phase::NodeNames => {
+                let count = from.count(INSTANCE)?;
+                self.instances = from.at();
+                self.handles.reserve_exact(count);
+                (Phase::Instances, count)
+            }
+            Phase::Instances => (Phase::Order, 0),
+            Phase::Order => {
+                self.model.scene.commit();
+                (Phase::Bounds, self.handles.len())
+            }
+            Phase::Bounds | Phase::Done => (Phase::Done, 0),
+        };
+        self.at = from.at();
+        Ok(self.phase != Phase::Done)
+    }
+
+    fn mesh(&mut self) -> Result<(), UnpackError> {
         let mut from = Reader::new(&self.bytes, self.at);
         let (positions, indices) = (from.pods()?, from.pods()?);
         let parts = from.list(|from| {
@@ -252,38 +332,73 @@ impl Unpacker {
             .map_err(|e| UnpackError::Damaged(e.to_string()))?;
         mesh.prepare();
         self.model.scene.add_mesh(mesh);
-        self.meshes -= 1;
-        Ok(self.meshes > 0)
+        Ok(())
     }
 
-    /// Makes what meshes are left, and places the instances.
+    /// Adds the next instances.
+    fn place(&mut self, count: usize) -> Result<(), UnpackError> {
+        let mut from = Reader::new(&self.bytes, self.at);
+        for _ in 0..count {
+            let Packed { instance, none, .. } = Packed::read(&mut from)?;
+            let bounds = if none { BoundsOverride::None } else { BoundsOverride::Mesh };
+            let added = self.model.scene.add(Instance { bounds, ..instance });
+            self.handles.push(added.map_err(|e| UnpackError::Damaged(e.to_string()))?);
+        }
+        self.at = from.at();
+        Ok(())
+    }
+
+    /// Gives the next instances the bounds that they had. Those that were given, as those of what deforms are, are not
+    /// those of the mesh.
+    fn bound(&mut self, count: usize) -> Result<(), UnpackError> {
+        let wrong = |e: cullet::SceneError| UnpackError::Damaged(e.to_string());
+        let first = self.handles.len() - self.left;
+        let mut from = Reader::new(&self.bytes, self.instances + first * INSTANCE);
+        let scene = &mut self.model.scene;
+        for &handle in &self.handles[first..first + count] {
+            let Packed { none, bounds, .. } = Packed::read(&mut from)?;
+            if !none && scene.bounds(scene.slot(handle).map_err(wrong)?) != bounds {
+                scene.set_bounds(handle, BoundsOverride::World(bounds)).map_err(wrong)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes what is left.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`] wrote.
     pub fn finish(mut self) -> Result<Model, UnpackError> {
         while self.step()? {}
-        let mut model = self.model;
-        let scene = &mut model.scene;
-        let mut handles = Vec::with_capacity(self.instances.len());
-        for (instance, exempt, bounds) in &self.instances {
-            // What is exempt by its flag needs no other reason.
-            let none = *exempt && !instance.flags.always_visible;
-            let own = if none { BoundsOverride::None } else { BoundsOverride::Mesh };
-            let handle = scene
-                .add(Instance { bounds: own, ..*instance })
-                .map_err(|e| UnpackError::Damaged(e.to_string()))?;
-            handles.push((handle, none, *bounds));
-        }
-        scene.commit();
-        scene.rebase(self.origin);
-        // Bounds that were given, as those of what deforms are, are not those of the mesh.
-        for (handle, none, bounds) in handles {
-            let wrong = |e: cullet::SceneError| UnpackError::Damaged(e.to_string());
-            if !none && scene.bounds(scene.slot(handle).map_err(wrong)?) != bounds {
-                scene.set_bounds(handle, BoundsOverride::World(bounds)).map_err(wrong)?;
-            }
-        }
-        Ok(model)
+        Ok(self.model)
+    }
+}
+
+/// An instance, and the box that the scene had for it.
+struct Packed {
+    instance: Instance,
+    /// Whether it has no bounds.
+    none: bool,
+    bounds: Aabb,
+}
+
+impl Packed {
+    fn read(from: &mut Reader<'_>) -> Result<Self, UnpackError> {
+        let [mesh, layers, bits]: [u32; 3] = from.pod()?;
+        let bit = |n: u32| bits >> n & 1 == 1;
+        let flags = InstanceFlags {
+            always_visible: bit(0),
+            no_occlusion: bit(1),
+            double_sided: bit(2),
+            transparent: bit(3),
+            dynamic: bit(4),
+        };
+        let place = place(from)?;
+        let [min, max] = from.pod()?;
+        let instance = Instance { layers, flags, ..Instance::new(mesh, place) };
+        // What is exempt by its flag needs no other reason.
+        let none = bit(5) && !flags.always_visible;
+        Ok(Self { instance, none, bounds: Aabb { min, max } })
     }
 }
 
@@ -320,7 +435,9 @@ mod tests {
     }
 
     fn same(model: &Model) {
-        let back = Unpacker::new(pack(model)).unwrap().finish().unwrap();
+        let unpacker = Unpacker::new(pack(model)).unwrap();
+        assert_eq!(unpacker.measures(), Measures::of(model), "{}", model.name);
+        let back = unpacker.finish().unwrap();
         let meshes = |m: &Model| {
             format!("{:?}", m.scene.meshes().iter().map(Mesh::to_data).collect::<Vec<_>>())
         };
