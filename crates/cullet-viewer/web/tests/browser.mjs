@@ -43,9 +43,9 @@ export function start(serve, page_folder, scene) {
   });
 }
 
-/** Opens the page; `device` is what else the browser is to be, as a telephone. */
-export async function open(browser, url, query, device = {}) {
-  const page = await browser.newPage({ viewport: SIZE, ...device });
+/** Opens the page in a browser, or in what one pretends to be: a context. */
+export async function open(browser, url, query) {
+  const page = await browser.newPage(browser.newContext ? { viewport: SIZE } : undefined);
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
   // Tests take the device away; the page itself has no use for it.
   await page.addInitScript(() => {

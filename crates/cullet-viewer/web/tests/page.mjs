@@ -208,7 +208,7 @@ try {
 
   await beside(browser, server.url);
   await phone(browser, server.url, pictures);
-  await large(browser, server.url);
+  await large(browser, server.url, folder);
 
   // Nonsense in a link opens the default, and says so.
   const { page } = await open(browser, server.url.replace(/#.*/, "#scene=city&wipe=%22no%22"), "?webgl");
