@@ -35,7 +35,7 @@ export async function phone(browser, url, pictures) {
       await page.waitForTimeout(40);
     }
     await touch("touchEnd", []);
-    await page.waitForFunction((b) => location.hash !== b, before, { timeout: 20_000 })
+    await page.waitForFunction((b) => location.hash !== b, before, { timeout: 60_000 })
       .catch(() => assert.fail("fingers do not move the camera"));
     await settled(page);
     return camera();
@@ -45,10 +45,16 @@ export async function phone(browser, url, pictures) {
     return Object.fromEntries([...link].filter(([key]) => key.startsWith("camera")));
   };
   const [x, y] = MIDDLE;
+  const first = await camera();
   const turned = await move([[x, y]], [[x + 90, y + 20]]);
   const slid = await move([[x - 50, y], [x + 50, y]], [[x - 50, y + 80], [x + 50, y + 80]]);
   const zoomed = await move([[x - 40, y], [x + 40, y]], [[x - 120, y], [x + 120, y]]);
-  console.log("phone:", JSON.stringify({ turned, slid, zoomed }));
+  console.log(`phone: turned to ${turned["camera.yaw"]}, moved to ${slid["camera.target"]}, zoomed to ${zoomed["camera.distance"]}`);
+  const same = (a, b, ...names) => names.every((n) => a[`camera.${n}`] === b[`camera.${n}`]);
+  assert(!same(first, turned, "yaw") && same(first, turned, "target", "distance"), "one finger turns, and no more");
+  assert(!same(turned, slid, "target") && same(turned, slid, "yaw", "pitch"), "two fingers move, and turn nothing");
+  const nearer = zoomed["camera.distance"] / slid["camera.distance"];
+  assert(nearer < 0.6 && same(slid, zoomed, "yaw", "pitch"), `two fingers zoom: ${nearer}`);
   await shoot("zoomed");
   await context.close();
 }
