@@ -141,6 +141,12 @@ impl App {
 
 /// A quieter, denser style than the default: a small window holds all panels.
 fn style(ctx: &egui::Context) {
+    // What is said in passing must be readable as well: six times as light as the ground, or as dark.
+    for (theme, grey) in [(egui::Theme::Dark, 155), (egui::Theme::Light, 92)] {
+        ctx.style_mut_of(theme, |style| {
+            style.visuals.weak_text_color = Some(egui::Color32::from_gray(grey));
+        });
+    }
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(6.0, 3.0);
         style.spacing.button_padding = egui::vec2(5.0, 1.0);
