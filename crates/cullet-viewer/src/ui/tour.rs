@@ -37,7 +37,7 @@ fn invite(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
             let about = "A tour of this scene in five steps (Enter)";
             begin = ui.add(emphasised(ui, words)).on_hover_text(about).clicked();
             ui.label(
-                if ctx.input(|i| i.any_touches()) || ctx.content_rect().width() < super::NARROW {
+                if ctx.input(egui::InputState::any_touches) || ctx.content_rect().width() < super::NARROW {
                     "One finger turns, two move and zoom."
                 } else {
                     "Drag to turn, wheel to zoom, H helps."
