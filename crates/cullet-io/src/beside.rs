@@ -27,7 +27,8 @@ pub(crate) enum Missing {
 
 impl<'a> Beside<'a> {
     /// The first `most` bytes of the file that a model calls `path`, and how many it has. Those that were
-    /// given are told by their name alone, in small letters or capitals, for who gives them may know no folder.
+    /// given are told by their path, or else by their name alone, in small letters or capitals, for who gives them may
+    /// know no folder.
     pub(crate) fn read(self, path: &Path, most: u64) -> Result<(Cow<'a, [u8]>, u64), Missing> {
         match self {
             Self::Folder(folder) => {
@@ -47,10 +48,11 @@ impl<'a> Beside<'a> {
             }
             Self::Given(files) => {
                 let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+                // Where they are told with their folders, files of one name are told apart.
+                let whole = files.iter().find(|(n, _)| Path::new(n) == path);
                 let own = |n: &str| n.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
-                let found = files
-                    .iter()
-                    .find(|(n, _)| own(n) == name)
+                let found = whole
+                    .or_else(|| files.iter().find(|(n, _)| own(n) == name))
                     .or_else(|| files.iter().find(|(n, _)| own(n).eq_ignore_ascii_case(name)));
                 let (_, bytes) = found.ok_or(Missing::Absent)?;
                 let end = bytes.len().min(usize::try_from(most).unwrap_or(usize::MAX));

@@ -5,6 +5,7 @@
 mod attributes;
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 use cullet::mesh::{Alpha, MeshData, Part};
 
@@ -96,6 +97,41 @@ pub(crate) fn read<'o>(
     let library = reader.library(beside, &mut builder);
     reader.build(name, &library, &mut builder)?;
     Ok(builder)
+}
+
+/// The names of the libraries in a line that has more than one.
+fn several(names: &[u8]) -> Vec<&[u8]> {
+    let all = names.split(u8::is_ascii_whitespace);
+    all.filter(|n| !n.is_empty() && n.len() < names.len()).collect()
+}
+
+/// The libraries that a file names, separators of Windows read as such; where a line may name one with blanks in it
+/// or several, both.
+///
+/// # Errors
+/// If the file cannot be read.
+pub(crate) fn named(source: Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
+    let mut c = Cursor::with_continuations(source);
+    let mut files = Vec::new();
+    c.skip_mark()?;
+    while c.more()? {
+        c.skip_blanks();
+        // Comments are not joined to the line after.
+        if c.at_line_end() || c.peek() == Some(b'#') {
+            c.skip_comment();
+            c.step();
+            continue;
+        }
+        if c.token() == b"mtllib" {
+            let names = c.rest_of_line().to_vec();
+            for name in std::iter::once(&names[..]).chain(several(&names)) {
+                files
+                    .extend(std::str::from_utf8(name).map(|n| PathBuf::from(n.replace('\\', "/"))));
+            }
+        }
+        c.skip_line();
+    }
+    Ok(files)
 }
 
 impl<'a> Reader<'a> {
@@ -349,10 +385,7 @@ impl<'a> Reader<'a> {
             let item = format!("material library \"{}\"", quote(names));
             // One name with blanks in it, or several names.
             let Err(whole) = mtl::read(beside, names, &mut library) else { continue };
-            let several: Vec<&[u8]> = names
-                .split(u8::is_ascii_whitespace)
-                .filter(|n| !n.is_empty() && n.len() < names.len())
-                .collect();
+            let several = several(names);
             if several.is_empty() {
                 builder.warn(item, format!("it was not read, so materials are grey: {whole}"));
             }

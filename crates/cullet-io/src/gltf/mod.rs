@@ -24,11 +24,12 @@ mod uri;
 #[cfg(test)]
 mod tests;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use cullet::{Mesh, MeshData, Scene};
 
 use crate::beside::Beside;
+use crate::blocks::Source;
 use crate::pose::{Deformed, Kind, Motion};
 use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
@@ -65,6 +66,35 @@ pub(crate) fn load(
     let mut model = decoded.into_model()?;
     model.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(model)
+}
+
+/// The files that the buffers of a glTF or GLB name. Of a GLB only the JSON is read.
+///
+/// # Errors
+/// If there is no JSON to be read. What is wrong with a buffer is left to who loads the model.
+pub(crate) fn named(source: &Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
+    let head = source.head(glb::HEAD)?;
+    let size = usize::try_from(source.size()).unwrap_or(usize::MAX);
+    let json = match glb::json_at(&head) {
+        Some(json) if json.end <= size => json,
+        Some(json) => {
+            let message = format!("declares {} bytes: more than the file has", json.len());
+            return Err(ErrorKind::invalid("GLB chunk 0", message));
+        }
+        None => 0..size,
+    };
+    let bytes = source.head(json.end)?;
+    let root = json::parse(bytes.get(json).unwrap_or_default())?;
+    let buffers = root.buffers.iter().flatten().enumerate();
+    Ok(buffers
+        .filter_map(|(i, raw)| {
+            let item: json::BufferItem<'_> = json::item(raw, "buffer", i).ok()?;
+            match uri::read(item.uri.as_deref()?).ok()? {
+                uri::Source::File(path) => Some(path),
+                uri::Source::Embedded(_) => None,
+            }
+        })
+        .collect())
 }
 
 /// What was read, free of the file's bytes.

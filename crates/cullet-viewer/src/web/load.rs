@@ -104,10 +104,29 @@ async fn in_worker(file: &str, files: Option<&Array>) -> Result<Vec<u8>, String>
         .dyn_into()
         .map_err(text)?;
     match event.data().dyn_into::<Uint8Array>() {
-        Ok(packed) => Ok(packed.to_vec()),
+        Ok(packed) => Ok(copied(&packed).await),
         // What the file's own error says names the file.
         Err(error) => Err(text(error)),
     }
+}
+
+/// Bytes of the browser's in the program's memory, copied a little at a time.
+async fn copied(from: &Uint8Array) -> Vec<u8> {
+    const BLOCK: usize = 4 << 20;
+    let len = from.length() as usize;
+    let mut bytes = Vec::with_capacity(len);
+    let mut begun = clock();
+    while bytes.len() < len {
+        let at = bytes.len();
+        let end = (at + BLOCK).min(len);
+        bytes.resize(end, 0);
+        from.subarray(at as u32, end as u32).copy_to(&mut bytes[at..]);
+        if clock() - begun > SLICE {
+            pause().await;
+            begun = clock();
+        }
+    }
+    bytes
 }
 
 async fn unpack(packed: Vec<u8>) -> Result<(Model, Measures), String> {
@@ -169,6 +188,16 @@ pub fn parse(files: &Array) -> Result<Vec<u8>, JsValue> {
     cullet_io::load_bytes_with(name, bytes, &beside, &cullet_io::LoadOptions::default())
         .map(|model| super::packed::pack(&model))
         .map_err(|e| JsValue::from_str(&e.to_string()))
+}
+
+/// The worker's part before: paths of the files that a model names, from its folder; none where that cannot be told,
+/// for [`parse`] tells why.
+#[wasm_bindgen]
+#[must_use]
+#[expect(unreachable_pub, reason = "the page's script calls it")]
+pub fn named(name: &str, bytes: &[u8]) -> Vec<String> {
+    let files = cullet_io::files_named_in(name, bytes).unwrap_or_default();
+    files.iter().filter_map(|file| Some(file.to_str()?.to_owned())).collect()
 }
 
 /// The worker's part for a built-in scene: its text to a packed model.

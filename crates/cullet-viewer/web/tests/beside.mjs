@@ -1,5 +1,7 @@
 // A glTF that holds nothing itself: its buffer comes along, or is asked for.
 import assert from "node:assert/strict";
+import { mkdir, writeFile } from "node:fs/promises";
+import { join } from "node:path";
 import { changed, data, drop, open } from "./browser.mjs";
 
 /** A triangle as glTF, which names its buffer, and moves. */
@@ -18,6 +20,15 @@ function triangle() {
     ],
   };
   return [["triangle.gltf", Buffer.from(JSON.stringify(gltf))], ["my triangle.bin", bin]];
+}
+
+/** The same as files in a folder; returns the model's path. */
+export async function stored(folder) {
+  const [[name, gltf], [buffer, bin]] = triangle();
+  await mkdir(join(folder, "parts"), { recursive: true });
+  await writeFile(join(folder, name), gltf);
+  await writeFile(join(folder, "parts", buffer), bin);
+  return join(folder, name);
 }
 
 export async function beside(browser, url) {

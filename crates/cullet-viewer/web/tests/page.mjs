@@ -7,7 +7,7 @@ import { pathToFileURL } from "node:url";
 import { join } from "node:path";
 import assert from "node:assert/strict";
 import { MIDDLE, SIZE, WAIT, changed, data, drag, drop, launch, open, running, settled, start } from "./browser.mjs";
-import { beside } from "./beside.mjs";
+import { beside, stored } from "./beside.mjs";
 import { large } from "./large.mjs";
 import { phone } from "./phone.mjs";
 
@@ -226,6 +226,15 @@ try {
   assert.deepEqual(parse(await data(served.page, "faces"))[1], 12);
   console.log(`served: ${await data(served.page, "scene")} after ${served.took} ms`);
   await files.end();
+
+  // One that names another file, in a folder below.
+  const several = await start(serve, page_folder, await stored(folder));
+  const { page: named, said } = await open(browser, several.url, "?webgl");
+  assert.equal(await data(named, "scene"), "/scene/triangle.gltf");
+  assert.equal(await data(named, "faces").then((f) => f.split("/")[1]), "1");
+  assert.deepEqual(said.filter((s) => /404/.test(s)), [], "nothing is asked for that is not served");
+  console.log(`served with its buffer: ${await data(named, "notice")}`);
+  await several.end();
 } finally {
   await browser.close();
   await rm(folder, { recursive: true, force: true });
