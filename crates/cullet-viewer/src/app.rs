@@ -15,7 +15,7 @@ use crate::script::{self, Script, Step};
 use crate::session::{Drawn, Inspected, Session};
 use crate::snapshot;
 use crate::state::State;
-use crate::task::{SLICE, clock};
+use crate::task::{clock, until};
 use crate::ui::{self, Shown};
 use crate::world::{Source, World};
 
@@ -62,8 +62,8 @@ pub struct App {
     render_state: egui_wgpu::RenderState,
     /// The scene that the renderer has.
     uploaded: Option<Arc<World>>,
-    /// The scene that it is given piece by piece.
-    coming: Option<Arc<World>>,
+    /// The scene that it is given piece by piece, and whether that has begun.
+    coming: Option<(Arc<World>, bool)>,
     /// What the instances' colours were made of.
     coloured: Option<(Option<*const World>, u64, bool)>,
     last: Option<Look>,
@@ -201,6 +201,7 @@ impl eframe::App for App {
                 coloured,
                 last,
                 composition,
+                began: now,
             };
             stage.picture(session, dt);
             (Shown { texture: *stage.texture }, stage.composition.clone())
@@ -237,10 +238,12 @@ struct Stage<'a> {
     texture: &'a mut Option<egui::TextureId>,
     render_state: &'a egui_wgpu::RenderState,
     uploaded: &'a mut Option<Arc<World>>,
-    coming: &'a mut Option<Arc<World>>,
+    coming: &'a mut Option<(Arc<World>, bool)>,
     coloured: &'a mut Option<(Option<*const World>, u64, bool)>,
     last: &'a mut Option<Look>,
     composition: &'a mut Composition,
+    /// When the frame began.
+    began: u64,
 }
 
 impl Stage<'_> {
@@ -313,19 +316,31 @@ impl Stage<'_> {
             return true;
         }
         let egui_wgpu::RenderState { device, queue, .. } = self.render_state;
-        if !self.coming.as_ref().is_some_and(|w| Arc::ptr_eq(w, &world)) {
-            *self.coming = None;
+        let begun = match &self.coming {
+            Some((coming, begun)) if Arc::ptr_eq(coming, &world) => *begun,
+            _ => {
+                *self.coming = Some((Arc::clone(&world), false));
+                // The frame that decided what of it is drawn has done enough.
+                if clock() >= until(self.began) {
+                    session.ctx.request_repaint();
+                    return false;
+                }
+                false
+            }
+        };
+        if !begun {
             if let Err(error) = self.renderer.begin_scene(device, queue, &world.model) {
+                *self.coming = None;
                 let text = format!("{}: {error}.", world.name);
                 session.refuse(self.uploaded.clone(), text);
                 // Held on to even where it does not fit, or it would be tried at every frame.
                 self.uploaded.get_or_insert(world);
                 return true;
             }
-            *self.coming = Some(Arc::clone(&world));
+            *self.coming = Some((Arc::clone(&world), true));
         }
-        let until = if cfg!(target_arch = "wasm32") { clock() + SLICE } else { u64::MAX };
-        if !self.renderer.go_on(queue, &world.model, || clock() < until) {
+        let end = until(clock());
+        if !self.renderer.go_on(queue, &world.model, || clock() < end) {
             session.ctx.request_repaint();
             return false;
         }

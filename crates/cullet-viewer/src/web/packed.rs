@@ -4,6 +4,7 @@
 //! message. Even so every count is held against the bytes there are.
 
 use cullet::bounds::Aabb;
+use cullet::hierarchy::Groups;
 use cullet::mesh::{Alpha, Cluster, Clustering, MeshData, Part};
 use cullet::{BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Projection, Transform};
 use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, Portal, Warning};
@@ -23,16 +24,22 @@ pub enum UnpackError {
     Damaged(String),
 }
 
-/// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is stored.
+/// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is stored. Instances come
+/// in the order of their slots, so that nobody need sort them again; the handle of each is its place among them.
 /// Costs a copy of everything.
 #[must_use]
 pub fn pack(model: &Model) -> Vec<u8> {
-    let Model { name, scene, mesh_names, instance_names, node_tree, .. } = model;
+    let Model { name, scene, mesh_names, node_tree, .. } = model;
+    let slots: Vec<(u32, Handle)> =
+        scene.slots().filter_map(|slot| Some((slot, scene.handle(slot)?))).collect();
+    let node_of = |handle: Handle| node_tree.node_of_instance.get(handle.index as usize);
+    let nodes: Vec<u32> =
+        slots.iter().map(|&(_, h)| node_of(h).copied().unwrap_or(Groups::NONE)).collect();
     let mut out = Writer::default();
     out.text(name);
     out.texts(mesh_names);
     out.pods(&node_tree.parents);
-    out.pods(&node_tree.node_of_instance);
+    out.pods(if node_tree.node_of_instance.is_empty() { &[] } else { &nodes });
     out.list(&model.materials, |out, m| {
         out.text(&m.name);
         out.pod(m.color);
@@ -60,7 +67,9 @@ pub fn pack(model: &Model) -> Vec<u8> {
     out.list(&model.cells.portals, |out, p| {
         out.pod(p.cells);
         out.pods(&p.polygon);
-        out.pod(p.door.map_or([0; 3], |h| [1, h.index, h.generation]));
+        let place = |h| slots.iter().position(|&(_, handle)| handle == h);
+        // A door that is not there any more is none of these.
+        out.pod(p.door.map_or([0; 2], |h| [1, place(h).map_or(u32::MAX, |p| p as u32)]));
         out.pod(u32::from(p.closed));
     });
     // First, for only the first warnings are shown.
@@ -75,14 +84,10 @@ pub fn pack(model: &Model) -> Vec<u8> {
     out.pod([meshes, instances, vertices, triangles, clusters]);
     out.pod([reach, centre[0], centre[1], centre[2], half[0], half[1], half[2]]);
     out.list(scene.meshes(), mesh);
-    out.texts(instance_names);
+    // As they are called here, where their handles are others.
+    out.list(&slots, |out, &(_, handle)| out.text(&model.instance_name(handle)));
     out.texts(&node_tree.names);
-    // In the order of their handles, so that the same handles come back. Slots follow from places: where the
-    // bounds were others when they were given, they may be others.
-    let mut slots: Vec<(u32, u32)> =
-        scene.slots().filter_map(|s| Some((scene.handle(s)?.index, s))).collect();
-    slots.sort_unstable();
-    out.list(&slots, |out, &(_, slot)| {
+    out.list(&slots, |out, &(slot, _)| {
         let flags = scene.flags(slot);
         let bits = [
             flags.always_visible,
@@ -160,9 +165,6 @@ enum Phase {
     InstanceNames,
     NodeNames,
     Instances,
-    /// Slots are sorted: all at once.
-    Order,
-    Bounds,
     Done,
 }
 
@@ -176,10 +178,6 @@ pub struct Unpacker {
     phase: Phase,
     /// How many are left of what the phase makes.
     left: usize,
-    /// Of each instance, in order.
-    handles: Vec<Handle>,
-    /// Where the instances begin.
-    instances: usize,
 }
 
 impl Unpacker {
@@ -215,8 +213,8 @@ impl Unpacker {
         })?;
         model.cells.portals = from.list(|from| {
             let (cells, polygon) = (from.pod()?, from.pods()?);
-            let [some, index, generation]: [u32; 3] = from.pod()?;
-            let door = (some == 1).then_some(Handle { index, generation });
+            let [some, index]: [u32; 2] = from.pod()?;
+            let door = (some == 1).then_some(Handle { index, generation: 0 });
             Ok(Portal { cells, polygon, door, closed: from.pod::<u32>()? == 1 })
         })?;
         model.warnings =
@@ -230,16 +228,7 @@ impl Unpacker {
         let measures = Measures { counts, reach, centre: [x, y, z], half: [w, h, d] };
         let left = from.count(8)?;
         let at = from.at();
-        Ok(Self {
-            bytes,
-            at,
-            model,
-            measures,
-            phase: Phase::Meshes,
-            left,
-            handles: Vec::new(),
-            instances: 0,
-        })
+        Ok(Self { bytes, at, model, measures, phase: Phase::Meshes, left })
     }
 
     /// What the packed model measured.
@@ -249,7 +238,7 @@ impl Unpacker {
     }
 
     /// Goes on a little: a mesh, with what culling prepares of it, or some thousand names or instances; `false` when
-    /// all is there. Only the sorting of the slots is all at once, some 0.1 µs an instance.
+    /// all is there. Only the nodes over the instances are made all at once.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`] wrote.
@@ -279,29 +268,18 @@ impl Unpacker {
                 self.left -= batch;
                 return Ok(true);
             }
-            Phase::Bounds if self.left > 0 => {
-                self.bound(batch)?;
-                self.left -= batch;
-                return Ok(true);
-            }
             _ => {}
         }
         let mut from = Reader::new(&self.bytes, self.at);
         (self.phase, self.left) = match self.phase {
             Phase::Meshes => (Phase::InstanceNames, from.count(8)?),
             Phase::InstanceNames => (Phase::NodeNames, from.count(8)?),
-            Phase::NodeNames => {
-                let count = from.count(INSTANCE)?;
-                self.instances = from.at();
-                self.handles.reserve_exact(count);
-                (Phase::Instances, count)
+            Phase::NodeNames => (Phase::Instances, from.count(INSTANCE)?),
+            Phase::Instances => {
+                self.model.scene.commit_in_order();
+                (Phase::Done, 0)
             }
-            Phase::Instances => (Phase::Order, 0),
-            Phase::Order => {
-                self.model.scene.commit();
-                (Phase::Bounds, self.handles.len())
-            }
-            Phase::Bounds | Phase::Done => (Phase::Done, 0),
+            Phase::Done => (Phase::Done, 0),
         };
         self.at = from.at();
         Ok(self.phase != Phase::Done)
@@ -335,32 +313,22 @@ impl Unpacker {
         Ok(())
     }
 
-    /// Adds the next instances.
+    /// Adds the next instances, with the bounds that they had. Those that were given, as those of what deforms are, are
+    /// not those of the mesh.
     fn place(&mut self, count: usize) -> Result<(), UnpackError> {
-        let mut from = Reader::new(&self.bytes, self.at);
-        for _ in 0..count {
-            let Packed { instance, none, .. } = Packed::read(&mut from)?;
-            let bounds = if none { BoundsOverride::None } else { BoundsOverride::Mesh };
-            let added = self.model.scene.add(Instance { bounds, ..instance });
-            self.handles.push(added.map_err(|e| UnpackError::Damaged(e.to_string()))?);
-        }
-        self.at = from.at();
-        Ok(())
-    }
-
-    /// Gives the next instances the bounds that they had. Those that were given, as those of what deforms are, are not
-    /// those of the mesh.
-    fn bound(&mut self, count: usize) -> Result<(), UnpackError> {
         let wrong = |e: cullet::SceneError| UnpackError::Damaged(e.to_string());
-        let first = self.handles.len() - self.left;
-        let mut from = Reader::new(&self.bytes, self.instances + first * INSTANCE);
+        let mut from = Reader::new(&self.bytes, self.at);
         let scene = &mut self.model.scene;
-        for &handle in &self.handles[first..first + count] {
-            let Packed { none, bounds, .. } = Packed::read(&mut from)?;
-            if !none && scene.bounds(scene.slot(handle).map_err(wrong)?) != bounds {
+        for _ in 0..count {
+            let Packed { instance, none, bounds } = Packed::read(&mut from)?;
+            let own = if none { BoundsOverride::None } else { BoundsOverride::Mesh };
+            let slot = scene.slot_count();
+            let handle = scene.add(Instance { bounds: own, ..instance }).map_err(wrong)?;
+            if !none && scene.bounds(slot) != bounds {
                 scene.set_bounds(handle, BoundsOverride::World(bounds)).map_err(wrong)?;
             }
         }
+        self.at = from.at();
         Ok(())
     }
 
@@ -413,7 +381,7 @@ mod tests {
     use cullet_io::{load_bytes, scenes};
 
     /// How many triangles are left of a view, and what dropped each instance.
-    fn seen(model: &Model) -> (u64, usize, Vec<(u32, Option<&'static str>)>) {
+    fn seen(model: &Model) -> (u64, usize, Vec<Option<&'static str>>) {
         let camera = &cullet_io::paths::cameras(
             model,
             &cullet_io::paths::PathSpec::Orbit,
@@ -427,10 +395,7 @@ mod tests {
         let culler = cullet::Culler { reasons: true, ..cullet::Culler::default() };
         culler.cull_one(&model.scene, &view, &mut ViewState::default(), &mut visible);
         let stage = |slot: u32| visible.reasons[slot as usize].map(|r| r.stage.name());
-        let scene = &model.scene;
-        let mut all: Vec<_> =
-            scene.slots().map(|s| (scene.handle(s).unwrap().index, stage(s))).collect();
-        all.sort_unstable();
+        let all = model.scene.slots().map(stage).collect();
         (visible.triangle_count, visible.partial.len(), all)
     }
 
@@ -448,28 +413,35 @@ mod tests {
                 (b.clusters(), b.original_triangle())
             );
         }
+        // Slot for slot.
         let placed = |m: &Model| {
             let s = &m.scene;
             let one = |i: u32| {
                 let exempt = s.exempt()[i as usize / 64] >> (i % 64) & 1;
                 let (mesh, layers, bounds) = (s.mesh_id(i), s.layers(i), s.bounds(i));
-                (s.handle(i), mesh, *s.transform(i), layers, s.flags(i), bounds, exempt)
+                let handle = s.handle(i).unwrap();
+                let name = m.instance_name(handle).into_owned();
+                let node = m.node_tree.node_of_instance.get(handle.index as usize).copied();
+                (name, node, mesh, *s.transform(i), layers, s.flags(i), bounds, exempt)
             };
-            let mut all: Vec<_> = s.slots().map(one).collect();
-            all.sort_by_key(|one| one.0.map(|h| (h.index, h.generation)));
-            (s.origin(), all)
+            (s.origin(), s.slots().map(one).collect::<Vec<_>>())
         };
         assert_eq!(placed(&back), placed(model), "{}", model.name);
         let rest = |m: &Model| {
+            let portal = |p: &Portal| {
+                let door = p.door.map(|h| m.scene.slot(h));
+                (p.cells, p.polygon.clone(), door, p.closed)
+            };
             (
                 m.name.clone(),
                 m.mesh_names.clone(),
-                m.instance_names.clone(),
-                m.node_tree.clone(),
+                m.node_tree.parents.clone(),
+                m.node_tree.names.clone(),
                 m.materials.clone(),
                 m.cameras.clone(),
                 m.views.clone(),
-                m.cells.clone(),
+                m.cells.cells.clone(),
+                m.cells.portals.iter().map(portal).collect::<Vec<_>>(),
             )
         };
         assert_eq!(rest(&back), rest(model), "{}", model.name);
@@ -497,8 +469,9 @@ mod tests {
         model.scene.set_bounds(handles[1], BoundsOverride::World(given)).unwrap();
         model.scene.commit();
         let back = Unpacker::new(pack(&model)).unwrap().finish().unwrap();
-        assert_eq!(back.scene.bounds(back.scene.slot(handles[1]).unwrap()), given);
-        let slot = back.scene.slot(handles[0]).unwrap() as usize;
+        let slot = |n: usize| model.scene.slot(handles[n]).unwrap();
+        assert_eq!(back.scene.bounds(slot(1)), given);
+        let slot = slot(0) as usize;
         assert_eq!(back.scene.exempt()[slot / 64] >> (slot % 64) & 1, 1);
     }
 
