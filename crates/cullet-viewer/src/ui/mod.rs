@@ -45,7 +45,7 @@ pub fn show(
     ui.ctx().set_theme(theme);
     shortcuts::run(ui.ctx(), session);
     canvas::drops(ui.ctx(), session);
-    let narrow = ui.available_width() < NARROW;
+    let narrow = is_narrow(ui.ctx());
     if narrow {
         for_fingers(ui);
     }
@@ -77,6 +77,10 @@ fn unfold(ctx: &egui::Context, session: &mut Session) {
             session.state.panels =
                 words::button(ui, "Panels", "Switches, funnel and what was clicked (P)");
         });
+}
+
+fn is_narrow(ctx: &egui::Context) -> bool {
+    ctx.content_rect().width() < NARROW
 }
 
 /// Makes room for what is pressed with a finger rather than with a mouse.

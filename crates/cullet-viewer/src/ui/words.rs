@@ -36,9 +36,13 @@ pub(super) const FINGER: f32 = 28.0;
 
 /// A small button with a sentence, larger where there are fingers. True when it was pressed.
 pub(super) fn button(ui: &mut egui::Ui, name: &str, about: &str) -> bool {
-    let button = egui::Button::new(name);
-    let small = ui.spacing().interact_size.y < FINGER;
-    ui.add(if small { button.small() } else { button }).on_hover_text(about).clicked()
+    ui.add(small(ui, name)).on_hover_text(about).clicked()
+}
+
+/// A small button, larger where there are fingers.
+pub(super) fn small(ui: &egui::Ui, name: &str) -> egui::Button<'static> {
+    let button = egui::Button::new(name.to_owned());
+    if ui.spacing().interact_size.y < FINGER { button.small() } else { button }
 }
 
 /// A colour of the palette.
