@@ -1,6 +1,6 @@
 //! The scene that is shown, and how it is loaded.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use cullet::bounds::Aabb;
 use cullet_io::paths::{self, Overrides, PathSpec};
@@ -35,7 +35,7 @@ impl Source {
     #[must_use]
     pub fn of_text(text: &str) -> Self {
         let text = text.trim();
-        if scenes::is_builtin(text) && !std::path::Path::new(text).is_file() {
+        if scenes::is_builtin(text) && !Path::new(text).is_file() {
             Self::Builtin(text.to_owned())
         } else {
             Self::File(PathBuf::from(text))
@@ -50,6 +50,13 @@ impl Source {
             Self::File(path) => path.display().to_string(),
         }
     }
+}
+
+/// What is said where there is no such file: it may have been meant for a scene.
+fn no_file(path: &Path) -> String {
+    let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
+    let known = known.join(", ");
+    format!("{}: there is no such file, nor such a scene; built in are {known}", path.display())
 }
 
 /// What is said of a model that moves, since the viewer does not show it moving.
@@ -147,6 +154,7 @@ impl World {
     pub fn load(source: &Source) -> Result<Self, String> {
         let mut model = match source {
             Source::Builtin(text) => scenes::build(text).map_err(|e| e.to_string())?,
+            Source::File(path) if !path.exists() => return Err(no_file(path)),
             Source::File(path) => load(path, &LoadOptions::default()).map_err(|e| e.to_string())?,
             Source::Bytes { name, bytes, beside } => {
                 load_bytes_with(name, bytes, beside, &LoadOptions::default())
