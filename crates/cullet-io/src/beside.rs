@@ -61,3 +61,24 @@ impl<'a> Beside<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_one_name_in_two_folders_are_told_apart() {
+        let file = |name: &str, content: &[u8]| (name.to_owned(), content.to_vec());
+        let files = [file("a/x.bin", b"one"), file("b/x.bin", b"two"), file("Y.bin", b"three")];
+        let read = |path: &str| {
+            let found = Beside::Given(&files).read(Path::new(path), 99).ok();
+            found.map(|(bytes, size)| (bytes.into_owned(), size))
+        };
+        assert_eq!(read("b/x.bin"), Some((b"two".to_vec(), 3)));
+        assert_eq!(read("a/x.bin"), Some((b"one".to_vec(), 3)));
+        // Who gives them may know no folder, or another.
+        assert_eq!(read("c/x.bin"), Some((b"one".to_vec(), 3)));
+        assert_eq!(read("parts/y.BIN"), Some((b"three".to_vec(), 5)));
+        assert_eq!(read("z.bin"), None);
+    }
+}

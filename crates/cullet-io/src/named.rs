@@ -31,7 +31,7 @@ pub fn files_named_in(name: &str, bytes: &[u8]) -> Result<Vec<PathBuf>, LoadErro
 
 fn named(path: &Path, source: Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
     let all = match recognise(path, &source.head(LOOK)?, source.size())? {
-        Format::Gltf => gltf::named(&source)?,
+        Format::Gltf => gltf::named(path, &source)?,
         Format::Obj => obj::named(source)?,
         Format::Ply | Format::Stl | Format::Off | Format::Occscn => Vec::new(),
     };
@@ -85,6 +85,15 @@ mod tests {
         assert_eq!(of("a.glb", &glb), ["parts/my triangle.bin", "b.bin"]);
         for end in [4, 12, 19, 20, 40, glb.len() - 1] {
             assert!(files_named_in("a.glb", &glb[..end]).is_err(), "{end}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_loaded_is_refused_in_the_same_words() {
+        for (name, bytes) in [("a.glb", &b"junk"[..]), ("a.gltf", b"junk"), ("a.txt", b"junk")] {
+            let loaded = crate::load_bytes(name, bytes, &crate::LoadOptions::default());
+            let asked = files_named_in(name, bytes);
+            assert_eq!(asked.unwrap_err().to_string(), loaded.unwrap_err().to_string());
         }
     }
 

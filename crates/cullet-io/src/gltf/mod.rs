@@ -54,12 +54,7 @@ pub(crate) fn load(
     options: &LoadOptions,
     beside: Beside<'_>,
 ) -> Result<Model, ErrorKind> {
-    let named_glb = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
-    if named_glb && !bytes.starts_with(b"glTF") {
-        let found = bytes.get(..4).unwrap_or(&bytes).escape_ascii();
-        let message = format!("starts with \"{found}\", expected \"glTF\"");
-        return Err(ErrorKind::invalid("GLB header", message));
-    }
+    check_header(path, &bytes)?;
     let decoded = decode(&bytes, beside, options)?;
     // Freed before meshes are made: the peak is the greater of the two halves, not their sum.
     drop(bytes);
@@ -68,12 +63,24 @@ pub(crate) fn load(
     Ok(model)
 }
 
+/// What is called a GLB must begin as one.
+fn check_header(path: &Path, bytes: &[u8]) -> Result<(), ErrorKind> {
+    let named_glb = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
+    if named_glb && !bytes.starts_with(b"glTF") {
+        let found = bytes.get(..4).unwrap_or(bytes).escape_ascii();
+        let message = format!("starts with \"{found}\", expected \"glTF\"");
+        return Err(ErrorKind::invalid("GLB header", message));
+    }
+    Ok(())
+}
+
 /// The files that the buffers of a glTF or GLB name. Of a GLB only the JSON is read.
 ///
 /// # Errors
 /// If there is no JSON to be read. What is wrong with a buffer is left to who loads the model.
-pub(crate) fn named(source: &Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
+pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
     let head = source.head(glb::HEAD)?;
+    check_header(path, &head)?;
     let size = usize::try_from(source.size()).unwrap_or(usize::MAX);
     let json = match glb::json_at(&head) {
         Some(json) if json.end <= size => json,
