@@ -13,7 +13,8 @@ const SERVER: Peer = Peer { name: "cullet-serve", what: "the server", example: "
 
 pub(crate) const HELP: &str = "\
 The server is a program of its own, cullet-serve, looked for beside this program and then in PATH. The
-page is built by 'cargo xtask web'. Only the page's own files and the one scene are served. Ctrl-C ends it.
+page is built by 'cargo xtask web'. Only the page's own files, the one scene and the
+files that it names are served. Ctrl-C ends it.
 
 Examples
   cullet serve                       the page, on http://127.0.0.1:8080

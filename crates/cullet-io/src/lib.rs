@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod attributes;
+mod beside;
 mod blocks;
 mod builder;
 mod error;
@@ -11,6 +12,7 @@ mod groups;
 mod load;
 mod model;
 mod mtl;
+mod named;
 mod obj;
 pub mod occscn;
 mod off;
@@ -27,7 +29,8 @@ mod weld;
 pub use attributes::Attributes;
 pub use error::{ErrorKind, LoadError};
 pub use groups::NodeTree;
-pub use load::{LoadOptions, load, load_bytes};
+pub use load::{LoadOptions, load, load_bytes, load_bytes_with};
 pub use model::{CameraNode, Cell, CellGraph, Material, MatrixView, Model, Portal, Up, Warning};
+pub use named::{files_named, files_named_in};
 pub use pose::{Motion, PoseError};
 pub use save::{SaveError, SaveErrorKind, SaveFormat, save};

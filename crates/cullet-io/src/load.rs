@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::beside::Beside;
 use crate::blocks::Source;
 use crate::format::{Format, LOOK, recognise};
 use crate::{ErrorKind, LoadError, Model, Up, gltf, obj, occscn, off, ply, stl};
@@ -52,20 +53,38 @@ impl Default for LoadOptions {
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
     let read = || -> Result<Model, ErrorKind> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        decode(path, Source::open(path)?, options, Some(folder))
+        decode(path, Source::open(path)?, options, Beside::Folder(folder))
     };
     read().map(rebased).map_err(|kind| kind.at(path))
 }
 
 /// Loads a model from memory. `name` stands for the file's name in messages, and its ending helps to
 /// recognise formats without a signature (OBJ). No other file is opened: the materials of an OBJ stay
-/// grey, with a warning, and a glTF with external buffers is an error.
+/// grey, with a warning, and a glTF with external buffers is an error that names the first of them;
+/// [`load_bytes_with`] takes such files along.
 ///
 /// # Errors
 /// As [`load`].
 pub fn load_bytes(name: &str, bytes: &[u8], options: &LoadOptions) -> Result<Model, LoadError> {
+    load_bytes_with(name, bytes, &[], options)
+}
+
+/// Loads a model from memory with the files that it names: buffers of a glTF, material libraries of an
+/// OBJ. `beside` has their names and contents; folders in names are passed over, on both sides, and a name
+/// may differ in small letters and capitals where none is the same. What is not named is not looked at.
+///
+/// # Errors
+/// As [`load`]; a buffer that is not among them is named.
+pub fn load_bytes_with(
+    name: &str,
+    bytes: &[u8],
+    beside: &[(String, Vec<u8>)],
+    options: &LoadOptions,
+) -> Result<Model, LoadError> {
     let path = Path::new(name);
-    decode(path, Source::memory(bytes), options, None).map(rebased).map_err(|kind| kind.at(path))
+    decode(path, Source::memory(bytes), options, Beside::Given(beside))
+        .map(rebased)
+        .map_err(|kind| kind.at(path))
 }
 
 /// Moves the scene's origin to the middle of a model that lies far from zero, as maps do, so that the
@@ -81,12 +100,12 @@ fn rebased(mut model: Model) -> Model {
     model
 }
 
-/// `folder` is where files named by the model are looked for; `None` opens no file.
+/// `beside` is where files named by the model are looked for.
 fn decode(
     path: &Path,
     source: Source<'_>,
     options: &LoadOptions,
-    folder: Option<&Path>,
+    beside: Beside<'_>,
 ) -> Result<Model, ErrorKind> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let head = source.head(LOOK)?;
@@ -94,8 +113,8 @@ fn decode(
     // halves, not their sum.
     let builder = match recognise(path, &head, source.size())? {
         // Owned, so that it can be freed once it is decoded.
-        Format::Gltf => return gltf::load(path, source.into_bytes()?, options, folder),
-        Format::Obj => obj::read(&name, source, options, folder)?,
+        Format::Gltf => return gltf::load(path, source.into_bytes()?, options, beside),
+        Format::Obj => obj::read(&name, source, options, beside)?,
         Format::Ply => ply::read(&name, source, options)?,
         Format::Stl => stl::read(&name, source, options)?,
         Format::Off => off::read(&name, source, options)?,
@@ -111,7 +130,7 @@ mod tests {
     /// All that a file says, or why not, when it is read in blocks of some size.
     fn told(name: &str, bytes: &[u8], block: usize) -> String {
         let source = Source::in_blocks(bytes, block);
-        match decode(Path::new(name), source, &LoadOptions::default(), None) {
+        match decode(Path::new(name), source, &LoadOptions::default(), Beside::Given(&[])) {
             Ok(model) => {
                 let meshes = model.scene.meshes().iter();
                 let meshes: Vec<_> =
@@ -120,6 +139,38 @@ mod tests {
             }
             Err(error) => error.to_string(),
         }
+    }
+
+    #[test]
+    fn files_that_a_model_names_are_taken_from_what_was_given() {
+        let triangle: Vec<u8> =
+            [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat();
+        let gltf = br#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+            "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data/A%20b.bin"}]}"#;
+        let load = |name: &str, bytes: &[u8], beside: &[(&str, &[u8])]| {
+            let beside: Vec<_> =
+                beside.iter().map(|(n, b)| ((*n).to_owned(), b.to_vec())).collect();
+            load_bytes_with(name, bytes, &beside, &LoadOptions::default())
+        };
+        for name in ["A b.bin", "some/where/A b.bin", "a B.BIN"] {
+            let model = load("a.gltf", gltf, &[("b.bin", b"no"), (name, &triangle)]).unwrap();
+            assert_eq!(model.scene.triangle_count(), 1, "{name}");
+        }
+        let error = load("a.gltf", gltf, &[("b.bin", &triangle)]).unwrap_err().to_string();
+        for part in ["a.gltf", "A b.bin is missing", "together", ".glb"] {
+            assert!(error.contains(part), "{error}");
+        }
+        let short = load("a.gltf", gltf, &[("A b.bin", &triangle[1..])]).unwrap_err().to_string();
+        assert!(short.contains("36") && short.contains("35"), "{short}");
+
+        let obj = b"mtllib my mats.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+        let red: &[u8] = b"newmtl red\nKd 1 0 0\n";
+        let model = load("a.obj", obj, &[("my mats.mtl", red)]).unwrap();
+        assert_eq!((model.materials[0].color, model.warnings.len()), ([1.0, 0.0, 0.0, 1.0], 0));
+        let grey = load("a.obj", obj, &[]).unwrap();
+        assert!(grey.warnings[0].to_string().contains("not given"), "{}", grey.warnings[0]);
     }
 
     #[test]

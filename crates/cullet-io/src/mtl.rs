@@ -1,11 +1,11 @@
 //! MTL, the materials of OBJ: names, diffuse colours and what alpha does. Nothing else is read.
 
 use std::collections::HashMap;
-use std::io::Read as _;
 use std::path::Path;
 
 use cullet::mesh::Alpha;
 
+use crate::beside::{Beside, Missing};
 use crate::blocks::Source;
 use crate::text::Cursor;
 
@@ -32,15 +32,20 @@ const LIMIT: u64 = 64 << 20;
 ///
 /// # Errors
 /// Why it cannot be read, in words.
-pub(crate) fn read(folder: &Path, name: &[u8], library: &mut Library) -> Result<(), String> {
+pub(crate) fn read(beside: Beside<'_>, name: &[u8], library: &mut Library) -> Result<(), String> {
     let text = std::str::from_utf8(name).map_err(|_| "its name is not UTF-8".to_owned())?;
     // Files made on Windows have its separators.
-    let candidates = [folder.join(text), folder.join(text.replace('\\', "/"))];
-    let path = candidates.iter().find(|p| p.is_file()).ok_or("there is no such file")?;
-    let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
-    let mut bytes = Vec::new();
-    file.take(LIMIT + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
-    if bytes.len() as u64 > LIMIT {
+    let try_one = |text: &str| beside.read(Path::new(text), LIMIT + 1);
+    let read = match try_one(text) {
+        Ok(read) => Ok(read),
+        Err(_) => try_one(&text.replace('\\', "/")),
+    };
+    let (bytes, size) = read.map_err(|missing| match (missing, beside) {
+        (Missing::Unread(e), _) => e.to_string(),
+        (_, Beside::Folder(_)) => "there is no such file".to_owned(),
+        (_, Beside::Given(_)) => "it was not given together with the model".to_owned(),
+    })?;
+    if size > LIMIT {
         return Err(format!("it exceeds the limit of {LIMIT} bytes"));
     }
     parse(&bytes, library);

@@ -5,11 +5,12 @@
 mod attributes;
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::PathBuf;
 
 use cullet::mesh::{Alpha, MeshData, Part};
 
 use self::attributes::{Corners, List};
+use crate::beside::Beside;
 use crate::blocks::{Source, push};
 use crate::builder::{Builder, GREY};
 use crate::polygon::Triangulator;
@@ -86,16 +87,51 @@ pub(crate) fn read<'o>(
     name: &str,
     source: Source<'_>,
     options: &'o LoadOptions,
-    folder: Option<&Path>,
+    beside: Beside<'_>,
 ) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
     let mut reader = Reader::new(source);
     reader.corners = options.details.then(Box::default);
     reader.read(&builder)?;
     reader.warn(&mut builder);
-    let library = reader.library(folder, &mut builder);
+    let library = reader.library(beside, &mut builder);
     reader.build(name, &library, &mut builder)?;
     Ok(builder)
+}
+
+/// The names of the libraries in a line that has more than one.
+fn several(names: &[u8]) -> Vec<&[u8]> {
+    let all = names.split(u8::is_ascii_whitespace);
+    all.filter(|n| !n.is_empty() && n.len() < names.len()).collect()
+}
+
+/// The libraries that a file names, separators of Windows read as such; where a line may name one with blanks in it
+/// or several, both.
+///
+/// # Errors
+/// If the file cannot be read.
+pub(crate) fn named(source: Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
+    let mut c = Cursor::with_continuations(source);
+    let mut files = Vec::new();
+    c.skip_mark()?;
+    while c.more()? {
+        c.skip_blanks();
+        // Comments are not joined to the line after.
+        if c.at_line_end() || c.peek() == Some(b'#') {
+            c.skip_comment();
+            c.step();
+            continue;
+        }
+        if c.token() == b"mtllib" {
+            let names = c.rest_of_line().to_vec();
+            for name in std::iter::once(&names[..]).chain(several(&names)) {
+                files
+                    .extend(std::str::from_utf8(name).map(|n| PathBuf::from(n.replace('\\', "/"))));
+            }
+        }
+        c.skip_line();
+    }
+    Ok(files)
 }
 
 impl<'a> Reader<'a> {
@@ -343,25 +379,18 @@ impl<'a> Reader<'a> {
     }
 
     /// The materials of the libraries that the file names; what cannot be read is a warning.
-    fn library(&self, folder: Option<&Path>, builder: &mut Builder<'_>) -> mtl::Library {
+    fn library(&self, beside: Beside<'_>, builder: &mut Builder<'_>) -> mtl::Library {
         let mut library = mtl::Library::new();
         for names in &self.libraries {
             let item = format!("material library \"{}\"", quote(names));
-            let Some(folder) = folder else {
-                builder.warn(item, "it was not read: the model came from memory, not from a file");
-                continue;
-            };
             // One name with blanks in it, or several names.
-            let Err(whole) = mtl::read(folder, names, &mut library) else { continue };
-            let several: Vec<&[u8]> = names
-                .split(u8::is_ascii_whitespace)
-                .filter(|n| !n.is_empty() && n.len() < names.len())
-                .collect();
+            let Err(whole) = mtl::read(beside, names, &mut library) else { continue };
+            let several = several(names);
             if several.is_empty() {
                 builder.warn(item, format!("it was not read, so materials are grey: {whole}"));
             }
             for name in several {
-                if let Err(why) = mtl::read(folder, name, &mut library) {
+                if let Err(why) = mtl::read(beside, name, &mut library) {
                     let item = format!("material library \"{}\"", quote(name));
                     builder.warn(item, format!("it was not read, so materials are grey: {why}"));
                 }

@@ -54,9 +54,9 @@ impl Answers {
             return refuse(StatusCode::BAD_REQUEST, "the address is not text");
         };
         let scene = path.strip_prefix(SCENE_FOLDER);
-        let mut answer = match (&self.site.scene, scene) {
-            (Some(file), Some(name)) if file.name == name => self.scene(file, headers),
-            _ => {
+        let mut answer = match scene.and_then(|name| self.site.scene.get(name)) {
+            Some(file) => self.scene(file, headers),
+            None => {
                 let name =
                     if path == "/" { "index.html" } else { path.get(1..).unwrap_or_default() };
                 match self.site.page.get(name) {

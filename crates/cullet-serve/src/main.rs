@@ -23,7 +23,7 @@ cannot be used.";
 #[derive(Debug, Parser)]
 #[command(name = "cullet-serve", version, after_help = EXAMPLES)]
 struct Args {
-    /// A file (GLB, glTF, OBJ, PLY, STL, OFF) or a built-in scene
+    /// A file (GLB, glTF, OBJ, PLY, STL, OFF), with the files that it names beside it, or a built-in scene
     scene: Option<String>,
     /// Folder of the built page [default: found beside the program, or target/page]
     #[arg(long, value_name = "DIR")]
@@ -58,7 +58,52 @@ fn start(args: &Args) -> Result<Server, String> {
         None => find_page().map_err(|e| e.to_string())?,
     };
     let site = Site::new(&page, args.scene.as_deref()).map_err(|e| e.to_string())?;
+    for warning in site.warnings() {
+        let _ = writeln!(std::io::stderr(), "warning: {warning}");
+    }
     let address = SocketAddr::new(args.host, args.port);
     Server::bind(address, site, Limits::default())
-        .map_err(|e| format!("{address}: cannot be listened on: {e}; try --port 0"))
+        .map_err(|e| format!("{address}: {}", refused(&e)))
+}
+
+/// Why an address cannot be listened on, and what to do.
+fn refused(error: &std::io::Error) -> String {
+    use std::io::ErrorKind;
+    match error.kind() {
+        ErrorKind::AddrInUse => {
+            "another program has this port, perhaps another cullet-serve: end it, or take a free \
+                                 one with --port 0"
+                .to_owned()
+        }
+        ErrorKind::AddrNotAvailable => {
+            "this machine has no such address; --host 0.0.0.0 takes all that it has".to_owned()
+        }
+        ErrorKind::PermissionDenied => {
+            "the system keeps this port for itself; take one above 1023, or --port 0".to_owned()
+        }
+        _ => format!("cannot be listened on: {error}; try --port 0"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_that_cannot_be_had_says_what_to_do() {
+        let page = std::env::temp_dir().join(format!("cullet-serve-main-{}", std::process::id()));
+        std::fs::create_dir_all(&page).expect("a folder of ours");
+        std::fs::write(page.join("index.html"), "page").expect("a file of ours");
+        let args = |host: &str, port: u16| {
+            let (host, page) = (host.parse().expect("an address"), Some(page.clone()));
+            Args { scene: None, page, host, port }
+        };
+        let first = start(&args("127.0.0.1", 0)).expect("there is a free port");
+        let message = start(&args("127.0.0.1", first.address().port())).expect_err("it is taken");
+        assert!(message.contains("another program") && message.contains("--port 0"), "{message}");
+        // One of those that are for documents alone.
+        let message = start(&args("192.0.2.1", 0)).expect_err("nobody has it");
+        assert!(message.contains("--host"), "{message}");
+        std::fs::remove_dir_all(&page).expect("ours to remove");
+    }
 }

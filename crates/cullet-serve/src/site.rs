@@ -7,10 +7,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
-use cullet_io::scenes;
+use cullet_io::{files_named, scenes};
 use thiserror::Error;
 
-/// Where a scene's file is found by the page: `/scene/NAME`.
+/// Where a scene's file is found by the page: `/scene/NAME`; and beside it the files that it names.
 pub const SCENE_FOLDER: &str = "/scene/";
 
 /// What to do where there is no page.
@@ -37,6 +37,7 @@ const SCENE_TYPES: &[(&str, &str)] = &[
     ("glb", "model/gltf-binary"),
     ("gltf", "model/gltf+json"),
     ("obj", "model/obj"),
+    ("mtl", "model/mtl"),
     ("stl", "model/stl"),
 ];
 
@@ -61,15 +62,13 @@ pub enum SiteError {
         /// Their size so far.
         bytes: u64,
     },
-    /// A scene that is neither a file nor built in.
-    #[error("{scene}: {error}; the built-in scenes are {known}")]
+    /// A scene that cannot be had.
+    #[error("{scene}: {error}")]
     Scene {
         /// What was asked for.
         scene: String,
-        /// Why it cannot be had.
+        /// Why it cannot be had, and what can.
         error: String,
-        /// What there is.
-        known: String,
     },
     /// Something cannot be read.
     #[error("{}: cannot be read: {error}", .path.display())]
@@ -92,20 +91,20 @@ pub(crate) struct PageFile {
     pub(crate) tag: u64,
 }
 
-/// A scene's file.
+/// A scene's file, or one that it names.
 #[derive(Debug)]
 pub(crate) struct SceneFile {
-    /// Its name in the address, not encoded.
-    pub(crate) name: String,
     pub(crate) path: PathBuf,
     pub(crate) kind: &'static str,
 }
 
-/// What is served: the page's files, read into memory, and at most one scene.
+/// What is served: the page's files, read into memory, and at most one scene with the files that it names.
 #[derive(Debug)]
 pub struct Site {
     pub(crate) page: BTreeMap<String, PageFile>,
-    pub(crate) scene: Option<SceneFile>,
+    /// By their names in the address, not encoded.
+    pub(crate) scene: BTreeMap<String, SceneFile>,
+    warnings: Vec<String>,
     fragment: String,
 }
 
@@ -114,20 +113,25 @@ impl Site {
     /// folder, ordinary files with the endings of a page are served (html, js, css, wasm, json, svg, png,
     /// txt); links, folders and hidden files are not. Changes made later are not seen.
     ///
+    /// Of what a scene names (buffers of a glTF, material libraries of an OBJ), ordinary files are served that lie in
+    /// its folder or below, wherever links lead; a scene that cannot be read is served alone, for the page tells why.
+    ///
     /// # Errors
     /// If the page or the scene is not there or cannot be read.
     pub fn new(page: &Path, scene: Option<&str>) -> Result<Self, SiteError> {
         let page = read_page(page)?;
-        let mut site = Self { page, scene: None, fragment: String::new() };
+        let mut site =
+            Self { page, scene: BTreeMap::new(), warnings: Vec::new(), fragment: String::new() };
         let Some(text) = scene else { return Ok(site) };
         let path = Path::new(text);
         // A file wins over a built-in scene of that name, as for every command.
         let named = if !path.exists() && scenes::is_builtin(text) {
             scenes::build(text).map_err(|e| no_scene(text, e.to_string()))?.name
         } else {
-            let scene = scene_file(text, path)?;
-            let named = format!("{SCENE_FOLDER}{}", scene.name);
-            site.scene = Some(scene);
+            let (name, scene) = scene_file(text, path)?;
+            site.take_beside(path);
+            let named = format!("{SCENE_FOLDER}{name}");
+            site.scene.insert(name, scene);
             named
         };
         site.fragment = format!("#scene={}", escape(&named));
@@ -140,28 +144,77 @@ impl Site {
     pub fn fragment(&self) -> &str {
         &self.fragment
     }
+
+    /// What the page will not be able to show of the scene: files that it names but that are not in its folder, or
+    /// why it cannot be read at all.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Serves what a scene names.
+    fn take_beside(&mut self, scene: &Path) {
+        let Some(folder) = scene.parent() else { return };
+        let whole = |path: &Path| fs::canonicalize(path).ok();
+        let home = whole(if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+        let Some(home) = home else { return };
+        let named = files_named(scene).unwrap_or_else(|e| {
+            self.warnings.push(e.to_string());
+            Vec::new()
+        });
+        for file in named {
+            // What is no text is in no address.
+            let Some(name) = file.to_str().map(|n| n.replace('\\', "/")) else { continue };
+            // Where it is after all links.
+            match whole(&folder.join(&file)).filter(|p| p.starts_with(&home) && p.is_file()) {
+                Some(path) => {
+                    let kind = scene_kind(&name);
+                    self.scene.insert(name, SceneFile { path, kind });
+                }
+                None => {
+                    let scene = scene.display();
+                    self.warnings.push(format!("{scene} names {name}, which is not in its folder"));
+                }
+            }
+        }
+    }
 }
 
 fn no_scene(scene: &str, error: String) -> SiteError {
-    let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
-    SiteError::Scene { scene: scene.to_owned(), error, known: known.join(", ") }
+    SiteError::Scene { scene: scene.to_owned(), error }
 }
 
-fn scene_file(text: &str, path: &Path) -> Result<SceneFile, SiteError> {
-    let meta = fs::metadata(path).map_err(|e| no_scene(text, e.to_string()))?;
-    if !meta.is_file() {
-        return Err(no_scene(text, "is no file".to_owned()));
-    }
+/// The name of a scene's file, and the file.
+fn scene_file(text: &str, path: &Path) -> Result<(String, SceneFile), SiteError> {
     let read = |error| SiteError::Read { path: path.to_owned(), error };
+    let meta = match fs::metadata(path) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
+            let known = known.join(", ");
+            let error = format!("there is no such file, nor such a scene; built in are {known}");
+            return Err(no_scene(text, error));
+        }
+        meta => meta.map_err(read)?,
+    };
+    if meta.is_dir() {
+        return Err(no_scene(text, "it is a folder; name a file in it".to_owned()));
+    }
+    if !meta.is_file() {
+        return Err(no_scene(text, "it is no ordinary file".to_owned()));
+    }
     // Said now rather than as a picture that never comes.
     fs::File::open(path).map_err(read)?;
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let ending = ending(&name);
-    let kind = SCENE_TYPES.iter().find(|(e, _)| *e == ending);
-    let kind = kind.map_or("application/octet-stream", |(_, kind)| kind);
+    let kind = scene_kind(&name);
     // Absolute, so that it stays right wherever the program goes.
     let path = fs::canonicalize(path).map_err(read)?;
-    Ok(SceneFile { name, path, kind })
+    Ok((name, SceneFile { path, kind }))
+}
+
+fn scene_kind(name: &str) -> &'static str {
+    let ending = ending(name);
+    let kind = SCENE_TYPES.iter().find(|(e, _)| *e == ending);
+    kind.map_or("application/octet-stream", |(_, kind)| kind)
 }
 
 fn ending(name: &str) -> String {

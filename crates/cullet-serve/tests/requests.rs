@@ -65,7 +65,10 @@ struct Running {
 /// A server of the folder's page and scene on a free port of `ip`.
 fn start(folder: &Folder, ip: IpAddr, limits: Limits) -> Running {
     let scene = folder.at("a scene.glb");
-    let site = Site::new(&folder.at("page"), scene.to_str()).unwrap();
+    serve(Site::new(&folder.at("page"), scene.to_str()).unwrap(), ip, limits)
+}
+
+fn serve(site: Site, ip: IpAddr, limits: Limits) -> Running {
     let (tell, told) = mpsc::channel();
     let (stop, stopped) = tokio::sync::oneshot::channel();
     let thread = std::thread::spawn(move || {
@@ -183,6 +186,51 @@ fn the_scene_is_found_by_its_name_alone() {
     }
     fs::remove_file(folder.at("a scene.glb")).unwrap();
     assert_eq!(server.get("/scene/a%20scene.glb").status, 404);
+    server.end();
+}
+
+/// The folder's own scene is a glTF with buffers.
+const GLTF: &str = r#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"parts/the%20one.bin"},
+    {"byteLength":4,"uri":"link.bin"},{"byteLength":4,"uri":"none.bin"},{"byteLength":4,"uri":"../secret.txt"},
+    {"byteLength":4,"uri":"/etc/passwd"},{"byteLength":4,"uri":"parts"}]}"#;
+
+#[test]
+fn what_a_scene_names_is_served_and_nothing_beside_it() {
+    let folder = Folder::new();
+    fs::create_dir_all(folder.at("models/parts")).unwrap();
+    folder.file("models/a.gltf", GLTF.as_bytes());
+    folder.file("models/parts/the one.bin", b"data");
+    folder.file("models/parts/other.bin", b"other");
+    folder.file("models/near.bin", b"near");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(folder.at("secret.txt"), folder.at("models/link.bin")).unwrap();
+    let scene = folder.at("models/a.gltf");
+    let site = Site::new(&folder.at("page"), scene.to_str()).unwrap();
+    let named = |n: &str| format!("{} names {n}, which is not in its folder", scene.display());
+    let expected = ["link.bin", "none.bin", "parts"].map(named);
+    assert_eq!(site.warnings(), expected);
+    let server = serve(site, Ipv4Addr::LOCALHOST.into(), Limits::default());
+    assert!(server.url.ends_with("/#scene=/scene/a.gltf"), "{}", server.url);
+    let named = server.get("/scene/parts/the%20one.bin");
+    assert_eq!((named.status, &named.body[..]), (200, &b"data"[..]));
+    assert_eq!(named.header("content-type"), Some("application/octet-stream"));
+    assert_eq!(server.get("/scene/a.gltf").body, GLTF.as_bytes());
+    for path in [
+        "/scene/parts/other.bin",
+        "/scene/near.bin",
+        "/scene/link.bin",
+        "/scene/none.bin",
+        "/scene/parts",
+        "/scene/parts/",
+        "/scene/parts/../near.bin",
+        "/scene/../secret.txt",
+        "/scene//etc/passwd",
+        "/scene/the%20one.bin",
+        "/parts/the%20one.bin",
+    ] {
+        assert_eq!(server.get(path).status, 404, "{path}");
+    }
+    assert_eq!(server.get("/scene/parts%2fthe%20one.bin").status, 400);
     server.end();
 }
 
@@ -340,9 +388,14 @@ fn what_cannot_be_served_is_said_at_the_start() {
     let message = text(new(&page, "nowhere.glb"));
     assert!(message.contains("nowhere.glb") && message.contains("city"), "{message}");
     let message = text(new(&page, "city:seeds=3"));
-    assert!(message.contains("seeds"), "{message}");
+    assert!(message.contains("seeds") && !message.contains("built in"), "{message}");
     let message = text(new(&page, page.to_str().unwrap()));
-    assert!(message.contains("is no file"), "{message}");
+    assert!(message.contains("is a folder"), "{message}");
+    // What cannot be read is served even so, for the page says the same.
+    folder.file("broken.gltf", b"{");
+    let broken = Site::new(&page, folder.at("broken.gltf").to_str()).unwrap();
+    let [warning] = broken.warnings() else { panic!("{:?}", broken.warnings()) };
+    assert!(warning.contains("broken.gltf"), "{warning}");
     let message = text(new(&folder.at("page/sub"), "city"));
     assert!(message.contains("index.html") && message.contains("cargo xtask web"), "{message}");
     let message = text(new(&folder.at("absent"), "city"));

@@ -15,7 +15,7 @@ use crate::script::{self, Script, Step};
 use crate::session::{Drawn, Inspected, Session};
 use crate::snapshot;
 use crate::state::State;
-use crate::task::clock;
+use crate::task::{clock, until};
 use crate::ui::{self, Shown};
 use crate::world::{Source, World};
 
@@ -62,6 +62,8 @@ pub struct App {
     render_state: egui_wgpu::RenderState,
     /// The scene that the renderer has.
     uploaded: Option<Arc<World>>,
+    /// The scene that it is given piece by piece, and whether that has begun.
+    coming: Option<(Arc<World>, bool)>,
     /// What the instances' colours were made of.
     coloured: Option<(Option<*const World>, u64, bool)>,
     last: Option<Look>,
@@ -108,6 +110,7 @@ impl App {
             present: Present::new(&render_state.device),
             texture: None,
             uploaded: None,
+            coming: None,
             coloured: None,
             last: None,
             composition: Composition::default(),
@@ -138,6 +141,12 @@ impl App {
 
 /// A quieter, denser style than the default: a small window holds all panels.
 fn style(ctx: &egui::Context) {
+    // What is said in passing must be readable as well: six times as light as the ground, or as dark.
+    for (theme, grey) in [(egui::Theme::Dark, 155), (egui::Theme::Light, 92)] {
+        ctx.style_mut_of(theme, |style| {
+            style.visuals.weak_text_color = Some(egui::Color32::from_gray(grey));
+        });
+    }
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(6.0, 3.0);
         style.spacing.button_padding = egui::vec2(5.0, 1.0);
@@ -168,6 +177,7 @@ impl eframe::App for App {
             texture,
             render_state,
             uploaded,
+            coming,
             coloured,
             last,
             composition,
@@ -187,9 +197,11 @@ impl eframe::App for App {
                 texture,
                 render_state,
                 uploaded,
+                coming,
                 coloured,
                 last,
                 composition,
+                began: now,
             };
             stage.picture(session, dt);
             (Shown { texture: *stage.texture }, stage.composition.clone())
@@ -226,15 +238,21 @@ struct Stage<'a> {
     texture: &'a mut Option<egui::TextureId>,
     render_state: &'a egui_wgpu::RenderState,
     uploaded: &'a mut Option<Arc<World>>,
+    coming: &'a mut Option<(Arc<World>, bool)>,
     coloured: &'a mut Option<(Option<*const World>, u64, bool)>,
     last: &'a mut Option<Look>,
     composition: &'a mut Composition,
+    /// When the frame began.
+    began: u64,
 }
 
 impl Stage<'_> {
     /// Draws the session's picture if it changed.
     fn picture(&mut self, session: &mut Session, dt: f64) {
-        self.upload(session);
+        session.uploading = !self.upload(session);
+        if session.uploading {
+            return;
+        }
         let world = self.uploaded.as_ref().map(Arc::as_ptr);
         let decided = session.decision.as_ref().map_or(0, |d| d.number);
         let proved = session.truth.finding().is_some();
@@ -290,24 +308,47 @@ impl Stage<'_> {
         };
     }
 
-    /// Gives the renderer the scene, if it has another.
-    fn upload(&mut self, session: &mut Session) {
-        let Some(world) = session.world.clone() else { return };
+    /// Gives the renderer the scene, if it has another; on a page, which has one thread, a piece at a time. True when
+    /// it has it.
+    fn upload(&mut self, session: &mut Session) -> bool {
+        let Some(world) = session.world.clone() else { return true };
         if self.uploaded.as_ref().is_some_and(|w| Arc::ptr_eq(w, &world)) {
-            return;
+            return true;
         }
         let egui_wgpu::RenderState { device, queue, .. } = self.render_state;
-        if let Err(error) = self.renderer.set_scene(device, queue, &world.model) {
-            let text = format!("{}: {error}.", world.name);
-            session.refuse(self.uploaded.clone(), text);
-            if self.uploaded.is_some() {
-                return;
+        let begun = match &self.coming {
+            Some((coming, begun)) if Arc::ptr_eq(coming, &world) => *begun,
+            _ => {
+                *self.coming = Some((Arc::clone(&world), false));
+                // The frame that decided what of it is drawn has done enough.
+                if clock() >= until(self.began) {
+                    session.ctx.request_repaint();
+                    return false;
+                }
+                false
             }
+        };
+        if !begun {
+            if let Err(error) = self.renderer.begin_scene(device, queue, &world.model) {
+                *self.coming = None;
+                let text = format!("{}: {error}.", world.name);
+                session.refuse(self.uploaded.clone(), text);
+                // Held on to even where it does not fit, or it would be tried at every frame.
+                self.uploaded.get_or_insert(world);
+                return true;
+            }
+            *self.coming = Some((Arc::clone(&world), true));
         }
+        let end = until(clock());
+        if !self.renderer.go_on(queue, &world.model, || clock() < end) {
+            session.ctx.request_repaint();
+            return false;
+        }
+        *self.coming = None;
         *self.coloured = None;
         *self.last = None;
-        // Held on to even where it does not fit, or it would be tried at every frame.
         *self.uploaded = Some(world);
+        true
     }
 }
 

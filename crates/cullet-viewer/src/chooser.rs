@@ -8,8 +8,7 @@ use std::time::{Duration, Instant};
 
 use eframe::egui;
 
-/// Extensions that the dialog shows, of the formats that are read.
-const EXTENSIONS: [&str; 7] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn"];
+use crate::inbox::ENDINGS;
 
 /// Nobody closes a dialog so soon: it was never there.
 const TOO_SOON: Duration = Duration::from_millis(300);
@@ -35,7 +34,7 @@ impl Chooser {
         if self.open.is_none() {
             let dialog = rfd::AsyncFileDialog::new()
                 .set_title("Open a 3D scene")
-                .add_filter("3D scenes", &EXTENSIONS)
+                .add_filter("3D scenes", &ENDINGS)
                 .add_filter("All files", &["*"]);
             self.open = Some((Instant::now(), Box::pin(dialog.pick_file())));
         }

@@ -1,11 +1,31 @@
-//! Files that a browser reads in its own time.
+//! Files that a browser reads in its own time, and which of several is the model.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use eframe::egui;
 
-/// What came of reading a file: its name, and its bytes or why not.
-pub type Read = (String, Result<Vec<u8>, String>);
+/// What came of reading files: their names and bytes, the model first; or the name of one that could not be
+/// read, and why.
+pub type Read = Result<Vec<(String, Vec<u8>)>, (String, String)>;
+
+/// Which of several files is the model, and how many more models there are; the others may be what it names. The
+/// first where none has the ending of a model.
+#[must_use]
+pub fn model_of<'a>(names: impl IntoIterator<Item = &'a str>) -> (usize, usize) {
+    let models: Vec<usize> = names
+        .into_iter()
+        .enumerate()
+        .filter(|(_, name)| {
+            let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
+            ENDINGS.iter().any(|e| ending.eq_ignore_ascii_case(e))
+        })
+        .map(|(number, _)| number)
+        .collect();
+    (models.first().copied().unwrap_or(0), models.len().saturating_sub(1))
+}
+
+/// Endings of the formats that are read.
+pub const ENDINGS: [&str; 7] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn"];
 
 /// Where files arrive when they are read.
 #[derive(Debug)]
@@ -24,7 +44,7 @@ impl Inbox {
         Self { sender, receiver, ctx }
     }
 
-    /// What puts a file into it, from wherever it was read, and wakes the window.
+    /// What puts files into it, from wherever it was read, and wakes the window.
     pub fn slot(&self) -> impl Fn(Read) + Send + 'static {
         let (sender, ctx) = (self.sender.clone(), self.ctx.clone());
         move |read| {
@@ -37,5 +57,18 @@ impl Inbox {
     /// What arrived since the last call.
     pub fn take(&self) -> Vec<Read> {
         self.receiver.try_iter().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_model_is_found_among_what_it_names() {
+        assert_eq!(model_of(["Fox.bin", "Texture.png", "Fox.GLTF"]), (2, 0));
+        assert_eq!(model_of(["a.mtl", "a.obj", "b.stl", "c.glb"]), (1, 2));
+        assert_eq!(model_of(["notes.txt", "gltf"]), (0, 0));
+        assert_eq!(model_of([]), (0, 0));
     }
 }

@@ -42,9 +42,31 @@ pub fn from_text(text: &str) -> Result<State, LinkError> {
         return Err(LinkError::TooLong(text.len()));
     }
     let text = text.trim().trim_start_matches(['#', '?']);
+    let parts: Vec<&str> = text.split('&').filter(|p| !p.is_empty()).collect();
+    let state = read(&parts)?.map_err(|why| {
+        // A value that cannot be is told by its type alone: the part is the one without which all can be.
+        let all_but = |n: usize| [&parts[..n], &parts[n + 1..]].concat();
+        let few = parts.len() <= MOST_TRIED;
+        let odd = (0..parts.len()).find(|&n| few && matches!(read(&all_but(n)), Ok(Ok(_))));
+        let odd = odd.map_or(String::new(), |n| format!("{}: ", shortened(parts[n])));
+        LinkError::Value(format!("{odd}{why}"))
+    })?;
+    check(&state)?;
+    Ok(state)
+}
+
+/// Of a link of more parts none is sought out.
+const MOST_TRIED: usize = 64;
+
+fn shortened(part: &str) -> String {
+    part.chars().take(60).collect()
+}
+
+/// The state of the parts of a link; or, where they make none, what is wrong with a value.
+fn read(parts: &[&str]) -> Result<Result<State, serde_json::Error>, LinkError> {
     let mut all = value(&State::default());
-    for part in text.split('&').filter(|p| !p.is_empty()) {
-        let wrong = || LinkError::Part(part.chars().take(60).collect());
+    for part in parts {
+        let wrong = || LinkError::Part(shortened(part));
         let (name, raw) = part.split_once('=').ok_or_else(wrong)?;
         let raw = unescape(raw).ok_or_else(wrong)?;
         // What is no JSON is a string: `scene=city` reads better than `scene="city"`.
@@ -68,9 +90,7 @@ pub fn from_text(text: &str) -> Result<State, LinkError> {
             _ => return Err(LinkError::Value(format!("'{name}' is no name of a setting"))),
         };
     }
-    let state: State = serde_json::from_value(all).map_err(|e| LinkError::Value(e.to_string()))?;
-    check(&state)?;
-    Ok(state)
+    Ok(serde_json::from_value(all))
 }
 
 fn value(state: &State) -> Value {

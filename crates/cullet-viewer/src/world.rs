@@ -1,10 +1,10 @@
 //! The scene that is shown, and how it is loaded.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use cullet::bounds::Aabb;
 use cullet_io::paths::{self, Overrides, PathSpec};
-use cullet_io::{LoadOptions, Model, load, load_bytes, scenes};
+use cullet_io::{LoadOptions, Model, Warning, load, load_bytes_with, scenes};
 use glam::DVec3;
 
 use crate::camera::Rig;
@@ -19,8 +19,15 @@ pub enum Source {
     Builtin(String),
     /// A file of the machine.
     File(PathBuf),
-    /// A file's bytes, as a browser gives them.
-    Bytes(String, Vec<u8>),
+    /// A file's bytes, as a browser gives them, and those of the files that it may name.
+    Bytes {
+        /// Its name.
+        name: String,
+        /// What is in it.
+        bytes: Vec<u8>,
+        /// Names and contents of what was given along with it.
+        beside: Vec<(String, Vec<u8>)>,
+    },
 }
 
 impl Source {
@@ -28,7 +35,7 @@ impl Source {
     #[must_use]
     pub fn of_text(text: &str) -> Self {
         let text = text.trim();
-        if scenes::is_builtin(text) && !std::path::Path::new(text).is_file() {
+        if scenes::is_builtin(text) && !Path::new(text).is_file() {
             Self::Builtin(text.to_owned())
         } else {
             Self::File(PathBuf::from(text))
@@ -39,10 +46,33 @@ impl Source {
     #[must_use]
     pub fn name(&self) -> String {
         match self {
-            Self::Builtin(text) | Self::Bytes(text, _) => text.clone(),
+            Self::Builtin(text) | Self::Bytes { name: text, .. } => text.clone(),
             Self::File(path) => path.display().to_string(),
         }
     }
+}
+
+/// What is said where there is no such file: it may have been meant for a scene.
+fn no_file(path: &Path) -> String {
+    let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
+    let known = known.join(", ");
+    format!("{}: there is no such file, nor such a scene; built in are {known}", path.display())
+}
+
+/// What is said of a model that moves, since the viewer does not show it moving.
+#[must_use]
+pub fn at_rest(model: &Model) -> Option<Warning> {
+    let seconds = model.motion.as_ref()?.seconds();
+    let what = match seconds {
+        // Skins and morph targets that nothing moves.
+        Some(0.0) => return None,
+        Some(seconds) => format!("{seconds:.1} s of animation are not played"),
+        None => "it moves, but not here".to_owned(),
+    };
+    let message = format!(
+        "{what}: the scene is shown at rest, as it is stored; cullet report --time SECONDS takes another moment"
+    );
+    Some(Warning { item: "animation".to_owned(), message })
 }
 
 /// How much there is of a scene.
@@ -77,26 +107,23 @@ pub struct World {
     pub half: [f64; 3],
 }
 
-impl World {
-    /// Loads a scene, and prepares what the first cull would else have to wait for.
-    ///
-    /// # Errors
-    /// The text of what is wrong with it, for the user.
-    pub fn load(source: &Source) -> Result<Self, String> {
-        let model = match source {
-            Source::Builtin(text) => scenes::build(text).map_err(|e| e.to_string())?,
-            Source::File(path) => load(path, &LoadOptions::default()).map_err(|e| e.to_string())?,
-            Source::Bytes(name, bytes) => {
-                load_bytes(name, bytes, &LoadOptions::default()).map_err(|e| e.to_string())?
-            }
-        };
-        model.scene.prepare();
-        Ok(Self::new(model, source.name()))
-    }
+/// What is found out of a scene once, in time that grows with its instances.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measures {
+    /// How much there is of it.
+    pub counts: Counts,
+    /// As [`World::reach`].
+    pub reach: f64,
+    /// As [`World::centre`].
+    pub centre: [f64; 3],
+    /// As [`World::half`].
+    pub half: [f64; 3],
+}
 
-    /// The world of a model.
+impl Measures {
+    /// Measures a model. O(instances).
     #[must_use]
-    pub fn new(model: Model, name: String) -> Self {
+    pub fn of(model: &Model) -> Self {
         let scene = &model.scene;
         let mut counts = Counts {
             meshes: scene.meshes().len() as u64,
@@ -109,12 +136,49 @@ impl World {
             counts.vertices += mesh.positions().len() as u64;
             counts.clusters += mesh.clusters().len() as u64;
         }
-        let things = things(&model);
+        let things = things(model);
         let half = DVec3::from(things.half_extent()).length();
         let centre = DVec3::from(things.center()) + DVec3::from(scene.origin());
         let sound = half > 0.0 && half.is_finite() && centre.is_finite();
         let (reach, centre) = if sound { (half, centre.into()) } else { (1.0, [0.0; 3]) };
         let half = if sound { things.half_extent() } else { [1.0; 3] };
+        Self { counts, reach, centre, half }
+    }
+}
+
+impl World {
+    /// Loads a scene, and prepares what the first cull would else have to wait for.
+    ///
+    /// # Errors
+    /// The text of what is wrong with it, for the user.
+    pub fn load(source: &Source) -> Result<Self, String> {
+        let mut model = match source {
+            Source::Builtin(text) => scenes::build(text).map_err(|e| e.to_string())?,
+            Source::File(path) if !path.exists() => return Err(no_file(path)),
+            Source::File(path) => load(path, &LoadOptions::default()).map_err(|e| e.to_string())?,
+            Source::Bytes { name, bytes, beside } => {
+                load_bytes_with(name, bytes, beside, &LoadOptions::default())
+                    .map_err(|e| e.to_string())?
+            }
+        };
+        // First, for only the first warnings are shown.
+        let rest = at_rest(&model);
+        model.warnings.splice(0..0, rest);
+        model.scene.prepare();
+        Ok(Self::new(model, source.name()))
+    }
+
+    /// The world of a model.
+    #[must_use]
+    pub fn new(model: Model, name: String) -> Self {
+        let measures = Measures::of(&model);
+        Self::measured(model, name, measures)
+    }
+
+    /// The world of a model that was measured before.
+    #[must_use]
+    pub fn measured(model: Model, name: String, measures: Measures) -> Self {
+        let Measures { counts, reach, centre, half } = measures;
         Self { model, name, counts, reach, centre, half }
     }
 

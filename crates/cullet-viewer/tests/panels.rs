@@ -17,6 +17,7 @@ const SIZE: egui::Vec2 = egui::vec2(1400.0, 2400.0);
 struct Panels {
     ctx: egui::Context,
     session: Session,
+    size: egui::Vec2,
     time: f64,
     /// What was copied last.
     copied: Option<String>,
@@ -26,9 +27,13 @@ struct Panels {
 
 impl Panels {
     fn open(scene: &str, link: &str) -> Self {
+        Self::open_in(SIZE, scene, link)
+    }
+
+    fn open_in(size: egui::Vec2, scene: &str, link: &str) -> Self {
         let ctx = egui::Context::default();
         let session = Session::new(ctx.clone(), link, Some(Source::of_text(scene)));
-        let mut panels = Self { ctx, session, time: 0.0, copied: None, texts: Vec::new() };
+        let mut panels = Self { ctx, session, size, time: 0.0, copied: None, texts: Vec::new() };
         panels.settle();
         panels
     }
@@ -36,7 +41,7 @@ impl Panels {
     fn frame(&mut self, events: Vec<Event>) {
         self.time += 0.1;
         let input = egui::RawInput {
-            screen_rect: Some(egui::Rect::from_min_size(Pos2::ZERO, SIZE)),
+            screen_rect: Some(egui::Rect::from_min_size(Pos2::ZERO, self.size)),
             time: Some(self.time),
             max_texture_side: Some(8192),
             events,
@@ -122,6 +127,11 @@ fn read(shape: &Shape, texts: &mut Vec<(String, Pos2)>) {
     }
 }
 
+/// A file's bytes, alone.
+fn bytes(name: &str, bytes: &[u8]) -> Source {
+    Source::Bytes { name: name.to_owned(), bytes: bytes.to_vec(), beside: Vec::new() }
+}
+
 #[test]
 fn every_key_does_something() {
     let mut panels = Panels::open("solids", "cut.on=true");
@@ -164,6 +174,39 @@ fn every_key_does_something() {
     panels.settle();
     let bad: Vec<_> = panels.session.notices.iter().filter(|n| n.bad).collect();
     assert!(bad.is_empty(), "{bad:?}");
+}
+
+#[test]
+fn on_a_telephone_no_window_is_cut_off_and_the_tour_covers_no_map() {
+    let size = egui::vec2(390.0, 844.0);
+    let mut panels = Panels::open_in(size, "solids", "");
+    let screen = egui::Rect::from_min_size(Pos2::ZERO, size);
+    let areas = |panels: &Panels| -> Vec<egui::Rect> {
+        let of = |m: &egui::Memory| {
+            let layers = m.areas().visible_layer_ids();
+            layers.iter().filter_map(|layer| m.area_rect(layer.id)).collect()
+        };
+        panels.ctx.memory(of)
+    };
+    let before = areas(&panels).len();
+    for (key, name) in [(Key::T, "Clipping playground"), (Key::H, "Help")] {
+        panels.press(key);
+        (0..4).for_each(|_| panels.frame(Vec::new()));
+        let all = areas(&panels);
+        assert!(all.len() > before, "{name} is open");
+        assert!(all.iter().all(|r| screen.contains_rect(*r)), "{name}: {all:?}");
+        panels.press(key);
+        panels.frame(Vec::new());
+    }
+    let has_map = |panels: &Panels| panels.texts.iter().any(|(text, _)| text == "from above");
+    assert!(has_map(&panels));
+    panels.press(Key::Enter);
+    panels.settle();
+    assert!(!has_map(&panels), "the tour's card would lie on it");
+    let mut wide = Panels::open("solids", "");
+    wide.press(Key::Enter);
+    wide.settle();
+    assert!(has_map(&wide), "there is room for both");
 }
 
 #[test]
@@ -241,7 +284,7 @@ fn what_is_copied_is_what_is_shown() {
 #[test]
 fn an_error_goes_when_the_next_scene_is_there() {
     let mut panels = Panels::open("solids", "stages.frustum=perhaps");
-    panels.session.open(Source::Bytes("broken.glb".to_owned(), b"glTF broken".to_vec()));
+    panels.session.open(bytes("broken.glb", b"glTF broken"));
     panels.settle();
     let said = |p: &Panels| p.session.notices.iter().map(|n| n.text.clone()).collect::<Vec<_>>();
     assert!(said(&panels).iter().any(|t| t.contains("broken.glb")), "{:?}", said(&panels));

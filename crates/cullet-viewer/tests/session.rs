@@ -18,6 +18,11 @@ use eframe::egui;
 
 const SIZE: [u32; 2] = [480, 300];
 
+/// A file's bytes, alone.
+fn bytes(name: &str, bytes: &[u8]) -> Source {
+    Source::Bytes { name: name.to_owned(), bytes: bytes.to_vec(), beside: Vec::new() }
+}
+
 fn begin(link: &str, scene: &str) -> Session {
     let ctx = egui::Context::default();
     let mut session = Session::new(ctx, link, Some(Source::of_text(scene)));
@@ -219,9 +224,9 @@ fn what_cannot_be_opened_is_told_and_what_was_open_stays() {
     let mut session = begin("", "solids");
     let camera = session.state.camera;
     for (source, part) in [
-        (Source::File("no/such/file.glb".into()), "cannot be read"),
-        (Source::Bytes("a.glb".to_owned(), b"glTF broken".to_vec()), "a.glb"),
-        (Source::Bytes("notes.txt".to_owned(), b"hello".to_vec()), "notes.txt"),
+        (Source::File("no/such/file.glb".into()), "there is no such file"),
+        (bytes("a.glb", b"glTF broken"), "a.glb"),
+        (bytes("notes.txt", b"hello"), "notes.txt"),
         (Source::Builtin("city:sub=999999".to_owned()), "sub"),
     ] {
         session.notices.clear();

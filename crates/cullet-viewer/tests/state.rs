@@ -127,6 +127,7 @@ fn nonsense_is_named() {
         ("camera.target=[1e300,0,0]", "camera.target is 1e"),
         ("camera.near=1e999", "the link makes no sense"),
         ("wipe=2", "wipe is 2"),
+        ("scene=city&wipe=%22no%22&dark=false", "makes no sense: wipe=%22no%22: invalid type"),
         ("stages.detail_px=-1", "stages.detail_px is -1"),
         ("structure.level=65", "structure.level is 65"),
         ("cut.at=3", "a place of cut is 3; it must be between -2 and 2"),

@@ -305,6 +305,35 @@ fn slices_keep_a_world_in_motion_sorted() {
 }
 
 #[test]
+fn what_is_inserted_in_order_need_not_be_sorted() {
+    let mut rng = Rng(9);
+    for count in [0, 1, 15, 16, 17, 5_000] {
+        let boxes: Vec<_> = (0..count).map(|_| random_box(&mut rng)).collect();
+        let (sorted, _) = Hierarchy::build(&boxes).expect("few");
+        let mut again = Hierarchy::new();
+        for slot in 0..sorted.slot_count() {
+            again.insert(&sorted.boxes().get(slot as usize)).expect("few");
+        }
+        let before = again.order_version();
+        again.commit_in_order();
+        assert!(again.order_version() > before);
+        let statistics = |h: &Hierarchy| h.validate().expect("valid");
+        assert_eq!(statistics(&again), statistics(&sorted), "{count}");
+        assert_eq!(again.nodes().len(), count);
+        // It is as good as any for what follows.
+        assert!(again.commit_slice().is_empty());
+        if let Some(handle) = again.handle(0) {
+            again.set_bounds(handle, &Aabb::new([-1e3; 3], [1e3; 3])).expect("it is there");
+            again.remove(handle).expect("it is there");
+        }
+        again.insert(&Aabb::new([0.0; 3], [1.0; 3])).expect("few");
+        again.commit_in_order();
+        again.validate().expect("valid");
+        check(&random_planes(&mut rng), again.nodes(), again.boxes(), &mut Cut::new());
+    }
+}
+
+#[test]
 fn a_stale_node_is_found() {
     let boxes = Boxes::from_slice(&[Aabb::new([0.0; 3], [1.0; 3]); 100]);
     let nodes = Nodes::over(Level::new(), &boxes);

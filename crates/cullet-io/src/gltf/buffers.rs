@@ -2,7 +2,6 @@
 
 use std::cell::{Cell, OnceCell};
 use std::collections::HashMap;
-use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
@@ -10,6 +9,7 @@ use super::json::{self, BufferItem, Integer, MeshoptItem, Root, ViewItem};
 use super::meshopt::{self, Filter, Mode};
 use super::uri::{self, Source};
 use crate::ErrorKind;
+use crate::beside::{Beside, Missing};
 
 /// The bytes of a buffer.
 #[derive(Debug)]
@@ -74,8 +74,7 @@ pub(super) struct Buffers<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers and checks all views. `folder` is where external files are; none are read
-    /// without.
+    /// Reads all buffers and checks all views. External files are `beside`.
     ///
     /// # Errors
     /// If a buffer is missing or short, or a view does not fit.
@@ -84,7 +83,7 @@ impl<'a> Buffers<'a> {
         file: &'a [u8],
         bin: Option<Range<usize>>,
         is_glb: bool,
-        folder: Option<&Path>,
+        beside: Beside<'_>,
     ) -> Result<Self, ErrorKind> {
         let mut owned = Vec::new();
         let mut files = HashMap::new();
@@ -110,7 +109,7 @@ impl<'a> Buffers<'a> {
                             owned.len() - 1
                         });
                         if owned[number].len() < len {
-                            owned[number] = read_file(folder, &path, len, &name())?;
+                            owned[number] = read_file(beside, &path, len, &name())?;
                         }
                         number
                     }
@@ -188,36 +187,30 @@ impl<'a> Buffers<'a> {
 }
 
 fn read_file(
-    folder: Option<&Path>,
+    beside: Beside<'_>,
     path: &Path,
     len: usize,
     item: &str,
 ) -> Result<Vec<u8>, ErrorKind> {
     let shown = path.display();
-    let Some(folder) = folder else {
-        let message = format!("is in the file {shown}, which cannot be read from memory");
-        return Err(ErrorKind::invalid(item, message));
-    };
-    let wrong =
-        |e: std::io::Error| ErrorKind::invalid(item, format!("{shown} cannot be read: {e}"));
-    let full = folder.join(path);
-    let meta = std::fs::metadata(&full).map_err(wrong)?;
-    // A pipe or a device might never end.
-    if !meta.is_file() {
-        return Err(ErrorKind::invalid(item, format!("{shown} is not a file")));
+    let wrong = |message: String| ErrorKind::invalid(item, message);
+    let instead = "or convert the model to .glb, which holds all it needs";
+    let (bytes, has) = beside.read(path, len as u64).map_err(|missing| {
+        wrong(match (missing, beside) {
+            (Missing::Absent, Beside::Folder(_)) => {
+                format!("{shown} is not there: put it where the model expects it, {instead}")
+            }
+            (Missing::Absent, Beside::Given(_)) => {
+                format!("{shown} is missing: give it together with the model, {instead}")
+            }
+            (Missing::NoFile, _) => format!("{shown} is not a file"),
+            (Missing::Unread(e), _) => format!("{shown} cannot be read: {e}"),
+        })
+    })?;
+    if has < len as u64 {
+        return Err(wrong(format!("declares {len} bytes, but {shown} has {has}")));
     }
-    if meta.len() < len as u64 {
-        let has = meta.len();
-        return Err(ErrorKind::invalid(
-            item,
-            format!("declares {len} bytes, but {shown} has {has}"),
-        ));
-    }
-    let mut bytes = Vec::with_capacity(len);
-    std::fs::File::open(&full)
-        .and_then(|f| f.take(len as u64).read_to_end(&mut bytes))
-        .map_err(wrong)?;
-    Ok(bytes)
+    Ok(bytes.into_owned())
 }
 
 /// A range inside a buffer, if it fits.

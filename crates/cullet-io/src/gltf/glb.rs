@@ -97,6 +97,21 @@ pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKi
     }
 }
 
+/// Where the JSON lies in a file that begins with `head`, without a look at what follows it; `None` if that cannot be
+/// told. `head` is the container's header and that of its first chunk, or more.
+pub(super) fn json_at(head: &[u8]) -> Option<Range<usize>> {
+    let word = |at: usize| {
+        let bytes = head.get(at..at + 4)?;
+        Some(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
+    };
+    let start = HEADER + CHUNK_HEADER;
+    let (len, kind) = (word(HEADER)? as usize, word(HEADER + 4)?);
+    (head.starts_with(MAGIC) && kind == JSON).then_some(start..start.checked_add(len)?)
+}
+
+/// Bytes that tell where the JSON lies.
+pub(super) const HEAD: usize = HEADER + CHUNK_HEADER;
+
 fn bad<T>(item: impl Into<String>, message: impl Into<String>) -> Result<T, ErrorKind> {
     Err(ErrorKind::invalid(item, message))
 }

@@ -24,17 +24,18 @@ mod uri;
 #[cfg(test)]
 mod tests;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use cullet::{Mesh, MeshData, Scene};
 
+use crate::beside::Beside;
+use crate::blocks::Source;
 use crate::pose::{Deformed, Kind, Motion};
 use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
 use notes::Notes;
 
-/// Loads a glTF or GLB from the bytes of its file; its other files are in `folder`, and an error where
-/// that is `None`.
+/// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
 ///
 /// The scene that the file chooses is loaded (else its first, else every root node): one mesh for each
 /// mesh that a node draws, one instance for each drawing. Points and lines are skipped with a warning.
@@ -51,20 +52,56 @@ pub(crate) fn load(
     path: &Path,
     bytes: Vec<u8>,
     options: &LoadOptions,
-    folder: Option<&Path>,
+    beside: Beside<'_>,
 ) -> Result<Model, ErrorKind> {
-    let named_glb = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
-    if named_glb && !bytes.starts_with(b"glTF") {
-        let found = bytes.get(..4).unwrap_or(&bytes).escape_ascii();
-        let message = format!("starts with \"{found}\", expected \"glTF\"");
-        return Err(ErrorKind::invalid("GLB header", message));
-    }
-    let decoded = decode(&bytes, folder, options)?;
+    check_header(path, &bytes)?;
+    let decoded = decode(&bytes, beside, options)?;
     // Freed before meshes are made: the peak is the greater of the two halves, not their sum.
     drop(bytes);
     let mut model = decoded.into_model()?;
     model.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(model)
+}
+
+/// What is called a GLB must begin as one.
+fn check_header(path: &Path, bytes: &[u8]) -> Result<(), ErrorKind> {
+    let named_glb = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
+    if named_glb && !bytes.starts_with(b"glTF") {
+        let found = bytes.get(..4).unwrap_or(bytes).escape_ascii();
+        let message = format!("starts with \"{found}\", expected \"glTF\"");
+        return Err(ErrorKind::invalid("GLB header", message));
+    }
+    Ok(())
+}
+
+/// The files that the buffers of a glTF or GLB name. Of a GLB only the JSON is read.
+///
+/// # Errors
+/// If there is no JSON to be read. What is wrong with a buffer is left to who loads the model.
+pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
+    let head = source.head(glb::HEAD)?;
+    check_header(path, &head)?;
+    let size = usize::try_from(source.size()).unwrap_or(usize::MAX);
+    let json = match glb::json_at(&head) {
+        Some(json) if json.end <= size => json,
+        Some(json) => {
+            let message = format!("declares {} bytes: more than the file has", json.len());
+            return Err(ErrorKind::invalid("GLB chunk 0", message));
+        }
+        None => 0..size,
+    };
+    let bytes = source.head(json.end)?;
+    let root = json::parse(bytes.get(json).unwrap_or_default())?;
+    let buffers = root.buffers.iter().flatten().enumerate();
+    Ok(buffers
+        .filter_map(|(i, raw)| {
+            let item: json::BufferItem<'_> = json::item(raw, "buffer", i).ok()?;
+            match uri::read(item.uri.as_deref()?).ok()? {
+                uri::Source::File(path) => Some(path),
+                uri::Source::Embedded(_) => None,
+            }
+        })
+        .collect())
 }
 
 /// What was read, free of the file's bytes.
@@ -86,11 +123,7 @@ struct Decoded {
     notes: Notes,
 }
 
-fn decode(
-    bytes: &[u8],
-    folder: Option<&Path>,
-    options: &LoadOptions,
-) -> Result<Decoded, ErrorKind> {
+fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Decoded, ErrorKind> {
     let mut notes = Notes::default();
     let container = glb::open(bytes, &mut notes)?;
     let root = json::parse(&bytes[container.json])?;
@@ -98,7 +131,7 @@ fn decode(
     empty_arrays(&root, &mut notes);
     let count = |items: &json::Items<'_>| items.as_ref().map_or(0, Vec::len);
 
-    let buffers = buffers::Buffers::read(&root, bytes, container.bin, container.is_glb, folder)?;
+    let buffers = buffers::Buffers::read(&root, bytes, container.bin, container.is_glb, beside)?;
     let accessors = accessor::Accessors::read(&root, &buffers)?;
     let mut surfaces = materials::read(&root, &mut notes)?;
     let meshes =

@@ -8,7 +8,7 @@ use crate::{ErrorKind, LoadOptions, Model, Up};
 
 /// Loads a file that is all in memory.
 fn load_gltf_from_memory(bytes: &[u8], options: &LoadOptions) -> Result<Model, ErrorKind> {
-    super::decode(bytes, None, options)?.into_model()
+    super::decode(bytes, crate::beside::Beside::Given(&[]), options)?.into_model()
 }
 
 /// A GLB under construction.

@@ -320,23 +320,51 @@ pub(super) struct Instances {
 }
 
 impl Instances {
-    /// Groups the instances that can be drawn: those with a finite transform. O(instances).
+    /// Groups all instances that can be drawn. O(instances).
+    #[cfg(test)]
+    pub(super) fn new(scene: &Scene) -> Self {
+        let mut grouping = Grouping::new(scene);
+        grouping.add(scene, 0..scene.slot_count());
+        grouping.finish()
+    }
+}
+
+/// The instances of a scene while they are grouped.
+#[derive(Debug)]
+pub(super) struct Grouping {
+    /// With the number of its kind in place of a group's.
+    all: Instances,
+    /// How many there are of each kind.
+    counts: Vec<u32>,
+}
+
+impl Grouping {
     pub(super) fn new(scene: &Scene) -> Self {
         let slots = scene.slot_count();
-        let mut all = Self {
+        let all = Instances {
             group: vec![NO_GROUP; slots as usize],
             layers: (0..slots).map(|s| scene.layers(s)).collect(),
             groups: Vec::new(),
         };
-        let mut counts = vec![0u32; scene.meshes().len() * 8];
-        for slot in scene.slots().filter(|&s| scene.transform(s).is_finite()) {
+        Self { all, counts: vec![0; scene.meshes().len() * 8] }
+    }
+
+    /// Takes in some slots: of them the instances that can be drawn, those with a finite transform.
+    pub(super) fn add(&mut self, scene: &Scene, slots: Range<u32>) {
+        let drawable = |&slot: &u32| !scene.is_removed(slot) && scene.transform(slot).is_finite();
+        for slot in slots.filter(drawable) {
             let flags = scene.flags(slot);
             let mirrored = scene.transform(slot).determinant() < 0.0;
             let bits = [mirrored, flags.double_sided, flags.transparent];
             let kind = bits.iter().fold(scene.mesh_id(slot), |n, &bit| n * 2 + u32::from(bit));
-            all.group[slot as usize] = kind;
-            counts[kind as usize] += 1;
+            self.all.group[slot as usize] = kind;
+            self.counts[kind as usize] += 1;
         }
+    }
+
+    /// The groups.
+    pub(super) fn finish(self) -> Instances {
+        let Self { mut all, counts } = self;
         let mut number = vec![NO_GROUP; counts.len()];
         let mut first = 0;
         for (kind, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {

@@ -20,11 +20,10 @@ pub(super) struct Numbers {
     sight: [f32; 4],
     background: [f32; 4],
     size: [f32; 2],
-    paint: u32,
     flags: u32,
     shift: u32,
     far: f32,
-    pad: [f32; 2],
+    pad: [f32; 3],
 }
 
 const _: () = assert!(size_of::<Numbers>() == 160);
@@ -63,11 +62,10 @@ impl Numbers {
             sight: if w == 0.0 { with(sight, 1.0) } else { [0.0; 4] },
             background: with(background, 1.0),
             size: [pane.place[2] as f32, pane.place[3] as f32],
-            paint: style.paint as u32,
             flags: flags.iter().rev().fold(0, |n, &bit| n * 2 + u32::from(bit)),
             shift: list_width(max_side).ilog2(),
             far,
-            pad: [0.0; 2],
+            pad: [0.0; 3],
         }
     }
 }

@@ -34,7 +34,9 @@ pub(super) struct Extras {
 impl PaneDraw<'_> {
     fn way(&self, source: Source, mix: Mix, near: Near) -> Way {
         let reversed = self.pane.view.depth() == Depth::Reversed;
-        Way { source, cut: false, mix, near, cull: None, reversed, samples: self.samples }
+        // One pipeline does for all that paints nothing.
+        let paint = if source.is_painted() { self.pane.style.paint } else { Paint::default() };
+        Way { source, paint, cut: false, mix, near, cull: None, reversed, samples: self.samples }
     }
 
     fn set(&mut self, pass: &mut RenderPass<'_>, way: Way) {
@@ -125,7 +127,7 @@ impl PaneDraw<'_> {
                 let entries = item.entries.clone();
                 let count =
                     u64::from(range.end - range.start) * u64::from(entries.end - entries.start);
-                if matches!(way.source, Source::Indexed | Source::Pulled) {
+                if way.source.is_painted() {
                     self.triangles += count;
                 }
                 self.draws += 1;

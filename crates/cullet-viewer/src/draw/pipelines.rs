@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use eframe::wgpu::*;
 
+use super::frame::Paint;
 use super::textures::{COLOUR, DEPTH};
 
 /// Where vertices come from.
@@ -53,6 +54,8 @@ pub(super) enum Near {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Way {
     pub(super) source: Source,
+    /// What triangles of the scene are painted by.
+    pub(super) paint: Paint,
     /// Whether fragments may be discarded, or edges are drawn.
     pub(super) cut: bool,
     pub(super) mix: Mix,
@@ -74,6 +77,13 @@ pub(super) struct Pipelines {
     /// For the corners of a chunk's triangles.
     pub(super) chunk_layout: BindGroupLayout,
     made: HashMap<Way, RenderPipeline>,
+}
+
+impl Source {
+    /// Whether it makes triangles of the scene.
+    pub(super) fn is_painted(self) -> bool {
+        matches!(self, Self::Indexed | Self::Pulled)
+    }
 }
 
 impl Pipelines {
@@ -167,8 +177,8 @@ impl Pipelines {
             Source::Clear => ("vs_clear", triangles, vec![]),
         };
         let fragment = match way.source {
-            Source::Indexed | Source::Pulled if way.cut => "fs_cut",
-            Source::Indexed | Source::Pulled => "fs_fill",
+            source if source.is_painted() && way.cut => "fs_cut",
+            source if source.is_painted() => "fs_fill",
             _ => "fs_line",
         };
         let blend = match way.mix {
@@ -182,6 +192,11 @@ impl Pipelines {
                 };
                 Some(BlendState { color: add, alpha: add })
             }
+        };
+        let constants = [("PAINT", f64::from(way.paint as u32))];
+        let compilation_options = PipelineCompilationOptions {
+            constants: &constants,
+            ..PipelineCompilationOptions::default()
         };
         let nearer = if way.reversed { CompareFunction::Greater } else { CompareFunction::Less };
         let (write, compare) = match way.near {
@@ -199,7 +214,7 @@ impl Pipelines {
             vertex: VertexState {
                 module: &self.module,
                 entry_point: Some(entry),
-                compilation_options: PipelineCompilationOptions::default(),
+                compilation_options: compilation_options.clone(),
                 buffers: &buffers,
             },
             primitive: PrimitiveState {
@@ -218,7 +233,7 @@ impl Pipelines {
             fragment: Some(FragmentState {
                 module: &self.module,
                 entry_point: Some(fragment),
-                compilation_options: PipelineCompilationOptions::default(),
+                compilation_options,
                 targets: &[Some(ColorTargetState {
                     format: COLOUR,
                     blend,

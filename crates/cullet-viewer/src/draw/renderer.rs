@@ -10,7 +10,7 @@ use super::pass::{Extras, PaneDraw};
 use super::pipelines::Pipelines;
 use super::textures::{COLOUR, GrowingBuffer, ListTexture, Target};
 use super::timer::Timer;
-use super::upload::Uploaded;
+use super::upload::{Upload, Uploaded};
 
 /// Draws scenes into a texture of its own, which others show.
 ///
@@ -29,6 +29,8 @@ pub struct Renderer {
     extras_scratch: Vec<LineVertex>,
     panes: Vec<PaneState>,
     scene: Option<Uploaded>,
+    /// The next scene, while it is uploaded.
+    coming: Option<Upload>,
     /// Stands in for a scene's textures where there is none.
     empty: ListTexture,
     group: Option<BindGroup>,
@@ -53,6 +55,7 @@ impl Renderer {
             extras_scratch: Vec::new(),
             panes: Vec::new(),
             scene: None,
+            coming: None,
             empty: ListTexture::new(device, "nothing", TextureFormat::Rgba32Float, 1),
             group: None,
             translucent: false,
@@ -72,12 +75,43 @@ impl Renderer {
         queue: &Queue,
         model: &Model,
     ) -> Result<(), DrawError> {
-        let scene = Uploaded::new(device, queue, model)?;
+        self.begin_scene(device, queue, model)?;
+        self.go_on(queue, model, || true);
+        Ok(())
+    }
+
+    /// Begins to upload a scene beside the one that is drawn; [`go_on`](Self::go_on) ends it. One that was begun
+    /// before is dropped. O(triangles).
+    ///
+    /// # Errors
+    /// As [`set_scene`](Self::set_scene).
+    pub fn begin_scene(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        model: &Model,
+    ) -> Result<(), DrawError> {
+        self.coming = None;
+        self.coming = Some(Upload::begin(device, queue, model)?);
+        Ok(())
+    }
+
+    /// Uploads instances of the scene that was begun, the same `model`, while there is `time`, some thousand between
+    /// two questions; true when it is the one that is drawn, or when none was begun.
+    pub fn go_on(&mut self, queue: &Queue, model: &Model, mut time: impl FnMut() -> bool) -> bool {
+        let Some(mut coming) = self.coming.take() else { return true };
+        while !coming.step(queue, &model.scene) {
+            if !time() {
+                self.coming = Some(coming);
+                return false;
+            }
+        }
+        let scene = coming.finish();
         self.panes.iter_mut().for_each(|pane| pane.list.reset(&scene.instances));
         self.scene = Some(scene);
         self.group = None;
         self.translucent = false;
-        Ok(())
+        true
     }
 
     /// The colours of [`Paint::Instances`](super::Paint::Instances): sRGB with straight alpha, one a slot. An

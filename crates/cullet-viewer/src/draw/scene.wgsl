@@ -13,13 +13,18 @@ struct Pane {
     sight: vec4<f32>,
     background: vec4<f32>,
     size: vec2<f32>,
-    paint: u32,
     flags: u32,
     // log2 of the width of the textures that hold lists.
     shift: u32,
     far: f32,
-    pad: vec2<f32>,
+    pad_a: f32,
+    pad_b: vec2<f32>,
 }
+
+// What triangles are painted by. Each pipeline has its own: a program that stands in for a graphics card
+// computes every side of a branch for every pixel, and the heat of a triangle's size alone takes several
+// times as long as the colour of a material.
+override PAINT: u32 = 0u;
 
 const MATERIAL = 0u;
 const SIDES = 1u;
@@ -104,12 +109,12 @@ fn vertex(slot: u32, position: vec3<f32>, key: u32, place: Place) -> Varying {
     out.corner = vec3<f32>(1.0);
     out.hand_and_area = vec2<f32>(place.hand, 0.0);
     out.colour = vec4<f32>(0.5, 0.5, 0.5, 1.0);
-    if pane.paint == MATERIAL {
+    if PAINT == MATERIAL {
         out.colour = textureLoad(parts, at(key >> 8u), 0);
         out.colour.a = min(out.colour.a, place.opacity);
-    } else if pane.paint == CLUSTERS {
+    } else if PAINT == CLUSTERS {
         out.colour = vec4<f32>(cluster_colour((key & 255u) + (key >> 8u) * 7u), 1.0);
-    } else if pane.paint == INSTANCES {
+    } else if PAINT == INSTANCES {
         out.colour = textureLoad(instance_colours, at(slot), 0);
         if out.colour.a == 0.0 {
             out.position = NOWHERE;
@@ -146,7 +151,7 @@ fn vs_pulled(@builtin(vertex_index) corner: u32, @location(2) slot: u32) -> Vary
     var out = vertex(slot, bitcast<vec3<f32>>(own.xyz), own.w, place);
     let k = corner % 3u;
     out.corner = vec3<f32>(vec3<u32>(k) == vec3<u32>(0u, 1u, 2u));
-    if pane.paint == TRIANGLE_SIZE {
+    if PAINT == TRIANGLE_SIZE {
         let first = corner - k;
         let a = to_clip(relative(place, bitcast<vec3<f32>>(corner_vertex(first).xyz)));
         let b = to_clip(relative(place, bitcast<vec3<f32>>(corner_vertex(first + 1u).xyz)));
@@ -256,7 +261,7 @@ fn heat(share: f32) -> vec3<f32> {
 }
 
 fn paint(in: Varying, counter_clockwise: bool) -> vec4<f32> {
-    switch pane.paint {
+    switch PAINT {
         case 1u: {
             let flipped = (pane.flags & FLIPPED) != 0u;
             let front = (counter_clockwise != flipped) == (in.hand_and_area.x > 0.0);
@@ -306,7 +311,7 @@ fn fs_cut(in: Varying, @builtin(front_facing) counter_clockwise: bool) -> @locat
     let across = 1.0 / max(wide.x, max(wide.y, wide.z));
     let edge = clamp(1.5 - min(pixels.x, min(pixels.y, pixels.z)), 0.0, 1.0);
     let wire = (pane.flags & WIRE) != 0u;
-    if pane.paint == INSTANCES && painted.a < threshold(vec2<u32>(in.position.xy)) {
+    if PAINT == INSTANCES && painted.a < threshold(vec2<u32>(in.position.xy)) {
         discard;
     }
     if (pane.flags & FILL) == 0u {

@@ -33,13 +33,26 @@ impl ListTexture {
 
     /// Writes texels from the start; those beyond the texture are left out. Returns the bytes written.
     pub(super) fn write<T: bytemuck::Pod>(&self, queue: &Queue, texels: &[T]) -> u64 {
-        let width = self.width as usize;
-        let most = width * self.texture.height() as usize;
-        let texels = &texels[..texels.len().min(most)];
-        let whole = texels.len() / width;
-        let (rows, rest) = texels.split_at(whole * width);
-        self.write_rows(queue, rows, 0, self.width, whole as u32);
-        self.write_rows(queue, rest, whole as u32, rest.len() as u32, 1);
+        let most = self.width() * self.texture.height() as usize;
+        self.write_from(queue, 0, &texels[..texels.len().min(most)])
+    }
+
+    /// How many texels a row has.
+    pub(super) fn width(&self) -> usize {
+        self.width as usize
+    }
+
+    /// Writes texels from the beginning of a row on. Returns the bytes written.
+    pub(super) fn write_from<T: bytemuck::Pod>(
+        &self,
+        queue: &Queue,
+        row: usize,
+        texels: &[T],
+    ) -> u64 {
+        let whole = texels.len() / self.width();
+        let (rows, rest) = texels.split_at(whole * self.width());
+        self.write_rows(queue, rows, row as u32, self.width, whole as u32);
+        self.write_rows(queue, rest, (row + whole) as u32, rest.len() as u32, 1);
         size_of_val(texels) as u64
     }
 

@@ -1,12 +1,14 @@
 //! A scene on the device.
 
+use std::ops::Range;
+
 use cullet::{Scene, Transform};
 use cullet_io::Model;
 use eframe::wgpu::util::{BufferInitDescriptor, DeviceExt};
 use eframe::wgpu::*;
 
 use super::error::DrawError;
-use super::geometry::{ChunkData, Geometry, Instances, Room, vertex_normals};
+use super::geometry::{ChunkData, Geometry, Grouping, Instances, Room, vertex_normals};
 use super::textures::ListTexture;
 
 /// Buffers that meshes share, and what is made of them when it is first asked for.
@@ -38,9 +40,21 @@ pub(super) struct Uploaded {
 /// Texels that a slot's transform takes.
 const TEXELS: usize = 4;
 
-impl Uploaded {
-    /// Uploads the scene of a model.
-    pub(super) fn new(device: &Device, queue: &Queue, model: &Model) -> Result<Self, DrawError> {
+/// A scene on its way to the device.
+#[derive(Debug)]
+pub(super) struct Upload {
+    new: Uploaded,
+    grouping: Grouping,
+    /// The first slot that is not there yet.
+    next: u32,
+}
+
+/// Rows of transforms that are uploaded in one step: 1 MiB.
+const ROWS: usize = 16;
+
+impl Upload {
+    /// Uploads what is not of instances.
+    pub(super) fn begin(device: &Device, queue: &Queue, model: &Model) -> Result<Self, DrawError> {
         let room = Room::of(&device.limits());
         let scene = &model.scene;
         let (count, limit) = (u64::from(scene.slot_count()), room.texels() / TEXELS as u64);
@@ -53,8 +67,8 @@ impl Uploaded {
         let colour = TextureFormat::Rgba8UnormSrgb;
         let slots = scene.slot_count() as usize;
         let extent = scene.extent();
-        let mut new = Self {
-            instances: Instances::new(scene),
+        let mut new = Uploaded {
+            instances: Instances::default(),
             chunks: geometry.chunks.iter().map(|c| Chunk::new(device, c)).collect(),
             transforms: texture("transforms", float, slots * TEXELS),
             parts: texture("parts", float, geometry.parts.len()),
@@ -67,14 +81,35 @@ impl Uploaded {
             geometry,
             uploaded: 0,
         };
-        new.uploaded += new.transforms.write(queue, &transforms(scene));
         new.uploaded += new.parts.write(queue, &new.geometry.parts);
-        new.uploaded += new.colours.write(queue, &vec![[0xA0, 0xA0, 0xA0, 0xFF_u8]; slots]);
         let bytes = |c: &Chunk| c.vertices.size() + c.indices.size();
         new.uploaded += new.chunks.iter().map(bytes).sum::<u64>();
-        Ok(new)
+        Ok(Self { new, grouping: Grouping::new(scene), next: 0 })
     }
 
+    /// Uploads some instances of the scene that it was begun with; true when all are there.
+    pub(super) fn step(&mut self, queue: &Queue, scene: &Scene) -> bool {
+        let new = &mut self.new;
+        let first = self.next as usize;
+        let end = (first + ROWS * new.transforms.width() / TEXELS).min(scene.slot_count() as usize);
+        let slots = self.next..end as u32;
+        let texels = transforms(scene, slots.clone());
+        let row = first * TEXELS / new.transforms.width();
+        new.uploaded += new.transforms.write_from(queue, row, &texels);
+        let grey = vec![[0xA0, 0xA0, 0xA0, 0xFF_u8]; slots.len()];
+        new.uploaded += new.colours.write_from(queue, first / new.colours.width(), &grey);
+        self.grouping.add(scene, slots);
+        self.next = end as u32;
+        self.next == scene.slot_count()
+    }
+
+    /// The scene, once all of it is there.
+    pub(super) fn finish(self) -> Uploaded {
+        Uploaded { instances: self.grouping.finish(), ..self.new }
+    }
+}
+
+impl Uploaded {
     /// Makes ready what shaders need that look at whole triangles, or at the normals of vertices.
     pub(super) fn prepare(
         &mut self,
@@ -171,9 +206,9 @@ impl Chunk {
 
 /// Four texels a slot: rows of the linear part, each with the high part of the translation, and the low
 /// part with the hand: −1 where the instance is mirrored, doubled where it is transparent.
-fn transforms(scene: &Scene) -> Vec<[f32; 4]> {
-    let mut texels = Vec::with_capacity(scene.slot_count() as usize * TEXELS);
-    for slot in 0..scene.slot_count() {
+fn transforms(scene: &Scene, slots: Range<u32>) -> Vec<[f32; 4]> {
+    let mut texels = Vec::with_capacity(slots.len() * TEXELS);
+    for slot in slots {
         let Transform { linear, translation } = scene.transform(slot);
         let high = translation.map(|v| v as f32);
         for row in 0..3 {

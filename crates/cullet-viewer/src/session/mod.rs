@@ -134,7 +134,9 @@ pub struct Session {
     requests: u64,
     /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
     refit: bool,
-    ctx: egui::Context,
+    /// Whether the renderer does not have all of the scene yet.
+    pub uploading: bool,
+    pub(crate) ctx: egui::Context,
 }
 
 impl Session {
@@ -174,6 +176,7 @@ impl Session {
             chooser: Chooser::default(),
             report: None,
             saving: None,
+            uploading: false,
             decider: Decider::new(move || wake.request_repaint()),
             inbox: Inbox::new(ctx.clone()),
             asked: None,
@@ -230,6 +233,7 @@ impl Session {
             && !matches!(self.measured, Measured::Working(_))
             && self.report.is_none()
             && self.saving.is_none()
+            && !self.uploading
             && (self.world.is_none() || decided.is_some() && decided == wanted)
     }
 

@@ -8,7 +8,7 @@ use eframe::egui;
 use super::Session;
 use crate::cost::Measured;
 use crate::cutaway::Cutting;
-use crate::inbox::Read;
+use crate::inbox::{Read, model_of};
 use crate::journey::Journey;
 use crate::task::Progress;
 #[cfg(not(target_arch = "wasm32"))]
@@ -23,13 +23,20 @@ impl Session {
         self.load(source);
     }
 
-    /// Reads a file that was dropped on the page; [`dropped`](Self::dropped) has it when it is read.
+    /// Reads files that were dropped on the page; [`dropped`](Self::dropped) has them when they are read.
     #[cfg(target_arch = "wasm32")]
-    pub fn read_dropped(&mut self, file: egui::DroppedFileHandle) {
+    pub fn read_dropped(&mut self, files: Vec<egui::DroppedFileHandle>) {
         let put = self.inbox.slot();
         wasm_bindgen_futures::spawn_local(async move {
-            let name = file.path().display().to_string();
-            put((name, file.bytes_async().await));
+            let mut read = Vec::with_capacity(files.len());
+            for file in files {
+                let name = file.path().display().to_string();
+                match file.bytes_async().await {
+                    Ok(bytes) => read.push((name, bytes)),
+                    Err(why) => return put(Err((name, why))),
+                }
+            }
+            put(Ok(read));
         });
     }
 
@@ -54,15 +61,32 @@ impl Session {
         }
     }
 
-    /// Opens a file that was read, or tells why it could not be.
-    pub fn open_read(&mut self, (name, read): Read) {
+    /// Opens what was read, with the files that it names, or tells why it could not be.
+    pub fn open_read(&mut self, read: Read) {
         match read {
-            Ok(bytes) => self.open(Source::Bytes(name, bytes)),
-            Err(error) => self.tell_of_scene(format!("{name} could not be read: {error}."), true),
+            Ok(mut files) => {
+                let model = self.choose_model(files.iter().map(|(name, _)| name.as_str()));
+                if model < files.len() {
+                    let (name, bytes) = files.swap_remove(model);
+                    self.open(Source::Bytes { name, bytes, beside: files });
+                }
+            }
+            Err((name, why)) => {
+                self.tell_of_scene(format!("{name} could not be read: {why}."), true);
+            }
         }
     }
 
-    /// Files that were read since the last call.
+    /// Which of the files is the model; where several could be, says that one is opened.
+    pub fn choose_model<'a>(&mut self, names: impl IntoIterator<Item = &'a str> + Clone) -> usize {
+        let (model, more) = model_of(names.clone());
+        if let (true, Some(name)) = (more > 0, names.into_iter().nth(model)) {
+            self.tell(format!("Of {} models {name} is opened, the first.", more + 1), false);
+        }
+        model
+    }
+
+    /// What was read since the last call.
     pub fn dropped(&mut self) -> Vec<Read> {
         self.inbox.take()
     }

@@ -45,8 +45,20 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
         let [left, top, ..] = panel.place.map(f64::from);
         session.inspect(&panel.view, [at[0] - left, at[1] - top]);
     }
-    let origin = ui.input(|i| i.pointer.press_origin()).or(response.hover_pos());
+    let fingers = ui.input(egui::InputState::multi_touch).filter(|m| rect.contains(m.start_pos));
+    let origin = fingers
+        .map(|m| m.start_pos)
+        .or(ui.input(|i| i.pointer.press_origin()))
+        .or(response.hover_pos());
     let role = origin.map(pixel).and_then(|p| made.at(p)).map(|p| p.role);
+    if let Some(fingers) = fingers {
+        // The first of them is the pointer as well, and must not turn at the same time.
+        drag(session, role, fingers.translation_delta, true, rect.height());
+        if fingers.zoom_delta != 1.0 {
+            zoom(session, role, f64::from(fingers.zoom_delta));
+        }
+        return;
+    }
     let delta = response.drag_delta();
     let slides = response.dragged_by(egui::PointerButton::Secondary)
         || response.dragged_by(egui::PointerButton::Middle)
@@ -221,14 +233,16 @@ fn wipe(ui: &mut egui::Ui, rect: egui::Rect, session: &mut Session) {
 /// Opens what was dropped on the window.
 pub(super) fn drops(ctx: &egui::Context, session: &mut Session) {
     let files = ctx.input(|i| i.raw.dropped_files.clone());
-    if files.len() > 1 {
-        session.tell("Several files were dropped; the first is opened.", false);
-    }
-    if let Some(file) = files.into_iter().next() {
+    if !files.is_empty() {
         #[cfg(not(target_arch = "wasm32"))]
-        session.open(Source::File(file.path().to_owned()));
+        {
+            // What it names is read from its folder.
+            let names: Vec<String> = files.iter().map(|f| f.path().display().to_string()).collect();
+            let model = session.choose_model(names.iter().map(String::as_str));
+            session.open(Source::File(files[model].path().to_owned()));
+        }
         #[cfg(target_arch = "wasm32")]
-        session.read_dropped(file);
+        session.read_dropped(files);
     }
     for read in session.dropped() {
         session.open_read(read);

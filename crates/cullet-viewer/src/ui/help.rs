@@ -21,7 +21,8 @@ pub(super) fn sheet(ctx: &egui::Context, session: &mut Session) {
         .max_height(room.y - 80.0)
         .default_height(room.y - 80.0)
         .vscroll(true)
-        .default_width(if wide { 800.0 } else { 430.0 })
+        .default_width(if wide { 800.0 } else { (room.x - 24.0).min(430.0) })
+        .max_width(room.x - 24.0)
         .show(ctx, |ui| {
             ui.label(
                 "A renderer is handed everything and throws most of it away. This shows which of it need not \
@@ -53,6 +54,16 @@ fn lines(ui: &mut egui::Ui, sections: &[Section]) {
     for (heading, lines) in sections {
         ui.add_space(3.0);
         ui.weak(*heading);
+        if ui.available_width() < 380.0 {
+            // A line of a table is as long as it is.
+            for line in *lines {
+                ui.horizontal_wrapped(|ui| {
+                    ui.strong(line.name);
+                    ui.label(line.what);
+                });
+            }
+            continue;
+        }
         egui::Grid::new(heading).num_columns(2).min_col_width(120.0).show(ui, |ui| {
             for line in *lines {
                 ui.strong(line.name);

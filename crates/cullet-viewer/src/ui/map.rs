@@ -1,24 +1,32 @@
 //! The map: every thing as a dot from above, in the colour of what became of it, with the frustum. Painted on
 //! the processor, so that it costs the graphics card nothing.
 
-use cullet::View;
+use std::sync::Arc;
+
+use cullet::{Reason, Scene, View};
 use cullet_draw::palette;
-use eframe::egui;
+use eframe::egui::{self, mutex::Mutex};
 use glam::DVec3;
 
+use super::tour;
 use crate::session::Session;
+use crate::task::{clock, until};
 
 /// Pixels along a side of the map's picture.
 const SIDE: usize = 192;
 
-/// What the map's picture was made of, and its texture.
-#[derive(Clone)]
-struct Made {
-    key: (usize, u64, [u64; 3]),
-    texture: egui::TextureHandle,
+/// What a picture of the map is made of: which scene, which decision about it, around what.
+type Key = (usize, u64, [u64; 3]);
+
+/// The picture that is shown, and the next one while it is painted.
+#[derive(Default)]
+struct Map {
+    shown: Option<(Key, DVec3, egui::TextureHandle)>,
+    next: Option<Painting>,
 }
 
-/// Shows the map in the lower right corner of the picture, if it is wanted and there is something to map.
+/// Shows the map in the lower right corner of the picture, if it is wanted and there is something to map; where the
+/// tour's card needs that corner, it has it.
 pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
     let (true, Some(world), Some(decision), Some(rig)) =
         (session.state.map, &session.world, &session.decision, session.culling_rig())
@@ -28,30 +36,22 @@ pub(super) fn show(ui: &egui::Ui, picture: egui::Rect, session: &Session) {
     let side = (picture.size().min_elem() * 0.32).min(220.0);
     let corner = picture.max - egui::vec2(8.0, 8.0);
     let rect = egui::Rect::from_min_max(corner - egui::vec2(side, side), corner);
+    if session.tour.is_some() && tour::card_right(picture) > rect.left() {
+        return;
+    }
     let eye = DVec3::from(rig.eye());
     // The middle follows the eye in steps, so that the picture is not made anew for every step of it.
     let wide = world.reach * 1.7;
     let step = wide / 8.0;
     let middle = DVec3::from(world.centre).lerp(eye, 0.5);
     let middle = (middle / step).round() * step;
-    let key = (
-        std::sync::Arc::as_ptr(world) as usize,
-        decision.number,
-        middle.to_array().map(f64::to_bits),
-    );
+    let key = (Arc::as_ptr(world) as usize, decision.number, middle.to_array().map(f64::to_bits));
     let id = egui::Id::unique("map");
-    let texture = match ui.data(|d| d.get_temp::<Made>(id)).filter(|m| m.key == key) {
-        Some(made) => made.texture,
-        None => {
-            let image = paint(session, middle, wide);
-            let texture = ui.ctx().load_texture("map", image, egui::TextureOptions::LINEAR);
-            ui.data_mut(|d| d.insert_temp(id, Made { key, texture: texture.clone() }));
-            texture
-        }
-    };
+    let map = ui.data_mut(|d| d.get_temp_mut_or_default::<Arc<Mutex<Map>>>(id).clone());
+    let Some((middle, texture)) = map.lock().follow(ui.ctx(), session, key, wide) else { return };
     let painter = ui.painter_at(picture);
     let uv = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-    painter.image(texture.id(), rect, uv, egui::Color32::WHITE);
+    painter.image(texture, rect, uv, egui::Color32::WHITE);
     let place = |p: DVec3| {
         let d = (p - middle) / wide;
         rect.center() + egui::vec2(d.x as f32, d.z as f32) * side
@@ -96,40 +96,132 @@ fn outline(
     painter.circle_filled(place(eye), 3.0, egui::Color32::WHITE);
 }
 
-/// A dot for every thing: what is kept lies over what was dropped. O(slots).
-fn paint(session: &Session, middle: DVec3, wide: f64) -> egui::ColorImage {
-    let colour = |[r, g, b]: [u8; 3]| egui::Color32::from_rgb(r, g, b);
-    let mut image = egui::ColorImage::filled([SIDE, SIDE], colour(palette::NIGHT));
-    let (Some(world), Some(decision)) = (&session.world, &session.decision) else { return image };
-    let scene = &world.model.scene;
-    let origin = DVec3::from(scene.origin());
-    let scale = SIDE as f64 / wide;
-    for kept in [false, true] {
-        for slot in scene.slots() {
-            let reason = decision.visible.reasons.get(slot as usize).copied().flatten();
-            if reason.is_none() != kept {
-                continue;
+impl Map {
+    /// Goes on with what is to be shown: the middle and the texture of the newest that is finished.
+    fn follow(
+        &mut self,
+        ctx: &egui::Context,
+        session: &Session,
+        wanted: Key,
+        wide: f64,
+    ) -> Option<(DVec3, egui::TextureId)> {
+        let (world, decision) = (session.world.as_ref()?, session.decision.as_ref()?);
+        // Slots of another scene are other things.
+        self.shown.take_if(|(key, ..)| key.0 != wanted.0);
+        self.next.take_if(|next| next.key.0 != wanted.0);
+        if self.shown.as_ref().is_none_or(|(key, ..)| *key != wanted) {
+            // One that is begun is finished, or a camera that moves on would never see any.
+            let next = self.next.get_or_insert_with(|| Painting::new(wanted, wide));
+            if next.go_on(&world.model.scene, &decision.visible.reasons, until(clock())) {
+                let image = std::mem::take(&mut next.image);
+                let texture = ctx.load_texture("map", image, egui::TextureOptions::LINEAR);
+                self.shown = Some((next.key, next.middle(), texture));
+                self.next = None;
             }
-            let bounds = scene.bounds(slot);
-            // A ground would cover all else.
-            let size = DVec3::from(bounds.half_extent()).length() * scale;
-            if !bounds.is_finite() || size > SIDE as f64 * 0.3 {
-                continue;
+            ctx.request_repaint();
+        }
+        self.shown.as_ref().map(|(_, middle, texture)| (*middle, texture.id()))
+    }
+}
+
+/// A picture that is painted a little at a time.
+struct Painting {
+    key: Key,
+    wide: f64,
+    image: egui::ColorImage,
+    /// By pixel: whether it shows what is kept, which lies over what was dropped.
+    kept: Vec<bool>,
+    /// The first slot that is not painted yet.
+    slot: u32,
+}
+
+/// Slots between two looks at the clock.
+const BATCH: u32 = 1024;
+
+impl Painting {
+    fn new(key: Key, wide: f64) -> Self {
+        let [r, g, b] = palette::NIGHT;
+        let image = egui::ColorImage::filled([SIDE, SIDE], egui::Color32::from_rgb(r, g, b));
+        Self { key, wide, image, kept: vec![false; SIDE * SIDE], slot: 0 }
+    }
+
+    fn middle(&self) -> DVec3 {
+        DVec3::from(self.key.2.map(f64::from_bits))
+    }
+
+    /// Paints a dot for every thing until some moment, or to the end: then true. O(slots).
+    fn go_on(&mut self, scene: &Scene, reasons: &[Option<Reason>], until: u64) -> bool {
+        let count = scene.slot_count();
+        while self.slot < count && clock() < until {
+            let end = (self.slot + BATCH).min(count);
+            for slot in (self.slot..end).filter(|&s| !scene.is_removed(s)) {
+                self.dot(scene, slot, reasons.get(slot as usize).copied().flatten());
             }
-            let at = (DVec3::from(bounds.center()) + origin - middle) * scale + SIDE as f64 * 0.5;
-            let rgb = colour(palette::reason_color(reason.map(|r| r.stage)));
-            let half = bounds.half_extent().map(|v| v * scale);
-            let range = |at: f64, half: f64| {
-                let low = (at - half).floor().clamp(0.0, SIDE as f64) as usize;
-                let high = (at + half).ceil().clamp(0.0, SIDE as f64) as usize;
-                low..high
-            };
-            for y in range(at.z, half[2]) {
-                for x in range(at.x, half[0]) {
-                    image.pixels[y * SIDE + x] = rgb;
+            self.slot = end;
+        }
+        self.slot == count
+    }
+
+    fn dot(&mut self, scene: &Scene, slot: u32, reason: Option<Reason>) {
+        let bounds = scene.bounds(slot);
+        let scale = SIDE as f64 / self.wide;
+        // A ground would cover all else.
+        let size = DVec3::from(bounds.half_extent()).length() * scale;
+        if !bounds.is_finite() || size > SIDE as f64 * 0.3 {
+            return;
+        }
+        let origin = DVec3::from(scene.origin());
+        let at =
+            (DVec3::from(bounds.center()) + origin - self.middle()) * scale + SIDE as f64 * 0.5;
+        let [r, g, b] = palette::reason_color(reason.map(|r| r.stage));
+        let half = bounds.half_extent().map(|v| v * scale);
+        let range = |at: f64, half: f64| {
+            let low = (at - half).floor().clamp(0.0, SIDE as f64) as usize;
+            let high = (at + half).ceil().clamp(0.0, SIDE as f64) as usize;
+            low..high
+        };
+        for y in range(at.z, half[2]) {
+            for pixel in range(at.x, half[0]).map(|x| y * SIDE + x) {
+                if reason.is_none() || !self.kept[pixel] {
+                    self.image.pixels[pixel] = egui::Color32::from_rgb(r, g, b);
+                    self.kept[pixel] = reason.is_none();
                 }
             }
         }
     }
-    image
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cullet_io::scenes;
+
+    #[test]
+    fn what_is_kept_lies_over_what_was_dropped_however_often_painting_stops() {
+        let scene = scenes::build("city:cells=6,objects=3000").unwrap().scene;
+        assert!(scene.slot_count() > 2 * BATCH);
+        let middle = DVec3::from(scene.extent().center()) + DVec3::from(scene.origin());
+        let key = (0, 0, middle.to_array().map(f64::to_bits));
+        let wide = DVec3::from(scene.extent().half_extent()).length() * 2.0;
+        let dropped = Some(Reason { stage: cullet::Stage::Frustum, detail: 0 });
+        let reasons: Vec<_> =
+            scene.slots().map(|s| if s % 3 == 0 { None } else { dropped }).collect();
+        let mut whole = Painting::new(key, wide);
+        assert!(whole.go_on(&scene, &reasons, u64::MAX));
+        // The slow way: all of one kind, then all of the other.
+        let mut layers = Painting::new(key, wide);
+        for kept in [false, true] {
+            for slot in scene.slots() {
+                let reason = reasons[slot as usize];
+                if reason.is_none() == kept {
+                    layers.dot(&scene, slot, reason);
+                }
+            }
+        }
+        assert!(whole.image == layers.image);
+        assert!(whole.kept.iter().any(|k| *k) && !whole.kept.iter().all(|k| *k));
+        let mut slow = Painting::new(key, wide);
+        assert!(!slow.go_on(&scene, &reasons, 0), "no time, no dots");
+        assert_eq!(slow.slot, 0);
+    }
 }

@@ -24,6 +24,9 @@ use crate::session::Session;
 
 pub use words::grouped;
 
+/// A window of fewer points has no room for a panel on both sides of the picture: a telephone, held upright.
+const NARROW: f32 = 560.0;
+
 /// The picture of the scene, as the panels show it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shown {
@@ -42,8 +45,14 @@ pub fn show(
     ui.ctx().set_theme(theme);
     shortcuts::run(ui.ctx(), session);
     canvas::drops(ui.ctx(), session);
-    if session.state.panels {
-        panels(ui, session);
+    let narrow = is_narrow(ui.ctx());
+    if narrow {
+        for_fingers(ui);
+    }
+    match (session.state.panels, narrow) {
+        (true, false) => panels(ui, session),
+        (true, true) => sheets(ui, session),
+        (false, _) => {}
     }
     egui::CentralPanel::no_frame().show(ui, |ui| {
         let points = ui.available_size();
@@ -68,6 +77,61 @@ fn unfold(ctx: &egui::Context, session: &mut Session) {
             session.state.panels =
                 words::button(ui, "Panels", "Switches, funnel and what was clicked (P)");
         });
+}
+
+fn is_narrow(ctx: &egui::Context) -> bool {
+    ctx.content_rect().width() < NARROW
+}
+
+/// Makes room for what is pressed with a finger rather than with a mouse.
+fn for_fingers(ui: &mut egui::Ui) {
+    let spacing = ui.spacing_mut();
+    spacing.interact_size.y = words::FINGER;
+    spacing.button_padding = egui::vec2(8.0, 6.0);
+    spacing.item_spacing = egui::vec2(6.0, 6.0);
+    spacing.icon_width = 18.0;
+}
+
+/// What lies below the picture of a narrow window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sheet {
+    Switches,
+    Funnel,
+}
+
+/// Above and below the picture: one of the side panels at a time, or neither.
+fn sheets(ui: &mut egui::Ui, session: &mut Session) {
+    let id = egui::Id::unique("sheet");
+    let mut sheet: Option<Sheet> = ui.data(|d| d.get_temp(id)).unwrap_or_default();
+    egui::Panel::top("title").show(ui, |ui| {
+        scene::title(ui, session);
+        ui.horizontal_wrapped(|ui| {
+            for (own, name) in [(Sheet::Switches, "Switches"), (Sheet::Funnel, "Funnel")] {
+                if ui.selectable_label(sheet == Some(own), name).clicked() {
+                    sheet = if sheet == Some(own) { None } else { Some(own) };
+                }
+            }
+            ui.separator();
+            scene::buttons(ui, session);
+        });
+    });
+    ui.data_mut(|d| d.insert_temp(id, sheet));
+    egui::Panel::bottom("figures").show(ui, |ui| figures::bar(ui, session));
+    let Some(sheet) = sheet else { return };
+    // The picture keeps the larger part.
+    let height = ui.available_height() * 0.45;
+    egui::Panel::bottom("sheet").exact_size(height).show(ui, |ui| {
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match sheet {
+            Sheet::Switches => {
+                scene::choose(ui, session);
+                switches::all(ui, session);
+            }
+            Sheet::Funnel => {
+                funnel::all(ui, session);
+                inspect::all(ui, session);
+            }
+        });
+    });
 }
 
 /// All around the picture.

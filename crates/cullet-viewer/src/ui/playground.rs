@@ -5,7 +5,7 @@ use cullet::clip::outcode::Verdict;
 use cullet_draw::palette;
 use eframe::egui::{self, Color32, Pos2, Stroke};
 
-use super::words::{button, colour};
+use super::words::{button, colour, small};
 use crate::clipping::{Clipping, Corner, From, MOST_CORNERS, SIDES};
 use crate::session::Session;
 use crate::structure::WHOLE;
@@ -19,35 +19,50 @@ pub(super) fn window(ctx: &egui::Context, session: &mut Session) {
         return;
     }
     let mut open = true;
-    egui::Window::new("Clipping playground")
+    let narrow = super::is_narrow(ctx);
+    let window = egui::Window::new("Clipping playground")
         .open(&mut open)
         .collapsible(false)
-        .resizable(false)
-        .default_pos([226.0, 60.0])
-        .default_width(SIDE + 190.0)
-        .show(ctx, |ui| {
-            let c = &mut session.state.clipping;
-            let steps = c.steps();
-            ui.horizontal_top(|ui| {
-                canvas(ui, c, &steps);
-                ui.vertical(|ui| {
-                    ui.set_width(180.0);
-                    controls(ui, c);
-                    words(ui, c, &steps);
-                });
+        .resizable(false);
+    let window = if narrow {
+        let room = ctx.content_rect().size();
+        let middle = window.anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO);
+        let height = room.y - 80.0;
+        middle.default_size([SIDE, height.min(620.0)]).max_height(height).vscroll(true)
+    } else {
+        window.default_pos([226.0, 60.0]).default_width(SIDE + 190.0)
+    };
+    window.show(ctx, |ui| {
+        let c = &mut session.state.clipping;
+        let steps = c.steps();
+        // One below the other where there is no room beside.
+        if narrow {
+            super::for_fingers(ui);
+            canvas(ui, c, &steps);
+            controls(ui, c);
+            words(ui, c, &steps);
+            return;
+        }
+        ui.horizontal_top(|ui| {
+            canvas(ui, c, &steps);
+            ui.vertical(|ui| {
+                ui.set_width(180.0);
+                controls(ui, c);
+                words(ui, c, &steps);
             });
         });
+    });
     session.state.clipping.open &= open;
 }
 
 fn controls(ui: &mut egui::Ui, c: &mut Clipping) {
     ui.horizontal(|ui| {
-        let back = egui::Button::new("Back").small();
+        let back = small(ui, "Back");
         let about = "Undoes the cut by the last plane";
         if ui.add_enabled(c.step > 0, back).on_hover_text(about).clicked() {
             c.step -= 1;
         }
-        let on = egui::Button::new("Next plane").small();
+        let on = small(ui, "Next plane");
         let about = "Cuts by the next plane of the window";
         if ui.add_enabled(c.step < c.sides, on).on_hover_text(about).clicked() {
             c.step += 1;
@@ -61,12 +76,12 @@ fn controls(ui: &mut egui::Ui, c: &mut Clipping) {
         c.step = c.step.min(c.sides);
     });
     ui.horizontal(|ui| {
-        let more = egui::Button::new("+ corner").small();
+        let more = small(ui, "+ corner");
         let about = "Adds a corner in the middle of the longest edge; drag corners with the mouse";
         if ui.add_enabled(c.polygon.len() < MOST_CORNERS, more).on_hover_text(about).clicked() {
             c.add_corner();
         }
-        let fewer = egui::Button::new("− corner").small();
+        let fewer = small(ui, "− corner");
         let about = "Takes the last corner away";
         if ui.add_enabled(c.polygon.len() > 3, fewer).on_hover_text(about).clicked() {
             c.polygon.pop();

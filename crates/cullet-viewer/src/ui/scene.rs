@@ -3,13 +3,15 @@
 use cullet_io::scenes;
 use eframe::egui;
 
-use super::words::{button, grouped};
+use super::words::{FINGER, button, grouped};
 use crate::session::Session;
 use crate::world::Source;
 
 /// The title: what is open and how much there is of it.
 pub(super) fn title(ui: &mut egui::Ui, session: &mut Session) {
-    ui.horizontal(|ui| {
+    // Where there are fingers, there is little room, and the buttons have a line of their own.
+    let fingers = ui.spacing().interact_size.y >= FINGER;
+    let line = |ui: &mut egui::Ui| {
         ui.strong("cullet");
         match &session.world {
             Some(world) => {
@@ -35,30 +37,47 @@ pub(super) fn title(ui: &mut egui::Ui, session: &mut Session) {
             ui.spinner();
             ui.label(format!("loading {}", short(name)));
         }
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            if button(ui, "Help", "Keys, mouse and words (H)") {
-                session.help = !session.help;
-            }
-            if button(ui, "Tour", "What each kind of culling does to this scene, step by step (Enter)") {
-                session.tour_on();
-            }
-            let (name, about) = if session.state.dark {
-                ("Light", "A light ground, for projectors")
-            } else {
-                ("Dark", "A dark ground")
-            };
-            if button(ui, name, about) {
-                session.state.dark = !session.state.dark;
-            }
-            let about = "Copies scene, camera and switches as a text that --state and the page's address take (Y)";
-            if button(ui, "Copy link", about) {
-                session.copy_link();
-            }
-            if button(ui, "Picture", "Saves a picture of the window as PNG (I)") {
-                session.shoot = true;
-            }
-        });
-    });
+        if !fingers {
+            let right = egui::Layout::right_to_left(egui::Align::Center);
+            ui.with_layout(right, |ui| buttons(ui, session));
+        }
+    };
+    if fingers {
+        ui.horizontal_wrapped(line);
+    } else {
+        ui.horizontal(line);
+    }
+    notices(ui, session);
+}
+
+/// What there is to do with all of it.
+pub(super) fn buttons(ui: &mut egui::Ui, session: &mut Session) {
+    if button(ui, "Help", "Keys, mouse and words (H)") {
+        session.help = !session.help;
+    }
+    if button(ui, "Tour", "What each kind of culling does to this scene, step by step (Enter)") {
+        session.tour_on();
+    }
+    let (name, about) = if session.state.dark {
+        ("Light", "A light ground, for projectors")
+    } else {
+        ("Dark", "A dark ground")
+    };
+    if button(ui, name, about) {
+        session.state.dark = !session.state.dark;
+    }
+    let about =
+        "Copies scene, camera and switches as a text that --state and the page's address take (Y)";
+    if button(ui, "Copy link", about) {
+        session.copy_link();
+    }
+    if button(ui, "Picture", "Saves a picture of the window as PNG (I)") {
+        session.shoot = true;
+    }
+}
+
+/// Messages, until they are closed.
+fn notices(ui: &mut egui::Ui, session: &mut Session) {
     let mut closed = None;
     for (i, notice) in session.notices.iter().enumerate() {
         ui.horizontal_wrapped(|ui| {
@@ -103,7 +122,7 @@ pub(super) fn choose(ui: &mut egui::Ui, session: &mut Session) {
         }
     });
     if cfg!(target_arch = "wasm32") {
-        ui.weak("or drop a file here: GLB, OBJ, PLY, STL, OFF");
+        ui.weak("or drop a file here: GLB, glTF with its .bin, OBJ, PLY, STL, OFF");
     } else {
         ui.horizontal(|ui| {
             let hint = "file, or city:seed=3";

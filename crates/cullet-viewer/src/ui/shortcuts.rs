@@ -64,7 +64,7 @@ pub const TABLE: [Section; 6] = [
         "Moving",
         &[
             pointer("drag", "turn around the middle; in flight, look about"),
-            pointer("right drag, Shift drag", "move sideways"),
+            pointer("right drag, Shift drag, two fingers", "move sideways"),
             pointer("wheel, pinch", "nearer, farther"),
             pointer("click", "inspect what is there"),
             keys(

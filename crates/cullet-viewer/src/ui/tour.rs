@@ -9,6 +9,18 @@ use crate::state::{GhostForm, Layout};
 /// How wide the card is where there is room.
 const WIDTH: f32 = 400.0;
 
+/// How far from the picture's edge the card is, and its contents from the card's, in points.
+const MARGIN: f32 = 8.0;
+
+fn width(picture: egui::Rect) -> f32 {
+    WIDTH.min(picture.width() - 36.0).max(120.0)
+}
+
+/// Where the card ends that lies over a picture.
+pub(super) fn card_right(picture: egui::Rect) -> f32 {
+    picture.left() + width(picture) + 3.0 * MARGIN
+}
+
 /// The card while the tour goes on; the invitation while nothing was done yet.
 pub(super) fn show(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
     if session.tour.is_some() {
@@ -30,15 +42,25 @@ fn invite(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
         return;
     }
     let mut begin = false;
-    over(ctx, "invite", rect.left_top() + egui::vec2(8.0, 8.0), egui::Align2::LEFT_TOP, |ui| {
-        ui.set_max_width((rect.width() - 36.0).max(120.0));
-        ui.horizontal_wrapped(|ui| {
-            let words = egui::RichText::new("Show me what is culled").strong();
-            let about = "A tour of this scene in five steps (Enter)";
-            begin = ui.add(emphasised(ui, words)).on_hover_text(about).clicked();
-            ui.label("Drag to turn, wheel to zoom, H helps.");
-        });
-    });
+    over(
+        ctx,
+        "invite",
+        rect.left_top() + egui::Vec2::splat(MARGIN),
+        egui::Align2::LEFT_TOP,
+        |ui| {
+            ui.set_max_width((rect.width() - 36.0).max(120.0));
+            ui.horizontal_wrapped(|ui| {
+                let words = egui::RichText::new("Show me what is culled").strong();
+                let about = "A tour of this scene in five steps (Enter)";
+                begin = ui.add(emphasised(ui, words)).on_hover_text(about).clicked();
+                ui.label(if ctx.input(egui::InputState::any_touches) || super::is_narrow(ctx) {
+                    "One finger turns, two move and zoom."
+                } else {
+                    "Drag to turn, wheel to zoom, H helps."
+                });
+            });
+        },
+    );
     if begin {
         session.tour_on();
     }
@@ -51,10 +73,10 @@ fn card(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
     let left = if session.state.stages.on { left } else { Some(all) };
     let (mut back, mut on, mut end) = (false, false, false);
     // The way back to the panels lies in the same corner.
-    let up = if session.state.panels { 8.0 } else { 40.0 };
-    let corner = rect.left_bottom() + egui::vec2(8.0, -up);
+    let up = if session.state.panels { MARGIN } else { 40.0 };
+    let corner = rect.left_bottom() + egui::vec2(MARGIN, -up);
     over(ctx, "tour", corner, egui::Align2::LEFT_BOTTOM, |ui| {
-        ui.set_width(WIDTH.min(rect.width() - 36.0).max(120.0));
+        ui.set_width(width(rect));
         ui.horizontal(|ui| {
             ui.strong(stop.title);
             ui.weak(format!("{} of {}", at + 1, STOPS.len()));
@@ -105,6 +127,11 @@ fn over(
         .pivot(align)
         .order(egui::Order::Middle)
         .show(ctx, |ui| {
-            egui::Frame::popup(ui.style()).shadow(egui::Shadow::NONE).show(ui, add);
+            egui::Frame::popup(ui.style()).shadow(egui::Shadow::NONE).show(ui, |ui| {
+                if super::is_narrow(ctx) {
+                    super::for_fingers(ui);
+                }
+                add(ui);
+            });
         });
 }

@@ -31,9 +31,18 @@ pub(super) fn switch(ui: &mut egui::Ui, on: &mut bool, name: &str, about: &str) 
     ui.checkbox(on, name).on_hover_text(about).changed()
 }
 
-/// A small button with a sentence. True when it was pressed.
+/// How high, in points, what is pressed with a finger is at least.
+pub(super) const FINGER: f32 = 28.0;
+
+/// A small button with a sentence, larger where there are fingers. True when it was pressed.
 pub(super) fn button(ui: &mut egui::Ui, name: &str, about: &str) -> bool {
-    ui.add(egui::Button::new(name).small()).on_hover_text(about).clicked()
+    ui.add(small(ui, name)).on_hover_text(about).clicked()
+}
+
+/// A small button, larger where there are fingers.
+pub(super) fn small(ui: &egui::Ui, name: &str) -> egui::Button<'static> {
+    let button = egui::Button::new(name.to_owned());
+    if ui.spacing().interact_size.y < FINGER { button.small() } else { button }
 }
 
 /// A colour of the palette.

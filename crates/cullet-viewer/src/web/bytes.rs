@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A count of items of at least `size` bytes, if there can be as many.
-    fn count(&mut self, size: usize) -> Read<usize> {
+    pub(super) fn count(&mut self, size: usize) -> Read<usize> {
         let count: u64 = self.pod()?;
         let left = (self.bytes.len() - self.at) as u64;
         if count.checked_mul(size as u64).is_none_or(|bytes| bytes > left) {

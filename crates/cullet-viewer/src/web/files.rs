@@ -9,7 +9,7 @@ use web_sys::{CustomEvent, CustomEventInit, HtmlInputElement};
 use super::load::text;
 use crate::inbox::Read;
 
-/// Opens the browser's dialog; a file that is chosen is read and put. A browser opens it only soon after a click
+/// Opens the browser's dialog; what is chosen is read and put. A browser opens it only soon after a click
 /// or a key, and says nothing of one that was closed.
 pub(crate) fn choose(put: impl Fn(Read) + 'static) -> Result<(), String> {
     let input = web_sys::window()
@@ -23,9 +23,15 @@ pub(crate) fn choose(put: impl Fn(Read) + 'static) -> Result<(), String> {
     spawn_local(async move {
         // It never fails, but it may never come.
         let _ = JsFuture::from(chosen).await;
-        let Some(file) = input.files().and_then(|files| files.get(0)) else { return };
-        let read = JsFuture::from(file.array_buffer()).await;
-        put((file.name(), read.map(|b| Uint8Array::new(&b).to_vec()).map_err(text)));
+        let Some(files) = input.files() else { return };
+        let mut all = Vec::new();
+        for file in (0..files.length()).filter_map(|i| files.get(i)) {
+            match JsFuture::from(file.array_buffer()).await {
+                Ok(bytes) => all.push((file.name(), Uint8Array::new(&bytes).to_vec())),
+                Err(why) => return put(Err((file.name(), text(why)))),
+            }
+        }
+        put(Ok(all));
     });
     Ok(())
 }

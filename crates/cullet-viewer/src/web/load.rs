@@ -7,11 +7,8 @@ use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{MessageEvent, Response, Worker, WorkerOptions, WorkerType};
 
 use super::packed::Unpacker;
-use crate::task::{Task, clock};
-use crate::world::{Source, World};
-
-/// Unpacking lets the page draw after this many nanoseconds.
-const SLICE: u64 = 12_000_000;
+use crate::task::{SLICE, Task, clock};
+use crate::world::{Measures, Source, World};
 
 /// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address of the
 /// server that the page came from (`/scene/model.glb`).
@@ -27,18 +24,24 @@ pub(crate) fn load(source: Source, wake: impl FnOnce() + 'static) -> Task<Result
 
 async fn world(source: Source) -> Result<World, String> {
     let name = source.name();
-    let (file, bytes) = match source {
+    let (file, files) = match source {
         Source::Builtin(text) => (text, None),
-        Source::Bytes(file, bytes) => (file, Some(Uint8Array::from(&bytes[..]))),
+        Source::Bytes { name, bytes, beside } => {
+            let files = Array::new();
+            for (name, bytes) in std::iter::once((name.clone(), bytes)).chain(beside) {
+                files.push(&given(&name, &Uint8Array::from(&bytes[..])));
+            }
+            (name, Some(files))
+        }
         Source::File(path) => {
             let address = path.to_string_lossy().into_owned();
             let bytes = fetch(&address).await.map_err(|e| format!("{address}: {e}"))?;
-            (address, Some(bytes))
+            (address.clone(), Some(Array::of1(&given(&address, &bytes))))
         }
     };
-    let packed = in_worker(&file, bytes.as_ref()).await?;
-    let model = unpack(packed).await.map_err(|e| format!("{file}: {e}"))?;
-    Ok(World::new(model, name))
+    let packed = in_worker(&file, files.as_ref()).await?;
+    let (model, measures) = unpack(packed).await.map_err(|e| format!("{file}: {e}"))?;
+    Ok(World::measured(model, name, measures))
 }
 
 /// The bytes at an address of the page's own server.
@@ -60,9 +63,14 @@ async fn fetch(address: &str) -> Result<Uint8Array, String> {
     Ok(Uint8Array::new(&buffer))
 }
 
-/// Parses a file, or makes a built-in scene where there are no bytes, in a worker of its own. It is ended
-/// afterwards: that gives its memory back, and a fault in it harms nobody.
-async fn in_worker(file: &str, bytes: Option<&Uint8Array>) -> Result<Vec<u8>, String> {
+/// A file as the worker takes it: its name and its bytes.
+fn given(name: &str, bytes: &Uint8Array) -> Array {
+    Array::of2(&name.into(), bytes)
+}
+
+/// Parses the first of some files, or makes a built-in scene where there are none, in a worker of its own. It is
+/// ended afterwards: that gives its memory back, and a fault in it harms nobody.
+async fn in_worker(file: &str, files: Option<&Array>) -> Result<Vec<u8>, String> {
     let options = WorkerOptions::new();
     options.set_type(WorkerType::Module);
     let worker = Worker::new_with_options("./worker.js", &options).map_err(text)?;
@@ -75,12 +83,14 @@ async fn in_worker(file: &str, bytes: Option<&Uint8Array>) -> Result<Vec<u8>, St
     // The code is compiled already; only its memory is new.
     set("module", &wasm_bindgen::module()).map_err(text)?;
     set("name", &file.into()).map_err(text)?;
-    let given = Array::new();
-    if let Some(bytes) = bytes {
-        set("bytes", bytes).map_err(text)?;
-        given.push(&bytes.buffer());
+    let carried = Array::new();
+    if let Some(files) = files {
+        set("files", files).map_err(text)?;
+        for file in files.iter() {
+            carried.push(&Uint8Array::new(&Array::from(&file).get(1)).buffer());
+        }
     }
-    let sent = worker.post_message_with_transfer(&message, &given);
+    let sent = worker.post_message_with_transfer(&message, &carried);
     let answered = match sent {
         Ok(()) => JsFuture::from(answer).await,
         Err(e) => Err(e),
@@ -94,13 +104,32 @@ async fn in_worker(file: &str, bytes: Option<&Uint8Array>) -> Result<Vec<u8>, St
         .dyn_into()
         .map_err(text)?;
     match event.data().dyn_into::<Uint8Array>() {
-        Ok(packed) => Ok(packed.to_vec()),
+        Ok(packed) => Ok(copied(&packed).await),
         // What the file's own error says names the file.
         Err(error) => Err(text(error)),
     }
 }
 
-async fn unpack(packed: Vec<u8>) -> Result<Model, String> {
+/// Bytes of the browser's in the program's memory, copied a little at a time.
+async fn copied(from: &Uint8Array) -> Vec<u8> {
+    const BLOCK: usize = 4 << 20;
+    let len = from.length() as usize;
+    let mut bytes = Vec::with_capacity(len);
+    let mut begun = clock();
+    while bytes.len() < len {
+        let at = bytes.len();
+        let end = (at + BLOCK).min(len);
+        bytes.resize(end, 0);
+        from.subarray(at as u32, end as u32).copy_to(&mut bytes[at..]);
+        if clock() - begun > SLICE {
+            pause().await;
+            begun = clock();
+        }
+    }
+    bytes
+}
+
+async fn unpack(packed: Vec<u8>) -> Result<(Model, Measures), String> {
     let mut unpacker = Unpacker::new(packed).map_err(|e| e.to_string())?;
     let mut begun = clock();
     while unpacker.step().map_err(|e| e.to_string())? {
@@ -109,7 +138,8 @@ async fn unpack(packed: Vec<u8>) -> Result<Model, String> {
             begun = clock();
         }
     }
-    unpacker.finish().map_err(|e| e.to_string())
+    let measures = unpacker.measures();
+    Ok((unpacker.finish().map_err(|e| e.to_string())?, measures))
 }
 
 /// Lets the page do what else there is to do.
@@ -132,19 +162,42 @@ pub(super) fn text(thrown: JsValue) -> String {
     message.unwrap_or_else(|| format!("{thrown:?}"))
 }
 
-/// The worker's part: a file's bytes to a packed model.
+/// The worker's part: files, each its name and its bytes, to a packed model of the first, which may name the others.
 ///
 /// # Errors
 /// As a file's loading has them, as text.
 #[wasm_bindgen]
 #[expect(unreachable_pub, reason = "the page's script calls it")]
-pub fn parse(name: &str, bytes: &[u8]) -> Result<Vec<u8>, JsValue> {
+pub fn parse(files: &Array) -> Result<Vec<u8>, JsValue> {
     console_error_panic_hook::set_once();
+    let mut files: Vec<(String, Vec<u8>)> = files
+        .iter()
+        .map(|file| {
+            let file = Array::from(&file);
+            let name = file.get(0).as_string().unwrap_or_default();
+            (name, Uint8Array::new(&file.get(1)).to_vec())
+        })
+        .collect();
+    if files.is_empty() {
+        return Err(JsValue::from_str("there is no file to read"));
+    }
+    let beside = files.split_off(1);
+    let (name, bytes) = &files[0];
     // The file's own name, not the address it was fetched from.
     let name = name.rsplit('/').next().unwrap_or(name);
-    cullet_io::load_bytes(name, bytes, &cullet_io::LoadOptions::default())
+    cullet_io::load_bytes_with(name, bytes, &beside, &cullet_io::LoadOptions::default())
         .map(|model| super::packed::pack(&model))
         .map_err(|e| JsValue::from_str(&e.to_string()))
+}
+
+/// The worker's part before: paths of the files that a model names, from its folder; none where that cannot be told,
+/// for [`parse`] tells why.
+#[wasm_bindgen]
+#[must_use]
+#[expect(unreachable_pub, reason = "the page's script calls it")]
+pub fn named(name: &str, bytes: &[u8]) -> Vec<String> {
+    let files = cullet_io::files_named_in(name, bytes).unwrap_or_default();
+    files.iter().filter_map(|file| Some(file.to_str()?.to_owned())).collect()
 }
 
 /// The worker's part for a built-in scene: its text to a packed model.

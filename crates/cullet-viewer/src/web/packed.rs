@@ -4,12 +4,14 @@
 //! message. Even so every count is held against the bytes there are.
 
 use cullet::bounds::Aabb;
+use cullet::hierarchy::Groups;
 use cullet::mesh::{Alpha, Cluster, Clustering, MeshData, Part};
 use cullet::{BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Projection, Transform};
 use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, Portal, Warning};
 use thiserror::Error;
 
 use super::bytes::{Reader, Writer};
+use crate::world::{Counts, Measures, at_rest};
 
 /// Why bytes make no model.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -22,18 +24,22 @@ pub enum UnpackError {
     Damaged(String),
 }
 
-/// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is stored.
+/// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is stored. Instances come
+/// in the order of their slots, so that nobody need sort them again; the handle of each is its place among them.
 /// Costs a copy of everything.
 #[must_use]
 pub fn pack(model: &Model) -> Vec<u8> {
-    let Model { name, scene, mesh_names, instance_names, node_tree, .. } = model;
+    let Model { name, scene, mesh_names, node_tree, .. } = model;
+    let slots: Vec<(u32, Handle)> =
+        scene.slots().filter_map(|slot| Some((slot, scene.handle(slot)?))).collect();
+    let node_of = |handle: Handle| node_tree.node_of_instance.get(handle.index as usize);
+    let nodes: Vec<u32> =
+        slots.iter().map(|&(_, h)| node_of(h).copied().unwrap_or(Groups::NONE)).collect();
     let mut out = Writer::default();
     out.text(name);
     out.texts(mesh_names);
-    out.texts(instance_names);
     out.pods(&node_tree.parents);
-    out.texts(&node_tree.names);
-    out.pods(&node_tree.node_of_instance);
+    out.pods(if node_tree.node_of_instance.is_empty() { &[] } else { &nodes });
     out.list(&model.materials, |out, m| {
         out.text(&m.name);
         out.pod(m.color);
@@ -61,25 +67,27 @@ pub fn pack(model: &Model) -> Vec<u8> {
     out.list(&model.cells.portals, |out, p| {
         out.pod(p.cells);
         out.pods(&p.polygon);
-        out.pod(p.door.map_or([0; 3], |h| [1, h.index, h.generation]));
+        let place = |h| slots.iter().position(|&(_, handle)| handle == h);
+        // A door that is not there any more is none of these.
+        out.pod(p.door.map_or([0; 2], |h| [1, place(h).map_or(u32::MAX, |p| p as u32)]));
         out.pod(u32::from(p.closed));
     });
-    let mut warnings = model.warnings.clone();
-    if model.motion.is_some() {
-        let message = "what moves in it stands as it is stored: pages show no animation yet";
-        warnings.push(Warning { item: "animations".to_owned(), message: message.to_owned() });
-    }
+    // First, for only the first warnings are shown.
+    let warnings: Vec<Warning> = at_rest(model).into_iter().chain(model.warnings.clone()).collect();
     out.list(&warnings, |out, w| {
         out.text(&w.item);
         out.text(&w.message);
     });
     out.pod(scene.origin());
-    // In the order of their handles, so that the same handles come back. Slots follow from places: where the
-    // bounds were others when they were given, they may be others.
-    let mut slots: Vec<(u32, u32)> =
-        scene.slots().filter_map(|s| Some((scene.handle(s)?.index, s))).collect();
-    slots.sort_unstable();
-    out.list(&slots, |out, &(_, slot)| {
+    let Measures { counts, reach, centre, half } = Measures::of(model);
+    let Counts { meshes, instances, vertices, triangles, clusters } = counts;
+    out.pod([meshes, instances, vertices, triangles, clusters]);
+    out.pod([reach, centre[0], centre[1], centre[2], half[0], half[1], half[2]]);
+    out.list(scene.meshes(), mesh);
+    // As they are called here, where their handles are others.
+    out.list(&slots, |out, &(_, handle)| out.text(&model.instance_name(handle)));
+    out.texts(&node_tree.names);
+    out.list(&slots, |out, &(slot, _)| {
         let flags = scene.flags(slot);
         let bits = [
             flags.always_visible,
@@ -95,7 +103,6 @@ pub fn pack(model: &Model) -> Vec<u8> {
         let bounds = scene.bounds(slot);
         out.pod([bounds.min, bounds.max]);
     });
-    out.list(scene.meshes(), mesh);
     out.bytes
 }
 
@@ -146,8 +153,20 @@ fn mesh(out: &mut Writer, mesh: &Mesh) {
     out.list(mesh.clusters(), |out, c| out.pod([c.first_triangle, c.triangle_count, c.part]));
 }
 
-/// An instance that waits for its mesh, and the box that the scene had for it.
-type Waiting = (Instance, bool, Aabb);
+/// Bytes of an instance.
+const INSTANCE: usize = 96;
+/// So many names or instances are one step: some milliseconds at the most.
+const BATCH: usize = 4096;
+
+/// What is unpacked next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Meshes,
+    InstanceNames,
+    NodeNames,
+    Instances,
+    Done,
+}
 
 /// Unpacks a model piece by piece.
 #[derive(Debug)]
@@ -155,13 +174,14 @@ pub struct Unpacker {
     bytes: Vec<u8>,
     at: usize,
     model: Model,
-    origin: [f64; 3],
-    instances: Vec<Waiting>,
-    meshes: u64,
+    measures: Measures,
+    phase: Phase,
+    /// How many are left of what the phase makes.
+    left: usize,
 }
 
 impl Unpacker {
-    /// Reads everything but the meshes.
+    /// Reads what is little: everything but meshes, instances and their names.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`] wrote.
@@ -169,9 +189,7 @@ impl Unpacker {
         let mut from = Reader::new(&bytes, 0);
         let from = &mut from;
         let mut model = Model { name: from.text()?, mesh_names: from.texts()?, ..Model::default() };
-        model.instance_names = from.texts()?;
         model.node_tree.parents = from.pods()?;
-        model.node_tree.names = from.texts()?;
         model.node_tree.node_of_instance = from.pods()?;
         model.materials =
             from.list(|from| Ok(Material { name: from.text()?, color: from.pod()? }))?;
@@ -195,41 +213,79 @@ impl Unpacker {
         })?;
         model.cells.portals = from.list(|from| {
             let (cells, polygon) = (from.pod()?, from.pods()?);
-            let [some, index, generation]: [u32; 3] = from.pod()?;
-            let door = (some == 1).then_some(Handle { index, generation });
+            let [some, index]: [u32; 2] = from.pod()?;
+            let door = (some == 1).then_some(Handle { index, generation: 0 });
             Ok(Portal { cells, polygon, door, closed: from.pod::<u32>()? == 1 })
         })?;
         model.warnings =
             from.list(|from| Ok(Warning { item: from.text()?, message: from.text()? }))?;
         let origin = from.pod()?;
-        let instances = from.list(|from| {
-            let [mesh, layers, bits]: [u32; 3] = from.pod()?;
-            let bit = |n: u32| bits >> n & 1 == 1;
-            let flags = InstanceFlags {
-                always_visible: bit(0),
-                no_occlusion: bit(1),
-                double_sided: bit(2),
-                transparent: bit(3),
-                dynamic: bit(4),
-            };
-            let place = place(from)?;
-            let [min, max] = from.pod()?;
-            let instance = Instance { layers, flags, ..Instance::new(mesh, place) };
-            Ok((instance, bit(5), Aabb { min, max }))
-        })?;
-        let meshes = from.pod()?;
+        // Before there is anything to move.
+        model.scene.rebase(origin);
+        let [meshes, instances, vertices, triangles, clusters]: [u64; 5] = from.pod()?;
+        let [reach, x, y, z, w, h, d]: [f64; 7] = from.pod()?;
+        let counts = Counts { meshes, instances, vertices, triangles, clusters };
+        let measures = Measures { counts, reach, centre: [x, y, z], half: [w, h, d] };
+        let left = from.count(8)?;
         let at = from.at();
-        Ok(Self { bytes, at, model, origin, instances, meshes })
+        Ok(Self { bytes, at, model, measures, phase: Phase::Meshes, left })
     }
 
-    /// Makes the next mesh, with what culling prepares of it; `false` when there is none left.
+    /// What the packed model measured.
+    #[must_use]
+    pub fn measures(&self) -> Measures {
+        self.measures
+    }
+
+    /// Goes on a little: a mesh, with what culling prepares of it, or some thousand names or instances; `false` when
+    /// all is there. Only the nodes over the instances are made all at once.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`] wrote.
     pub fn step(&mut self) -> Result<bool, UnpackError> {
-        if self.meshes == 0 {
-            return Ok(false);
+        let batch = self.left.min(BATCH);
+        match self.phase {
+            Phase::Meshes if self.left > 0 => {
+                self.mesh()?;
+                self.left -= 1;
+                return Ok(true);
+            }
+            Phase::InstanceNames | Phase::NodeNames if self.left > 0 => {
+                let mut from = Reader::new(&self.bytes, self.at);
+                let names = match self.phase {
+                    Phase::InstanceNames => &mut self.model.instance_names,
+                    _ => &mut self.model.node_tree.names,
+                };
+                for _ in 0..batch {
+                    names.push(from.text()?);
+                }
+                self.at = from.at();
+                self.left -= batch;
+                return Ok(true);
+            }
+            Phase::Instances if self.left > 0 => {
+                self.place(batch)?;
+                self.left -= batch;
+                return Ok(true);
+            }
+            _ => {}
         }
+        let mut from = Reader::new(&self.bytes, self.at);
+        (self.phase, self.left) = match self.phase {
+            Phase::Meshes => (Phase::InstanceNames, from.count(8)?),
+            Phase::InstanceNames => (Phase::NodeNames, from.count(8)?),
+            Phase::NodeNames => (Phase::Instances, from.count(INSTANCE)?),
+            Phase::Instances => {
+                self.model.scene.commit_in_order();
+                (Phase::Done, 0)
+            }
+            Phase::Done => (Phase::Done, 0),
+        };
+        self.at = from.at();
+        Ok(self.phase != Phase::Done)
+    }
+
+    fn mesh(&mut self) -> Result<(), UnpackError> {
         let mut from = Reader::new(&self.bytes, self.at);
         let (positions, indices) = (from.pods()?, from.pods()?);
         let parts = from.list(|from| {
@@ -254,38 +310,63 @@ impl Unpacker {
             .map_err(|e| UnpackError::Damaged(e.to_string()))?;
         mesh.prepare();
         self.model.scene.add_mesh(mesh);
-        self.meshes -= 1;
-        Ok(self.meshes > 0)
+        Ok(())
     }
 
-    /// Makes what meshes are left, and places the instances.
+    /// Adds the next instances, with the bounds that they had. Those that were given, as those of what deforms are, are
+    /// not those of the mesh.
+    fn place(&mut self, count: usize) -> Result<(), UnpackError> {
+        let wrong = |e: cullet::SceneError| UnpackError::Damaged(e.to_string());
+        let mut from = Reader::new(&self.bytes, self.at);
+        let scene = &mut self.model.scene;
+        for _ in 0..count {
+            let Packed { instance, none, bounds } = Packed::read(&mut from)?;
+            let own = if none { BoundsOverride::None } else { BoundsOverride::Mesh };
+            let slot = scene.slot_count();
+            let handle = scene.add(Instance { bounds: own, ..instance }).map_err(wrong)?;
+            if !none && scene.bounds(slot) != bounds {
+                scene.set_bounds(handle, BoundsOverride::World(bounds)).map_err(wrong)?;
+            }
+        }
+        self.at = from.at();
+        Ok(())
+    }
+
+    /// Makes what is left.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`] wrote.
     pub fn finish(mut self) -> Result<Model, UnpackError> {
         while self.step()? {}
-        let mut model = self.model;
-        let scene = &mut model.scene;
-        let mut handles = Vec::with_capacity(self.instances.len());
-        for (instance, exempt, bounds) in &self.instances {
-            // What is exempt by its flag needs no other reason.
-            let none = *exempt && !instance.flags.always_visible;
-            let own = if none { BoundsOverride::None } else { BoundsOverride::Mesh };
-            let handle = scene
-                .add(Instance { bounds: own, ..*instance })
-                .map_err(|e| UnpackError::Damaged(e.to_string()))?;
-            handles.push((handle, none, *bounds));
-        }
-        scene.commit();
-        scene.rebase(self.origin);
-        // Bounds that were given, as those of what deforms are, are not those of the mesh.
-        for (handle, none, bounds) in handles {
-            let wrong = |e: cullet::SceneError| UnpackError::Damaged(e.to_string());
-            if !none && scene.bounds(scene.slot(handle).map_err(wrong)?) != bounds {
-                scene.set_bounds(handle, BoundsOverride::World(bounds)).map_err(wrong)?;
-            }
-        }
-        Ok(model)
+        Ok(self.model)
+    }
+}
+
+/// An instance, and the box that the scene had for it.
+struct Packed {
+    instance: Instance,
+    /// Whether it has no bounds.
+    none: bool,
+    bounds: Aabb,
+}
+
+impl Packed {
+    fn read(from: &mut Reader<'_>) -> Result<Self, UnpackError> {
+        let [mesh, layers, bits]: [u32; 3] = from.pod()?;
+        let bit = |n: u32| bits >> n & 1 == 1;
+        let flags = InstanceFlags {
+            always_visible: bit(0),
+            no_occlusion: bit(1),
+            double_sided: bit(2),
+            transparent: bit(3),
+            dynamic: bit(4),
+        };
+        let place = place(from)?;
+        let [min, max] = from.pod()?;
+        let instance = Instance { layers, flags, ..Instance::new(mesh, place) };
+        // What is exempt by its flag needs no other reason.
+        let none = bit(5) && !flags.always_visible;
+        Ok(Self { instance, none, bounds: Aabb { min, max } })
     }
 }
 
@@ -300,7 +381,7 @@ mod tests {
     use cullet_io::{load_bytes, scenes};
 
     /// How many triangles are left of a view, and what dropped each instance.
-    fn seen(model: &Model) -> (u64, usize, Vec<(u32, Option<&'static str>)>) {
+    fn seen(model: &Model) -> (u64, usize, Vec<Option<&'static str>>) {
         let camera = &cullet_io::paths::cameras(
             model,
             &cullet_io::paths::PathSpec::Orbit,
@@ -314,15 +395,14 @@ mod tests {
         let culler = cullet::Culler { reasons: true, ..cullet::Culler::default() };
         culler.cull_one(&model.scene, &view, &mut ViewState::default(), &mut visible);
         let stage = |slot: u32| visible.reasons[slot as usize].map(|r| r.stage.name());
-        let scene = &model.scene;
-        let mut all: Vec<_> =
-            scene.slots().map(|s| (scene.handle(s).unwrap().index, stage(s))).collect();
-        all.sort_unstable();
+        let all = model.scene.slots().map(stage).collect();
         (visible.triangle_count, visible.partial.len(), all)
     }
 
     fn same(model: &Model) {
-        let back = Unpacker::new(pack(model)).unwrap().finish().unwrap();
+        let unpacker = Unpacker::new(pack(model)).unwrap();
+        assert_eq!(unpacker.measures(), Measures::of(model), "{}", model.name);
+        let back = unpacker.finish().unwrap();
         let meshes = |m: &Model| {
             format!("{:?}", m.scene.meshes().iter().map(Mesh::to_data).collect::<Vec<_>>())
         };
@@ -333,28 +413,35 @@ mod tests {
                 (b.clusters(), b.original_triangle())
             );
         }
+        // Slot for slot.
         let placed = |m: &Model| {
             let s = &m.scene;
             let one = |i: u32| {
                 let exempt = s.exempt()[i as usize / 64] >> (i % 64) & 1;
                 let (mesh, layers, bounds) = (s.mesh_id(i), s.layers(i), s.bounds(i));
-                (s.handle(i), mesh, *s.transform(i), layers, s.flags(i), bounds, exempt)
+                let handle = s.handle(i).unwrap();
+                let name = m.instance_name(handle).into_owned();
+                let node = m.node_tree.node_of_instance.get(handle.index as usize).copied();
+                (name, node, mesh, *s.transform(i), layers, s.flags(i), bounds, exempt)
             };
-            let mut all: Vec<_> = s.slots().map(one).collect();
-            all.sort_by_key(|one| one.0.map(|h| (h.index, h.generation)));
-            (s.origin(), all)
+            (s.origin(), s.slots().map(one).collect::<Vec<_>>())
         };
         assert_eq!(placed(&back), placed(model), "{}", model.name);
         let rest = |m: &Model| {
+            let portal = |p: &Portal| {
+                let door = p.door.map(|h| m.scene.slot(h));
+                (p.cells, p.polygon.clone(), door, p.closed)
+            };
             (
                 m.name.clone(),
                 m.mesh_names.clone(),
-                m.instance_names.clone(),
-                m.node_tree.clone(),
+                m.node_tree.parents.clone(),
+                m.node_tree.names.clone(),
                 m.materials.clone(),
                 m.cameras.clone(),
                 m.views.clone(),
-                m.cells.clone(),
+                m.cells.cells.clone(),
+                m.cells.portals.iter().map(portal).collect::<Vec<_>>(),
             )
         };
         assert_eq!(rest(&back), rest(model), "{}", model.name);
@@ -382,8 +469,9 @@ mod tests {
         model.scene.set_bounds(handles[1], BoundsOverride::World(given)).unwrap();
         model.scene.commit();
         let back = Unpacker::new(pack(&model)).unwrap().finish().unwrap();
-        assert_eq!(back.scene.bounds(back.scene.slot(handles[1]).unwrap()), given);
-        let slot = back.scene.slot(handles[0]).unwrap() as usize;
+        let slot = |n: usize| model.scene.slot(handles[n]).unwrap();
+        assert_eq!(back.scene.bounds(slot(1)), given);
+        let slot = slot(0) as usize;
         assert_eq!(back.scene.exempt()[slot / 64] >> (slot % 64) & 1, 1);
     }
 

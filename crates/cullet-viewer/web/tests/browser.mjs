@@ -43,8 +43,9 @@ export function start(serve, page_folder, scene) {
   });
 }
 
+/** Opens the page in a browser, or in what one pretends to be: a context. */
 export async function open(browser, url, query) {
-  const page = await browser.newPage({ viewport: SIZE });
+  const page = await browser.newPage(browser.newContext ? { viewport: SIZE } : undefined);
   await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
   // Tests take the device away; the page itself has no use for it.
   await page.addInitScript(() => {
@@ -81,4 +82,28 @@ export async function drag(page, dx, dy) {
   await page.mouse.move(MIDDLE.x + dx / 2, MIDDLE.y + dy / 2, { steps: 3 });
   await page.mouse.move(MIDDLE.x + dx, MIDDLE.y + dy, { steps: 3 });
   await page.mouse.up();
+}
+
+/** Waits until an attribute is other than it was. */
+export async function changed(page, name, old) {
+  const args = [name, old];
+  await page.waitForFunction(([n, o]) => document.body.dataset[n] !== o, args, { timeout: WAIT })
+    .catch(() => assert.fail(`data-${name} stays '${old}'`));
+  await settled(page);
+  return data(page, name);
+}
+
+/** Drops files on the page at once, each a name and its bytes. */
+export async function drop(page, ...files) {
+  const carried = files.map(([name, bytes]) => [name, bytes.toString("base64")]);
+  await page.evaluate((files) => {
+    const carried = new DataTransfer();
+    for (const [name, bytes] of files) {
+      carried.items.add(new File([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))], name));
+    }
+    const canvas = document.getElementById("canvas");
+    for (const kind of ["dragover", "drop"]) {
+      canvas.dispatchEvent(new DragEvent(kind, { dataTransfer: carried, bubbles: true, cancelable: true }));
+    }
+  }, carried);
 }

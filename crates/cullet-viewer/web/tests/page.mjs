@@ -6,7 +6,10 @@ import { tmpdir } from "node:os";
 import { pathToFileURL } from "node:url";
 import { join } from "node:path";
 import assert from "node:assert/strict";
-import { MIDDLE, SIZE, WAIT, data, drag, launch, open, running, settled, start } from "./browser.mjs";
+import { MIDDLE, SIZE, WAIT, changed, data, drag, drop, launch, open, running, settled, start } from "./browser.mjs";
+import { beside, stored } from "./beside.mjs";
+import { large } from "./large.mjs";
+import { phone } from "./phone.mjs";
 
 const [serve, page_folder, pictures] = process.argv.slice(2);
 assert(serve && page_folder, "usage: node page.mjs CULLET_SERVE PAGE_FOLDER [PICTURES_FOLDER]");
@@ -64,26 +67,6 @@ function colours(png) {
   return seen.size;
 }
 
-/** Waits until an attribute is other than it was. */
-async function changed(page, name, old) {
-  const args = [name, old];
-  await page.waitForFunction(([n, o]) => document.body.dataset[n] !== o, args, { timeout: WAIT })
-    .catch(() => assert.fail(`data-${name} stays '${old}'`));
-  await settled(page);
-  return data(page, name);
-}
-
-async function drop(page, name, bytes) {
-  await page.evaluate(([name, bytes]) => {
-    const carried = new DataTransfer();
-    carried.items.add(new File([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))], name));
-    const canvas = document.getElementById("canvas");
-    for (const kind of ["dragover", "drop"]) {
-      canvas.dispatchEvent(new DragEvent(kind, { dataTransfer: carried, bubbles: true, cancelable: true }));
-    }
-  }, [name, bytes.toString("base64")]);
-}
-
 const parse = (faces) => faces.split("/").map(Number);
 
 async function use(browser, url, query, name) {
@@ -128,14 +111,14 @@ async function use(browser, url, query, name) {
 
   // A broken file is told; what was open stays.
   const scene = await data(page, "scene");
-  await drop(page, "broken.glb", cube().subarray(0, 150));
+  await drop(page, ["broken.glb", cube().subarray(0, 150)]);
   const notice = await changed(page, "notice", await data(page, "notice"));
   assert.match(notice, /broken\.glb/);
   assert.equal(await data(page, "scene"), scene);
   assert.equal(await data(page, "state"), "running");
   console.log(`${name}: told: ${notice}`);
 
-  await drop(page, "cube.glb", cube());
+  await drop(page, ["cube.glb", cube()]);
   assert.equal(await changed(page, "scene", scene), "cube.glb");
   const [, triangles] = parse(await data(page, "faces"));
   assert.equal(triangles, 12);
@@ -223,6 +206,10 @@ try {
   await lose(browser, server.url, "", "webgpu");
   await lose(browser, server.url, "?webgl", "webgl");
 
+  await beside(browser, server.url);
+  await phone(browser, server.url, pictures);
+  await large(browser, server.url, folder);
+
   // Nonsense in a link opens the default, and says so.
   const { page } = await open(browser, server.url.replace(/#.*/, "#scene=city&wipe=%22no%22"), "?webgl");
   assert.match(await data(page, "notice"), /link/);
@@ -239,6 +226,15 @@ try {
   assert.deepEqual(parse(await data(served.page, "faces"))[1], 12);
   console.log(`served: ${await data(served.page, "scene")} after ${served.took} ms`);
   await files.end();
+
+  // One that names another file, in a folder below.
+  const several = await start(serve, page_folder, await stored(folder));
+  const { page: named, said } = await open(browser, several.url, "?webgl");
+  assert.equal(await data(named, "scene"), "/scene/triangle.gltf");
+  assert.equal(await data(named, "faces").then((f) => f.split("/")[1]), "1");
+  assert.deepEqual(said.filter((s) => /404/.test(s)), [], "nothing is asked for that is not served");
+  console.log(`served with its buffer: ${await data(named, "notice")}`);
+  await several.end();
 } finally {
   await browser.close();
   await rm(folder, { recursive: true, force: true });

@@ -242,6 +242,16 @@ impl Hierarchy {
         Commit { slot_of_old, order_version: self.order_version }
     }
 
+    /// Nodes over the boxes in the order in which they lie, as after a [`commit`](Self::commit) that found nothing to
+    /// sort: for things that were inserted in the order of an earlier commit. Any other order is right too, but walks
+    /// are slow. Empty slots stay, and [`commit_slice`](Self::commit_slice) does nothing until the next commit.
+    /// O(things), but it streams through them once.
+    pub fn commit_in_order(&mut self) {
+        self.settle(self.boxes.len());
+        self.order_version += 1;
+        self.change_version += 1;
+    }
+
     /// Nodes and the rest for boxes that were just sorted.
     fn settle(&mut self, first_moving: usize) {
         self.loose.clear();

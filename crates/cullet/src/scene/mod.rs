@@ -263,6 +263,14 @@ impl Scene {
         commit
     }
 
+    /// As [`commit`](Self::commit), without sorting: for a scene whose instances were added in the order of the slots
+    /// of one that was committed. The slots stay as they are. See [`Hierarchy::commit_in_order`].
+    pub fn commit_in_order(&mut self) {
+        self.hierarchy.commit_in_order();
+        self.note_exempt();
+        self.change += 1;
+    }
+
     /// Sorts some of the slots: call it once or more a frame where much moves, so that the order does not
     /// decay and no frame waits for a [`commit`](Self::commit). Returns the slots that changed, as old and
     /// new. See [`Hierarchy::commit_slice`].
