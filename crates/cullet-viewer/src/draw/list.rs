@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn lists_say_what_results_say_as_the_eye_moves() {
-        let model = scenes::build("city:cells=6,objects=300,sub=4").unwrap();
+        let model = scenes::build("city:cells=6,objects=300,sub=5").unwrap();
         let geometry = Geometry::new(&model, Room { buffer: 1 << 28, side: 8192 }).unwrap();
         let instances = Instances::new(&model.scene);
         let mut list = DrawList::default();
