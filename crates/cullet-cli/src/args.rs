@@ -434,7 +434,8 @@ pub(crate) struct PictureArgs {
     pub(crate) view: ViewArgs,
     #[command(flatten)]
     pub(crate) cull: CullArgs,
-    /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a volume, of the first instance that has one]
+    /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a volume, of the
+    /// first instance that has one]
     #[arg(long, value_name = "N")]
     pub(crate) cluster: Option<u32>,
     /// Which view of the path, from 0

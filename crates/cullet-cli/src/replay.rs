@@ -98,7 +98,8 @@ fn text(d: &Difference) -> String {
     format!("  call {call}: the box {min:?} to {max:?} was {}, is {}", word(*was), word(*is))
 }
 
-/// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance that it asked about.
+/// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance that it
+/// asked about.
 pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mut Recording) {
     let culler = Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
     let (mut state, mut result) = (ViewState::default(), Visible::default());

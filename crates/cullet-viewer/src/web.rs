@@ -1,9 +1,9 @@
 //! What only a page needs: its start, what it says in a form that programs can read, files that go in and out,
 //! and scenes that are made in a worker.
 //!
-//! A page has one thread, which draws. A file is therefore parsed, and a built-in scene made, in a worker, with the same code in a
-//! memory of its own, and comes back [packed] into bytes; unpacking is cut into pieces between which the
-//! page goes on.
+//! A page has one thread, which draws. A file is therefore parsed, and a built-in scene made, in a worker, with
+//! the same code in a memory of its own, and comes back [packed] into bytes; unpacking is cut into pieces
+//! between which the page goes on.
 
 mod bytes;
 pub mod packed;

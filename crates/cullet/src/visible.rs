@@ -123,8 +123,8 @@ pub struct FrustumWork {
 /// What the occlusion stage did to get its answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OcclusionWork {
-    /// Shapes that were weighed: those that by the size of their nodes and instances on the screen might be worth more than
-    /// what the budget was spent on; all in the view, where it pays for all.
+    /// Shapes that were weighed: those that by the size of their nodes and instances on the screen might be
+    /// worth more than what the budget was spent on; all in the view, where it pays for all.
     pub offered: u64,
     /// Those of them that the budget allowed.
     pub chosen: u64,

@@ -255,8 +255,8 @@ fn warm_and_cold_moved_and_sorted_agree() {
     assert!(dropped > 10_000, "{dropped} hidden");
 }
 
-/// A view down the city of [`city`], from where nothing of it crosses the near plane: of such things ties go by slot, which
-/// sorting changes.
+/// A view down the city of [`city`], from where nothing of it crosses the near plane: of such things ties go by
+/// slot, which sorting changes.
 fn street_view() -> View {
     let projection =
         Projection::Perspective { fov_y_radians: 1.1, aspect: 1.6, near: 0.1, far: 200.0 };

@@ -1,7 +1,8 @@
-//! `cullet-bindgen FILE.wasm OUT_DIR`: writes the JavaScript that loads a wasm-bindgen module, and the module it loads.
+//! `cullet-bindgen FILE.wasm OUT_DIR`: writes the JavaScript that loads a wasm-bindgen module, and the module
+//! it loads.
 //!
-//! It does what the program `wasm-bindgen --target web` does. As a member of the workspace its version stands in the same lock
-//! file as the library's, so that the two cannot part.
+//! It does what the program `wasm-bindgen --target web` does. As a member of the workspace its version stands
+//! in the same lock file as the library's, so that the two cannot part.
 #![forbid(unsafe_code)]
 
 use std::path::PathBuf;

@@ -76,8 +76,8 @@ pub struct Occluders {
     pub polygons: Vec<Polygon>,
     /// Triangles of the mesh, of one side and of two.
     pub sheets: Vec<Sheet>,
-    /// Triangles of the mesh for eyes for which the boxes do not [hold](Self::boxes_hold); without boxes, none. They take
-    /// the place of boxes and of [`sheets`](Self::sheets).
+    /// Triangles of the mesh for eyes for which the boxes do not [hold](Self::boxes_hold); without boxes, none.
+    /// They take the place of boxes and of [`sheets`](Self::sheets).
     pub near: Vec<Sheet>,
 }
 
@@ -142,8 +142,8 @@ impl Polygon {
     }
 }
 
-/// Triangles of a mesh that stand for themselves, whatever their slope: exact, but dearer to draw than a box or polygon.
-/// Where they share an edge they are to be drawn as one surface, or a strict rasteriser leaves a seam.
+/// Triangles of a mesh that stand for themselves, whatever their slope: exact, but dearer to draw than a box or
+/// polygon. Where they share an edge they are to be drawn as one surface, or a strict rasteriser leaves a seam.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheet {
     /// Corners, wound as in the mesh.
@@ -159,11 +159,11 @@ pub struct OccluderOptions {
     pub max_boxes: u32,
     /// Polygons at the most.
     pub max_polygons: u32,
-    /// Triangles of the mesh itself at the most. They are taken where boxes and polygons leave more than a twentieth of the
-    /// surface that boxes leave. Each costs a view about what a box does.
+    /// Triangles of the mesh itself at the most. They are taken where boxes and polygons leave more than a
+    /// twentieth of the surface that boxes leave. Each costs a view about what a box does.
     pub max_triangles: u32,
-    /// Triangles of the mesh at the most for eyes so near that its boxes do not serve them: who stands on a terrain, or in a
-    /// house. Only such a view has them.
+    /// Triangles of the mesh at the most for eyes so near that its boxes do not serve them: who stands on a
+    /// terrain, or in a house. Only such a view has them.
     pub max_near: u32,
     /// A box must add at least this share of what solid cells hide, and a polygon this share of the area of
     /// the surface: 0 to 1. Lower makes more occluders that each hide less.
@@ -249,8 +249,8 @@ pub struct OccluderReport {
     pub box_gains: Vec<f64>,
     /// The share of the surface's area that each polygon adds to what boxes and polygons before it hide.
     pub polygon_gains: Vec<f64>,
-    /// The share of the surface's area that triangles add to what boxes hide, and where they are not all that boxes leave,
-    /// to what polygons do.
+    /// The share of the surface's area that triangles add to what boxes hide, and where they are not all that
+    /// boxes leave, to what polygons do.
     pub triangle_gain: f64,
     /// Why there are no boxes.
     pub no_boxes: Option<NoOccluders>,

@@ -71,10 +71,11 @@ const MOST_PIECES: u32 = 200_000;
 
 /// Proves that occluders lie within what a mesh hides, without the grid by which they were made.
 ///
-/// A box is proved if a closed shell has no triangle near it and seals its middle; else it is halved and
-/// both halves are proved. A triangle is proved if the mesh has it. Independently of shells, from `samples` points of each box a ray is shot outward,
-/// which must cross a triangle that is drawn from there; and as many points of each polygon must be within
-/// its tolerance of a triangle that faces as it does. Costs some 10 ns for each sample and triangle.
+/// A box is proved if a closed shell has no triangle near it and seals its middle; else it is halved and both
+/// halves are proved. A triangle is proved if the mesh has it. Independently of shells, from `samples` points
+/// of each box a ray is shot outward, which must cross a triangle that is drawn from there; and as many points
+/// of each polygon must be within its tolerance of a triangle that faces as it does. Costs some 10 ns for each
+/// sample and triangle.
 #[must_use]
 pub fn validate(mesh: &Mesh, occluders: &Occluders, samples: u32) -> Validation {
     let surface = Surface::of(mesh);

@@ -174,9 +174,10 @@ fn window_in_f64() -> Region<f64, 3> {
     Window::new([-1.0; 3], [1.0; 3]).expect("low is below high").region()
 }
 
-/// Triangles of a soup around the eye that all straddle the band or the near plane, none of them outside
-/// of the view: what is left to cut when all that can be told at a glance has gone. Each straddles at most so many planes;
-/// one with a corner behind the eye straddles several, for that is outside of left or right whatever its x.
+/// Triangles of a soup around the eye that all straddle the band or the near plane, none of them outside of the
+/// view: what is left to cut when all that can be told at a glance has gone. Each straddles at most so many
+/// planes; one with a corner behind the eye straddles several, for that is outside of left or right whatever
+/// its x.
 fn straddling(guard: &GuardBand<f32>, planes: u32) -> Vec<[[f32; 4]; 3]> {
     let mut random = Random(0x1234_5678_9abc_def1);
     let m = view().clip_from_world();

@@ -162,8 +162,8 @@ impl Accessors {
         self.all.get(index)?.as_ref()
     }
 
-    /// Decodes an accessor of `N` components into floats; 16 are those of a 4x4 matrix. Normalised integers become fractions, others
-    /// keep their value.
+    /// Decodes an accessor of `N` components into floats; 16 are those of a 4x4 matrix. Normalised integers
+    /// become fractions, others keep their value.
     ///
     /// # Errors
     /// If it has another shape or is of u32, or its bytes are absent; `user` is who asks.

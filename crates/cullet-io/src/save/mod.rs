@@ -79,9 +79,9 @@ impl SaveFormat {
     }
 }
 
-/// Saves the meshes, instances and materials of a model, and the attributes that it has; cameras, cells and views are left out. Every
-/// triangle is written, in its original order, degenerate ones too. Positions in world space are rounded
-/// to f32 once. An existing file is replaced.
+/// Saves the meshes, instances and materials of a model, and the attributes that it has; cameras, cells and
+/// views are left out. Every triangle is written, in its original order, degenerate ones too. Positions in
+/// world space are rounded to f32 once. An existing file is replaced.
 ///
 /// # Errors
 /// If the ending is of no kind that is written, the file cannot be written, or the format cannot count so

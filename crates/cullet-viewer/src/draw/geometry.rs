@@ -260,8 +260,9 @@ pub(super) fn linear(v: u8) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The normal of every vertex of a chunk, of unit length, weighted by area, zero where no triangle has an
-/// area; and in w about how long the edges there are. Vertices of a mesh in the same place share a normal, so that clusters do not show.
+/// The normal of every vertex of a chunk, of unit length, weighted by area, zero where no triangle has an area;
+/// and in w about how long the edges there are. Vertices of a mesh in the same place share a normal, so that
+/// clusters do not show.
 pub(super) fn vertex_normals(chunk: &ChunkData) -> Vec<[f32; 4]> {
     let mut normals = vec![glam::Vec3::ZERO; chunk.vertices.len()];
     let corner = |i: u32| glam::Vec3::from(chunk.vertices[i as usize].position);

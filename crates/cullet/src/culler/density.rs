@@ -1,9 +1,10 @@
 //! Where on the screen there is much to hide.
 //!
-//! The ground at one's feet fills half of the screen and hides nothing but what little stands before it, while a trunk at eye
-//! level has all of a forest behind it. So what a shape is worth is not how many pixels it covers, but how many things may be
-//! behind them: a thousand of the things of a scene are sampled for it. They are picked by their handles, so that
-//! neither the order of slots nor the nodes have a say in which occluders are chosen.
+//! The ground at one's feet fills half of the screen and hides nothing but what little stands before it, while
+//! a trunk at eye level has all of a forest behind it. So what a shape is worth is not how many pixels it
+//! covers, but how many things may be behind them: a thousand of the things of a scene are sampled for it. They
+//! are picked by their handles, so that neither the order of slots nor the nodes have a say in which occluders
+//! are chosen.
 
 use crate::bits;
 use crate::cull::occlusion::{Asker, Footprint};
@@ -55,8 +56,9 @@ impl Density {
             }
         }
         let cells = (columns * rows) as u64;
-        // What a cell weighs: its share of the samples and its share of the pixels, for what is hidden where nothing was sampled
-        // is worth something too. Where samples weigh seven times as much no more is found, and more has to be weighed.
+        // What a cell weighs: its share of the samples and its share of the pixels, for what is hidden where
+        // nothing was sampled is worth something too. Where samples weigh seven times as much no more is found,
+        // and more has to be weighed.
         let weigh = |samples: u64| samples * cells + count.max(1);
         let mut most = 0;
         for row in 1..=rows {
@@ -95,8 +97,8 @@ impl Density {
         self.densest
     }
 
-    /// What the rectangle up to a corner of a pixel weighs: between the corners of the cells as if each had its weight spread
-    /// evenly.
+    /// What the rectangle up to a corner of a pixel weighs: between the corners of the cells as if each had its
+    /// weight spread evenly.
     fn at(&self, [x, y]: [u64; 2]) -> u64 {
         let stride = self.cells[0] + 1;
         let ([i, j], [u, v]) = ([x / CELL, y / CELL].map(|c| c as usize), [x % CELL, y % CELL]);

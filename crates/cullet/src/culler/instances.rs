@@ -230,9 +230,10 @@ impl Pass<'_> {
         }
     }
 
-    /// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted), and of the others what
-    /// is not outside the frustum. Where clusters are wanted and no later stage can drop one of an instance, its bit is
-    /// [settled](super::run::Scratch::settled) and it gets no run: most of what is seen of very many things.
+    /// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted), and of
+    /// the others what is not outside the frustum. Where clusters are wanted and no later stage can drop one of
+    /// an instance, its bit is [settled](super::run::Scratch::settled) and it gets no run: most of what is seen
+    /// of very many things.
     pub(super) fn clusters(&mut self) {
         let scene = self.scene;
         let by_cluster = self.culler.frustum && self.culler.output >= Output::Clusters;

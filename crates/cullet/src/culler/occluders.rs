@@ -1,9 +1,10 @@
 //! The choice of occluders: by the nodes of the hierarchy, those first that may hold the best.
 //!
-//! What a shape is worth is what may be behind its [pixels](super::density) for what drawing it costs, so no shape below a node is
-//! worth more than the cheapest of the scene would be over all of the node's pixels. Nodes are looked into from the best bound on, and
-//! as soon as the budget is spent what cannot be among the chosen is passed over unseen: of a million things a budget pays for
-//! some hundred. The choice is that of looking at everything.
+//! What a shape is worth is what may be behind its [pixels](super::density) for what drawing it costs, so no
+//! shape below a node is worth more than the cheapest of the scene would be over all of the node's pixels.
+//! Nodes are looked into from the best bound on, and as soon as the budget is spent what cannot be among the
+//! chosen is passed over unseen: of a million things a budget pays for some hundred. The choice is that of
+//! looking at everything.
 
 use super::density::Density;
 use super::occlusion::{is_within, occludes};
@@ -72,8 +73,8 @@ impl Search<'_> {
         }
     }
 
-    /// What no shape of the scene costs less than, as far as that is known: occluders are made when something of their mesh is
-    /// first in view.
+    /// What no shape of the scene costs less than, as far as that is known: occluders are made when something
+    /// of their mesh is first in view.
     fn cheapest(&self) -> Cheapest {
         let meshes = self.scene.meshes();
         if meshes.len() > MOST_MESHES {
@@ -124,8 +125,8 @@ impl Search<'_> {
         }
     }
 
-    /// Whether what was drawn hides all of a footprint. Where a node's is hidden, so are those of all that is below it, so
-    /// that what is offered does not depend on the nodes.
+    /// Whether what was drawn hides all of a footprint. Where a node's is hidden, so are those of all that is
+    /// below it, so that what is offered does not depend on the nodes.
     fn is_hidden(&self, footprint: Option<Footprint>) -> bool {
         let is_covering = |f| self.buffer.is_covering(self.asker.level(), &f);
         !self.drawn.is_empty() && footprint.is_some_and(is_covering)

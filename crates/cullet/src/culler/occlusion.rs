@@ -1,10 +1,11 @@
 //! The stage that drops what lies behind something.
 //!
-//! First the occluders that are worth most for their cost are sought, by the nodes of the hierarchy; what the budget
-//! allows is drawn front to back, in some rounds where there is much; then everything is asked about, by the nodes first: those that are hidden answer for
-//! all that is in them, and so do those that are before everything that was drawn. Which occluders are drawn, and in which order, depends on this frame alone: one that is hidden when its turn
-//! comes is left out, so that an order remembered from the last frame could leave out others, and prove
-//! something else. What is remembered is memory.
+//! First the occluders that are worth most for their cost are sought, by the nodes of the hierarchy; what the
+//! budget allows is drawn front to back, in some rounds where there is much; then everything is asked about, by
+//! the nodes first: those that are hidden answer for all that is in them, and so do those that are before
+//! everything that was drawn. Which occluders are drawn, and in which order, depends on this frame alone: one
+//! that is hidden when its turn comes is left out, so that an order remembered from the last frame could leave
+//! out others, and prove something else. What is remembered is memory.
 
 use super::backfaces::split;
 use super::density::Density;
@@ -20,8 +21,8 @@ use crate::scene::Scene;
 use crate::view::{CullFace, FrontFace, View};
 use crate::visible::{OcclusionTimes, OcclusionWork, Reason, Stage, Unit, Visible};
 
-/// What the first round of choosing may spend, in modelled microseconds. Less leaves much to be weighed twice, more pays for
-/// what stands behind each other.
+/// What the first round of choosing may spend, in modelled microseconds. Less leaves much to be weighed twice,
+/// more pays for what stands behind each other.
 const FIRST_ROUND: f32 = 125.0;
 
 /// With fewer instances in the view it costs more to look twice than it saves.
@@ -147,9 +148,9 @@ impl Pass<'_> {
         self.scratch.occlusion = state;
     }
 
-    /// Chooses what to draw and draws it, in rounds: first for a little of the budget, then for four times as much, of what is
-    /// not hidden by then. What stands behind the first is not looked at any more, nor does it take its share of the
-    /// budget: in a forest the trees of the front row are most of what there is to draw.
+    /// Chooses what to draw and draws it, in rounds: first for a little of the budget, then for four times as
+    /// much, of what is not hidden by then. What stands behind the first is not looked at any more, nor does it
+    /// take its share of the budget: in a forest the trees of the front row are most of what there is to draw.
     fn choose_and_draw(
         &self,
         buffer: &mut OcclusionBuffer,

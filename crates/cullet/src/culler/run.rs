@@ -279,8 +279,8 @@ pub(super) fn push_whole(whole: &mut Vec<SlotRange>, first: u32, count: u32) {
     }
 }
 
-/// The fewest triangles of a mesh of which clusters are culled by themselves, two clusters' worth. Of less so little goes that finding it,
-/// some 200 ns an instance, costs more than drawing it.
+/// The fewest triangles of a mesh of which clusters are culled by themselves, two clusters' worth. Of less so
+/// little goes that finding it, some 200 ns an instance, costs more than drawing it.
 const LEAST_PARTED: u32 = 2 * MAX_CLUSTER_TRIANGLES as u32;
 
 /// Whether it pays to cull the clusters of a mesh by themselves.

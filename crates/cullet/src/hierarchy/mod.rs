@@ -263,9 +263,10 @@ impl Hierarchy {
         self.next_window = 0;
     }
 
-    /// Sorts a little of what moves (all, if nothing was said to): takes the next window of 1024 slots, and up to three others to which most of what
-    /// strayed from it belongs, and sorts them together. Call it some times a frame in a world in motion:
-    /// what strays then comes home. Returns the slots that changed, as old and new; some 0.15 ms.
+    /// Sorts a little of what moves (all, if nothing was said to): takes the next window of 1024 slots, and up
+    /// to three others to which most of what strayed from it belongs, and sorts them together. Call it some
+    /// times a frame in a world in motion: what strays then comes home. Returns the slots that changed, as old
+    /// and new; some 0.15 ms.
     ///
     /// Empty slots stay, at the end of their windows; only [`commit`](Self::commit) closes them.
     pub fn commit_slice(&mut self) -> Vec<[u32; 2]> {

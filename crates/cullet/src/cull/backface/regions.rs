@@ -5,9 +5,10 @@ use crate::mesh::{Regions, connected_regions};
 
 /// The connected regions of the triangles that an eye sees from behind.
 ///
-/// A convex solid has exactly one from any eye outside of it. Each further region is a fold that turns
-/// away, and the more there are, the smaller are the clusters that can be culled. Triangles that are
-/// edge-on, or too thin to tell, are in none and may part a region; so may triangles of no area. Cost: O(n), as [`connected_regions`].
+/// A convex solid has exactly one from any eye outside of it. Each further region is a fold that turns away,
+/// and the more there are, the smaller are the clusters that can be culled. Triangles that are edge-on, or too
+/// thin to tell, are in none and may part a region; so may triangles of no area. Cost: O(n), as
+/// [`connected_regions`].
 ///
 /// # Panics
 /// If an index is not below the number of positions.

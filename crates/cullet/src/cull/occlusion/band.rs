@@ -1,8 +1,8 @@
 //! Bands: rows of tiles of a buffer, each drawn by itself.
 //!
-//! What covers a pixel depends on no other pixel, so a buffer can be drawn band by band, on as many threads, with the same result to the
-//! last bit; and what is hidden in its band need not be drawn there, which threads with a buffer each
-//! would not know of one another.
+//! What covers a pixel depends on no other pixel, so a buffer can be drawn band by band, on as many threads,
+//! with the same result to the last bit; and what is hidden in its band need not be drawn there, which threads
+//! with a buffer each would not know of one another.
 
 use super::body::Places;
 use super::buffer::{OcclusionBuffer, TILE};
@@ -13,8 +13,8 @@ use super::surface::Surface;
 use super::tile::{Held, Tile, Tiles};
 use crate::transform::Transform;
 
-/// Rows of tiles of an [`OcclusionBuffer`], all or some of them, into which occluders are drawn: of each only the part that lies in
-/// these rows.
+/// Rows of tiles of an [`OcclusionBuffer`], all or some of them, into which occluders are drawn: of each only
+/// the part that lies in these rows.
 #[derive(Debug)]
 pub struct Band<'a> {
     /// That of the whole buffer, in pixels.

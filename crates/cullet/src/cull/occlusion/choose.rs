@@ -10,9 +10,9 @@ pub struct Occlusion {
     /// Pixels across the buffer; its height follows from the viewport. Never more than the viewport has. Half of the
     /// screen finds nearly as much as all of it, at a quarter of the cost; the answer is never wrong. Default 640.
     pub width: u32,
-    /// What drawing occluders may cost, in microseconds of a cost model, not of a clock: so the same scene, view
-    /// and budget give the same answer on every machine. 0 draws none. Half a millisecond finds most of what is hidden, even
-    /// in a forest of a million things. Default 500.
+    /// What drawing occluders may cost, in microseconds of a cost model, not of a clock: so the same scene,
+    /// view and budget give the same answer on every machine. 0 draws none. Half a millisecond finds most of
+    /// what is hidden, even in a forest of a million things. Default 500.
     pub budget: f32,
 }
 
@@ -69,8 +69,9 @@ impl Candidate {
     }
 }
 
-// Fitted to the fastest of eight draws of each of 13,700 shapes of the built-in forest, plant and city, at 640 pixels across:
-// bodies of 21 to 114,000 pixels took 0.4 to 22 µs, patches 1.6 to 61 µs. The root is for the outline.
+// Fitted to the fastest of eight draws of each of 13,700 shapes of the built-in forest, plant and city, at 640
+// pixels across: bodies of 21 to 114,000 pixels took 0.4 to 22 µs, patches 1.6 to 61 µs. The root is for the
+// outline.
 
 fn convex_cost(edges: usize, pixels: f32) -> f32 {
     0.4 + 0.005 * edges as f32 + pixels.sqrt() * 0.03 + pixels * 1e-4
@@ -112,8 +113,9 @@ impl Cheapest {
         Self { convex: least(self.convex, other.convex), patch: least(self.patch, other.patch) }
     }
 
-    /// No shape of at most such a value is worth more, where no pixel has more than `densest` of it. (Pixels rise faster than
-    /// their cost, so that a smaller shape is worth less; the bound is raised by more than what rounding does to either.)
+    /// No shape of at most such a value is worth more, where no pixel has more than `densest` of it. (Pixels
+    /// rise faster than their cost, so that a smaller shape is worth less; the bound is raised by more than
+    /// what rounding does to either.)
     pub(crate) fn worth(self, value: f32, densest: f32) -> f32 {
         let fewest = value / densest;
         let convex = self.convex.map_or(0.0, |edges| value / convex_cost(edges, fewest));
@@ -121,8 +123,8 @@ impl Cheapest {
         convex.max(patch) * (1.0 + 1e-5)
     }
 
-    /// What is of less value is worth less than `least_worth`: a little less than the least that is not, so that most can be
-    /// refused without a root and a division.
+    /// What is of less value is worth less than `least_worth`: a little less than the least that is not, so
+    /// that most can be refused without a root and a division.
     pub(crate) fn least_value(self, least_worth: f32, densest: f32) -> f32 {
         let (mut low, mut high) = (0.0, 1e12);
         // Half a step of a thousandth in 12 + 3 decades.
@@ -140,9 +142,9 @@ impl Cheapest {
 
 /// The candidates that cover most for their cost, as far as a budget goes.
 ///
-/// The answer is that of sorting all by their worth and taking them until the budget is spent; but as soon as what was
-/// found spends it, what is worth less than the first that cannot be paid for is refused, and need not be looked at:
-/// better ones can but push it further back.
+/// The answer is that of sorting all by their worth and taking them until the budget is spent; but as soon as
+/// what was found spends it, what is worth less than the first that cannot be paid for is refused, and need not
+/// be looked at: better ones can but push it further back.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Choice {
     found: Vec<Candidate>,
@@ -183,7 +185,8 @@ impl Choice {
             self.cost += f64::from(candidate.cost);
             if self.cost > self.limit {
                 self.spend();
-                // Half more than what is left, so that sorting is paid for by what is new, and yet what is refused is known soon.
+                // Half more than what is left, so that sorting is paid for by what is new, and yet what is
+                // refused is known soon.
                 self.cost = self.found.iter().map(|c| f64::from(c.cost)).sum();
                 self.limit = self.cost * 1.5;
             }

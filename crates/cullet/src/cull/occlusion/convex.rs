@@ -10,9 +10,9 @@ use crate::mesh::weld;
 
 /// A convex polyhedron, or a convex polygon that hides from both sides.
 ///
-/// On the screen it is one outline, the edges between a face that is seen and one that is not; and at each pixel it is as
-/// near as the farthest of the planes of the faces seen, since a line enters a convex body at the last plane that
-/// it crosses inward.
+/// On the screen it is one outline, the edges between a face that is seen and one that is not; and at each
+/// pixel it is as near as the farthest of the planes of the faces seen, since a line enters a convex body at
+/// the last plane that it crosses inward.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Convex {
     pub(super) vertices: Vec<[f32; 3]>,
@@ -24,8 +24,8 @@ pub struct Convex {
     pub(super) spread: Vec<[u32; 3]>,
     /// Edges: from, to, the face that winds that way, the face that winds the other way.
     pub(super) edges: Vec<[u32; 4]>,
-    /// The first eight vertices, the last one again where there are no more: all that most bodies have, and here since a body that is
-    /// covered should not cost a look elsewhere. Then the others.
+    /// The first eight vertices, the last one again where there are no more: all that most bodies have, and
+    /// here since a body that is covered should not cost a look elsewhere. Then the others.
     pub(super) points: Points,
     pub(super) more: Vec<Points>,
     /// The largest absolute coordinate along each axis.

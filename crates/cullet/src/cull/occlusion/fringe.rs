@@ -1,19 +1,21 @@
 //! The fringe: pixels that several faces of a surface cover together.
 //!
-//! A pixel that an edge crosses is covered by no face alone, and shrinking every face would leave a crack along each edge
-//! inside a surface. But take some faces of a surface that all show the same side, and a pixel that no edge of
-//! their common border touches: then either all of the pixel is covered by them or nothing is, since how often a point
-//! is covered changes only at the border. So where a face touches a pixel and no border does, the pixel is covered;
-//! and the faces that cover it are among those that touch it, so it is at least as near as the farthest of them.
+//! A pixel that an edge crosses is covered by no face alone, and shrinking every face would leave a crack along
+//! each edge inside a surface. But take some faces of a surface that all show the same side, and a pixel that
+//! no edge of their common border touches: then either all of the pixel is covered by them or nothing is, since
+//! how often a point is covered changes only at the border. So where a face touches a pixel and no border does,
+//! the pixel is covered; and the faces that cover it are among those that touch it, so it is at least as near
+//! as the farthest of them.
 //!
-//! A sheet beside the buffer holds that, in blocks of four tiles side by side: which pixels the patch's own faces
-//! touch, which of those borders touch, and for each eight pixels side by side the least nearness of all faces that
-//! touch them. The faces around the patch, and the borders, are asked only where its own touch. Pixels that lie wholly
-//! within one large face need no sheet: they go straight into the buffer, and whatever else crosses them goes by the
-//! same argument without that face. When all of a side of a patch is drawn, what the sheet proves goes into the buffer.
+//! A sheet beside the buffer holds that, in blocks of four tiles side by side: which pixels the patch's own
+//! faces touch, which of those borders touch, and for each eight pixels side by side the least nearness of all
+//! faces that touch them. The faces around the patch, and the borders, are asked only where its own touch.
+//! Pixels that lie wholly within one large face need no sheet: they go straight into the buffer, and whatever
+//! else crosses them goes by the same argument without that face. When all of a side of a patch is drawn, what
+//! the sheet proves goes into the buffer.
 //!
-//! One nearness a pixel on the sheet found 0.0 to 0.1 % more on two scenes and took nearly twice as long. Nothing straight
-//! into the buffer but whole tiles found 0.7 to 1.5 % less, at a tenth less time.
+//! One nearness a pixel on the sheet found 0.0 to 0.1 % more on two scenes and took nearly twice as long.
+//! Nothing straight into the buffer but whole tiles found 0.7 to 1.5 % less, at a tenth less time.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8};

@@ -1,12 +1,14 @@
 //! Drawing lists of occluders: without those that are hidden by then, and shared out over threads.
 //!
-//! Jobs are [`Band`]s of the buffer. A buffer for each of them, the list dealt out in turn and the buffers merged pixel by pixel, was
-//! slower than one thread: what one has hidden the other draws, and merging moves megabytes. Buffers of one's own pay where lists
-//! are apart to begin with, as where each thread makes what it draws.
+//! Jobs are [`Band`]s of the buffer. A buffer for each of them, the list dealt out in turn and the buffers
+//! merged pixel by pixel, was slower than one thread: what one has hidden the other draws, and merging moves
+//! megabytes. Buffers of one's own pay where lists are apart to begin with, as where each thread makes what it
+//! draws.
 //!
-//! More bands than threads, taken by whoever is free, were slower than as many: of the city of the benchmark a fourth of all work
-//! lies in one row of tiles, that of the horizon, so more bands even out little and set up more twice. Boxes of a sorted list
-//! read from a plain slice, one or two cache lines each, took as long to project as those of a batch, six.
+//! More bands than threads, taken by whoever is free, were slower than as many: of the city of the benchmark a
+//! fourth of all work lies in one row of tiles, that of the horizon, so more bands even out little and set up
+//! more twice. Boxes of a sorted list read from a plain slice, one or two cache lines each, took as long to
+//! project as those of a batch, six.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
@@ -40,13 +42,14 @@ impl<F: Fn(&mut Band<'_>, u32)> DrawJob<'_, F> {
 }
 
 impl OcclusionBuffer {
-    /// Goes through occluders, the nearest first for most effect, and has those drawn that are not hidden by then: `draw` is
-    /// called with the numbers of `order`, in its order, but for those whose box, relative to the buffer's origin, lies behind
-    /// what was drawn before or beyond an edge of the screen. Returns how many were drawn. The buffer proves the same as if all
-    /// were drawn. The [`Band`] that `draw` is given is all of the buffer.
+    /// Goes through occluders, the nearest first for most effect, and has those drawn that are not hidden by
+    /// then: `draw` is called with the numbers of `order`, in its order, but for those whose box, relative to
+    /// the buffer's origin, lies behind what was drawn before or beyond an edge of the screen. Returns how many
+    /// were drawn. The buffer proves the same as if all were drawn. The [`Band`] that `draw` is given is all of
+    /// the buffer.
     ///
-    /// Boxes are projected sixteen at a time: some 10 ns for one that is hidden. Those that cross the near plane or are not
-    /// finite are drawn; empty ones are not.
+    /// Boxes are projected sixteen at a time: some 10 ns for one that is hidden. Those that cross the near
+    /// plane or are not finite are drawn; empty ones are not.
     ///
     /// # Panics
     /// If `order` has a number that is no box.
@@ -68,14 +71,16 @@ impl OcclusionBuffer {
         drawn
     }
 
-    /// As [`draw_unless_hidden`](Self::draw_unless_hidden), as so many jobs: the buffer is the same to the last bit, for any
-    /// number of them. `run` is given the jobs, each to be run once, on any thread and in any order. Each has a [`Band`] of
-    /// the buffer, some rows of tiles, and goes through the whole list: what touches the band and is not hidden there by then
-    /// is drawn, so an occluder may be drawn in several bands, or in none.
+    /// As [`draw_unless_hidden`](Self::draw_unless_hidden), as so many jobs: the buffer is the same to the last
+    /// bit, for any number of them. `run` is given the jobs, each to be run once, on any thread and in any
+    /// order. Each has a [`Band`] of the buffer, some rows of tiles, and goes through the whole list: what
+    /// touches the band and is not hidden there by then is drawn, so an occluder may be drawn in several bands,
+    /// or in none.
     ///
-    /// With rayon: `|jobs| jobs.into_par_iter().for_each(DrawJob::run)`. As many jobs as there are threads are best: bands are
-    /// cut so that each has about as much to do, and what crosses from one into the next is set up in both. The boxes are
-    /// projected before, by the caller's thread: some 5 ns each. None is 1 job, and there are no more than rows of tiles.
+    /// With rayon: `|jobs| jobs.into_par_iter().for_each(DrawJob::run)`. As many jobs as there are threads are
+    /// best: bands are cut so that each has about as much to do, and what crosses from one into the next is set
+    /// up in both. The boxes are projected before, by the caller's thread: some 5 ns each. None is 1 job, and
+    /// there are no more than rows of tiles.
     ///
     /// # Panics
     /// If `order` has a number that is no box.
@@ -163,8 +168,8 @@ fn rectangles(level: Level, lens: Option<&Lens>, boxes: &Boxes, some: &[u32]) ->
     r
 }
 
-/// What it costs to look at an occluder, in units of what it costs to cover a tile: some 28 ns against 2, fitted to the bands of
-/// 32 views of a city, where a few of those looked at are drawn.
+/// What it costs to look at an occluder, in units of what it costs to cover a tile: some 28 ns against 2,
+/// fitted to the bands of 32 views of a city, where a few of those looked at are drawn.
 const LOOK: u64 = 12;
 
 /// What it costs to draw one, beside the tiles that it covers whole.

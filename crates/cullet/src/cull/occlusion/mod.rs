@@ -14,10 +14,11 @@
 //!                         └─ edges, with the faces along them ─► fringe ──┘
 //! ```
 //!
-//! Ned Greene, Michael Kass & Gavin Miller, *Hierarchical Z-Buffer Visibility*, 1993, is where tiles that keep their farthest
-//! pixel come from; Hansong Zhang et al., *Visibility Culling Using Hierarchical Occlusion Maps*, 1997, where occluders
-//! are chosen and drawn apart; Jon Hasselgren, Magnus Andersson & Tomas Akenine-Möller, *Masked Software Occlusion
-//! Culling*, 2016, is the state of the art for a CPU, and samples pixel centres.
+//! Ned Greene, Michael Kass & Gavin Miller, *Hierarchical Z-Buffer Visibility*, 1993, is where tiles that keep
+//! their farthest pixel come from; Hansong Zhang et al., *Visibility Culling Using Hierarchical Occlusion
+//! Maps*, 1997, where occluders are chosen and drawn apart; Jon Hasselgren, Magnus Andersson & Tomas
+//! Akenine-Möller, *Masked Software Occlusion Culling*, 2016, is the state of the art for a CPU, and samples
+//! pixel centres.
 
 mod ask;
 mod band;

@@ -61,9 +61,9 @@ impl Occluder {
         Self { shapes, near: 0, sealed: Vec::new(), boxes, cheapest }
     }
 
-    /// The mesh itself: one body where it is convex, closed and opaque; else a body for each of its one-sided pieces that is,
-    /// and the rest of its opaque triangles, a patch for each cluster, with a kept edge to its neighbours. Blended and
-    /// alpha-masked parts do not occlude, nor does a mesh that can deform.
+    /// The mesh itself: one body where it is convex, closed and opaque; else a body for each of its one-sided
+    /// pieces that is, and the rest of its opaque triangles, a patch for each cluster, with a kept edge to its
+    /// neighbours. Blended and alpha-masked parts do not occlude, nor does a mesh that can deform.
     #[must_use]
     pub fn of_mesh(mesh: &Mesh) -> Self {
         let opaque = mesh.parts().iter().all(|p| p.alpha == Alpha::Opaque);
@@ -125,9 +125,9 @@ impl Occluder {
         self
     }
 
-    /// Adds shapes for views that begin within [`sealed`](Self::with_sealed), where they take the place of closed bodies
-    /// and of patches: such as the surface of a terrain, of which boxes hide the mountain from afar. No other view has
-    /// them.
+    /// Adds shapes for views that begin within [`sealed`](Self::with_sealed), where they take the place of
+    /// closed bodies and of patches: such as the surface of a terrain, of which boxes hide the mountain from
+    /// afar. No other view has them.
     #[must_use]
     pub fn with_near(mut self, shapes: Vec<Shape>) -> Self {
         let near = self.near + shapes.len();
@@ -178,16 +178,17 @@ impl Occluder {
 /// The most triangles of a piece that is tried: as many as a body of triangles has at the most vertices.
 const MOST_OF_PIECE: u32 = Convex::MAX_VERTICES as u32 * 2 - 4;
 
-/// What is smaller, as a share of the mesh, is left to the patches: the bolts of a machine are not worth being weighed.
+/// What is smaller, as a share of the mesh, is left to the patches: the bolts of a machine are not worth being
+/// weighed.
 const LEAST_OF_MESH: f32 = 1.0 / 4.0;
 
 fn diagonal(b: &Aabb) -> f32 {
     (0..3).map(|a| (b.max[a] - b.min[a]).powi(2)).sum::<f32>().sqrt()
 }
 
-/// The pieces of a mesh, of what is opaque and one-sided, that are closed and convex, in the order of their first triangles; and
-/// whether a triangle is of one. A body is drawn at a tenth of what its triangles cost, and covers more: nothing is
-/// lost where they meet.
+/// The pieces of a mesh, of what is opaque and one-sided, that are closed and convex, in the order of their
+/// first triangles; and whether a triangle is of one. A body is drawn at a tenth of what its triangles cost,
+/// and covers more: nothing is lost where they meet.
 fn convex_pieces(mesh: &Mesh) -> (Vec<Shape>, Vec<bool>) {
     let mut is_asked = vec![false; mesh.triangle_count() as usize];
     for cluster in mesh.clusters() {

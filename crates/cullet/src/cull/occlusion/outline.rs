@@ -45,8 +45,8 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`, of which these `rows`, from the first to the
-    /// last, are to be filled; its corners are off by `doubt` pixels at most.
+    /// Begins an outline within the box `min`..`max` of pixels on a screen of `size`, of which these `rows`,
+    /// from the first to the last, are to be filled; its corners are off by `doubt` pixels at most.
     pub(super) fn begin(
         &mut self,
         size: [u32; 2],
@@ -275,9 +275,9 @@ struct Target<'a> {
 
 const NOWHERE: f32 = 1e9;
 
-/// A row of tiles at a time: first the columns that each of its rows of pixels spans, a row a lane; then, eight at a time, the
-/// tiles between the least and the most of them that have something farther. Products and sums are never fused, so that every
-/// level rounds alike.
+/// A row of tiles at a time: first the columns that each of its rows of pixels spans, a row a lane; then, eight
+/// at a time, the tiles between the least and the most of them that have something farther. Products and sums
+/// are never fused, so that every level rounds alike.
 #[inline(always)]
 fn fill<S: Simd, P: AsRef<[Slope]> + ?Sized>(
     simd: S,

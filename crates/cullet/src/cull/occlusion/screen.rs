@@ -195,8 +195,8 @@ impl Doubt {
         Self::within(error, w, x, nearness)
     }
 
-    /// That of points whose w is at least `w`, no farther than `x` pixels from the top left corner along either axis, and no
-    /// nearer than `nearness`.
+    /// That of points whose w is at least `w`, no farther than `x` pixels from the top left corner along either
+    /// axis, and no nearer than `nearness`.
     pub(super) fn within(error: &Clip, w: f64, x: f64, nearness: f64) -> Self {
         let over = 1.0 / (w - error.w).max(1e-300);
         let of = |error: f64, value: f64, of_w: f64| (error + value * of_w) * over;

@@ -148,8 +148,9 @@ impl Band<'_> {
     }
 }
 
-/// The box around a patch, where it lies in front of the near plane. Nothing of a patch is drawn beside its box or nearer, though the
-/// triangles around it may be there: so where its box is hidden, drawing it changes no bit, in any band.
+/// The box around a patch, where it lies in front of the near plane. Nothing of a patch is drawn beside its box
+/// or nearer, though the triangles around it may be there: so where its box is hidden, drawing it changes no
+/// bit, in any band.
 struct Ahead {
     low: [f64; 2],
     high: [f64; 2],

@@ -1,9 +1,9 @@
 //! Tiles of the buffer: pixels, or the planes that pixels would be made of.
 //!
-//! Of a picture of large occluders most tiles lie wholly within the first that is drawn there, and no one ever asks for a
-//! pixel of them: the least is all that questions need. Writing the 256 bytes of each took most of the time of such a
-//! picture, since the buffer is larger than the caches next to a core. So a tile that one outline covers keeps what
-//! fills it, and its pixels are worked out where something else crosses it.
+//! Of a picture of large occluders most tiles lie wholly within the first that is drawn there, and no one ever
+//! asks for a pixel of them: the least is all that questions need. Writing the 256 bytes of each took most of
+//! the time of such a picture, since the buffer is larger than the caches next to a core. So a tile that one
+//! outline covers keeps what fills it, and its pixels are worked out where something else crosses it.
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
@@ -29,9 +29,9 @@ pub(super) enum Held {
 #[repr(C, align(64))]
 pub(super) struct Tile(pub(super) [f32; TILE * TILE]);
 
-/// A plane within a tile. Of the pixel in column i and row j of the tile the bound is (i · dx + start) + j · dy, always in this
-/// order: each step rounds, but none turns the order of two numbers around, so the most and the least of a tile are
-/// exactly those of two of its corners.
+/// A plane within a tile. Of the pixel in column i and row j of the tile the bound is (i · dx + start) + j ·
+/// dy, always in this order: each step rounds, but none turns the order of two numbers around, so the most and
+/// the least of a tile are exactly those of two of its corners.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TilePlane {
     pub(super) dx: f32,

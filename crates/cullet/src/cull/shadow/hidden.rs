@@ -16,9 +16,9 @@ use crate::view::View;
 /// what it would shade is in shadow already, so no image changes. That holds if each occluder casts a shadow itself
 /// (it hides no light that the renderer lets through) and if it stays drawn: one is never hidden by itself.
 ///
-/// What lies outside of the light's view in part is judged by the part within it; casters that are NaN, infinite or through
-/// the near plane are kept. What is wholly outside is kept too: its shadow is not this view's to judge. Cost: drawing the occluders,
-/// then some tens of nanoseconds a caster.
+/// What lies outside of the light's view in part is judged by the part within it; casters that are NaN,
+/// infinite or through the near plane are kept. What is wholly outside is kept too: its shadow is not this
+/// view's to judge. Cost: drawing the occluders, then some tens of nanoseconds a caster.
 ///
 /// # Panics
 /// If `kept` has fewer bits than there are casters.

@@ -1,8 +1,8 @@
 //! Asking for whole batches, and for the nodes above them.
 //!
-//! A box is asked about by the rectangle around it and its nearest corner. To ask about what is left of them once
-//! more, by the pixels alone that the convex hull of the corners touches, was tried: in four views of a city of 100,000
-//! boxes it took 0.3 µs a box and found none of 1,476 to be hidden, so it is not done.
+//! A box is asked about by the rectangle around it and its nearest corner. To ask about what is left of them
+//! once more, by the pixels alone that the convex hull of the corners touches, was tried: in four views of a
+//! city of 100,000 boxes it took 0.3 µs a box and found none of 1,476 to be hidden, so it is not done.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
@@ -17,8 +17,8 @@ use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
 use crate::transform::Transform;
 
-/// How much more doubt a node is projected with than what is below it, so that all below a hidden node is hidden by its own
-/// test too, and the answer depends on no node: see [`Lens::project`].
+/// How much more doubt a node is projected with than what is below it, so that all below a hidden node is
+/// hidden by its own test too, and the answer depends on no node: see [`Lens::project`].
 const NODE_SLACK: f32 = 4.0;
 
 /// What has fewer pixels is hidden as a whole or not at all: asking about its parts costs more than drawing them.
@@ -58,15 +58,16 @@ impl Found {
 }
 
 impl OcclusionBuffer {
-    /// Sorts those of a batch of boxes that are asked about: sets the bits of the hidden ones in `hidden`, of the visible
-    /// ones in `visible`, and neither for those outside. Bit 0 of the first word of the three masks is box
-    /// 64 · `first_word`; what is not asked about gets no bit.
+    /// Sorts those of a batch of boxes that are asked about: sets the bits of the hidden ones in `hidden`, of
+    /// the visible ones in `visible`, and neither for those outside. Bit 0 of the first word of the three masks
+    /// is box 64 · `first_word`; what is not asked about gets no bit.
     ///
-    /// Boxes are relative to the buffer's origin. Those that are not finite or cross the near plane are visible, and so
-    /// are all before [`begin`](Self::begin); empty ones are outside, and so are those beyond an edge of the screen. What is hidden is so by
-    /// [`ask_box`](Self::ask_box) too, while a few that this finds hidden by less than f32 can tell are visible here.
-    /// The same answer at every [`Level`]. Some 10 ns a box in the view; blocks of sixteen of which none is
-    /// asked about cost next to nothing, so ask about what the frustum does not reject.
+    /// Boxes are relative to the buffer's origin. Those that are not finite or cross the near plane are
+    /// visible, and so are all before [`begin`](Self::begin); empty ones are outside, and so are those beyond
+    /// an edge of the screen. What is hidden is so by [`ask_box`](Self::ask_box) too, while a few that this
+    /// finds hidden by less than f32 can tell are visible here. The same answer at every [`Level`]. Some 10 ns
+    /// a box in the view; blocks of sixteen of which none is asked about cost next to nothing, so ask about
+    /// what the frustum does not reject.
     ///
     /// Several threads may each fill a part of the masks.
     ///
@@ -103,9 +104,10 @@ impl OcclusionBuffer {
         (0..boxes.len()).map(|i| self.ask_box(&boxes.get(i))).collect()
     }
 
-    /// Clears the bits of those boxes that are hidden or outside, as [`ask_boxes`](Self::ask_boxes) finds them, but asks first
-    /// about the `nodes` above, 256 boxes and then sixteen at a time, so that what is hidden together falls together. The
-    /// answer is the same, whatever the nodes. Bit i of the words is box i; how many tests it took comes back.
+    /// Clears the bits of those boxes that are hidden or outside, as [`ask_boxes`](Self::ask_boxes) finds them,
+    /// but asks first about the `nodes` above, 256 boxes and then sixteen at a time, so that what is hidden
+    /// together falls together. The answer is the same, whatever the nodes. Bit i of the words is box i; how
+    /// many tests it took comes back.
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are, or a bit is set beyond the last box.
@@ -165,8 +167,8 @@ impl<'a> Asker<'a> {
         tests
     }
 
-    /// The footprint of a box as the batch has it; or why there is none: it is outside, or visible since it crosses the
-    /// near plane or is not finite.
+    /// The footprint of a box as the batch has it; or why there is none: it is outside, or visible since it
+    /// crosses the near plane or is not finite.
     pub(crate) fn footprint(&self, boxes: &Boxes, index: usize) -> Result<Footprint, Verdict> {
         let mut found = Err(Verdict::Outside);
         let (block, lane) = (&boxes.blocks()[index / LANES], index % LANES);
@@ -174,8 +176,9 @@ impl<'a> Asker<'a> {
         found
     }
 
-    /// Calls back with the lane and the footprint of the boxes of a block that are asked for, but for those of less than
-    /// `least` pixels and those outside. `None` is for one that crosses the near plane or is not finite.
+    /// Calls back with the lane and the footprint of the boxes of a block that are asked for, but for those of
+    /// less than `least` pixels and those outside. `None` is for one that crosses the near plane or is not
+    /// finite.
     pub(crate) fn footprints(
         &self,
         block: &BoxBlock,
@@ -186,8 +189,8 @@ impl<'a> Asker<'a> {
         self.footprints_with(1.0, block, asked, least, each);
     }
 
-    /// As [`footprints`](Self::footprints), for nodes: what is below one has its footprint within, and where there is none
-    /// for want of pixels or being outside, neither has what is below.
+    /// As [`footprints`](Self::footprints), for nodes: what is below one has its footprint within, and where
+    /// there is none for want of pixels or being outside, neither has what is below.
     pub(crate) fn footprints_of_nodes(
         &self,
         block: &BoxBlock,
@@ -250,10 +253,10 @@ impl<'a> Asker<'a> {
         })
     }
 
-    /// Clears the bits of what is hidden or outside of 64 words, by the nodes above them first; how many tests it took.
-    /// Of what is left, sets the bits in `whole` of those of which no part is hidden: nothing that was drawn over the
-    /// pixels that they may touch is nearer than their farthest point, or they are small. (Without
-    /// [`with_nearest`](Self::with_nearest) only small ones are found.)
+    /// Clears the bits of what is hidden or outside of 64 words, by the nodes above them first; how many tests
+    /// it took. Of what is left, sets the bits in `whole` of those of which no part is hidden: nothing that was
+    /// drawn over the pixels that they may touch is nearer than their farthest point, or they are small.
+    /// (Without [`with_nearest`](Self::with_nearest) only small ones are found.)
     ///
     /// Nodes still higher were not worth asking: one of 256 costs as much as one of sixteen boxes.
     pub(crate) fn group(
@@ -355,8 +358,8 @@ fn ask_block<S: Simd>(
     Found { hidden, outside: asked & u64::from(r.outside), whole }
 }
 
-/// Whether all pixels of a rectangle that lie in some tiles are nearer: whole tiles first, a vector of them at a time. The
-/// rectangle lies within the buffer.
+/// Whether all pixels of a rectangle that lie in some tiles are nearer: whole tiles first, a vector of them at
+/// a time. The rectangle lies within the buffer.
 #[inline(always)]
 pub(in super::super) fn covered<S: Simd>(
     simd: S,

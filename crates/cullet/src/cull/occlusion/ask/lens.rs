@@ -1,14 +1,15 @@
 //! The projection of sixteen boxes at once, in f32, with bounds on what rounding does to it.
 //!
-//! A row of the screen takes a point to a number, k · p + c. It is worked out from p − e, where e is a point of f32
-//! numbers near the eye, so that what is far from the origin but near the eye loses nothing: p − e is rounded once, and
-//! what e leaves is in the constant, which is summed in f64. With u = 2⁻²⁴: k and p − e are off by u each, the
-//! product by u and its sum by at most 3 u, so that the number is off by less than 7 u (Σ |k||p − e| + |c|). [`Row`]
-//! takes 9 u, of which the rest pays for the rounding of the bound itself, and adds what f64 did to the rows.
+//! A row of the screen takes a point to a number, k · p + c. It is worked out from p − e, where e is a point of
+//! f32 numbers near the eye, so that what is far from the origin but near the eye loses nothing: p − e is
+//! rounded once, and what e leaves is in the constant, which is summed in f64. With u = 2⁻²⁴: k and p − e are
+//! off by u each, the product by u and its sum by at most 3 u, so that the number is off by less than 7 u (Σ
+//! |k||p − e| + |c|). [`Row`] takes 9 u, of which the rest pays for the rounding of the bound itself, and adds
+//! what f64 did to the rows.
 //!
-//! Then with X and w off by E and F at most, X / w is off by (E + |X / w| F) / w, the |X / w| being the true one. Boxes
-//! whose w is not above 16 F are left as visible, so that the true one is at most 16/15 (|X / w| + E / w) as computed, and
-//! 9/8 (E + |X / w| F) / w holds all of it.
+//! Then with X and w off by E and F at most, X / w is off by (E + |X / w| F) / w, the |X / w| being the true
+//! one. Boxes whose w is not above 16 F are left as visible, so that the true one is at most 16/15 (|X / w| + E
+//! / w) as computed, and 9/8 (E + |X / w| F) / w holds all of it.
 
 use fearless_simd::prelude::*;
 
@@ -70,8 +71,8 @@ pub(in super::super) struct Rectangles {
     pub(in super::super) nearness: [f32; LANES],
     /// No point of the box is farther.
     pub(in super::super) farthest: [f32; LANES],
-    /// One bit a box: it reaches some pixel, and the rest stands for it. Not so where it is outside, crosses the near plane or
-    /// is not finite.
+    /// One bit a box: it reaches some pixel, and the rest stands for it. Not so where it is outside, crosses
+    /// the near plane or is not finite.
     pub(in super::super) bounded: u32,
     /// One bit a box: it is empty, behind the near plane, or beyond an edge of the screen.
     pub(in super::super) outside: u32,
@@ -145,8 +146,9 @@ impl Lens {
 
     /// Projects a block, with `slack` times the doubt.
     ///
-    /// A box within another has its rectangle within, and is neither nearer nor farther, if the other is projected with four times the doubt or
-    /// more: each number is off by less than its own doubt, and that of the smaller box is the smaller.
+    /// A box within another has its rectangle within, and is neither nearer nor farther, if the other is
+    /// projected with four times the doubt or more: each number is off by less than its own doubt, and that of
+    /// the smaller box is the smaller.
     #[inline(always)]
     pub(in super::super) fn project<S: Simd>(
         &self,
@@ -255,8 +257,8 @@ impl Lens {
     }
 }
 
-/// Some boxes, from the base on. (No closures here, nor calls that take one: what is not inlined is compiled without the
-/// level's instructions, at several times the cost.)
+/// Some boxes, from the base on. (No closures here, nor calls that take one: what is not inlined is compiled
+/// without the level's instructions, at several times the cost.)
 struct Reach<S: Simd> {
     /// Negated lower corners, and upper ones.
     low: [S::f32s; 3],
@@ -301,8 +303,8 @@ impl<S: Simd> Reach<S> {
     }
 }
 
-/// The terms of a row: its constant, and one for each face of a box. Always summed in one order, so that the least and the most are
-/// those of the corners.
+/// The terms of a row: its constant, and one for each face of a box. Always summed in one order, so that the
+/// least and the most are those of the corners.
 struct Terms<S: Simd> {
     c: S::f32s,
     of: [[S::f32s; 2]; 3],

@@ -44,8 +44,8 @@ impl Footprint {
 }
 
 impl OcclusionBuffer {
-    /// Whether a box, given relative to the buffer's origin, is hidden. NaN and infinite boxes are visible, and so is everything
-    /// before [`begin`](Self::begin); an empty box is outside.
+    /// Whether a box, given relative to the buffer's origin, is hidden. NaN and infinite boxes are visible, and
+    /// so is everything before [`begin`](Self::begin); an empty box is outside.
     #[must_use]
     pub fn ask_box(&self, b: &Aabb) -> Verdict {
         if b.is_empty() {

@@ -8,9 +8,9 @@ use super::super::tile::Held;
 
 /// The greatest nearness of each tile of a buffer that is done.
 ///
-/// Where no pixel that a box may touch is nearer than the box's farthest point, nothing within the box is hidden. In a
-/// scene of very many things most of those that are seen are so by the hundred, and one question answers for all under a
-/// node.
+/// Where no pixel that a box may touch is nearer than the box's farthest point, nothing within the box is
+/// hidden. In a scene of very many things most of those that are seen are so by the hundred, and one question
+/// answers for all under a node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Nearest {
     tiles: Vec<f32>,
@@ -24,8 +24,8 @@ impl Nearest {
         dispatch!(level, simd => greatest(simd, buffer, &mut self.tiles));
     }
 
-    /// Whether a rectangle lies within the screen, none of its sides along an edge, and all its pixels are as far as `farthest`
-    /// or farther.
+    /// Whether a rectangle lies within the screen, none of its sides along an edge, and all its pixels are as
+    /// far as `farthest` or farther.
     #[inline(always)]
     pub(super) fn is_before<S: Simd>(
         &self,
