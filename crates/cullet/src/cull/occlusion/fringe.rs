@@ -73,13 +73,14 @@ impl Fringe {
 }
 
 /// What pieces are.
-pub(super) mod kind {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
     /// The patch's own faces.
-    pub(in super::super) const OWN: u8 = 0;
+    Own,
     /// Faces around the patch.
-    pub(in super::super) const AROUND: u8 = 1;
+    Around,
     /// Borders of both.
-    pub(in super::super) const BORDER: u8 = 2;
+    Border,
 }
 
 /// Where pieces are drawn.
@@ -166,12 +167,13 @@ impl Canvas<'_> {
     /// Draws those of eight pieces of which `wanted` has a bit. Products and sums are never fused, so that every
     /// level rounds alike.
     #[inline(always)]
-    pub(super) fn draw<S: Simd, const KIND: u8>(
+    pub(super) fn draw<S: Simd>(
         &mut self,
         simd: S,
         all: &Pieces,
         wanted: u32,
         side: usize,
+        kind: Kind,
     ) {
         for lane in bits::ones(u64::from(wanted & all.present)) {
             let window = [
@@ -182,9 +184,10 @@ impl Canvas<'_> {
             ];
             let [x0, y0, x1, y1] = window;
             let (tile, width) = (TILE as i32, WIDTH as i32);
-            let is_large = KIND == kind::OWN && x1 - x0 > tile && y1 - y0 > tile;
+            let is_large = kind == Kind::Own && x1 - x0 > tile && y1 - y0 > tile;
             let piece = Piece { all, lane, window };
-            let is_odd = KIND != kind::BORDER && all.odd >> lane & 1 == 1;
+            let is_odd = all.odd >> lane & 1 == 1;
+            let noted = if is_odd { Kind::Border } else { kind };
             let columns = [x0 / width, x1 / width];
             let [left, above] = self.base;
             for row in (y0 / tile).max(-above)..=(y1 / tile).min(self.rows - 1 - above) {
@@ -201,16 +204,21 @@ impl Canvas<'_> {
                         top,
                     };
                     // What is around matters only where the patch is.
-                    if KIND == kind::BORDER && !self.fringes[side].is_touched[place.block] {
+                    if kind == Kind::Border && !self.fringes[side].is_touched[place.block] {
                         continue;
                     }
-                    if is_odd {
-                        self.touch::<S, { kind::BORDER }, false>(simd, piece, place, side);
-                    } else if is_large {
-                        self.touch::<S, KIND, true>(simd, piece, place, side);
-                    } else {
-                        self.touch::<S, KIND, false>(simd, piece, place, side);
-                    }
+                    // A function of its own, for it is long, and in these loops a compiler makes
+                    // many of it: without vectors that took minutes.
+                    simd.vectorize(
+                        #[inline(always)]
+                        || {
+                            if is_large && !is_odd {
+                                self.touch::<S, true>(simd, piece, place, side, noted);
+                            } else {
+                                self.touch::<S, false>(simd, piece, place, side, noted);
+                            }
+                        },
+                    );
                 }
             }
         }
@@ -218,12 +226,13 @@ impl Canvas<'_> {
 
     /// Notes on the sheet which pixels of a block a piece touches: a row a lane.
     #[inline(always)]
-    fn touch<S: Simd, const KIND: u8, const LARGE: bool>(
+    fn touch<S: Simd, const LARGE: bool>(
         &mut self,
         simd: S,
         piece: Piece<'_>,
         place: Place,
         side: usize,
+        kind: Kind,
     ) {
         let Place { block, tile, left, top } = place;
         let Piece { all, lane, window: [x0, y0, x1, y1] } = piece;
@@ -281,7 +290,7 @@ impl Canvas<'_> {
             fringe.touched.push(block as u32);
         }
         let sheet = &mut fringe.blocks[block];
-        if KIND == kind::BORDER {
+        if kind == Kind::Border {
             (i32x8::from_slice(simd, &sheet.open) | touched).store_slice(&mut sheet.open);
             return;
         }

@@ -137,6 +137,8 @@ pub(super) struct Pieces {
 
 impl Pieces {
     /// Triangles whose areas have the signs of `sign`.
+    ///
+    /// A function of its own, as [`borders`](Self::borders) is: all in one took a compiler minutes, without vectors.
     #[inline(always)]
     pub(super) fn triangles<S: Simd>(
         simd: S,
@@ -144,6 +146,14 @@ impl Pieces {
         p: &Corners<S>,
         sign: f32x8<S>,
     ) -> Self {
+        simd.vectorize(
+            #[inline(always)]
+            || Self::triangles_of(simd, frame, p, sign),
+        )
+    }
+
+    #[inline(always)]
+    fn triangles_of<S: Simd>(simd: S, frame: &Frame, p: &Corners<S>, sign: f32x8<S>) -> Self {
         let edges = [edge(&p[0], &p[1], sign), edge(&p[1], &p[2], sign), edge(&p[2], &p[0], sign)];
         let touch = frame.touch();
         let widths = [edges[0].width(), edges[1].width(), edges[2].width()];
@@ -205,6 +215,14 @@ impl Pieces {
         spots: &Spots,
         ends: [[u32; LANES]; 2],
     ) -> Self {
+        simd.vectorize(
+            #[inline(always)]
+            || Self::borders_of(simd, frame, spots, ends),
+        )
+    }
+
+    #[inline(always)]
+    fn borders_of<S: Simd>(simd: S, frame: &Frame, spots: &Spots, ends: [[u32; LANES]; 2]) -> Self {
         let [p, q] = [spots.gather(simd, &ends[0]), spots.gather(simd, &ends[1])];
         let e = edge(&p, &q, f32x8::splat(simd, 1.0));
         let width = e.width() * frame.border();

@@ -8,7 +8,7 @@ use super::ask::Footprint;
 use super::band::Band;
 use super::buffer::{OcclusionBuffer, TILE};
 use super::cut::{Cuts, Guard};
-use super::fringe::{Canvas, WIDTH, kind};
+use super::fringe::{Canvas, Kind, WIDTH};
 use super::patch::{Patch, Side};
 use super::piece::{self, Corners, Frame, LANES, Pieces, Spots};
 use super::screen::{Clip, Doubt, ObjectScreen, Spot};
@@ -290,13 +290,9 @@ impl Surface {
                 continue;
             }
             let pieces = Pieces::triangles(simd, frame, &corners, is_front.select(orient, -orient));
-            if group < patch.own_faces {
-                canvas.draw::<S, { kind::OWN }>(simd, &pieces, front, 0);
-                canvas.draw::<S, { kind::OWN }>(simd, &pieces, back, 1);
-            } else {
-                canvas.draw::<S, { kind::AROUND }>(simd, &pieces, front, 0);
-                canvas.draw::<S, { kind::AROUND }>(simd, &pieces, back, 1);
-            }
+            let kind = if group < patch.own_faces { Kind::Own } else { Kind::Around };
+            canvas.draw(simd, &pieces, front, 0, kind);
+            canvas.draw(simd, &pieces, back, 1, kind);
         }
     }
 
@@ -365,20 +361,23 @@ impl Ends {
         let sign = f32x8::splat(simd, sign);
         for some in self.own.chunks(LANES) {
             let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
-            canvas.draw::<S, { kind::OWN }>(simd, &pieces, first(some.len()), side);
+            canvas.draw(simd, &pieces, first(some.len()), side, Kind::Own);
         }
         for some in self.around.chunks(LANES) {
             let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
-            canvas.draw::<S, { kind::AROUND }>(simd, &pieces, first(some.len()), side);
+            canvas.draw(simd, &pieces, first(some.len()), side, Kind::Around);
         }
         if canvas.is_blank(side) {
             return;
         }
         for some in self.borders.chunks(LANES) {
             let pieces = Pieces::borders(simd, frame, spots, lanes(some));
-            canvas.draw::<S, { kind::BORDER }>(simd, &pieces, first(some.len()), side);
+            canvas.draw(simd, &pieces, first(some.len()), side, Kind::Border);
         }
-        canvas.take_fringe(simd, side);
+        simd.vectorize(
+            #[inline(always)]
+            || canvas.take_fringe(simd, side),
+        );
     }
 }
 
