@@ -166,6 +166,7 @@ impl Canvas<'_> {
 
     /// Draws those of eight pieces of which `wanted` has a bit. Products and sums are never fused, so that every
     /// level rounds alike.
+    /// A function of its own, for it is long: all in one took a compiler minutes, without vectors.
     #[inline(always)]
     pub(super) fn draw<S: Simd>(
         &mut self,
@@ -175,6 +176,16 @@ impl Canvas<'_> {
         side: usize,
         kind: Kind,
     ) {
+        if wanted & all.present != 0 {
+            simd.vectorize(
+                #[inline(always)]
+                || self.draw_those(simd, all, wanted, side, kind),
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn draw_those<S: Simd>(&mut self, simd: S, all: &Pieces, wanted: u32, side: usize, kind: Kind) {
         for lane in bits::ones(u64::from(wanted & all.present)) {
             let window = [
                 all.window[0][lane],
@@ -207,18 +218,11 @@ impl Canvas<'_> {
                     if kind == Kind::Border && !self.fringes[side].is_touched[place.block] {
                         continue;
                     }
-                    // A function of its own, for it is long, and in these loops a compiler makes
-                    // many of it: without vectors that took minutes.
-                    simd.vectorize(
-                        #[inline(always)]
-                        || {
-                            if is_large && !is_odd {
-                                self.touch::<S, true>(simd, piece, place, side, noted);
-                            } else {
-                                self.touch::<S, false>(simd, piece, place, side, noted);
-                            }
-                        },
-                    );
+                    if is_large && !is_odd {
+                        self.touch::<S, true>(simd, piece, place, side, noted);
+                    } else {
+                        self.touch::<S, false>(simd, piece, place, side, noted);
+                    }
                 }
             }
         }
