@@ -3,9 +3,9 @@
 //! First the occluders that are worth most for their cost are sought, by the nodes of the hierarchy; what the
 //! budget allows is drawn front to back, in some rounds where there is much; then everything is asked about, by
 //! the nodes first: those that are hidden answer for all that is in them, and so do those that are before
-//! everything that was drawn. Which occluders are drawn, and in which order, depends on this frame alone: one
-//! that is hidden when its turn comes is left out, so that an order remembered from the last frame could leave
-//! out others, and prove something else. What is remembered is memory.
+//! everything that was drawn. Which occluders are drawn, and in which order, depends on this frame alone: what
+//! the drawn ones cost decides how much a later round may spend, so that an order remembered from the last
+//! frame could choose others, and prove something else. What is remembered is memory.
 
 use super::backfaces::split;
 use super::density::Density;

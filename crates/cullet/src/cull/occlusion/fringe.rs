@@ -7,15 +7,16 @@
 //! the pixel is covered; and the faces that cover it are among those that touch it, so it is at least as near
 //! as the farthest of them.
 //!
-//! A sheet beside the buffer holds that, in blocks of four tiles side by side: which pixels the patch's own
-//! faces touch, which of those borders touch, and for each eight pixels side by side the least nearness of all
-//! faces that touch them. The faces around the patch, and the borders, are asked only where its own touch.
-//! Pixels that lie wholly within one large face need no sheet: they go straight into the buffer, and whatever
-//! else crosses them goes by the same argument without that face. When all of a side of a patch is drawn, what
-//! the sheet proves goes into the buffer.
+//! A sheet beside the buffer holds that, in blocks of four tiles side by side: which pixels faces touch, which
+//! of those borders touch, and for each eight pixels side by side the least nearness of the faces that touch
+//! them. Borders are drawn last, and only in blocks that faces touch. Pixels that lie wholly within one large
+//! face of the patch itself need no sheet: they go straight into the buffer, and whatever else crosses them goes
+//! by the same argument without that face. When all of a side of a patch is drawn, what the sheet proves goes
+//! into the buffer.
 //!
 //! One nearness a pixel on the sheet found 0.0 to 0.1 % more on two scenes and took nearly twice as long.
-//! Nothing straight into the buffer but whole tiles found 0.7 to 1.5 % less, at a tenth less time.
+//! Nothing straight into the buffer but whole tiles found 0.7 to 1.5 % less, at a tenth less time. Faces around
+//! the patch only in blocks that its own touch: 0.3 to 1.1 % less, at an eighth less time.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8};
@@ -37,7 +38,7 @@ pub(super) const WIDTH: usize = ACROSS * TILE;
 struct Block {
     /// For each tile the least nearness of the faces that touch its row; infinite where none does.
     nearness: [[f32; TILE]; ACROSS],
-    /// A bit for each pixel that a face of the patch touches.
+    /// A bit for each pixel that a face touches.
     touched: [i32; TILE],
     /// A bit for each pixel that a border touches.
     open: [i32; TILE],
@@ -214,7 +215,7 @@ impl Canvas<'_> {
                         left: column * width,
                         top,
                     };
-                    // What is around matters only where the patch is.
+                    // A border takes back what faces touched before.
                     if kind == Kind::Border && !self.fringes[side].is_touched[place.block] {
                         continue;
                     }
