@@ -89,8 +89,6 @@ fn cut(
 /// What was cut; kept for its memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cuts {
-    /// The least height over the near plane of all vertices, and the least w.
-    pub(super) least: [f64; 2],
     /// All vertices, then the corners that cutting made; `None` where cut off.
     pub(super) clips: Vec<Option<Clip>>,
     /// Triangles that were cut, and the corners of what is left of them.

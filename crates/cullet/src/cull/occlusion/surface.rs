@@ -21,8 +21,12 @@ pub(super) struct Surface {
     y: Vec<f64>,
     nearness: Vec<f64>,
     spots: Spots,
+    placed: Placed,
     cuts: Cuts,
-    sides: Vec<Side>,
+    /// Of each group of faces those that show their front, a bit each, and those that show their back: of what was not
+    /// cut, and of all.
+    shown: Vec<[u32; 2]>,
+    sides: Vec<[u32; 2]>,
     /// Where what shows its front ends, and what shows its back.
     ends: [Ends; 2],
 }
@@ -138,11 +142,13 @@ impl Band<'_> {
         };
         dispatch!(level, simd => {
             canvas.nearest = surface.round(from);
-            surface.faces(simd, &frame, patch, orient, &mut canvas);
+            surface.sort(simd, &frame, patch, orient);
             surface.end(&frame, patch, orient);
+            for kind in [Kind::Own, Kind::Around] {
+                surface.draw(simd, &frame, patch, kind, orient, &mut canvas);
+            }
             for (side, ends) in surface.ends.iter().enumerate() {
-                let sign = if side == 0 { orient } else { -orient };
-                ends.draw(simd, &frame, &surface.spots, sign, &mut canvas, side);
+                ends.close(simd, &frame, &surface.spots, &mut canvas, side);
             }
         });
     }
@@ -176,6 +182,19 @@ impl Ahead {
     }
 }
 
+/// Where vertices are on the screen, all of which are in front of the near plane.
+#[derive(Clone, Copy, Debug, Default)]
+struct Placed {
+    /// The least height over the near plane; below zero where a number is not finite.
+    near: f64,
+    /// The least w.
+    w: f64,
+    nearest: f64,
+    /// The least and the most of the places of those of its own triangles, and a few more, and of all.
+    own: [[f64; 2]; 2],
+    all: [[f64; 2]; 2],
+}
+
 /// How far a patch reaches on the screen.
 struct Extent {
     /// The least and the most of the places of its own triangles, and of all.
@@ -194,8 +213,8 @@ impl Surface {
             out.resize(count, 0.0);
         }
         self.cuts.clear();
-        let Self { x, y, nearness, cuts, .. } = self;
-        cuts.least = dispatch!(level, simd => place(simd, screen, patch, [x, y, nearness]));
+        let Self { x, y, nearness, .. } = self;
+        self.placed = dispatch!(level, simd => place(simd, screen, patch, [x, y, nearness]));
     }
 
     /// Measures what was placed, after cutting what reaches beyond the near plane or far beyond the
@@ -207,25 +226,16 @@ impl Surface {
         screen: &ObjectScreen,
         error: &Clip,
     ) -> Option<Extent> {
-        let range = |from: &[f64]| {
-            from.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], &v| [l.min(v), h.max(v)])
-        };
-        let [near, w] = self.cuts.least;
-        let own = patch.own_vertices;
-        let [x, y, n] = [&self.x, &self.y, &self.nearness].map(|v| range(v));
+        let Placed { near, w, nearest, own, all: [low, high] } = self.placed;
         // Not true either where a number is none.
         let is_whole = near >= 0.0
             && w >= f64::MIN_POSITIVE
-            && n[1].is_finite()
-            && (0..2).all(|k| guard.holds([x[k], y[k]]));
+            && nearest.is_finite()
+            && (0..2).all(|k| guard.holds([low[k], high[k]]));
         if is_whole {
-            let far = x.into_iter().chain(y).fold(0.0_f64, |m, v| m.max(v.abs()));
-            let (ox, oy) = (range(&self.x[..own]), range(&self.y[..own]));
-            return Some(Extent {
-                own: [[ox[0], oy[0]], [ox[1], oy[1]]],
-                all: [[x[0], y[0]], [x[1], y[1]]],
-                doubt: Doubt::within(error, w, far, n[1]),
-            });
+            let far = low.into_iter().chain(high).fold(0.0_f64, |m, v| m.max(v.abs()));
+            let doubt = Doubt::within(error, w, far, nearest);
+            return Some(Extent { own, all: [low, high], doubt });
         }
         let Self { x, y, nearness, cuts, .. } = self;
         cuts.make(patch, screen, guard)?;
@@ -263,56 +273,89 @@ impl Surface {
         spots.nearness.iter().fold(0.0, |most, &n| if n > most { n } else { most })
     }
 
-    /// Draws the faces that were not cut, each to the sheet of the side that it shows.
+    /// Says which side each face shows.
     #[inline(always)]
-    fn faces<S: Simd>(
-        &mut self,
-        simd: S,
-        frame: &Frame,
-        patch: &Patch,
-        orient: f32,
-        canvas: &mut Canvas<'_>,
-    ) {
-        let Self { spots, sides, .. } = self;
-        sides.clear();
+    fn sort<S: Simd>(&mut self, simd: S, frame: &Frame, patch: &Patch, orient: f32) {
+        let Self { spots, shown, .. } = self;
+        shown.clear();
         let zero = f32x8::splat(simd, 0.0);
-        let orient = f32x8::splat(simd, orient);
-        for (group, [a, b, c]) in patch.faces.iter().enumerate() {
+        for [a, b, c] in &patch.faces {
             let corners = [spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c)];
             let (area, slack) = piece::areas(frame, &corners);
             let area = area * orient;
-            let is_front = area.simd_gt(slack);
-            let front = is_front.to_bitmask() as u32;
+            let front = area.simd_gt(slack).to_bitmask() as u32;
             let back = (area + slack).simd_lt(zero).to_bitmask() as u32;
-            sides.extend((0..LANES).map(|lane| Side::of_bits(front >> lane & 1, back >> lane & 1)));
+            shown.push([front, back]);
+        }
+    }
+
+    /// Draws faces of a kind, each to the sheet of the side that it shows: those that were not cut, and what is left
+    /// of the others.
+    #[inline(always)]
+    fn draw<S: Simd>(
+        &self,
+        simd: S,
+        frame: &Frame,
+        patch: &Patch,
+        kind: Kind,
+        orient: f32,
+        canvas: &mut Canvas<'_>,
+    ) {
+        let spots = &self.spots;
+        let (own, around) = patch.faces.split_at(patch.own_faces);
+        let (shown_own, shown_around) = self.shown.split_at(patch.own_faces);
+        let (faces, shown) =
+            if kind == Kind::Own { (own, shown_own) } else { (around, shown_around) };
+        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+        for ([a, b, c], &[front, back]) in faces.iter().zip(shown) {
             let back = if patch.two_sided { back } else { 0 };
             if front | back == 0 {
                 continue;
             }
-            let pieces = Pieces::triangles(simd, frame, &corners, is_front.select(orient, -orient));
-            let kind = if group < patch.own_faces { Kind::Own } else { Kind::Around };
+            let corners = [spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c)];
+            // Of all that are drawn the sign is sure.
+            let (area, _) = piece::areas(frame, &corners);
+            let pieces =
+                Pieces::triangles(simd, frame, &corners, area.simd_gt(zero).select(one, -one));
             canvas.draw(simd, &pieces, front, 0, kind);
             canvas.draw(simd, &pieces, back, 1, kind);
+        }
+        for (side, ends) in self.ends.iter().enumerate() {
+            let sign = f32x8::splat(simd, if side == 0 { orient } else { -orient });
+            let left = if kind == Kind::Own { &ends.own } else { &ends.around };
+            for some in left.chunks(LANES) {
+                let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
+                canvas.draw(simd, &pieces, first(some.len()), side, kind);
+            }
         }
     }
 
     /// Finds what is left of the faces that were cut, and where each side ends.
     fn end(&mut self, frame: &Frame, patch: &Patch, orient: f32) {
-        let Self { spots, cuts, sides, ends: all, .. } = self;
+        let Self { spots, cuts, shown, sides, ends: all, .. } = self;
+        sides.clone_from(shown);
         for ends in all.iter_mut() {
             ends.own.clear();
             ends.around.clear();
             ends.borders.clear();
         }
         cuts.sort(frame, spots, orient, |face, side, pieces, near| {
-            sides[face] = side;
+            let [front, back] = &mut sides[face / LANES];
+            match side {
+                Side::Front => *front |= 1 << (face % LANES),
+                Side::Back => *back |= 1 << (face % LANES),
+                Side::Neither => {}
+            }
             if let Some(ends) = side.of(all, patch.two_sided) {
                 let is_own = face < patch.own_faces * LANES;
                 if is_own { &mut ends.own } else { &mut ends.around }.extend(pieces);
                 ends.borders.extend(near);
             }
         });
-        let side_of = |t: u32| sides.get(t as usize).copied().unwrap_or_default();
+        let side_of = |t: u32| match sides.get(t as usize / LANES) {
+            Some([front, back]) => Side::of_bits(front >> (t % 8) & 1, back >> (t % 8) & 1),
+            None => Side::Neither,
+        };
         for (number, &[a, b, one, other]) in patch.edges.iter().enumerate() {
             let (one, other) = (side_of(one), side_of(other));
             if one == other {
@@ -348,25 +391,16 @@ impl Side {
 }
 
 impl Ends {
+    /// Draws where a side ends, and takes what its sheet proves.
     #[inline(always)]
-    fn draw<S: Simd>(
+    fn close<S: Simd>(
         &self,
         simd: S,
         frame: &Frame,
         spots: &Spots,
-        sign: f32,
         canvas: &mut Canvas<'_>,
         side: usize,
     ) {
-        let sign = f32x8::splat(simd, sign);
-        for some in self.own.chunks(LANES) {
-            let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
-            canvas.draw(simd, &pieces, first(some.len()), side, Kind::Own);
-        }
-        for some in self.around.chunks(LANES) {
-            let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
-            canvas.draw(simd, &pieces, first(some.len()), side, Kind::Around);
-        }
         if canvas.is_blank(side) {
             return;
         }
@@ -405,19 +439,20 @@ fn lanes<const N: usize>(of: &[[u32; N]]) -> [[u32; LANES]; N] {
     lanes
 }
 
-/// Takes vertices to the screen; gives the least height over the near plane, and the least w. Either is below zero
-/// where a number is not finite.
+/// Takes vertices to the screen.
 #[inline(always)]
 fn place<S: Simd>(
     simd: S,
     screen: &ObjectScreen,
     patch: &Patch,
     [out_x, out_y, out_n]: [&mut [f64]; 3],
-) -> [f64; 2] {
+) -> Placed {
     let rows = screen.rows();
     let splat = |v: f64| f64x4::splat(simd, v);
     let (mut least_near, mut least_w) = (splat(f64::INFINITY), splat(f64::INFINITY));
     let mut nothing = splat(0.0);
+    let (mut low, mut high) = ([least_w; 2], [-least_w; 2]);
+    let (mut nearest, mut own) = (high[0], [[0.0; 2]; 2]);
     let [xs, ys, zs] = &patch.places;
     for at in (0..xs.len()).step_by(LANES) {
         let axis = |from: &[f32]| f32x8::from_slice(simd, &from[at..at + LANES]).widen();
@@ -427,19 +462,29 @@ fn place<S: Simd>(
             let (cx, cy, cn) = (row(&rows[0]), row(&rows[1]), row(&rows[2]));
             let (near, w) = (row(&rows[3]), row(&rows[4]));
             let inverse = splat(1.0) / w;
+            let (px, py, pn) = (cx * inverse, cy * inverse, cn * inverse);
             let at = at + half * 4..at + half * 4 + 4;
-            (cx * inverse).store_slice(&mut out_x[at.clone()]);
-            (cy * inverse).store_slice(&mut out_y[at.clone()]);
-            (cn * inverse).store_slice(&mut out_n[at]);
+            px.store_slice(&mut out_x[at.clone()]);
+            py.store_slice(&mut out_y[at.clone()]);
+            pn.store_slice(&mut out_n[at]);
+            low = [low[0].min(px), low[1].min(py)];
+            high = [high[0].max(px), high[1].max(py)];
+            nearest = nearest.max(pn);
             least_near = least_near.min(near);
             least_w = least_w.min(w);
             // 0 · v is 0 for numbers alone.
             nothing += (cx + cy) * splat(0.0) + (cn + near + w) * splat(0.0);
         }
+        if at < patch.own_vertices {
+            own = [low.map(f64x4::reduce_min), high.map(f64x4::reduce_max)];
+        }
     }
-    if nothing.simd_eq(splat(0.0)).all_true() {
-        [least_near.reduce_min(), least_w.reduce_min()]
-    } else {
-        [f64::NEG_INFINITY; 2]
+    let is_finite = nothing.simd_eq(splat(0.0)).all_true();
+    Placed {
+        near: if is_finite { least_near.reduce_min() } else { f64::NEG_INFINITY },
+        w: least_w.reduce_min(),
+        nearest: nearest.reduce_max(),
+        own,
+        all: [low.map(f64x4::reduce_min), high.map(f64x4::reduce_max)],
     }
 }
