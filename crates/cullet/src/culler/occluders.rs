@@ -69,7 +69,7 @@ impl Search<'_> {
                 least_worth = choice.least_worth();
                 least_value = cheapest.least_value(least_worth, self.density.densest());
             }
-            self.look_into(group.number as usize, least_value, choice);
+            self.look_into(group.number as usize, cheapest, least_value, choice);
         }
     }
 
@@ -85,16 +85,32 @@ impl Search<'_> {
         of.fold(Cheapest::default(), Cheapest::or)
     }
 
-    /// The most that a shape within a footprint is worth; `None` is for what crosses the near plane.
-    fn bound(&self, cheapest: Cheapest, footprint: Option<Footprint>) -> f32 {
-        cheapest.worth(self.density.of_footprint(footprint), self.density.densest())
+    /// What may be behind a footprint; all of the screen where it crosses the near plane. `None` is for less than
+    /// `least`, of `pixels` at most.
+    fn value(&self, footprint: Option<Footprint>, pixels: f32, least: f32) -> Option<f32> {
+        let densest = self.density.densest();
+        // A product, before the dearer sums; raised by more than its rounding.
+        let most = pixels * densest * (1.0 + 1e-5);
+        if most < least {
+            return None;
+        }
+        let value = self.density.of_footprint(footprint).min(most);
+        (value >= least).then_some(value)
     }
 
-    /// Whether a value is to be had within a footprint.
-    fn may_have(&self, footprint: Option<Footprint>, least_value: f32) -> bool {
-        let Some(f) = footprint else { return true };
-        f.pixels() * self.density.densest() * (1.0 + 1e-5) >= least_value
-            && self.density.of(f.min, f.max) >= least_value
+    /// As [`value`](Self::value), of a shape below a node of a level, 0 or 1: however large the node is, what it
+    /// holds may all be small.
+    fn value_below(
+        &self,
+        footprint: Option<Footprint>,
+        level: usize,
+        node: usize,
+        least: f32,
+    ) -> Option<f32> {
+        let Some(f) = footprint else { return self.value(None, f32::INFINITY, least) };
+        let sizes = self.scene.hierarchy().nodes().largest_below(level, node);
+        let pixels = self.asker.most_pixels(&f, sizes);
+        if pixels < LEAST_PIXELS { None } else { self.value(footprint, pixels, least) }
     }
 
     fn list_groups(&self, cheapest: Cheapest, groups: &mut Vec<Group>) {
@@ -108,17 +124,18 @@ impl Search<'_> {
             let under = bits::ones(asked).filter(|n| (at * LANES + n + 1) * 256 <= nodes.len());
             let known = under.fold(0_u64, |known, n| known | 1 << n);
             let mut list = |n: usize, footprint| {
-                let worth = self.bound(cheapest, footprint);
-                groups.push(Group { worth, number: (at * LANES + n) as u32 });
+                let number = at * LANES + n;
+                if let Some(value) = self.value_below(footprint, 1, number, 0.0)
+                    && !self.is_hidden(footprint)
+                {
+                    let worth = cheapest.worth(value, self.density.densest());
+                    groups.push(Group { worth, number: number as u32 });
+                }
             };
             match block {
                 Some(block) => {
                     bits::ones(asked & !known).for_each(|n| list(n, None));
-                    self.asker.footprints_of_nodes(block, known, LEAST_PIXELS, |n, footprint| {
-                        if !self.is_hidden(footprint) {
-                            list(n, footprint);
-                        }
-                    });
+                    self.asker.footprints_of_nodes(block, known, LEAST_PIXELS, list);
                 }
                 None => bits::ones(asked).for_each(|n| list(n, None)),
             }
@@ -133,7 +150,7 @@ impl Search<'_> {
     }
 
     /// Looks into the sixteen blocks of a group.
-    fn look_into(&self, group: usize, least_value: f32, choice: &mut Choice) {
+    fn look_into(&self, group: usize, cheapest: Cheapest, least_value: f32, choice: &mut Choice) {
         let nodes = self.scene.hierarchy().nodes();
         let (mut asked, mut known) = (0_u64, 0_u64);
         for n in 0..LANES {
@@ -145,8 +162,12 @@ impl Search<'_> {
             }
         }
         let mut look = |n: usize, footprint| {
-            if self.may_have(footprint, least_value) && !self.is_hidden(footprint) {
-                self.look_at(group * LANES + n, least_value, choice);
+            let node = group * LANES + n;
+            if let Some(value) = self.value_below(footprint, 0, node, least_value)
+                && choice.may_take(cheapest.worth(value, self.density.densest()))
+                && !self.is_hidden(footprint)
+            {
+                self.look_at(node, least_value, choice);
             }
         };
         match nodes.levels().first().and_then(|l| l.blocks().get(group)) {
@@ -164,10 +185,15 @@ impl Search<'_> {
         let boxes = &self.scene.boxes().blocks()[block];
         self.asker.footprints(boxes, alive, LEAST_PIXELS, |lane, footprint| {
             let slot = (block * LANES + lane) as u32;
-            if self.may_have(footprint, least_value) && occludes(self.scene, slot) {
+            let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
+            if let Some(value) = self.value(footprint, pixels, least_value)
+                && occludes(self.scene, slot)
+            {
                 let cheapest = self.scene.mesh(slot).occluder().cheapest();
-                if choice.may_take(self.bound(cheapest, footprint)) && !self.is_hidden(footprint) {
-                    self.offer(slot, footprint, least_value, choice);
+                if choice.may_take(cheapest.worth(value, self.density.densest()))
+                    && !self.is_hidden(footprint)
+                {
+                    self.offer(slot, footprint, value, least_value, choice);
                 }
             }
         });
@@ -191,17 +217,16 @@ impl Search<'_> {
         &self,
         slot: u32,
         footprint: Option<Footprint>,
+        most: f32,
         least_value: f32,
         choice: &mut Choice,
     ) {
         let Self { scene, asker, .. } = self;
         let occluder = scene.mesh(slot).occluder();
         let within = is_within(scene, slot, &self.near);
-        let most = self.density.of_footprint(footprint);
         let mut offer = |number: usize, footprint: Option<Footprint>| {
-            if !self.may_have(footprint, least_value) {
-                return;
-            }
+            let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
+            let Some(value) = self.value(footprint, pixels, least_value) else { return };
             let shape = &occluder.shapes()[number];
             if !(self.fronts_are_drawn || shape.is_two_sided()) || !occluder.is_for(number, within)
             {
@@ -209,7 +234,7 @@ impl Search<'_> {
             }
             // What crosses the near plane has no footprint, but one may say what it is like.
             let (pixels, value) = match footprint {
-                Some(f) => (f.pixels(), self.density.of(f.min, f.max)),
+                Some(_) => (pixels, value),
                 None => match self.seen_part(slot, shape) {
                     Some([min, max]) => {
                         (Footprint { min, max, nearness: 0.0 }.pixels(), self.density.of(min, max))

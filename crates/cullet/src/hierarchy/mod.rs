@@ -14,6 +14,7 @@ mod groups;
 mod moves;
 mod nodes;
 mod order;
+mod sizes;
 mod slots;
 
 pub use build::{BuildDone, BuildJob};

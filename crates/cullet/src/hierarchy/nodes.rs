@@ -6,6 +6,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x4};
 use thiserror::Error;
 
+use super::sizes::Sizes;
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
 
@@ -30,6 +31,7 @@ pub struct Nodes {
     holes: Vec<u64>,
     /// Whether there may be any.
     any_holes: bool,
+    sizes: Sizes,
 }
 
 /// What [`Nodes::validate`] found to be wrong.
@@ -87,6 +89,7 @@ impl Nodes {
         let hole = rows[HOLE_ROW] == -Boxes::LIMIT;
         self.any_holes |= hole;
         bits::set(&mut self.holes, index, hole);
+        self.sizes.grow(index, rows);
         let mut node = index;
         for here in &mut self.levels {
             node /= LANES;
@@ -121,6 +124,7 @@ impl Nodes {
         self.holes.clear();
         self.holes.resize(boxes.len().div_ceil(64), 0);
         self.any_holes = false;
+        self.sizes.resize(boxes.len());
         self.refit(level, boxes);
     }
 
@@ -149,7 +153,10 @@ impl Nodes {
         }
         let mut changed = changed;
         let blocks = changed.start / LANES..changed.end.div_ceil(LANES);
-        blocks.for_each(|b| find_holes(&mut self.holes, &mut self.any_holes, boxes, b));
+        for b in blocks.clone() {
+            self.look_at(boxes, b);
+        }
+        (blocks.start / LANES..blocks.end.div_ceil(LANES)).for_each(|n| self.sizes.fit_above(n));
         for at in 0..self.levels.len() {
             let (below, here) = self.levels.split_at_mut(at);
             let below = below.last().unwrap_or(boxes);
@@ -173,8 +180,9 @@ impl Nodes {
         // Of the level above, which is a sixteenth as long, the bits overwrite the words that were read.
         let mut used = blocks.len();
         for (i, &word) in blocks.iter().enumerate() {
-            let blocks = bits::ones(word).map(|b| i * 64 + b);
-            blocks.for_each(|b| find_holes(&mut self.holes, &mut self.any_holes, boxes, b));
+            bits::ones(word).for_each(|b| self.look_at(boxes, i * 64 + b));
+            let changed = (0..4).filter(|part| word >> (16 * part) & 0xffff != 0);
+            changed.for_each(|part| self.sizes.fit_above(i * 4 + part));
         }
         for at in 0..self.levels.len() {
             let (below, here) = self.levels.split_at_mut(at);
@@ -195,6 +203,17 @@ impl Nodes {
             used = used.div_ceil(LANES);
         }
         blocks[..used].fill(0);
+    }
+
+    /// Notes which boxes of a block are empty, and how large they are.
+    fn look_at(&mut self, boxes: &Boxes, block: usize) {
+        find_holes(&mut self.holes, &mut self.any_holes, boxes, block);
+        self.sizes.fit(boxes, block);
+    }
+
+    /// No box below a node of a level, 0 or 1, is larger along any axis; infinite where that is not known.
+    pub(crate) fn largest_below(&self, level: usize, node: usize) -> [f32; 3] {
+        self.sizes.of(level, node).unwrap_or([f32::INFINITY; 3])
     }
 
     /// One bit a box: it is empty. `None` if no box is.

@@ -201,6 +201,12 @@ impl<'a> Asker<'a> {
         self.footprints_with(NODE_SLACK, block, asked, least, each);
     }
 
+    /// No box has more pixels that lies within a node of such a footprint, and is no larger than `sizes` along each
+    /// axis.
+    pub(crate) fn most_pixels(&self, node: &Footprint, sizes: [f32; 3]) -> f32 {
+        self.lens.as_ref().map_or(f32::INFINITY, |lens| lens.most_pixels(node, sizes))
+    }
+
     fn footprints_with(
         &self,
         slack: f32,

@@ -14,6 +14,7 @@
 use fearless_simd::prelude::*;
 
 use super::super::screen::Screen;
+use super::Footprint;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::transform::Transform;
 
@@ -142,6 +143,27 @@ impl Lens {
         let row = |i: usize| Row::new(rows[order[i]], sizes[order[i]], base);
         let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
         Some(Self { base, rows, size: screen.size.map(|s| s as f32), perspective })
+    }
+
+    /// No box has more pixels that lies within a box of such a footprint, and is no larger than `sizes` along each
+    /// axis.
+    ///
+    /// Between two points on the screen x = X/w differs by (ΔX − x·Δw)/w, with x one of the two, so that it
+    /// is between those of the footprint, and w the other's.
+    pub(super) fn most_pixels(&self, f: &Footprint, sizes: [f32; 3]) -> f32 {
+        let [x, y, third, _] = &self.rows;
+        let (inverse, w) = if self.perspective { (f.nearness, third.k) } else { (1.0, [0.0; 3]) };
+        let mut pixels = 1.0;
+        for (axis, row) in [x, y].into_iter().enumerate() {
+            let (first, end) = (f.min[axis] as f32, (f.max[axis] + 1) as f32);
+            let (middle, half) = ((first + end) * 0.5, (end - first) * 0.5);
+            let length: f32 = (0..3)
+                .map(|a| ((row.k[a] - middle * w[a]).abs() + half * w[a].abs()) * sizes[a])
+                .sum();
+            // Two pixels are touched in part, and another for what is in doubt.
+            pixels *= (length * inverse * 1.001 + 3.0).min(end - first);
+        }
+        pixels
     }
 
     /// Projects a block, with `slack` times the doubt.

@@ -1,0 +1,61 @@
+//! How large the boxes below a node are, each by itself: a node of small things may be large.
+
+use crate::bounds::{Boxes, LANES};
+
+/// The largest sizes along each axis of the boxes below the nodes of the two lowest levels.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sizes {
+    levels: [Vec<[f32; 3]>; 2],
+}
+
+impl Sizes {
+    /// For so many boxes, of which each block of sixteen is to be [fitted](Self::fit).
+    pub(super) fn resize(&mut self, boxes: usize) {
+        let mut count = boxes;
+        for level in &mut self.levels {
+            count = count.div_ceil(LANES);
+            level.clear();
+            level.resize(count, [0.0; 3]);
+        }
+    }
+
+    /// Measures a block of sixteen boxes again. That above, see [`fit_above`](Self::fit_above).
+    pub(super) fn fit(&mut self, boxes: &Boxes, block: usize) {
+        let rows = &boxes.blocks()[block].0;
+        self.levels[0][block] = std::array::from_fn(|a| {
+            let mut largest = [0.0_f32; 4];
+            for lane in 0..LANES {
+                // −min and max. An empty box has no size, which is below 0.
+                let (size, held) = (rows[a][lane] + rows[a + 3][lane], &mut largest[lane % 4]);
+                *held = if size > *held { size } else { *held };
+            }
+            largest.into_iter().fold(0.0, f32::max)
+        });
+    }
+
+    /// Measures the sixteen blocks of a node of the second level again.
+    pub(super) fn fit_above(&mut self, node: usize) {
+        let blocks = &self.levels[0];
+        let blocks = &blocks[node * LANES..((node + 1) * LANES).min(blocks.len())];
+        self.levels[1][node] = blocks.iter().fold([0.0; 3], larger);
+    }
+
+    /// Lets the nodes above a box grow to hold its rows, −min and max.
+    pub(super) fn grow(&mut self, index: usize, rows: [f32; 6]) {
+        let size = [0, 1, 2].map(|a| rows[a] + rows[a + 3]);
+        let mut node = index;
+        for level in &mut self.levels {
+            node /= LANES;
+            level[node] = larger(level[node], &size);
+        }
+    }
+
+    /// The largest sizes of the boxes below a node of a level, 0 or 1.
+    pub(super) fn of(&self, level: usize, node: usize) -> Option<[f32; 3]> {
+        self.levels.get(level)?.get(node).copied()
+    }
+}
+
+fn larger(a: [f32; 3], b: &[f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|i| a[i].max(b[i]))
+}
