@@ -10,7 +10,7 @@ const COUNT = 1_000_000;
 const MOST = Number(process.env.CULLET_LONGEST_TASK ?? 1200);
 
 /** One triangle a million times, as GLB with EXT_mesh_gpu_instancing. */
-function many() {
+export function many() {
   const side = Math.ceil(Math.cbrt(COUNT));
   const places = new Float32Array(COUNT * 3);
   for (let i = 0; i < COUNT; i++) {
