@@ -241,3 +241,162 @@ fn unpack_funnel(from: &mut Reader<'_>, funnel: &mut Funnel) -> Result<(), Unpac
     funnel.occlusion = OcclusionWork { offered, chosen, drawn, tests, times };
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use cullet_io::scenes;
+
+    use super::*;
+    use crate::decide::Memory;
+
+    fn world(text: &str) -> Arc<World> {
+        Arc::new(World::new(scenes::build(text).unwrap(), text.to_owned()))
+    }
+
+    /// Views that differ in all that a view can differ in.
+    fn views(world: &World) -> Vec<View> {
+        let size = [320, 200];
+        let near = world.first_sight(size).view(size).unwrap();
+        let eye = world.overview(size).eye();
+        let flat = View::orthographic(eye, world.centre, world.reach, -1.0, 1e4, [201, 99]);
+        let mut mirror = near.clip_from_world();
+        mirror.iter_mut().step_by(4).for_each(|v| *v = -*v);
+        let mut mirrored = View::from_matrix(&mirror, near.depth(), size).unwrap();
+        mirrored.front_face = FrontFace::Clockwise;
+        mirrored.cull_face = CullFace::Front;
+        let mut plain = near.clone().with_layers(5);
+        plain.cull_face = CullFace::None;
+        vec![near, flat.unwrap(), mirrored, plain]
+    }
+
+    /// Cullers in whose settings every value of every switch occurs, with every output.
+    fn cullers() -> Vec<Culler> {
+        let all = Culler {
+            frustum_exact: true,
+            detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5 }),
+            occlusion: Some(Occlusion::default()),
+            reasons: true,
+            clock: Some(clock),
+            ..Culler::default()
+        };
+        let none = Culler { frustum: false, degenerate: false, ..Culler::default() };
+        let diameter = Detail { measure: Measure::Diameter, threshold_px: 1.0 };
+        let box_size = Detail { measure: Measure::WidthAndHeight, threshold_px: f64::INFINITY };
+        let mut cullers = Vec::new();
+        for output in OUTPUTS {
+            let backfaces = BACKFACES.map(|backface| Culler { backface, output, ..all.clone() });
+            cullers.extend(backfaces);
+            cullers.push(Culler { output, backface: Backface::Off, ..none.clone() });
+        }
+        let occlusion = Some(Occlusion { width: 128, budget: 9.5 });
+        cullers.push(Culler { detail: Some(diameter), occlusion, ..none });
+        cullers.push(Culler { detail: Some(box_size), ..all });
+        cullers
+    }
+
+    fn requests(world: &Arc<World>) -> Vec<Request> {
+        let mut requests = Vec::new();
+        for view in views(world) {
+            for culler in cullers() {
+                let number = requests.len() as u64 + 7;
+                let (world, view) = (Arc::clone(world), view.clone());
+                requests.push(Request { world, view, culler, buffer: number % 3 == 0, number });
+            }
+        }
+        requests
+    }
+
+    /// All of a request in words, but its scene.
+    fn words(Request { view, culler, buffer, number, .. }: &Request) -> String {
+        let timed = culler.clock.is_some();
+        let culler = Culler { clock: None, ..culler.clone() };
+        format!("{view:?} {culler:?} {timed} {buffer} {number}")
+    }
+
+    /// All of an answer but the buffer and the times.
+    fn answer(mut decision: Decision) -> (Visible, FrustumWork, OcclusionWork, Vec<u32>) {
+        decision.visible.funnel.rows.iter_mut().for_each(|row| row.nanoseconds = None);
+        decision.visible.funnel.occlusion.times = None;
+        let Decision { visible, occluders, .. } = decision;
+        let (frustum, occlusion) = (visible.funnel.frustum, visible.funnel.occlusion);
+        (visible, frustum, occlusion, occluders)
+    }
+
+    #[test]
+    fn requests_and_answers_come_back_as_they_went() {
+        let world = world("city:cells=4,objects=200,sub=1");
+        let (mut here, mut there) = (Memory::default(), Memory::default());
+        let mut spare = Visible::default();
+        let (mut partial, mut triangles, mut drawn, mut dropped) = (0, 0, 0, 0);
+        for request in requests(&world) {
+            let back = Request::unpack(&request.pack(), Arc::clone(&world)).unwrap();
+            assert_eq!(words(&back), words(&request));
+            assert_eq!(back.view, request.view);
+            let wanted = here.decide(request.clone());
+            let made = there.decide(back);
+            let packed = made.pack();
+            assert_eq!(number_of(&packed), Some(request.number));
+            let came = Decision::unpack(&packed, request, spare).unwrap();
+            // First as it was packed, with its times.
+            assert_eq!(came.milliseconds, made.milliseconds);
+            assert_eq!(came.visible, made.visible);
+            assert_eq!(came.visible.funnel.occlusion, made.visible.funnel.occlusion);
+            assert!(came.buffer.is_none());
+            partial += came.visible.partial.len();
+            triangles += came.visible.triangles.len();
+            drawn += came.occluders.len();
+            dropped += came.visible.reasons.iter().flatten().count();
+            spare = came.visible.clone();
+            assert!(answer(came) == answer(wanted), "another answer");
+        }
+        assert!(partial > 0 && triangles > 0 && drawn > 0 && dropped > 0, "nothing to compare");
+    }
+
+    #[test]
+    fn every_stage_is_a_reason_that_comes_back() {
+        let world = world("solids");
+        let request = requests(&world).swap_remove(0);
+        let reasons = Stage::ALL.map(|stage| Some(Reason { stage, detail: Reason::MIXED }));
+        let rows = Stage::ALL.into_iter().zip(UNITS.into_iter().cycle());
+        let row = |(stage, unit)| FunnelRow {
+            stage,
+            unit,
+            entered: u64::MAX,
+            left: 3,
+            nanoseconds: Some(0),
+        };
+        let mut decision = Memory::default().decide(request.clone());
+        decision.visible.reasons = [&[None], &reasons[..]].concat();
+        decision.visible.funnel.rows = rows.map(row).collect();
+        let came = Decision::unpack(&decision.pack(), request, Visible::default()).unwrap();
+        assert_eq!(came.visible, decision.visible);
+    }
+
+    #[test]
+    fn bytes_that_end_early_or_lie_are_errors() {
+        let world = world("solids");
+        let request = requests(&world).swap_remove(0);
+        let packed = request.pack();
+        for at in 0..packed.len() {
+            let short = Request::unpack(&packed[..at], Arc::clone(&world));
+            assert!(matches!(short, Err(UnpackError::Short(_))), "{at}: {short:?}");
+            let mut lying = packed.clone();
+            lying[at] ^= 0xff;
+            // Whatever comes of it, it is no panic.
+            let _ = Request::unpack(&lying, Arc::clone(&world));
+        }
+        let packed = Memory::default().decide(request.clone()).pack();
+        for at in 0..packed.len() {
+            let unpack =
+                |bytes: &[u8]| Decision::unpack(bytes, request.clone(), Visible::default());
+            let short = unpack(&packed[..at]);
+            assert!(matches!(short, Err(UnpackError::Short(_))), "{at}: {short:?}");
+            let mut lying = packed.clone();
+            lying[at] ^= 0xff;
+            let _ = unpack(&lying);
+        }
+        let other = Request { number: request.number + 1, ..request };
+        let wrong = Decision::unpack(&packed, other, Visible::default());
+        assert!(matches!(wrong, Err(UnpackError::Damaged(_))), "{wrong:?}");
+    }
+}
