@@ -14,7 +14,6 @@ use js_sys::{Array, Object, Reflect, Uint8Array};
 use wasm_bindgen::prelude::*;
 use web_sys::{Event, MessageEvent, Worker};
 
-use super::message::number_of;
 use super::{Decision, Memory, Request};
 use crate::web::thrown;
 use crate::world::World;
@@ -103,7 +102,7 @@ impl Decider {
             let decision = said.and_then(|bytes| {
                 let bytes = bytes.to_vec();
                 match &line.asked {
-                    Some(asked) if number_of(&bytes) == Some(asked.number) => {
+                    Some(asked) if Decision::answers(&bytes) == Some(asked.number) => {
                         let spare = std::mem::take(&mut self.spare);
                         let unpacked = Decision::unpack(&bytes, asked.clone(), spare);
                         unpacked.map(Some).map_err(|e| e.to_string())
