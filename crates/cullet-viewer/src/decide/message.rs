@@ -300,7 +300,13 @@ mod tests {
             for culler in cullers() {
                 let number = requests.len() as u64 + 7;
                 let (world, view) = (Arc::clone(world), view.clone());
-                requests.push(Request { world, view, culler, buffer: number % 3 == 0, number });
+                requests.push(Request {
+                    world,
+                    view,
+                    culler,
+                    buffer: number.is_multiple_of(3),
+                    number,
+                });
             }
         }
         requests
