@@ -2,12 +2,22 @@
 import assert from "node:assert/strict";
 import { WAIT, changed, data, drag, drop, open, settled } from "./browser.mjs";
 
-/** Counts what the page's worker is asked from now on. */
-const count = (worker) => worker.evaluate(() => {
+/** Counts what the page's worker is asked from now on, and keeps it from beginning until `go`. */
+const count = (worker, hold = false) => worker.evaluate((hold) => {
   const answer = globalThis.onmessage;
   globalThis.asked = 0;
-  globalThis.onmessage = (event) => { globalThis.asked += 1; return answer(event); };
-});
+  globalThis.held = hold ? [] : null;
+  globalThis.onmessage = (event) => {
+    globalThis.asked += 1;
+    if (globalThis.held) globalThis.held.push(event);
+    else answer(event);
+  };
+  globalThis.go = () => {
+    const held = globalThis.held;
+    globalThis.held = null;
+    held.forEach(answer);
+  };
+}, hold);
 const asked = (worker) => worker.evaluate(() => globalThis.asked);
 
 /** The worker of what is shown, once those of scenes before it have ended. */
@@ -71,4 +81,39 @@ export async function worker(browser, url, [name, model]) {
     assert.equal(await asked(own), 0, `${state}: decided by the page`);
     await page.close();
   }
+  await slow(browser, url.replace(/#.*/, "#scene=city:cells=12,objects=1500"));
+}
+
+/** A worker that takes long is asked for what is newest, and what it says of a view that is gone is not shown. */
+async function slow(browser, url) {
+  const { page } = await open(browser, url, "?webgl");
+  const own = await only(page);
+  const before = await data(page, "faces");
+  await count(own, true);
+  await drag(page, 160, 30);
+  await page.waitForFunction(() => document.body.dataset.settled === "no", null, { timeout: WAIT });
+  assert.equal(await data(page, "faces"), before, "what was decided stays until more is");
+
+  // Cut, and decided by the page; then whole again, while the worker is still at the first request.
+  const total = before.split("/")[1];
+  await page.keyboard.press("z");
+  await page.waitForFunction((t) => document.body.dataset.faces.split("/")[1] !== t, total, { timeout: WAIT });
+  await settled(page);
+  await page.keyboard.press("z");
+  await drag(page, 40, 10);
+  await page.waitForTimeout(1000);
+  assert.equal(await data(page, "settled"), "no");
+  // Once before the cut and once after it, however far the camera went.
+  assert(await asked(own) <= 2, `a worker that has not answered is asked ${await asked(own)} times`);
+  await own.evaluate(() => globalThis.go());
+  await settled(page);
+  assert(await asked(own) <= 3, "it is asked for what is newest alone");
+  await page.waitForFunction(() => location.hash.includes("camera"), null, { timeout: WAIT });
+  const faces = await data(page, "faces");
+  assert(faces !== before && faces.endsWith(`/${total}`), `${before}, then ${faces}`);
+  const again = await open(browser, page.url().replace(/\?webgl/, ""), "?webgl");
+  assert.equal(await data(again.page, "faces"), faces, "the last answer is about the last view");
+  console.log(`a worker that is late: faces ${before}, then ${faces}`);
+  await again.page.close();
+  await page.close();
 }
