@@ -3,9 +3,10 @@
 //!
 //! A page has one thread, which draws. A file is therefore parsed, and a built-in scene made, in a worker, with
 //! the same code in a memory of its own, and comes back [packed] into bytes; unpacking is cut into pieces
-//! between which the page goes on.
+//! between which the page goes on. The worker unpacks the same bytes and keeps the scene, for it is the one that
+//! [decides](crate::decide) what of it is drawn.
 
-mod bytes;
+pub(crate) mod bytes;
 pub mod packed;
 
 #[cfg(target_arch = "wasm32")]
@@ -18,6 +19,6 @@ mod page;
 #[cfg(target_arch = "wasm32")]
 pub(crate) use files::{choose, download};
 #[cfg(target_arch = "wasm32")]
-pub(crate) use load::load;
+pub(crate) use load::{Keeper, load, thrown};
 #[cfg(target_arch = "wasm32")]
 pub(crate) use page::{set_address, tell, tell_lost};

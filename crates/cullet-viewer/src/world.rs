@@ -105,6 +105,9 @@ pub struct World {
     pub centre: [f64; 3],
     /// Half its extent along each axis.
     pub half: [f64; 3],
+    /// The worker that made it and can be asked about it; none of a scene that was made here.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) keeper: Option<crate::web::Keeper>,
 }
 
 /// What is found out of a scene once, in time that grows with its instances.
@@ -179,7 +182,16 @@ impl World {
     #[must_use]
     pub fn measured(model: Model, name: String, measures: Measures) -> Self {
         let Measures { counts, reach, centre, half } = measures;
-        Self { model, name, counts, reach, centre, half }
+        Self {
+            model,
+            name,
+            counts,
+            reach,
+            centre,
+            half,
+            #[cfg(target_arch = "wasm32")]
+            keeper: None,
+        }
     }
 
     /// The cameras of one of the scene's own paths, as `cullet report` has them; none where the scene leaves

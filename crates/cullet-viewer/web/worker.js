@@ -1,5 +1,6 @@
-// Parses a file, with those that it names, or makes a built-in scene, in a memory of its own, so that the page stays responsive.
-import init, { build, named, parse } from "./cullet_viewer.js";
+// Parses a file, with those that it names, or makes a built-in scene, in a memory of its own, and decides from then on
+// what of it is drawn: so the page goes on drawing meanwhile.
+import init, { build, decide, keep, named, parse } from "./cullet_viewer.js";
 
 // What a served model names is served beside it; of what is missing the parser tells.
 async function beside([address, bytes]) {
@@ -12,16 +13,22 @@ async function beside([address, bytes]) {
   return (await Promise.all(files)).flat();
 }
 
-onmessage = async ({ data: { module, name, files } }) => {
+const hand = (bytes) => postMessage(bytes, [bytes.buffer]);
+
+async function load({ module, name, files }) {
   try {
     await init({ module_or_path: module });
-    const packed = files ? parse([...files, ...await beside(files[0])]) : build(name);
-    postMessage(packed, [packed.buffer]);
+    hand(files ? parse([...files, ...await beside(files[0])]) : build(name));
   } catch (error) {
     // A text is an error of the file or of the scene's settings; anything else broke off.
     if (typeof error !== "string") throw error;
-    postMessage(error);
+    return postMessage(error);
   }
-};
+  // Once the page has its bytes: it unpacks them at the same time.
+  keep();
+}
+
+// The first message is a scene to load; all others are requests about it.
+onmessage = ({ data }) => data.request ? hand(decide(data.request)) : load(data);
 // Errors of promises reach the page only as errors of the worker.
 addEventListener("unhandledrejection", (event) => { throw event.reason; });

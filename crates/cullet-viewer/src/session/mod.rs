@@ -235,6 +235,15 @@ impl Session {
             && self.saving.is_none()
             && !self.uploading
             && (self.world.is_none() || decided.is_some() && decided == wanted)
+            // What moves after the request went out is asked about at the next picture.
+            && self.culling_view().is_none_or(|view| self.is_asked(&view))
+    }
+
+    /// Whether the last request was about a view, with the present settings.
+    fn is_asked(&self, view: &View) -> bool {
+        let (stages, buffer) = (&self.state.stages, self.state.wants_buffer());
+        let fits = |(v, s, b): &(View, Stages, bool)| v == view && s == stages && (*b || !buffer);
+        self.asked.as_ref().is_some_and(fits)
     }
 
     /// Lets `dt` seconds pass, for a picture of `size` pixels: takes in what was loaded and decided, and asks
@@ -308,11 +317,10 @@ impl Session {
     fn ask(&mut self) {
         let world = self.next.as_ref().or(self.world.as_ref());
         let (Some(world), Some(view)) = (world, self.culling_view()) else { return };
-        let (stages, buffer) = (&self.state.stages, self.state.wants_buffer());
-        let fits = |(v, s, b): &(View, Stages, bool)| *v == view && s == stages && (*b || !buffer);
-        if self.asked.as_ref().is_some_and(fits) {
+        if self.is_asked(&view) {
             return;
         }
+        let (stages, buffer) = (&self.state.stages, self.state.wants_buffer());
         let culler = stages.culler(clock);
         let world = Arc::clone(world);
         self.asked = Some((view.clone(), stages.clone(), buffer));

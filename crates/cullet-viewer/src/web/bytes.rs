@@ -6,29 +6,29 @@ use super::packed::UnpackError;
 
 /// Appends to a list of bytes.
 #[derive(Debug, Default)]
-pub(super) struct Writer {
-    pub(super) bytes: Vec<u8>,
+pub(crate) struct Writer {
+    pub(crate) bytes: Vec<u8>,
 }
 
 impl Writer {
-    pub(super) fn pod<T: NoUninit>(&mut self, value: T) {
+    pub(crate) fn pod<T: NoUninit>(&mut self, value: T) {
         self.bytes.extend_from_slice(bytemuck::bytes_of(&value));
     }
 
-    pub(super) fn pods<T: NoUninit>(&mut self, values: &[T]) {
+    pub(crate) fn pods<T: NoUninit>(&mut self, values: &[T]) {
         self.pod(values.len() as u64);
         self.bytes.extend_from_slice(bytemuck::cast_slice(values));
     }
 
-    pub(super) fn text(&mut self, text: &str) {
+    pub(crate) fn text(&mut self, text: &str) {
         self.pods(text.as_bytes());
     }
 
-    pub(super) fn texts(&mut self, texts: &[String]) {
+    pub(crate) fn texts(&mut self, texts: &[String]) {
         self.list(texts, |out, text| out.text(text));
     }
 
-    pub(super) fn list<T>(&mut self, items: &[T], mut each: impl FnMut(&mut Self, &T)) {
+    pub(crate) fn list<T>(&mut self, items: &[T], mut each: impl FnMut(&mut Self, &T)) {
         self.pod(items.len() as u64);
         items.iter().for_each(|item| each(self, item));
     }
@@ -38,49 +38,58 @@ type Read<T> = Result<T, UnpackError>;
 
 /// Reads what a [`Writer`] wrote.
 #[derive(Debug)]
-pub(super) struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(bytes: &'a [u8], at: usize) -> Self {
+    pub(crate) fn new(bytes: &'a [u8], at: usize) -> Self {
         Self { bytes, at }
     }
 
     /// How far it has read.
-    pub(super) fn at(&self) -> usize {
+    pub(crate) fn at(&self) -> usize {
         self.at
     }
 
-    fn take(&mut self, count: usize) -> Read<&'a [u8]> {
+    pub(crate) fn take(&mut self, count: usize) -> Read<&'a [u8]> {
         let end = self.at.checked_add(count);
         let taken = end.and_then(|end| self.bytes.get(self.at..end));
         self.at += taken.map_or(0, <[u8]>::len);
         taken.ok_or(UnpackError::Short(self.at))
     }
 
-    pub(super) fn pod<T: AnyBitPattern>(&mut self) -> Read<T> {
+    pub(crate) fn pod<T: AnyBitPattern>(&mut self) -> Read<T> {
         let bytes = self.take(size_of::<T>())?;
         bytemuck::try_pod_read_unaligned(bytes).map_err(|e| UnpackError::Damaged(e.to_string()))
     }
 
-    pub(super) fn pods<T: AnyBitPattern + NoUninit>(&mut self) -> Read<Vec<T>> {
-        let count = self.count(size_of::<T>())?;
-        let bytes = self.take(count * size_of::<T>())?;
-        // They may lie anywhere, so they are copied rather than cast.
-        Ok(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
+    pub(crate) fn pods<T: AnyBitPattern>(&mut self) -> Read<Vec<T>> {
+        let mut values = Vec::new();
+        self.pods_into(&mut values)?;
+        Ok(values)
     }
 
-    pub(super) fn text(&mut self) -> Read<String> {
+    /// As [`pods`](Self::pods), in place of what a list holds.
+    pub(crate) fn pods_into<T: AnyBitPattern>(&mut self, values: &mut Vec<T>) -> Read<()> {
+        let count = self.count(size_of::<T>())?;
+        let bytes = self.take(count * size_of::<T>())?;
+        values.clear();
+        // They may lie anywhere, so they are copied rather than cast.
+        values.extend(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>));
+        Ok(())
+    }
+
+    pub(crate) fn text(&mut self) -> Read<String> {
         String::from_utf8(self.pods()?).map_err(|e| UnpackError::Damaged(e.to_string()))
     }
 
-    pub(super) fn texts(&mut self) -> Read<Vec<String>> {
+    pub(crate) fn texts(&mut self) -> Read<Vec<String>> {
         self.list(Self::text)
     }
 
-    pub(super) fn list<T>(&mut self, mut each: impl FnMut(&mut Self) -> Read<T>) -> Read<Vec<T>> {
+    pub(crate) fn list<T>(&mut self, mut each: impl FnMut(&mut Self) -> Read<T>) -> Read<Vec<T>> {
         // The least that an item can take is a length or three words.
         let count = self.count(8)?;
         let mut items = Vec::with_capacity(count);
@@ -91,7 +100,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A count of items of at least `size` bytes, if there can be as many.
-    pub(super) fn count(&mut self, size: usize) -> Read<usize> {
+    pub(crate) fn count(&mut self, size: usize) -> Read<usize> {
         let count: u64 = self.pod()?;
         let left = (self.bytes.len() - self.at) as u64;
         if count.checked_mul(size as u64).is_none_or(|bytes| bytes > left) {

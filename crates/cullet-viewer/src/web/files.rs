@@ -6,7 +6,7 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{CustomEvent, CustomEventInit, HtmlInputElement};
 
-use super::load::text;
+use super::load::thrown;
 use crate::inbox::Read;
 
 /// Opens the browser's dialog; what is chosen is read and put. A browser opens it only soon after a click
@@ -28,7 +28,7 @@ pub(crate) fn choose(put: impl Fn(Read) + 'static) -> Result<(), String> {
         for file in (0..files.length()).filter_map(|i| files.get(i)) {
             match JsFuture::from(file.array_buffer()).await {
                 Ok(bytes) => all.push((file.name(), Uint8Array::new(&bytes).to_vec())),
-                Err(why) => return put(Err((file.name(), text(why)))),
+                Err(why) => return put(Err((file.name(), thrown(why)))),
             }
         }
         put(Ok(all));
@@ -38,7 +38,7 @@ pub(crate) fn choose(put: impl Fn(Read) + 'static) -> Result<(), String> {
 
 /// Hands a picture to the page's script, which offers it as a download: browsers can write PNG themselves.
 pub(crate) fn download(image: &egui::ColorImage) -> Result<(), String> {
-    let refused = |e| format!("The picture cannot be saved: {}.", text(e));
+    let refused = |e| format!("The picture cannot be saved: {}.", thrown(e));
     let picture = Object::new();
     let set = |name: &str, value: &JsValue| Reflect::set(&picture, &name.into(), value);
     set("width", &JsValue::from(image.size[0] as u32)).map_err(refused)?;

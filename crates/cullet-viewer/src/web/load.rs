@@ -1,4 +1,6 @@
-//! Loading on a page: files are fetched, parsed in a worker, and unpacked between pictures.
+//! Loading on a page: files are fetched, parsed in a worker that keeps the scene, and unpacked between pictures.
+
+use std::cell::RefCell;
 
 use cullet_io::Model;
 use js_sys::{Array, Object, Promise, Reflect, Uint8Array};
@@ -6,7 +8,7 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{MessageEvent, Response, Worker, WorkerOptions, WorkerType};
 
-use super::packed::Unpacker;
+use super::packed::{UnpackError, Unpacker};
 use crate::task::{SLICE, Task, clock};
 use crate::world::{Measures, Source, World};
 
@@ -39,9 +41,9 @@ async fn world(source: Source) -> Result<World, String> {
             (address.clone(), Some(Array::of1(&given(&address, &bytes))))
         }
     };
-    let packed = in_worker(&file, files.as_ref()).await?;
+    let (packed, keeper) = in_worker(&file, files.as_ref()).await?;
     let (model, measures) = unpack(packed).await.map_err(|e| format!("{file}: {e}"))?;
-    Ok(World::measured(model, name, measures))
+    Ok(World { keeper: Some(keeper), ..World::measured(model, name, measures) })
 }
 
 /// The bytes at an address of the page's own server.
@@ -54,12 +56,12 @@ async fn fetch(address: &str) -> Result<Uint8Array, String> {
     }
     let window = web_sys::window().ok_or("there is no window")?;
     let encoded: String = js_sys::encode_uri(address).into();
-    let response = JsFuture::from(window.fetch_with_str(&encoded)).await.map_err(text)?;
-    let response: Response = response.dyn_into().map_err(text)?;
+    let response = JsFuture::from(window.fetch_with_str(&encoded)).await.map_err(thrown)?;
+    let response: Response = response.dyn_into().map_err(thrown)?;
     if !response.ok() {
         return Err(format!("the server answers {} {}", response.status(), response.status_text()));
     }
-    let buffer = JsFuture::from(response.array_buffer().map_err(text)?).await.map_err(text)?;
+    let buffer = JsFuture::from(response.array_buffer().map_err(thrown)?).await.map_err(thrown)?;
     Ok(Uint8Array::new(&buffer))
 }
 
@@ -68,12 +70,29 @@ fn given(name: &str, bytes: &Uint8Array) -> Array {
     Array::of2(&name.into(), bytes)
 }
 
-/// Parses the first of some files, or makes a built-in scene where there are none, in a worker of its own. It is
-/// ended afterwards: that gives its memory back, and a fault in it harms nobody.
-async fn in_worker(file: &str, files: Option<&Array>) -> Result<Vec<u8>, String> {
+/// A worker with the scene that it made. It ends with the last who holds this: that gives its memory back.
+#[derive(Debug)]
+pub(crate) struct Keeper(Worker);
+
+impl Keeper {
+    pub(crate) fn worker(&self) -> &Worker {
+        &self.0
+    }
+}
+
+impl Drop for Keeper {
+    fn drop(&mut self) {
+        self.0.terminate();
+    }
+}
+
+/// Parses the first of some files, or makes a built-in scene where there are none, in a worker of its own: a fault in
+/// it harms nobody. Returns the packed scene, and the worker that keeps it too.
+async fn in_worker(file: &str, files: Option<&Array>) -> Result<(Vec<u8>, Keeper), String> {
     let options = WorkerOptions::new();
     options.set_type(WorkerType::Module);
-    let worker = Worker::new_with_options("./worker.js", &options).map_err(text)?;
+    let keeper = Keeper(Worker::new_with_options("./worker.js", &options).map_err(thrown)?);
+    let worker = keeper.worker();
     let answer = Promise::new(&mut |done, failed| {
         worker.set_onmessage(Some(&done));
         worker.set_onerror(Some(&failed));
@@ -81,11 +100,11 @@ async fn in_worker(file: &str, files: Option<&Array>) -> Result<Vec<u8>, String>
     let message = Object::new();
     let set = |name: &str, value: &JsValue| Reflect::set(&message, &name.into(), value);
     // The code is compiled already; only its memory is new.
-    set("module", &wasm_bindgen::module()).map_err(text)?;
-    set("name", &file.into()).map_err(text)?;
+    set("module", &wasm_bindgen::module()).map_err(thrown)?;
+    set("name", &file.into()).map_err(thrown)?;
     let carried = Array::new();
     if let Some(files) = files {
-        set("files", files).map_err(text)?;
+        set("files", files).map_err(thrown)?;
         for file in files.iter() {
             carried.push(&Uint8Array::new(&Array::from(&file).get(1)).buffer());
         }
@@ -95,18 +114,17 @@ async fn in_worker(file: &str, files: Option<&Array>) -> Result<Vec<u8>, String>
         Ok(()) => JsFuture::from(answer).await,
         Err(e) => Err(e),
     };
-    worker.terminate();
     let event: MessageEvent = answered
         .map_err(|e| {
-            let why = text(e);
+            let why = thrown(e);
             format!("{file}: loading it broke off ({why}); it may need more memory than a page has")
         })?
         .dyn_into()
-        .map_err(text)?;
+        .map_err(thrown)?;
     match event.data().dyn_into::<Uint8Array>() {
-        Ok(packed) => Ok(copied(&packed).await),
+        Ok(packed) => Ok((copied(&packed).await, keeper)),
         // What the file's own error says names the file.
-        Err(error) => Err(text(error)),
+        Err(error) => Err(thrown(error)),
     }
 }
 
@@ -154,12 +172,43 @@ async fn pause() {
 }
 
 /// What JavaScript throws, for people.
-pub(super) fn text(thrown: JsValue) -> String {
-    if let Some(text) = thrown.as_string() {
+pub(crate) fn thrown(what: JsValue) -> String {
+    if let Some(text) = what.as_string() {
         return text;
     }
-    let message = Reflect::get(&thrown, &"message".into()).ok().and_then(|m| m.as_string());
-    message.unwrap_or_else(|| format!("{thrown:?}"))
+    let message = Reflect::get(&what, &"message".into()).ok().and_then(|m| m.as_string());
+    message.unwrap_or_else(|| format!("{what:?}"))
+}
+
+thread_local! {
+    /// In the worker: the scene as the page was given it, until it is [kept](keep).
+    static PACKED: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+}
+
+/// A model as bytes, for the page and for the worker itself.
+fn hand_over(model: Model) -> Uint8Array {
+    let packed = super::packed::pack(&model);
+    // The page's own follows: there need not be three.
+    drop(model);
+    let bytes = Uint8Array::from(&packed[..]);
+    PACKED.set(packed);
+    bytes
+}
+
+/// The worker's part when the page has its bytes: unpacks the same, so that slots are those of the page, and keeps the
+/// scene to decide about.
+///
+/// # Errors
+/// If nothing was packed, as text.
+#[wasm_bindgen]
+#[expect(unreachable_pub, reason = "the worker's script calls it")]
+pub fn keep() -> Result<(), JsValue> {
+    let refused = |e: UnpackError| JsValue::from_str(&e.to_string());
+    let unpacker = Unpacker::new(PACKED.take()).map_err(refused)?;
+    let measures = unpacker.measures();
+    let model = unpacker.finish().map_err(refused)?;
+    crate::decide::keep(World::measured(model, String::new(), measures));
+    Ok(())
 }
 
 /// The worker's part: files, each its name and its bytes, to a packed model of the first, which may name the others.
@@ -168,7 +217,7 @@ pub(super) fn text(thrown: JsValue) -> String {
 /// As a file's loading has them, as text.
 #[wasm_bindgen]
 #[expect(unreachable_pub, reason = "the page's script calls it")]
-pub fn parse(files: &Array) -> Result<Vec<u8>, JsValue> {
+pub fn parse(files: &Array) -> Result<Uint8Array, JsValue> {
     console_error_panic_hook::set_once();
     let mut files: Vec<(String, Vec<u8>)> = files
         .iter()
@@ -186,7 +235,7 @@ pub fn parse(files: &Array) -> Result<Vec<u8>, JsValue> {
     // The file's own name, not the address it was fetched from.
     let name = name.rsplit('/').next().unwrap_or(name);
     cullet_io::load_bytes_with(name, bytes, &beside, &cullet_io::LoadOptions::default())
-        .map(|model| super::packed::pack(&model))
+        .map(hand_over)
         .map_err(|e| JsValue::from_str(&e.to_string()))
 }
 
@@ -206,9 +255,7 @@ pub fn named(name: &str, bytes: &[u8]) -> Vec<String> {
 /// As [`cullet_io::scenes::build`] has them, as text.
 #[wasm_bindgen]
 #[expect(unreachable_pub, reason = "the page's script calls it")]
-pub fn build(scene: &str) -> Result<Vec<u8>, JsValue> {
+pub fn build(scene: &str) -> Result<Uint8Array, JsValue> {
     console_error_panic_hook::set_once();
-    cullet_io::scenes::build(scene)
-        .map(|model| super::packed::pack(&model))
-        .map_err(|e| JsValue::from_str(&e.to_string()))
+    cullet_io::scenes::build(scene).map(hand_over).map_err(|e| JsValue::from_str(&e.to_string()))
 }

@@ -13,14 +13,14 @@ use thiserror::Error;
 use super::bytes::{Reader, Writer};
 use crate::world::{Counts, Measures, at_rest};
 
-/// Why bytes make no model.
+/// Why bytes make no model, nor anything else that was packed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum UnpackError {
     /// They end before what they promise.
-    #[error("the packed model ends early, at byte {0}")]
+    #[error("the packed bytes end early, at byte {0}")]
     Short(usize),
     /// What they say cannot be.
-    #[error("the packed model is damaged: {0}")]
+    #[error("the packed bytes are damaged: {0}")]
     Damaged(String),
 }
 

@@ -10,6 +10,7 @@ import { MIDDLE, SIZE, WAIT, changed, data, drag, drop, launch, open, running, s
 import { beside, stored } from "./beside.mjs";
 import { large } from "./large.mjs";
 import { phone } from "./phone.mjs";
+import { worker } from "./worker.mjs";
 
 const [serve, page_folder, pictures] = process.argv.slice(2);
 assert(serve && page_folder, "usage: node page.mjs CULLET_SERVE PAGE_FOLDER [PICTURES_FOLDER]");
@@ -207,6 +208,7 @@ try {
   await lose(browser, server.url, "?webgl", "webgl");
 
   await beside(browser, server.url);
+  await worker(browser, server.url, ["cube.glb", cube()]);
   await phone(browser, server.url, pictures);
   await large(browser, server.url, folder);
 
