@@ -121,6 +121,8 @@ struct Place {
     /// Its first pixel, relative as places are.
     left: i32,
     top: i32,
+    /// A bit for each of its tiles that is asked about.
+    tiles: u8,
 }
 
 const EDGE: f32 = (TILE - 1) as f32;
@@ -262,26 +264,21 @@ impl Canvas<'_> {
                 let above = (above + row) as usize;
                 for column in first..=last {
                     let at = (left + column) as usize;
-                    let place = Place {
-                        block: above * self.fringes[side].columns + at,
-                        tile: above * self.columns + at * ACROSS,
-                        left: column * width,
-                        top,
-                    };
-                    // Borders take back what faces touched before. And in a tile where no face of the patch itself is on
-                    // the sheet there is no seam of it: that is said tile by tile, since tiles that are covered by now
-                    // get nothing, so that by blocks the order would tell.
-                    let mut tiles = OWN;
-                    if kind != Kind::Own {
-                        tiles &= self.fringes[side].own[place.block];
-                    }
+                    let block = above * self.fringes[side].columns + at;
+                    // Borders take back what faces touched before. And in a tile where no face of the patch itself
+                    // is on the sheet there is no seam of it: that is said tile by tile, since tiles that
+                    // are covered by now get nothing, so that by blocks the order would tell.
+                    let tiles =
+                        if kind == Kind::Own { OWN } else { OWN & self.fringes[side].own[block] };
                     if tiles == 0 {
                         continue;
                     }
+                    let tile = above * self.columns + at * ACROSS;
+                    let place = Place { block, tile, left: column * width, top, tiles };
                     if is_large && !is_odd {
-                        self.touch::<S, true>(simd, piece, &reach, place, tiles, side, noted);
+                        self.touch::<S, true>(simd, piece, &reach, place, side, noted);
                     } else {
-                        self.touch::<S, false>(simd, piece, &reach, place, tiles, side, noted);
+                        self.touch::<S, false>(simd, piece, &reach, place, side, noted);
                     }
                 }
             }
@@ -296,11 +293,10 @@ impl Canvas<'_> {
         piece: Piece<'_>,
         reach: &Reach<S>,
         place: Place,
-        tiles: u8,
         side: usize,
         kind: Kind,
     ) {
-        let Place { block, tile, left, top } = place;
+        let Place { block, tile, left, top, tiles } = place;
         let Piece { all, lane, window: [x0, _, x1, _] } = piece;
         // The tiles that it may touch, and those of them that the patch may add to.
         let first = (x0 - left).max(0) as usize / TILE;
