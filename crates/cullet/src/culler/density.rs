@@ -13,6 +13,9 @@ use crate::scene::Scene;
 /// Pixels along an edge of a cell: coarse, since a sample stands for hundreds of things around it.
 const CELL: u64 = 32;
 
+/// Of the pixels of more cells it is not looked up which is the densest.
+const FEW_CELLS: usize = 16;
+
 /// How many things are looked at, in and out of the view. Each costs some tens of nanoseconds.
 const SAMPLES: usize = 1024;
 
@@ -23,6 +26,8 @@ pub(super) struct Density {
     cells: [usize; 2],
     /// The sum of what the cells left of and above each corner of the grid weigh, row by row.
     sums: Vec<u64>,
+    /// What each cell weighs.
+    weights: Vec<u32>,
     scale: f32,
     densest: f32,
     all: f32,
@@ -61,11 +66,13 @@ impl Density {
         // and more has to be weighed.
         let weigh = |samples: u64| samples * cells + count.max(1);
         let mut most = 0;
+        self.weights.clear();
         for row in 1..=rows {
             let mut sum = 0;
             for column in 1..=columns {
                 let weight = weigh(self.sums[row * stride + column]);
                 most = most.max(weight);
+                self.weights.push(weight as u32);
                 sum += weight;
                 self.sums[row * stride + column] = self.sums[(row - 1) * stride + column] + sum;
             }
@@ -90,6 +97,18 @@ impl Density {
     /// What something weighs of which no footprint is known: all of the screen.
     pub(super) fn of_footprint(&self, footprint: Option<Footprint>) -> f32 {
         footprint.map_or(self.all, |f| self.of(f.min, f.max))
+    }
+
+    /// The most that a pixel of some weighs, or of all, where they lie in many cells.
+    pub(super) fn densest_of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
+        let [x0, y0] = min.map(|v| v as usize / CELL as usize);
+        let [x1, y1] = max.map(|v| v as usize / CELL as usize);
+        if (x1 - x0 + 1) * (y1 - y0 + 1) > FEW_CELLS {
+            return self.densest;
+        }
+        let rows =
+            (y0..=y1).flat_map(|y| &self.weights[y * self.cells[0] + x0..=y * self.cells[0] + x1]);
+        rows.fold(0, |most, &w| most.max(w)) as f32 * self.scale
     }
 
     /// The most that a pixel weighs.

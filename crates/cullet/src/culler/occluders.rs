@@ -110,7 +110,12 @@ impl Search<'_> {
         let Some(f) = footprint else { return self.value(None, f32::INFINITY, least) };
         let sizes = self.scene.hierarchy().nodes().largest_below(level, node);
         let pixels = self.asker.most_pixels(&f, sizes);
-        if pixels < LEAST_PIXELS { None } else { self.value(footprint, pixels, least) }
+        if pixels < LEAST_PIXELS {
+            return None;
+        }
+        let densest = self.density.densest_of(f.min, f.max);
+        let value = self.value(footprint, pixels, least)?.min(pixels * densest * (1.0 + 1e-5));
+        (value >= least).then_some(value)
     }
 
     fn list_groups(&self, cheapest: Cheapest, groups: &mut Vec<Group>) {
@@ -227,6 +232,12 @@ impl Search<'_> {
         let mut offer = |number: usize, footprint: Option<Footprint>| {
             let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
             let Some(value) = self.value(footprint, pixels, least_value) else { return };
+            let price = occluder.prices()[number];
+            // No more than the instance, by whose pixels it was sought. The shape itself is looked at last: of some
+            // instances there are thousands.
+            if footprint.is_some() && !choice.may_take(value.min(most) / price.cost(pixels)) {
+                return;
+            }
             let shape = &occluder.shapes()[number];
             if !(self.fronts_are_drawn || shape.is_two_sided()) || !occluder.is_for(number, within)
             {
@@ -243,12 +254,11 @@ impl Search<'_> {
                 },
             };
             let candidate = Candidate {
-                // No more than the instance, by whose pixels it was sought.
                 value: value.min(most),
                 nearness: footprint.map_or(f32::INFINITY, |f| f.nearness),
                 slot,
                 shape: number as u32,
-                cost: Candidate::cost(shape, pixels),
+                cost: price.cost(pixels),
                 footprint,
             };
             // The dearest question comes last.

@@ -49,14 +49,6 @@ pub(crate) struct Candidate {
 }
 
 impl Candidate {
-    /// What drawing a shape over `pixels` costs, in microseconds.
-    pub(crate) fn cost(shape: &Shape, pixels: f32) -> f32 {
-        match shape {
-            Shape::Convex(convex) => convex_cost(convex.edges.len(), pixels),
-            Shape::Patch(patch) => patch_cost(patch.edges.len(), pixels),
-        }
-    }
-
     /// What may be behind it for what it costs.
     pub(crate) fn worth(&self) -> f32 {
         self.value / self.cost
@@ -69,17 +61,37 @@ impl Candidate {
     }
 }
 
-// Fitted to the fastest of eight draws of each of 13,700 shapes of the built-in forest, plant and city, at 640
-// pixels across: bodies of 21 to 114,000 pixels took 0.4 to 22 µs, patches 1.6 to 61 µs. The root is for the
-// outline.
-
-fn convex_cost(edges: usize, pixels: f32) -> f32 {
-    0.4 + 0.005 * edges as f32 + pixels.sqrt() * 0.03 + pixels * 1e-4
+/// What drawing a shape costs.
+///
+/// Fitted to the fastest of eight draws of each of 13,700 shapes of the built-in forest, plant and city, at 640
+/// pixels across: bodies of 21 to 114,000 pixels took 0.4 to 22 µs, patches 1.6 to 61 µs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Price {
+    base: f32,
+    per_pixel: f32,
 }
 
-fn patch_cost(edges: usize, pixels: f32) -> f32 {
-    // Triangles cost, those around it too, and there are two for three edges.
-    1.0 + edges as f32 * 0.02 + pixels.sqrt() * 0.03 + pixels * 2.4e-4
+impl Price {
+    pub(super) fn of(shape: &Shape) -> Self {
+        match shape {
+            Shape::Convex(convex) => Self::of_convex(convex.edges.len()),
+            Shape::Patch(patch) => Self::of_patch(patch.edges.len()),
+        }
+    }
+
+    fn of_convex(edges: usize) -> Self {
+        Self { base: 0.4 + 0.005 * edges as f32, per_pixel: 1e-4 }
+    }
+
+    fn of_patch(edges: usize) -> Self {
+        // Triangles cost, those around it too, and there are two for three edges.
+        Self { base: 1.0 + edges as f32 * 0.02, per_pixel: 2.4e-4 }
+    }
+
+    /// Of so many pixels, in microseconds. The root is for the outline.
+    pub(crate) fn cost(self, pixels: f32) -> f32 {
+        self.base + pixels.sqrt() * 0.03 + pixels * self.per_pixel
+    }
 }
 
 /// The fewest edges of some shapes of each kind: none of them costs less than such a shape over as many pixels.
@@ -118,8 +130,8 @@ impl Cheapest {
     /// what rounding does to either.)
     pub(crate) fn worth(self, value: f32, densest: f32) -> f32 {
         let fewest = value / densest;
-        let convex = self.convex.map_or(0.0, |edges| value / convex_cost(edges, fewest));
-        let patch = self.patch.map_or(0.0, |edges| value / patch_cost(edges, fewest));
+        let convex = self.convex.map_or(0.0, |edges| value / Price::of_convex(edges).cost(fewest));
+        let patch = self.patch.map_or(0.0, |edges| value / Price::of_patch(edges).cost(fewest));
         convex.max(patch) * (1.0 + 1e-5)
     }
 

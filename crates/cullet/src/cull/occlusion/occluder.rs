@@ -1,6 +1,6 @@
 //! Occluders of whole meshes.
 
-use super::choose::Cheapest;
+use super::choose::{Cheapest, Price};
 use super::{Convex, OccluderError, Patch};
 use crate::bounds::{Aabb, Boxes};
 use crate::mesh::{Alpha, Mesh, connected_regions};
@@ -41,8 +41,9 @@ pub struct Occluder {
     /// How many of the shapes, the last, are for views that begin within `sealed`.
     near: usize,
     sealed: Vec<Aabb>,
-    /// What follows from the shapes: their boxes, and what the cheapest of them cost.
+    /// What follows from the shapes: their boxes, what each costs, and what the cheapest of them cost.
     boxes: Boxes,
+    prices: Vec<Price>,
     cheapest: Cheapest,
 }
 
@@ -58,7 +59,8 @@ impl Occluder {
     pub fn new(shapes: Vec<Shape>) -> Self {
         let boxes: Vec<Aabb> = shapes.iter().map(Shape::bounds).collect();
         let (boxes, cheapest) = (Boxes::from_slice(&boxes), Cheapest::of(&shapes));
-        Self { shapes, near: 0, sealed: Vec::new(), boxes, cheapest }
+        let prices = shapes.iter().map(Price::of).collect();
+        Self { shapes, near: 0, sealed: Vec::new(), boxes, prices, cheapest }
     }
 
     /// The mesh itself: one body where it is convex, closed and opaque; else a body for each of its one-sided
@@ -154,8 +156,13 @@ impl Occluder {
     /// What it costs to draw over so many pixels from outside, in microseconds of the model that budgets go by.
     #[must_use]
     pub fn cost(&self, pixels: f32) -> f32 {
-        let far = &self.shapes[..self.shapes.len() - self.near];
-        far.iter().map(|s| super::Candidate::cost(s, pixels)).sum()
+        let far = &self.prices[..self.prices.len() - self.near];
+        far.iter().map(|p| p.cost(pixels)).sum()
+    }
+
+    /// What drawing each of its shapes costs.
+    pub(crate) fn prices(&self) -> &[Price] {
+        &self.prices
     }
 
     /// The boxes of its shapes, in the space of the mesh.
