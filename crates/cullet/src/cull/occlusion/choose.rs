@@ -329,8 +329,8 @@ mod tests {
                 let bound = Cheapest { convex, patch };
                 for pixels in (0..2000).map(|i| (i * i) as f32 * 0.37) {
                     let cost = match patch {
-                        Some(edges) => patch_cost(edges + 2, pixels),
-                        None => convex_cost(edges + 2, pixels),
+                        Some(edges) => Price::of_patch(edges + 2).cost(pixels),
+                        None => Price::of_convex(edges + 2).cost(pixels),
                     };
                     for larger in [pixels, pixels + 1.0, pixels * 9.0] {
                         // A pixel has at most thrice the mean, and this shape has less.
