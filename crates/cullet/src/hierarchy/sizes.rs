@@ -59,3 +59,54 @@ impl Sizes {
 fn larger(a: [f32; 3], b: &[f32; 3]) -> [f32; 3] {
     std::array::from_fn(|i| a[i].max(b[i]))
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::Level;
+
+    use crate::bounds::{Aabb, Boxes};
+    use crate::hierarchy::Nodes;
+
+    #[test]
+    fn each_node_knows_its_largest_however_it_was_fitted() {
+        let at = |i: usize| {
+            let min = [(i * 37 % 101) as f32, (i * 11 % 13) as f32, i as f32];
+            let size = [(i * 7 % 19) as f32, (i * 5 % 23) as f32, (i % 3) as f32];
+            if i % 31 == 7 {
+                return Aabb::EMPTY;
+            }
+            Aabb::new(min, std::array::from_fn(|a| min[a] + size[a]))
+        };
+        let mut boxes = Boxes::from_slice(&(0..700).map(at).collect::<Vec<_>>());
+        let level = Level::new();
+        let mut nodes = Nodes::over(level, &boxes);
+        let check = |nodes: &Nodes, boxes: &Boxes| {
+            for (above, width) in [(0, 16), (1, 256)] {
+                for (node, first) in (0..boxes.len()).step_by(width).enumerate() {
+                    let mut largest = [0.0_f32; 3];
+                    for i in first..(first + width).min(boxes.len()) {
+                        let b = boxes.get(i);
+                        if !b.is_empty() {
+                            largest = std::array::from_fn(|a| largest[a].max(b.max[a] - b.min[a]));
+                        }
+                    }
+                    assert_eq!(nodes.largest_below(above, node), largest, "{above} {node}");
+                }
+            }
+            assert_eq!(nodes.largest_below(0, 99), [f32::INFINITY; 3]);
+        };
+        check(&nodes, &boxes);
+        boxes.set(300, &Aabb::new([0.0; 3], [500.0, 2.0, 1.0]));
+        nodes.grow(&boxes, 300);
+        check(&nodes, &boxes);
+        // Smaller again, of which only fitting tells.
+        boxes.set(300, &at(300));
+        boxes.set(699, &Aabb::new([0.0; 3], [1.0, 77.0, 1.0]));
+        nodes.refit_range(level, &boxes, 300..301);
+        let mut blocks = [1 << (699 / 16)];
+        nodes.refit_blocks(level, &boxes, &mut blocks);
+        check(&nodes, &boxes);
+        nodes.refit(level, &boxes);
+        check(&nodes, &boxes);
+    }
+}

@@ -376,3 +376,68 @@ fn meet(rows: [[f64; 4]; 3]) -> Option<[f32; 3]> {
     let p = p.to_array().map(|v| v as f32);
     p.iter().all(|v| v.abs() < Boxes::LIMIT).then_some(p)
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::Level;
+    use proptest::prelude::*;
+
+    use super::super::super::{Asker, OcclusionBuffer};
+    use crate::bounds::{Aabb, Boxes, LANES};
+    use crate::hierarchy::Nodes;
+    use crate::{Camera, Depth, Projection, View};
+
+    fn boxes() -> impl Strategy<Value = Vec<Aabb>> {
+        let place = [-20.0..20.0_f64, -9.0..9.0, -30.0..4.0];
+        let spread = prop_oneof![Just(0.3), Just(4.0), Just(30.0)];
+        let each = ([-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], [0.0..2.0_f64, 0.0..5.0, 0.0..0.5]);
+        (place, spread, prop::collection::vec(each, 1..=LANES)).prop_map(|(place, spread, all)| {
+            let each = |(at, size): ([f64; 3], [f64; 3])| {
+                let min = [0, 1, 2].map(|a| place[a] + at[a] * spread);
+                Aabb::new(min.map(|v| v as f32), [0, 1, 2].map(|a| (min[a] + size[a]) as f32))
+            };
+            all.into_iter().map(each).collect()
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(256))]
+
+        #[test]
+        fn nothing_below_a_node_has_more_pixels_than_the_largest_may(
+            all in boxes(),
+            eye in [-3.0..3.0_f64, -3.0..3.0, 6.0..40.0],
+            orthographic in any::<bool>(),
+        ) {
+            let projection = if orthographic {
+                let (near, far) = (0.1, 200.0);
+                Projection::Orthographic { left: -9.0, right: 9.0, bottom: -5.0, top: 5.0, near, far }
+            } else {
+                Projection::Perspective { fov_y_radians: 1.2, aspect: 1.6, near: 0.1, far: 200.0 }
+            };
+            let camera = Camera::look_at(eye, [0.0; 3], projection);
+            let view = View::new(&camera, Depth::Reversed, [320, 200]).unwrap();
+            let mut buffer = OcclusionBuffer::new([320, 200]).unwrap();
+            buffer.begin(&view, [0.0; 3]);
+            let level = Level::new();
+            // More than sixteen, so that there is a node above the first.
+            let mut all = all;
+            all.resize(LANES, all[0]);
+            all.push(all[0]);
+            let boxes = Boxes::from_slice(&all);
+            let nodes = Nodes::over(level, &boxes);
+            let asker = Asker::new(&buffer, level);
+            let mut of_node = None;
+            let block = &nodes.levels()[0].blocks()[0];
+            asker.footprints_of_nodes(block, 1, 0.0, |_, footprint| of_node = footprint);
+            let Some(of_node) = of_node else { return Ok(()) };
+            let most = asker.most_pixels(&of_node, nodes.largest_below(0, 0));
+            prop_assert!(most <= of_node.pixels());
+            for i in 0..LANES {
+                if let Ok(f) = asker.footprint(&boxes, i) {
+                    prop_assert!(f.pixels() <= most, "{f:?} has more than {most}");
+                }
+            }
+        }
+    }
+}
