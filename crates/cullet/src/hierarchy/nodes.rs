@@ -153,15 +153,18 @@ impl Nodes {
         }
         let mut changed = changed;
         let blocks = changed.start / LANES..changed.end.div_ceil(LANES);
-        for b in blocks.clone() {
-            self.look_at(boxes, b);
+        for (word, bits) in bits::words_of(blocks.clone()) {
+            self.fit_lowest(level, boxes, word, bits);
         }
-        (blocks.start / LANES..blocks.end.div_ceil(LANES)).for_each(|n| self.sizes.fit_above(n));
-        for at in 0..self.levels.len() {
+        changed = blocks;
+        if let Some(lowest) = self.levels.first_mut() {
+            close(lowest);
+        }
+        for at in 1..self.levels.len() {
             let (below, here) = self.levels.split_at_mut(at);
-            let below = below.last().unwrap_or(boxes);
+            let below = &below[at - 1];
             changed = changed.start / LANES..changed.end.div_ceil(LANES);
-            fit(level, (below, of(below, self.leaves, at)), &mut here[0], changed.clone());
+            fit(level, (below, below.len()), &mut here[0], changed.clone());
         }
     }
 
@@ -179,20 +182,19 @@ impl Nodes {
         );
         // Of the level above, which is a sixteenth as long, the bits overwrite the words that were read.
         let mut used = blocks.len();
-        for (i, &word) in blocks.iter().enumerate() {
-            bits::ones(word).for_each(|b| self.look_at(boxes, i * 64 + b));
-            let changed = (0..4).filter(|part| word >> (16 * part) & 0xffff != 0);
-            changed.for_each(|part| self.sizes.fit_above(i * 4 + part));
-        }
-        for at in 0..self.levels.len() {
-            let (below, here) = self.levels.split_at_mut(at);
-            let below = below.last().unwrap_or(boxes);
+        for at in 0..self.levels.len().max(1) {
             for i in 0..used {
                 let word = std::mem::take(&mut blocks[i]);
                 if word == 0 {
                     continue;
                 }
-                fit_some(level, (below, of(below, self.leaves, at)), &mut here[0], i * 64, word);
+                if at == 0 {
+                    self.fit_lowest(level, boxes, i, word);
+                } else {
+                    let (below, here) = self.levels.split_at_mut(at);
+                    let below = &below[at - 1];
+                    fit_some(level, (below, below.len()), &mut here[0], i * 64, word);
+                }
                 for part in 0..4 {
                     if word >> (16 * part) & 0xffff != 0 {
                         let node = i * 4 + part;
@@ -205,10 +207,21 @@ impl Nodes {
         blocks[..used].fill(0);
     }
 
-    /// Notes which boxes of a block are empty, and how large they are.
-    fn look_at(&mut self, boxes: &Boxes, block: usize) {
-        find_holes(&mut self.holes, &mut self.any_holes, boxes, block);
-        self.sizes.fit(boxes, block);
+    /// Fits the nodes above the blocks of sixteen boxes that are bits of a word, and notes which boxes are empty and
+    /// how large they are: all at once, while they are in the cache.
+    fn fit_lowest(&mut self, level: Level, boxes: &Boxes, word: usize, blocks: u64) {
+        let Self { levels, leaves, holes, any_holes, sizes } = self;
+        dispatch!(level, simd => {
+            let mut lowest = levels.first_mut();
+            for block in bits::ones(blocks).map(|b| word * 64 + b) {
+                find_holes(holes, any_holes, boxes, block);
+                sizes.fit(simd, boxes, block);
+                if let Some(lowest) = &mut lowest {
+                    fit_one(simd, (boxes, *leaves), lowest, block);
+                }
+            }
+        });
+        self.sizes.fit_above(word, blocks);
     }
 
     /// No box below a node of a level, 0 or 1, is larger along any axis; infinite where that is not known.

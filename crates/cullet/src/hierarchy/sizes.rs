@@ -1,6 +1,9 @@
 //! How large the boxes below a node are, each by itself: a node of small things may be large.
 
-use crate::bounds::{Boxes, LANES};
+use fearless_simd::f32x4;
+use fearless_simd::prelude::*;
+
+use crate::bounds::{BoxBlock, Boxes, LANES};
 
 /// The largest sizes along each axis of the boxes below the nodes of the two lowest levels.
 #[derive(Clone, Debug, Default)]
@@ -19,25 +22,20 @@ impl Sizes {
         }
     }
 
-    /// Measures a block of sixteen boxes again. That above, see [`fit_above`](Self::fit_above).
-    pub(super) fn fit(&mut self, boxes: &Boxes, block: usize) {
-        let rows = &boxes.blocks()[block].0;
-        self.levels[0][block] = std::array::from_fn(|a| {
-            let mut largest = [0.0_f32; 4];
-            for lane in 0..LANES {
-                // −min and max. An empty box has no size, which is below 0.
-                let (size, held) = (rows[a][lane] + rows[a + 3][lane], &mut largest[lane % 4]);
-                *held = if size > *held { size } else { *held };
-            }
-            largest.into_iter().fold(0.0, f32::max)
-        });
+    /// Measures a block of sixteen boxes again.
+    #[inline(always)]
+    pub(super) fn fit<S: Simd>(&mut self, simd: S, boxes: &Boxes, block: usize) {
+        self.levels[0][block] = largest_of(simd, &boxes.blocks()[block]);
     }
 
-    /// Measures the sixteen blocks of a node of the second level again.
-    pub(super) fn fit_above(&mut self, node: usize) {
-        let blocks = &self.levels[0];
-        let blocks = &blocks[node * LANES..((node + 1) * LANES).min(blocks.len())];
-        self.levels[1][node] = blocks.iter().fold([0.0; 3], larger);
+    /// Measures again what is above the blocks of sixteen that are bits of a word.
+    pub(super) fn fit_above(&mut self, word: usize, blocks: u64) {
+        let [lowest, above] = &mut self.levels;
+        for part in (0..4).filter(|part| blocks >> (16 * part) & 0xffff != 0) {
+            let node = word * 4 + part;
+            let below = &lowest[node * LANES..((node + 1) * LANES).min(lowest.len())];
+            above[node] = below.iter().fold([0.0; 3], larger);
+        }
     }
 
     /// Lets the nodes above a box grow to hold its rows, −min and max.
@@ -54,6 +52,31 @@ impl Sizes {
     pub(super) fn of(&self, level: usize, node: usize) -> Option<[f32; 3]> {
         self.levels.get(level)?.get(node).copied()
     }
+}
+
+/// The largest sizes along each axis of a block of boxes.
+#[inline(always)]
+fn largest_of<S: Simd>(simd: S, BoxBlock(rows): &BoxBlock) -> [f32; 3] {
+    let [x, y, z] = [
+        sizes(simd, &rows[0], &rows[3]),
+        sizes(simd, &rows[1], &rows[4]),
+        sizes(simd, &rows[2], &rows[5]),
+    ];
+    // Transposed by interleaving, as nodes are fitted.
+    let low = x.zip_low(y).max(x.zip_high(y));
+    let high = z.zip_low(z).max(z.zip_high(z));
+    let (low, high): ([f32; 4], [f32; 4]) = (low.into(), high.into());
+    // An empty box has no size, which is below 0.
+    [low[0].max(low[2]).max(0.0), low[1].max(low[3]).max(0.0), high[0].max(high[2]).max(0.0)]
+}
+
+/// The largest sums of sixteen of −min and max, in four parts.
+#[inline(always)]
+fn sizes<S: Simd>(simd: S, low: &[f32; LANES], high: &[f32; LANES]) -> f32x4<S> {
+    let four = |at: usize| {
+        f32x4::from_slice(simd, &low[at..at + 4]) + f32x4::from_slice(simd, &high[at..at + 4])
+    };
+    four(0).max(four(4)).max(four(8).max(four(12)))
 }
 
 fn larger(a: [f32; 3], b: &[f32; 3]) -> [f32; 3] {
