@@ -1,11 +1,11 @@
 //! The stage that drops what lies behind something.
 //!
 //! First the occluders that are worth most for their cost are sought, by the nodes of the hierarchy; what the
-//! budget allows is drawn front to back, in some rounds where there is much; then everything is asked about, by
-//! the nodes first: those that are hidden answer for all that is in them, and so do those that are before
-//! everything that was drawn. Which occluders are drawn, and in which order, depends on this frame alone: what
-//! the drawn ones cost decides how much a later round may spend, so that an order remembered from the last
-//! frame could choose others, and prove something else. What is remembered is memory.
+//! budget allows is drawn front to back, and again where those that were hidden by then leave much of it; then
+//! everything is asked about, by the nodes first: those that are hidden answer for all that is in them, and so do
+//! those that are before everything that was drawn. Which occluders are drawn, and in which order, depends on
+//! this frame alone: what the drawn ones cost decides how much is left to spend, so that an order remembered
+//! from the last frame could choose others, and prove something else. What is remembered is memory.
 
 use super::backfaces::split;
 use super::density::Density;
@@ -148,8 +148,8 @@ impl Pass<'_> {
     /// more than half of that is left, it is spent on what is not hidden by then: in a street the first rows of
     /// houses hide most of what was chosen.
     ///
-    /// Rounds of an eighth of the budget, then a half, and the rest left a fiftieth less in a forest, at a third more
-    /// time, and took a third longer where all is seen from above, for the same.
+    /// A fourth of the budget first, then the rest, took a fourth less time in the street of a city, but a third more
+    /// in a forest, of which it left 3 % less, and half more where all is seen from above, for the same.
     fn choose_and_draw(
         &self,
         buffer: &mut OcclusionBuffer,
