@@ -142,13 +142,11 @@ impl Band<'_> {
         };
         dispatch!(level, simd => {
             canvas.nearest = surface.round(from);
-            surface.sort(simd, &frame, patch, orient);
+            surface.faces(simd, &frame, patch, orient, &mut canvas);
             surface.end(&frame, patch, orient);
-            for kind in [Kind::Own, Kind::Around] {
-                surface.draw(simd, &frame, patch, kind, orient, &mut canvas);
-            }
             for (side, ends) in surface.ends.iter().enumerate() {
-                ends.close(simd, &frame, &surface.spots, &mut canvas, side);
+                let sign = if side == 0 { orient } else { -orient };
+                ends.draw(simd, &frame, &surface.spots, sign, &mut canvas, side);
             }
         });
     }
@@ -273,60 +271,36 @@ impl Surface {
         spots.nearness.iter().fold(0.0, |most, &n| if n > most { n } else { most })
     }
 
-    /// Says which side each face shows.
+    /// Draws the faces that were not cut, each to the sheet of the side that it shows.
     #[inline(always)]
-    fn sort<S: Simd>(&mut self, simd: S, frame: &Frame, patch: &Patch, orient: f32) {
-        let Self { spots, shown, .. } = self;
-        shown.clear();
-        let zero = f32x8::splat(simd, 0.0);
-        for [a, b, c] in &patch.faces {
-            let corners = [spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c)];
-            let (area, slack) = piece::areas(frame, &corners);
-            let area = area * orient;
-            let front = area.simd_gt(slack).to_bitmask() as u32;
-            let back = (area + slack).simd_lt(zero).to_bitmask() as u32;
-            shown.push([front, back]);
-        }
-    }
-
-    /// Draws faces of a kind, each to the sheet of the side that it shows: those that were not cut, and what is left
-    /// of the others.
-    #[inline(always)]
-    fn draw<S: Simd>(
-        &self,
+    fn faces<S: Simd>(
+        &mut self,
         simd: S,
         frame: &Frame,
         patch: &Patch,
-        kind: Kind,
         orient: f32,
         canvas: &mut Canvas<'_>,
     ) {
-        let spots = &self.spots;
-        let (own, around) = patch.faces.split_at(patch.own_faces);
-        let (shown_own, shown_around) = self.shown.split_at(patch.own_faces);
-        let (faces, shown) =
-            if kind == Kind::Own { (own, shown_own) } else { (around, shown_around) };
-        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
-        for ([a, b, c], &[front, back]) in faces.iter().zip(shown) {
+        let Self { spots, shown, .. } = self;
+        shown.clear();
+        let zero = f32x8::splat(simd, 0.0);
+        let orient = f32x8::splat(simd, orient);
+        for (group, [a, b, c]) in patch.faces.iter().enumerate() {
+            let corners = [spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c)];
+            let (area, slack) = piece::areas(frame, &corners);
+            let area = area * orient;
+            let is_front = area.simd_gt(slack);
+            let front = is_front.to_bitmask() as u32;
+            let back = (area + slack).simd_lt(zero).to_bitmask() as u32;
+            shown.push([front, back]);
             let back = if patch.two_sided { back } else { 0 };
             if front | back == 0 {
                 continue;
             }
-            let corners = [spots.gather(simd, a), spots.gather(simd, b), spots.gather(simd, c)];
-            // Of all that are drawn the sign is sure.
-            let (area, _) = piece::areas(frame, &corners);
-            let pieces =
-                Pieces::triangles(simd, frame, &corners, area.simd_gt(zero).select(one, -one));
+            let pieces = Pieces::triangles(simd, frame, &corners, is_front.select(orient, -orient));
+            let kind = if group < patch.own_faces { Kind::Own } else { Kind::Around };
             canvas.draw(simd, &pieces, front, 0, kind);
             canvas.draw(simd, &pieces, back, 1, kind);
-        }
-        for (side, ends) in self.ends.iter().enumerate() {
-            let sign = f32x8::splat(simd, if side == 0 { orient } else { -orient });
-            let left = if kind == Kind::Own { &ends.own } else { &ends.around };
-            for some in left.chunks(LANES) {
-                let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
-                canvas.draw(simd, &pieces, first(some.len()), side, kind);
-            }
         }
     }
 
@@ -391,16 +365,24 @@ impl Side {
 }
 
 impl Ends {
-    /// Draws where a side ends, and takes what its sheet proves.
+    /// Draws what is left of faces that were cut and where the side ends, and takes what its sheet proves.
     #[inline(always)]
-    fn close<S: Simd>(
+    fn draw<S: Simd>(
         &self,
         simd: S,
         frame: &Frame,
         spots: &Spots,
+        sign: f32,
         canvas: &mut Canvas<'_>,
         side: usize,
     ) {
+        let sign = f32x8::splat(simd, sign);
+        for (faces, kind) in [(&self.own, Kind::Own), (&self.around, Kind::Around)] {
+            for some in faces.chunks(LANES) {
+                let pieces = Pieces::triangles(simd, frame, &corners(simd, spots, some), sign);
+                canvas.draw(simd, &pieces, first(some.len()), side, kind);
+            }
+        }
         if canvas.is_blank(side) {
             return;
         }
