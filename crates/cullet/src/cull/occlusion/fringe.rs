@@ -17,7 +17,9 @@
 //! One nearness a pixel on the sheet found 0.0 to 0.1 % more on two scenes and took nearly twice as long.
 //! Nothing straight into the buffer but whole tiles found 0.7 to 1.5 % less, at a tenth less time. Faces around
 //! the patch only in tiles that its own touch: 0.3 to 1.2 % less, at 2 to 10 % less time. (By blocks the answer
-//! would depend on the order, since tiles that are covered by then get nothing.) One plane behind all faces of a
+//! would depend on the order, since tiles that are covered by then get nothing.) Of two patches only the earlier
+//! with faces around their seam: a fourth less time, but cracks where triangles are slim; in four views of a room
+//! 23.4 % of its triangles were hidden instead of 24.9 %. One plane behind all faces of a
 //! patch, instead of each face's own: 0.3 to 1.0 % less. With that no face need be drawn at all, only borders, to be
 //! filled between; but of both scenes there are as many borders as faces, so this was not built.
 

@@ -11,8 +11,8 @@ use crate::mesh::weld;
 /// A few neighbouring triangles of a surface, drawn as one.
 ///
 /// Its own triangles cover what lies wholly within one of them. Pixels on the edges between them are covered by what
-/// meets there. So that no crack runs along the seam between two patches of a surface the earlier one sees to it,
-/// for which it keeps the triangles around the seam too.
+/// meets there, for which the triangles around the patch are kept too, so that no crack runs along
+/// the seam between two patches of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
     /// x, y and z of its vertices, first those of its own triangles; the last is repeated up to a whole number of
@@ -78,9 +78,8 @@ impl Patch {
             .chunks_exact(3)
             .map(|t| [t[0], t[1], t[2]].map(|v| first[v as usize]))
             .collect();
-        let surface = Surface::new(positions, &triangles, patches, two_sided);
-        let numbered = (0..).zip(patches);
-        Ok(numbered.map(|(number, range)| surface.patch(number, range.clone())).collect())
+        let surface = Surface::new(positions, &triangles, two_sided);
+        Ok(patches.iter().map(|range| surface.patch(range.clone())).collect())
     }
 
     /// How many triangles are its own.
@@ -127,21 +126,10 @@ struct Surface<'a> {
     /// The triangles around each vertex, one vertex after the other.
     around: Vec<u32>,
     starts: Vec<u32>,
-    /// The first patch that each triangle is in.
-    owner: Vec<u32>,
 }
 
 impl<'a> Surface<'a> {
-    fn new(
-        positions: &'a [[f32; 3]],
-        triangles: &'a [[u32; 3]],
-        patches: &[Range<u32>],
-        two_sided: bool,
-    ) -> Self {
-        let mut owner = vec![Patch::NONE; triangles.len()];
-        for (number, range) in patches.iter().enumerate().rev() {
-            owner[range.start as usize..range.end as usize].fill(number as u32);
-        }
+    fn new(positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]], two_sided: bool) -> Self {
         let mut starts = vec![0_u32; positions.len() + 1];
         for t in triangles.iter().filter(|t| is_whole(t)) {
             t.iter().for_each(|&v| starts[v as usize + 1] += 1);
@@ -157,36 +145,21 @@ impl<'a> Surface<'a> {
                 next[v as usize] += 1;
             }
         }
-        Self { positions, triangles, two_sided, around, starts, owner }
+        Self { positions, triangles, two_sided, around, starts }
     }
 
     fn around(&self, v: u32) -> &[u32] {
         &self.around[self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize]
     }
 
-    /// The vertices of the seams that a patch sees to: to patches after it, and to what is in none.
-    fn seams(&self, number: u32, own: &[u32]) -> Vec<u32> {
-        let mut seams = Vec::new();
-        for &t in own {
-            let [a, b, c] = self.triangles[t as usize];
-            for [a, b] in [[a, b], [b, c], [c, a]] {
-                let beside = |&&t: &&u32| self.triangles[t as usize].contains(&b);
-                if self.around(a).iter().filter(beside).any(|&t| self.owner[t as usize] > number) {
-                    seams.extend([a, b]);
-                }
-            }
-        }
-        seams.sort_unstable();
-        seams.dedup();
-        seams
-    }
-
-    fn patch(&self, number: u32, range: Range<u32>) -> Patch {
+    fn patch(&self, range: Range<u32>) -> Patch {
         let own: Vec<u32> = range.filter(|&t| is_whole(&self.triangles[t as usize])).collect();
         let mut members = own.clone();
-        let seams = self.seams(number, &own);
-        let mut rim: Vec<u32> =
-            seams.iter().flat_map(|&v| self.around(v).iter().copied()).collect();
+        let mut rim: Vec<u32> = own
+            .iter()
+            .flat_map(|&t| self.triangles[t as usize])
+            .flat_map(|v| self.around(v).iter().copied())
+            .collect();
         rim.sort_unstable();
         rim.dedup();
         rim.retain(|t| own.binary_search(t).is_err());
