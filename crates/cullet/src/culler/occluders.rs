@@ -85,10 +85,15 @@ impl Search<'_> {
         of.fold(Cheapest::default(), Cheapest::or)
     }
 
-    /// What may be behind a footprint; all of the screen where it crosses the near plane. `None` is for less than
-    /// `least`, of `pixels` at most.
-    fn value(&self, footprint: Option<Footprint>, pixels: f32, least: f32) -> Option<f32> {
-        let densest = self.density.densest();
+    /// What may be behind a footprint of `pixels` at most, of which each has no more than `densest`; all of the screen
+    /// where it crosses the near plane. `None` is for less than `least`.
+    fn value(
+        &self,
+        footprint: Option<Footprint>,
+        pixels: f32,
+        densest: f32,
+        least: f32,
+    ) -> Option<f32> {
         // A product, before the dearer sums; raised by more than its rounding.
         let most = pixels * densest * (1.0 + 1e-5);
         if most < least {
@@ -98,7 +103,13 @@ impl Search<'_> {
         (value >= least).then_some(value)
     }
 
-    /// As [`value`](Self::value), of a shape below a node of a level, 0 or 1: however large the node is, what it
+    /// As [`value`](Self::value), of a thing or a shape itself.
+    fn value_of(&self, footprint: Option<Footprint>, least: f32) -> Option<f32> {
+        let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
+        self.value(footprint, pixels, self.density.densest(), least)
+    }
+
+    /// As [`value`](Self::value), of what is below a node of a level, 0 or 1: however large the node is, what it
     /// holds may all be small.
     fn value_below(
         &self,
@@ -107,15 +118,13 @@ impl Search<'_> {
         node: usize,
         least: f32,
     ) -> Option<f32> {
-        let Some(f) = footprint else { return self.value(None, f32::INFINITY, least) };
+        let Some(f) = footprint else { return self.value_of(None, least) };
         let sizes = self.scene.hierarchy().nodes().largest_below(level, node);
         let pixels = self.asker.most_pixels(&f, sizes);
         if pixels < LEAST_PIXELS {
             return None;
         }
-        let densest = self.density.densest_of(f.min, f.max);
-        let value = self.value(footprint, pixels, least)?.min(pixels * densest * (1.0 + 1e-5));
-        (value >= least).then_some(value)
+        self.value(footprint, pixels, self.density.densest_of(f.min, f.max), least)
     }
 
     fn list_groups(&self, cheapest: Cheapest, groups: &mut Vec<Group>) {
@@ -190,8 +199,7 @@ impl Search<'_> {
         let boxes = &self.scene.boxes().blocks()[block];
         self.asker.footprints(boxes, alive, LEAST_PIXELS, |lane, footprint| {
             let slot = (block * LANES + lane) as u32;
-            let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
-            if let Some(value) = self.value(footprint, pixels, least_value)
+            if let Some(value) = self.value_of(footprint, least_value)
                 && occludes(self.scene, slot)
             {
                 let cheapest = self.scene.mesh(slot).occluder().cheapest();
@@ -231,7 +239,7 @@ impl Search<'_> {
         let within = is_within(scene, slot, &self.near);
         let mut offer = |number: usize, footprint: Option<Footprint>| {
             let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
-            let Some(value) = self.value(footprint, pixels, least_value) else { return };
+            let Some(value) = self.value_of(footprint, least_value) else { return };
             let price = occluder.prices()[number];
             // No more than the instance, by whose pixels it was sought. The shape itself is looked at last: of some
             // instances there are thousands.

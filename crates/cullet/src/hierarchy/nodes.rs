@@ -15,7 +15,7 @@ use crate::bounds::{Aabb, Boxes, LANES};
 /// Node i of level 0 bounds the boxes 16 i to 16 i + 15, node i of the next level the nodes 16 i to
 /// 16 i + 15, and so on up to a level of at most sixteen. The boxes stay where they are: a flat sweep
 /// and a walk of the tree read the same array. All sixteen children of a node are one block, tested at
-/// once. A fifteenth of the boxes' memory.
+/// once. A tenth of the boxes' memory, with the size of the largest box below each node of the lowest two levels.
 ///
 /// Boxes that are appended later lie under no node until the next [`rebuild`](Self::rebuild): a walk takes
 /// them one by one.
@@ -260,7 +260,8 @@ impl Nodes {
         if boxes.len() < self.leaves {
             return Err(NodesError::Len { nodes: self.leaves, boxes: boxes.len() });
         }
-        let mut statistics = NodeStatistics::default();
+        let mut statistics =
+            NodeStatistics { bytes: self.sizes.bytes(), ..NodeStatistics::default() };
         let mut below = boxes;
         for (level, here) in self.levels.iter().enumerate() {
             let mut surface = 0.0;

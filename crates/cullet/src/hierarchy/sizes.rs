@@ -48,6 +48,10 @@ impl Sizes {
         }
     }
 
+    pub(super) fn bytes(&self) -> usize {
+        self.levels.iter().map(|level| size_of_val(&level[..])).sum()
+    }
+
     /// The largest sizes of the boxes below a node of a level, 0 or 1.
     pub(super) fn of(&self, level: usize, node: usize) -> Option<[f32; 3]> {
         self.levels.get(level)?.get(node).copied()

@@ -327,7 +327,10 @@ impl Surface {
             }
         });
         let side_of = |t: u32| match sides.get(t as usize / LANES) {
-            Some([front, back]) => Side::of_bits(front >> (t % 8) & 1, back >> (t % 8) & 1),
+            Some([front, back]) => {
+                let lane = t as usize % LANES;
+                Side::of_bits(front >> lane & 1, back >> lane & 1)
+            }
             None => Side::Neither,
         };
         for (number, &[a, b, one, other]) in patch.edges.iter().enumerate() {
