@@ -444,7 +444,7 @@ fn turned(data: &mut MeshData, angle: f32) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cullet_testkit::cases(12), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Any number of turned, overlapping blocks, some inside out: every point of every box has an outward
     /// block around it, by solid angle.

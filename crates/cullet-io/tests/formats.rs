@@ -540,7 +540,7 @@ fn models_have_the_counts_of_their_table() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cullet_testkit::cases(64), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// One surface, written in every format, is one surface.
     #[test]
