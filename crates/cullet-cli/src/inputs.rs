@@ -30,7 +30,7 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
     let model = if builtin {
         let mut model = scenes::build(&args.scene).map_err(Failure::usage)?;
         if let Some(two_sided) = two_sided {
-            model.scene.meshes_mut().for_each(|m| m.set_two_sided(two_sided));
+            model.scene.edit_meshes(|_, m| m.set_two_sided(two_sided));
         }
         limit(&model, args)?;
         model

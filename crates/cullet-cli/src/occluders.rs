@@ -166,8 +166,9 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
     if args.compare.compare {
         let found =
             Comparison::new(&args.compare, args.size, &mut model, console, |model: &mut Model| {
-                for (mesh, made) in model.scene.meshes_mut().zip(&made) {
-                    mesh.set_occluder(made.to_engine().map_err(Failure::input)?);
+                for (mesh, made) in (0..).zip(&made) {
+                    let occluder = made.to_engine().map_err(Failure::input)?;
+                    model.scene.edit_mesh(mesh, |mesh| mesh.set_occluder(occluder));
                 }
                 Ok(())
             })?;
@@ -311,15 +312,16 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
         occluders(mesh, &options).map_err(Failure::usage)
     })?;
     let (mut given, mut boxes, mut polygons, mut own, mut sloped) = (0u64, 0, 0, 0, 0);
-    for (mesh, (made, report)) in model.scene.meshes_mut().zip(found) {
+    for (id, (made, report)) in (0..).zip(found) {
         let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
             made.polygons.iter().partition(|p| p.tolerance == 0.0);
         let occluder = made.to_engine().map_err(Failure::input)?;
+        let own_cost = |id| model.scene.meshes()[id as usize].occluder().cost(PIXELS);
         let take = match args.occluders {
             OccluderKind::Auto => {
                 off.is_empty()
                     && report.efficiency() >= LEAST_EFFICIENCY
-                    && occluder.cost(PIXELS) * 2.0 < mesh.occluder().cost(PIXELS)
+                    && occluder.cost(PIXELS) * 2.0 < own_cost(id)
             }
             _ => true,
         };
@@ -329,7 +331,7 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
             polygons += exact.len() as u64;
             own += own_triangles(&made);
             sloped += off.len() as u64;
-            mesh.set_occluder(occluder);
+            model.scene.edit_mesh(id, |mesh| mesh.set_occluder(occluder));
         }
     }
     let left_out = match sloped {

@@ -73,7 +73,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     }
     let mut culler = inputs::culler(&args.cull);
     culler.output = Output::Triangles;
-    culler.reasons = true;
+    (culler.reasons, culler.dropped) = (true, true);
     let scene = &model.scene;
     let colors = drawing::colors(&model);
     let options = RenderOptions { threads: args.view.threads, ..RenderOptions::default() };
@@ -151,7 +151,8 @@ fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
     let whole = scene.meshes().iter().map(|m| f64::from(m.triangle_count())).sum::<f64>().max(1.0);
     let mut bar = console.progress("clusters", STEPS);
     let (mut before, mut shown) = (0.0, 0);
-    for (number, mesh) in scene.meshes_mut().enumerate() {
+    for number in 0..scene.meshes().len() as u32 {
+        let mesh = &scene.meshes()[number as usize];
         let triangles = f64::from(mesh.triangle_count());
         let data = mesh.to_data();
         let failed = |e: String| Failure::input(format!("mesh {number}: {e}"));
@@ -172,7 +173,8 @@ fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
             });
         }
         before += triangles;
-        *mesh = Mesh::with_clusters(data, &clustering).map_err(|e| failed(e.to_string()))?;
+        let made = Mesh::with_clusters(data, &clustering).map_err(|e| failed(e.to_string()))?;
+        scene.edit_mesh(number, |mesh| *mesh = made);
     }
     Ok(())
 }

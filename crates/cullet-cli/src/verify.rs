@@ -135,8 +135,7 @@ fn print_summary(console: &Console, s: &Summary, samples: u32) {
     ));
     // What would be left if the stages up to this one were all there were.
     let mut left = t.all;
-    for stage in cullet::Stage::ALL {
-        let Some(&n) = s.removed.get(stage.name()) else { continue };
+    for (stage, &n) in &s.removed {
         left = left.saturating_sub(n);
         let tightness = crate::record::tightness(left, seen);
         console.line(format!(

@@ -210,8 +210,8 @@ impl<'a> Record<'a> {
                 });
                 let sum = &mut stages[at].2;
                 let took = row.nanoseconds.unwrap_or(0) as f64 * 1e-6;
-                sum.entered += row.entered as f64 / views;
-                sum.left += row.left as f64 / views;
+                sum.entered += row.entered.of(row.unit) as f64 / views;
+                sum.left += row.left.of(row.unit) as f64 / views;
                 sum.ms += took / views;
                 sum.worst_ms = sum.worst_ms.max(took);
             }

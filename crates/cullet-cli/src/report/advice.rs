@@ -154,7 +154,7 @@ impl Context<'_> {
         let unseen = self.summary.instances;
         let (kept, seen) = (unseen.potentially_visible, unseen.visible.unwrap_or(0));
         // What was hidden is gone already where that stage ran.
-        let hides = self.summary.stages.iter().any(|s| s.name == "occlusion");
+        let hides = self.summary.stages.iter().any(|s| s.stage == cullet::Stage::Occlusion);
         let text = format!(
             "{} of the {} triangles still drawn a view own no pixel: they lie behind others, between \
              pixel centres, or at the frustum's edge. {} of {} instances drawn are not seen at all{}.",

@@ -325,7 +325,8 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
     console.line(page::full_headline(record));
     console.line(page::lead(s));
     let t = s.triangles;
-    for (name, n) in &s.removed {
+    for (stage, n) in &s.removed {
+        let name = stage.name();
         console.line(format!("  {name:<11} takes {:>9} of all triangles", percent(*n, t.all)));
     }
     console.line(match (s.false_culls, s.verified_views.len()) {

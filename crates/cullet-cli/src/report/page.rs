@@ -74,15 +74,16 @@ pub(crate) fn lead(summary: &Summary) -> String {
     let t = summary.triangles;
     let culled = t.all.saturating_sub(t.potentially_visible);
     let mut text = format!("Culling removes {} of all triangles", percent(culled, t.all));
-    let mut best: Vec<(&str, u64)> = summary.removed.iter().map(|(k, v)| (*k, *v)).collect();
+    let mut best: Vec<(cullet::Stage, u64)> =
+        summary.removed.iter().map(|(k, v)| (*k, *v)).collect();
     best.sort_by_key(|b| std::cmp::Reverse(b.1));
     match best[..] {
         [] => {}
-        [(name, _)] => {
-            let _ = write!(text, ", each of them because it is {}", charts::stage_words(name));
+        [(stage, _)] => {
+            let _ = write!(text, ", each of them because it is {}", charts::stage_words(stage));
         }
-        [(name, n), ..] => {
-            let why = charts::stage_words(name);
+        [(stage, n), ..] => {
+            let why = charts::stage_words(stage);
             let _ = write!(text, ", {} of them because they are {why}", percent(n, culled));
         }
     }

@@ -12,7 +12,6 @@ use super::palette::{INK, PAPER};
 use super::shaded::{light, linear};
 use super::space::{Space, Surfaces};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
-use crate::geometry::{Lens, Surface};
 use crate::render::render;
 
 /// Culls for `view`, stands behind it ([`fly_out`]) and draws the whole scene, each dropped thing in
@@ -23,13 +22,14 @@ use crate::render::render;
 /// Cost: the culling, two frames of the scene, and some 0.2 µs a pixel.
 #[must_use]
 pub fn kinds(scene: &Scene, view: &View, culler: &Culler, size: [u32; 2]) -> Picture {
-    let culler = Culler { output: Output::Triangles, reasons: true, ..culler.clone() };
+    let culler =
+        Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
     let mut visible = Visible::default();
     culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
     kinds_of(scene, view, &visible, &fly_out(scene, view, size))
 }
 
-/// [`kinds`] for a visible set that is known, with triangles and reasons, seen from a view of one's
+/// [`kinds`] for a visible set that is known, with triangles, reasons and what was dropped, seen from a view of one's
 /// choice. The picture has the size of that view.
 #[must_use]
 pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> Picture {
@@ -42,10 +42,13 @@ pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> P
     let frame = render(scene, &from, Selection::All, &options);
     let surfaces = Surfaces::new(scene, &frame.ids);
     let fates = fates(scene, visible, &seen);
-    let triangles = TriangleFates::new(scene, view, visible, &seen, &surfaces);
+    let triangles = TriangleFates::new(visible, &seen, &surfaces);
     let color = |id: PixelId| {
         let fate = match fates.get(id.slot as usize).copied().flatten() {
-            Some(Fate::Dropped(stage)) => Fate::Dropped(stage),
+            Some(Fate::Dropped(stage)) if visible.triangle_ranges.is_empty() => {
+                Fate::Dropped(stage)
+            }
+            None => Fate::Dropped(None),
             _ => triangles.of(id),
         };
         let [r, g, b] = fate.color().map(linear);
@@ -116,22 +119,14 @@ fn reach(scene: &Scene) -> f64 {
 
 /// What became of the triangles of instances that are kept.
 struct TriangleFates<'a> {
-    scene: &'a Scene,
-    lens: Lens,
     visible: &'a Visible,
     seen: &'a [PixelId],
     surfaces: &'a Surfaces<'a>,
 }
 
 impl<'a> TriangleFates<'a> {
-    fn new(
-        scene: &'a Scene,
-        view: &View,
-        visible: &'a Visible,
-        seen: &'a [PixelId],
-        surfaces: &'a Surfaces<'a>,
-    ) -> Self {
-        Self { scene, lens: Lens::new(view), visible, seen, surfaces }
+    fn new(visible: &'a Visible, seen: &'a [PixelId], surfaces: &'a Surfaces<'a>) -> Self {
+        Self { visible, seen, surfaces }
     }
 
     fn of(&self, id: PixelId) -> Fate {
@@ -149,13 +144,7 @@ impl<'a> TriangleFates<'a> {
         if listed || self.visible.triangle_ranges.is_empty() {
             return Fate::Unseen;
         }
-        // A visible set gives reasons for whole instances; those of triangles are plain to see.
-        let object = self.lens.object(self.scene.transform(id.slot));
-        let corners = self.scene.mesh(id.slot).corners(t).map(|p| object.clip(p));
-        let two_sided = self.surfaces.part(id).two_sided || self.scene.flags(id.slot).double_sided;
-        let faces_away = Surface::new(corners)
-            .is_some_and(|(_, counter_clockwise)| !object.draws(counter_clockwise, two_sided));
-        Fate::Dropped(Some(if faces_away { Stage::Backface } else { Stage::Frustum }))
+        Fate::Dropped(self.visible.stage_of(id.slot, t))
     }
 }
 

@@ -42,7 +42,7 @@ impl Culled {
     fn counts(&self) -> [u64; 2] {
         let mut rows = self.result.funnel.rows.iter();
         let row = rows.find(|r| r.stage == Stage::Occlusion && r.unit == Unit::Instances);
-        row.map_or([0; 2], |r| [r.entered, r.entered - r.left])
+        row.map_or([0; 2], |r| [r.entered.instances, r.dropped().instances])
     }
 }
 

@@ -1,5 +1,6 @@
 //! Advice on occlusion culling: where it does not pay, and which meshes ought to hide more.
 
+use cullet::Stage;
 use cullet::mesh::Alpha;
 
 use super::{Advice, Context, count, shown};
@@ -13,24 +14,24 @@ const LARGE_PERCENT: u64 = 2;
 
 /// The stage took longer than what it dropped would have cost, or dropped next to nothing.
 pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<Advice> {
-    let stages = &ctx.summary.stages;
-    let stage = stages.iter().find(|s| s.name == "occlusion" && s.unit == "instances")?;
+    let rows = || ctx.summary.stages.iter().filter(|s| s.stage == Stage::Occlusion);
+    let entered = rows().next()?;
     let views = ctx.views as u64;
-    let took = stage.ms.unwrap_or(0.0) / views as f64;
-    let whole = ctx.summary.whole;
-    let triangles = whole.in_frustum[1].saturating_sub(whole.not_hidden[1]);
-    let hidden = stage.entered.saturating_sub(stage.left);
-    let few = triangles * 100 < whole.in_frustum[1] * FEW_PERCENT;
+    let took = rows().filter_map(|s| s.ms).sum::<f64>() / views as f64;
+    let triangles: u64 = rows().map(|s| s.taken()).sum();
+    let hidden: u64 = rows().map(|s| s.instances[0].saturating_sub(s.instances[1])).sum();
+    let few = triangles * 100 < entered.triangles[0] * FEW_PERCENT;
     let spared = drawn_ns.map(|ns| triangles as f64 * ns * 1e-6 / views as f64);
     let dear = spared.is_some_and(|ms| took > ms);
-    if stage.entered == 0 || !(few || dear) {
+    if entered.entered == 0 || !(few || dear) {
         return None;
     }
     let found = format!(
-        "It hid {} of {} instances in the frustum a view, with {} of the triangles there, in {took:.2} ms",
+        "It hid {} of {} instances in the frustum per view, and with their hidden parts {} of the triangles there, in \
+         {took:.2} ms",
         grouped(hidden / views),
-        grouped(stage.entered / views),
-        percent(triangles, whole.in_frustum[1]),
+        grouped(entered.instances[0] / views),
+        percent(triangles, entered.triangles[0]),
     );
     let text = match spared {
         Some(ms) => format!("{found}; drawing those would have taken {ms:.2} ms."),
@@ -39,7 +40,7 @@ pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<A
     let title = if few {
         "Next to nothing is hidden: occlusion culling does not pay".to_owned()
     } else {
-        "Occlusion culling takes longer than it spares".to_owned()
+        "Occlusion culling takes longer than it saves".to_owned()
     };
     Some(ctx.advice("occlusion-does-not-pay", title, text, 0, Vec::new()))
 }
