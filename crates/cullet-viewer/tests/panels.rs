@@ -261,10 +261,13 @@ fn what_is_copied_is_what_is_shown() {
     for (json, row) in rows.iter().zip(&funnel.rows) {
         assert_eq!(json["stage"], row.stage.name());
         assert_eq!(json["unit"], row.unit.name());
-        assert_eq!((&json["entered"], &json["left"]), (&row.entered.into(), &row.left.into()));
+        let (entered, left) = (row.entered.of(row.unit), row.left.of(row.unit));
+        assert_eq!((&json["entered"], &json["left"]), (&entered.into(), &left.into()));
+        let triangles = serde_json::json!([row.entered.triangles, row.left.triangles]);
+        assert_eq!(json["triangles"], triangles);
         assert!(json["nanoseconds"].is_u64() || json["nanoseconds"].is_null());
     }
-    assert!(funnel.rows.iter().any(|row| row.entered > row.left), "nothing is culled: {text}");
+    assert!(funnel.rows.iter().any(|row| row.dropped().triangles > 0), "nothing is culled: {text}");
 
     panels.click("Copy link");
     let link = panels.copied.take().expect("the link is copied");
