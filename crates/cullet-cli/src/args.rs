@@ -258,6 +258,9 @@ pub(crate) struct CullArgs {
     /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
     #[arg(long, value_enum, default_value_t = DetailMeasure::Sides)]
     pub(crate) detail_by: DetailMeasure,
+    /// Run one stage alone
+    #[arg(long, value_enum, value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_backface", "no_degenerate", "no_occlusion"])]
+    pub(crate) only: Option<OnlyStage>,
     /// Keep what is outside the frustum
     #[arg(long)]
     pub(crate) no_frustum: bool,
@@ -282,6 +285,21 @@ pub(crate) struct CullArgs {
     /// Test big boxes at the frustum's corners exactly
     #[arg(long)]
     pub(crate) exact_frustum: bool,
+}
+
+/// A stage that can be run alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OnlyStage {
+    /// What is outside the frustum
+    Frustum,
+    /// What is small on the screen (lossy; --detail sets the threshold, else a pixel)
+    Detail,
+    /// What is hidden behind something
+    Occlusion,
+    /// What faces away
+    Backface,
+    /// What has no area
+    Degenerate,
 }
 
 /// What stands for a mesh in the occlusion buffer.

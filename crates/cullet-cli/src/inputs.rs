@@ -4,11 +4,11 @@ use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Backface, Culler, View};
+use cullet::{Backface, Culler, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
 
-use crate::args::{CullArgs, DetailMeasure, OccluderKind, SceneArgs, UpAxis, ViewArgs};
+use crate::args::{CullArgs, DetailMeasure, OccluderKind, OnlyStage, SceneArgs, UpAxis, ViewArgs};
 use crate::console::Console;
 use crate::exit::{Exit, Failure};
 
@@ -205,7 +205,7 @@ pub(crate) fn culler(args: &CullArgs) -> Culler {
         DetailMeasure::Area => Measure::Area,
         DetailMeasure::Diameter => Measure::Diameter,
     };
-    Culler {
+    let culler = Culler {
         frustum: !args.no_frustum,
         frustum_exact: args.exact_frustum,
         backface: if args.no_backface { Backface::Off } else { Backface::default() },
@@ -214,33 +214,35 @@ pub(crate) fn culler(args: &CullArgs) -> Culler {
         occlusion: (!args.no_occlusion)
             .then_some(Occlusion { width: args.occlusion_width, budget: args.occlusion_budget }),
         ..Culler::default()
+    };
+    match args.only {
+        None => culler,
+        Some(OnlyStage::Frustum) => culler.only(Stage::Frustum),
+        Some(OnlyStage::Detail) => culler.only(Stage::Detail),
+        Some(OnlyStage::Occlusion) => culler.only(Stage::Occlusion),
+        Some(OnlyStage::Backface) => culler.only(Stage::Backface),
+        Some(OnlyStage::Degenerate) => culler.only(Stage::Degenerate),
     }
 }
 
-/// The stages that are on, in words.
+/// The stages that are on, in words, in the order in which they run.
 pub(crate) fn culling_words(args: &CullArgs) -> Vec<String> {
-    let mut words = vec!["layer".to_owned()];
-    if !args.no_frustum {
-        words.push(if args.exact_frustum { "frustum (exact)" } else { "frustum" }.into());
-    }
-    if let Some(px) = args.detail {
-        let unit = if args.detail_by == DetailMeasure::Area { "square px" } else { "px" };
-        words.push(format!("detail under {px} {unit} (lossy)"));
-    }
-    if !args.no_occlusion {
-        words.push(match args.occluders {
+    let culler = culler(args);
+    let words = |stage: Stage| match stage {
+        Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
+        Stage::Detail => {
+            let px = culler.detail.map_or(0.0, |d| d.threshold_px);
+            let unit = if args.detail_by == DetailMeasure::Area { "square px" } else { "px" };
+            format!("detail under {px} {unit} (lossy)")
+        }
+        Stage::Occlusion => match args.occluders {
             OccluderKind::Mesh => "occlusion".into(),
             OccluderKind::Baked => "occlusion (baked occluders)".into(),
             OccluderKind::Auto => "occlusion (occluders baked where cheaper)".into(),
-        });
-    }
-    if !args.no_backface {
-        words.push("backface".into());
-    }
-    if !args.no_degenerate {
-        words.push("degenerate".into());
-    }
-    words
+        },
+        stage => stage.name().to_owned(),
+    };
+    Stage::ALL.into_iter().filter(|&stage| culler.runs(stage)).map(words).collect()
 }
 
 #[cfg(test)]
