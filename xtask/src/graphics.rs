@@ -1,6 +1,7 @@
 //! What the viewer's tests need beside Rust: a graphics device in software, and a screen that nobody looks at.
 
-use crate::tools::{Done, install, install_words, is_ci, output};
+use crate::runner::{End, Ended, Skip};
+use crate::tools::{install, install_words, is_ci, optional};
 
 /// Debian's packages: software Vulkan, a virtual screen, and what a window asks for when it starts.
 pub(crate) const DEBIAN: &[&str] = &[
@@ -19,25 +20,25 @@ pub(crate) fn is_there() -> bool {
     let drivers = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
     let has_driver =
         |folder: &&str| std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some());
-    drivers.iter().any(has_driver) && output("sh", &["-c", "command -v xvfb-run"]).is_some()
+    drivers.iter().any(has_driver) && optional("sh", &["-c", "command -v xvfb-run"]).is_some()
 }
 
-/// Installs what is missing where CI runs and may; elsewhere names it. What cannot be had is no failure: the tests
-/// that need it say that they skip.
-pub(crate) fn prepare() -> Done {
+/// The step that installs what is missing where CI runs and may; elsewhere it names it. What cannot be had is no
+/// failure: what needs it is skipped.
+pub(crate) fn prepare() -> Ended {
     if is_there() {
-        return Ok(());
+        return Ok(End::Passed);
     }
+    let skip = |why: String| {
+        let what = format!("drawing with the graphics device{why}");
+        Ok(End::Skipped(Skip::new(what, install_words(DEBIAN))))
+    };
     if !is_ci() {
-        println!("skipped: the viewer is not drawn here; {}", install_words(DEBIAN));
-        return Ok(());
+        return skip(String::new());
     }
     match install(DEBIAN) {
-        Ok(()) if is_there() => {}
-        Ok(()) => {
-            println!("skipped: the viewer is not drawn here, for there is no driver of Vulkan");
-        }
-        Err(e) => println!("skipped: the viewer is not drawn here; {e}"),
+        Ok(()) if is_there() => Ok(End::Passed),
+        Ok(()) => skip(", for there is no driver of Vulkan".to_owned()),
+        Err(e) => skip(format!(": {e}")),
     }
-    Ok(())
 }

@@ -1,9 +1,13 @@
-//! Everything that CI does, runnable by hand: `cargo xtask test | web | pictures | bench | demo`.
+//! Everything that CI does, runnable by hand: `cargo xtask test | web | pictures | bench | bare`.
 #![forbid(unsafe_code)]
 
+mod bare;
 mod bench_viewer;
+mod checked;
+mod compiler;
 mod graphics;
 mod pictures;
+mod runner;
 mod steps;
 mod tools;
 mod web;
@@ -11,7 +15,8 @@ mod web;
 use std::process::ExitCode;
 
 const HELP: &str = "\
-cargo xtask test       everything CI checks: format, lints, docs, tests at every SIMD level, examples
+cargo xtask test       everything that can be checked here: format, lints, docs, tests at every SIMD level,
+                       examples and more; ends with what was skipped, and what gets it
 cargo xtask test NAME  only the steps whose name contains NAME
 cargo xtask web        builds the viewer's page, then serves it on localhost
 cargo xtask web SCENE  the same with a scene: a file, or a built-in one
@@ -22,7 +27,8 @@ cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask bench-viewer [SCENE]
                        what each stage saves the viewer's renderer, against the hardware's back-face culling alone
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
-cargo xtask demo       the README's two commands, in a fresh clone of this repository";
+cargo xtask bare       the README's two commands as a stranger meets them: in a fresh clone of what is committed,
+                       with no data beside it and nothing used but Rust and a C compiler";
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -38,7 +44,7 @@ fn main() -> ExitCode {
         ["bench-viewer"] => bench_viewer::measure(None),
         ["bench-viewer", scene] if !scene.starts_with('-') => bench_viewer::measure(Some(scene)),
         ["peers-cut"] => steps::peers_cut(),
-        ["demo"] => steps::demo(),
+        ["bare"] => bare::try_out(),
         [] | ["help" | "--help" | "-h"] => {
             println!("{HELP}");
             return ExitCode::SUCCESS;

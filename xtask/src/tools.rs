@@ -12,12 +12,27 @@ pub(crate) fn root() -> PathBuf {
     here.parent().unwrap_or(here).to_owned()
 }
 
-/// A command in the repository's root, with what every step has in common.
+/// Where cargo builds.
+pub(crate) fn target() -> PathBuf {
+    root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
+}
+
+/// What CI keeps from one run to the next, outside of any checkout: `CULLET_CACHE`, else a folder of the user's.
+pub(crate) fn cache() -> PathBuf {
+    let set = |name| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let home = || set("HOME").unwrap_or_else(std::env::temp_dir).join(".cache");
+    let user = || set("XDG_CACHE_HOME").unwrap_or_else(home).join("cullet-ci");
+    set("CULLET_CACHE").unwrap_or_else(user)
+}
+
+/// A command in the repository's root, which finds the programs that CI installed too.
 pub(crate) fn command(program: &str, args: &[&str]) -> Command {
     let mut command = Command::new(program);
     command.args(args).current_dir(root());
-    if std::env::var_os("CULLET_DATA").is_none() {
-        command.env("CULLET_DATA", root().join("../shared/data"));
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let ours = [cache().join("tools/bin")];
+    if let Ok(path) = std::env::join_paths(std::env::split_paths(&path).chain(ours)) {
+        command.env("PATH", path);
     }
     command
 }
@@ -50,9 +65,19 @@ pub(crate) fn output(program: &str, args: &[&str]) -> Option<String> {
     out.status.success().then(|| String::from_utf8_lossy(&out.stdout).into_owned())
 }
 
+/// Whether to behave as on a machine with Rust and a C compiler and nothing else: `CULLET_BARE=1`.
+pub(crate) fn is_bare() -> bool {
+    std::env::var_os("CULLET_BARE").is_some_and(|v| v == "1")
+}
+
 /// Whether CI runs this: what is missing is installed there, or a failure.
 pub(crate) fn is_ci() -> bool {
-    std::env::var_os("CI").is_some_and(|v| v == "true")
+    !is_bare() && std::env::var_os("CI").is_some_and(|v| v == "true")
+}
+
+/// What a program that need not be there prints; nothing on a bare machine.
+pub(crate) fn optional(program: &str, args: &[&str]) -> Option<String> {
+    if is_bare() { None } else { output(program, args) }
 }
 
 /// What a user would type to install packages of Debian.
@@ -70,4 +95,20 @@ pub(crate) fn install(packages: &[&str]) -> Done {
     let mut args = vec!["install", "-q", "-y", "--no-install-recommends"];
     args.extend(packages);
     run(command("apt-get", &args))
+}
+
+/// What a user would type to install a program of a crate.
+pub(crate) fn cargo_install_words(package: &str) -> String {
+    format!("cargo install --locked {package}")
+}
+
+/// Installs a program of a crate into the cache, where [`command`] finds it; takes minutes.
+pub(crate) fn cargo_install(package: &str) -> Done {
+    let folder = cache().join("tools");
+    let folder = folder.to_string_lossy();
+    let mut install =
+        command(&cargo_program(), &["install", "--quiet", "--locked", "--root", &folder, package]);
+    // It runs for seconds, so that optimising it would take longer than it saves.
+    install.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1").env_remove("CARGO_TARGET_DIR");
+    run(install)
 }

@@ -9,13 +9,14 @@ use std::time::Instant;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
+use crate::checked;
+use crate::compiler::{self, Compiler, wasm_linker};
+use crate::runner::{End, Ended, Skip, all};
 use crate::tools::{
-    Done, cargo, cargo_program, command, install, install_words, is_ci, output, root, run,
+    Done, cargo, command, install, install_words, is_ci, optional, root, run, target,
 };
 
 const TARGET: &str = "wasm32-unknown-unknown";
-/// Debian's compiler, library source and cargo, of one version, where rustup cannot fetch the target.
-const DEBIAN: &[&str] = &["rustc-web", "cargo-web", "rust-web-src"];
 /// What the page may weigh when compressed: it should come in some seconds over an ordinary line.
 const MAX_COMPRESSED: u64 = 4 << 20;
 /// Sources of the page, from the root; what is in `tests` is none of it.
@@ -23,14 +24,14 @@ const SOURCES: &str = "crates/cullet-viewer/web";
 
 /// Where the page is built, and where `cullet-serve` finds it.
 pub(crate) fn page() -> PathBuf {
-    root().join("target/page")
+    target().join("page")
 }
 
 /// Builds the page and serves it, with `scene` if there is one.
 pub(crate) fn serve(scene: Option<&str>) -> Done {
     build()?;
     cargo(&["build", "--quiet", "--release", "--package", "cullet-serve"])?;
-    let program = root().join("target/release/cullet-serve");
+    let program = target().join("release/cullet-serve");
     run(command(&program.to_string_lossy(), scene.as_slice()))
 }
 
@@ -38,7 +39,7 @@ pub(crate) fn serve(scene: Option<&str>) -> Done {
 pub(crate) fn build() -> Done {
     let start = Instant::now();
     let wasm = compile()?;
-    let new = root().join("target/page.new");
+    let new = target().join("page.new");
     let fail = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
     let _ = fs::remove_dir_all(&new);
     fs::create_dir_all(&new).map_err(|e| fail(&new, e))?;
@@ -91,78 +92,16 @@ fn compress(path: &Path) -> std::io::Result<(u64, u64)> {
 
 /// Compiles the viewer for the page; returns the module's path.
 fn compile() -> Result<PathBuf, String> {
-    // Apart from the native one: another compiler may be at work here.
-    let folder = root().join("target/wasm");
-    let mut words = vec!["build", "--lib", "--package", "cullet-viewer", "--profile", "web"];
-    words.extend(["--target", TARGET]);
-    let mut build = if let Compiler::Rustup = compiler()? {
-        command(&cargo_program(), &words)
-    } else {
-        println!("no installed {TARGET}: the standard library is compiled with Debian's rustc-web");
-        words.push("-Zbuild-std=std,panic_abort");
-        let mut build = command("/usr/bin/cargo", &words);
-        build.env("RUSTC", "/usr/bin/rustc").env("RUSTC_BOOTSTRAP", "1");
-        build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker()?);
-        build
-    };
-    build.env("CARGO_TARGET_DIR", &folder);
+    let folder = target().join("wasm");
+    let compiler = Compiler::get(TARGET)?;
+    let words = ["build", "--lib", "--package", "cullet-viewer", "--profile", "web"];
+    let mut build = compiler.cargo(&words, TARGET, &folder);
+    if let Compiler::Debian = compiler {
+        build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", wasm_linker()?);
+    }
     build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", "-Ctarget-feature=+simd128");
     run(build)?;
     Ok(folder.join(TARGET).join("web/cullet_viewer.wasm"))
-}
-
-enum Compiler {
-    Rustup,
-    Debian,
-}
-
-/// Finds a compiler for wasm, or installs one where that needs no password.
-fn compiler() -> Result<Compiler, String> {
-    if let Some(compiler) = installed() {
-        return Ok(compiler);
-    }
-    if output("rustup", &["target", "add", TARGET]).is_none() {
-        install(DEBIAN)?;
-    }
-    installed()
-        .ok_or_else(|| format!("there is no compiler for {TARGET}: rustup target add {TARGET}"))
-}
-
-/// The compiler for wasm that is there.
-fn installed() -> Option<Compiler> {
-    let library = output("rustc", &["--print", "target-libdir", "--target", TARGET]);
-    if library.is_some_and(|l| Path::new(l.trim()).is_dir()) {
-        return Some(Compiler::Rustup);
-    }
-    let sysroot = output("/usr/bin/rustc", &["--print", "sysroot"])?;
-    let source = Path::new(sysroot.trim()).join("lib/rustlib/src/rust/library");
-    let is_there = source.is_dir() && Path::new("/usr/bin/cargo").is_file();
-    is_there.then_some(Compiler::Debian)
-}
-
-/// Debian ships no linker for wasm with its compiler: rustup's, or that of a package `lld-NN`.
-fn linker() -> Result<PathBuf, String> {
-    let line = |args: &[&str]| output("rustc", args).unwrap_or_default();
-    let version = line(&["-vV"]);
-    let host = version.lines().find_map(|l| l.strip_prefix("host: ")).unwrap_or_default();
-    let sysroot = line(&["--print", "sysroot"]);
-    let own = Path::new(sysroot.trim()).join("lib/rustlib").join(host).join("bin/rust-lld");
-    if own.is_file() {
-        return Ok(own);
-    }
-    // The newest: one that is older than the compiler does not read what it writes.
-    let mut found: Vec<(u32, PathBuf)> = fs::read_dir("/usr/bin")
-        .into_iter()
-        .flatten()
-        .flatten()
-        .filter_map(|e| {
-            let name = e.file_name().into_string().ok()?;
-            Some((name.strip_prefix("wasm-ld-")?.parse().ok()?, e.path()))
-        })
-        .collect();
-    found.sort();
-    let newest = found.pop().map(|(_, path)| path);
-    newest.ok_or_else(|| "there is no linker for wasm: apt-get install lld-22".to_owned())
 }
 
 /// What the page is tested with beside the browser.
@@ -172,38 +111,37 @@ const OLDEST_NODE: u32 = 20;
 const BROWSER: &str = "/usr/bin/chromium";
 
 /// The step of `test`: the page is built, and used in a browser as a user would.
-pub(crate) fn test() -> Done {
-    let Some(mut node) = in_browser("page.mjs", "the page is not tested here")? else {
-        return Ok(());
-    };
-    node.args([served(), page()]);
-    run(node)
+pub(crate) fn test() -> Ended {
+    match in_browser("page.mjs", "the page, built and used in a browser")? {
+        Ok(node) => all(run(node)),
+        Err(skip) => Ok(End::Skipped(skip)),
+    }
 }
 
 /// Draws a picture of the page with a scene in a state.
 pub(crate) fn picture(scene: &str, state: &str, out: &Path) -> Done {
-    let Some(mut node) = in_browser("picture.mjs", "the page's picture is as it was")? else {
-        return Ok(());
-    };
-    node.args([served(), page()]).args([scene, state]).arg(out);
-    run(node)
+    match in_browser("picture.mjs", "the page's picture")? {
+        Ok(mut node) => {
+            node.args([scene, state]).arg(out);
+            run(node)
+        }
+        Err(skip) => {
+            println!("skipped: {} is as it was; {}", skip.what, skip.cure);
+            Ok(())
+        }
+    }
 }
 
-/// The server that scripts start.
-fn served() -> PathBuf {
-    root().join("target/checked/cullet-serve")
-}
-
-/// Builds the page and its server, and readies a script that uses them in a browser; `None` where that cannot be
-/// had, once `skipped` and the reason are said.
-fn in_browser(script: &str, skipped: &str) -> Result<Option<Command>, String> {
+/// Builds the page and its server, and readies a script that uses them in a browser, or says what is skipped where
+/// that cannot be had.
+fn in_browser(script: &str, what: &str) -> Result<Result<Command, Skip>, String> {
     let browser = std::env::var("CHROMIUM").unwrap_or_else(|_| BROWSER.to_owned());
     if !is_ci() {
         let no_tools = !has_node() || !Path::new(&browser).is_file();
-        if no_tools || installed().is_none() {
-            let words = install_words(&[NODE, &["chromium"], DEBIAN].concat());
-            println!("skipped: {skipped}; {words}");
-            return Ok(None);
+        if no_tools || Compiler::installed(TARGET).is_none() {
+            let words = install_words(&[NODE, &["chromium"]].concat());
+            let cure = format!("{words}; {}", compiler::words(TARGET));
+            return Ok(Err(Skip::new(what, cure)));
         }
     }
     if let Err(e) = prepare(&browser) {
@@ -211,18 +149,17 @@ fn in_browser(script: &str, skipped: &str) -> Result<Option<Command>, String> {
         if std::env::var_os("CULLET_REQUIRE_WEB").is_some() {
             return Err(e);
         }
-        println!("skipped: {skipped}; {e}");
-        return Ok(None);
+        return Ok(Err(Skip::new(what, e)));
     }
     build()?;
-    cargo(&["build", "--package", "cullet-serve", "--profile", "checked"])?;
+    let serve = checked::program("cullet-serve")?;
     let tests = root().join(SOURCES).join("tests");
     let mut fetch = command("npm", &["ci", "--no-audit", "--no-fund"]);
     fetch.current_dir(&tests);
     run(fetch)?;
     let mut node = command("node", &[script]);
-    node.env("CHROMIUM", browser).current_dir(&tests);
-    Ok(Some(node))
+    node.env("CHROMIUM", browser).current_dir(&tests).args([serve, page()]);
+    Ok(Ok(node))
 }
 
 /// Installs what is missing of node, the browser and the compiler.
@@ -239,12 +176,12 @@ fn prepare(browser: &str) -> Done {
         }
         install(&["chromium"])?;
     }
-    compiler().map(|_| ())
+    Compiler::get(TARGET).map(|_| ())
 }
 
 fn has_node() -> bool {
-    let version = output("node", &["--version"]).unwrap_or_default();
+    let version = optional("node", &["--version"]).unwrap_or_default();
     let major = version.trim().trim_start_matches('v').split('.').next();
     let is_new = major.and_then(|m| m.parse::<u32>().ok()).is_some_and(|m| m >= OLDEST_NODE);
-    is_new && output("npm", &["--version"]).is_some()
+    is_new && optional("npm", &["--version"]).is_some()
 }

@@ -284,7 +284,7 @@ fn bad_input_is_named() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(24)))]
 
     #[test]
     fn any_limits_and_any_triangles_make_a_valid_clustering(

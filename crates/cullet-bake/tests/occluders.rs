@@ -418,7 +418,7 @@ fn what_is_false_is_refuted() {
 /// Every eighth mesh of the castle: all is proved, and hides as much as was once measured.
 #[test]
 fn castle_meshes_hide_most_of_what_they_are() {
-    let Some(path) = common::data("intel-castle/intel-castle.glb") else { return };
+    let Some(path) = cullet_testkit::data("intel-castle/intel-castle.glb") else { return };
     let model = cullet_io::load(&path, &cullet_io::LoadOptions::default()).expect("loads");
     let mut sums = [0.0; 2];
     let mut boxes = 0;
@@ -444,7 +444,7 @@ fn turned(data: &mut MeshData, angle: f32) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cullet_testkit::cases(12), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Any number of turned, overlapping blocks, some inside out: every point of every box has an outward
     /// block around it, by solid angle.

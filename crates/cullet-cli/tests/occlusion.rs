@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use cullet_testkit::data;
 use serde_json::Value;
 
 /// A folder of its own, gone when the test is.
@@ -107,14 +108,7 @@ fn what_cannot_be_measured_is_said() {
 
 #[test]
 fn the_castle_has_the_published_number_of_occluders() {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-    let data = PathBuf::from(std::env::var("CULLET_DATA").unwrap_or_else(|_| beside.into()));
-    let castle = data.join("intel-castle/intel-castle.glb");
-    if !castle.exists() {
-        assert!(std::env::var("CULLET_REQUIRE_DATA").is_err(), "no {}", castle.display());
-        println!("skipped: no test data in {} (set CULLET_DATA)", data.display());
-        return;
-    }
+    let Some(castle) = data("intel-castle/intel-castle.glb") else { return };
     let folder = Folder::new("occlusion-castle");
     let out = folder.path("castle.bin");
     let castle = castle.to_string_lossy();

@@ -1,8 +1,8 @@
 //! `cullet reproduce johannsen-carter`: shares of the ideal, the checks beside them, and what it refuses.
 
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use cullet_testkit::data;
 use serde_json::Value;
 
 const NAMES: [&str; 8] = [
@@ -65,13 +65,13 @@ fn bound<'a>(record: &'a Value, list: &str, name: &str) -> &'a Value {
 
 #[test]
 fn scanned_models_reach_the_shares_of_the_ideal() {
-    let Some(data) = data() else { return };
     for (file, triangles, elliptic, ideal) in [
         ("stanford-bunny/bun_zipper.ply", 69_451, 95.0, 43.0),
         ("armadillo/armadillo.obj", 86_482, 90.0, 30.0),
         ("happy-buddha/buddha-100k.obj", 100_000, 90.0, 29.0),
     ] {
-        let record = found(&[&data.join(file).to_string_lossy()]);
+        let Some(path) = data(file) else { continue };
+        let record = found(&[&path.to_string_lossy()]);
         assert_eq!(record["model"]["triangles"], triangles);
         assert!(number(&record, "ideal_percent") >= ideal, "{file}: {}", record["ideal_percent"]);
         let share = |name: &str| number(bound(&record, "bounds", name), "share_of_ideal_percent");
@@ -150,20 +150,4 @@ fn what_cannot_be_measured_is_an_error_that_says_why() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("has an area"));
     assert_eq!((&one["clusters"], &one["model"]["triangles"]), (&1.into(), &1.into()));
     assert!((number(&one, "ideal_percent") - 50.0).abs() < 2.0, "{one}");
-}
-
-/// Where the test data is; `None` after saying so where it is absent and need not be there.
-fn data() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-    let folder = PathBuf::from(std::env::var("CULLET_DATA").unwrap_or_else(|_| beside.into()));
-    if folder.join("README.md").exists() {
-        return Some(folder);
-    }
-    assert!(
-        std::env::var("CULLET_REQUIRE_DATA").is_err(),
-        "CULLET_REQUIRE_DATA is set, but there is no data in {}",
-        folder.display()
-    );
-    println!("skipped: no test data in {} (set CULLET_DATA)", folder.display());
-    None
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use cullet_testkit::data;
 use serde_json::Value;
 
 /// A folder of its own, gone when the test is.
@@ -95,9 +96,8 @@ fn check(record: &Value) {
 
 #[test]
 fn the_bunny_gives_the_table_of_the_paper() {
-    let Some(data) = data() else { return };
+    let Some(bunny) = data("stanford-bunny/bun_zipper.ply") else { return };
     let folder = Folder::new("zhang-hoff-bunny");
-    let bunny = data.join("stanford-bunny/bun_zipper.ply");
     let output = reproduce(&folder.0, &["--model", &bunny.to_string_lossy()]);
     let record = found(&output);
     check(&record);
@@ -166,20 +166,4 @@ fn what_cannot_be_measured_is_an_error_that_says_why() {
     std::fs::write(&file, "").unwrap();
     let output = reproduce(&file.join("below"), &["--directions", "1"]);
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
-}
-
-/// Where the test data is; `None` after saying so where it is absent and need not be there.
-fn data() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-    let folder = PathBuf::from(std::env::var("CULLET_DATA").unwrap_or_else(|_| beside.into()));
-    if folder.join("README.md").exists() {
-        return Some(folder);
-    }
-    assert!(
-        std::env::var("CULLET_REQUIRE_DATA").is_err(),
-        "CULLET_REQUIRE_DATA is set, but there is no data in {}",
-        folder.display()
-    );
-    println!("skipped: no test data in {} (set CULLET_DATA)", folder.display());
-    None
 }

@@ -1,9 +1,9 @@
 //! The project's conscience: every built-in scene and every model of the test data is drawn with and
 //! without culling, nothing visible may be lost, and culling must stay as good as it was recorded.
 
-use std::path::PathBuf;
 use std::process::Command;
 
+use cullet_testkit::data;
 use serde_json::Value;
 
 /// Verifies a scene in four small views and returns its summary.
@@ -49,22 +49,6 @@ fn built_in_scenes() {
     }
 }
 
-/// Where the test data is; `None` after saying so where it is absent and need not be there.
-fn data() -> Option<PathBuf> {
-    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-    let folder = PathBuf::from(std::env::var("CULLET_DATA").unwrap_or_else(|_| beside.into()));
-    if folder.join("README.md").exists() {
-        return Some(folder);
-    }
-    assert!(
-        std::env::var("CULLET_REQUIRE_DATA").is_err(),
-        "CULLET_REQUIRE_DATA is set, but there is no data in {}",
-        folder.display()
-    );
-    println!("skipped: no test data in {} (set CULLET_DATA)", folder.display());
-    None
-}
-
 /// Models, and the percent of triangles kept on an orbit: about half of what is one-sided; all of what
 /// is two-sided, since an orbit leaves nothing outside of the frustum.
 const MODELS: &[(&str, f64)] = &[
@@ -98,9 +82,9 @@ const MODELS: &[(&str, f64)] = &[
 
 #[test]
 fn models() {
-    let Some(data) = data() else { return };
     for (file, most) in MODELS {
-        check(&data.join(file).to_string_lossy(), "orbit", *most);
+        let Some(path) = data(file) else { continue };
+        check(&path.to_string_lossy(), "orbit", *most);
     }
     // From inside, where most is behind the eye or out of sight.
     for (file, most) in [
@@ -108,7 +92,8 @@ fn models() {
         ("duplex-bim/duplex.glb", 18.0),
         ("crytek-sponza/crytek-sponza.ply", 6.5),
     ] {
-        check(&data.join(file).to_string_lossy(), "fly", most);
+        let Some(path) = data(file) else { continue };
+        check(&path.to_string_lossy(), "fly", most);
     }
 }
 
@@ -131,12 +116,12 @@ fn occlusion_hides_as_much_as_it_did() {
     ] {
         check_occlusion(scene, path, least);
     }
-    let Some(data) = data() else { return };
     for (file, least) in [
         ("duplex-bim/duplex.glb", 25.8),
         ("city-delft/delft.glb", 27.5),
         ("room-godot/room.glb", 23.9),
     ] {
-        check_occlusion(&data.join(file).to_string_lossy(), "fly", least);
+        let Some(path) = data(file) else { continue };
+        check_occlusion(&path.to_string_lossy(), "fly", least);
     }
 }

@@ -384,7 +384,7 @@ fn agree(scene: &cullet::Scene, view: &View, boxes: &[Aabb], seed: u64) -> [u32;
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cullet_testkit::cases(60), ..ProptestConfig::default() })]
 
     #[test]
     fn the_judges_agree(seed in any::<u64>()) {

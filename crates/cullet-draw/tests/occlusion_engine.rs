@@ -186,7 +186,7 @@ fn judge(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(256))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(256)))]
 
     #[test]
     fn what_is_hidden_is_never_refuted_nor_seen(

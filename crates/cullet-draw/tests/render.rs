@@ -11,7 +11,7 @@ use cullet_draw::{Frame, PixelId, RenderOptions, Selection, render, render_ref};
 use proptest::prelude::*;
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cullet_testkit::cases(300), ..ProptestConfig::default() })]
 
     #[test]
     fn agrees_with_its_slow_twin(seed in any::<u64>()) {

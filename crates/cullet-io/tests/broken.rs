@@ -1,13 +1,12 @@
 //! Every broken or odd file of the data folder in the formats without a specification to validate
 //! against: each ends in a clear error or a correct load, within the memory that is promised.
 
-mod formats_common;
 mod peak_common;
 
 use std::path::{Path, PathBuf};
 
 use cullet_io::{ErrorKind, LoadOptions, load, load_bytes};
-use formats_common::data;
+use cullet_testkit::data;
 use peak_common::peak_of;
 
 /// What loading may take beyond the file's size.
@@ -129,8 +128,7 @@ fn check(folder: &Path, file: &str, expect: &Expect) {
 #[test]
 fn each_file_ends_as_it_should() {
     claims_cost_no_memory();
-    let Some(folder) = data() else { return };
-    let folder = folder.join("broken");
+    let Some(folder) = data("broken") else { return };
     for (file, expect) in FILES {
         check(&folder, file, expect);
     }

@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 
 use cullet::mesh::Alpha;
 use cullet_io::{LoadOptions, Model, Up, load, load_bytes, occscn};
-use formats_common::{data, of};
+use cullet_testkit::data;
+use formats_common::of;
 use proptest::prelude::*;
 
 /// Vertices, triangles and polygons of all meshes.
@@ -527,9 +528,9 @@ const MODELS: &[(&str, usize, usize, usize, bool)] = &[
 
 #[test]
 fn models_have_the_counts_of_their_table() {
-    let Some(folder) = data() else { return };
     for &(file, vertices, triangles, polygons, closed) in MODELS {
-        let model = load(&folder.join(file), &LoadOptions::default()).unwrap();
+        let Some(path) = data(file) else { continue };
+        let model = load(&path, &LoadOptions::default()).unwrap();
         assert_eq!(counts(&model), [vertices, triangles, polygons], "{file}");
         assert_eq!(model.scene.instance_count(), 1, "{file}");
         assert_eq!(model.scene.triangle_count(), triangles as u64, "{file}");
@@ -539,7 +540,7 @@ fn models_have_the_counts_of_their_table() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cullet_testkit::cases(64), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// One surface, written in every format, is one surface.
     #[test]

@@ -4,25 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use cullet_io::{LoadOptions, load};
+use cullet_testkit::data;
 use serde_json::Value;
-
-/// The folder of damaged files; `None`, with a line that says so, where there is none.
-fn broken() -> Option<PathBuf> {
-    let root = std::env::var_os("CULLET_DATA").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    if root.is_dir() {
-        return Some(root.join("broken"));
-    }
-    assert!(
-        std::env::var_os("CULLET_REQUIRE_DATA").is_none_or(|v| v != "1"),
-        "no test data in {}",
-        root.display()
-    );
-    println!("skipped: no test data in {}; set CULLET_DATA", root.display());
-    None
-}
 
 /// Errors of the validator that touch geometry wherever they are.
 const GEOMETRY: [&str; 39] = [
@@ -124,7 +107,7 @@ fn files(folder: &Path, out: &mut Vec<PathBuf>) {
 
 #[test]
 fn errors_that_touch_geometry_are_found_and_no_others() {
-    let Some(broken) = broken() else { return };
+    let Some(broken) = data("broken") else { return };
     let root = broken.join("gltf-validator");
     let mut all = Vec::new();
     files(&root, &mut all);
@@ -158,7 +141,7 @@ fn errors_that_touch_geometry_are_found_and_no_others() {
 
 #[test]
 fn traps_of_other_suites_end_in_an_error_that_names_the_item() {
-    let Some(broken) = broken() else { return };
+    let Some(broken) = data("broken") else { return };
     for (file, part) in [
         ("assimp/RecursiveNodes/RecursiveNodes.gltf", "node 0: "),
         ("assimp/MissingBin/BoxTextured.gltf", "buffer 0: BoxTextured0.bin"),
@@ -202,7 +185,7 @@ const ODD: [(&str, u64, u32); 14] = [
 
 #[test]
 fn odd_but_valid_files_load_whole() {
-    let Some(broken) = broken() else { return };
+    let Some(broken) = data("broken") else { return };
     for (file, triangles, instances) in ODD {
         let model = load(&broken.join(file), &LoadOptions::default()).unwrap();
         assert_eq!(model.scene.triangle_count(), triangles, "{file}");
@@ -215,7 +198,7 @@ fn odd_but_valid_files_load_whole() {
 /// All forms of one square must cover the same: area and direction.
 #[test]
 fn every_form_of_a_square_is_the_same_square() {
-    let Some(broken) = broken() else { return };
+    let Some(broken) = data("broken") else { return };
     let mut normals = Vec::new();
     for number in [4, 5, 6, 11, 12, 13, 14, 15] {
         let file =
@@ -242,7 +225,7 @@ fn every_form_of_a_square_is_the_same_square() {
 
 #[test]
 fn double_sided_is_believed_and_overridden() {
-    let Some(broken) = broken() else { return };
+    let Some(broken) = data("broken") else { return };
     let sides = |number: u32, two_sided| {
         let file = format!(
             "gltf-asset-generator/Material_DoubleSided/Material_DoubleSided_{number:02}.gltf"
@@ -267,7 +250,7 @@ fn double_sided_is_believed_and_overridden() {
 /// Every file of a kind read here, whole and cut short at many places, ends without a panic.
 #[test]
 fn truncation_never_panics() {
-    let Some(broken) = broken() else { return };
+    let Some(broken) = data("broken") else { return };
     let mut all = Vec::new();
     files(&broken, &mut all);
     let options = LoadOptions::default();

@@ -1,26 +1,7 @@
 //! The glTF models of the test data have the counts that its README gives.
 
-use std::path::PathBuf;
-
 use cullet_io::{LoadOptions, Model, Up, load};
-
-/// The folder of test data; `None`, with a line that says so, where there is none.
-fn data() -> Option<PathBuf> {
-    let root = std::env::var_os("CULLET_DATA").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        PathBuf::from,
-    );
-    if root.is_dir() {
-        return Some(root);
-    }
-    assert!(
-        std::env::var_os("CULLET_REQUIRE_DATA").is_none_or(|v| v != "1"),
-        "no test data in {}",
-        root.display()
-    );
-    println!("skipped: no test data in {}; set CULLET_DATA", root.display());
-    None
-}
+use cullet_testkit::data;
 
 /// Vertices and triangles of all instances, triangles of all meshes, instances, meshes.
 type Counts = (usize, u64, u64, u32, usize);
@@ -49,9 +30,9 @@ const MODELS: [(&str, Counts); 8] = [
 
 #[test]
 fn counts_are_those_of_the_table() {
-    let Some(data) = data() else { return };
     for (file, expected) in MODELS {
-        let model = load(&data.join(file), &LoadOptions::default()).unwrap();
+        let Some(path) = data(file) else { continue };
+        let model = load(&path, &LoadOptions::default()).unwrap();
         assert_eq!(counts(&model), expected, "{file}");
         assert_eq!(model.warnings, [], "{file}");
         assert_eq!(model.mesh_names.len(), model.scene.meshes().len(), "{file}");
@@ -66,8 +47,7 @@ fn counts_are_those_of_the_table() {
 /// All 853 meshes name one accessor of 22,246 vertices: copied whole they would be 19 million.
 #[test]
 fn a_vertex_accessor_of_many_meshes_is_not_multiplied() {
-    let Some(data) = data() else { return };
-    let file = data.join("city-rotterdam/original-gltf/3-20-DELFSHAVEN.gltf");
+    let Some(file) = data("city-rotterdam/original-gltf/3-20-DELFSHAVEN.gltf") else { return };
     let options = LoadOptions { up: Some(Up::Z), ..LoadOptions::default() };
     let model = load(&file, &options).unwrap();
     assert_eq!(counts(&model), (26_679, 38_530, 38_530, 853, 853));
@@ -85,8 +65,7 @@ fn a_vertex_accessor_of_many_meshes_is_not_multiplied() {
 
 #[test]
 fn an_engines_camera_is_read() {
-    let Some(data) = data() else { return };
-    let file = data.join("cad-2cylinder/2CylinderEngine.glb");
+    let Some(file) = data("cad-2cylinder/2CylinderEngine.glb") else { return };
     let model = load(&file, &LoadOptions::default()).unwrap();
     let [camera] = &model.cameras[..] else { panic!("{:?}", model.cameras) };
     assert_eq!(camera.keys.len(), 1);

@@ -13,16 +13,11 @@ use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::{Groups, Nodes, spatial_order};
 use cullet::{Camera, Level, Projection};
 use cullet_io::{LoadOptions, Model, load, load_bytes};
+use cullet_testkit::data;
 
+/// A model of the test data; `None` where it is not there.
 fn model(path: &str) -> Option<Model> {
-    let require = std::env::var("CULLET_REQUIRE_DATA").is_ok_and(|v| v == "1");
-    let Ok(root) = std::env::var("CULLET_DATA") else {
-        assert!(!require, "CULLET_DATA is not set");
-        eprintln!("skipped {path}: CULLET_DATA is not set");
-        return None;
-    };
-    let path = std::path::Path::new(&root).join(path);
-    Some(load(&path, &LoadOptions::default()).expect("a good model"))
+    Some(load(&data(path)?, &LoadOptions::default()).expect("a good model"))
 }
 
 /// Views from where things are, all around, that reach a tenth of the scene or all of it.

@@ -12,7 +12,10 @@ fn peak() -> Option<u64> {
 #[test]
 fn ten_million_plants_would_fit_three_gibibytes() {
     let Some(before) = peak() else {
-        println!("skipped: this system does not tell a process's peak memory");
+        cullet_testkit::skip(
+            "a process's peak memory, which this system does not tell",
+            "use Linux",
+        );
         return;
     };
     let model = scenes::build("forest").unwrap();

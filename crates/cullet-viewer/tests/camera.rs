@@ -24,7 +24,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cullet_testkit::cases(200), ..ProptestConfig::default() })]
 
     #[test]
     fn turning_keeps_the_target_or_the_eye(rig in rig(), yaw in -400.0..400.0f64, pitch in -400.0..400.0f64) {

@@ -82,7 +82,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cullet_testkit::cases(300), ..ProptestConfig::default() })]
 
     #[test]
     fn a_link_leads_back_to_its_state(state in state()) {

@@ -18,7 +18,7 @@ fn viewer_in(folder: &Path, args: &[&str]) -> Option<Output> {
     let required = std::env::var("CULLET_REQUIRE_GPU").is_ok_and(|v| v == "1");
     let skip = |why: &str| {
         assert!(!required, "{why}, though CULLET_REQUIRE_GPU=1");
-        eprintln!("skipped: {why}");
+        cullet_testkit::skip(why, "apt-get install mesa-vulkan-drivers libvulkan1 xvfb xauth");
     };
     let out = Command::new("timeout")
         .args(["300", "xvfb-run", "-a", "-s", "-screen 0 1280x800x24"])
@@ -116,7 +116,8 @@ fn every_order_is_given_and_leaves_what_it_should() {
     let viewer = Path::new(env!("CARGO_BIN_EXE_cullet-viewer"));
     let cullet = viewer.with_file_name(format!("cullet{}", std::env::consts::EXE_SUFFIX));
     if !cullet.is_file() {
-        eprintln!("skipped: {} is not built: cargo build -p cullet-cli", cullet.display());
+        let missing = format!("{} is not built", cullet.display());
+        cullet_testkit::skip(&missing, "cargo build -p cullet-cli");
         return;
     }
     let folder = std::env::temp_dir().join(format!("cullet-orders-{}", std::process::id()));

@@ -103,7 +103,7 @@ fn clip_combined(view: &View, transform: &Transform, corners: &[[f32; 3]; 3]) ->
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4000))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(4000)))]
 
     /// Nothing is called front or back that the exact answer does not call so; nor, what matters to
     /// verification, that an f64 renderer might see the other way round.

@@ -49,7 +49,7 @@ fn windows<const D: usize>(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(3000))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(3000)))]
 
     #[test]
     fn three_ways_in_the_plane([a, b, p, q] in prop::array::uniform4(point::<2>())) {

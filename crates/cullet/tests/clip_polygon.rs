@@ -50,7 +50,7 @@ fn normal(polygon: &[[f64; 3]]) -> [f64; 3] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1500))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(1500)))]
 
     #[test]
     fn convex_polygons_are_those_of_exact_arithmetic(polygon in convex(), region in region::<2>(4)) {

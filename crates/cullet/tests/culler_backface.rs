@@ -304,7 +304,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(400)))]
 
     /// Instances of any size and shape, anywhere: what planes and cones cull, `ObjectEye` culls.
     #[test]

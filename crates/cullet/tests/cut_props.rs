@@ -29,7 +29,7 @@ fn tetrahedra() -> impl Strategy<Value = common::Shape> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(400)))]
 
     #[test]
     fn closed_soups_stay_closed(shape in tetrahedra(), planes in planes()) {

@@ -112,7 +112,7 @@ fn hold(figure: &Figure) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(400)))]
 
     #[test]
     fn joint_boxes_hold_every_blend(figure in figure(normal_weights())) {

@@ -280,7 +280,7 @@ fn a_chain_of_a_million_groups_is_no_trouble() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(48)))]
 
     /// Whatever parents and members say, it is built or refused, and what is built is right.
     #[test]

@@ -372,7 +372,7 @@ fn soup() -> impl Strategy<Value = Soup> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(200)))]
 
     #[test]
     fn topology_equals_the_oracle((positions, indices) in soup()) {

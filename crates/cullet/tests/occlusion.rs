@@ -76,7 +76,7 @@ fn is_seen_there(view: &View, p: [f64; 3]) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(400)))]
 
     #[test]
     fn no_line_of_sight_reaches_what_is_hidden(

@@ -60,7 +60,7 @@ fn is_set(mask: &[u64], i: usize) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(150)))]
 
     #[test]
     fn a_batch_hides_what_is_hidden_alone(

@@ -176,7 +176,7 @@ fn size() -> impl Strategy<Value = [u32; 2]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(96)))]
 
     #[test]
     fn every_simd_level_has_the_same_bits(

@@ -236,7 +236,7 @@ fn bytes_that_are_none_are_refused_with_what_is_wrong() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(300)))]
 
     #[test]
     fn bytes_with_faults_are_refused_or_played(

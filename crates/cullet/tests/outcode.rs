@@ -48,7 +48,7 @@ fn corners() -> impl Strategy<Value = [[f32; 3]; 3]> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(2000)))]
 
     #[test]
     fn outside_and_inside_are_proofs(view in view(), transform in transform(), corners in corners()) {

@@ -272,7 +272,11 @@ fn any_sphere() -> impl Strategy<Value = Sphere> {
 }
 
 fn cases() -> ProptestConfig {
-    ProptestConfig { cases: 150, failure_persistence: None, ..Default::default() }
+    ProptestConfig {
+        cases: cullet_testkit::cases(150),
+        failure_persistence: None,
+        ..Default::default()
+    }
 }
 
 proptest! {

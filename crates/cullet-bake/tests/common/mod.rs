@@ -1,11 +1,10 @@
 //! Shapes, checks and models that several test programs use.
 #![allow(dead_code, reason = "each test program uses its own share")]
 
-use std::path::PathBuf;
-
 use cullet::mesh::{Clustering, Part};
 use cullet::{Mesh, MeshData};
 use cullet_bake::clusters::ClusterOptions;
+use cullet_testkit::data;
 
 /// One-sided data of one part.
 pub(crate) fn one_sided(positions: Vec<[f32; 3]>, indices: Vec<u32>) -> MeshData {
@@ -75,22 +74,6 @@ pub(crate) fn check(data: &MeshData, clustering: &Clustering, options: &ClusterO
         assert!(vertices.len() <= options.max_vertices as usize, "{c:?}: {}", vertices.len());
     }
     mesh
-}
-
-/// A file of the shared test data, or `None` with a line that says so.
-pub(crate) fn data(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("CULLET_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let path = folder.join(name);
-    if !path.exists() {
-        let required = std::env::var_os("CULLET_REQUIRE_DATA").is_some_and(|v| v == "1");
-        assert!(!required, "{} is required but not there", path.display());
-        println!("skipped: {} is not there; set CULLET_DATA", path.display());
-        return None;
-    }
-    Some(path)
 }
 
 /// A model of the shared test data as one one-sided mesh, or `None` where it is not there.

@@ -17,7 +17,8 @@ pub fn gpu() -> Option<&'static Gpu> {
             std::env::var("CULLET_REQUIRE_GPU").is_err(),
             "CULLET_REQUIRE_GPU is set, but no adapter was found"
         );
-        println!("skipped: no graphics adapter (software Vulkan will do: mesa-vulkan-drivers)");
+        let cure = "apt-get install mesa-vulkan-drivers libvulkan1 (software Vulkan will do)";
+        cullet_testkit::skip("no graphics adapter", cure);
     }
     gpu.as_ref()
 }

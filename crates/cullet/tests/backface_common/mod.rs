@@ -1,7 +1,7 @@
 //! What the tests of back-face culling share.
 #![allow(dead_code, reason = "each test uses some of it")]
 
-use std::path::PathBuf;
+use cullet_testkit::data;
 
 /// A small generator of numbers; the same on every machine.
 pub(crate) struct Rng(pub(crate) u64);
@@ -59,19 +59,10 @@ pub(crate) fn front(corners: [[f32; 3]; 3], eye: [f64; 4]) -> (f64, f64) {
     (terms.iter().sum(), terms.iter().map(|t| t.abs()).sum())
 }
 
-/// A model of the test data; `None`, with a line, where it is not there.
+/// A model of the test data; `None` where it is not there.
 pub(crate) fn model(path: &str) -> Option<(Vec<[f32; 3]>, Vec<u32>)> {
-    let data = std::env::var_os("CULLET_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let file = data.join(path);
-    let Ok(text) = std::fs::read_to_string(&file) else {
-        let required = std::env::var("CULLET_REQUIRE_DATA").is_ok_and(|v| v == "1");
-        assert!(!required, "{} cannot be read; set CULLET_DATA", file.display());
-        println!("skipped: {} is not there; set CULLET_DATA", file.display());
-        return None;
-    };
+    let file = data(path)?;
+    let text = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     Some(if path.ends_with(".ply") { ply(&text) } else { obj(&text) })
 }
 

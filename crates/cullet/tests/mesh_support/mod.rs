@@ -1,7 +1,7 @@
 //! Test models: closed shapes made here, and files from the shared test data.
 #![allow(dead_code, reason = "each test program uses its own share")]
 
-use std::path::PathBuf;
+use cullet_testkit::data;
 
 /// Positions and indices.
 pub(crate) type Soup = (Vec<[f32; 3]>, Vec<u32>);
@@ -79,22 +79,6 @@ pub(crate) fn join(soups: impl IntoIterator<Item = Soup>) -> Soup {
 pub(crate) fn turned((positions, mut indices): Soup) -> Soup {
     indices.chunks_exact_mut(3).for_each(|t| t.swap(1, 2));
     (positions, indices)
-}
-
-/// The path of a test model, or `None` with a line that says so; an error under `CULLET_REQUIRE_DATA=1`.
-pub(crate) fn data(name: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("CULLET_DATA").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let path = root.join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    let required = std::env::var("CULLET_REQUIRE_DATA").is_ok_and(|v| v == "1");
-    assert!(!required, "{} is missing, and CULLET_REQUIRE_DATA=1", path.display());
-    println!("skipped: {} is missing (set CULLET_DATA)", path.display());
-    None
 }
 
 /// Reads an ASCII PLY, an OFF or an OBJ file, as far as the test models need; polygons become fans.

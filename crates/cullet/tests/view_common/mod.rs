@@ -7,11 +7,10 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// Cases of a property: enough to meet each kind of projection many times, few enough for seconds;
-/// always the same, unless `PROPTEST_CASES` asks for so many others.
+/// always the same, unless `CULLET_CASES` asks for more.
 pub(crate) fn cases(n: u32) -> ProptestConfig {
-    let asked = std::env::var("PROPTEST_CASES").ok().and_then(|v| v.parse().ok());
-    let cases = asked.unwrap_or(n);
-    let rng_seed = if asked.is_some() { RngSeed::Random } else { RngSeed::Fixed(1) };
+    let cases = cullet_testkit::cases(n);
+    let rng_seed = if cases > n { RngSeed::Random } else { RngSeed::Fixed(1) };
     ProptestConfig {
         cases,
         rng_seed,

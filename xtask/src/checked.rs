@@ -1,0 +1,98 @@
+//! The one build that all tests, examples and scripts run from: one profile, one choice of packages, one set of
+//! features. Any other choice would have cargo build the engine once more.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::graphics;
+use crate::runner::{End, Ended, Skip, all, skipped_tests};
+use crate::tools::{Done, cargo_program, command, install_words, is_ci, output, run, target};
+
+/// Optimised, with the assertions on.
+pub(crate) const PROFILE: &str = "checked";
+/// The scalar SIMD level beside those of the machine, whose answers must not differ: tests go through all that there
+/// are, so that one build serves them all.
+const FEATURES: &str = "cullet/force_support_fallback";
+/// Where tests that were skipped say so.
+const SKIPPED: &str = "skipped-tests.txt";
+
+/// The viewer takes long to build, so it is built only where it can be run.
+const VIEWER: &str = "cullet-viewer";
+/// It has no tests, and what it is made of is for the page alone.
+const BINDGEN: &str = "cullet-bindgen";
+
+fn excluded() -> Vec<&'static str> {
+    if graphics::is_there() { vec![BINDGEN] } else { vec![BINDGEN, VIEWER] }
+}
+
+/// A command of cargo on that build.
+fn cargo(args: &[&str]) -> Command {
+    let mut cargo = command(&cargo_program(), &args[..1]);
+    cargo.args(["--workspace", "--profile", PROFILE, "--features", FEATURES]);
+    for package in excluded() {
+        cargo.args(["--exclude", package]);
+    }
+    cargo.args(&args[1..]);
+    cargo
+}
+
+/// The step that builds it all, apart from running it, so that its time is seen.
+pub(crate) fn build() -> Ended {
+    run(cargo(&["test", "--no-run"]))?;
+    if graphics::is_there() {
+        return Ok(End::Passed);
+    }
+    let skip = Skip::new("the viewer and its tests", install_words(graphics::DEBIAN));
+    Ok(End::Partly(vec![skip]))
+}
+
+/// The step that runs all tests, whichever fail. Where there is a graphics device, in software or not, and CI runs
+/// this, those that need it must find it.
+pub(crate) fn tests() -> Ended {
+    let skipped = target().join(SKIPPED);
+    let fail = |e: std::io::Error| format!("{}: {e}", skipped.display());
+    std::fs::create_dir_all(target()).map_err(fail)?;
+    // There already, so that none is no error; empty, so that the last run's are not told again.
+    std::fs::write(&skipped, "").map_err(fail)?;
+    let mut test = cargo(&["test", "--no-fail-fast"]);
+    test.env("CULLET_SKIPPED", &skipped);
+    if graphics::is_there() && is_ci() {
+        test.env("CULLET_REQUIRE_GPU", "1").env("WGPU_BACKEND", "vulkan");
+    }
+    run(test)?;
+    let skips = skipped_tests(&std::fs::read_to_string(&skipped).map_err(fail)?);
+    Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
+}
+
+/// A program of that build, made where it is not there yet. Examples are built along, for what their dependencies
+/// ask for is part of the set of features.
+pub(crate) fn program(name: &str) -> Result<PathBuf, String> {
+    run(cargo(&["build", "--quiet", "--bins", "--examples"]))?;
+    Ok(target().join(PROFILE).join(name))
+}
+
+/// The step that runs every example, of every package, to its end.
+pub(crate) fn examples() -> Ended {
+    all(run_examples())
+}
+
+fn run_examples() -> Done {
+    let metadata = output(&cargo_program(), &["metadata", "--no-deps", "--format-version", "1"])
+        .ok_or("cargo metadata cannot be run")?;
+    let metadata: serde_json::Value =
+        serde_json::from_str(&metadata).map_err(|e| format!("cargo metadata: {e}"))?;
+    let folder = program("examples")?;
+    for package in metadata["packages"].as_array().into_iter().flatten() {
+        if excluded().iter().any(|e| package["name"] == *e) {
+            continue;
+        }
+        for target in package["targets"].as_array().into_iter().flatten() {
+            let is_example =
+                target["kind"].as_array().is_some_and(|k| k.iter().any(|k| k == "example"));
+            if let (Some(name), true) = (target["name"].as_str(), is_example) {
+                run(command(&folder.join(name).to_string_lossy(), &[]))?;
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,227 @@
+//! Runs steps one after the other, whatever becomes of them, and sums up: what passed, what failed, and in one list
+//! what could not be tried here and which command gets it.
+
+use std::time::{Duration, Instant};
+
+use crate::tools::Done;
+
+/// Something that is not tried on this machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Skip {
+    /// What is not tried.
+    pub(crate) what: String,
+    /// The command that gets what is missing, or a line that says where it would lie.
+    pub(crate) cure: String,
+}
+
+impl Skip {
+    pub(crate) fn new(what: impl Into<String>, cure: impl Into<String>) -> Self {
+        Self { what: what.into(), cure: cure.into() }
+    }
+}
+
+/// What becomes of a step that does not fail.
+pub(crate) enum End {
+    Passed,
+    /// It passed, but for what is named.
+    Partly(Vec<Skip>),
+    Skipped(Skip),
+}
+
+/// How a step ends; the error says in a line why it failed.
+pub(crate) type Ended = Result<End, String>;
+
+/// The end of what leaves nothing out.
+pub(crate) fn all(done: Done) -> Ended {
+    done.map(|()| End::Passed)
+}
+
+/// A step: its name, and what it runs.
+pub(crate) struct Step {
+    pub(crate) name: &'static str,
+    pub(crate) run: fn() -> Ended,
+}
+
+/// What became of a step.
+struct Row {
+    name: &'static str,
+    end: Ended,
+    took: Duration,
+}
+
+/// Runs the steps whose name contains `filter`, all of them, and prints the sums; an error names those that failed.
+pub(crate) fn run(steps: &[Step], filter: &str) -> Done {
+    let chosen: Vec<&Step> = steps.iter().filter(|s| s.name.contains(filter)).collect();
+    if chosen.is_empty() {
+        let names: Vec<_> = steps.iter().map(|s| s.name).collect();
+        return Err(format!("no step is called {filter}; there are {}", names.join(", ")));
+    }
+    let start = Instant::now();
+    let mut rows = Vec::new();
+    for (i, step) in chosen.iter().enumerate() {
+        let so_far = time(start.elapsed());
+        println!(
+            "\n── step {} of {}: {} (time so far {so_far}) ──",
+            i + 1,
+            chosen.len(),
+            step.name
+        );
+        let begun = Instant::now();
+        let end = (step.run)();
+        match &end {
+            Ok(End::Skipped(skip)) => println!("skipped: {}; {}", skip.what, skip.cure),
+            // Again at the end, where it can be found.
+            Err(e) => println!("failed: {e}"),
+            Ok(_) => {}
+        }
+        rows.push(Row { name: step.name, end, took: begun.elapsed() });
+    }
+    println!("\n{}", table(&rows, start.elapsed()));
+    println!("{}", missing(&rows));
+    let failed: Vec<String> = rows
+        .iter()
+        .filter_map(|row| row.end.as_ref().err().map(|e| format!("  {}: {e}", row.name)))
+        .collect();
+    if failed.is_empty() {
+        return Ok(());
+    }
+    Err(format!("{} of {} steps failed:\n{}", failed.len(), rows.len(), failed.join("\n")))
+}
+
+/// The steps with what became of them and how long they took.
+fn table(rows: &[Row], took: Duration) -> String {
+    let mut text = format!("{:<12} {:<8} {:>7}\n", "step", "", "seconds");
+    for row in rows {
+        let end = match row.end {
+            Ok(End::Passed | End::Partly(_)) => "passed",
+            Ok(End::Skipped(_)) => "skipped",
+            Err(_) => "FAILED",
+        };
+        text += &format!("{:<12} {end:<8} {:>7.0}\n", row.name, row.took.as_secs_f64());
+    }
+    text + &format!("{:<12} {:<8} {:>7.0}\n", "in all", "", took.as_secs_f64())
+}
+
+/// The list of what was not tried, with what gets it, each cure once.
+fn missing(rows: &[Row]) -> String {
+    let skips = rows.iter().flat_map(|row| match &row.end {
+        Ok(End::Skipped(skip)) => std::slice::from_ref(skip),
+        Ok(End::Partly(skips)) => skips,
+        _ => &[],
+    });
+    let mut by_cure: Vec<(&str, Vec<&str>)> = Vec::new();
+    for skip in skips {
+        match by_cure.iter_mut().find(|(cure, _)| *cure == skip.cure) {
+            Some((_, whats)) => whats.push(&skip.what),
+            None => by_cure.push((&skip.cure, vec![&skip.what])),
+        }
+    }
+    if by_cure.is_empty() {
+        return "nothing was skipped".to_owned();
+    }
+    let mut text = "not tried here, and what gets it:".to_owned();
+    for (cure, whats) in by_cure {
+        text += &format!("\n  {cure}");
+        for what in whats {
+            text += &format!("\n      {what}");
+        }
+    }
+    text
+}
+
+/// What tests that were skipped have written, as `cullet_testkit::skip` does: the test, what is missing and what
+/// gets it; a test that lacks several things is one line.
+pub(crate) fn skipped_tests(text: &str) -> Vec<Skip> {
+    let mut lines: Vec<&str> = text.lines().collect();
+    // In whichever order the tests ended.
+    lines.sort_unstable();
+    let mut tests: Vec<(&str, &str, Vec<&str>)> = Vec::new();
+    for line in lines {
+        let mut fields = line.splitn(3, '\t');
+        let [test, lacks, cure] = [(); 3].map(|()| fields.next().unwrap_or_default());
+        match tests.last_mut() {
+            Some(last) if last.0 == test && last.1 == cure => last.2.push(lacks),
+            _ => tests.push((test, cure, vec![lacks])),
+        }
+    }
+    let skip = |(test, cure, mut lacks): (&str, &str, Vec<&str>)| {
+        lacks.dedup();
+        let more = match lacks.len() {
+            1 => String::new(),
+            n => format!(", and {} more", n - 1),
+        };
+        Skip::new(format!("{test} ({}{more})", lacks[0]), cure)
+    };
+    tests.into_iter().map(skip).collect()
+}
+
+/// A time for people.
+fn time(t: Duration) -> String {
+    let seconds = t.as_secs();
+    if seconds < 60 {
+        return format!("{seconds} s");
+    }
+    format!("{} min {} s", seconds / 60, seconds % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_follows_a_failed_step_runs_too_and_the_error_names_the_failure() {
+        use std::sync::atomic::{AtomicU32, Ordering};
+        static RAN: AtomicU32 = AtomicU32::new(0);
+        let last = || {
+            RAN.fetch_add(1, Ordering::Relaxed);
+            Ok(End::Passed)
+        };
+        let steps = [
+            Step { name: "bad", run: || Err("it broke".to_owned()) },
+            Step { name: "absent", run: || Ok(End::Skipped(Skip::new("a", "b"))) },
+            Step { name: "last", run: last },
+        ];
+        let error = run(&steps, "").expect_err("a step failed");
+        assert!(error.contains("1 of 3") && error.contains("bad: it broke"), "{error}");
+        assert_eq!(RAN.load(Ordering::Relaxed), 1);
+        assert_eq!(run(&steps, "la"), Ok(()));
+        assert_eq!(RAN.load(Ordering::Relaxed), 2);
+        let error = run(&steps, "none").expect_err("no such step");
+        assert!(error.contains("bad, absent, last"), "{error}");
+    }
+
+    #[test]
+    fn every_skip_is_listed_under_what_gets_it() {
+        let row = |name, end| Row { name, end, took: Duration::from_millis(1600) };
+        let rows = [
+            row("book", Ok(End::Skipped(Skip::new("the book", "get mdbook")))),
+            row("tests", Ok(End::Partly(vec![Skip::new("t", "data"), Skip::new("u", "data")]))),
+            row("more", Ok(End::Partly(vec![Skip::new("links of the book", "get mdbook")]))),
+            row("bad", Err("broke".into())),
+        ];
+        let list = missing(&rows);
+        let lines: Vec<&str> = list.lines().map(str::trim).collect();
+        assert_eq!(lines[1..], ["get mdbook", "the book", "links of the book", "data", "t", "u"]);
+        let table = table(&rows, Duration::from_secs(9));
+        for (name, end) in [("book", "skipped"), ("tests", "passed"), ("bad", "FAILED")] {
+            let line = table.lines().find(|l| l.starts_with(name)).expect("a row");
+            assert_eq!(line.split_whitespace().collect::<Vec<_>>()[1..], [end, "2"], "{table}");
+        }
+        assert_eq!(missing(&rows[3..]), "nothing was skipped");
+    }
+
+    #[test]
+    fn a_test_that_lacks_several_models_is_one_line() {
+        let text = "b::t\tx.obj\tset it\na::t\ty.obj\tset it\nb::t\tz.obj\tset it\n";
+        let lines = skipped_tests(text);
+        assert_eq!(lines[0], Skip::new("a::t (y.obj)", "set it"));
+        assert_eq!(lines[1..], [Skip::new("b::t (x.obj, and 1 more)", "set it")]);
+        assert!(skipped_tests("").is_empty());
+    }
+
+    #[test]
+    fn times_are_told_in_minutes() {
+        assert_eq!(time(Duration::from_secs(59)), "59 s");
+        assert_eq!(time(Duration::from_secs(605)), "10 min 5 s");
+    }
+}
