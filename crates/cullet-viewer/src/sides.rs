@@ -257,3 +257,75 @@ fn remake(
 
 #[cfg(target_arch = "wasm32")]
 use crate::web::remake;
+
+#[cfg(test)]
+mod tests {
+    use cullet::mesh::{MeshData, Part};
+    use cullet::{Instance, Transform};
+
+    use super::*;
+
+    /// An open strip of two parts with other sides, and an open strip of one part.
+    fn world(name: &str) -> World {
+        let strip = |sides: &[bool]| {
+            let n = sides.len() as u32;
+            let positions = (0..2 * n + 2).map(|i| [(i / 2) as f32, (i % 2) as f32, 0.0]).collect();
+            let indices = (0..n).flat_map(|i| [0, 2, 1, 1, 2, 3].map(|v| 2 * i + v)).collect();
+            let part = |(i, &two_sided): (usize, &bool)| Part {
+                first_triangle: 2 * i as u32,
+                triangle_count: 2,
+                two_sided,
+                ..Part::default()
+            };
+            let parts = sides.iter().enumerate().map(part).collect();
+            Mesh::new(MeshData { positions, indices, parts, ..MeshData::default() }).expect("valid")
+        };
+        let mut model = Model { name: name.to_owned(), ..Model::default() };
+        for (sides, copies) in [(&[true, false][..], 1), (&[true][..], 3)] {
+            let id = model.scene.add_mesh(strip(sides));
+            model.mesh_names.push(format!("strip {id}"));
+            for _ in 0..copies {
+                let instance = Instance::new(id, Transform::IDENTITY);
+                model.scene.add(instance).expect("there is room");
+            }
+        }
+        model.scene.commit();
+        World::new(model, name.to_owned())
+    }
+
+    #[test]
+    fn every_part_gets_back_what_the_file_declares() {
+        let mut world = world("strips.ply");
+        let stored = of_parts(&world.model);
+        assert_eq!(stored, [true, false, true]);
+        let copy = world.with_sides(Sides::OneSided).expect("a copy");
+        assert_eq!(of_parts(&copy.model), [false; 3]);
+        assert_eq!(
+            copy.with_sides(Sides::Automatic).map(|w| of_parts(&w.model)),
+            Ok(stored.clone())
+        );
+        for sides in [Sides::OneSided, Sides::TwoSided, Sides::Automatic] {
+            world.set_sides(sides).expect("its own parts");
+            let wanted = sides.two_sided().map_or(stored.clone(), |two| vec![two; 3]);
+            assert_eq!(of_parts(&world.model), wanted);
+        }
+        for (a, b) in world.model.scene.meshes().iter().zip(copy.model.scene.meshes()) {
+            assert_eq!((a.clusters(), a.indices()), (b.clusters(), b.indices()));
+        }
+    }
+
+    #[test]
+    fn the_reason_is_that_of_the_mesh_that_matters_most_and_of_its_format() {
+        let told = |name: &str| {
+            let kept = world(name).kept_backs;
+            assert_eq!((kept.two_sided, kept.moving, kept.meshes), (8, 0, 2));
+            assert!(kept.is_most(10) && !kept.is_most(16));
+            kept.sentence(10).expect("some are kept")
+        };
+        let of = "back faces of 80 % of the faces are kept: strip 1 is two-sided, since ";
+        assert_eq!(told("strips.ply"), format!("{of}it is open: 4 boundary edges"));
+        assert_eq!(told("strips.GLB"), format!("{of}the file declares it so (doubleSided)"));
+        assert_eq!(told("city"), format!("{of}the scene declares it so"));
+        assert_eq!(KeptBacks::default().sentence(10), None);
+    }
+}

@@ -374,6 +374,24 @@ mod tests {
     }
 
     #[test]
+    fn who_keeps_the_scene_learns_its_sides_from_a_request() {
+        let stored = world("solids");
+        for sides in SIDES {
+            let shown = Arc::new(stored.with_sides(sides).unwrap());
+            let request = requests(&shown).swap_remove(0);
+            let packed = request.pack();
+            assert_eq!(Request::sides(&packed).unwrap(), sides);
+            // As the worker does with the scene that it keeps.
+            let mut kept = stored.with_sides(Sides::Automatic).unwrap();
+            kept.set_sides(Request::sides(&packed).unwrap()).unwrap();
+            let asked = Request::unpack(&packed, Arc::new(kept)).unwrap();
+            let answer = Memory::default().decide(asked).visible.triangle_count;
+            let wanted = Memory::default().decide(request).visible.triangle_count;
+            assert!(answer == wanted && wanted > 0, "{sides:?}");
+        }
+    }
+
+    #[test]
     fn every_stage_is_a_reason_that_comes_back() {
         let world = world("solids");
         let request = requests(&world).swap_remove(0);
