@@ -201,22 +201,21 @@ impl Rig {
 
     /// A camera behind and above this one, that has its frustum and much of the scene before it; and where this one
     /// is outside of the scene, whose middle is `centre` and whose radius is `reach`, one that looks at the scene
-    /// from aside, in a picture of `aspect`, width over height. The farther out, from 1 to 1.5 radii, the more of the
-    /// second.
+    /// from aside and sees it about as large. The farther out, from 1 to 1.5 radii, the more of the second.
     #[must_use]
-    pub fn outside(&self, centre: [f64; 3], reach: f64, aspect: f64, chase: &Chase) -> Self {
+    pub fn outside(&self, centre: [f64; 3], reach: f64, chase: &Chase) -> Self {
         let (eye, centre) = (DVec3::from(self.eye()), DVec3::from(centre));
         let (sin, cos) = self.yaw.to_radians().sin_cos();
         let heading = DVec3::new(-sin, 0.0, -cos);
-        let out = ((eye.distance(centre) / reach - 1.0) * 2.0).clamp(0.0, 1.0);
+        let away = eye.distance(centre) / reach;
+        let out = ((away - 1.0) * 2.0).clamp(0.0, 1.0);
         const FOV: f64 = 50.0;
-        // Eight tenths of the radius are in the picture's shorter half: corners of boxes are mostly empty.
-        let whole = 0.8 / ((FOV * 0.5).to_radians().tan() * aspect.clamp(0.1, 1.0));
+        let half = |fov: f64| (fov * 0.5).to_radians().tan();
         let between = |near: f64, far: f64| near + (far - near) * out;
         Self {
             mode: Mode::Orbit,
             target: (eye + heading * (0.25 * reach)).lerp(centre, out).into(),
-            distance: reach * between(0.95, whole) / chase.nearer,
+            distance: reach * between(0.95, away * half(self.fov) / half(FOV)) / chase.nearer,
             yaw: self.yaw + chase.yaw + between(0.0, 75.0),
             pitch: chase.pitch.clamp(-MAX_PITCH, MAX_PITCH),
             fov: FOV,

@@ -65,9 +65,7 @@ impl Session {
     #[must_use]
     pub fn outside(&self) -> Option<Rig> {
         let world = self.world.as_ref()?;
-        let [width, height] = self.culling_size().map(f64::from);
-        let (rig, aspect) = (self.culling_rig()?, width / height.max(1.0));
-        Some(rig.outside(world.centre, world.reach, aspect, &self.chase))
+        Some(self.culling_rig()?.outside(world.centre, world.reach, &self.chase))
     }
 
     /// Shows a scene for the first time: a small one in such a way that what is culled of it is seen, unless a link
