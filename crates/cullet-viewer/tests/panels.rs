@@ -1,5 +1,7 @@
 //! Panels without a window: keys are pressed and buttons clicked as a user would, and what comes of it is read.
 
+mod common;
+
 use std::time::{Duration, Instant};
 
 use cullet_viewer::compose::{Composition, compose};
@@ -207,6 +209,30 @@ fn on_a_telephone_no_window_is_cut_off_and_the_tour_covers_no_map() {
     wide.press(Key::Enter);
     wide.settle();
     assert!(has_map(&wide), "there is room for both");
+}
+
+#[test]
+fn one_click_culls_the_back_faces_of_an_open_mesh() {
+    let mut panels = Panels::open("city:sub=1", "");
+    panels.session.open(bytes("ball.obj", common::ball(2).as_bytes()));
+    while panels.session.loading().is_some() {
+        panels.frame(Vec::new());
+    }
+    panels.settle();
+    panels.frame(Vec::new());
+    let why = "no back face is culled: the mesh is two-sided, since it is open: 4 boundary edges";
+    // Beside the figures, and beside the switch.
+    assert_eq!(panels.texts.iter().filter(|(text, _)| text == why).count(), 2);
+    let left = |p: &Panels| p.session.decision.as_ref().expect("decided").visible.triangle_count;
+    let before = left(&panels);
+    panels.click("take as one-sided");
+    panels.settle();
+    assert!(left(&panels) * 10 < before * 6, "{} of {before}", left(&panels));
+    panels.frame(Vec::new());
+    assert!(panels.texts.iter().all(|(text, _)| text != why && text != "take as one-sided"));
+    panels.click("two-sided");
+    panels.settle();
+    assert_eq!(left(&panels), before);
 }
 
 #[test]

@@ -13,6 +13,7 @@ use cullet::{
 };
 
 use super::{Decision, Request};
+use crate::sides::Sides;
 use crate::task::clock;
 use crate::web::bytes::{Reader, Writer};
 use crate::web::packed::UnpackError;
@@ -24,6 +25,7 @@ const FACES: [CullFace; 3] = [CullFace::None, CullFace::Back, CullFace::Front];
 const BACKFACES: [Backface; 3] = [Backface::Off, Backface::Fast, Backface::Exact];
 const OUTPUTS: [Output; 3] = [Output::Instances, Output::Clusters, Output::Triangles];
 const MEASURES: [Measure; 3] = [Measure::WidthAndHeight, Measure::Area, Measure::Diameter];
+const SIDES: [Sides; 3] = [Sides::Automatic, Sides::OneSided, Sides::TwoSided];
 const UNITS: [Unit; 3] = [Unit::Instances, Unit::Clusters, Unit::Triangles];
 
 /// The place of a value among all that it can be.
@@ -38,11 +40,12 @@ fn at<T: Copy>(all: &[T], place: u32, what: &str) -> Result<T, UnpackError> {
 }
 
 impl Request {
-    /// Packs all of it but the scene, which the other side has.
+    /// Packs all of it but the scene, which the other side has, and only has to declare its sides.
     #[must_use]
     pub fn pack(&self) -> Vec<u8> {
-        let Self { world: _, view, culler, buffer, number } = self;
+        let Self { world, view, culler, buffer, number } = self;
         let mut out = Writer::default();
+        out.pod(place(&SIDES, &world.sides));
         out.pod(*number);
         out.pod(u32::from(*buffer));
         let [width, height] = view.viewport();
@@ -83,12 +86,22 @@ impl Request {
         out.bytes
     }
 
+    /// Which sides the scene of a packed request has: those that the other side's must have before it is
+    /// [unpacked](Self::unpack) and decided.
+    ///
+    /// # Errors
+    /// As [`unpack`](Self::unpack).
+    pub fn sides(bytes: &[u8]) -> Result<Sides, UnpackError> {
+        at(&SIDES, Reader::new(bytes, 0).pod()?, "sides")
+    }
+
     /// The request that was packed, of the other side's scene. A culler that kept time keeps that of this side.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`](Self::pack) wrote.
     pub fn unpack(bytes: &[u8], world: Arc<World>) -> Result<Self, UnpackError> {
         let from = &mut Reader::new(bytes, 0);
+        let _: u32 = from.pod()?;
         let number = from.pod()?;
         let buffer = flag(from)?;
         let matrix: [f64; 16] = from.pod()?;
@@ -376,6 +389,24 @@ mod tests {
         }
         let all = [partial, triangles, drawn, dropped, ranges];
         assert!(!all.contains(&0), "nothing to compare: {all:?}");
+    }
+
+    #[test]
+    fn who_keeps_the_scene_learns_its_sides_from_a_request() {
+        let stored = world("solids");
+        for sides in SIDES {
+            let shown = Arc::new(stored.with_sides(sides).unwrap());
+            let request = requests(&shown).swap_remove(0);
+            let packed = request.pack();
+            assert_eq!(Request::sides(&packed).unwrap(), sides);
+            // As the worker does with the scene that it keeps.
+            let mut kept = stored.with_sides(Sides::Automatic).unwrap();
+            kept.set_sides(Request::sides(&packed).unwrap()).unwrap();
+            let asked = Request::unpack(&packed, Arc::new(kept)).unwrap();
+            let answer = Memory::default().decide(asked).visible.triangle_count;
+            let wanted = Memory::default().decide(request).visible.triangle_count;
+            assert!(answer == wanted && wanted > 0, "{sides:?}");
+        }
     }
 
     #[test]
