@@ -15,6 +15,7 @@ mod inputs;
 mod meshes;
 mod occluders;
 mod occscn;
+mod opening;
 mod parse;
 mod peer;
 mod picture;

@@ -67,7 +67,7 @@ pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_in
 pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
 pub use picture::{
     OpenedScene, Picture, cut_away, depth_complexity, fly_out, hidden, hierarchy, kinds, kinds_of,
-    occluders, occlusion_buffer, opened, palette, shaded, top_down,
+    occluders, occlusion_buffer, opened, opening, palette, shaded, top_down,
 };
 pub use picture::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,

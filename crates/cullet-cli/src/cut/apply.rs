@@ -48,6 +48,9 @@ pub(crate) struct Applied {
     pub(crate) sections: Vec<Section>,
     /// Which instance each of what is left is of, by the index of its handle.
     pub(crate) origin: Vec<Handle>,
+    /// For each mesh of what is left, which original triangle each of its triangles is of, caps of none; empty
+    /// where the mesh is whole.
+    pub(crate) triangles: Vec<Vec<u32>>,
     /// The material of caps.
     pub(crate) cap_material: u32,
 }
@@ -104,6 +107,7 @@ pub(crate) fn apply(
     let mut handles: Vec<Handle> = scene.slots().filter_map(|s| scene.handle(s)).collect();
     handles.sort_unstable_by_key(|h| h.index);
     let mut origin = Vec::new();
+    let mut triangles = Vec::new();
     for handle in handles {
         let Ok(slot) = scene.slot(handle) else { continue };
         if interrupted() {
@@ -133,6 +137,7 @@ pub(crate) fn apply(
                 *shared[number].get_or_insert_with(|| {
                     out.mesh_names.push(name);
                     out.attributes.push(attributes.clone());
+                    triangles.push(Vec::new());
                     out.scene.add_mesh(mesh.clone())
                 })
             }
@@ -141,10 +146,11 @@ pub(crate) fn apply(
                 progress.step();
                 continue;
             }
-            Some(Some((mesh, attributes))) => {
+            Some(Some((mesh, attributes, of))) => {
                 record.instances_cut += 1;
                 out.mesh_names.push(name);
                 out.attributes.push(attributes);
+                triangles.push(of);
                 out.scene.add_mesh(mesh)
             }
         };
@@ -166,7 +172,7 @@ pub(crate) fn apply(
     }
     out.scene.commit();
     record.triangles_after = out.scene.triangle_count();
-    Ok(Applied { model: out, record, sections, origin, cap_material })
+    Ok(Applied { model: out, record, sections, origin, triangles, cap_material })
 }
 
 /// Moves the planes into the space of a mesh, and sees whether they touch its box at all.
@@ -221,14 +227,14 @@ struct Cut<'a> {
 }
 
 impl Cut<'_> {
-    /// What is left; `None` if nothing is.
+    /// What is left, and which original triangle each of it is of; `None` if nothing is.
     fn run(
         &self,
         name: &str,
         cap_material: u32,
         record: &mut CutRecord,
         sections: &mut Vec<Section>,
-    ) -> Result<Option<(Mesh, Attributes)>, Failure> {
+    ) -> Result<Option<(Mesh, Attributes, Vec<u32>)>, Failure> {
         let failed = |e: String| Failure::input(format!("mesh `{name}`: {e}"));
         let linear = self.transform.linear.map(|c| c.map(f64::from));
         let scale = linear.iter().flatten().map(|v| v * v).sum::<f64>().sqrt() / 3f64.sqrt();
@@ -280,6 +286,6 @@ impl Cut<'_> {
             return Ok(None);
         }
         let mesh = Mesh::new(data).map_err(|e| failed(e.to_string()))?;
-        Ok(Some((mesh, self.attributes.like(&done.cut.attributes))))
+        Ok(Some((mesh, self.attributes.like(&done.cut.attributes), done.origin)))
     }
 }
