@@ -3,7 +3,7 @@
 use cullet::bounds::Plane;
 use cullet::clip::cut::Keep;
 use cullet::{View, Visible};
-use cullet_draw::{OpenedScene, Picture};
+use cullet_draw::{OpenedScene, Outlook, Picture};
 use cullet_io::Model;
 
 use crate::console::Console;
@@ -18,16 +18,17 @@ pub(crate) struct Opening {
 }
 
 impl Opening {
-    /// Cuts a model at these planes, with caps, and stands before the cut.
+    /// Cuts a model at these planes, with caps but for shells around `hollow`, and stands before the cut.
     pub(crate) fn new(
         planes: &[Plane],
         keep: Keep,
+        hollow: Option<[f64; 3]>,
         model: &Model,
         size: [u32; 2],
         console: &Console,
     ) -> Result<Self, Failure> {
         let (heal, weld) = (0.0, 0.0);
-        let settings = Settings { planes, keep, cap: true, outlines: false, heal, weld };
+        let settings = Settings { planes, keep, cap: true, hollow, outlines: false, heal, weld };
         let left = cut::apply(model, &settings, console)?;
         let from = cut::stand(&left.model, &model.scene.extent(), &settings, None, size)?;
         Ok(Self { left, from })
@@ -58,16 +59,16 @@ pub(crate) fn kinds(
     result: &Visible,
     size: [u32; 2],
 ) -> (Picture, Option<f64>) {
-    let scene = &model.scene;
-    let height = cullet_draw::opening(scene, view);
-    let opened = height.and_then(|height| {
+    let Outlook { from, cut_at } = Outlook::new(&model.scene, view, size);
+    let opened = cut_at.and_then(|height| {
         let plane = Plane::new([0.0, 1.0, 0.0], height);
+        let [x, y, z, w] = view.eye();
+        let eye = (w != 0.0).then_some([x, y, z]);
         // What cannot be cut is shown from outside, as what need not be.
-        Opening::new(&[plane], Keep::Inside, model, size, &Console::new(true, None)).ok()
+        Opening::new(&[plane], Keep::Inside, eye, model, size, &Console::new(true, None)).ok()
     });
-    if let Some(opening) = opened.filter(|o| !o.is_empty()) {
-        return (opening.draw(model, view, result), height);
+    match opened.filter(|o| !o.is_empty()) {
+        Some(opening) => (opening.draw(model, view, result), cut_at),
+        None => (cullet_draw::kinds_of(&model.scene, view, result, &from), None),
     }
-    let from = cullet_draw::fly_out(scene, view, size);
-    (cullet_draw::kinds_of(scene, view, result, &from), None)
 }

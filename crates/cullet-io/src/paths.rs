@@ -74,6 +74,16 @@ impl fmt::Display for PathSpec {
     }
 }
 
+/// The path that shows the most of a built-in scene, named as for [`build`](crate::scenes::build): a walk through
+/// those that one walks in, where frustum, occlusion and back faces all have something to cull; around the others.
+#[must_use]
+pub fn of_builtin(scene: &str) -> PathSpec {
+    match scene.split(':').next().unwrap_or_default().trim() {
+        "city" | "office" | "plant" | "forest" | "moving" => PathSpec::Walk,
+        _ => PathSpec::Orbit,
+    }
+}
+
 /// What the caller says of the cameras; what is left out fits the scene, or is the file's.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Overrides {

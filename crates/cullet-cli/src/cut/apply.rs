@@ -24,6 +24,9 @@ pub(crate) struct Settings<'a> {
     pub(crate) planes: &'a [Plane],
     pub(crate) keep: Keep,
     pub(crate) cap: bool,
+    /// A point in the open, in world space: what lies around it and is no solid is a shell, and gets no cap, which
+    /// would close it.
+    pub(crate) hollow: Option<[f64; 3]>,
     /// Whether the outlines are wanted, with caps or without.
     pub(crate) outlines: bool,
     /// In world units.
@@ -127,7 +130,16 @@ pub(crate) fn apply(
                 continue;
             }
             Place::Touched(planes) => {
-                let cut = Cut { settings, mesh, number, attributes, transform, planes: &planes };
+                let around = |p: [f64; 3]| {
+                    let (b, origin) = (scene.bounds(slot), scene.origin());
+                    (0..3).all(|i| {
+                        (f64::from(b.min[i])..=f64::from(b.max[i])).contains(&(p[i] - origin[i]))
+                    })
+                };
+                let shell = settings.hollow.is_some_and(around) && mesh.solid().is_err();
+                let cap = settings.cap && !shell;
+                let cut =
+                    Cut { settings, cap, mesh, number, attributes, transform, planes: &planes };
                 Some(cut.run(&name, cap_material, &mut record, &mut sections)?)
             }
         };
@@ -217,6 +229,7 @@ fn place(mesh: &Mesh, transform: &Transform, planes: &[Plane]) -> Place {
 /// One instance that planes touch.
 struct Cut<'a> {
     settings: &'a Settings<'a>,
+    cap: bool,
     mesh: &'a Mesh,
     /// Which of the scene's.
     number: usize,
@@ -240,7 +253,7 @@ impl Cut<'_> {
         let scale = linear.iter().flatten().map(|v| v * v).sum::<f64>().sqrt() / 3f64.sqrt();
         let [heal, weld] = [self.settings.heal, self.settings.weld]
             .map(|distance| if distance > 0.0 { (distance / scale) as f32 } else { 0.0 });
-        let wanted = self.settings.cap || self.settings.outlines;
+        let wanted = self.cap || self.settings.outlines;
         let caps = wanted.then(|| caps(self.attributes, heal, weld));
         let options = CutOptions { keep: self.settings.keep, caps };
         let (numbers, stride) = (self.attributes.interleaved(), self.attributes.stride());
@@ -271,7 +284,7 @@ impl Cut<'_> {
         }
         let mut data = done.data;
         let caps: usize = done.cut.caps.iter().map(|c| c.triangles.len()).sum();
-        if self.settings.cap {
+        if self.cap {
             record.cap_triangles += caps as u64;
             for t in data.indices[data.indices.len() - caps * 3..].chunks_exact(3) {
                 let [a, b, c] =

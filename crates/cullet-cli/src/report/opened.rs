@@ -42,7 +42,7 @@ impl Opened {
         }
         let planes = shape::planes(&args.cut)?;
         let keep = args.cut_keep.into();
-        let opening = Opening::new(&planes, keep, model, [1280, 720], console)?;
+        let opening = Opening::new(&planes, keep, None, model, [1280, 720], console)?;
         if opening.is_empty() {
             console.note("note: --cut leaves nothing of the scene on the side that is kept");
         }

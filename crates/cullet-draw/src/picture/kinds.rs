@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::Picture;
 use super::font::text_size;
-use super::map::{Fate, Legend, fates, plural};
-use super::outside::{draw_frustum, fly_out, from_outside};
+use super::map::{Fate, Legend, fates, plural, sort_counts};
+use super::outside::{Outlook, draw_frustum, from_outside};
 use super::palette::{INK, PAPER};
 use super::shaded::{light_through, linear};
 use super::space::Surfaces;
@@ -18,7 +18,7 @@ use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::geometry::{Lens, Surface};
 use crate::render::render;
 
-/// Culls for `view`, stands aside from it ([`fly_out`]) and draws the whole scene, each dropped triangle in
+/// Culls for `view`, stands aside from it ([`Outlook`]) and draws the whole scene, each dropped triangle in
 /// the colour of the kind of culling that took it, with the frustum, and a legend where it would cover
 /// less than a quarter. `size` is that of the picture, at least 320 × 200.
 ///
@@ -29,7 +29,7 @@ pub fn kinds(scene: &Scene, view: &View, culler: &Culler, size: [u32; 2]) -> Pic
     let culler = Culler { output: Output::Triangles, reasons: true, ..culler.clone() };
     let mut visible = Visible::default();
     culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
-    kinds_of(scene, view, &visible, &fly_out(scene, view, size))
+    kinds_of(scene, view, &visible, &Outlook::new(scene, view, size).from)
 }
 
 /// [`kinds`] for a visible set that is known, with triangles and reasons, seen from a view of one's
@@ -121,7 +121,7 @@ impl<'a> SceneFates<'a> {
         }
     }
 
-    /// How many triangles of the scene there are of each fate that occurs, the seen first.
+    /// How many triangles of the scene there are of each fate that occurs, in the order of a legend.
     pub(super) fn counts(&self) -> Vec<(Fate, u64)> {
         let slots: Vec<u32> = self.scene.slots().collect();
         let of_slot = |slot: &u32| -> BTreeMap<Fate, u64> {
@@ -142,7 +142,9 @@ impl<'a> SceneFates<'a> {
             a
         };
         let counts = slots.par_iter().map(of_slot).reduce(BTreeMap::new, sum);
-        counts.into_iter().rev().filter(|(_, n)| *n > 0).collect()
+        let mut counts: Vec<_> = counts.into_iter().filter(|(_, n)| *n > 0).collect();
+        sort_counts(&mut counts);
+        counts
     }
 }
 
@@ -188,5 +190,101 @@ impl<'a> TriangleFates<'a> {
         let faces_away = Surface::new(corners)
             .is_some_and(|(_, counter_clockwise)| !object.draws(counter_clockwise, two_sided));
         Fate::Dropped(Some(if faces_away { Stage::Backface } else { Stage::Frustum }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet::{Camera, Instance, Mesh, MeshData, Transform};
+    use cullet_io::scenes;
+
+    use super::*;
+
+    fn culled(scene: &Scene, view: &View) -> Visible {
+        let culler = Culler { output: Output::Triangles, reasons: true, ..Culler::default() };
+        let mut visible = Visible::default();
+        culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
+        visible
+    }
+
+    fn look(eye: [f64; 3], target: [f64; 3]) -> View {
+        let projection = cullet::Projection::Perspective {
+            fov_y_radians: 1.0,
+            aspect: 1.6,
+            near: 0.05,
+            far: f64::INFINITY,
+        };
+        let camera = Camera::look_at(eye, target, projection);
+        View::new(&camera, cullet::Depth::Reversed, [160, 100]).unwrap()
+    }
+
+    #[test]
+    fn the_legend_counts_every_triangle_once_and_has_each_colour_that_is_painted() {
+        for (text, eye) in [
+            ("city:cells=8,objects=60", [-12.0, 1.7, 12.0]),
+            ("knobs:n=12", [0.5, 1.2, 2.4]),
+            ("office:rooms=2,corridors=1,floors=1", [5.0, 1.7, 5.0]),
+        ] {
+            let scene = scenes::build(text).unwrap().scene;
+            let view = look(eye, [0.0, 1.0, -6.0]);
+            let visible = culled(&scene, &view);
+            let seen = render(&scene, &view, Selection::All, &RenderOptions::default()).visible();
+            let surfaces = Surfaces::of_all(&scene);
+            let fates = SceneFates::new(&scene, &view, &visible, &seen, &surfaces);
+            let counts = fates.counts();
+            assert_eq!(counts.iter().map(|c| c.1).sum::<u64>(), scene.triangle_count(), "{text}");
+            assert!(counts.len() > 2, "{text}: {counts:?}");
+            for (i, (fate, n)) in counts.iter().enumerate() {
+                assert!(*n > 0 && counts[..i].iter().all(|c| c.0 != *fate), "{text}: {counts:?}");
+            }
+            assert_eq!(counts[0], (Fate::Seen, seen.len() as u64), "{text}");
+            let from = from_outside(&Outlook::new(&scene, &view, [320, 200]).from);
+            let frame = render(&scene, &from, Selection::All, &RenderOptions::default());
+            for id in frame.ids.into_iter().filter(|id| *id != PixelId::NONE) {
+                assert!(counts.iter().any(|c| c.0 == fates.of(id)), "{text}: {id:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_view_under_a_roof_is_cut_open_and_one_under_the_sky_is_not() {
+        let sheet = |y: f32, size: f32| {
+            let positions =
+                vec![[-size, y, -size], [size, y, -size], [size, y, size], [-size, y, size]];
+            let indices = vec![0, 2, 1, 0, 3, 2];
+            Mesh::new(MeshData { positions, indices, ..MeshData::default() }).unwrap()
+        };
+        let mut scene = Scene::new();
+        let (ground, roof) = (sheet(0.0, 10.0), sheet(3.0, 10.0));
+        let ground = scene.add_mesh(ground);
+        scene.add(Instance::new(ground, Transform::IDENTITY)).unwrap();
+        let cube = scene.add_mesh(sheet(1.0, 0.5));
+        let place = Transform { translation: [0.0, 0.0, -3.0], ..Transform::IDENTITY };
+        scene.add(Instance::new(cube, place)).unwrap();
+        scene.commit();
+        let view = look([0.0, 1.6, 2.0], [0.0, 0.8, -3.0]);
+        assert_eq!(Outlook::new(&scene, &view, [320, 200]).cut_at, None);
+        let roof = scene.add_mesh(roof);
+        scene.add(Instance::new(roof, Transform::IDENTITY)).unwrap();
+        scene.commit();
+        let cut = Outlook::new(&scene, &view, [320, 200]).cut_at.unwrap();
+        assert!((cut - 1.76).abs() < 1e-3, "{cut}");
+    }
+
+    #[test]
+    fn a_single_model_and_the_frustum_are_in_the_picture() {
+        let scene = scenes::build("knobs:n=12").unwrap().scene;
+        let view = look([0.0, 1.6, 5.0], [0.0, 1.1, 0.0]);
+        let outlook = Outlook::new(&scene, &view, [320, 200]);
+        assert_eq!(outlook.cut_at, None);
+        let space = crate::picture::space::Space::new(&outlook.from);
+        for slot in scene.slots() {
+            for corner in crate::picture::space::corners(&scene, &scene.bounds(slot)) {
+                let [x, y] = space.project(corner, [320, 200]).unwrap().0;
+                assert!((0.0..320.0).contains(&x) && (0.0..200.0).contains(&y), "{x}, {y}");
+            }
+        }
+        let eye = space.project([0.0, 1.6, 5.0].into(), [320, 200]).unwrap().0;
+        assert!((0.0..320.0).contains(&eye[0]) && (0.0..200.0).contains(&eye[1]), "{eye:?}");
     }
 }

@@ -1,12 +1,12 @@
 //! The scene from above, every instance coloured by what became of it.
 
-use cullet::bounds::Aabb;
 use cullet::{Scene, Stage, View, Visible};
 use glam::DVec3;
 
 use super::Picture;
 use super::canvas::{LINE, grouped, hull};
 use super::font::{text_height, text_size, text_width};
+use super::outside::things;
 use super::palette::{CHALK, DROPPED, NIGHT, SEEN, UNSEEN, mix, reason_color, reason_label};
 use super::space::Space;
 use crate::frame::PixelId;
@@ -168,12 +168,27 @@ fn draw_place(picture: &mut Picture, place: &[[f64; 2]], fate: Fate, area: f64, 
     }
 }
 
-/// How many there are of each fate that occurs, the seen first.
+impl Fate {
+    /// The place in a legend: what is kept, and then what was dropped in the order of the stages.
+    fn place(self) -> (u32, Option<Stage>) {
+        match self {
+            Self::Seen => (0, None),
+            Self::Unseen => (1, None),
+            Self::Dropped(stage) => (2, stage),
+        }
+    }
+}
+
+/// How many there are of each fate that occurs, in the order of a legend.
 pub(crate) fn counts(fates: &[Option<Fate>]) -> Vec<(Fate, u64)> {
     let mut sorted: Vec<Fate> = fates.iter().copied().flatten().collect();
-    sorted.sort_unstable();
-    let runs = sorted.chunk_by(|a, b| a == b).rev();
-    runs.map(|run| (run[0], run.len() as u64)).collect()
+    sorted.sort_unstable_by_key(|f| f.place());
+    sorted.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as u64)).collect()
+}
+
+/// Brings counts into the order of a legend.
+pub(crate) fn sort_counts(counts: &mut [(Fate, u64)]) {
+    counts.sort_unstable_by_key(|c| c.0.place());
 }
 
 /// So many of something, in words.
@@ -251,16 +266,7 @@ pub(super) struct Map {
 impl Map {
     pub(super) fn new(scene: &Scene, view: &View, size: [u32; 2]) -> Self {
         let origin = DVec3::from(scene.origin());
-        let mut extent = scene.extent();
-        // A ground or a sky may reach far beyond all that stands on it.
-        let wide = |b: &Aabb| b.half_extent()[0].max(b.half_extent()[2]);
-        let limit = wide(&extent) * 0.5;
-        let things =
-            scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && wide(b) < limit);
-        let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
-        if !things.is_empty() {
-            extent = things;
-        }
+        let extent = things(scene);
         let (mut low, mut high) = match extent.is_empty() {
             true => (DVec3::splat(-1.0), DVec3::splat(1.0)),
             false => (

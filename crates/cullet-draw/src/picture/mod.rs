@@ -21,7 +21,7 @@ pub use layers::depth_complexity;
 pub use map::top_down;
 pub use occlusion::{hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
-pub use outside::{fly_out, opening};
+pub use outside::Outlook;
 pub use shaded::shaded;
 pub use teach::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,

@@ -22,12 +22,59 @@ pub(super) fn from_outside(from: &View) -> View {
 /// Full angle from the lower edge to the upper one of pictures from outside.
 const FOV: f64 = 48.0 * std::f64::consts::PI / 180.0;
 
-/// A view from aside that shows another: of an eye outside of the scene, with all of the scene and the
-/// frustum in the picture; of one within, from behind and above it, with much of the scene before it. The view
-/// itself, if the scene's numbers are so extreme that there is no such camera.
-#[must_use]
-pub fn fly_out(scene: &Scene, view: &View, size: [u32; 2]) -> View {
-    let size = [size[0].max(320), size[1].max(200)];
+/// How high the eye stands outside: in degrees above the level, the lowest first.
+const HEIGHTS: [f64; 3] = [29.0, 52.0, 75.0];
+
+/// Where to stand to see a view and what it culls.
+#[derive(Clone, Debug)]
+pub struct Outlook {
+    /// From aside: of an eye outside of the scene, with all of the scene and the frustum in the picture; of one
+    /// within, from behind and above it, with much of the scene before it, and so high that most of what the view
+    /// sees is in sight, if there is such a height. The view itself, if the scene's numbers are so extreme that there
+    /// is no such camera.
+    pub from: View,
+    /// Where from no height most of it is in sight: the height at which to cut the scene open, so that one looks
+    /// from above into what the view sees. It is above the eye by a tenth of what the eye is above the ground.
+    pub cut_at: Option<f64>,
+}
+
+impl Outlook {
+    /// Finds it; the picture will be of `size`, at least 320 × 200. Costs up to five small frames.
+    #[must_use]
+    pub fn new(scene: &Scene, view: &View, size: [u32; 2]) -> Self {
+        let (best, in_sight) = best_stand(scene, view);
+        let size = [size[0].max(320), size[1].max(200)];
+        let from = stand(scene, view, HEIGHTS[best], size).unwrap_or_else(|| view.clone());
+        let eye = view.eye();
+        let above = || 0.1 * above_ground(scene, eye).unwrap_or(0.2 * reach(scene));
+        let covered = eye[3] != 0.0 && in_sight < IN_SIGHT;
+        Self { from, cut_at: covered.then(|| eye[1] + above()) }
+    }
+}
+
+/// The number of the lowest stand from which most of what a view sees is in sight, else of that from which the most
+/// is; and how much that is.
+fn best_stand(scene: &Scene, view: &View) -> (usize, f64) {
+    if is_outside(scene, &Space::new(view)) {
+        return (0, 1.0);
+    }
+    let Some(seen) = Sight::new(scene, view) else { return (0, 1.0) };
+    let mut best = (0, 0.0);
+    for (i, height) in HEIGHTS.into_iter().enumerate() {
+        let Some(from) = stand(scene, view, height, [320, 200]) else { continue };
+        let share = seen.share_in_sight(scene, &from);
+        if share > best.1 {
+            best = (i, share);
+        }
+        if share >= IN_SIGHT {
+            return (i, share);
+        }
+    }
+    best
+}
+
+/// The view from outside at a height in degrees.
+fn stand(scene: &Scene, view: &View, height: f64, size: [u32; 2]) -> Option<View> {
     let space = Space::new(view);
     let (near, direction) = space.ray(0.0, 0.0);
     let level = DVec3::new(direction.x, 0.0, direction.z);
@@ -38,16 +85,16 @@ pub fn fly_out(scene: &Scene, view: &View, size: [u32; 2]) -> View {
         let mut points = corners(scene, &things(scene)).to_vec();
         points.extend(frustum_corners(scene, &space).into_iter().flatten());
         let back = side * 0.9 - heading * 0.35 + DVec3::Y * 0.4;
-        return framing(&points, back, FOV, size).unwrap_or_else(|| view.clone());
+        return framing(&points, back, FOV, size);
     }
     let reach = reach(scene);
-    let eye = near - heading * (0.42 * reach) + side * (0.22 * reach) + DVec3::Y * (0.42 * reach);
+    let (up, out) = height.to_radians().sin_cos();
     let target = near + heading * (0.30 * reach);
+    let eye = target + (side * 0.25 - heading * out + DVec3::Y * up) * (0.84 * reach);
     let aspect = f64::from(size[0]) / f64::from(size[1]);
     let (near, far) = (reach * 1e-3, f64::INFINITY);
     let projection = Projection::Perspective { fov_y_radians: FOV, aspect, near, far };
-    let camera = Camera::look_at(eye, target, projection);
-    View::new(&camera, Depth::Reversed, size).unwrap_or_else(|_| view.clone())
+    View::new(&Camera::look_at(eye, target, projection), Depth::Reversed, size).ok()
 }
 
 /// Whether the eye is outside of all that stands in the scene, and not so far off that this would be a dot.
@@ -68,8 +115,11 @@ fn is_outside(scene: &Scene, space: &Space) -> bool {
 fn frustum_corners(scene: &Scene, space: &Space) -> [[DVec3; 2]; 4] {
     let length = if is_outside(scene, space) {
         let (near, direction) = space.ray(0.0, 0.0);
-        let along = |p: &DVec3| (*p - near).dot(direction);
-        corners(scene, &things(scene)).iter().map(along).fold(0.1 * reach(scene), f64::max)
+        let bounds = things(scene);
+        let middle = DVec3::from(scene.origin()) + DVec3::from(bounds.center().map(f64::from));
+        // Most things are rounder than their boxes.
+        let half = DVec3::from(bounds.half_extent().map(f64::from)).dot(direction.abs());
+        ((middle - near).dot(direction) + 0.6 * half).max(0.1 * reach(scene))
     } else {
         0.9 * reach(scene)
     };
@@ -77,8 +127,11 @@ fn frustum_corners(scene: &Scene, space: &Space) -> [[DVec3; 2]; 4] {
         .map(|[x, y]| [space.ray(x, y).0, space.along(x, y, length)])
 }
 
+/// A ground or sky is left out of the bounds if all else reaches no farther than this share of it.
+const SMALL_WITHIN: f64 = 0.4;
+
 /// The bounds of the scene, but for a ground or sky that reaches far beyond all else.
-fn things(scene: &Scene) -> Aabb {
+pub(super) fn things(scene: &Scene) -> Aabb {
     let size = |b: &Aabb| DVec3::from(b.half_extent()).length();
     let extent = scene.extent();
     if extent.is_empty() {
@@ -88,7 +141,9 @@ fn things(scene: &Scene) -> Aabb {
     let things =
         scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && size(b) < limit);
     let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
-    if things.is_empty() { extent } else { things }
+    // What holds all else is a room, not a ground.
+    let is_room = things.is_empty() || size(&things) > SMALL_WITHIN * size(&extent);
+    if is_room { extent } else { things }
 }
 
 /// Half the diagonal of [`things`].
@@ -145,45 +200,52 @@ pub(super) fn draw_frustum(
     points
 }
 
-/// From how small pictures it is decided whether a scene is opened.
+/// From how small a picture it is decided whether a scene is opened.
 const SMALL: [u32; 2] = [160, 90];
-/// A scene is opened where less than this share of what a view sees is seen from outside.
-const SEEN_FROM_OUTSIDE: f64 = 0.5;
+/// This share of what a view sees is most of it.
+const IN_SIGHT: f64 = 0.5;
 
-/// The height at which to cut a scene open, so that one looks from above into what a view sees; `None` where a
-/// good part of that is seen from outside ([`fly_out`]) as it is.
-///
-/// It is a little above the eye: a tenth of what the eye is above the ground. Cost: three small frames.
-#[must_use]
-pub fn opening(scene: &Scene, view: &View) -> Option<f64> {
-    let eye = view.eye();
-    if eye[3] == 0.0 || is_outside(scene, &Space::new(view)) {
-        return None;
+fn draw_all(scene: &Scene, view: &View) -> Frame {
+    render(scene, view, Selection::All, &RenderOptions::default())
+}
+
+/// Points of the surfaces that a view sees.
+struct Sight(Vec<DVec3>);
+
+impl Sight {
+    /// `None` if the view is so extreme that it cannot be made small.
+    fn new(scene: &Scene, view: &View) -> Option<Self> {
+        let mut small = View::from_matrix(&view.clip_from_world(), view.depth(), SMALL).ok()?;
+        (small.layers, small.front_face, small.cull_face) =
+            (view.layers, view.front_face, view.cull_face);
+        let (frame, space) = (draw_all(scene, &small), Space::new(&small));
+        let shown = (0..frame.ids.len()).filter(|&at| frame.ids[at] != PixelId::NONE);
+        let point = |at: usize| {
+            let [x, y] = pixel_centre(at as u32 % SMALL[0], at as u32 / SMALL[0], SMALL);
+            space.point(x, y, frame.depth[at])
+        };
+        Some(Self(shown.map(point).collect()))
     }
-    let small = View::from_matrix(&view.clip_from_world(), view.depth(), SMALL).ok()?;
-    let outside = from_outside(&fly_out(scene, view, [320, 200]));
-    let draw = |view: &View| render(scene, view, Selection::All, &RenderOptions::default());
-    let (inner, outer) = (draw(&small), draw(&outside));
-    let (here, there) = (Space::new(&small), Space::new(&outside));
-    let size = [outer.width, outer.height];
-    let (mut all, mut shown) = (0u32, 0u32);
-    for at in (0..inner.ids.len()).filter(|&at| inner.ids[at] != PixelId::NONE) {
-        let [x, y] = pixel_centre(at as u32 % SMALL[0], at as u32 / SMALL[0], SMALL);
-        let p = here.point(x, y, inner.depth[at]);
-        all += 1;
-        let Some(([px, py], _)) = there.project(p, size) else { continue };
-        if !(px >= 0.0 && py >= 0.0 && px < f64::from(size[0]) && py < f64::from(size[1])) {
-            continue;
-        }
-        let pixel = py as usize * size[0] as usize + px as usize;
-        let [qx, qy] = pixel_centre(px as u32, py as u32, size);
-        let before = there.point(qx, qy, outer.depth[pixel]);
-        let from = there.eye.truncate();
-        // A pixel of the small frame stands for all of it.
-        shown += u32::from(before.distance(from) > p.distance(from) * 0.97);
+
+    /// How many of them nothing hides from another view, as a share; 1 of none.
+    fn share_in_sight(&self, scene: &Scene, from: &View) -> f64 {
+        let from = from_outside(from);
+        let (frame, space) = (draw_all(scene, &from), Space::new(&from));
+        let size = [frame.width, frame.height];
+        let eye = space.eye.truncate();
+        let in_sight = |p: &&DVec3| {
+            let Some(([x, y], _)) = space.project(**p, size) else { return false };
+            if !(x >= 0.0 && y >= 0.0 && x < f64::from(size[0]) && y < f64::from(size[1])) {
+                return false;
+            }
+            let pixel = y as usize * size[0] as usize + x as usize;
+            let [x, y] = pixel_centre(x as u32, y as u32, size);
+            // A pixel of a small frame stands for all around it.
+            space.point(x, y, frame.depth[pixel]).distance(eye) > p.distance(eye) * 0.97
+        };
+        let count = self.0.iter().filter(in_sight).count();
+        if self.0.is_empty() { 1.0 } else { count as f64 / self.0.len() as f64 }
     }
-    let covered = f64::from(shown) < SEEN_FROM_OUTSIDE * f64::from(all);
-    covered.then(|| eye[1] + 0.1 * above_ground(scene, eye).unwrap_or(0.2 * reach(scene)))
 }
 
 /// How far below a point the next surface is.
@@ -198,7 +260,7 @@ fn above_ground(scene: &Scene, [x, y, z, _]: [f64; 4]) -> Option<f64> {
     let (direction, up) = ([0.0, -1.0, 0.0], [0.0, 0.0, -1.0]);
     let camera = Camera { eye: [x, y, z], direction, up, projection };
     let down = from_outside(&View::new(&camera, Depth::Reversed, [1, 1]).ok()?);
-    let frame = render(scene, &down, Selection::All, &RenderOptions::default());
+    let frame = draw_all(scene, &down);
     let ground = Space::new(&down).point(0.0, 0.0, frame.depth[0]);
     (frame.ids[0] != PixelId::NONE).then(|| y - ground.y)
 }

@@ -91,7 +91,7 @@ pub(crate) fn framing(
     let middle = points.iter().copied().sum::<DVec3>() / points.len().max(1) as f64;
     let t = (fov_y_radians * 0.5).tan() * 0.95;
     // A point is in the picture iff |p·right − x| ≤ t (d − p·back), and the like for y: each bounds x and
-    // d from both sides, and the bounds meet at the least distance.
+    // d from both sides, and the bounds meet at the least distance. Returns x and that.
     let fit = |along: DVec3, t: f64| {
         let most = |sign: f64| {
             let bound = |p: &DVec3| (*p - middle).dot(along * sign + back * t);
@@ -100,8 +100,18 @@ pub(crate) fn framing(
         let (high, low) = (most(1.0), most(-1.0));
         ((high - low) * 0.5, (high + low) / (2.0 * t))
     };
-    let ((x, far), (y, farther)) = (fit(right, t * aspect), fit(above, t));
-    let distance = far.max(farther);
+    let distance = fit(right, t * aspect).1.max(fit(above, t).1);
+    // One way the picture is full; the other way the points are in the middle if they would just fill a narrower
+    // picture from as far.
+    let centred = |along: DVec3, most: f64| {
+        let (mut low, mut high) = (0.0, most);
+        for _ in 0..40 {
+            let t = (low + high) * 0.5;
+            if fit(along, t).1 > distance { low = t } else { high = t }
+        }
+        fit(along, high).0
+    };
+    let (x, y) = (centred(right, t * aspect), centred(above, t));
     let eye = middle + right * x + above * y + back * distance;
     // All points are beyond it.
     let nearest = points.iter().map(|p| (eye - *p).dot(back)).fold(f64::INFINITY, f64::min);

@@ -37,21 +37,58 @@ pub(super) fn orbit(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Came
         Stand { back, right, above: back.cross(right) }
     };
     let stands: Vec<Stand> = (0..count).map(stand).collect();
-    // A point p is in the picture iff |p·right − x| ≤ t.x (d − p·back), and the like for y: each point
-    // bounds x and d from both sides, and the bounds meet at the least distance.
-    let bounds = |s: &Stand| {
-        let (x, y) = (s.back * t.x, s.back * t.y);
-        [s.right + x, x - s.right, s.above + y, y - s.above]
+    let reach = |tangents: &[[f64; 2]]| -> Vec<[Fit; 2]> {
+        let bounds = |(s, t): (&Stand, &[f64; 2])| {
+            let (x, y) = (s.back * t[0], s.back * t[1]);
+            [s.right + x, x - s.right, s.above + y, y - s.above]
+        };
+        let directions: Vec<DVec3> = stands.iter().zip(tangents).flat_map(bounds).collect();
+        let far = farthest(&model.scene, centre, half, &directions);
+        let fits = far.as_chunks::<4>().0.iter().zip(tangents);
+        fits.map(|([r, l, a, b], t)| [Fit::new(t[0], *r, *l), Fit::new(t[1], *a, *b)]).collect()
     };
-    let directions: Vec<DVec3> = stands.iter().flat_map(bounds).collect();
-    let reach = farthest(&model.scene, centre, half, &directions);
-    let camera = |(i, s): (usize, &Stand)| {
-        let [right, left, top, bottom] = [0, 1, 2, 3].map(|k| reach[i * 4 + k]);
-        let d = ((right + left) / (2.0 * t.x)).max((top + bottom) / (2.0 * t.y));
-        let (x, y) = ((right - left) * 0.5, (top - bottom) * 0.5);
-        lens.look_along(centre + s.right * x + s.above * y + s.back * d, -s.back)
+    let tight = reach(&vec![[t.x, t.y]; count]);
+    // One way the picture is full. The other way the eye is farther off than it must be; there the contents are
+    // in the middle if they would just fill a narrower picture from that far.
+    let distances: Vec<f64> = tight.iter().map(|[x, y]| x.distance.max(y.distance)).collect();
+    let narrower =
+        |(fits, d): (&[Fit; 2], &f64)| [0, 1].map(|k| fits[k].tangent * fits[k].distance / d);
+    let guess = reach(&tight.iter().zip(&distances).map(narrower).collect::<Vec<_>>());
+    let between =
+        |((a, b), d): ((&[Fit; 2], &[Fit; 2]), &f64)| [0, 1].map(|k| a[k].until(&b[k], *d));
+    let last = tight.iter().zip(&guess).zip(&distances).map(between);
+    let last = reach(&last.collect::<Vec<_>>());
+    let camera = |((s, [x, y]), d): ((&Stand, &[Fit; 2]), &f64)| {
+        let eye = centre + s.right * x.shift + s.above * y.shift + s.back * *d;
+        lens.look_along(eye, -s.back)
     };
-    Ok(stands.iter().enumerate().map(camera).collect())
+    Ok(stands.iter().zip(&last).zip(&distances).map(camera).collect())
+}
+
+/// Where the eye must be, one way of the picture, for all to be in it.
+struct Fit {
+    /// Half the picture at distance 1.
+    tangent: f64,
+    distance: f64,
+    /// To the side.
+    shift: f64,
+}
+
+impl Fit {
+    /// A point p is in the picture iff |p·right − x| ≤ t (d − p·back): each point bounds x and d from both
+    /// sides, and the bounds, of which these are the greatest, meet at the least distance.
+    fn new(tangent: f64, most: f64, least: f64) -> Self {
+        Self { tangent, distance: (most + least) / (2.0 * tangent), shift: (most - least) * 0.5 }
+    }
+
+    /// The tangent for which the distance would be `d`, from two fits: what is wide goes with one over the
+    /// tangent, what is deep does not.
+    fn until(&self, other: &Self, d: f64) -> f64 {
+        let wide = (self.distance - other.distance) / (1.0 / self.tangent - 1.0 / other.tangent);
+        let deep = self.distance - wide / self.tangent;
+        let tangent = wide / (d - deep);
+        if tangent > 0.0 && tangent <= self.tangent { tangent } else { self.tangent }
+    }
 }
 
 /// How far the scene reaches from `centre` in each direction, times the direction's length: of meshes the
@@ -63,7 +100,8 @@ fn farthest(scene: &Scene, centre: DVec3, half: DVec3, directions: &[DVec3]) -> 
     let bounds = |slot: u32| {
         let b = scene.boxes().get(slot as usize);
         let [low, high] = [b.min, b.max].map(|v| DVec3::from(v.map(f64::from)));
-        let bounded = low.cmple(high).all() && low.min_element() > -limit && high.max_element() < limit;
+        let bounded =
+            low.cmple(high).all() && low.min_element() > -limit && high.max_element() < limit;
         bounded.then(|| ((low + high) * 0.5 + origin - centre, (high - low) * 0.5))
     };
     let boxes: Vec<(u32, DVec3, DVec3)> =

@@ -119,12 +119,13 @@ pub fn conservative_set(field_of_view: f64, size: [u32; 2]) -> Picture {
     let [w, _] = sheet.size();
     let [top, bottom] = sheet.room();
     let em = sheet.text_size();
-    // Four in a row with words below, or two in each of two rows with words beside: what shows more.
+    // Four in a row with words below, or two in each of two rows with words beside: which leaves less of the sheet empty.
     let in_a_row = (w * 0.125 - 16.0).min((bottom - top - 4.0 * em) * 0.5 - 6.0);
     let in_two = ((w * 0.5 - 12.0 * em) * 0.5).min((bottom - top) * 0.25 - 12.0);
-    let r = in_a_row.max(in_two);
+    let row = in_a_row * 0.8 > in_two;
+    let r = if row { in_a_row } else { in_two };
     for (i, sectors) in [1u32, 2, 4, 8].into_iter().enumerate() {
-        let (c, words_at) = if in_a_row >= in_two {
+        let (c, words_at) = if row {
             let c = [w * (0.125 + 0.25 * i as f64), (top + bottom - 4.0 * em) * 0.5];
             (c, [c[0], c[1] + r + 1.2 * em])
         } else {

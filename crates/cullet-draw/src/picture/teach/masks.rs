@@ -92,7 +92,7 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
         // Where the line of sight leaves the cube, and how far along it goes.
         let leaves = axis / axis.abs().max_element();
         sheet.arrow(camera.point(leaves), camera.point(leaves + axis * 0.9), 3.5, INK);
-        axes(&mut sheet, toward, [middle[0] - scale * 1.35, bottom - words - scale * 0.42], scale);
+        axes(&mut sheet, toward, [middle[0] - scale * 1.35, bottom - words - scale * 0.5], scale);
         let classes = grid.classes();
         let words = format!("N = {n}: {count} of {classes} classes face away");
         sheet.centred([w * column, bottom - sheet.text_size()], words, INK);
@@ -102,14 +102,14 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
 
 /// The three axes of the cube, aside from it.
 fn axes(sheet: &mut Sheet, toward: DVec3, at: [f64; 2], scale: f64) {
-    let camera = Flat::new(toward, DVec3::ZERO, at, scale * 0.42);
+    let camera = Flat::new(toward, DVec3::ZERO, at, scale * 0.5);
     let em = sheet.text_size();
     for (axis, name) in [(DVec3::X, "x"), (DVec3::Y, "y"), (DVec3::Z, "z")] {
         let tip = camera.point(axis);
-        sheet.arrow(camera.point(DVec3::ZERO), tip, 1.6, mix(INK, PAPER, 0.3));
-        let beyond = [tip[0] - at[0], tip[1] - at[1]];
-        let far = (em * 0.7 / beyond[0].hypot(beyond[1]).max(1.0)) + 1.0;
-        let [x, y] = [at[0] + beyond[0] * far, at[1] + beyond[1] * far];
+        sheet.arrow(camera.point(DVec3::ZERO), tip, 1.0, mix(INK, PAPER, 0.3));
+        let d = [tip[0] - at[0], tip[1] - at[1]];
+        let far = 1.0 + em * 0.75 / d[0].hypot(d[1]).max(1.0);
+        let [x, y] = [at[0] + d[0] * far, at[1] + d[1] * far];
         sheet.centred([x, y - em * 0.36], name, INK);
     }
 }
