@@ -5,6 +5,7 @@ use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::Model;
 
 use crate::args::Show;
+use crate::opening;
 use crate::survey::Seen;
 
 /// A picture with its words.
@@ -63,7 +64,7 @@ pub(crate) fn of_view(
             name: "hierarchy",
             picture: cullet_draw::hierarchy(scene, view, [1280, 960]),
             caption: "The walk of the hierarchy, level by level from the top: what lies under a box that is \
-                      outside or inside is never asked."
+                      outside or inside is never tested."
                 .into(),
             embed_px: 1280,
             wide: true,
@@ -71,10 +72,14 @@ pub(crate) fn of_view(
         });
     }
     if featured && seen.verification.is_some() {
+        let (picture, opened) = opening::kinds(model, view, &seen.result, [1280, 720]);
+        let open = if opened.is_some() { ", cut open above the eye" } else { "" };
         pictures.push(Titled {
             name: "kinds",
-            picture: cullet_draw::kinds(scene, view, culler, [1280, 720]),
-            caption: "From outside: each dropped thing in the colour of what dropped it.".into(),
+            picture,
+            caption: format!(
+                "From outside{open}: each triangle in the colour of what became of it."
+            ),
             embed_px: 1280,
             wide: true,
             thumbnail: false,

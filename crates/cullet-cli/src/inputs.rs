@@ -24,8 +24,7 @@ pub(crate) fn load_to_save(args: &SceneArgs, console: &Console) -> Result<Model,
 
 fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model, Failure> {
     let path = Path::new(&args.scene);
-    // A file of that name wins over a built-in scene, for a name can be changed with a `./`.
-    let builtin = !path.exists() && scenes::is_builtin(&args.scene);
+    let builtin = args.builtin();
     let two_sided = if args.one_sided { Some(false) } else { args.two_sided.then_some(true) };
     let model = if builtin {
         let mut model = scenes::build(&args.scene).map_err(Failure::usage)?;

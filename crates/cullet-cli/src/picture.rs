@@ -14,6 +14,7 @@ use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::inputs;
 use crate::occluders;
+use crate::opening;
 
 /// Where diagrams look from and to, where no eye is given.
 const SIGHT: [[f64; 3]; 2] = [[3.0, 2.0, 5.0], [0.0; 3]];
@@ -78,7 +79,17 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let colors = drawing::colors(&model);
     let options = RenderOptions { threads: args.view.threads, ..RenderOptions::default() };
     Ok(match args.kind {
-        PictureKind::Kinds => cullet_draw::kinds(scene, view, &culler, args.view.size),
+        PictureKind::Kinds => {
+            let mut result = Visible::default();
+            culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
+            let (picture, opened) = opening::kinds(&model, view, &result, args.view.size);
+            if let Some(height) = opened {
+                console.note(format!(
+                    "cut open at a height of {height:.4}, for what the view sees is covered from outside"
+                ));
+            }
+            picture
+        }
         PictureKind::Shaded => {
             let frame = cullet_draw::render(scene, view, Selection::All, &options);
             cullet_draw::shaded(scene, &frame, view, &colors)
@@ -212,8 +223,14 @@ fn volume(args: &PictureArgs, scene: &Scene) -> Result<(Picture, VolumeFigure), 
             "--cluster {n}: from no eye near it do all of its triangles face away; try another, or \
              none to take the widest that has a volume"
         )),
+        None if scene.meshes().iter().all(Mesh::is_two_sided) => Failure::input(
+            "no cluster of the scene has a culling volume: its meshes are two-sided, so their clusters are made \
+             otherwise; try --one-sided",
+        ),
         None => Failure::input(
-            "no cluster of the scene has a culling volume; for a two-sided mesh give --one-sided",
+            "no cluster of the scene has a culling volume: the triangles of each face all ways, as in a small solid \
+             that is one cluster, so there is no eye from which all of them face away; try a model of more triangles, \
+             such as knobs",
         ),
     })
 }

@@ -67,15 +67,19 @@ pub(crate) fn of_parts(model: &Model) -> Vec<bool> {
 /// None for the parts of this model; those of another do not fit its meshes.
 pub(crate) fn declare(model: &mut Model, sides: Sides, stored: &[bool]) -> Result<(), MeshError> {
     let mut stored = stored.iter();
-    for mesh in model.scene.meshes_mut() {
+    let mut done = Ok(());
+    model.scene.edit_meshes(|_, mesh| {
         let own: Vec<bool> = stored.by_ref().take(mesh.parts().len()).copied().collect();
         match sides.two_sided().or_else(|| all_alike(&own)) {
             Some(two_sided) => mesh.set_two_sided(two_sided),
-            None => *mesh = with_parts(mesh, &own)?,
+            None => match with_parts(mesh, &own) {
+                Ok(again) => *mesh = again,
+                Err(e) => done = Err(e),
+            },
         }
-    }
+    });
     model.scene.prepare();
-    Ok(())
+    done
 }
 
 /// What all of them are, if that is the same.

@@ -92,12 +92,15 @@ impl Visible {
         match own {
             Some(d) if triangle - d.first_triangle < d.triangle_count => Some(d.stage),
             // Some of its triangles went one by one, so all did that went.
-            _ if self.is_in_dropped(slot) => None,
+            _ if self.went_in_parts(slot) => None,
             _ => self.reasons.get(slot as usize).copied().flatten().map(|r| r.stage),
         }
     }
 
-    fn is_in_dropped(&self, slot: u32) -> bool {
+    /// Whether some triangles of an instance went on their own or with their cluster; then each of its triangles has
+    /// [its own stage](Self::stage_of), also where none is left. Needs [`dropped`](Self::dropped).
+    #[must_use]
+    pub fn went_in_parts(&self, slot: u32) -> bool {
         let first = self.dropped.partition_point(|d| d.slot < slot);
         self.dropped.get(first).is_some_and(|d| d.slot == slot)
     }

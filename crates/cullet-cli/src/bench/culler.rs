@@ -44,6 +44,13 @@ pub(crate) struct CullerArgs {
     pub(crate) json: Option<PathBuf>,
 }
 
+impl CullerArgs {
+    /// Puts the path that suits the scene where none was given.
+    pub(crate) fn settle(&mut self) {
+        self.view.settle(&self.scene);
+    }
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Deep {
     /// Whole instances

@@ -128,6 +128,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         planes: &planes,
         keep: args.keep.into(),
         cap: args.cap,
+        hollow: None,
         outlines: args.section.is_some(),
         heal: args.heal.unwrap_or(0.0),
         weld: args.weld.unwrap_or(0.0),

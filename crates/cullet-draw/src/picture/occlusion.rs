@@ -6,8 +6,9 @@ use cullet::{Culler, Depth, Output, Scene, Stage, TriangleRange, Unit, View, Vie
 use glam::DVec4;
 
 use super::Picture;
-use super::canvas::{grouped, text_height, text_width};
-use super::palette::{INK, LOST, PAPER, heat, mix, reason_color};
+use super::canvas::{LINE, grouped, keys, keys_height};
+use super::font::{text_height, text_size};
+use super::palette::{INK, LOST, PAPER, PROVED, UNSEEN, heat, mix, reason_color};
 use super::shaded::shaded;
 use super::space::{Space, pixel_centre};
 use super::teach::{COLORS, caption};
@@ -109,9 +110,9 @@ impl Finding {
     const fn color(self) -> [u8; 3] {
         match self {
             Self::Empty => OPEN,
-            Self::Alike => [0x00, 0x9E, 0x73],
+            Self::Alike => PROVED,
             Self::Farther => [0x8F, 0xD3, 0xBC],
-            Self::Open => [0xE6, 0x9F, 0x00],
+            Self::Open => UNSEEN,
             Self::Wrong => LOST,
         }
     }
@@ -139,13 +140,10 @@ pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32;
     let Some(buffer) = culled.state.occlusion_buffer() else { return off(view) };
     let frame = render(scene, view, Selection::All, &RenderOptions::default());
     let width = size[0].clamp(640, 8192);
-    let scale = if width >= 1100 { 2 } else { 1 };
-    let strip = (text_height(scale) + 16) as u32;
+    let size = text_size(width);
+    let strip = (text_height(size) + 16) as u32;
     let wide = (width - 3 * GAP) / 2;
     let high = (wide * frame.height).checked_div(frame.width).unwrap_or(1).clamp(1, 4 * width);
-    let legend = strip * 2;
-    let mut picture = Picture::new(width, 2 * (high + strip) + legend + GAP, PAPER);
-
     let nearness = Nearness::new(view, &frame);
     let scaled =
         |x: u32, from: u32, to: u32| (u64::from(x) * u64::from(to) / u64::from(from)) as u32;
@@ -160,7 +158,19 @@ pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32;
     let range = range((0..high).flat_map(|y| (0..wide).filter_map(move |x| truth(x, y))));
     let shade = |n: f64| if n > 0.0 { heat(0.12 + 0.86 * range.share(n)) } else { OPEN };
 
-    let mut found = [0_u64; Finding::SHOWN.len()];
+    let findings: Vec<Finding> = (0..high)
+        .flat_map(|y| (0..wide).map(move |x| (x, y)))
+        .map(|(x, y)| {
+            let [px, py] = pixel(x, y);
+            Finding::of(truth(x, y), f64::from(buffer.nearness(px, py)))
+        })
+        .collect();
+    let entries = shares(&findings);
+    let room = i64::from(width - 2 * GAP);
+    let line = (size * LINE).round() as i64;
+    let legend = (keys_height(room, size, &entries) + line) as u32 + 2 * GAP;
+    let mut picture = Picture::new(width, 2 * (high + strip) + legend, PAPER);
+
     let panes: [[u32; 2]; 4] = [[0, 0], [1, 0], [0, 1], [1, 1]];
     for [column, row] in panes {
         let [left, top] = [GAP + column * (wide + GAP), row * (high + strip) + strip];
@@ -174,65 +184,49 @@ pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32;
                         let tile = py as usize / TILE * in_row + px as usize / TILE;
                         shade(f64::from(tiles[tile]))
                     }
-                    _ => {
-                        let proved = f64::from(buffer.nearness(px, py));
-                        let finding = Finding::of(truth(x, y), proved);
-                        if let Some(n) = Finding::SHOWN.iter().position(|f| *f == finding) {
-                            found[n] += 1;
-                        }
-                        finding.color()
-                    }
+                    _ => findings[(y * wide + x) as usize].color(),
                 };
                 picture.blend(i64::from(left + x), i64::from(top + y), color, 1.0);
             }
         }
         let title = match (column, row) {
             (0, 0) => "What is there: the true depth".to_owned(),
-            (1, 0) => format!("What is proved: {columns} x {rows} pixels"),
-            (0, _) => format!("Asked first: the farthest of each {TILE} x {TILE}"),
+            (1, 0) => format!("What is proved: {columns} × {rows} pixels"),
+            (0, _) => format!("Tested first: the farthest of each {TILE} × {TILE}"),
             _ => "Proof held against truth".to_owned(),
         };
-        picture.text([i64::from(left), i64::from(top - strip) + 9], &title, scale, INK);
+        picture.text([i64::from(left), i64::from(top - strip) + 9], &title, size, INK);
     }
-    let top = i64::from(2 * (high + strip));
-    explain(&mut picture, [GAP.into(), top + 12], scale, &found);
+    let gap = i64::from(GAP);
+    let mut y = i64::from(2 * (high + strip)) + gap;
+    y = keys(&mut picture, [gap, y], gap + room, size, INK, &entries);
     let [entered, hidden] = culled.counts();
     let work = culled.result.funnel.occlusion;
-    let line = i64::from(strip);
-    let mut x = i64::from(GAP);
-    x += picture.text([x, top + 12 + line], "far ", scale, INK);
+    let mut x = gap;
+    x += picture.text([x, y], "far ", size, INK) + 4;
     let ramp = i64::from(width) / 8;
     for i in 0..ramp {
         let color = heat(0.12 + 0.86 * i as f64 / ramp as f64);
-        picture.fill([x + i, top + 10 + line], [1, text_height(scale) + 4], color, 1.0);
+        picture.fill([x + i, y], [1, text_height(size)], color, 1.0);
     }
-    x += ramp;
-    x += picture.text([x, top + 12 + line], " near   ", scale, INK);
+    x += ramp + 8;
+    x += picture.text([x, y], "near", size, INK) + 2 * size as i64;
     let words = format!(
         "{} occluders drawn; {} of {} instances hidden",
         grouped(work.drawn),
         grouped(hidden),
         grouped(entered)
     );
-    picture.text([x, top + 12 + line], &words, scale, INK);
+    picture.text([x, y], &words, size, INK);
     picture
 }
 
-/// The colours of findings and their shares, on as many lines as it takes.
-fn explain(picture: &mut Picture, [left, top]: [i64; 2], scale: u32, found: &[u64]) {
-    let total: u64 = found.iter().sum();
-    let (mut x, side) = (left, text_height(scale));
-    for (finding, &n) in Finding::SHOWN.iter().zip(found) {
-        if n == 0 {
-            continue;
-        }
-        let share = n as f64 / total.max(1) as f64 * 100.0;
-        let words = format!("{} {share:.1} %", finding.words());
-        picture.fill([x, top], [side, side], finding.color(), 1.0);
-        x += side + 6;
-        x += picture.text([x, top], &words, scale, INK);
-        x += text_width("  ", scale);
-    }
+/// Which findings there are, with their shares.
+fn shares(findings: &[Finding]) -> Vec<([u8; 3], String)> {
+    let count = |f: Finding| findings.iter().filter(|g| **g == f).count();
+    let found = Finding::SHOWN.into_iter().map(|f| (f, count(f))).filter(|(_, n)| *n > 0);
+    let share = |n: usize| n as f64 / findings.len().max(1) as f64 * 100.0;
+    found.map(|(f, n)| (f.color(), format!("{} {:.1} %", f.words(), share(n)))).collect()
 }
 
 /// From the far end of a picture's depths to the near one.

@@ -216,7 +216,7 @@ fn proof(ui: &mut egui::Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         swatch(ui, palette::UNSEEN);
         let text = format!("{} of {} kept things are hidden", grouped(found.unseen_count), grouped(found.kept_instances));
-        ui.label(text).on_hover_text("Kept, though no pixel shows them: what occlusion culling could gain. Orange in colours by reason");
+        ui.label(text).on_hover_text("Kept, though no pixel shows them: what occlusion culling could gain. Yellow in colours by reason");
     });
     let tight = found.kept as f64 / found.visible.max(1) as f64;
     ui.label(format!(

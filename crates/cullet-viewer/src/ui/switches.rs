@@ -422,7 +422,7 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
             ui.selectable_value(level, 0, "off");
             for l in 1..=levels {
                 ui.selectable_value(level, l, format!("level {l}")).on_hover_text(
-                    "Boxes that the walk asked: blue outside, green inside, orange asked on",
+                    "Boxes that the walk asked: blue outside, green inside, yellow tested further",
                 );
             }
         });
