@@ -154,7 +154,7 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
             (Role::Depth, _) => "true depth of what the camera sees".to_owned(),
             (Role::Outside, _) if coloured => "from outside: only white is drawn".to_owned(),
             (Role::Outside, _) if session.state.look.colour == Colour::Sides => {
-                "from outside: what is drawn; orange is seen from behind".to_owned()
+                "from outside: orange is seen from behind".to_owned()
             }
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
