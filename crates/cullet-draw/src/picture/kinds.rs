@@ -190,7 +190,8 @@ mod tests {
     use super::*;
 
     fn culled(scene: &Scene, view: &View) -> Visible {
-        let culler = Culler { output: Output::Triangles, reasons: true, ..Culler::default() };
+        let culler =
+            Culler { output: Output::Triangles, reasons: true, dropped: true, ..Culler::default() };
         let mut visible = Visible::default();
         culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
         visible
