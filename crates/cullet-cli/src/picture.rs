@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use cullet::cull::backface::ViewCone;
 use cullet::{Mesh, Output, Scene, ViewState, Visible};
 use cullet_bake::clusters::{ClusterOptions, Progress, build_reported};
-use cullet_draw::{Picture, RenderOptions, Selection, VolumeFigure};
+use cullet_draw::{Culled, Picture, RenderOptions, Selection, VolumeFigure};
 
 use crate::args::{PictureArgs, PictureKind, ViewArgs};
 use crate::bench::{self, BenchOptions};
@@ -78,10 +78,14 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let scene = &model.scene;
     let colors = drawing::colors(&model);
     let options = RenderOptions { threads: args.view.threads, ..RenderOptions::default() };
+    let cull = || {
+        let (mut state, mut result) = (ViewState::default(), Visible::default());
+        culler.cull_one(scene, view, &mut state, &mut result);
+        (state, result)
+    };
     Ok(match args.kind {
         PictureKind::Kinds => {
-            let mut result = Visible::default();
-            culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
+            let (_, result) = cull();
             let (picture, opened) = opening::kinds(&model, view, &result, args.view.size);
             if let Some(height) = opened {
                 console.note(format!(
@@ -100,17 +104,22 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
             cullet_draw::depth_complexity(&frame, None)
         }
         PictureKind::Map => {
-            let mut result = Visible::default();
-            culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
+            let (_, result) = cull();
             let seen = cullet_draw::render(scene, view, Selection::All, &options).visible();
             cullet_draw::top_down(scene, view, &result, &seen, args.view.size)
         }
         PictureKind::Hierarchy => cullet_draw::hierarchy(scene, view, args.view.size),
-        PictureKind::OcclusionBuffer => {
-            cullet_draw::occlusion_buffer(scene, view, &culler, args.view.size)
+        PictureKind::OcclusionBuffer | PictureKind::Occluders | PictureKind::Hidden => {
+            let (state, result) = cull();
+            let culled = Culled { state: &state, result: &result };
+            match args.kind {
+                PictureKind::OcclusionBuffer => {
+                    cullet_draw::occlusion_buffer(scene, view, &culled, args.view.size)
+                }
+                PictureKind::Occluders => cullet_draw::occluders(scene, view, &culled, &colors),
+                _ => cullet_draw::hidden(scene, view, &culled, &colors),
+            }
         }
-        PictureKind::Occluders => cullet_draw::occluders(scene, view, &culler, &colors),
-        PictureKind::Hidden => cullet_draw::hidden(scene, view, &culler, &colors),
         PictureKind::CullingVolume => {
             let (picture, f) = volume(args, scene)?;
             console.line(format!(

@@ -64,7 +64,8 @@ pub(crate) struct Survey {
     bounds: Option<BoundsTest>,
     backfaces: BackfaceTest,
     count_backfaces: bool,
-    state: ViewState,
+    /// Of the last view.
+    pub(crate) state: ViewState,
 }
 
 /// What one view left behind, for pictures and exports.

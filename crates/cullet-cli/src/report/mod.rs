@@ -203,8 +203,8 @@ impl<'a> Report<'a> {
 
     fn pictures(&mut self, index: usize, view: &View, seen: &Seen) -> Result<(), Failure> {
         let featured = self.gallery.large.is_empty();
-        let Survey { model, culler, .. } = &self.survey;
-        let mut pictures = drawing::of_view(model, view, culler, seen, featured, &self.args.show);
+        let Survey { model, state, .. } = &self.survey;
+        let mut pictures = drawing::of_view(model, view, state, seen, featured, &self.args.show);
         let opened = self.opened.as_ref().filter(|_| featured);
         pictures.extend(opened.map(|o| o.picture(model, view, seen)));
         for p in pictures {

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
+use cullet::{Culler, Output, Scene, View, ViewState, Visible};
 use glam::DVec3;
 use rayon::prelude::*;
 

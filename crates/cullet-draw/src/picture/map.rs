@@ -1,5 +1,7 @@
 //! The scene from above, every instance coloured by what became of it.
 
+use std::cmp::Reverse;
+
 use cullet::{Scene, Stage, View, Visible};
 use glam::DVec3;
 
@@ -114,12 +116,9 @@ pub fn top_down(
     // Alone on the map, even a large thing drowns nothing.
     let crowded = places.iter().any(|(_, _, place)| !is_large(place));
     let is_ground = |p: &[[f64; 2]]| crowded && is_large(p);
-    places.sort_by(|a, b| {
-        is_ground(&b.2)
-            .cmp(&is_ground(&a.2))
-            .then(a.0.cmp(&b.0))
-            .then(area(&b.2).total_cmp(&area(&a.2)))
-            .then(a.1.cmp(&b.1))
+    // Bits of numbers that are not negative ascend as they do.
+    places.sort_by_cached_key(|(fate, slot, place)| {
+        (Reverse(is_ground(place)), *fate, Reverse(area(place).to_bits()), *slot)
     });
     for (fate, _, place) in &places {
         draw_place(&mut picture, place, *fate, area(place), is_ground(place));

@@ -19,7 +19,7 @@ pub use hierarchy::hierarchy;
 pub use kinds::{kinds, kinds_of};
 pub use layers::depth_complexity;
 pub use map::top_down;
-pub use occlusion::{hidden, occluders, occlusion_buffer};
+pub use occlusion::{Culled, hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
 pub use outside::Outlook;
 pub use shaded::shaded;
