@@ -8,7 +8,7 @@ use cullet_io::scenes;
 
 use crate::bench::OcclusionArgs;
 use crate::bench::culler::{self, CullerArgs};
-use crate::calibrate::{self, CalibrateArgs};
+use crate::calibrate::{self, CalibrateArgs, ClusterArgs};
 use crate::cut::{self, CutArgs};
 use crate::occluders::{self, OccludersArgs};
 use crate::occscn::{self, OccscnArgs};
@@ -496,6 +496,8 @@ pub(crate) struct PictureArgs {
     /// first instance that has one]
     #[arg(long, value_name = "N")]
     pub(crate) cluster: Option<u32>,
+    #[command(flatten)]
+    pub(crate) clusters: ClusterArgs,
     /// Which view of the path, from 0
     #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
     pub(crate) index: u32,

@@ -9,7 +9,7 @@ use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
 
 use crate::args::{CullArgs, DetailMeasure, OccluderKind, OnlyStage, SceneArgs, UpAxis, ViewArgs};
-use crate::console::Console;
+use crate::console::{Console, count};
 use crate::exit::{Exit, Failure};
 
 /// Loads a file, or makes a built-in scene.
@@ -47,9 +47,8 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
                 let message = format!("{e}; --max-triangles sets that of triangles");
                 Failure { exit: Exit::Limit, message }
             }
-            _ if !path.exists() => {
-                let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
-                Failure::input(format!("{e}; the built-in scenes are {}", known.join(", ")))
+            _ if matches!(path.try_exists(), Ok(false)) => {
+                Failure::input(scenes::no_such_file(&args.scene))
             }
             _ => Failure::input(e),
         })?
@@ -61,7 +60,8 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
     }
     if warnings > SHOWN {
         let more = warnings - SHOWN;
-        console.note(format!("and {more} more warnings; cullet info --all lists them"));
+        let more = count(more as u64, "more warning", "more warnings");
+        console.note(format!("and {more}; cullet info --all lists them all"));
     }
     Ok(model)
 }
@@ -72,7 +72,11 @@ fn limit(model: &Model, args: &SceneArgs) -> Result<(), Failure> {
     match args.max_triangles {
         Some(most) if stored > most => Err(Failure {
             exit: Exit::Limit,
-            message: format!("{}: {stored} triangles exceed --max-triangles {most}", args.scene),
+            message: format!(
+                "{}: {} --max-triangles {most}",
+                args.scene,
+                count(stored, "triangle exceeds", "triangles exceed")
+            ),
         }),
         _ => Ok(()),
     }
@@ -154,11 +158,10 @@ pub(crate) fn views(
     };
     let time = args.time.map_or_else(String::new, |t| format!(", time {} s", span(t)));
     let [w, h] = args.size;
-    let n = cameras.len();
     console.note(format!(
-        "{}: {n} {} of {w}x{h}, near {}, far {}{time}",
+        "{}: {} of {w}x{h}, near {}, far {}{time}",
         model.name,
-        if n == 1 { "view" } else { "views" },
+        count(cameras.len() as u64, "view", "views"),
         span(near),
         span(far)
     ));

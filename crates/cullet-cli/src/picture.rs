@@ -9,7 +9,7 @@ use cullet_draw::{Culled, Picture, RenderOptions, Selection, VolumeFigure};
 
 use crate::args::{PictureArgs, PictureKind, ViewArgs};
 use crate::bench::{self, BenchOptions};
-use crate::console::{Console, interrupted};
+use crate::console::{Console, count, interrupted};
 use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::inputs;
@@ -70,7 +70,9 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let clustered = [PictureKind::CullingVolume, PictureKind::Clusters, PictureKind::Cones]
         .contains(&args.kind);
     if clustered {
-        cluster(&mut model.scene, console)?;
+        let made = args.clusters.options(console)?;
+        cluster(&mut model.scene, &made.options, console)?;
+        console.line(format!("clusters for {}", made.words));
     }
     let mut culler = inputs::culler(&args.cull);
     culler.output = Output::Triangles;
@@ -134,9 +136,9 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         PictureKind::Clusters => cullet_draw::clusters(scene, view),
         PictureKind::Cones => cullet_draw::cones(scene, view),
         PictureKind::BackRegions => {
-            let (picture, count) = cullet_draw::back_regions(scene, view);
-            let noun = if count == 1 { "region" } else { "regions" };
-            console.line(format!("{count} connected back-facing {noun}"));
+            let (picture, regions_found) = cullet_draw::back_regions(scene, view);
+            let regions = "connected back-facing regions";
+            console.line(count(regions_found as u64, "connected back-facing region", regions));
             picture
         }
         // The others show no scene.
@@ -165,7 +167,7 @@ fn costs() -> Vec<(String, f64)> {
 }
 
 /// Gives every mesh the clusters that are made for culling.
-fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
+fn cluster(scene: &mut Scene, options: &ClusterOptions, console: &Console) -> Result<(), Failure> {
     /// Steps of the bar.
     const STEPS: u64 = 1000;
     let whole = scene.meshes().iter().map(|m| f64::from(m.triangle_count())).sum::<f64>().max(1.0);
@@ -184,8 +186,8 @@ fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
             }
             if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let (clustering, report) = build_reported(&data, &ClusterOptions::default(), progress)
-            .map_err(|e| failed(e.to_string()))?;
+        let (clustering, report) =
+            build_reported(&data, options, progress).map_err(|e| failed(e.to_string()))?;
         if !report.complete {
             return Err(Failure {
                 exit: Exit::Interrupted,
@@ -226,7 +228,8 @@ fn volume(args: &PictureArgs, scene: &Scene) -> Result<(Picture, VolumeFigure), 
     };
     made.ok_or_else(|| match args.cluster {
         Some(n) if n as usize >= clusters => Failure::usage(format!(
-            "--cluster {n}: the first mesh has {clusters} clusters, numbered from 0"
+            "--cluster {n}: the first mesh has {}, numbered from 0",
+            count(clusters as u64, "cluster", "clusters")
         )),
         Some(n) => Failure::usage(format!(
             "--cluster {n}: from no eye near it do all of its triangles face away; try another, or \

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::Machine;
 use crate::args::{CullArgs, SceneArgs, ViewArgs};
-use crate::console::{Console, grouped, interrupted, write_json};
+use crate::console::{Console, count, grouped, interrupted, write_json};
 use crate::exit::{Exit, Outcome};
 use crate::survey::clock;
 use crate::{inputs, occluders};
@@ -250,12 +250,17 @@ impl<'a> Record<'a> {
     fn print(&self, console: &Console) {
         let m = &self.machine;
         let cpu = m.cpu.as_deref().unwrap_or(m.arch);
-        console.line(format!("{cpu}, {} threads (one used), {}, {}", m.threads, m.os, self.level));
         console.line(format!(
-            "{}: {} instances, means over {} views",
+            "{cpu}, {} (one used), {}, {}",
+            count(m.threads as u64, "thread", "threads"),
+            m.os,
+            self.level
+        ));
+        console.line(format!(
+            "{}: {}, means over {}",
             self.scene,
-            grouped(u64::from(self.instances)),
-            self.views
+            count(u64::from(self.instances), "instance", "instances"),
+            count(self.views as u64, "view", "views")
         ));
         console.line("stage       unit            entered          left        ms  worst view");
         for r in &self.stages {

@@ -7,7 +7,7 @@ use cullet::mesh::Alpha;
 use cullet::{Costs, Scene, Stage};
 use serde::Serialize;
 
-use crate::calibrate::{Place, Stored, digits};
+use crate::calibrate::{Stored, digits};
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::parse;
@@ -75,24 +75,8 @@ impl Origin {
         if let Some(ns) = args.triangle_ns {
             return Ok(Some(Self::Given(ns)));
         }
-        let place = match &args.costs {
-            Some(path) => Some(Place { path: path.clone(), named: true }),
-            None => Place::find(),
-        };
-        let Some(Place { path, named }) = place else { return Ok(None) };
-        match Stored::read(&path) {
-            Ok(Some(stored)) => Ok(Some(Self::File { path, stored: Box::new(stored) })),
-            Ok(None) if args.costs.is_some() => Err(Failure::input(format!(
-                "{}: there is no such file; `cullet calibrate --out {0}` measures and writes it",
-                path.display()
-            ))),
-            Ok(None) => Ok(None),
-            Err(e) if named => Err(Failure::input(e)),
-            Err(e) => {
-                console.note(format!("warning: no milliseconds, for {e}"));
-                Ok(None)
-            }
-        }
+        let found = Stored::find(args.costs.as_deref(), console, "no milliseconds")?;
+        Ok(found.map(|(path, stored)| Self::File { path, stored: Box::new(stored) }))
     }
 }
 
@@ -160,7 +144,7 @@ impl Pricing {
             false => format!("another machine ({})", stored.machine),
         };
         let tests = tests_ms.map_or_else(String::new, |t| {
-            format!(" The tests in bulk would cost about {} of it.", milliseconds(t))
+            format!(" The tests in bulk would cost {} of it.", about(t))
         });
         format!(
             "Milliseconds are reckoned, not timed, for a renderer that takes up every triangle: {rejected} ns for \
@@ -173,14 +157,19 @@ impl Pricing {
 }
 
 impl CostsRecord {
+    /// Whether culling saves anything by these costs.
+    pub(crate) fn saves(&self) -> bool {
+        self.saved_ns_per_triangle.is_some_and(|ns| ns > 0.0)
+    }
+
     /// The end of the headline, with its condition; empty where nothing is saved.
     pub(crate) fn headline(&self) -> String {
         match self.saved_ns_per_triangle {
-            Some(ns) if ns > 0.0 => format!(
+            Some(ns) if self.saves() => format!(
                 // No figure is parted from its unit at the end of a line.
-                " At {}\u{a0}ns a triangle, culling saves about {} a view.",
+                " At {}\u{a0}ns a triangle, culling saves {} a view.",
                 digits(ns),
-                milliseconds(self.saved_ms_per_view).replace(' ', "\u{a0}")
+                about(self.saved_ms_per_view).replace(" ms", "\u{a0}ms")
             ),
             _ => String::new(),
         }
@@ -216,12 +205,13 @@ fn tests_ns(costs: &Costs, summary: &Summary) -> f64 {
     summary.stages.iter().map(|s| price(s.stage, s.unit) * s.entered as f64).sum()
 }
 
-/// `12 ms`
-fn milliseconds(ms: f64) -> String {
+/// `about 12 ms`
+fn about(ms: f64) -> String {
     match ms {
         0.0 => "0 ms".into(),
+        // A bound is no estimate.
         ms if ms < 0.001 => "under 0.001 ms".into(),
-        ms => format!("{} ms", digits(ms)),
+        ms => format!("about {} ms", digits(ms)),
     }
 }
 
@@ -339,10 +329,10 @@ mod tests {
     }
 
     #[test]
-    fn milliseconds_never_round_to_none() {
-        assert_eq!(milliseconds(0.0), "0 ms");
-        assert_eq!(milliseconds(1e-9), "under 0.001 ms");
-        assert_eq!(milliseconds(0.0234), "0.023 ms");
-        assert_eq!(milliseconds(1234.5), "1234 ms");
+    fn milliseconds_never_round_to_none_and_a_bound_is_not_about() {
+        assert_eq!(about(0.0), "0 ms");
+        assert_eq!(about(1e-9), "under 0.001 ms");
+        assert_eq!(about(0.0234), "about 0.023 ms");
+        assert_eq!(about(1234.5), "about 1234 ms");
     }
 }

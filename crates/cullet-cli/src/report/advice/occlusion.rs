@@ -3,8 +3,8 @@
 use cullet::Stage;
 use cullet::mesh::Alpha;
 
-use super::{Advice, Context, count, shown};
-use crate::console::{grouped, percent};
+use super::{Advice, Context, shown};
+use crate::console::{agree, count, grouped, percent};
 use crate::record::MeshRecord;
 
 /// Under this share of what is in the frustum, hiding is not worth a stage.
@@ -27,10 +27,10 @@ pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<A
         return None;
     }
     let found = format!(
-        "It hid {} of {} instances in the frustum per view, and with their hidden parts {} of the triangles there, in \
+        "It hid {} of {} in the frustum per view, and with their hidden parts {} of the triangles there, in \
          {took:.2} ms",
         grouped(hidden / views),
-        grouped(entered.instances[0] / views),
+        count(entered.instances[0] / views, "instance", "instances"),
         percent(triangles, entered.triangles[0]),
     );
     let text = match spared {
@@ -65,8 +65,8 @@ pub(super) fn poor_occluders(ctx: &Context<'_>) -> Option<Advice> {
         "{} much of the views, yet nothing is proved to lie behind most of {}: {}. The most: \u{201c}{}\u{201d} owns {} of all \
          pixels drawn, of which {} hide nothing, for {}. A large plain wall or box behind it would hide what \
          it cannot; `cullet occluders` makes such.",
-        count(found.len(), "mesh fills", "meshes fill"),
-        if found.len() == 1 { "it" } else { "them" },
+        count(found.len() as u64, "mesh fills", "meshes fill"),
+        agree(found.len() as u64, "it", "them"),
         shown(&names),
         first.name,
         percent(owned, pixels),
@@ -75,8 +75,8 @@ pub(super) fn poor_occluders(ctx: &Context<'_>) -> Option<Advice> {
     );
     let title = format!(
         "{} much and {} little",
-        count(found.len(), "mesh covers", "meshes cover"),
-        if found.len() == 1 { "hides" } else { "hide" }
+        count(found.len() as u64, "mesh covers", "meshes cover"),
+        agree(found.len() as u64, "hides", "hide")
     );
     let drawn = found.iter().map(|f| f.2.drawn).sum();
     Some(ctx.advice("poor-occluder", title, text, drawn, names))
@@ -89,7 +89,10 @@ fn why(ctx: &Context<'_>, record: &MeshRecord) -> String {
     if mesh.is_deformable() {
         "it deforms, and is elsewhere in the next frame".into()
     } else if see_through > 0 {
-        format!("{see_through} of its {} parts can be seen through", mesh.parts().len())
+        match mesh.parts().len() {
+            1 => "it can be seen through".into(),
+            all => format!("{see_through} of its {all} parts can be seen through"),
+        }
     } else if mesh.occluder().shapes().is_empty() {
         "nothing was made to stand for it (`--occluders mesh` takes the mesh itself)".into()
     } else if let Some(defect) = &record.defect {
