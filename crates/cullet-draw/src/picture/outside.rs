@@ -281,5 +281,5 @@ fn above_ground(scene: &Scene, [x, y, z, _]: [f64; 4]) -> Option<f64> {
     let down = from_outside(&View::new(&camera, Depth::Reversed, [1, 1]).ok()?);
     let frame = draw_all(scene, &down);
     let ground = Space::new(&down).point(0.0, 0.0, frame.depth[0]);
-    (frame.ids[0] != PixelId::NONE).then(|| y - ground.y)
+    (frame.ids[0] != PixelId::NONE).then_some(y - ground.y)
 }

@@ -243,6 +243,9 @@ fn is_hidden(frame: &Frame, space: &Space, at: [f64; 2], p: DVec3, radius: f64) 
 /// Words on a light ground in the top left corner.
 pub(in crate::picture) fn caption(picture: &mut Picture, words: &str) {
     let size = text_size(picture.width);
+    // In a tiny picture, as large as there is room for.
+    let room = f64::from(picture.width) - 44.0;
+    let size = size.min((size * room / text_width(words, size).max(1) as f64).max(4.0));
     let (wide, high) = (text_width(words, size), text_height(size));
     picture.fill([12, 12], [wide + 20, high + 18], PAPER, 0.9);
     picture.text([22, 21], words, size, INK);
