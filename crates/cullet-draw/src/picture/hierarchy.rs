@@ -47,7 +47,9 @@ pub fn hierarchy(scene: &Scene, view: &View, size: [u32; 2]) -> Picture {
             let map_size = [cell[0], (i64::from(cell[1]) - caption) as u32];
             let map = Map::new(scene, view, map_size);
             let mut small = Picture::new(map_size[0], map_size[1], NIGHT);
-            apart += draw_level(&mut small, &map, scene, levels[level], &trace.levels[level]);
+            let thin = draw_level(&mut small, &map, scene, levels[level], &trace.levels[level]);
+            // An instance has no children.
+            apart += if level > 0 { thin } else { 0 };
             let frustum = map.frustum(&Space::new(view));
             small.outline(&frustum, 1.4, CHALK, 0.9);
             paste(&mut picture, &small, at);
@@ -96,7 +98,7 @@ fn words(level: usize, levels: usize, tested: &[Option<Side>]) -> [String; 2] {
     ]
 }
 
-/// Draws the boxes that were tested; returns how many are of nodes whose children lie far apart.
+/// Draws the boxes that were tested; returns how many are so long that they are only outlined.
 fn draw_level(
     picture: &mut Picture,
     map: &Map,

@@ -249,8 +249,10 @@ mod tests {
         let ground = scene.add_mesh(ground);
         scene.add(Instance::new(ground, Transform::IDENTITY)).unwrap();
         let cube = scene.add_mesh(sheet(1.0, 0.5));
-        let place = Transform { translation: [0.0, 0.0, -3.0], ..Transform::IDENTITY };
-        scene.add(Instance::new(cube, place)).unwrap();
+        for [x, z] in [[0.0, -3.0], [-8.0, -8.0], [8.0, -8.0], [-8.0, 8.0], [8.0, 8.0]] {
+            let place = Transform { translation: [x, 0.0, z], ..Transform::IDENTITY };
+            scene.add(Instance::new(cube, place)).unwrap();
+        }
         scene.commit();
         let view = look([0.0, 1.6, 2.0], [0.0, 0.8, -3.0]);
         assert_eq!(Outlook::new(&scene, &view, [320, 200]).cut_at, None);

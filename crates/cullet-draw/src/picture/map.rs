@@ -88,7 +88,7 @@ pub fn top_down(
     let [width, height] = [size[0].max(320), size[1].max(200)];
     let size = text_size(width);
     let fates = fates(scene, visible, seen);
-    let legend_width = Legend::width(size) as u32 + 20;
+    let legend_width = Legend::width(size) as u32 + 40;
     let map = Map::new(scene, view, [width - legend_width.min(width / 2), height]);
 
     let mut picture = Picture::new(width, height, NIGHT);
@@ -212,7 +212,8 @@ impl Legend {
 
     /// How wide the widest legend is, from the left of its squares.
     pub(crate) fn width(size: f64) -> i64 {
-        let widest = text_width("in no layer of the view", size);
+        let labels = Stage::ALL.into_iter().map(|s| reason_label(Some(s)));
+        let widest = labels.map(|label| text_width(label, size)).max().unwrap_or(0);
         widest.max(text_width("the view and its culling", size)) + Self::indent(size)
     }
 

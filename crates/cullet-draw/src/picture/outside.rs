@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::Picture;
 use super::palette::{INK, PAPER};
-use super::space::{Space, corners, framing, pixel_centre};
+use super::space::{Space, Surfaces, corners, framing, pixel_centre};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::render::render;
 
@@ -84,6 +84,7 @@ fn stand(scene: &Scene, view: &View, height: f64, size: [u32; 2]) -> Option<View
     if is_outside(scene, &space) {
         let mut points = corners(scene, &things(scene)).to_vec();
         points.extend(frustum_corners(scene, &space).into_iter().flatten());
+        points.push(space.eye.truncate() / space.eye.w);
         let back = side * 0.9 - heading * 0.35 + DVec3::Y * 0.4;
         return framing(&points, back, FOV, size);
     }
@@ -97,15 +98,14 @@ fn stand(scene: &Scene, view: &View, height: f64, size: [u32; 2]) -> Option<View
     View::new(&Camera::look_at(eye, target, projection), Depth::Reversed, size).ok()
 }
 
-/// Whether the eye is outside of all that stands in the scene, and not so far off that this would be a dot.
+/// Whether the eye is outside of the scene, and not so far off that this would be a dot.
 fn is_outside(scene: &Scene, space: &Space) -> bool {
-    let bounds = things(scene);
+    let bounds = scene.extent();
     if bounds.is_empty() || space.eye.w == 0.0 {
         return false;
     }
-    let eye = space.eye.truncate() - DVec3::from(scene.origin());
-    let (low, high) =
-        (DVec3::from(bounds.min.map(f64::from)), DVec3::from(bounds.max.map(f64::from)));
+    let eye = space.eye.truncate() / space.eye.w - DVec3::from(scene.origin());
+    let [low, high] = [bounds.min, bounds.max].map(|v| DVec3::from(v.map(f64::from)));
     let off = eye.distance(eye.clamp(low, high));
     off > 0.0 && off < 6.0 * reach(scene)
 }
@@ -152,8 +152,8 @@ fn reach(scene: &Scene) -> f64 {
     if things.is_empty() { 1.0 } else { DVec3::from(things.half_extent()).length().max(1e-6) }
 }
 
-/// Draws the edges of a view's frustum into a picture taken from another; where the scene hides them,
-/// faintly. Returns points along them.
+/// Draws the edges of a view's frustum into a picture taken from another, finer from the eye to the near plane;
+/// where the scene hides them, faintly. Returns points along them.
 pub(super) fn draw_frustum(
     picture: &mut Picture,
     scene: &Scene,
@@ -164,33 +164,47 @@ pub(super) fn draw_frustum(
     let (inner, outer) = (Space::new(view), Space::new(from));
     let edges = frustum_corners(scene, &inner);
     let size = [picture.width, picture.height];
-    let mut points = Vec::new();
+    let eye = (inner.eye.w != 0.0).then(|| inner.eye.truncate() / inner.eye.w);
+    let mut lines = Vec::new();
     for i in 0..4 {
         let ([near, far], [next_near, next_far]) = (edges[i], edges[(i + 1) % 4]);
-        for (a, b) in [(near, next_near), (near, far), (far, next_far)] {
-            // In pieces, each with a depth of its own; the last thing drawn is a thin dark core.
-            const PIECES: u32 = 256;
-            for (width, color) in [(4.0, PAPER), (1.8, INK)] {
-                for k in 0..PIECES {
-                    let at = |k: u32| a.lerp(b, f64::from(k) / f64::from(PIECES));
-                    let ends = (outer.project(at(k), size), outer.project(at(k + 1), size));
-                    let (Some((p, depth)), Some((q, _))) = ends else { continue };
-                    let [x, y] = [p[0] * 2.0, p[1] * 2.0];
-                    let inside = x >= 0.0
-                        && y >= 0.0
-                        && x < f64::from(frame.width)
-                        && y < f64::from(frame.height);
-                    let pixel = y as usize * frame.width as usize + x as usize;
-                    let hidden = inside && outer.nearer(frame.depth[pixel], depth);
-                    picture.line(p, q, width, color, if hidden { 0.16 } else { 0.8 });
-                    points.push(p);
+        lines.extend(eye.map(|eye| (eye, near, 1.0)));
+        lines.extend([(near, next_near, 1.8), (near, far, 1.8), (far, next_far, 1.8)]);
+    }
+    let mut points = Vec::new();
+    let mut runs = Vec::new();
+    for (a, b, width) in lines {
+        // In pieces, each with a depth of its own; those alike are one line, or their ends would show.
+        const PIECES: u32 = 256;
+        let at = |k: u32| a.lerp(b, f64::from(k) / f64::from(PIECES));
+        let mut run: Option<([f64; 2], [f64; 2], bool)> = None;
+        for k in 0..PIECES {
+            let ends = (outer.project(at(k), size), outer.project(at(k + 1), size));
+            let (Some((p, depth)), Some((q, _))) = ends else { continue };
+            let [x, y] = p.map(|v| v * 2.0);
+            let within =
+                x >= 0.0 && y >= 0.0 && x < f64::from(frame.width) && y < f64::from(frame.height);
+            let pixel = y as usize * frame.width as usize + x as usize;
+            let hidden = within && outer.nearer(frame.depth[pixel], depth);
+            points.push(p);
+            match &mut run {
+                Some((_, end, same)) if *same == hidden && *end == p => *end = q,
+                _ => {
+                    runs.extend(run.map(|run| (run, width)));
+                    run = Some((p, q, hidden));
                 }
             }
         }
+        runs.extend(run.map(|run| (run, width)));
     }
-    let Some(([x, y], _)) = outer.project(edges[0][0].lerp(edges[2][0], 0.5), size) else {
-        return points;
-    };
+    // A thin dark core in a pale rim, which all lines have before any has its core.
+    for (rim, color) in [(2.2, PAPER), (0.0, INK)] {
+        for ((p, q, hidden), width) in &runs {
+            picture.line(*p, *q, width + rim, color, if *hidden { 0.16 } else { 0.8 });
+        }
+    }
+    let seat = eye.unwrap_or_else(|| edges[0][0].lerp(edges[2][0], 0.5));
+    let Some(([x, y], _)) = outer.project(seat, size) else { return points };
     let ring: Vec<[f64; 2]> = (0..24)
         .map(|k| (f64::from(k) * std::f64::consts::TAU / 24.0).sin_cos())
         .map(|(s, c)| [x + c * 5.0, y + s * 5.0])
@@ -209,8 +223,8 @@ fn draw_all(scene: &Scene, view: &View) -> Frame {
     render(scene, view, Selection::All, &RenderOptions::default())
 }
 
-/// Points of the surfaces that a view sees.
-struct Sight(Vec<DVec3>);
+/// Points of the surfaces that a view sees, and normals of the sides that it sees.
+struct Sight(Vec<(DVec3, DVec3)>);
 
 impl Sight {
     /// `None` if the view is so extreme that it cannot be made small.
@@ -219,22 +233,27 @@ impl Sight {
         (small.layers, small.front_face, small.cull_face) =
             (view.layers, view.front_face, view.cull_face);
         let (frame, space) = (draw_all(scene, &small), Space::new(&small));
+        let surfaces = Surfaces::new(scene, &frame.ids);
         let shown = (0..frame.ids.len()).filter(|&at| frame.ids[at] != PixelId::NONE);
         let point = |at: usize| {
             let [x, y] = pixel_centre(at as u32 % SMALL[0], at as u32 / SMALL[0], SMALL);
-            space.point(x, y, frame.depth[at])
+            let (p, n) = (space.point(x, y, frame.depth[at]), surfaces.normal(frame.ids[at]));
+            (p, if n.dot(space.towards_eye(p)) < 0.0 { -n } else { n })
         };
         Some(Self(shown.map(point).collect()))
     }
 
-    /// How many of them nothing hides from another view, as a share; 1 of none.
+    /// How many of them are in another view, from the same side and with nothing before them, as a share; 1 of none.
     fn share_in_sight(&self, scene: &Scene, from: &View) -> f64 {
         let from = from_outside(from);
         let (frame, space) = (draw_all(scene, &from), Space::new(&from));
         let size = [frame.width, frame.height];
         let eye = space.eye.truncate();
-        let in_sight = |p: &&DVec3| {
-            let Some(([x, y], _)) = space.project(**p, size) else { return false };
+        let in_sight = |(p, n): &&(DVec3, DVec3)| {
+            let Some(([x, y], _)) = space.project(*p, size) else { return false };
+            if n.dot(eye - *p) <= 0.0 {
+                return false;
+            }
             if !(x >= 0.0 && y >= 0.0 && x < f64::from(size[0]) && y < f64::from(size[1])) {
                 return false;
             }
@@ -262,5 +281,5 @@ fn above_ground(scene: &Scene, [x, y, z, _]: [f64; 4]) -> Option<f64> {
     let down = from_outside(&View::new(&camera, Depth::Reversed, [1, 1]).ok()?);
     let frame = draw_all(scene, &down);
     let ground = Space::new(&down).point(0.0, 0.0, frame.depth[0]);
-    (frame.ids[0] != PixelId::NONE).then(|| y - ground.y)
+    (frame.ids[0] != PixelId::NONE).then_some(y - ground.y)
 }

@@ -91,7 +91,7 @@ pub fn normal_partition(half_angle: f64, size: [u32; 2]) -> Picture {
             format!("lines of sight within {angle:.0}°")
         };
         let at = [c[0], bottom - sheet.text_size()];
-        sheet.centred(at, format!("{kind}: {count} of 16 classes face away"), INK);
+        sheet.centred(at, format!("{kind}: {count} of 16"), INK);
     }
     sheet.finish()
 }

@@ -92,7 +92,7 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
         // Where the line of sight leaves the cube, and how far along it goes.
         let leaves = axis / axis.abs().max_element();
         sheet.arrow(camera.point(leaves), camera.point(leaves + axis * 0.9), 3.5, INK);
-        axes(&mut sheet, toward, [middle[0] - scale * 1.35, bottom - words - scale * 0.5], scale);
+        axes(&mut sheet, toward, [middle[0] - scale * 1.75, top + scale * 0.45], scale);
         let classes = grid.classes();
         let words = format!("N = {n}: {count} of {classes} classes face away");
         sheet.centred([w * column, bottom - sheet.text_size()], words, INK);
@@ -102,7 +102,7 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
 
 /// The three axes of the cube, aside from it.
 fn axes(sheet: &mut Sheet, toward: DVec3, at: [f64; 2], scale: f64) {
-    let camera = Flat::new(toward, DVec3::ZERO, at, scale * 0.5);
+    let camera = Flat::new(toward, DVec3::ZERO, at, scale * 0.4);
     let em = sheet.text_size();
     for (axis, name) in [(DVec3::X, "x"), (DVec3::Y, "y"), (DVec3::Z, "z")] {
         let tip = camera.point(axis);

@@ -19,6 +19,9 @@ use crate::render::render;
 /// The most cones of normals in a picture: those that are the largest in it.
 const MOST_CONES: usize = 400;
 
+/// A cone reaches at most so far on the picture, as a share of its height: one of a large cluster would cover all.
+const CONE_REACH: f64 = 0.07;
+
 /// Colours of neighbours, taken in turn.
 pub(in crate::picture) const COLORS: [[u8; 3]; 8] = [
     [0xE6, 0x9F, 0x00],
@@ -91,6 +94,7 @@ pub fn cones(scene: &Scene, view: &View) -> Picture {
             let ring: Vec<_> = ring.collect();
             let ends = (space.project(middle, size), space.project(world(axis * length), size));
             let (Some((foot, depth)), Some((tip, _))) = ends else { continue };
+            let (ring, tip) = within_reach(foot, ring, tip, CONE_REACH * f64::from(size[1]));
             if ring.len() == 28 && !is_hidden(&frame, &space, foot, middle, planes.radius()) {
                 glyphs.push(Glyph { depth, foot, tip, ring });
             }
@@ -126,6 +130,19 @@ pub fn cones(scene: &Scene, view: &View) -> Picture {
     }
     caption(&mut picture, &words);
     picture
+}
+
+/// A cone on the picture, drawn smaller where it would reach farther than that.
+fn within_reach(
+    foot: [f64; 2],
+    ring: Vec<[f64; 2]>,
+    tip: [f64; 2],
+    most: f64,
+) -> (Vec<[f64; 2]>, [f64; 2]) {
+    let reach = |p: &[f64; 2]| (p[0] - foot[0]).hypot(p[1] - foot[1]);
+    let far = ring.iter().chain([&tip]).map(reach).fold(most, f64::max);
+    let near = |p: [f64; 2]| [0, 1].map(|k| foot[k] + (p[k] - foot[k]) * (most / far));
+    (ring.into_iter().map(near).collect(), near(tip))
 }
 
 /// A view of the whole scene from a direction; `None` for an empty scene.
@@ -226,6 +243,9 @@ fn is_hidden(frame: &Frame, space: &Space, at: [f64; 2], p: DVec3, radius: f64) 
 /// Words on a light ground in the top left corner.
 pub(in crate::picture) fn caption(picture: &mut Picture, words: &str) {
     let size = text_size(picture.width);
+    // In a tiny picture, as large as there is room for.
+    let room = f64::from(picture.width) - 44.0;
+    let size = size.min((size * room / text_width(words, size).max(1) as f64).max(4.0));
     let (wide, high) = (text_width(words, size), text_height(size));
     picture.fill([12, 12], [wide + 20, high + 18], PAPER, 0.9);
     picture.text([22, 21], words, size, INK);
