@@ -102,12 +102,13 @@ pub(crate) fn cargo_install_words(package: &str) -> String {
     format!("cargo install --locked {package}")
 }
 
-/// Installs a program of a crate into the cache, where [`command`] finds it; takes minutes.
-pub(crate) fn cargo_install(package: &str) -> Done {
+/// Installs a program of a crate into the cache, where [`command`] finds it, with more options for cargo; takes
+/// minutes.
+pub(crate) fn cargo_install(package: &str, options: &[&str]) -> Done {
     let folder = cache().join("tools");
-    let folder = folder.to_string_lossy();
-    let mut install =
-        command(&cargo_program(), &["install", "--quiet", "--locked", "--root", &folder, package]);
+    let words = ["install", "--quiet", "--locked", package];
+    let mut install = command(&cargo_program(), &[&words[..], options].concat());
+    install.arg("--root").arg(&folder);
     // It runs for seconds, so that optimising it would take longer than it saves.
     install.env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1").env_remove("CARGO_TARGET_DIR");
     run(install)
