@@ -8,7 +8,7 @@ use std::process::Command;
 use cullet::cull::occlusion::Occlusion;
 use cullet::{Culler, Stage, Unit, View, ViewState, Visible};
 use cullet_io::paths::{self, Overrides, PathSpec};
-use cullet_io::{Model, scenes};
+use cullet_io::{LoadOptions, Model, load, scenes};
 use serde_json::Value;
 
 const VIEWS: usize = 4;
@@ -80,6 +80,31 @@ fn built_in_scenes_share_as_their_stages_do_alone() {
     }
     for stage in [Stage::Frustum, Stage::Occlusion, Stage::Backface] {
         assert!(sums[stage as usize] > 10_000, "{stage:?} took {}", sums[stage as usize]);
+    }
+}
+
+#[test]
+fn models_share_as_their_stages_do_alone() {
+    for (file, path) in [
+        ("armadillo/armadillo.obj", "orbit"),
+        ("room-godot/room.glb", "walk"),
+        ("duplex-bim/duplex.glb", "walk"),
+        ("cad-2cylinder/2CylinderEngine.glb", "orbit"),
+    ] {
+        let Some(file) = cullet_testkit::data(file) else { continue };
+        let model = load(&file, &LoadOptions::default()).unwrap();
+        check(&file.to_string_lossy(), &model, path);
+    }
+}
+
+/// All of the armadillo is in the picture: what it hides of itself is not outside the view.
+#[test]
+fn the_frustum_takes_nothing_of_the_armadillo() {
+    let Some(file) = cullet_testkit::data("armadillo/armadillo.obj") else { return };
+    for view in verified(&file.to_string_lossy(), "orbit") {
+        let removed = &view["removed"];
+        assert_eq!(removed.get("frustum"), None, "{removed}");
+        assert!(removed["occlusion"].as_u64() > Some(10_000), "{removed}");
     }
 }
 

@@ -184,17 +184,48 @@ impl<'a> TriangleFates<'a> {
 
 #[cfg(test)]
 mod tests {
-    use cullet::{Camera, Instance, Mesh, MeshData, Transform};
+    use cullet::cull::occlusion::Occlusion;
+    use cullet::{Camera, Instance, Mesh, MeshData, Stage, Transform};
     use cullet_io::scenes;
 
     use super::*;
 
     fn culled(scene: &Scene, view: &View) -> Visible {
+        culled_by(
+            &Culler { occlusion: Some(Occlusion::default()), ..Culler::default() },
+            scene,
+            view,
+        )
+    }
+
+    fn culled_by(culler: &Culler, scene: &Scene, view: &View) -> Visible {
         let culler =
-            Culler { output: Output::Triangles, reasons: true, dropped: true, ..Culler::default() };
+            Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
         let mut visible = Visible::default();
         culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
         visible
+    }
+
+    #[test]
+    fn a_stage_alone_paints_its_colour_alone_and_as_often_as_it_counts() {
+        let all = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+        let scene = scenes::build("city:cells=8,objects=60").unwrap().scene;
+        let view = look([-12.0, 1.7, 12.0], [0.0, 1.0, -6.0]);
+        let seen = render(&scene, &view, Selection::All, &RenderOptions::default()).visible();
+        let surfaces = Surfaces::of_all(&scene);
+        let stages = [Stage::Frustum, Stage::Occlusion, Stage::Backface, Stage::Degenerate];
+        let alone = stages.map(|stage| (all.only(stage), vec![stage]));
+        for (culler, stages) in alone.into_iter().chain([(all.clone(), stages.to_vec())]) {
+            let visible = culled_by(&culler, &scene, &view);
+            let fates = SceneFates::new(&scene, &visible, &seen, &surfaces);
+            let counts = fates.counts();
+            for stage in Stage::ALL {
+                let painted = counts.iter().find(|c| c.0 == Fate::Dropped(Some(stage)));
+                let painted = painted.map_or(0, |c| c.1);
+                assert_eq!(painted, visible.funnel.dropped(stage).triangles, "{stage:?}");
+                assert!(painted == 0 || stages.contains(&stage), "{stage:?} of {stages:?}");
+            }
+        }
     }
 
     fn look(eye: [f64; 3], target: [f64; 3]) -> View {
