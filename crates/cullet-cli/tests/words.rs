@@ -236,10 +236,9 @@ fn clusters_are_made_for_the_costs_that_were_measured() {
     );
     let (text, for_cheap) = draw(&cheap, &[]);
     let from = "as measured on another machine on 2026-03-09";
-    let told = format!(
-        "clusters for t/r = 2.1: 0.40 ns for a cluster's test and 8.0 ns for a draw over 4.0 ns"
-    );
-    assert!(text.contains(&told) && text.contains(from) && text.contains(&cheap), "{text}");
+    let told =
+        "clusters for t/r = 2.1: 0.40 ns for a cluster's test and 8.0 ns for a draw over 4.0 ns";
+    assert!(text.contains(told) && text.contains(from) && text.contains(&cheap), "{text}");
     let (text, for_dear) = draw(&dear, &[]);
     assert!(text.contains("t/r = 200") && text.contains(&dear), "{text}");
     assert!(for_cheap != for_dear && for_cheap != by_default && for_dear != by_default);
@@ -255,8 +254,7 @@ fn clusters_are_made_for_the_costs_that_were_measured() {
         let record: Value = serde_json::from_slice(&out.stdout).unwrap();
         (record["clusters"].as_u64().unwrap(), record["test_cost"].as_f64().unwrap())
     };
-    let [(many, low), (usual, 16.0), (few, 200.0)] = [&cheap, none, &dear].map(|c| clusters(c))
-    else {
+    let [(many, low), (usual, 16.0), (few, 200.0)] = [&cheap, none, &dear].map(clusters) else {
         panic!("the costs that are kept do not reach the clusters");
     };
     assert!((low - 2.1).abs() < 1e-9 && many > usual && usual >= few, "{many} {usual} {few}");

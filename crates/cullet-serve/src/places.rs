@@ -222,9 +222,9 @@ mod tests {
         run(async {
             let (head, moving) = ((false, None), (true, None));
             let blocked = |ms| (true, Some(ms));
-            let all = [moving, blocked(500), head, blocked(100), blocked(9_900), head];
+            let all = [moving, blocked(500), head, blocked(100), blocked(9_950), head];
             assert_eq!(cut(&all).await, [2, 5, 3, 1], "heads by age, then the longest blocked");
-            assert!(cut(&[moving, blocked(9_900)]).await.is_empty(), "a short pause costs nothing");
+            assert!(cut(&[moving, blocked(9_950)]).await.is_empty(), "a short pause costs nothing");
             assert!(cut(&[]).await.is_empty());
         });
     }
