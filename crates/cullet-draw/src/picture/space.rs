@@ -100,7 +100,10 @@ pub(crate) fn framing(
         let (high, low) = (most(1.0), most(-1.0));
         ((high - low) * 0.5, (high + low) / (2.0 * t))
     };
-    let distance = fit(right, t * aspect).1.max(fit(above, t).1);
+    // And not upon the nearest of them, which alone would be in a wide picture with the eye on it.
+    let spread = points.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+    let front = points.iter().map(|p| (*p - middle).dot(back)).fold(f64::NEG_INFINITY, f64::max);
+    let distance = fit(right, t * aspect).1.max(fit(above, t).1).max(front + 0.1 * spread);
     // One way the picture is full; the other way the points are in the middle if they would just fill a narrower
     // picture from as far.
     let centred = |along: DVec3, most: f64| {

@@ -8,6 +8,10 @@ use super::{Lens, PathError};
 use crate::Model;
 use crate::scenes::sin_cos;
 
+/// How far the eye stays from what is nearest, in halves of the diagonal: one vertex alone would be in a wide picture
+/// with the eye on it.
+const CLEAR: f64 = 0.1;
+
 /// Where the eye looks from in one view, and the two directions of its picture.
 struct Stand {
     back: DVec3,
@@ -50,19 +54,25 @@ pub(super) fn orbit(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Came
     let tight = reach(&vec![[t.x, t.y]; count]);
     // One way the picture is full. The other way the eye is farther off than it must be; there the contents are
     // in the middle if they would just fill a narrower picture from that far.
-    let distances: Vec<f64> = tight.iter().map(|[x, y]| x.distance.max(y.distance)).collect();
-    let narrower =
-        |(fits, d): (&[Fit; 2], &f64)| [0, 1].map(|k| fits[k].tangent * fits[k].distance / d);
-    let guess = reach(&tight.iter().zip(&distances).map(narrower).collect::<Vec<_>>());
-    let between =
-        |((a, b), d): ((&[Fit; 2], &[Fit; 2]), &f64)| [0, 1].map(|k| a[k].until(&b[k], *d));
-    let last = tight.iter().zip(&guess).zip(&distances).map(between);
-    let last = reach(&last.collect::<Vec<_>>());
-    let camera = |((s, [x, y]), d): ((&Stand, &[Fit; 2]), &f64)| {
-        let eye = centre + s.right * x.shift + s.above * y.shift + s.back * *d;
+    let backs: Vec<DVec3> = stands.iter().map(|s| s.back).collect();
+    let nearest = farthest(&model.scene, centre, half, &backs);
+    let distances: Vec<f64> = (tight.iter().zip(&nearest))
+        .map(|([x, y], near)| x.distance.max(y.distance).max(near + CLEAR * half.length()))
+        .collect();
+    let mut brackets: Vec<[Bracket; 2]> =
+        tight.into_iter().map(|fits| fits.map(Bracket::new)).collect();
+    for _ in 0..CENTRINGS {
+        let next = |(axes, d): (&[Bracket; 2], &f64)| [0, 1].map(|k| axes[k].next(*d));
+        let tried = reach(&brackets.iter().zip(&distances).map(next).collect::<Vec<_>>());
+        for ((axes, fits), d) in brackets.iter_mut().zip(tried).zip(&distances) {
+            axes.iter_mut().zip(fits).for_each(|(axis, fit)| axis.narrow(fit, *d));
+        }
+    }
+    let camera = |((s, [x, y]), d): ((&Stand, &[Bracket; 2]), &f64)| {
+        let eye = centre + s.right * x.shift(*d) + s.above * y.shift(*d) + s.back * *d;
         lens.look_along(eye, -s.back)
     };
-    Ok(stands.iter().zip(&last).zip(&distances).map(camera).collect())
+    Ok(stands.iter().zip(&brackets).zip(&distances).map(camera).collect())
 }
 
 /// Where the eye must be, one way of the picture, for all to be in it.
@@ -80,14 +90,48 @@ impl Fit {
     fn new(tangent: f64, most: f64, least: f64) -> Self {
         Self { tangent, distance: (most + least) / (2.0 * tangent), shift: (most - least) * 0.5 }
     }
+}
 
-    /// The tangent for which the distance would be `d`, from two fits: what is wide goes with one over the
-    /// tangent, what is deep does not.
-    fn until(&self, other: &Self, d: f64) -> f64 {
-        let wide = (self.distance - other.distance) / (1.0 / self.tangent - 1.0 / other.tangent);
-        let deep = self.distance - wide / self.tangent;
-        let tangent = wide / (d - deep);
-        if tangent > 0.0 && tangent <= self.tangent { tangent } else { self.tangent }
+/// Steps that find the middle; a fit's distance is convex in one over its tangent, so few are enough.
+const CENTRINGS: usize = 6;
+
+/// Two fits with one between them that the eye's distance is that of.
+struct Bracket {
+    /// All is in the picture from there.
+    wide: Fit,
+    narrow: Option<Fit>,
+}
+
+impl Bracket {
+    fn new(wide: Fit) -> Self {
+        Self { wide, narrow: None }
+    }
+
+    /// The tangent to try next, for a distance `d`.
+    fn next(&self, d: f64) -> f64 {
+        let wide = 1.0 / self.wide.tangent;
+        let Some(narrow) = &self.narrow else {
+            // Ever narrower, until the distance is more than that.
+            return self.wide.tangent * 0.6;
+        };
+        let slope = (1.0 / narrow.tangent - wide) / (narrow.distance - self.wide.distance);
+        let tangent = 1.0 / (wide + (d - self.wide.distance).max(0.0) * slope);
+        if tangent > 0.0 { tangent } else { self.wide.tangent }
+    }
+
+    /// How far the eye goes to the side, between the two.
+    fn shift(&self, d: f64) -> f64 {
+        let Some(narrow) = &self.narrow else { return self.wide.shift };
+        let share = (d - self.wide.distance) / (narrow.distance - self.wide.distance);
+        self.wide.shift + (narrow.shift - self.wide.shift) * share.clamp(0.0, 1.0)
+    }
+
+    fn narrow(&mut self, fit: Fit, d: f64) {
+        if fit.distance <= d {
+            self.wide = fit;
+        } else {
+            self.narrow = Some(fit);
+        }
     }
 }
 
