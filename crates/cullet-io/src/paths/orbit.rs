@@ -41,13 +41,14 @@ pub(super) fn orbit(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Came
         Stand { back, right, above: back.cross(right) }
     };
     let stands: Vec<Stand> = (0..count).map(stand).collect();
+    let extents = Extents::new(&model.scene, centre, half);
     let reach = |tangents: &[[f64; 2]]| -> Vec<[Fit; 2]> {
         let bounds = |(s, t): (&Stand, &[f64; 2])| {
             let (x, y) = (s.back * t[0], s.back * t[1]);
             [s.right + x, x - s.right, s.above + y, y - s.above]
         };
         let directions: Vec<DVec3> = stands.iter().zip(tangents).flat_map(bounds).collect();
-        let far = farthest(&model.scene, centre, half, &directions);
+        let far = extents.farthest(&directions);
         let fits = far.as_chunks::<4>().0.iter().zip(tangents);
         fits.map(|([r, l, a, b], t)| [Fit::new(t[0], *r, *l), Fit::new(t[1], *a, *b)]).collect()
     };
@@ -55,7 +56,7 @@ pub(super) fn orbit(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Came
     // One way the picture is full. The other way the eye is farther off than it must be; there the contents are
     // in the middle if they would just fill a narrower picture from that far.
     let backs: Vec<DVec3> = stands.iter().map(|s| s.back).collect();
-    let nearest = farthest(&model.scene, centre, half, &backs);
+    let nearest = extents.farthest(&backs);
     let distances: Vec<f64> = (tight.iter().zip(&nearest))
         .map(|([x, y], near)| x.distance.max(y.distance).max(near + CLEAR * half.length()))
         .collect();
@@ -135,88 +136,129 @@ impl Bracket {
     }
 }
 
-/// How far the scene reaches from `centre` in each direction, times the direction's length: of meshes the
-/// vertices, of instances whose bounds were set those. Where there is nothing, the box of half extent `half`.
-fn farthest(scene: &Scene, centre: DVec3, half: DVec3, directions: &[DVec3]) -> Vec<f64> {
-    let origin = DVec3::from(scene.origin());
-    let limit = f64::from(Boxes::LIMIT);
-    // The boxes that bound something, as middle and half extent.
-    let bounds = |slot: u32| {
-        let b = scene.boxes().get(slot as usize);
-        let [low, high] = [b.min, b.max].map(|v| DVec3::from(v.map(f64::from)));
-        let bounded =
-            low.cmple(high).all() && low.min_element() > -limit && high.max_element() < limit;
-        bounded.then(|| ((low + high) * 0.5 + origin - centre, (high - low) * 0.5))
-    };
-    let boxes: Vec<(u32, DVec3, DVec3)> =
-        scene.slots().filter_map(|s| bounds(s).map(|(middle, half)| (s, middle, half))).collect();
-    let at_most = |middle: DVec3, half: DVec3, d: DVec3| middle.dot(d) + half.dot(d.abs());
-    // First those whose boxes reach the farthest: few others can then reach beyond.
-    let mut best = vec![f64::NEG_INFINITY; directions.len()];
-    let mut of_first = vec![(f64::NEG_INFINITY, usize::MAX); directions.len()];
-    for (i, &(_, middle, half)) in boxes.iter().enumerate() {
-        for (first, &d) in of_first.iter_mut().zip(directions) {
-            let most = at_most(middle, half, d);
-            if most > first.0 {
-                *first = (most, i);
-            }
-        }
-    }
-    let mut wanted: Vec<(usize, usize)> =
-        (0..).zip(&of_first).filter(|(_, f)| f.1 != usize::MAX).map(|(k, f)| (f.1, k)).collect();
-    wanted.sort_unstable();
-    for of_box in wanted.chunk_by(|a, b| a.0 == b.0) {
-        let (slot, middle, half) = boxes[of_box[0].0];
-        let numbers: Vec<usize> = of_box.iter().map(|w| w.1).collect();
-        reach_of(scene, slot, centre, (middle, half), directions, &numbers, &mut best);
-    }
-    for &(slot, middle, half) in &boxes {
-        let beyond = |k: &usize| at_most(middle, half, directions[*k]) > best[*k];
-        let numbers: Vec<usize> = (0..directions.len()).filter(beyond).collect();
-        if !numbers.is_empty() {
-            reach_of(scene, slot, centre, (middle, half), directions, &numbers, &mut best);
-        }
-    }
-    for (best, d) in best.iter_mut().zip(directions) {
-        if !best.is_finite() {
-            *best = half.dot(d.abs());
-        }
-    }
-    best
+/// A box as its middle, from the scene's, and half its extent.
+type Middled = (DVec3, DVec3);
+
+/// How far a box reaches in a direction.
+fn at_most((middle, half): Middled, d: DVec3) -> f64 {
+    middle.dot(d) + half.dot(d.abs())
 }
 
-/// Widens `best` by an instance, in the directions of these numbers.
-fn reach_of(
-    scene: &Scene,
-    slot: u32,
+/// How far a scene reaches from its middle.
+struct Extents<'a> {
+    scene: &'a Scene,
     centre: DVec3,
-    (middle, half): (DVec3, DVec3),
-    directions: &[DVec3],
-    numbers: &[usize],
-    best: &mut [f64],
-) {
-    let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
-    let own = transform.transform_box(&mesh.bounds(), scene.origin());
-    if own != scene.bounds(slot) {
-        // Set by hand, as of what deforms: it may come to be anywhere within.
-        for &k in numbers {
-            best[k] = best[k].max(middle.dot(directions[k]) + half.dot(directions[k].abs()));
-        }
-        return;
+    half: DVec3,
+    /// Those that bound something, by slot.
+    boxes: Vec<(u32, Middled)>,
+    /// Boxes around so many of those each: neighbours by slot mostly are ones in space.
+    groups: Vec<Middled>,
+}
+
+/// Boxes in a group.
+const GROUP: usize = 64;
+
+impl<'a> Extents<'a> {
+    fn new(scene: &'a Scene, centre: DVec3, half: DVec3) -> Self {
+        let origin = DVec3::from(scene.origin());
+        let limit = f64::from(Boxes::LIMIT);
+        let bounds = |slot: u32| {
+            let b = scene.boxes().get(slot as usize);
+            let [low, high] = [b.min, b.max].map(|v| DVec3::from(v.map(f64::from)));
+            let bounded =
+                low.cmple(high).all() && low.min_element() > -limit && high.max_element() < limit;
+            bounded.then(|| (slot, ((low + high) * 0.5 + origin - centre, (high - low) * 0.5)))
+        };
+        let boxes: Vec<(u32, Middled)> = scene.slots().filter_map(bounds).collect();
+        let around = |group: &[(u32, Middled)]| {
+            let low = group.iter().map(|(_, (m, h))| *m - *h).fold(DVec3::INFINITY, DVec3::min);
+            let high =
+                group.iter().map(|(_, (m, h))| *m + *h).fold(DVec3::NEG_INFINITY, DVec3::max);
+            // What rounding takes must not come to be outside.
+            ((low + high) * 0.5, (high - low) * (0.5 + 1e-12))
+        };
+        let groups = boxes.chunks(GROUP).map(around).collect();
+        Self { scene, centre, half, boxes, groups }
     }
-    let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
-    let moved = DVec3::from(transform.translation) - centre;
-    let local: Vec<(usize, DVec3, f64)> = numbers
-        .iter()
-        .map(|&k| (k, linear.transpose() * directions[k], moved.dot(directions[k])))
-        .collect();
-    for p in mesh.positions() {
-        let p = DVec3::from(p.map(f64::from));
-        for &(k, d, offset) in &local {
-            let reach = p.dot(d) + offset;
-            // False for NaN.
-            if reach > best[k] {
-                best[k] = reach;
+
+    /// How far the scene reaches in each direction, times the direction's length: of meshes the vertices, of
+    /// instances whose bounds were set those. Where there is nothing, its box.
+    fn farthest(&self, directions: &[DVec3]) -> Vec<f64> {
+        let groups = || self.groups.iter().zip(self.boxes.chunks(GROUP));
+        // First those whose boxes reach the farthest: few others can then reach beyond.
+        let mut wanted = Vec::new();
+        for (k, &d) in directions.iter().enumerate() {
+            let mut first = (f64::NEG_INFINITY, None);
+            for (group, boxes) in groups() {
+                if at_most(*group, d) <= first.0 {
+                    continue;
+                }
+                for of_box in boxes {
+                    let most = at_most(of_box.1, d);
+                    if most > first.0 {
+                        first = (most, Some(*of_box));
+                    }
+                }
+            }
+            wanted.extend(first.1.map(|of_box| (of_box, k)));
+        }
+        let mut best = vec![f64::NEG_INFINITY; directions.len()];
+        wanted.sort_unstable_by_key(|((slot, _), k)| (*slot, *k));
+        for alike in wanted.chunk_by(|a, b| a.0.0 == b.0.0) {
+            let numbers: Vec<usize> = alike.iter().map(|w| w.1).collect();
+            self.widen(alike[0].0, directions, &numbers, &mut best);
+        }
+        for (group, boxes) in groups() {
+            let beyond = |bounds: Middled, k: usize| at_most(bounds, directions[k]) > best[k];
+            let numbers: Vec<usize> =
+                (0..directions.len()).filter(|k| beyond(*group, *k)).collect();
+            for of_box in boxes.iter().filter(|_| !numbers.is_empty()) {
+                let beyond = |k: &usize| at_most(of_box.1, directions[*k]) > best[*k];
+                let numbers: Vec<usize> = numbers.iter().copied().filter(beyond).collect();
+                if !numbers.is_empty() {
+                    self.widen(*of_box, directions, &numbers, &mut best);
+                }
+            }
+        }
+        for (best, d) in best.iter_mut().zip(directions) {
+            if !best.is_finite() {
+                *best = self.half.dot(d.abs());
+            }
+        }
+        best
+    }
+
+    /// Widens `best` by an instance, in the directions of these numbers.
+    fn widen(
+        &self,
+        (slot, bounds): (u32, Middled),
+        directions: &[DVec3],
+        numbers: &[usize],
+        best: &mut [f64],
+    ) {
+        let (mesh, transform) = (self.scene.mesh(slot), self.scene.transform(slot));
+        let own = transform.transform_box(&mesh.bounds(), self.scene.origin());
+        if own != self.scene.bounds(slot) {
+            // Set by hand, as of what deforms: it may come to be anywhere within.
+            for &k in numbers {
+                best[k] = best[k].max(at_most(bounds, directions[k]));
+            }
+            return;
+        }
+        let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
+        let moved = DVec3::from(transform.translation) - self.centre;
+        let local: Vec<(usize, DVec3, f64)> = numbers
+            .iter()
+            .map(|&k| (k, linear.transpose() * directions[k], moved.dot(directions[k])))
+            .collect();
+        for p in mesh.positions() {
+            let p = DVec3::from(p.map(f64::from));
+            for &(k, d, offset) in &local {
+                let reach = p.dot(d) + offset;
+                // False for NaN.
+                if reach > best[k] {
+                    best[k] = reach;
+                }
             }
         }
     }
