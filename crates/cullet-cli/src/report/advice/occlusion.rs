@@ -5,7 +5,7 @@ use cullet::mesh::Alpha;
 
 use super::{Advice, Context, shown};
 use crate::console::{agree, count, grouped, percent};
-use crate::record::MeshRecord;
+use crate::record::{MeshRecord, StageRecord};
 
 /// Under this share of what is in the frustum, hiding is not worth a stage.
 const FEW_PERCENT: u64 = 3;
@@ -18,7 +18,7 @@ pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<A
     let entered = rows().next()?;
     let views = ctx.views as u64;
     let took = rows().filter_map(|s| s.ms).sum::<f64>() / views as f64;
-    let triangles: u64 = rows().map(|s| s.taken()).sum();
+    let triangles: u64 = rows().map(StageRecord::taken).sum();
     let hidden: u64 = rows().map(|s| s.instances[0].saturating_sub(s.instances[1])).sum();
     let few = triangles * 100 < entered.triangles[0] * FEW_PERCENT;
     let spared = drawn_ns.map(|ns| triangles as f64 * ns * 1e-6 / views as f64);
