@@ -21,7 +21,7 @@ struct Stand {
 
 /// Around the middle of the extent, now lower, now higher, and higher for a flat model, which from low down
 /// would be a streak; the eye moves sideways and back until all that is drawn just fills the picture. Costs some
-/// 5 ns a view and instance, and for instances at the rim as much for a vertex.
+/// 0.4 ms a view of a hundred thousand instances, and nanoseconds a vertex of those at the rim.
 pub(super) fn orbit(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera>, PathError> {
     let [low, high] = lens.extent()?;
     let centre = (low + high) * 0.5;
