@@ -68,7 +68,7 @@ fn rows_chain_and_count_what_the_record_says() {
             let shallow = cull(&Culler { output, ..culler.clone() }, &scene, &view);
             let rows = &shallow.funnel.rows;
             assert!(rows.windows(2).all(|w| w[0].left == w[1].entered), "{rows:#?}");
-            let same = rows.iter().take_while(|row| row.unit == Unit::Instances);
+            let same = rows.iter().take_while(|row| row.unit == Instances);
             assert!(same.zip(&result.funnel.rows).all(|(a, b)| a == b));
             assert_eq!(shallow.funnel.left().triangles, shallow.triangle_count);
             assert_eq!(shallow.slots().count() as u64, shallow.instance_count);
