@@ -1,10 +1,12 @@
-//! Everything that CI does, runnable by hand: `cargo xtask test | web | pictures | bench | bare`.
+//! Everything that CI does, runnable by hand: `cargo xtask test | web | book | pictures | figures | bench | bare`.
 #![forbid(unsafe_code)]
 
 mod bare;
 mod bench_viewer;
+mod book;
 mod checked;
 mod compiler;
+mod figures;
 mod graphics;
 mod pictures;
 mod runner;
@@ -23,6 +25,10 @@ cargo xtask web SCENE  the same with a scene: a file, or a built-in one
 cargo xtask web --no-serve
                        only builds it, into target/page
 cargo xtask pictures   draws the pictures of README and docs again
+cargo xtask figures [NAME] [--write]
+                       runs the commands that figures of README and docs come from, and compares; with NAME those whose
+                       file or command contains it; --write puts the new ones into the text
+cargo xtask book       builds the book with the viewer's page in it, into docs/book, to be published as it is
 cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask bench-viewer [SCENE]
                        what each stage saves the viewer's renderer, against the hardware's back-face culling alone
@@ -40,6 +46,11 @@ fn main() -> ExitCode {
         ["web", "--no-serve"] => web::build(),
         ["web", scene] if !scene.starts_with('-') => web::serve(Some(scene)),
         ["pictures"] => pictures::draw(),
+        ["figures"] => figures::compare("", false),
+        ["figures", "--write"] => figures::compare("", true),
+        ["figures", name, "--write"] => figures::compare(name, true),
+        ["figures", name] if !name.starts_with('-') => figures::compare(name, false),
+        ["book"] => book::build(),
         ["bench"] => steps::bench(),
         ["bench-viewer"] => bench_viewer::measure(None),
         ["bench-viewer", scene] if !scene.starts_with('-') => bench_viewer::measure(Some(scene)),

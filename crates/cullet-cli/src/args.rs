@@ -1,12 +1,14 @@
 //! The command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use cullet_io::paths::{self, PathSpec};
+use cullet_io::scenes;
 
 use crate::bench::OcclusionArgs;
 use crate::bench::culler::{self, CullerArgs};
-use crate::calibrate::{self, CalibrateArgs};
+use crate::calibrate::{self, CalibrateArgs, ClusterArgs};
 use crate::cut::{self, CutArgs};
 use crate::occluders::{self, OccludersArgs};
 use crate::occscn::{self, OccscnArgs};
@@ -35,7 +37,7 @@ Examples
   cullet replay frame.occ                    a recorded frame of occlusion culling, played again
   cullet info model.glb                      what is in a file, and what is wrong with it
   cullet scenes                              the built-in scenes and their settings
-  cullet picture kinds --out kinds.png       each dropped thing in the colour of what dropped it
+  cullet picture kinds --out kinds.png       each triangle in the colour of what dropped it
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
   cullet occluders model.glb --picture o.png boxes inside of it, and polygons in its surface
@@ -66,6 +68,19 @@ pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Cli {
+    /// Puts what depends on the scene where nothing was given.
+    pub(crate) fn settle(&mut self) {
+        match &mut self.command {
+            Command::Report(a) => a.view.settle(&a.scene),
+            Command::Verify(a) => a.view.settle(&a.scene),
+            Command::Picture(a) => a.view.settle(&a.scene),
+            Command::Bench(BenchArgs { of: Some(BenchOf::Culler(a)), .. }) => a.settle(),
+            _ => {}
+        }
+    }
 }
 
 /// What to do.
@@ -124,7 +139,9 @@ culled_percent; OP is one of > >= < <= == !=; VALUE a number, or, with --baselin
 moving) at 1.5 s; --time 0..4 lets four seconds pass along the views. Animations start again at their end.
 
 A --path is orbit (around the scene), walk (through it at eye height), fly (over and through it),
-file:PATH (a JSON list of cameras) or camera:NAME (a camera of the file, over its animation).";
+file:PATH (a JSON list of cameras) or camera:NAME (a camera of the file, over its animation). Without
+one, the built-in city, office, plant, forest and moving are walked through, so that frustum, occlusion and
+back faces all have something to cull; anything else is looked at from all around.";
 
 const VERIFY_HELP: &str = "\
 Draws every view with and without culling, and demands that each pixel be owned by the same triangle
@@ -141,12 +158,13 @@ Examples
   cullet verify city --views 1 --record city.occ     for cullet replay";
 
 const PICTURE_HELP: &str = "\
-kinds   the scene from outside, each dropped thing coloured by the kind of culling that took it
+kinds   the scene from outside, cut open above the eye where something covers what that sees: each
+        triangle in the colour of the kind of culling that took it
 shaded  the view itself
 depth   how often each pixel is covered
 map     from above: the frustum, and every instance coloured by what became of it
 hierarchy
-        from above, level by level: what the walk of the hierarchy dropped, took whole, asked on
+        from above, level by level: what the walk of the hierarchy dropped, kept whole, tested further
 
 Of occlusion culling:
 occlusion-buffer  the true depth, what is proved pixel by pixel and tile by tile, and the difference
@@ -155,7 +173,7 @@ hidden            what is hidden, as ghosts behind what hides it
 coverage          when a pixel counts as covered, and what a buffer of samples does not see; no scene
 
 To teach back-face culling:
-normal-mask       the cube of directions in 216 and 1536 classes, those that face away in green
+normal-mask       the cube of directions in 216 and 1536 classes, those that face away in pink
 normal-partition  the same in the plane: the circle of normals
 conservative-set  how the set of back-facing normals grows as the view is cut into sectors
 culling-volume    a cluster, and the eyes from which all of it faces away (--cluster N)
@@ -200,6 +218,13 @@ pub(crate) struct SceneArgs {
     pub(crate) max_triangles: Option<u64>,
 }
 
+impl SceneArgs {
+    /// Whether this is a built-in scene. A file of that name wins, for a name can be changed with a `./`.
+    pub(crate) fn builtin(&self) -> bool {
+        !Path::new(&self.scene).exists() && scenes::is_builtin(&self.scene)
+    }
+}
+
 /// The axis that points up.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum UpAxis {
@@ -219,8 +244,9 @@ pub(crate) struct ViewArgs {
     /// How many views along the path
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) views: u32,
-    /// One of orbit, walk, fly, `file:PATH`, `camera:NAME`
-    #[arg(long, default_value = "orbit")]
+    /// One of orbit, walk, fly, `file:PATH`, `camera:NAME`; auto is walk for the built-in scenes that one walks
+    /// in (city, office, plant, forest, moving), else orbit
+    #[arg(long, default_value = AUTO)]
     pub(crate) path: String,
     /// One view, from this point
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "target")]
@@ -248,6 +274,20 @@ pub(crate) struct ViewArgs {
     pub(crate) threads: usize,
 }
 
+/// The path that depends on the scene.
+const AUTO: &str = "auto";
+
+impl ViewArgs {
+    /// Puts the path that suits the scene where none was given.
+    pub(crate) fn settle(&mut self, scene: &SceneArgs) {
+        if self.path == AUTO {
+            let path =
+                if scene.builtin() { paths::of_builtin(&scene.scene) } else { PathSpec::Orbit };
+            self.path = path.to_string();
+        }
+    }
+}
+
 /// Which kinds of culling.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Culling")]
@@ -258,6 +298,9 @@ pub(crate) struct CullArgs {
     /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
     #[arg(long, value_enum, default_value_t = DetailMeasure::Sides)]
     pub(crate) detail_by: DetailMeasure,
+    /// Run one stage alone
+    #[arg(long, value_enum, value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_backface", "no_degenerate", "no_occlusion"])]
+    pub(crate) only: Option<OnlyStage>,
     /// Keep what is outside the frustum
     #[arg(long)]
     pub(crate) no_frustum: bool,
@@ -282,6 +325,21 @@ pub(crate) struct CullArgs {
     /// Test big boxes at the frustum's corners exactly
     #[arg(long)]
     pub(crate) exact_frustum: bool,
+}
+
+/// A stage that can be run alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OnlyStage {
+    /// What is outside the frustum
+    Frustum,
+    /// What is small on the screen (lossy; --detail sets the threshold, else a pixel)
+    Detail,
+    /// What is hidden behind something
+    Occlusion,
+    /// What faces away
+    Backface,
+    /// What has no area
+    Degenerate,
 }
 
 /// What stands for a mesh in the occlusion buffer.
@@ -438,6 +496,8 @@ pub(crate) struct PictureArgs {
     /// first instance that has one]
     #[arg(long, value_name = "N")]
     pub(crate) cluster: Option<u32>,
+    #[command(flatten)]
+    pub(crate) clusters: ClusterArgs,
     /// Which view of the path, from 0
     #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
     pub(crate) index: u32,
@@ -449,7 +509,7 @@ pub(crate) struct PictureArgs {
 /// What a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PictureKind {
-    /// Each dropped thing in the colour of the kind of culling that took it
+    /// Each triangle in the colour of the kind of culling that took it
     Kinds,
     /// The view itself
     Shaded,

@@ -1,17 +1,15 @@
 //! How near the culling of back faces comes to what could be culled, by cluster and by triangle.
 
 use cullet::cull::backface::ViewEye;
-use cullet::{Backface, CullFace, Culler, Output, Scene, View, ViewState, Visible};
+use cullet::{Backface, CullFace, Culler, Scene, Stage, Unit, View, Visible};
 
 use crate::record::BackfaceRecord;
 
-/// Culls by cluster without and with back faces, and counts what faces away in what is left.
+/// Counts what faces away among the clusters that came to the stage of back faces.
 #[derive(Debug, Default)]
 pub(crate) struct BackfaceTest {
-    state: ViewState,
-    /// What is left without the culling of back faces.
-    pub(crate) base: Visible,
-    culled: Visible,
+    /// One bit for each cluster of an instance: taken by a stage before.
+    gone: Vec<u64>,
     clusters: Vec<u64>,
     words: Vec<u64>,
 }
@@ -20,56 +18,54 @@ impl BackfaceTest {
     /// Counting what faces away takes some 15 ns a triangle; views with more than this go without.
     const MOST_TRIANGLES: u64 = 50_000_000;
 
-    /// Culls by cluster; returns how many triangles went with clusters that face away.
-    pub(crate) fn by_clusters(&mut self, scene: &Scene, view: &View, culler: &Culler) -> u64 {
-        let mut only =
-            Culler { output: Output::Clusters, reasons: false, clock: None, ..culler.clone() };
-        only.backface = Backface::Off;
-        only.cull_one(scene, view, &mut self.state, &mut self.base);
-        only.backface = culler.backface;
-        only.cull_one(scene, view, &mut self.state, &mut self.culled);
-        self.base.triangle_count - self.culled.triangle_count
-    }
-
-    /// Counts over the clusters that [`by_clusters`](Self::by_clusters) found in the frustum. `None` where
-    /// back faces are not culled, or there are too many triangles to count.
+    /// Counts over the clusters that were left when back faces were culled, as the record of a cull says
+    /// ([`Culler::dropped`]). `None` where back faces are not culled, or there are too many triangles to count.
     pub(crate) fn measure(
         &mut self,
         scene: &Scene,
         view: &View,
         culler: &Culler,
+        result: &Visible,
     ) -> Option<BackfaceRecord> {
         let off = culler.backface == Backface::Off || view.cull_face == CullFace::None;
-        if off || self.base.triangle_count > Self::MOST_TRIANGLES {
+        let rows = &result.funnel.rows;
+        let last =
+            rows.iter().rev().find(|r| r.stage != Stage::Backface && r.unit != Unit::Triangles);
+        let came = last.map_or(0, |row| row.left.triangles);
+        if off || came > Self::MOST_TRIANGLES {
             return None;
         }
         let mut record = BackfaceRecord { views: 1, ..BackfaceRecord::default() };
         let eye = ViewEye::new(view);
-        let base = std::mem::take(&mut self.base);
-        for range in &base.whole {
-            for slot in range.first..range.first + range.count {
-                self.count(scene, &eye, culler, slot, &[(0, u32::MAX)], &mut record);
+        let mut dropped = result.dropped.chunk_by(|a, b| a.slot == b.slot).peekable();
+        for slot in scene.slots() {
+            let own = dropped.next_if(|ranges| ranges[0].slot == slot).unwrap_or_default();
+            if own.is_empty() && result.reasons[slot as usize].is_some() {
+                continue;
             }
+            let clusters = scene.mesh(slot).clusters();
+            self.gone.clear();
+            self.gone.resize(clusters.len().div_ceil(64), 0);
+            for d in own.iter().filter(|d| d.unit == Unit::Clusters && d.stage != Stage::Backface) {
+                let end = d.first_triangle + d.triangle_count;
+                let first = clusters.partition_point(|c| c.first_triangle < d.first_triangle);
+                let of_range = clusters[first..].iter().take_while(|c| c.first_triangle < end);
+                for at in first..first + of_range.count() {
+                    self.gone[at / 64] |= 1 << (at % 64);
+                }
+            }
+            self.count(scene, &eye, culler, slot, &mut record);
         }
-        for ranges in base.partial.chunk_by(|a, b| a.slot == b.slot) {
-            let clusters: Vec<_> = ranges
-                .iter()
-                .map(|r| (r.first_cluster, r.first_cluster + r.cluster_count))
-                .collect();
-            self.count(scene, &eye, culler, ranges[0].slot, &clusters, &mut record);
-        }
-        self.base = base;
         Some(record)
     }
 
-    /// Adds some clusters of an instance.
+    /// Adds the clusters of an instance that are not gone.
     fn count(
         &mut self,
         scene: &Scene,
         view_eye: &ViewEye,
         culler: &Culler,
         slot: u32,
-        clusters: &[(u32, u32)],
         record: &mut BackfaceRecord,
     ) {
         let mesh = scene.mesh(slot);
@@ -87,30 +83,26 @@ impl BackfaceTest {
             mesh.cluster_cones(eye.facing()).cull(culler.level, eye, &mut self.clusters);
         }
         let bit = |words: &[u64], i: u32| words[i as usize / 64] >> (i % 64) & 1 == 1;
-        for &(first, end) in clusters {
-            let end = end.min(mesh.clusters().len() as u32);
-            for c in first..end {
-                let cluster = &mesh.clusters()[c as usize];
-                if mesh.parts()[cluster.part as usize].two_sided {
-                    continue;
-                }
-                let all = u64::from(cluster.triangle_count);
-                let away =
-                    cluster.triangles().filter(|&t| object.culls(&mesh.corners(t))).count() as u64;
-                record.one_sided += all;
-                record.facing_away += away;
-                // The eye is behind every plane.
-                if away == all {
-                    record.ideal_by_cluster += all;
-                }
-                let whole = fast.is_some() && bit(&self.clusters, c);
-                record.by_cluster += if whole { all } else { 0 };
-                record.by_plane += match &fast {
-                    _ if whole => all,
-                    Some(_) => cluster.triangles().filter(|&t| bit(&self.words, t)).count() as u64,
-                    None => 0,
-                };
+        for (c, cluster) in (0..).zip(mesh.clusters()) {
+            if bit(&self.gone, c) || mesh.parts()[cluster.part as usize].two_sided {
+                continue;
             }
+            let all = u64::from(cluster.triangle_count);
+            let away =
+                cluster.triangles().filter(|&t| object.culls(&mesh.corners(t))).count() as u64;
+            record.one_sided += all;
+            record.facing_away += away;
+            // The eye is behind every plane.
+            if away == all {
+                record.ideal_by_cluster += all;
+            }
+            let whole = fast.is_some() && bit(&self.clusters, c);
+            record.by_cluster += if whole { all } else { 0 };
+            record.by_plane += match &fast {
+                _ if whole => all,
+                Some(_) => cluster.triangles().filter(|&t| bit(&self.words, t)).count() as u64,
+                None => 0,
+            };
         }
         record.instances += 1;
         record.exact_instances += u64::from(fast.is_none());

@@ -1,8 +1,10 @@
 //! Boxes against spheres as bounds of instances: how many each keeps for nothing, and at what cost.
 
+use cullet::bounds::Side;
 use cullet::bounds::{Boxes, Sphere, Spheres};
+use cullet::clip::outcode::ObjectRegion;
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes, cull_spheres};
-use cullet::{Backface, Culler, Output, Scene, View, ViewState, Visible};
+use cullet::{Culler, Frustum, Scene, View};
 
 use crate::record::BoundsRecord;
 use crate::survey::clock;
@@ -10,11 +12,11 @@ use crate::survey::clock;
 /// Both bounds of every instance that has any, and room for the answers.
 #[derive(Debug)]
 pub(crate) struct BoundsTest {
+    /// Slots of the instances.
+    slots: Vec<u32>,
     boxes: Boxes,
     spheres: Spheres,
     hits: Indices,
-    state: ViewState,
-    result: Visible,
 }
 
 impl BoundsTest {
@@ -29,7 +31,7 @@ impl BoundsTest {
             return None;
         }
         let mut boxes = Boxes::new();
-        let mut spheres = Vec::new();
+        let (mut slots, mut spheres) = (Vec::new(), Vec::new());
         let mut points = Vec::new();
         for slot in scene.slots() {
             let b = scene.bounds(slot);
@@ -46,21 +48,22 @@ impl BoundsTest {
                     (v - origin[r]) as f32
                 })
             }));
+            slots.push(slot);
             boxes.push(&b);
             spheres.push(Sphere::from_points(&points));
         }
         (!spheres.is_empty()).then(|| Self {
+            slots,
             boxes,
             spheres: Spheres::from_slice(&spheres),
             hits: Indices::new(),
-            state: ViewState::default(),
-            result: Visible::default(),
         })
     }
 
     /// Tests both against a view's frustum, and counts what a perfect bound would keep.
     pub(crate) fn measure(&mut self, scene: &Scene, view: &View, culler: &Culler) -> BoundsRecord {
-        let planes = Planes::new(&view.frustum().relative_to(scene.origin()));
+        let frustum = view.frustum();
+        let planes = Planes::new(&frustum.relative_to(scene.origin()));
         let tested = self.boxes.len();
         let mut time = |test: &mut dyn FnMut(&mut Indices)| {
             // The first run warms the cache and grows the list; the better of two others is the time.
@@ -74,27 +77,33 @@ impl BoundsTest {
             (self.hits.len() as u64, best as f64 / tested.max(1) as f64)
         };
         let (boxes, spheres) = (&self.boxes, &self.spheres);
-        let (boxes_kept, box_ns) = time(&mut |hits| cull_boxes(culler.level, &planes, boxes, hits));
         let (spheres_kept, sphere_ns) =
             time(&mut |hits| cull_spheres(culler.level, &planes, spheres, hits));
-        let only_frustum = Culler {
-            frustum: true,
-            backface: Backface::Off,
-            degenerate: false,
-            detail: None,
-            output: Output::Triangles,
-            reasons: false,
-            clock: None,
-            ..culler.clone()
-        };
-        only_frustum.cull_one(scene, view, &mut self.state, &mut self.result);
+        let (boxes_kept, box_ns) = time(&mut |hits| cull_boxes(culler.level, &planes, boxes, hits));
+        let kept = self.hits.iter().map(|&index| self.slots[index as usize]);
+        let in_frustum = kept.filter(|&slot| has_triangle_in(scene, &frustum, &planes, slot));
         BoundsRecord {
             tested: tested as u64,
             boxes_kept,
             spheres_kept,
-            in_frustum: self.result.instance_count,
+            in_frustum: in_frustum.count() as u64,
             box_ns,
             sphere_ns,
         }
     }
+}
+
+/// Whether a perfect bound would keep an instance: the test of its triangles leaves one, or it cannot be said.
+fn has_triangle_in(scene: &Scene, frustum: &Frustum, planes: &Planes, slot: u32) -> bool {
+    if !scene.is_rigid(slot) || planes.classify_box(&scene.bounds(slot)) == Side::Inside {
+        return true;
+    }
+    let mesh = scene.mesh(slot);
+    let region = ObjectRegion::new(frustum, scene.transform(slot));
+    let mut left = Vec::new();
+    mesh.clusters().iter().any(|cluster| {
+        let triangles = cluster.triangles();
+        region.keep_into(mesh.positions(), mesh.indices(), triangles, region.present(), &mut left);
+        !left.is_empty()
+    })
 }

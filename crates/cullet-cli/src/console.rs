@@ -146,6 +146,16 @@ pub(crate) fn grouped(n: u64) -> String {
     text
 }
 
+/// A number with the words that agree with it: `1 view`, `2 views`, `1 mesh owns`, `1 234 meshes own`.
+pub(crate) fn count(n: u64, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(n), agree(n, one, many))
+}
+
+/// Those of the two that agree with a number.
+pub(crate) fn agree<'a>(n: u64, one: &'a str, many: &'a str) -> &'a str {
+    if n == 1 { one } else { many }
+}
+
 /// `part` of `whole` in per cent, with one digit where that says more than none; 0 for 0 of 0.
 pub(crate) fn percent(part: u64, whole: u64) -> String {
     if whole == 0 {
@@ -175,6 +185,13 @@ mod tests {
         assert_eq!(plain(999), "999");
         assert_eq!(plain(1000), "1 000");
         assert_eq!(plain(1234567), "1 234 567");
+    }
+
+    #[test]
+    fn words_agree_with_their_number() {
+        assert_eq!(count(0, "view", "views"), "0 views");
+        assert_eq!(count(1, "mesh owns", "meshes own"), "1 mesh owns");
+        assert_eq!(count(1234, "view", "views").replace('\u{202f}', " "), "1 234 views");
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! Pictures of views: what the renderer offers, put together for the page.
 
-use cullet::{Culler, View};
-use cullet_draw::{Picture, RenderOptions, Selection};
+use cullet::{Stage, View, ViewState};
+use cullet_draw::{Culled, Picture, RenderOptions, Selection};
 use cullet_io::Model;
 
 use crate::args::Show;
+use crate::opening;
 use crate::survey::Seen;
 
 /// A picture with its words.
@@ -31,7 +32,7 @@ pub(crate) fn colors(model: &Model) -> Vec<[f32; 4]> {
 pub(crate) fn of_view(
     model: &Model,
     view: &View,
-    culler: &Culler,
+    state: &ViewState,
     seen: &Seen,
     featured: bool,
     show: &[Show],
@@ -40,10 +41,14 @@ pub(crate) fn of_view(
     let colors = colors(model);
     let mut pictures = Vec::new();
     let owners = seen.verification.as_ref().map_or(&[][..], |v| &v.seen);
+    // Of the other views the page has a thumbnail alone, so half the size is enough.
+    let part = if featured { 1 } else { 2 };
     if let Some(v) = &seen.verification {
+        let thinned = (!featured).then(|| v.frame.thinned(part));
+        let frame = thinned.as_ref().unwrap_or(&v.frame);
         pictures.push(Titled {
             name: "shaded",
-            picture: cullet_draw::shaded(scene, &v.frame, view, &colors),
+            picture: cullet_draw::shaded(scene, frame, view, &colors),
             caption: "The view itself, drawn by the reference renderer.".into(),
             embed_px: 1280,
             wide: true,
@@ -52,7 +57,13 @@ pub(crate) fn of_view(
     }
     pictures.push(Titled {
         name: "map",
-        picture: cullet_draw::top_down(scene, view, &seen.result, owners, [1280, 800]),
+        picture: cullet_draw::top_down(
+            scene,
+            view,
+            &seen.result,
+            owners,
+            [1280 / part, 800 / part],
+        ),
         caption: "From above: the frustum, and every instance by what became of it.".into(),
         embed_px: 1280,
         wide: true,
@@ -63,7 +74,7 @@ pub(crate) fn of_view(
             name: "hierarchy",
             picture: cullet_draw::hierarchy(scene, view, [1280, 960]),
             caption: "The walk of the hierarchy, level by level from the top: what lies under a box that is \
-                      outside or inside is never asked."
+                      outside or inside is never tested."
                 .into(),
             embed_px: 1280,
             wide: true,
@@ -71,15 +82,20 @@ pub(crate) fn of_view(
         });
     }
     if featured && seen.verification.is_some() {
+        let (picture, opened) = opening::kinds(model, view, &seen.result, [1280, 720]);
+        let open = if opened.is_some() { ", cut open above the eye" } else { "" };
         pictures.push(Titled {
             name: "kinds",
-            picture: cullet_draw::kinds(scene, view, culler, [1280, 720]),
-            caption: "From outside: each dropped thing in the colour of what dropped it.".into(),
+            picture,
+            caption: format!(
+                "From outside{open}: each triangle in the colour of what became of it."
+            ),
             embed_px: 1280,
             wide: true,
             thumbnail: false,
         });
-        pictures.extend(of_occlusion(model, view, culler, &colors));
+        let culled = Culled { state, result: &seen.result };
+        pictures.extend(of_occlusion(model, view, &culled, &colors));
         let small = half(view);
         let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
         let draw = |selection| cullet_draw::render(scene, &small, selection, &options);
@@ -99,8 +115,13 @@ pub(crate) fn of_view(
 }
 
 /// What occlusion culling did in a view; nothing where it is off.
-fn of_occlusion(model: &Model, view: &View, culler: &Culler, colors: &[[f32; 4]]) -> Vec<Titled> {
-    if culler.occlusion.is_none() {
+fn of_occlusion(
+    model: &Model,
+    view: &View,
+    culled: &Culled<'_>,
+    colors: &[[f32; 4]],
+) -> Vec<Titled> {
+    if !culled.result.funnel.rows.iter().any(|row| row.stage == Stage::Occlusion) {
         return Vec::new();
     }
     let scene = &model.scene;
@@ -115,19 +136,19 @@ fn of_occlusion(model: &Model, view: &View, culler: &Culler, colors: &[[f32; 4]]
     vec![
         titled(
             "occlusion-buffer",
-            cullet_draw::occlusion_buffer(scene, view, culler, [1280, 720]),
+            cullet_draw::occlusion_buffer(scene, view, culled, [1280, 720]),
             "The occlusion buffer beside the true depth. A pixel is proved only where occluders cover all of \
              it, so edges stay open; none may claim to be nearer than what is there.",
         ),
         titled(
             "occluders",
-            cullet_draw::occluders(scene, view, culler, colors),
+            cullet_draw::occluders(scene, view, culled, colors),
             "What each occluder that was drawn is proved to cover, a colour for each instance. Where the view \
              is pale, nothing hides anything.",
         ),
         titled(
             "hidden",
-            cullet_draw::hidden(scene, view, culler, colors),
+            cullet_draw::hidden(scene, view, culled, colors),
             "What occlusion culling hid, shining through as ghosts.",
         ),
     ]

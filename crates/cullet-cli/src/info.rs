@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::args::InfoArgs;
-use crate::console::{Console, grouped, write_json};
+use crate::console::{Console, count, grouped, write_json};
 use crate::exit::{Exit, Outcome};
 use crate::inputs;
 use crate::meshes;
@@ -81,10 +81,19 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
     console.line(&s.name);
     let row = |what: &str, value: String| console.line(format!("  {what:<12}{value}"));
     row("instances", grouped(s.instances));
-    row("meshes", format!("{}, of which {} are solids", grouped(s.meshes), grouped(s.solids)));
+    row(
+        "meshes",
+        match (s.meshes, s.solids) {
+            (1, 1) => "1, a solid".into(),
+            (1, 0) => "1, not a solid".into(),
+            (all, solids) => {
+                format!("{}, of which {}", grouped(all), count(solids, "is a solid", "are solids"))
+            }
+        },
+    );
     let polygons = match s.polygons == s.triangles {
         true => String::new(),
-        false => format!(" from {} polygons", grouped(s.polygons)),
+        false => format!(" from {}", count(s.polygons, "polygon", "polygons")),
     };
     row(
         "triangles",
@@ -99,8 +108,8 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
         row(
             "node tree",
             format!(
-                "{} nodes, {} deep, at most {} in one; {} with nothing to draw below",
-                grouped(g.nodes as u64),
+                "{}, {} deep, at most {} in one; {} with nothing to draw below",
+                count(g.nodes as u64, "node", "nodes"),
                 g.depth,
                 grouped(g.widest as u64),
                 grouped(g.empty as u64)
@@ -108,7 +117,10 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
         );
     }
     if info.cells > 0 {
-        row("cells", format!("{}, with {} portals", info.cells, info.portals));
+        row(
+            "cells",
+            format!("{}, with {}", info.cells, count(info.portals as u64, "portal", "portals")),
+        );
     }
     if !info.cameras.is_empty() {
         let names: Vec<&str> = info.cameras.iter().take(shown.min(8)).copied().collect();
@@ -120,26 +132,30 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
         (info.singular_instances, "scaled to nothing along an axis"),
     ];
     for (n, what) in odd.iter().filter(|o| o.0 > 0) {
-        row("note", format!("{} instances are {what}", grouped(*n)));
+        row("note", format!("{} {what}", count(*n, "instance is", "instances are")));
     }
     let degenerate: u64 = info.meshes.iter().map(|m| m.degenerate).sum();
     let duplicate: u64 = info.meshes.iter().map(|m| m.duplicate).sum();
-    for (n, what) in [(degenerate, "have no area"), (duplicate, "are there twice")] {
-        if n > 0 {
-            row("note", format!("{} stored triangles {what}", grouped(n)));
-        }
+    if degenerate > 0 {
+        let what = count(degenerate, "stored triangle has", "stored triangles have");
+        row("note", format!("{what} no area"));
+    }
+    if duplicate > 0 {
+        let what =
+            count(duplicate, "stored triangle is a duplicate", "stored triangles are duplicates");
+        row("note", format!("{what} of another"));
     }
     let defects: Vec<&MeshRecord> = info.meshes.iter().filter(|m| m.defect.is_some()).collect();
     if !defects.is_empty() {
-        console.line(format!("\nMeshes that are no solid ({}):", grouped(defects.len() as u64)));
+        console.line(format!("\nMeshes that are not solids ({}):", grouped(defects.len() as u64)));
         let width = defects.iter().take(shown).map(|m| m.name.chars().count()).max();
         let width = width.unwrap_or(0).min(40);
         for m in defects.iter().take(shown) {
             let why = m.defect.as_deref().unwrap_or_default();
             let name = printable(&m.name);
             console.line(format!(
-                "  {name:<width$}  {} triangles, {}: {why}",
-                grouped(m.triangles),
+                "  {name:<width$}  {}, {}: {why}",
+                count(m.triangles, "triangle", "triangles"),
                 m.sides
             ));
         }

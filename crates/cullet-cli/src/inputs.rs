@@ -4,12 +4,12 @@ use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Backface, Culler, View};
+use cullet::{Backface, Culler, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
 
-use crate::args::{CullArgs, DetailMeasure, OccluderKind, SceneArgs, UpAxis, ViewArgs};
-use crate::console::Console;
+use crate::args::{CullArgs, DetailMeasure, OccluderKind, OnlyStage, SceneArgs, UpAxis, ViewArgs};
+use crate::console::{Console, count};
 use crate::exit::{Exit, Failure};
 
 /// Loads a file, or makes a built-in scene.
@@ -24,13 +24,12 @@ pub(crate) fn load_to_save(args: &SceneArgs, console: &Console) -> Result<Model,
 
 fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model, Failure> {
     let path = Path::new(&args.scene);
-    // A file of that name wins over a built-in scene, for a name can be changed with a `./`.
-    let builtin = !path.exists() && scenes::is_builtin(&args.scene);
+    let builtin = args.builtin();
     let two_sided = if args.one_sided { Some(false) } else { args.two_sided.then_some(true) };
     let model = if builtin {
         let mut model = scenes::build(&args.scene).map_err(Failure::usage)?;
         if let Some(two_sided) = two_sided {
-            model.scene.meshes_mut().for_each(|m| m.set_two_sided(two_sided));
+            model.scene.edit_meshes(|_, m| m.set_two_sided(two_sided));
         }
         limit(&model, args)?;
         model
@@ -48,9 +47,8 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
                 let message = format!("{e}; --max-triangles sets that of triangles");
                 Failure { exit: Exit::Limit, message }
             }
-            _ if !path.exists() => {
-                let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
-                Failure::input(format!("{e}; the built-in scenes are {}", known.join(", ")))
+            _ if matches!(path.try_exists(), Ok(false)) => {
+                Failure::input(scenes::no_such_file(&args.scene))
             }
             _ => Failure::input(e),
         })?
@@ -62,7 +60,8 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
     }
     if warnings > SHOWN {
         let more = warnings - SHOWN;
-        console.note(format!("and {more} more warnings; cullet info --all lists them"));
+        let more = count(more as u64, "more warning", "more warnings");
+        console.note(format!("and {more}; cullet info --all lists them all"));
     }
     Ok(model)
 }
@@ -73,7 +72,11 @@ fn limit(model: &Model, args: &SceneArgs) -> Result<(), Failure> {
     match args.max_triangles {
         Some(most) if stored > most => Err(Failure {
             exit: Exit::Limit,
-            message: format!("{}: {stored} triangles exceed --max-triangles {most}", args.scene),
+            message: format!(
+                "{}: {} --max-triangles {most}",
+                args.scene,
+                count(stored, "triangle exceeds", "triangles exceed")
+            ),
         }),
         _ => Ok(()),
     }
@@ -155,11 +158,10 @@ pub(crate) fn views(
     };
     let time = args.time.map_or_else(String::new, |t| format!(", time {} s", span(t)));
     let [w, h] = args.size;
-    let n = cameras.len();
     console.note(format!(
-        "{}: {n} {} of {w}x{h}, near {}, far {}{time}",
+        "{}: {} of {w}x{h}, near {}, far {}{time}",
         model.name,
-        if n == 1 { "view" } else { "views" },
+        count(cameras.len() as u64, "view", "views"),
         span(near),
         span(far)
     ));
@@ -205,7 +207,7 @@ pub(crate) fn culler(args: &CullArgs) -> Culler {
         DetailMeasure::Area => Measure::Area,
         DetailMeasure::Diameter => Measure::Diameter,
     };
-    Culler {
+    let culler = Culler {
         frustum: !args.no_frustum,
         frustum_exact: args.exact_frustum,
         backface: if args.no_backface { Backface::Off } else { Backface::default() },
@@ -214,33 +216,35 @@ pub(crate) fn culler(args: &CullArgs) -> Culler {
         occlusion: (!args.no_occlusion)
             .then_some(Occlusion { width: args.occlusion_width, budget: args.occlusion_budget }),
         ..Culler::default()
+    };
+    match args.only {
+        None => culler,
+        Some(OnlyStage::Frustum) => culler.only(Stage::Frustum),
+        Some(OnlyStage::Detail) => culler.only(Stage::Detail),
+        Some(OnlyStage::Occlusion) => culler.only(Stage::Occlusion),
+        Some(OnlyStage::Backface) => culler.only(Stage::Backface),
+        Some(OnlyStage::Degenerate) => culler.only(Stage::Degenerate),
     }
 }
 
-/// The stages that are on, in words.
+/// The stages that are on, in words, in the order in which they run.
 pub(crate) fn culling_words(args: &CullArgs) -> Vec<String> {
-    let mut words = vec!["layer".to_owned()];
-    if !args.no_frustum {
-        words.push(if args.exact_frustum { "frustum (exact)" } else { "frustum" }.into());
-    }
-    if let Some(px) = args.detail {
-        let unit = if args.detail_by == DetailMeasure::Area { "square px" } else { "px" };
-        words.push(format!("detail under {px} {unit} (lossy)"));
-    }
-    if !args.no_occlusion {
-        words.push(match args.occluders {
+    let culler = culler(args);
+    let words = |stage: Stage| match stage {
+        Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
+        Stage::Detail => {
+            let px = culler.detail.map_or(0.0, |d| d.threshold_px);
+            let unit = if args.detail_by == DetailMeasure::Area { "square px" } else { "px" };
+            format!("detail under {px} {unit} (lossy)")
+        }
+        Stage::Occlusion => match args.occluders {
             OccluderKind::Mesh => "occlusion".into(),
             OccluderKind::Baked => "occlusion (baked occluders)".into(),
             OccluderKind::Auto => "occlusion (occluders baked where cheaper)".into(),
-        });
-    }
-    if !args.no_backface {
-        words.push("backface".into());
-    }
-    if !args.no_degenerate {
-        words.push("degenerate".into());
-    }
-    words
+        },
+        stage => stage.name().to_owned(),
+    };
+    Stage::ALL.into_iter().filter(|&stage| culler.runs(stage)).map(words).collect()
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ mod inputs;
 mod meshes;
 mod occluders;
 mod occscn;
+mod opening;
 mod parse;
 mod peer;
 mod picture;
@@ -41,7 +42,8 @@ use exit::{Exit, Outcome};
 
 fn main() -> ExitCode {
     // Wrong command lines end here with code 2, --help and --version with 0.
-    let cli = Cli::parse();
+    let mut cli = Cli::parse();
+    cli.settle();
     std::panic::set_hook(Box::new(report_panic));
     console::watch_interrupts();
     let outcome = catch_unwind(AssertUnwindSafe(|| run(&cli)));

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::{CullArgs, OccluderKind, SceneArgs};
-use crate::console::{Console, grouped, interrupted, write_json};
+use crate::console::{Console, agree, count, grouped, interrupted, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::survey::mesh_name;
 use crate::{drawing, inputs, parse};
@@ -166,8 +166,9 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
     if args.compare.compare {
         let found =
             Comparison::new(&args.compare, args.size, &mut model, console, |model: &mut Model| {
-                for (mesh, made) in model.scene.meshes_mut().zip(&made) {
-                    mesh.set_occluder(made.to_engine().map_err(Failure::input)?);
+                for (mesh, made) in (0..).zip(&made) {
+                    let occluder = made.to_engine().map_err(Failure::input)?;
+                    model.scene.edit_mesh(mesh, |mesh| mesh.set_occluder(occluder));
                 }
                 Ok(())
             })?;
@@ -311,15 +312,16 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
         occluders(mesh, &options).map_err(Failure::usage)
     })?;
     let (mut given, mut boxes, mut polygons, mut own, mut sloped) = (0u64, 0, 0, 0, 0);
-    for (mesh, (made, report)) in model.scene.meshes_mut().zip(found) {
+    for (id, (made, report)) in (0..).zip(found) {
         let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
             made.polygons.iter().partition(|p| p.tolerance == 0.0);
         let occluder = made.to_engine().map_err(Failure::input)?;
+        let own_cost = |id| model.scene.meshes()[id as usize].occluder().cost(PIXELS);
         let take = match args.occluders {
             OccluderKind::Auto => {
                 off.is_empty()
                     && report.efficiency() >= LEAST_EFFICIENCY
-                    && occluder.cost(PIXELS) * 2.0 < mesh.occluder().cost(PIXELS)
+                    && occluder.cost(PIXELS) * 2.0 < own_cost(id)
             }
             _ => true,
         };
@@ -329,7 +331,7 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
             polygons += exact.len() as u64;
             own += own_triangles(&made);
             sloped += off.len() as u64;
-            mesh.set_occluder(occluder);
+            model.scene.edit_mesh(id, |mesh| mesh.set_occluder(occluder));
         }
     }
     let left_out = match sloped {
@@ -337,12 +339,12 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
         n => format!("; {} on slopes left out", grouped(n)),
     };
     console.note(format!(
-        "occluders: {} of {} meshes by {} boxes, {} polygons and {} triangles{left_out}",
+        "occluders: {} of {} by {}, {} and {}{left_out}",
         grouped(given),
-        grouped(model.scene.meshes().len() as u64),
-        grouped(boxes),
-        grouped(polygons),
-        grouped(own)
+        count(model.scene.meshes().len() as u64, "mesh", "meshes"),
+        count(boxes, "box", "boxes"),
+        count(polygons, "polygon", "polygons"),
+        count(own, "triangle", "triangles")
     ));
     Ok(())
 }
@@ -396,13 +398,14 @@ fn print(args: &OccludersArgs, record: &Record, console: &Console) {
             .line(format!("and {} more; --all lists them", grouped((order.len() - shown) as u64)));
     }
     console.line(format!(
-        "{} of {} meshes have occluders: {} boxes, {} polygons, {} triangles of their own, which hide \
+        "{} of {} {} occluders: {}, {}, {} of their own, which hide \
          {:.0} % of their silhouettes; {:.1} s",
         grouped(record.meshes_with_occluders),
-        grouped(record.meshes.len() as u64),
-        grouped(record.boxes),
-        grouped(record.polygons),
-        grouped(record.own),
+        count(record.meshes.len() as u64, "mesh", "meshes"),
+        agree(record.meshes_with_occluders, "has", "have"),
+        count(record.boxes, "box", "boxes"),
+        count(record.polygons, "polygon", "polygons"),
+        count(record.own, "triangle", "triangles"),
         record.hides * 100.0,
         record.seconds
     ));
@@ -410,10 +413,10 @@ fn print(args: &OccludersArgs, record: &Record, console: &Console) {
         let proved: u32 = record.meshes.iter().filter_map(|m| m.proved).sum();
         let refuted: usize = record.meshes.iter().flat_map(|m| &m.refuted).map(Vec::len).sum();
         console.line(format!(
-            "checked: {} of {} boxes proved, {} occluders refuted or not proved",
+            "checked: {} of {} proved, {} refuted or not proved",
             grouped(u64::from(proved)),
-            grouped(record.boxes),
-            grouped(refuted as u64)
+            count(record.boxes, "box", "boxes"),
+            count(refuted as u64, "occluder", "occluders")
         ));
     }
 }

@@ -11,7 +11,7 @@ use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{MatrixView, Model};
 
 use crate::args::SceneArgs;
-use crate::console::{Console, grouped};
+use crate::console::{Console, count};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{inputs, parse};
 
@@ -116,14 +116,13 @@ pub(crate) fn run(args: &OccscnArgs, console: &Console) -> Outcome {
     }
     let scene = make(&model, &views, &options)?;
     write(&scene, &args.out)?;
-    let count = |n: usize| grouped(n as u64);
     console.line(format!(
-        "{}: {} triangles in {} meshes, {} boxes, {} views",
+        "{}: {} in {}, {}, {}",
         args.out.display(),
-        count(scene.triangles.len()),
-        count(scene.meshes.len()),
-        count(scene.objects.len()),
-        count(scene.cameras.len())
+        count(scene.triangles.len() as u64, "triangle", "triangles"),
+        count(scene.meshes.len() as u64, "mesh", "meshes"),
+        count(scene.objects.len() as u64, "box", "boxes"),
+        count(scene.cameras.len() as u64, "view", "views")
     ));
     Ok(Exit::Fine)
 }

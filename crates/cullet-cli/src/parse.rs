@@ -68,6 +68,15 @@ pub(crate) fn span(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
+/// The most triangles that one test may cost where clusters are made; more would change nothing.
+pub(crate) const MOST_TRIANGLES: f64 = 1e6;
+
+/// Triangles that a test costs.
+pub(crate) fn triangles(text: &str) -> Result<f64, String> {
+    let fine = |v| (0.0..=MOST_TRIANGLES).contains(&v);
+    number(text, fine, "a number of triangles, 0 to 1e6; try 16")
+}
+
 /// Nanoseconds of something that happens.
 pub(crate) fn nanoseconds(text: &str) -> Result<f64, String> {
     let fine = |v| v > 0.0 && v <= cullet::Costs::MOST_NS;

@@ -5,15 +5,16 @@ use std::ops::ControlFlow;
 use cullet::cull::backface::ViewCone;
 use cullet::{Mesh, Output, Scene, ViewState, Visible};
 use cullet_bake::clusters::{ClusterOptions, Progress, build_reported};
-use cullet_draw::{Picture, RenderOptions, Selection, VolumeFigure};
+use cullet_draw::{Culled, Picture, RenderOptions, Selection, VolumeFigure};
 
 use crate::args::{PictureArgs, PictureKind, ViewArgs};
 use crate::bench::{self, BenchOptions};
-use crate::console::{Console, interrupted};
+use crate::console::{Console, count, interrupted};
 use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::inputs;
 use crate::occluders;
+use crate::opening;
 
 /// Where diagrams look from and to, where no eye is given.
 const SIGHT: [[f64; 3]; 2] = [[3.0, 2.0, 5.0], [0.0; 3]];
@@ -69,16 +70,32 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let clustered = [PictureKind::CullingVolume, PictureKind::Clusters, PictureKind::Cones]
         .contains(&args.kind);
     if clustered {
-        cluster(&mut model.scene, console)?;
+        let made = args.clusters.options(console)?;
+        cluster(&mut model.scene, &made.options, console)?;
+        console.line(format!("clusters for {}", made.words));
     }
     let mut culler = inputs::culler(&args.cull);
     culler.output = Output::Triangles;
-    culler.reasons = true;
+    (culler.reasons, culler.dropped) = (true, true);
     let scene = &model.scene;
     let colors = drawing::colors(&model);
     let options = RenderOptions { threads: args.view.threads, ..RenderOptions::default() };
+    let cull = || {
+        let (mut state, mut result) = (ViewState::default(), Visible::default());
+        culler.cull_one(scene, view, &mut state, &mut result);
+        (state, result)
+    };
     Ok(match args.kind {
-        PictureKind::Kinds => cullet_draw::kinds(scene, view, &culler, args.view.size),
+        PictureKind::Kinds => {
+            let (_, result) = cull();
+            let (picture, opened) = opening::kinds(&model, view, &result, args.view.size);
+            if let Some(height) = opened {
+                console.note(format!(
+                    "cut open at a height of {height:.4}, for what the view sees is covered from outside"
+                ));
+            }
+            picture
+        }
         PictureKind::Shaded => {
             let frame = cullet_draw::render(scene, view, Selection::All, &options);
             cullet_draw::shaded(scene, &frame, view, &colors)
@@ -89,17 +106,22 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
             cullet_draw::depth_complexity(&frame, None)
         }
         PictureKind::Map => {
-            let mut result = Visible::default();
-            culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
+            let (_, result) = cull();
             let seen = cullet_draw::render(scene, view, Selection::All, &options).visible();
             cullet_draw::top_down(scene, view, &result, &seen, args.view.size)
         }
         PictureKind::Hierarchy => cullet_draw::hierarchy(scene, view, args.view.size),
-        PictureKind::OcclusionBuffer => {
-            cullet_draw::occlusion_buffer(scene, view, &culler, args.view.size)
+        PictureKind::OcclusionBuffer | PictureKind::Occluders | PictureKind::Hidden => {
+            let (state, result) = cull();
+            let culled = Culled { state: &state, result: &result };
+            match args.kind {
+                PictureKind::OcclusionBuffer => {
+                    cullet_draw::occlusion_buffer(scene, view, &culled, args.view.size)
+                }
+                PictureKind::Occluders => cullet_draw::occluders(scene, view, &culled, &colors),
+                _ => cullet_draw::hidden(scene, view, &culled, &colors),
+            }
         }
-        PictureKind::Occluders => cullet_draw::occluders(scene, view, &culler, &colors),
-        PictureKind::Hidden => cullet_draw::hidden(scene, view, &culler, &colors),
         PictureKind::CullingVolume => {
             let (picture, f) = volume(args, scene)?;
             console.line(format!(
@@ -114,9 +136,9 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         PictureKind::Clusters => cullet_draw::clusters(scene, view),
         PictureKind::Cones => cullet_draw::cones(scene, view),
         PictureKind::BackRegions => {
-            let (picture, count) = cullet_draw::back_regions(scene, view);
-            let noun = if count == 1 { "region" } else { "regions" };
-            console.line(format!("{count} connected back-facing {noun}"));
+            let (picture, regions_found) = cullet_draw::back_regions(scene, view);
+            let regions = "connected back-facing regions";
+            console.line(count(regions_found as u64, "connected back-facing region", regions));
             picture
         }
         // The others show no scene.
@@ -145,13 +167,14 @@ fn costs() -> Vec<(String, f64)> {
 }
 
 /// Gives every mesh the clusters that are made for culling.
-fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
+fn cluster(scene: &mut Scene, options: &ClusterOptions, console: &Console) -> Result<(), Failure> {
     /// Steps of the bar.
     const STEPS: u64 = 1000;
     let whole = scene.meshes().iter().map(|m| f64::from(m.triangle_count())).sum::<f64>().max(1.0);
     let mut bar = console.progress("clusters", STEPS);
     let (mut before, mut shown) = (0.0, 0);
-    for (number, mesh) in scene.meshes_mut().enumerate() {
+    for number in 0..scene.meshes().len() as u32 {
+        let mesh = &scene.meshes()[number as usize];
         let triangles = f64::from(mesh.triangle_count());
         let data = mesh.to_data();
         let failed = |e: String| Failure::input(format!("mesh {number}: {e}"));
@@ -163,8 +186,8 @@ fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
             }
             if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let (clustering, report) = build_reported(&data, &ClusterOptions::default(), progress)
-            .map_err(|e| failed(e.to_string()))?;
+        let (clustering, report) =
+            build_reported(&data, options, progress).map_err(|e| failed(e.to_string()))?;
         if !report.complete {
             return Err(Failure {
                 exit: Exit::Interrupted,
@@ -172,7 +195,8 @@ fn cluster(scene: &mut Scene, console: &Console) -> Result<(), Failure> {
             });
         }
         before += triangles;
-        *mesh = Mesh::with_clusters(data, &clustering).map_err(|e| failed(e.to_string()))?;
+        let made = Mesh::with_clusters(data, &clustering).map_err(|e| failed(e.to_string()))?;
+        scene.edit_mesh(number, |mesh| *mesh = made);
     }
     Ok(())
 }
@@ -204,14 +228,21 @@ fn volume(args: &PictureArgs, scene: &Scene) -> Result<(Picture, VolumeFigure), 
     };
     made.ok_or_else(|| match args.cluster {
         Some(n) if n as usize >= clusters => Failure::usage(format!(
-            "--cluster {n}: the first mesh has {clusters} clusters, numbered from 0"
+            "--cluster {n}: the first mesh has {}, numbered from 0",
+            count(clusters as u64, "cluster", "clusters")
         )),
         Some(n) => Failure::usage(format!(
             "--cluster {n}: from no eye near it do all of its triangles face away; try another, or \
              none to take the widest that has a volume"
         )),
+        None if scene.meshes().iter().all(Mesh::is_two_sided) => Failure::input(
+            "no cluster of the scene has a culling volume: its meshes are two-sided, so their clusters are made \
+             otherwise; try --one-sided",
+        ),
         None => Failure::input(
-            "no cluster of the scene has a culling volume; for a two-sided mesh give --one-sided",
+            "no cluster of the scene has a culling volume: the triangles of each face all ways, as in a small solid \
+             that is one cluster, so there is no eye from which all of them face away; try a model of more triangles, \
+             such as knobs",
         ),
     })
 }

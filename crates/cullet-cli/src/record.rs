@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use cullet::{FunnelRow, Stage};
+use serde::{Serialize, Serializer};
 
 use crate::report::CostsRecord;
 
@@ -66,13 +67,61 @@ pub(crate) struct Counts {
 /// One stage and unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct StageRecord {
-    pub(crate) name: &'static str,
+    #[serde(rename = "name", serialize_with = "name_of")]
+    pub(crate) stage: Stage,
     pub(crate) unit: &'static str,
     #[serde(rename = "in")]
     pub(crate) entered: u64,
     #[serde(rename = "out")]
     pub(crate) left: u64,
+    /// In and out, whatever the unit of the stage.
+    pub(crate) instances: [u64; 2],
+    pub(crate) clusters: [u64; 2],
+    pub(crate) triangles: [u64; 2],
     pub(crate) ms: Option<f64>,
+}
+
+impl StageRecord {
+    pub(crate) fn new(row: &FunnelRow) -> Self {
+        let (a, b) = (row.entered, row.left);
+        Self {
+            stage: row.stage,
+            unit: row.unit.name(),
+            entered: a.of(row.unit),
+            left: b.of(row.unit),
+            instances: [a.instances, b.instances],
+            clusters: [a.clusters, b.clusters],
+            triangles: [a.triangles, b.triangles],
+            ms: row.nanoseconds.map(|ns| ns as f64 * 1e-6),
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        let add = |a: &mut [u64; 2], b: [u64; 2]| *a = [a[0] + b[0], a[1] + b[1]];
+        self.entered += other.entered;
+        self.left += other.left;
+        add(&mut self.instances, other.instances);
+        add(&mut self.clusters, other.clusters);
+        add(&mut self.triangles, other.triangles);
+        self.ms = self.ms.zip(other.ms).map(|(a, b)| a + b);
+    }
+
+    /// How many triangles it took.
+    pub(crate) fn taken(&self) -> u64 {
+        self.triangles[0].saturating_sub(self.triangles[1])
+    }
+}
+
+fn name_of<S: Serializer>(stage: &Stage, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(stage.name())
+}
+
+/// How many triangles each stage took, in the order of the stages; none that took nothing.
+pub(crate) type Removed = BTreeMap<Stage, u64>;
+
+/// An object with the names of the stages, in their order.
+fn by_name<S: Serializer>(removed: &Removed, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(removed.iter().map(|(stage, n)| (stage.name(), n)))
 }
 
 /// How often pixels were covered.
@@ -152,7 +201,8 @@ pub(crate) struct ViewRecord {
     pub(crate) triangles: Counts,
     pub(crate) instances: Counts,
     /// Triangles that each stage took, whether alone or with its whole cluster or instance.
-    pub(crate) removed: BTreeMap<&'static str, u64>,
+    #[serde(serialize_with = "by_name")]
+    pub(crate) removed: Removed,
     pub(crate) tightness: Option<f64>,
     pub(crate) verified: bool,
     pub(crate) false_culls: u64,
@@ -172,7 +222,8 @@ pub(crate) struct Summary {
     pub(crate) verified_views: Vec<usize>,
     pub(crate) triangles: Counts,
     pub(crate) instances: Counts,
-    pub(crate) removed: BTreeMap<&'static str, u64>,
+    #[serde(serialize_with = "by_name")]
+    pub(crate) removed: Removed,
     /// Potentially visible over visible triangles, in the views that were verified.
     pub(crate) tightness: Option<f64>,
     pub(crate) false_culls: u64,
@@ -280,19 +331,15 @@ impl Summary {
             })
         };
         let verified: Vec<&ViewRecord> = views.iter().filter(|v| v.verified).collect();
-        let mut removed = BTreeMap::new();
+        let mut removed = Removed::new();
         let mut stages: Vec<StageRecord> = Vec::new();
         for view in views {
-            for (&name, n) in &view.removed {
-                *removed.entry(name).or_default() += n;
+            for (&stage, n) in &view.removed {
+                *removed.entry(stage).or_default() += n;
             }
             for s in &view.stages {
-                match stages.iter_mut().find(|t| (t.name, t.unit) == (s.name, s.unit)) {
-                    Some(t) => {
-                        t.entered += s.entered;
-                        t.left += s.left;
-                        t.ms = t.ms.zip(s.ms).map(|(a, b)| a + b);
-                    }
+                match stages.iter_mut().find(|t| (t.stage, t.unit) == (s.stage, s.unit)) {
+                    Some(t) => t.add(s),
                     None => stages.push(*s),
                 }
             }
@@ -400,16 +447,19 @@ mod tests {
             far: None,
             hierarchy: HierarchyRecord::default(),
             stages: vec![StageRecord {
-                name: "frustum",
+                stage: Stage::Frustum,
                 unit: "instances",
                 entered: all,
                 left: drawn,
+                instances: [all, drawn],
+                clusters: [all, drawn],
+                triangles: [all, drawn],
                 ms: Some(1.0),
             }],
             whole: WholeRecord { in_frustum: [3, all], not_hidden: [2, drawn], occluders: [1, 1] },
             triangles,
             instances: triangles,
-            removed: BTreeMap::from([("frustum", all - drawn)]),
+            removed: BTreeMap::from([(Stage::Frustum, all - drawn)]),
             tightness: None,
             verified: visible.is_some(),
             false_culls: 0,
@@ -428,7 +478,7 @@ mod tests {
         let expected = Counts { all: 200, potentially_visible: 60, visible: Some(20) };
         assert_eq!(s.triangles, expected);
         assert_eq!(s.tightness, Some(3.0));
-        assert_eq!(s.removed["frustum"], 140);
+        assert_eq!(s.removed[&Stage::Frustum], 140);
         assert_eq!((s.whole.in_frustum, s.whole.not_hidden), ([6, 200], [4, 60]));
         assert_eq!((s.stages.len(), s.stages[0].entered, s.stages[0].ms), (1, 200, Some(2.0)));
     }
@@ -453,6 +503,8 @@ mod tests {
         assert_eq!(json["index"], 3);
         assert_eq!(json["stages"][0]["in"], 9);
         assert_eq!(json["stages"][0]["out"], 6);
+        assert_eq!(json["stages"][0]["triangles"], serde_json::json!([9, 6]));
+        assert_eq!(json["removed"]["frustum"], 3);
         assert_eq!(json["stages"][0]["ms"], 1.0);
         assert_eq!(json["triangles"]["potentially_visible"], 6);
         assert_eq!(json["false_culls"], 0);

@@ -9,7 +9,7 @@ use cullet::cull::occlusion::{Difference, Differences, Recording, Verdict};
 use cullet::{Culler, Level, Output, Scene, Stage, View, ViewState, Visible};
 use serde_json::json;
 
-use crate::console::{Console, grouped, write_json};
+use crate::console::{Console, count, grouped, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 
 /// What `cullet replay --help` ends with.
@@ -53,10 +53,10 @@ pub(crate) fn run(args: &ReplayArgs, console: &Console) -> Outcome {
         best = best.min(start.elapsed().as_secs_f64());
     }
     console.line(format!(
-        "{name}: {} views, {} occluders drawn, {} boxes asked for, {} of them hidden; {:.3} ms",
-        grouped(found.views),
-        grouped(found.drawn),
-        grouped(found.asked),
+        "{name}: {}, {} drawn, {} tested, {} of them hidden; {:.3} ms",
+        count(found.views, "view", "views"),
+        count(found.drawn, "occluder", "occluders"),
+        count(found.asked, "box", "boxes"),
         grouped(found.hidden),
         best * 1e3
     ));
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &ReplayArgs, console: &Console) -> Outcome {
     }
     console.line(match found.changed.len() {
         0 => "all answers are as they were".to_owned(),
-        n => format!("{} ANSWERS ARE OTHERS", grouped(n as u64)),
+        n => count(n as u64, "ANSWER DIFFERS", "ANSWERS DIFFER"),
     });
     if let Some(path) = &args.json {
         let changed: Vec<_> = found
@@ -125,9 +125,9 @@ pub(crate) fn write(recording: &Recording, path: &Path, console: &Console) -> Re
     let bytes = recording.encode();
     std::fs::write(path, &bytes).map_err(|e| Failure::write(path, &e))?;
     console.note(format!(
-        "{}: {} calls, {} bytes; cullet replay plays it",
+        "{}: {}, {} bytes; cullet replay plays it",
         path.display(),
-        grouped(recording.len() as u64),
+        count(recording.len() as u64, "call", "calls"),
         grouped(bytes.len() as u64)
     ));
     Ok(())

@@ -1,10 +1,9 @@
 //! Culls and verifies view after view, and keeps the tallies that the page and its advice rest on.
 
-use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use cullet::{Backface, Culler, Output, Reason, Stage, View, ViewState, Visible};
+use cullet::{Backface, Culler, Output, Reason, Stage, Unit, View, ViewState, Visible};
 use cullet_draw::{Frame, FrameStats, PixelId, Verification, VerifyOptions};
 use cullet_io::Model;
 
@@ -13,7 +12,8 @@ use crate::bounds::BoundsTest;
 use crate::exit::Failure;
 use crate::inputs;
 use crate::record::{
-    Counts, DepthRecord, HierarchyRecord, Loss, StageRecord, ViewRecord, WholeRecord, tightness,
+    Counts, DepthRecord, HierarchyRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord,
+    tightness,
 };
 
 /// What all views together did to one instance.
@@ -64,7 +64,8 @@ pub(crate) struct Survey {
     bounds: Option<BoundsTest>,
     backfaces: BackfaceTest,
     count_backfaces: bool,
-    state: ViewState,
+    /// Of the last view.
+    pub(crate) state: ViewState,
 }
 
 /// What one view left behind, for pictures and exports.
@@ -86,7 +87,7 @@ impl Survey {
     /// Ready for the first view.
     pub(crate) fn new(model: Model, mut culler: Culler, options: VerifyOptions) -> Self {
         culler.output = Output::Triangles;
-        culler.reasons = true;
+        (culler.reasons, culler.dropped) = (true, true);
         culler.clock = Some(clock);
         let scene = &model.scene;
         if culler.backface == Backface::Fast {
@@ -156,7 +157,6 @@ impl Survey {
             self.culler.cull_one(scene, view, &mut self.state, &mut result);
             Seen { result, verification: None }
         };
-        let by_cluster = self.backfaces.by_clusters(scene, view, &self.culler);
         self.tally_drawn(view, index, &seen.result);
         let proof = seen.verification.as_mut();
         let seen_instances = proof.as_ref().map(|v| self.tally_seen(index, &v.seen));
@@ -166,8 +166,7 @@ impl Survey {
         }
         let scene = &self.model.scene;
         let backfaces = self.count_backfaces.then_some(&mut self.backfaces);
-        let backfaces = backfaces.and_then(|b| b.measure(scene, view, &self.culler));
-        debug_assert!(backfaces.is_none_or(|b| b.by_cluster == by_cluster), "two counts differ");
+        let backfaces = backfaces.and_then(|b| b.measure(scene, view, &self.culler, &seen.result));
         let all = scene.triangle_count();
         let drawn = seen.result.triangle_count;
         let visible = proof.map(|v| v.visible);
@@ -181,16 +180,16 @@ impl Survey {
             direction,
             near,
             far,
-            stages: stages(&seen.result),
+            stages: seen.result.funnel.rows.iter().map(StageRecord::new).collect(),
             hierarchy: hierarchy(&seen.result),
-            whole: whole(&self.model, &seen.result),
+            whole: whole(&seen.result),
             triangles: Counts { all, potentially_visible: drawn, visible },
             instances: Counts {
                 all: u64::from(scene.instance_count()),
                 potentially_visible: seen.result.instance_count,
                 visible: seen_instances,
             },
-            removed: removed(&self.model, &seen.result, by_cluster),
+            removed: removed(&seen.result),
             tightness: visible.and_then(|v| tightness(drawn, v)),
             verified: proof.is_some(),
             false_culls: losses.len() as u64,
@@ -227,17 +226,21 @@ impl Survey {
                 mesh.kept += 1;
             }
         }
-        // Parts of what the frustum left: what faces away does not make an instance straddle it.
-        for part in self.backfaces.base.partial.chunk_by(|a, b| a.slot == b.slot) {
-            let slot = part[0].slot;
-            if result.reasons[slot as usize].is_some() {
-                continue;
+        // Of instances that are drawn, the clusters that are outside; what other stages took of them is not.
+        for ranges in result.dropped.chunk_by(|a, b| a.slot == b.slot) {
+            let slot = ranges[0].slot;
+            let clusters = scene.mesh(slot).clusters();
+            let starts = |from: u32| clusters.partition_point(|c| c.first_triangle < from);
+            let outside = ranges
+                .iter()
+                .filter(|d| (d.stage, d.unit) == (Stage::Frustum, Unit::Clusters))
+                .map(|d| starts(d.first_triangle + d.triangle_count) - starts(d.first_triangle))
+                .sum::<usize>();
+            if outside > 0 && result.reasons[slot as usize].is_none() {
+                let tally = &mut self.slots[slot as usize];
+                tally.straddled += 1;
+                tally.outside += outside as f32 / clusters.len() as f32;
             }
-            let inside: u32 = part.iter().map(|r| r.cluster_count).sum();
-            let clusters = scene.mesh(slot).clusters().len().max(1);
-            let tally = &mut self.slots[slot as usize];
-            tally.straddled += 1;
-            tally.outside += 1.0 - inside as f32 / clusters as f32;
         }
     }
 
@@ -333,17 +336,6 @@ pub(crate) fn reason_text(reason: Reason) -> String {
     }
 }
 
-fn stages(result: &Visible) -> Vec<StageRecord> {
-    let row = |r: &cullet::FunnelRow| StageRecord {
-        name: r.stage.name(),
-        unit: r.unit.name(),
-        entered: r.entered,
-        left: r.left,
-        ms: r.nanoseconds.map(|ns| ns as f64 * 1e-6),
-    };
-    result.funnel.rows.iter().map(row).collect()
-}
-
 fn hierarchy(result: &Visible) -> HierarchyRecord {
     let w = result.funnel.frustum;
     HierarchyRecord {
@@ -355,63 +347,25 @@ fn hierarchy(result: &Visible) -> HierarchyRecord {
     }
 }
 
-/// What is left when whole instances alone are dropped.
-fn whole(model: &Model, result: &Visible) -> WholeRecord {
-    let scene = &model.scene;
+/// What is left when whole instances alone are dropped: the rows of instances, the first of the funnel.
+fn whole(result: &Visible) -> WholeRecord {
     let work = result.funnel.occlusion;
     let mut record =
         WholeRecord { occluders: [work.offered, work.drawn], ..WholeRecord::default() };
-    for slot in scene.slots() {
-        let stage = result.reasons.get(slot as usize).copied().flatten().map(|r| r.stage);
-        let triangles = u64::from(scene.mesh(slot).triangle_count());
-        let count = |of: &mut [u64; 2]| *of = [of[0] + 1, of[1] + triangles];
-        if !matches!(stage, Some(Stage::Layer | Stage::Frustum)) {
-            count(&mut record.in_frustum);
-            // Back faces and the like go triangle by triangle, even where that takes all of an instance.
-            if matches!(stage, None | Some(Stage::Backface | Stage::Degenerate)) {
-                count(&mut record.not_hidden);
-            }
+    for row in result.funnel.rows.iter().filter(|row| row.unit == Unit::Instances) {
+        let left = [row.left.instances, row.left.triangles];
+        if matches!(row.stage, Stage::Layer | Stage::Frustum) {
+            record.in_frustum = left;
         }
+        record.not_hidden = left;
     }
     record
 }
 
-/// How many triangles each stage took. A stage may take whole instances, then clusters, then single
-/// triangles. Back faces go with whole clusters, `by_cluster` of them, and singly; the frustum works in
-/// all three, so it is what the others leave of the sum.
-fn removed(model: &Model, result: &Visible, by_cluster: u64) -> BTreeMap<&'static str, u64> {
-    let scene = &model.scene;
-    let mut by_stage: BTreeMap<Stage, u64> = BTreeMap::new();
-    for slot in scene.slots() {
-        let Some(reason) = result.reasons.get(slot as usize).copied().flatten() else { continue };
-        let mesh = scene.mesh(slot);
-        if reason.stage == Stage::Backface {
-            // Degenerate triangles are in no cluster, and go with the last one.
-            *by_stage.entry(reason.stage).or_default() += u64::from(mesh.degenerate_count());
-        }
-        let whole = match reason.stage {
-            Stage::Frustum | Stage::Backface => false,
-            // Instances that collapse go whole; of others the stage takes triangles, counted below.
-            Stage::Degenerate => {
-                mesh.clusters().is_empty() || scene.transform(slot).determinant() == 0.0
-            }
-            _ => true,
-        };
-        if whole {
-            *by_stage.entry(reason.stage).or_default() += u64::from(mesh.triangle_count());
-        }
-    }
-    *by_stage.entry(Stage::Backface).or_default() += by_cluster;
-    for row in &result.funnel.rows {
-        let single = matches!(row.stage, Stage::Backface | Stage::Degenerate);
-        if single && row.unit == cullet::Unit::Triangles {
-            *by_stage.entry(row.stage).or_default() += row.entered.saturating_sub(row.left);
-        }
-    }
-    let others: u64 = by_stage.values().sum();
-    let gone = scene.triangle_count().saturating_sub(result.triangle_count);
-    by_stage.insert(Stage::Frustum, gone.saturating_sub(others));
-    by_stage.into_iter().filter(|(_, n)| *n > 0).map(|(s, n)| (s.name(), n)).collect()
+/// How many triangles each stage took, whether with an instance, with a cluster or singly.
+fn removed(result: &Visible) -> Removed {
+    let taken = Stage::ALL.map(|stage| (stage, result.funnel.dropped(stage).triangles));
+    taken.into_iter().filter(|(_, n)| *n > 0).collect()
 }
 
 fn depth(stats: &FrameStats, primitives: u64, pixels: u64) -> DepthRecord {

@@ -4,7 +4,7 @@ use cullet::cull::occlusion::Recording;
 use serde::Serialize;
 
 use crate::args::VerifyArgs;
-use crate::console::{Console, grouped, interrupted, percent, write_json};
+use crate::console::{Console, agree, count, grouped, interrupted, percent, write_json};
 use crate::exit::{Exit, Outcome};
 use crate::inputs;
 use crate::occluders;
@@ -83,9 +83,10 @@ fn print_view(console: &Console, view: &ViewRecord) {
     let t = view.triangles;
     let seen = t.visible.unwrap_or(0);
     let line = format!(
-        "view {:>3}: {:>11} triangles, {:>11} left, {:>10} visible, tightness {}",
+        "view {:>3}: {:>11} {} {:>11} left, {:>10} visible, tightness {}",
         view.index,
         grouped(t.all),
+        agree(t.all, "triangle, ", "triangles,"),
         grouped(t.potentially_visible),
         grouped(seen),
         view.tightness.map_or_else(|| "-".into(), |t| format!("{t:.2}")),
@@ -127,16 +128,15 @@ fn print_summary(console: &Console, s: &Summary, samples: u32) {
     let t = s.triangles;
     let seen = t.visible.unwrap_or(0);
     console.line(format!(
-        "|A| {} all, |S'| {} potentially visible, |S| {} visible, over {} views",
+        "|A| {} all, |S'| {} potentially visible, |S| {} visible, over {}",
         grouped(t.all),
         grouped(t.potentially_visible),
         grouped(seen),
-        s.views
+        count(s.views as u64, "view", "views")
     ));
     // What would be left if the stages up to this one were all there were.
     let mut left = t.all;
-    for stage in cullet::Stage::ALL {
-        let Some(&n) = s.removed.get(stage.name()) else { continue };
+    for (stage, &n) in &s.removed {
         left = left.saturating_sub(n);
         let tightness = crate::record::tightness(left, seen);
         console.line(format!(
@@ -153,7 +153,7 @@ fn print_summary(console: &Console, s: &Summary, samples: u32) {
     };
     console.line(match s.false_culls {
         0 => format!("0 false culls: the images agree {how}"),
-        n => format!("{} FALSE CULLS", grouped(n)),
+        n => count(n, "FALSE CULL", "FALSE CULLS"),
     });
 }
 

@@ -16,6 +16,7 @@ program, then in PATH. What follows the scene is handed on: cullet view city --h
 Examples
   cullet view                            the built-in city
   cullet view model.glb
+  cullet view scan.ply --one-sided       cull the back faces of a scan with small holes too
   cullet view city --state 'layout=split&ghosts.form=solid'
   cullet view office --size 960x600 --screenshot office.png";
 

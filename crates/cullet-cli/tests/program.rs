@@ -320,6 +320,56 @@ fn a_cluster_that_is_not_there_is_refused_with_the_limit() {
     assert!(!Path::new(&out).exists());
 }
 
+#[test]
+fn a_solid_without_a_culling_volume_is_not_called_two_sided() {
+    let folder = Folder::new("cube");
+    let cube = folder.path("cube.obj");
+    let corners = (0..8).map(|i| format!("v {} {} {}\n", i & 1, i >> 1 & 1, i >> 2));
+    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    std::fs::write(&cube, corners.collect::<String>() + faces).unwrap();
+    let out = folder.path("volume.png");
+    let volume = |more: &[&str]| {
+        cullet(&[&["picture", "culling-volume", &cube, "--out", &out], more].concat())
+    };
+    let solid = volume(&[]);
+    assert_eq!(solid.status.code(), Some(3));
+    assert!(
+        text(&solid.stderr).contains("face all ways") && !text(&solid.stderr).contains("two-sided")
+    );
+    assert!(text(&volume(&["--two-sided"]).stderr).contains("--one-sided"));
+}
+
+#[test]
+fn kinds_opens_a_scene_above_the_eye_where_it_is_covered() {
+    let folder = Folder::new("kinds");
+    let out = folder.path("kinds.png");
+    let kinds = |scene: &str, eye: &str| {
+        let target = "4,1.5,40";
+        let still = ["--eye", eye, "--target", target, "--size", "320x200", "--out", &out];
+        let done = cullet(&[&["picture", "kinds", scene], &still[..]].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+        text(&done.stderr).contains("cut open at a height of")
+    };
+    assert!(kinds("office:roof=1,floors=1", "4,1.6,4"));
+    assert!(!kinds("knobs:n=6", "0,1,5"));
+}
+
+#[test]
+fn the_city_is_walked_through_and_a_model_looked_at_from_all_around() {
+    let folder = Folder::new("paths");
+    let path = |scene: &str, more: &[&str]| {
+        let (page, out) = (folder.path("page"), folder.path("v.json"));
+        let views = ["--views", "1", "--size", "64x48", "--samples", "1"];
+        let files = ["--out", &page, "--json", &out];
+        let done = cullet(&[&["report", scene], &views[..], &files, more].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", text(&done.stderr));
+        json(&out)["settings"]["path"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(path("city:cells=6,objects=20", &[]), "walk");
+    assert_eq!(path("city:cells=6,objects=20", &["--path", "orbit"]), "orbit");
+    assert_eq!(path("knobs:n=6", &[]), "orbit");
+}
+
 /// A file of costs: 4 ns for a triangle that is rejected, 5 to 7 ns for one that is drawn.
 fn costs_file() -> Value {
     let names = [

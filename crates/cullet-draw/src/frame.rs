@@ -109,6 +109,23 @@ impl Frame {
         self.ids[y as usize * self.width as usize + x as usize]
     }
 
+    /// Each `n`th pixel of each `n`th row, for a smaller picture: owners and depths alone. 0 is 1.
+    #[must_use]
+    pub fn thinned(&self, n: u32) -> Self {
+        let n = n.max(1);
+        let (width, height) = (self.width.div_ceil(n), self.height.div_ceil(n));
+        let kept = || {
+            let rows = (0..self.height).step_by(n as usize);
+            rows.flat_map(|y| {
+                let row = y as usize * self.width as usize;
+                (0..self.width).step_by(n as usize).map(move |x| row + x as usize)
+            })
+        };
+        let ids = kept().map(|at| self.ids[at]).collect();
+        let depth = kept().map(|at| self.depth[at]).collect();
+        Self { width, height, ids, depth, ..Self::default() }
+    }
+
     /// Fills in the blended triangles, from where each passed in each tile.
     pub(crate) fn set_blended(&mut self, mut passed: Vec<(PixelId, [u32; 2])>) {
         passed.sort_unstable_by_key(|&(id, [x, y])| (id, y, x));
@@ -128,5 +145,27 @@ impl Frame {
         if touched > 0 {
             self.stats.mean_layers = self.stats.fragments as f64 / touched as f64;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thinned_frame_has_each_second_pixel_of_each_second_row() {
+        let id = |slot| PixelId { slot, triangle: 0 };
+        let frame = Frame {
+            width: 5,
+            height: 3,
+            ids: (0..15).map(id).collect(),
+            depth: (0..15).map(f64::from).collect(),
+            ..Frame::default()
+        };
+        let thinned = frame.thinned(2);
+        assert_eq!((thinned.width, thinned.height), (3, 2));
+        assert_eq!(thinned.ids, [0, 2, 4, 10, 12, 14].map(id));
+        assert_eq!(thinned.depth, [0.0, 2.0, 4.0, 10.0, 12.0, 14.0]);
+        assert_eq!(frame.thinned(0), frame);
     }
 }

@@ -66,8 +66,8 @@ pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
 pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
 pub use picture::{
-    OpenedScene, Picture, cut_away, depth_complexity, fly_out, hidden, hierarchy, kinds, kinds_of,
-    occluders, occlusion_buffer, opened, palette, shaded, top_down,
+    Culled, OpenedScene, Outlook, Picture, cut_away, depth_complexity, hidden, hierarchy, kinds,
+    kinds_of, occluders, occlusion_buffer, opened, palette, shaded, top_down,
 };
 pub use picture::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,

@@ -9,9 +9,9 @@ use common::{city, frustum_kept, look};
 use cullet::cull::backface::ViewCone;
 use cullet::{Scene, View};
 use cullet_draw::{
-    Picture, RenderOptions, Selection, VerifyOptions, back_regions, clusters, cones,
-    conservative_set, culling_volume, depth_complexity, fly_out, kinds_of, normal_mask,
-    normal_partition, render, shaded, top_down, verify_visible,
+    Outlook, Picture, RenderOptions, Selection, VerifyOptions, back_regions, clusters, cones,
+    conservative_set, culling_volume, depth_complexity, kinds_of, normal_mask, normal_partition,
+    render, shaded, top_down, verify_visible,
 };
 
 /// A channel may differ by so much: sine and power are not the same to the last bit everywhere.
@@ -115,7 +115,8 @@ const SHEET: [u32; 2] = [640, 360];
 #[test]
 fn diagrams_of_normals() {
     let cone = ViewCone::around([-3.0, -2.0, -5.0], 10f64.to_radians()).unwrap();
-    golden("normal-mask", &normal_mask(&cone, SHEET).halved());
+    // With 3,000 lines, so small that its file is, too.
+    golden("normal-mask", &normal_mask(&cone, SHEET).halved().halved());
     golden("normal-partition", &normal_partition(20.0, SHEET).halved());
     golden("conservative-set", &conservative_set(90.0, SHEET).halved());
 }
@@ -191,7 +192,7 @@ fn pictures_of_nothing_are_pictures() {
     assert_eq!(top_down(&scene, &view, &none, &[], [0, 0]).width, 320);
     assert!(depth_complexity(&frame, None).height > 30);
     let size = [320, 200];
-    let picture = kinds_of(&scene, &view, &none, &fly_out(&scene, &view, size));
+    let picture = kinds_of(&scene, &view, &none, &Outlook::new(&scene, &view, size).from);
     assert_eq!([picture.width, picture.height], size);
     for picture in [clusters(&scene, &view), cones(&scene, &view), back_regions(&scene, &view).0] {
         assert_eq!([picture.width, picture.height], [40, 30]);

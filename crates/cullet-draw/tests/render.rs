@@ -147,7 +147,7 @@ fn fans_cover_each_pixel_once_from_any_eye() {
 #[test]
 fn a_closed_surface_around_the_eye_covers_each_pixel_once() {
     let mut scene = one(ball(17, 23));
-    scene.meshes_mut().for_each(|m| m.set_two_sided(true));
+    scene.edit_meshes(|_, m| m.set_two_sided(true));
     let projection =
         Projection::Perspective { fov_y_radians: 2.6, aspect: 1.0, near: 1e-3, far: f64::INFINITY };
     let mut random = Random::new(11);

@@ -11,6 +11,7 @@
 mod file;
 mod free;
 mod keys;
+mod orbit;
 mod roam;
 
 use std::fmt;
@@ -26,7 +27,6 @@ use thiserror::Error;
 pub use file::to_json;
 
 use crate::Model;
-use crate::scenes::sin_cos;
 
 /// Which path.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
@@ -71,6 +71,16 @@ impl fmt::Display for PathSpec {
             Self::File(path) => write!(f, "file:{}", path.display()),
             Self::Camera(name) => write!(f, "camera:{name}"),
         }
+    }
+}
+
+/// The path that shows the most of a built-in scene, named as for [`build`](crate::scenes::build): a walk through
+/// those that one walks in, where frustum, occlusion and back faces all have something to cull; around the others.
+#[must_use]
+pub fn of_builtin(scene: &str) -> PathSpec {
+    match scene.split(':').next().unwrap_or_default().trim() {
+        "city" | "office" | "plant" | "forest" | "moving" => PathSpec::Walk,
+        _ => PathSpec::Orbit,
     }
 }
 
@@ -219,7 +229,7 @@ pub fn cameras(
     }
     let lens = Lens::new(model, viewport, overrides);
     let cameras = match path {
-        PathSpec::Orbit => orbit(&lens, count)?,
+        PathSpec::Orbit => orbit::orbit(model, &lens, count)?,
         PathSpec::Walk => roam::walk(model, &lens, count)?,
         PathSpec::Fly => roam::fly(model, &lens, count)?,
         PathSpec::File(file) => file::cameras(file, &lens, count)?,
@@ -358,45 +368,4 @@ impl Lens {
     fn look_along(&self, eye: DVec3, direction: DVec3) -> Camera {
         self.look_at(eye, eye + direction)
     }
-}
-
-/// Around the middle of the extent, now lower, now higher, and higher for a flat model, which from low down
-/// would be a streak; the eye moves sideways and back until the extent's eight corners just fill the
-/// picture.
-fn orbit(lens: &Lens, count: usize) -> Result<Vec<Camera>, PathError> {
-    let [low, high] = lens.extent()?;
-    let centre = (low + high) * 0.5;
-    let half = ((high - low) * 0.5).max(DVec3::splat(f64::MIN_POSITIVE));
-    // A margin of a twentieth on each side.
-    let t = lens.tangents(lens.fov_radians()) * 0.95;
-    // The golden ratio keeps the starts of many seeds apart; the first shows three quarters.
-    let start = 0.1 + lens.overrides.seed as f64 * 0.618_033_988_749_894_9;
-    // In degrees: 20 for a tower, 37 for a plain.
-    let elevation = 20.0 + 17.0 * (1.0 - half.y / half.max_element());
-    let camera = |i: usize| {
-        let turn = i as f64 / count as f64;
-        let (sin, cos) = sin_cos(start + turn);
-        let (up, out) = sin_cos((elevation + 12.0 * sin_cos(turn * 3.0).0) / 360.0);
-        let back = DVec3::new(sin * out, up, cos * out);
-        let right = DVec3::Y.cross(back).normalize();
-        let above = back.cross(right);
-        // A corner p is in the picture iff |p·right − x| ≤ t.x (d − p·back), and the like for y: each
-        // corner bounds x and d from both sides, and the bounds meet at the least distance.
-        let mut reach = [[f64::NEG_INFINITY; 2]; 2];
-        for i in 0..8 {
-            let sign = |bit: i32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
-            let p = half * DVec3::new(sign(0), sign(1), sign(2));
-            for (axis, (along, t)) in [(right, t.x), (above, t.y)].into_iter().enumerate() {
-                let [most, least] = &mut reach[axis];
-                *most = most.max(p.dot(along) + t * p.dot(back));
-                *least = least.max(-p.dot(along) + t * p.dot(back));
-            }
-        }
-        let distance = |axis: usize, t: f64| (reach[axis][0] + reach[axis][1]) / (2.0 * t);
-        let shift = |axis: usize| (reach[axis][0] - reach[axis][1]) * 0.5;
-        let d = distance(0, t.x).max(distance(1, t.y));
-        let eye = centre + right * shift(0) + above * shift(1) + back * d;
-        lens.look_along(eye, -back)
-    };
-    Ok((0..count).map(camera).collect())
 }

@@ -109,25 +109,63 @@ fn a_walk_is_at_eye_height_and_sees_something() {
 }
 
 #[test]
-fn an_orbit_fills_the_picture() {
-    for text in SCENES {
-        let model = scenes::build(text).unwrap();
+fn an_orbit_fills_the_picture_with_what_is_drawn() {
+    // And a cone on its tip, whose box is half empty.
+    let mut cone = Model::default();
+    let rim = (0..24).map(|i| (f64::from(i) / 24.0 * std::f64::consts::TAU).sin_cos());
+    let mut positions: Vec<[f32; 3]> = rim.map(|(s, c)| [s as f32, 0.0, c as f32]).collect();
+    positions.push([0.0, -3.0, 0.0]);
+    let indices = (0..24).flat_map(|i| [i, (i + 1) % 24, 24]).collect();
+    let data = cullet::MeshData { positions, indices, ..cullet::MeshData::default() };
+    let mesh = cone.scene.add_mesh(cullet::Mesh::new(data).unwrap());
+    let place =
+        cullet::Transform { translation: [900.0, -4.0, 7.0], ..cullet::Transform::IDENTITY };
+    cone.scene.add(cullet::Instance::new(mesh, place)).unwrap();
+    cone.scene.commit();
+    let models = SCENES.iter().map(|text| scenes::build(text).unwrap()).chain([cone]);
+    for model in models {
+        let scene = &model.scene;
+        let vertices = || {
+            scene.slots().flat_map(|slot| {
+                let (m, own) = (scene.transform(slot).to_matrix(), scene.mesh(slot));
+                let m = DMat4::from_cols_array(&m);
+                // What deforms may be anywhere within its bounds.
+                let set = scene.transform(slot).transform_box(&own.bounds(), scene.origin())
+                    != scene.bounds(slot);
+                let bounds = scene.bounds(slot).corners().map(|c| DVec3::from(c.map(f64::from)));
+                let positions = own.positions().iter().filter(move |_| !set);
+                let placed =
+                    positions.map(move |p| m.transform_point3(DVec3::from(p.map(f64::from))));
+                placed.chain(bounds.into_iter().filter(move |_| set))
+            })
+        };
         for viewport in [VIEWPORT, [200, 900]] {
             for fov in [20.0, 60.0, 110.0] {
                 let overrides = Overrides { fov_degrees: Some(fov), ..Overrides::default() };
                 let views =
-                    paths::views(&model, &PathSpec::Orbit, 7, viewport, &overrides).unwrap();
+                    paths::views(&model, &PathSpec::Orbit, 3, viewport, &overrides).unwrap();
                 for v in views {
                     let m = DMat4::from_cols_array(&v.clip_from_world());
-                    let mut most = [0.0f64; 2];
-                    for c in model.scene.extent().corners() {
-                        let p = m * DVec3::from(c.map(f64::from)).extend(1.0);
-                        assert!(p.z >= 0.0 && p.z <= p.w, "{text}: clipped by near or far");
-                        most[0] = most[0].max((p.x / p.w).abs());
-                        most[1] = most[1].max((p.y / p.w).abs());
+                    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+                    let mut nearest = f64::INFINITY;
+                    for p in vertices() {
+                        let p = m * p.extend(1.0);
+                        assert!(p.z >= 0.0 && p.z <= p.w, "{}: clipped by near or far", model.name);
+                        for (k, v) in [p.x / p.w, p.y / p.w].into_iter().enumerate() {
+                            (low[k], high[k]) = (low[k].min(v), high[k].max(v));
+                        }
+                        nearest = nearest.min(p.w);
                     }
-                    let most_of_both = most[0].max(most[1]);
-                    assert!((0.9..0.96).contains(&most_of_both), "{text} {fov}: {most:?}");
+                    // One way the picture is full, the other way its contents are in the middle.
+                    let full = [0, 1].map(|k| high[k].max(-low[k]));
+                    let both = full[0].max(full[1]);
+                    let what = format!("{} {fov} {viewport:?}: {low:?} {high:?}", model.name);
+                    // Or else the eye would come too near to something.
+                    let close = nearest
+                        < 0.1001
+                            * DVec3::from(scene.extent().half_extent().map(f64::from)).length();
+                    assert!(both < 0.9501 && (both > 0.9499 || close), "{what}");
+                    assert!((0..2).all(|k| (high[k] + low[k]).abs() < 0.03), "{what}");
                 }
             }
         }
@@ -366,4 +404,15 @@ fn wrong_paths_are_explained() {
     let look =
         |target| paths::look_at(&model, [1.0, 2.0, 3.0], target, VIEWPORT, &Overrides::default());
     assert!(look([0.0; 3]).is_ok() && look([1.0, 2.0, 3.0]).is_err());
+}
+
+#[test]
+fn each_built_in_scene_has_a_path_that_suits_it() {
+    let walked: Vec<&str> = (scenes::list().iter().map(|s| s.name))
+        .filter(|name| paths::of_builtin(name) == PathSpec::Walk)
+        .collect();
+    assert_eq!(walked, ["city", "office", "plant", "forest", "moving"]);
+    assert_eq!(paths::of_builtin(" city:cells=4"), PathSpec::Walk);
+    assert_eq!(paths::of_builtin("knobs"), PathSpec::Orbit);
+    assert_eq!(paths::of_builtin("model.glb"), PathSpec::Orbit);
 }

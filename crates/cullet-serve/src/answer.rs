@@ -66,7 +66,7 @@ impl Answers {
             }
         };
         if method == Method::HEAD {
-            // The size stays in the headers; the body, and a thread that reads for it, go.
+            // The size stays in the headers; the body goes.
             if let Answer::Whole(Some(bytes)) = answer.body() {
                 let length = HeaderValue::from(bytes.len());
                 answer.headers_mut().insert(header::CONTENT_LENGTH, length);

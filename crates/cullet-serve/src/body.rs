@@ -1,25 +1,27 @@
 //! The body of an answer: bytes in memory, or a file that is read as it is sent.
 
+use std::fmt;
 use std::io::{self, Read};
 use std::pin::Pin;
-use std::task::{Context, Poll};
+use std::task::{Context, Poll, ready};
 
 use bytes::Bytes;
 use http_body::{Body, Frame, SizeHint};
-use tokio::sync::mpsc::{self, Receiver};
+use tokio::task::{JoinHandle, spawn_blocking};
 
-/// Read, and sent, at a time.
-const BLOCK: usize = 128 << 10;
-/// Blocks read ahead of the client.
-const AHEAD: usize = 4;
+/// Bytes read, and sent, at a time. An answer holds two blocks at most: one on its way, one read ahead.
+const BLOCK: usize = 64 << 10;
+
+/// What is read for an answer.
+type Source = Box<dyn Read + Send>;
 
 /// What an answer carries.
 #[derive(Debug)]
 pub(crate) enum Answer {
     /// All of it, or nothing any more.
     Whole(Option<Bytes>),
-    /// Blocks from a thread that reads; how many bytes are still to come, where it is known.
-    Blocks(Receiver<io::Result<Bytes>>, Option<u64>),
+    /// Blocks that are read one by one; how many bytes are still to come, where it is known.
+    Blocks(Blocks, Option<u64>),
 }
 
 impl Answer {
@@ -28,28 +30,68 @@ impl Answer {
         Self::Whole(Some(bytes.into()))
     }
 
-    /// Reads `source` to its end in a thread for blocking work; a client that goes away ends that.
-    pub(crate) fn reading(mut source: impl Read + Send + 'static, length: Option<u64>) -> Self {
-        let (send, receive) = mpsc::channel(AHEAD);
-        tokio::task::spawn_blocking(move || {
-            loop {
-                let mut block = vec![0; BLOCK];
-                let read = match source.read(&mut block) {
-                    Ok(0) => return,
-                    Ok(n) => {
-                        block.truncate(n);
-                        Ok(Bytes::from(block))
+    /// Reads `source` to its end, at the pace of the client. Nothing is read before the first block is wanted.
+    pub(crate) fn reading(source: impl Read + Send + 'static, length: Option<u64>) -> Self {
+        Self::Blocks(Blocks(Next::Source(Box::new(source))), length)
+    }
+}
+
+/// A source read block by block in threads for blocking work. Each block is a task of its own, so that a client
+/// who takes nothing holds two blocks and no thread.
+pub(crate) struct Blocks(Next);
+
+enum Next {
+    /// To be read when wanted.
+    Source(Source),
+    /// Being read, or read.
+    Block(JoinHandle<(Source, io::Result<Bytes>)>),
+    /// At its end, or failed.
+    End,
+}
+
+impl Next {
+    fn begin(mut source: Source) -> Self {
+        Self::Block(spawn_blocking(move || {
+            let mut block = Vec::with_capacity(BLOCK);
+            let read = source.by_ref().take(BLOCK as u64).read_to_end(&mut block);
+            (source, read.map(|_| Bytes::from(block)))
+        }))
+    }
+}
+
+impl Blocks {
+    fn poll(&mut self, context: &mut Context<'_>) -> Poll<Option<io::Result<Bytes>>> {
+        loop {
+            match &mut self.0 {
+                Next::Source(_) => {
+                    if let Next::Source(source) = std::mem::replace(&mut self.0, Next::End) {
+                        self.0 = Next::begin(source);
                     }
-                    Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
-                    Err(e) => Err(e),
-                };
-                let failed = read.is_err();
-                if send.blocking_send(read).is_err() || failed {
-                    return;
                 }
+                Next::Block(task) => {
+                    let read = ready!(Pin::new(task).poll(context));
+                    self.0 = Next::End;
+                    let (source, block) = match read {
+                        Ok(read) => read,
+                        Err(e) => return Poll::Ready(Some(Err(io::Error::other(e)))),
+                    };
+                    if block.as_ref().is_ok_and(Bytes::is_empty) {
+                        return Poll::Ready(None);
+                    }
+                    if block.is_ok() {
+                        self.0 = Next::begin(source);
+                    }
+                    return Poll::Ready(Some(block));
+                }
+                Next::End => return Poll::Ready(None),
             }
-        });
-        Self::Blocks(receive, length)
+        }
+    }
+}
+
+impl fmt::Debug for Blocks {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Blocks").finish_non_exhaustive()
     }
 }
 
@@ -63,7 +105,7 @@ impl Body for Answer {
     ) -> Poll<Option<io::Result<Frame<Bytes>>>> {
         match &mut *self {
             Self::Whole(bytes) => Poll::Ready(bytes.take().map(|b| Ok(Frame::data(b)))),
-            Self::Blocks(receive, left) => receive.poll_recv(context).map(|block| {
+            Self::Blocks(blocks, left) => blocks.poll(context).map(|block| {
                 let block = block?;
                 if let (Ok(block), Some(left)) = (&block, left) {
                     *left = left.saturating_sub(block.len() as u64);

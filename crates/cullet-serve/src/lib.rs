@@ -13,6 +13,7 @@
 
 mod answer;
 mod body;
+mod places;
 mod server;
 mod site;
 

@@ -4,19 +4,24 @@ use std::convert::Infallible;
 use std::io;
 use std::net::SocketAddr;
 use std::pin::pin;
-use std::sync::Arc;
+use std::rc::Rc;
 use std::task::Poll;
 use std::time::Duration;
 
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
-use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::rt::TokioIo;
 use hyper_util::server::graceful::GracefulShutdown;
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
+use tokio::task::LocalSet;
 
 use crate::Site;
 use crate::answer::Answers;
+use crate::places::{Places, Progress, Watched};
+
+/// Threads that read scenes, and compress them. Each works on one block at a time, whoever's it is, so that no client
+/// holds one.
+const READERS: usize = 4;
 
 /// What a client may ask for. The defaults suit browsers, which send headers of one or two kilobytes.
 #[derive(Clone, Copy, Debug)]
@@ -28,9 +33,13 @@ pub struct Limits {
     pub headers: usize,
     /// Bytes of an address with its query; more is answered with 414.
     pub target_bytes: usize,
-    /// How long a request's head may take to arrive, and an idle connection to ask again.
+    /// How long a request's head may take to arrive whole, from the moment the connection is accepted; cut off after.
     pub head_time: Duration,
-    /// Connections at a time; more wait.
+    /// How long a client may take nothing of its answer; cut off after.
+    pub stall_time: Duration,
+    /// Connections at a time. One more takes the place of the one that has waited longest for its request's head, else
+    /// of one that has taken nothing of its answer for a while; while all take their answers it waits. An answer holds
+    /// at most 128 KiB of a scene, beside what the system keeps for the connection, and two file handles.
     pub connections: usize,
     /// How long answers may go on once the server was asked to stop.
     pub stop_time: Duration,
@@ -42,8 +51,9 @@ impl Default for Limits {
             head_bytes: 16 << 10,
             headers: 64,
             target_bytes: 2 << 10,
-            head_time: Duration::from_secs(30),
-            connections: 64,
+            head_time: Duration::from_secs(5),
+            stall_time: Duration::from_secs(30),
+            connections: 128,
             stop_time: Duration::from_secs(2),
         }
     }
@@ -65,7 +75,10 @@ impl Server {
     /// # Errors
     /// If the address cannot be listened on.
     pub fn bind(address: SocketAddr, site: Site, limits: Limits) -> io::Result<Self> {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .max_blocking_threads(READERS)
+            .build()?;
         let listener = runtime.block_on(TcpListener::bind(address))?;
         let address = listener.local_addr()?;
         Ok(Self { runtime, listener, address, site, limits })
@@ -101,8 +114,8 @@ impl Server {
     /// Serves until `stop` is done. A body of a request is never read; see [`Limits`] for the rest.
     pub fn run_until(self, stop: impl Future<Output = ()>) {
         let Self { runtime, listener, address, site, limits } = self;
-        let answers = Arc::new(Answers { site, ip: address.ip(), max_target: limits.target_bytes });
-        runtime.block_on(serve(listener, answers, limits, stop));
+        let answers = Answers { site, ip: address.ip(), max_target: limits.target_bytes };
+        LocalSet::new().block_on(&runtime, serve(listener, answers, limits, stop));
         // Threads that read for a client who went away end by themselves.
         runtime.shutdown_timeout(limits.stop_time);
     }
@@ -110,44 +123,64 @@ impl Server {
 
 async fn serve(
     listener: TcpListener,
-    answers: Arc<Answers>,
+    answers: Answers,
     limits: Limits,
     stop: impl Future<Output = ()>,
 ) {
     let graceful = GracefulShutdown::new();
-    let places = Arc::new(Semaphore::new(limits.connections));
+    let places = Rc::new(Places::default());
+    let answers = Rc::new(answers);
     let mut http = http1::Builder::new();
-    http.timer(TokioTimer::new())
-        .header_read_timeout(limits.head_time)
-        .max_headers(limits.headers)
-        .max_buf_size(limits.head_bytes.max(8192));
+    // One request a connection: none is kept idle, and each is either waited for or answered. A page is a handful of
+    // files, and a new connection costs nothing beside any of them.
+    http.keep_alive(false).max_headers(limits.headers).max_buf_size(limits.head_bytes.max(8192));
     let accept = async {
         loop {
-            // The semaphore is never closed, so this only waits.
-            let Ok(place) = Arc::clone(&places).acquire_owned().await else { return };
             let stream = match listener.accept().await {
                 Ok((stream, _)) => stream,
+                // A client that is gone again.
+                Err(e) if e.kind() == io::ErrorKind::ConnectionAborted => continue,
                 Err(_) => {
-                    // Out of file handles, or a client that is gone: neither ends the server.
+                    // Out of file handles, most likely: fewer connections help, and it does not end the server.
+                    places.cut_one();
                     tokio::time::sleep(Duration::from_millis(50)).await;
                     continue;
                 }
             };
-            let answers = Arc::clone(&answers);
-            let service = service_fn(move |request| {
-                let answer = answers.to(&request);
-                async move { Ok::<_, Infallible>(answer) }
-            });
-            let connection = graceful.watch(http.serve_connection(TokioIo::new(stream), service));
-            tokio::spawn(async move {
-                // A client that breaks off, or asks wrongly, is its own affair.
-                let _ = connection.await;
-                drop(place);
-            });
+            places.room(limits.connections).await;
+            let progress = Rc::new(Progress::new());
+            let service = {
+                let (answers, progress) = (Rc::clone(&answers), Rc::clone(&progress));
+                service_fn(move |request| {
+                    progress.answered();
+                    let answer = answers.to(&request);
+                    async move { Ok::<_, Infallible>(answer) }
+                })
+            };
+            let stream = Watched { stream, progress: Rc::clone(&progress) };
+            let connection = http.serve_connection(TokioIo::new(stream), service);
+            let connection = in_time(graceful.watch(connection), Rc::clone(&progress), limits);
+            places.take(progress, connection);
+            // Whoever sent its request with its connection is heard before the next is accepted.
+            tokio::task::yield_now().await;
         }
     };
     first_of(stop, accept).await;
     let _ = tokio::time::timeout(limits.stop_time, graceful.shutdown()).await;
+}
+
+/// Serves a connection to its end, or until its client is too slow. That one breaks off, or asks wrongly, is its own
+/// affair.
+async fn in_time(connection: impl Future, progress: Rc<Progress>, limits: Limits) {
+    let mut connection = pin!(connection);
+    loop {
+        let deadline = progress.deadline(limits.head_time, limits.stall_time);
+        let ended = tokio::time::timeout_at(deadline, connection.as_mut()).await;
+        // The deadline moves when the client gets further.
+        if ended.is_ok() || progress.deadline(limits.head_time, limits.stall_time) <= deadline {
+            return;
+        }
+    }
 }
 
 /// Waits for either of two, and drops the other.

@@ -62,6 +62,9 @@ pub enum SiteError {
         /// Their size so far.
         bytes: u64,
     },
+    /// Neither a file nor a built-in scene.
+    #[error("{0}")]
+    NoScene(String),
     /// A scene that cannot be had.
     #[error("{scene}: {error}")]
     Scene {
@@ -189,10 +192,7 @@ fn scene_file(text: &str, path: &Path) -> Result<(String, SceneFile), SiteError>
     let read = |error| SiteError::Read { path: path.to_owned(), error };
     let meta = match fs::metadata(path) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => {
-            let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
-            let known = known.join(", ");
-            let error = format!("there is no such file, nor such a scene; built in are {known}");
-            return Err(no_scene(text, error));
+            return Err(SiteError::NoScene(scenes::no_such_file(text)));
         }
         meta => meta.map_err(read)?,
     };

@@ -199,20 +199,26 @@ impl Rig {
         }
     }
 
-    /// A camera behind and above this one, that has its frustum and much of the scene before it. `reach` is
-    /// the radius of the scene; `around` and `above` turn it by degrees, `nearer` brings it closer.
+    /// A camera behind and above this one, that has its frustum and much of the scene before it; and where this one
+    /// is outside of the scene, whose middle is `centre` and whose radius is `reach`, one that looks at the scene
+    /// from aside and sees it about as large. The farther out, from 1 to 1.5 radii, the more of the second.
     #[must_use]
-    pub fn outside(&self, reach: f64, chase: &Chase) -> Self {
-        let eye = DVec3::from(self.eye());
+    pub fn outside(&self, centre: [f64; 3], reach: f64, chase: &Chase) -> Self {
+        let (eye, centre) = (DVec3::from(self.eye()), DVec3::from(centre));
         let (sin, cos) = self.yaw.to_radians().sin_cos();
         let heading = DVec3::new(-sin, 0.0, -cos);
+        let away = eye.distance(centre) / reach;
+        let out = ((away - 1.0) * 2.0).clamp(0.0, 1.0);
+        const FOV: f64 = 50.0;
+        let half = |fov: f64| (fov * 0.5).to_radians().tan();
+        let between = |near: f64, far: f64| near + (far - near) * out;
         Self {
             mode: Mode::Orbit,
-            target: (eye + heading * (0.25 * reach)).into(),
-            distance: 0.95 * reach / chase.nearer,
-            yaw: self.yaw + chase.yaw,
+            target: (eye + heading * (0.25 * reach)).lerp(centre, out).into(),
+            distance: reach * between(0.95, away * half(self.fov) / half(FOV)) / chase.nearer,
+            yaw: self.yaw + chase.yaw + between(0.0, 75.0),
             pitch: chase.pitch.clamp(-MAX_PITCH, MAX_PITCH),
-            fov: 50.0,
+            fov: FOV,
             near: reach * 1e-3,
         }
     }

@@ -1,6 +1,6 @@
 //! What is to be drawn of a session: its panes, with lines and ghosts. Neither decides nor draws.
 
-use cullet::{Depth, SlotRange, Stage, View, Visible};
+use cullet::{CullFace, Depth, SlotRange, Stage, View, Visible};
 use cullet_draw::palette;
 use glam::DVec3;
 
@@ -261,6 +261,8 @@ fn decorate(session: &Session, made: &mut Composition) {
             Role::Culling | Role::Depth => false,
         };
         if from_outside {
+            // What was kept is there from behind too: its backs face away from here, not from where it is culled.
+            panel.view.cull_face = CullFace::None;
             panel.overlay.0.extend_from_slice(&path.0);
             panel.overlay.0.extend_from_slice(&frustum.0.0);
             panel.ghosts.0.extend_from_slice(&frustum.1.0);

@@ -257,8 +257,8 @@ pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
     out.scene.commit();
     out.scene.prepare();
     // The camera, the map and the cut itself go by the whole scene.
-    let World { reach, centre, half, .. } = *whole;
-    let world = World { reach, centre, half, ..World::new(out, whole.name.clone()) };
+    let World { reach, centre, half, sides, .. } = *whole;
+    let world = World { reach, centre, half, sides, ..World::new(out, whole.name.clone()) };
     tally.milliseconds = (crate::task::clock() - began) as f32 * 1e-6;
     Ok(CutWorld { world: Arc::new(world), outlines, tally })
 }

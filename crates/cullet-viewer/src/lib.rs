@@ -29,6 +29,7 @@ mod present;
 pub mod report;
 pub mod script;
 pub mod session;
+pub mod sides;
 mod snapshot;
 pub mod state;
 pub mod structure;

@@ -12,6 +12,7 @@ use cullet_viewer::bench::BenchError;
 use cullet_viewer::device::Watch;
 use cullet_viewer::link;
 use cullet_viewer::script::Script;
+use cullet_viewer::sides::Sides;
 use cullet_viewer::state::State;
 use cullet_viewer::world::{Source, World};
 use eframe::egui;
@@ -22,6 +23,8 @@ Shows what of a 3D scene need not be drawn, and why
 Usage: cullet-viewer [SCENE|FILE] [options]
 
   --state LINK         the text that Copy link gives: scene, camera and every switch
+  --one-sided          take every triangle for one-sided, whatever the file says
+  --two-sided          take every triangle for two-sided, whatever the file says
   --size WxH           the window in points (default 1280x800)
   --screenshot FILE    write a picture of the window as PNG, and end
   --script NAME        without a user: throw every switch (toggles), give every order that a button gives
@@ -33,6 +36,7 @@ Usage: cullet-viewer [SCENE|FILE] [options]
 Examples
   cullet-viewer                          the built-in city
   cullet-viewer model.glb                a file: GLB, glTF, OBJ, PLY, STL, OFF
+  cullet-viewer scan.ply --one-sided     a scan with small holes: its back faces are culled all the same
   cullet-viewer forest:n=100000          a built-in scene with a setting (cullet scenes lists them)
   cullet-viewer city --state 'layout=split&ghosts.form=solid'
   cullet-viewer office --size 960x600 --screenshot office.png
@@ -52,6 +56,8 @@ struct Line {
     start: Start,
     size: [f32; 2],
     bench: Option<Bench>,
+    /// Said in the link too; a measurement follows none.
+    sides: Sides,
     /// Whether it is opened again after its device was lost.
     again: bool,
 }
@@ -66,8 +72,13 @@ enum Bench {
 /// Reads the command line; what is to be printed in place of a window is the error, with the exit code.
 fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
     let wrong = |text: String| (2, format!("error: {text}\nTry cullet-viewer --help."));
-    let mut line =
-        Line { start: Start::default(), size: [1280.0, 800.0], bench: None, again: false };
+    let mut line = Line {
+        start: Start::default(),
+        size: [1280.0, 800.0],
+        bench: None,
+        sides: Sides::Automatic,
+        again: false,
+    };
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or_else(|| wrong(format!("{arg} needs a value")));
         match arg.as_str() {
@@ -81,6 +92,13 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
                 line.start.link = text.rsplit_once('#').map_or(text.clone(), |(_, l)| l.to_owned());
             }
             AGAIN => line.again = true,
+            "--one-sided" | "--two-sided" => {
+                let sides = if arg == "--one-sided" { Sides::OneSided } else { Sides::TwoSided };
+                if ![Sides::Automatic, sides].contains(&line.sides) {
+                    return Err(wrong("--one-sided and --two-sided exclude each other".to_owned()));
+                }
+                line.sides = sides;
+            }
             "--bench" => line.bench = Some(Bench::Drawing),
             "--bench-culling" => line.bench = Some(Bench::Culling),
             "--screenshot" => line.start.screenshot = Some(value()?),
@@ -105,6 +123,11 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
             }
             _ => line.start.source = Some(Source::of_text(&arg)),
         }
+    }
+    if line.sides != Sides::Automatic {
+        // What comes last in a link holds.
+        let said = State { sides: line.sides, ..State::default() };
+        line.start.link.push_str(&format!("&{}", link::to_text(&said)));
     }
     Ok(line)
 }
@@ -155,13 +178,17 @@ impl eframe::App for Judged {
 }
 
 /// Measures, without a window.
-fn bench(start: &Start, what: Bench) -> ExitCode {
+fn bench(start: &Start, what: Bench, sides: Sides) -> ExitCode {
     let told = |code: u8, text: String| {
         let _ = writeln!(std::io::stderr(), "error: {text}");
         ExitCode::from(code)
     };
     let source = start.source.clone().unwrap_or_else(|| Source::of_text("city"));
-    let world = match World::load(&source) {
+    let loaded = World::load(&source).and_then(|mut world| {
+        world.set_sides(sides)?;
+        Ok(world)
+    });
+    let world = match loaded {
         Ok(world) => world,
         Err(error) => return told(3, error),
     };
@@ -193,7 +220,7 @@ pub(crate) fn run() -> ExitCode {
         }
     };
     if let Some(what) = line.bench {
-        return bench(&line.start, what);
+        return bench(&line.start, what, line.sides);
     }
     let began = Instant::now();
     let (size, screenshot) = (line.size, line.start.screenshot.clone());

@@ -5,6 +5,7 @@ use std::path::Path;
 #[cfg(not(target_arch = "wasm32"))]
 use std::path::PathBuf;
 
+use crate::sides::Sides;
 use crate::state::{Backfaces, DetailBy, Stages};
 
 /// What a report is made of.
@@ -20,6 +21,8 @@ pub struct Order {
     pub size: [u32; 2],
     /// With which settings.
     pub stages: Stages,
+    /// With which sides of its triangles.
+    pub sides: Sides,
 }
 
 /// The most views of a report: each is drawn and proved, which takes its time.
@@ -56,6 +59,8 @@ impl Order {
             (!(s.on && s.degenerate), "--no-degenerate"),
             (!(s.on && s.occlusion), "--no-occlusion"),
             (s.on && s.frustum && s.frustum_exact, "--exact-frustum"),
+            (self.sides == Sides::OneSided, "--one-sided"),
+            (self.sides == Sides::TwoSided, "--two-sided"),
         ] {
             if given {
                 args.push(name.to_owned());

@@ -86,6 +86,8 @@ pub const TOGGLES: &[&str] = &[
     "stages.occlusion_width=64",
     "stages.occlusion_budget=0",
     "stages.occlusion_width=1280&stages.occlusion_budget=20000",
+    "sides=one-sided",
+    "sides=two-sided",
     "stages.depth=instances",
     "stages.depth=triangles",
     "look.colour=reason",

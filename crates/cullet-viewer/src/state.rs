@@ -9,6 +9,7 @@ use crate::camera::Rig;
 use crate::clipping::Clipping;
 use crate::cutaway::CutAway;
 use crate::draw::{Paint, Style};
+use crate::sides::Sides;
 use crate::study::Study;
 
 /// What the viewer shows and how. See [`link`](crate::link) for its text.
@@ -29,6 +30,8 @@ pub struct State {
     pub map: bool,
     /// What culls.
     pub stages: Stages,
+    /// Which sides the scene's triangles are taken to have.
+    pub sides: Sides,
     /// How triangles are drawn.
     pub look: Look,
     /// How what was dropped is shown.
@@ -61,6 +64,7 @@ impl Default for State {
             wipe: 0.5,
             map: true,
             stages: Stages::default(),
+            sides: Sides::default(),
             look: Look::default(),
             ghosts: Ghosts::default(),
             structure: Structure::default(),
@@ -72,6 +76,40 @@ impl Default for State {
             dark: true,
             panels: true,
         }
+    }
+}
+
+/// In which manner a scene is shown, apart from where one looks from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Manner {
+    /// How the picture is divided.
+    pub layout: Layout,
+    /// Whether a map from above lies in the corner.
+    pub map: bool,
+    /// What culls.
+    pub stages: Stages,
+    /// How triangles are drawn.
+    pub look: Look,
+}
+
+impl Default for Manner {
+    fn default() -> Self {
+        Self::of(&State::default())
+    }
+}
+
+impl Manner {
+    /// That of a state.
+    #[must_use]
+    pub fn of(state: &State) -> Self {
+        let State { layout, map, stages, look, .. } = state;
+        Self { layout: *layout, map: *map, stages: stages.clone(), look: look.clone() }
+    }
+
+    /// Shows a state in this manner.
+    pub fn apply(&self, state: &mut State) {
+        let Self { layout, map, stages, look } = self.clone();
+        (state.layout, state.map, state.stages, state.look) = (layout, map, stages, look);
     }
 }
 
@@ -168,7 +206,7 @@ pub enum Depth {
     Instances,
     /// Clusters of instances.
     Clusters,
-    /// Triangles: counted, though the picture is drawn by clusters.
+    /// Single triangles.
     Triangles,
 }
 

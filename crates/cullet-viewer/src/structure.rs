@@ -10,9 +10,8 @@ use glam::{DMat3, DVec3};
 
 use crate::lines::{Lines, tint};
 
-/// Taken whole: of the hues of the palette the one that stands for nothing else here, as in the pictures of
-/// `cullet picture hierarchy`.
-pub const WHOLE: [u8; 3] = [0x00, 0x9E, 0x73];
+/// Kept whole, as in the pictures of `cullet picture hierarchy`.
+pub const WHOLE: [u8; 3] = palette::PROVED;
 /// More boxes than these are a haze; the user is told.
 pub const MOST_BOXES: usize = 8_000;
 

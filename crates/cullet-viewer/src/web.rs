@@ -19,6 +19,6 @@ mod page;
 #[cfg(target_arch = "wasm32")]
 pub(crate) use files::{choose, download};
 #[cfg(target_arch = "wasm32")]
-pub(crate) use load::{Keeper, load, thrown};
+pub(crate) use load::{Keeper, load, remake, thrown};
 #[cfg(target_arch = "wasm32")]
 pub(crate) use page::{set_address, tell, tell_lost};

@@ -8,6 +8,9 @@ use cullet_io::{LoadOptions, Model, Warning, load, load_bytes_with, scenes};
 use glam::DVec3;
 
 use crate::camera::Rig;
+use crate::sides::{self, KeptBacks, Sides};
+use crate::state::{Colour, Depth, Layout, Look, Manner, Stages};
+use crate::web::packed::{Unpacker, pack};
 
 /// A scene of so many instances is large.
 const MANY: u64 = 200;
@@ -105,13 +108,19 @@ pub struct World {
     pub centre: [f64; 3],
     /// Half its extent along each axis.
     pub half: [f64; 3],
+    /// What back-face culling leaves of it.
+    pub kept_backs: KeptBacks,
+    /// Which sides its triangles are taken to have.
+    pub sides: Sides,
+    /// Whether each part of its meshes is two-sided where nobody says otherwise.
+    pub(crate) stored: Vec<bool>,
     /// The worker that made it and can be asked about it; none of a scene that was made here.
     #[cfg(target_arch = "wasm32")]
-    pub(crate) keeper: Option<crate::web::Keeper>,
+    pub(crate) keeper: Option<std::sync::Arc<crate::web::Keeper>>,
 }
 
-/// What is found out of a scene once, in time that grows with its instances.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What is found out of a scene once, in time that grows with its instances and with its largest two-sided mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measures {
     /// How much there is of it.
     pub counts: Counts,
@@ -121,10 +130,12 @@ pub struct Measures {
     pub centre: [f64; 3],
     /// As [`World::half`].
     pub half: [f64; 3],
+    /// As [`World::kept_backs`].
+    pub kept_backs: KeptBacks,
 }
 
 impl Measures {
-    /// Measures a model. O(instances).
+    /// Measures a model whose sides are as they were stored. O(instances), and [`KeptBacks::of`].
     #[must_use]
     pub fn of(model: &Model) -> Self {
         let scene = &model.scene;
@@ -145,7 +156,8 @@ impl Measures {
         let sound = half > 0.0 && half.is_finite() && centre.is_finite();
         let (reach, centre) = if sound { (half, centre.into()) } else { (1.0, [0.0; 3]) };
         let half = if sound { things.half_extent() } else { [1.0; 3] };
-        Self { counts, reach, centre, half }
+        let kept_backs = KeptBacks::of(model, Sides::Automatic);
+        Self { counts, reach, centre, half, kept_backs }
     }
 }
 
@@ -181,17 +193,62 @@ impl World {
     /// The world of a model that was measured before.
     #[must_use]
     pub fn measured(model: Model, name: String, measures: Measures) -> Self {
-        let Measures { counts, reach, centre, half } = measures;
+        let Measures { counts, reach, centre, half, kept_backs } = measures;
         Self {
-            model,
             name,
             counts,
             reach,
             centre,
             half,
+            kept_backs,
+            sides: Sides::Automatic,
+            stored: sides::of_parts(&model),
+            model,
             #[cfg(target_arch = "wasm32")]
             keeper: None,
         }
+    }
+
+    /// Takes its triangles to have these sides from now on. Costs what [`Scene::prepare`](cullet::Scene::prepare)
+    /// costs for meshes that change.
+    ///
+    /// # Errors
+    /// In words for the user; only of a scene that was not made by this program.
+    pub fn set_sides(&mut self, sides: Sides) -> Result<(), String> {
+        if self.sides == sides {
+            return Ok(());
+        }
+        sides::declare(&mut self.model, sides, &self.stored).map_err(|e| e.to_string())?;
+        self.sides = sides;
+        self.kept_backs = KeptBacks::of(&self.model, sides);
+        Ok(())
+    }
+
+    /// The same scene with these sides, slot for slot. Costs a copy of everything.
+    ///
+    /// # Errors
+    /// As [`set_sides`](Self::set_sides).
+    pub fn with_sides(&self, sides: Sides) -> Result<Self, String> {
+        let unpacker = Unpacker::new(pack(&self.model)).map_err(|e| e.to_string())?;
+        self.again(unpacker.finish().map_err(|e| e.to_string())?, sides)
+    }
+
+    /// The world of a copy of its model, with these sides.
+    ///
+    /// # Errors
+    /// As [`set_sides`](Self::set_sides).
+    pub(crate) fn again(&self, model: Model, sides: Sides) -> Result<Self, String> {
+        let mut again = Self {
+            model,
+            name: self.name.clone(),
+            stored: self.stored.clone(),
+            kept_backs: self.kept_backs.clone(),
+            #[cfg(target_arch = "wasm32")]
+            keeper: self.keeper.clone(),
+            ..*self
+        };
+        again.set_sides(sides)?;
+        Ok(again)
     }
 
     /// The cameras of one of the scene's own paths, as `cullet report` has them; none where the scene leaves
@@ -222,12 +279,35 @@ impl World {
         })
     }
 
+    /// Whether one begins in the midst of it.
+    #[must_use]
+    pub fn is_large(&self) -> bool {
+        self.counts.instances >= MANY
+    }
+
+    /// How a user begins: of a small scene the frustum drops nothing, so that its back faces are to be seen to go,
+    /// one by one, in a view from aside. What such a view shows of the inside of a shell has a colour of its own, but
+    /// where materials tell parts apart.
+    #[must_use]
+    pub fn manner(&self) -> Manner {
+        if self.is_large() {
+            return Manner::default();
+        }
+        let colour = if self.model.materials.len() > 1 { Colour::Material } else { Colour::Sides };
+        Manner {
+            layout: Layout::Split,
+            map: false,
+            stages: Stages { depth: Depth::Triangles, ..Stages::default() },
+            look: Look { colour, ..Look::default() },
+        }
+    }
+
     /// Where a user begins: before the whole of a small scene, and in the midst of a large one, where there
     /// is something to cull.
     #[must_use]
     pub fn first_sight(&self, size: [u32; 2]) -> Rig {
         let all = self.overview(size);
-        if self.counts.instances < MANY {
+        if !self.is_large() {
             return all;
         }
         let near = all.near.min(self.reach * 1e-3);

@@ -6,42 +6,59 @@ use std::path::Path;
 use cullet_viewer::link::from_text;
 use cullet_viewer::world::{Source, World};
 
-/// Where `cullet serve` and `cargo xtask web` put the page if nobody says otherwise.
-const PAGE: &str = "http://127.0.0.1:8080/#";
+/// Where `cargo xtask book` puts the page, beside the chapters.
+const PAGE: &str = "viewer/index.html#";
+/// How a chapter opens the same in a window.
+const COMMAND: &str = "cullet view ";
 
-/// The chapter and the state of each address of the page in the book.
-fn states() -> Vec<(String, String)> {
+/// What a chapter shows of the page.
+#[derive(Default)]
+struct Shown {
+    chapter: String,
+    /// States behind links to the page.
+    links: Vec<String>,
+    /// The same of commands: the scene, and what `--state` says.
+    commands: Vec<String>,
+}
+
+/// What each chapter of the book shows.
+fn chapters() -> Vec<Shown> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src");
     let mut all = Vec::new();
     for entry in fs::read_dir(folder).expect("the book is part of the source").flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if !name.ends_with(".md") {
+        let chapter = entry.file_name().to_string_lossy().into_owned();
+        if !chapter.ends_with(".md") {
             continue;
         }
         let text = fs::read_to_string(entry.path()).expect("a chapter is text");
+        let mut shown = Shown { chapter, ..Shown::default() };
         for rest in text.split(PAGE).skip(1) {
-            let end = rest.find(|c: char| c.is_whitespace() || ")\"`>".contains(c));
-            // In HTML an address has its ampersands written out.
-            let state = rest[..end.unwrap_or(rest.len())].replace("&amp;", "&");
-            all.push((name.clone(), state));
+            shown.links.extend(rest.split(')').next().map(str::to_owned));
         }
+        for line in text.lines().filter_map(|l| l.strip_prefix(COMMAND)) {
+            if let Some((scene, state)) = line.split_once(" --state ") {
+                shown.commands.push(format!("scene={scene}&{}", state.trim_matches('\'')));
+            }
+        }
+        all.push(shown);
     }
     all
 }
 
 #[test]
 fn every_state_that_the_book_shows_opens() {
-    let states = states();
-    for (chapter, text) in &states {
-        let state = from_text(text).unwrap_or_else(|e| panic!("{chapter}: {text}: {e}"));
-        let source = Source::of_text(&state.scene);
-        assert!(matches!(source, Source::Builtin(_)), "{chapter}: {} is a file", state.scene);
-        World::load(&source).unwrap_or_else(|e| panic!("{chapter}: {text}: {e}"));
+    let chapters = chapters();
+    for Shown { chapter, links, .. } in &chapters {
+        for text in links {
+            let state = from_text(text).unwrap_or_else(|e| panic!("{chapter}: {text}: {e}"));
+            let source = Source::of_text(&state.scene);
+            assert!(matches!(source, Source::Builtin(_)), "{chapter}: {} is a file", state.scene);
+            World::load(&source).unwrap_or_else(|e| panic!("{chapter}: {text}: {e}"));
+        }
     }
-    for chapter in ["backface.md", "clipping.md", "frustum.md", "hierarchy.md", "occlusion.md"] {
-        let of: Vec<&str> =
-            states.iter().filter(|(c, _)| c == chapter).map(|(_, s)| s.as_str()).collect();
-        // Once as a link and once as a frame: readers of one must not miss what the other shows.
-        assert!(of.len() == 2 && of[0] == of[1], "{chapter} shows {of:?}");
+    for name in ["backface.md", "clipping.md", "frustum.md", "hierarchy.md", "occlusion.md"] {
+        let of = chapters.iter().find(|c| c.chapter == name).expect("it is a chapter");
+        // Once as a link and once as a command: where one does nothing the other must show the same.
+        assert!(of.links.len() == 1 && of.links == of.commands, "{name} shows {:?}", of.links);
     }
 }

@@ -73,7 +73,7 @@ proptest! {
 
     #[test]
     fn from_outside_the_culling_eye_is_seen(rig in rig(), reach in 1.0..1000.0f64) {
-        let outside = rig.outside(reach, &Chase::default());
+        let outside = rig.outside(rig.eye(), reach, &Chase::default());
         prop_assert!(outside.check().is_ok());
         let view = outside.view([500, 500]).expect("a sound rig");
         let [x, y, _] = view.project_point(rig.eye()).expect("before the eye");

@@ -1,5 +1,7 @@
 //! Panels without a window: keys are pressed and buttons clicked as a user would, and what comes of it is read.
 
+mod common;
+
 use std::time::{Duration, Instant};
 
 use cullet_viewer::compose::{Composition, compose};
@@ -210,6 +212,30 @@ fn on_a_telephone_no_window_is_cut_off_and_the_tour_covers_no_map() {
 }
 
 #[test]
+fn one_click_culls_the_back_faces_of_an_open_mesh() {
+    let mut panels = Panels::open("city:sub=1", "");
+    panels.session.open(bytes("ball.obj", common::ball(2).as_bytes()));
+    while panels.session.loading().is_some() {
+        panels.frame(Vec::new());
+    }
+    panels.settle();
+    panels.frame(Vec::new());
+    let why = "no back face is culled: the mesh is two-sided, since it is open: 4 boundary edges";
+    // Beside the figures, and beside the switch.
+    assert_eq!(panels.texts.iter().filter(|(text, _)| text == why).count(), 2);
+    let left = |p: &Panels| p.session.decision.as_ref().expect("decided").visible.triangle_count;
+    let before = left(&panels);
+    panels.click("take as one-sided");
+    panels.settle();
+    assert!(left(&panels) * 10 < before * 6, "{} of {before}", left(&panels));
+    panels.frame(Vec::new());
+    assert!(panels.texts.iter().all(|(text, _)| text != why && text != "take as one-sided"));
+    panels.click("two-sided");
+    panels.settle();
+    assert_eq!(left(&panels), before);
+}
+
+#[test]
 fn keys_and_their_switches_do_the_same() {
     let mut panels = Panels::open("city:sub=1", "");
     panels.press(Key::B);
@@ -261,10 +287,13 @@ fn what_is_copied_is_what_is_shown() {
     for (json, row) in rows.iter().zip(&funnel.rows) {
         assert_eq!(json["stage"], row.stage.name());
         assert_eq!(json["unit"], row.unit.name());
-        assert_eq!((&json["entered"], &json["left"]), (&row.entered.into(), &row.left.into()));
+        let (entered, left) = (row.entered.of(row.unit), row.left.of(row.unit));
+        assert_eq!((&json["entered"], &json["left"]), (&entered.into(), &left.into()));
+        let triangles = serde_json::json!([row.entered.triangles, row.left.triangles]);
+        assert_eq!(json["triangles"], triangles);
         assert!(json["nanoseconds"].is_u64() || json["nanoseconds"].is_null());
     }
-    assert!(funnel.rows.iter().any(|row| row.entered > row.left), "nothing is culled: {text}");
+    assert!(funnel.rows.iter().any(|row| row.dropped().triangles > 0), "nothing is culled: {text}");
 
     panels.click("Copy link");
     let link = panels.copied.take().expect("the link is copied");

@@ -5,6 +5,7 @@ use cullet_viewer::clipping::{Clipping, SIDES};
 use cullet_viewer::cutaway::{CutAway, Part, Shape};
 use cullet_viewer::link::{MAX_LENGTH, from_text, to_text};
 use cullet_viewer::script::{TOGGLES, thrown};
+use cullet_viewer::sides::Sides;
 use cullet_viewer::state::{Colour, Depth, GhostForm, Layout, State};
 use cullet_viewer::study::{By, Study};
 use proptest::prelude::*;
@@ -75,6 +76,7 @@ prop_compose! {
         (s.stages.detail_px, s.stages.depth, s.look.colour) = (detail, depth, colour);
         s.ghosts.form = if level > 30 { GhostForm::Boxes } else { GhostForm::Solid };
         s.ghosts.hidden = hidden;
+        s.sides = Sides::ALL[level as usize % 3].0;
         s.structure.level = level;
         (s.structure.volume, s.structure.outcodes, s.structure.audit) = (level % 2 > 0, level % 3 > 0, level % 5 > 0);
         s

@@ -183,6 +183,7 @@ fn wrong_command_lines_need_no_window() {
         (&["--state"], "--state needs a value"),
         (&["--frobnicate"], "there is no option --frobnicate"),
         (&["city", "office"], "'office' is a second"),
+        (&["--one-sided", "city", "--two-sided"], "--one-sided and --two-sided exclude each other"),
         (&["--script", "dance"], "there is no script 'dance'"),
     ] {
         let (code, text) = run(args);

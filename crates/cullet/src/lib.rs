@@ -9,6 +9,7 @@ mod costs;
 pub mod cull;
 mod culler;
 mod exact;
+mod funnel;
 pub mod hierarchy;
 pub mod mesh;
 mod scene;
@@ -19,6 +20,9 @@ mod visible;
 pub use costs::{Costs, CostsError};
 pub use culler::{Backface, CullError, Culler, Explanation, Output, Step, ViewState};
 pub use fearless_simd::Level;
+pub use funnel::{
+    Counts, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, Stage, Unit,
+};
 pub use hierarchy::{Commit, Handle};
 pub use mesh::{Mesh, MeshData};
 pub use scene::{
@@ -26,7 +30,4 @@ pub use scene::{
 };
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
-pub use visible::{
-    DrawRange, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, SlotRange,
-    Stage, TriangleRange, Unit, Visible,
-};
+pub use visible::{DrawRange, DroppedRange, SlotRange, TriangleRange, Visible};

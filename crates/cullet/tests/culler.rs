@@ -72,25 +72,6 @@ fn outputs_nest_and_ascend() {
     }
 }
 
-/// Rows of the funnel chain: what leaves one enters the next of the same unit.
-#[test]
-fn funnel_rows_chain() {
-    let mut rng = Rng(3);
-    for _ in 0..50 {
-        let scene = random_scene(&mut rng, 20);
-        let view = random_view(&mut rng);
-        let result = cull(&triangles(), &scene, &view);
-        let rows = &result.funnel.rows;
-        assert_eq!(rows[0].entered, u64::from(scene.instance_count()));
-        for unit in [cullet::Unit::Instances, cullet::Unit::Clusters, cullet::Unit::Triangles] {
-            let of_unit: Vec<_> = rows.iter().filter(|r| r.unit == unit).collect();
-            assert!(of_unit.windows(2).all(|w| w[0].left == w[1].entered), "{of_unit:?}");
-            assert!(of_unit.iter().all(|r| r.left <= r.entered));
-        }
-        assert_eq!(rows.last().map(|r| r.left), Some(result.triangle_count));
-    }
-}
-
 /// `explain` gives, for every instance, the reason that the whole cull wrote.
 #[test]
 fn explanations_equal_reasons() {

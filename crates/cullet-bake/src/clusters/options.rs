@@ -95,8 +95,8 @@ impl ClusterOptions {
     /// that [`build`](super::build) refuses.
     ///
     /// The bare t/r is so small on a CPU (some 0.002 for the reference renderer) that it leaves clusters half
-    /// empty, as if each cost nothing but its test: 1,788 on the bunny, of which 50.4 % is culled, against
-    /// 963 and 47.9 % with the draw, and 802 and 46.3 % by default.
+    /// empty, as if each cost nothing but its test: on the bunny more than twice as many as by default, and with
+    /// the draw a sixth more (`cullet reproduce johannsen-carter --test-cost`).
     #[must_use]
     pub const fn from_costs(costs: &Costs) -> Self {
         let test = costs.cluster_test_ns + costs.draw_ns;

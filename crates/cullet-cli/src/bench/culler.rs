@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::Machine;
 use crate::args::{CullArgs, SceneArgs, ViewArgs};
-use crate::console::{Console, grouped, interrupted, write_json};
+use crate::console::{Console, count, grouped, interrupted, write_json};
 use crate::exit::{Exit, Outcome};
 use crate::survey::clock;
 use crate::{inputs, occluders};
@@ -42,6 +42,13 @@ pub(crate) struct CullerArgs {
     /// Write the results as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
+}
+
+impl CullerArgs {
+    /// Puts the path that suits the scene where none was given.
+    pub(crate) fn settle(&mut self) {
+        self.view.settle(&self.scene);
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -210,8 +217,8 @@ impl<'a> Record<'a> {
                 });
                 let sum = &mut stages[at].2;
                 let took = row.nanoseconds.unwrap_or(0) as f64 * 1e-6;
-                sum.entered += row.entered as f64 / views;
-                sum.left += row.left as f64 / views;
+                sum.entered += row.entered.of(row.unit) as f64 / views;
+                sum.left += row.left.of(row.unit) as f64 / views;
                 sum.ms += took / views;
                 sum.worst_ms = sum.worst_ms.max(took);
             }
@@ -243,12 +250,17 @@ impl<'a> Record<'a> {
     fn print(&self, console: &Console) {
         let m = &self.machine;
         let cpu = m.cpu.as_deref().unwrap_or(m.arch);
-        console.line(format!("{cpu}, {} threads (one used), {}, {}", m.threads, m.os, self.level));
         console.line(format!(
-            "{}: {} instances, means over {} views",
+            "{cpu}, {} (one used), {}, {}",
+            count(m.threads as u64, "thread", "threads"),
+            m.os,
+            self.level
+        ));
+        console.line(format!(
+            "{}: {}, means over {}",
             self.scene,
-            grouped(u64::from(self.instances)),
-            self.views
+            count(u64::from(self.instances), "instance", "instances"),
+            count(self.views as u64, "view", "views")
         ));
         console.line("stage       unit            entered          left        ms  worst view");
         for r in &self.stages {

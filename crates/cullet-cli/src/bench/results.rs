@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::occlusion::Occlusion;
+use crate::console::count;
 
 /// All results of one run.
 #[derive(Clone, Debug, Serialize)]
@@ -142,7 +143,13 @@ impl fmt::Display for Results {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let m = &self.machine;
         let cpu = m.cpu.as_deref().unwrap_or(m.arch);
-        writeln!(f, "{cpu}, {} threads (one used), {}, {}", m.threads, m.os, m.level)?;
+        writeln!(
+            f,
+            "{cpu}, {} (one used), {}, {}",
+            count(m.threads as u64, "thread", "threads"),
+            m.os,
+            m.level
+        )?;
         let mut heading = "";
         self.results.iter().try_for_each(|r| {
             if std::mem::replace(&mut heading, r.heading()) != r.heading() {

@@ -1,5 +1,6 @@
 //! `cullet calibrate`: what tests and triangles cost on this machine, kept for the report.
 
+mod clusters;
 mod measure;
 mod store;
 
@@ -7,11 +8,13 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use cullet_bake::clusters::ClusterOptions;
 
-use crate::console::{Console, write_json};
+use crate::console::{Console, count, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::report::replace;
 
+pub(crate) use clusters::{ClusterArgs, ClusterCosts};
 pub(crate) use store::{Place, Stored};
 
 pub(crate) const HELP: &str = "\
@@ -22,7 +25,7 @@ sheet cut into 8,192 to 131,072 triangles that fill the same pixels, so that pix
 
 The costs are kept in cullet/costs.json in the user's folder of settings (XDG_CONFIG_HOME, ~/.config or
 %APPDATA%), or in the file that CULLET_COSTS names. From then on `cullet report` speaks of milliseconds
-too.
+too, and `cullet picture` and `cullet reproduce johannsen-carter` make clusters for them.
 
 Examples
   cullet calibrate                      measure and keep; some ten seconds on a quiet machine
@@ -173,12 +176,18 @@ fn print(console: &Console, stored: &Stored) {
     }
     let ratio = costs.t_over_r();
     let words = match ratio < 1.0 {
-        true => format!("testing {} clusters costs one triangle", (1.0 / ratio).round()),
+        true => {
+            let clusters = count((1.0 / ratio).round() as u64, "cluster", "clusters");
+            format!("testing {clusters} costs one triangle")
+        }
         false => format!("testing a cluster costs {} triangles", digits(ratio)),
     };
     console.line(format!("t/r = {}: {words}", digits(ratio)));
-    let rounds =
-        if stored.rounds == 1 { "1 round".into() } else { format!("{} rounds", stored.rounds) };
+    console.line(format!(
+        "clusters are made for t/r = {}: a test and a draw over a rejected triangle",
+        digits(ClusterOptions::from_costs(&costs).test_cost)
+    ));
+    let rounds = count(u64::from(stored.rounds), "round", "rounds");
     console.line(format!("{}; {}; {}; {rounds}", stored.machine, stored.renderer, stored.date));
 }
 

@@ -12,6 +12,8 @@ use serde_json::Value;
 
 use super::measure::Spread;
 use crate::bench::Machine;
+use crate::console::Console;
+use crate::exit::Failure;
 
 /// The number of the file's format; raised only when a key changes its meaning or goes.
 const SCHEMA: u32 = 1;
@@ -86,6 +88,33 @@ impl Stored {
             Err(e) => return Err(fail(Damage::Unreadable(e.to_string()))),
         };
         Self::parse(&text).map(Some).map_err(fail)
+    }
+
+    /// The costs in the file `named`, else those that are kept, if any are, with the file they are in. A file that the
+    /// user names must be sound; one that is only kept is passed over with a warning that says what is done without.
+    pub(crate) fn find(
+        named: Option<&Path>,
+        console: &Console,
+        without: &str,
+    ) -> Result<Option<(PathBuf, Self)>, Failure> {
+        let place = match named {
+            Some(path) => Some(Place { path: path.to_owned(), named: true }),
+            None => Place::find(),
+        };
+        let Some(place) = place else { return Ok(None) };
+        match Self::read(&place.path) {
+            Ok(Some(stored)) => Ok(Some((place.path, stored))),
+            Ok(None) if named.is_some() => Err(Failure::input(format!(
+                "{}: there is no such file; `cullet calibrate --out {0}` measures and writes it",
+                place.path.display()
+            ))),
+            Ok(None) => Ok(None),
+            Err(e) if place.named => Err(Failure::input(e)),
+            Err(e) => {
+                console.note(format!("warning: {without}, for {e}"));
+                Ok(None)
+            }
+        }
     }
 
     fn parse(text: &str) -> Result<Self, Damage> {

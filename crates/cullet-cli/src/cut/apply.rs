@@ -24,6 +24,9 @@ pub(crate) struct Settings<'a> {
     pub(crate) planes: &'a [Plane],
     pub(crate) keep: Keep,
     pub(crate) cap: bool,
+    /// A point in the open, in world space: what lies around it and is no solid is a shell, and gets no cap, which
+    /// would close it.
+    pub(crate) hollow: Option<[f64; 3]>,
     /// Whether the outlines are wanted, with caps or without.
     pub(crate) outlines: bool,
     /// In world units.
@@ -48,6 +51,9 @@ pub(crate) struct Applied {
     pub(crate) sections: Vec<Section>,
     /// Which instance each of what is left is of, by the index of its handle.
     pub(crate) origin: Vec<Handle>,
+    /// For each mesh of what is left, which original triangle each of its triangles is of, caps of none; empty
+    /// where the mesh is whole.
+    pub(crate) triangles: Vec<Vec<u32>>,
     /// The material of caps.
     pub(crate) cap_material: u32,
 }
@@ -104,6 +110,7 @@ pub(crate) fn apply(
     let mut handles: Vec<Handle> = scene.slots().filter_map(|s| scene.handle(s)).collect();
     handles.sort_unstable_by_key(|h| h.index);
     let mut origin = Vec::new();
+    let mut triangles = Vec::new();
     for handle in handles {
         let Ok(slot) = scene.slot(handle) else { continue };
         if interrupted() {
@@ -123,7 +130,16 @@ pub(crate) fn apply(
                 continue;
             }
             Place::Touched(planes) => {
-                let cut = Cut { settings, mesh, number, attributes, transform, planes: &planes };
+                let around = |p: [f64; 3]| {
+                    let (b, origin) = (scene.bounds(slot), scene.origin());
+                    (0..3).all(|i| {
+                        (f64::from(b.min[i])..=f64::from(b.max[i])).contains(&(p[i] - origin[i]))
+                    })
+                };
+                let shell = settings.hollow.is_some_and(around) && mesh.solid().is_err();
+                let cap = settings.cap && !shell;
+                let cut =
+                    Cut { settings, cap, mesh, number, attributes, transform, planes: &planes };
                 Some(cut.run(&name, cap_material, &mut record, &mut sections)?)
             }
         };
@@ -133,6 +149,7 @@ pub(crate) fn apply(
                 *shared[number].get_or_insert_with(|| {
                     out.mesh_names.push(name);
                     out.attributes.push(attributes.clone());
+                    triangles.push(Vec::new());
                     out.scene.add_mesh(mesh.clone())
                 })
             }
@@ -141,10 +158,11 @@ pub(crate) fn apply(
                 progress.step();
                 continue;
             }
-            Some(Some((mesh, attributes))) => {
+            Some(Some((mesh, attributes, of))) => {
                 record.instances_cut += 1;
                 out.mesh_names.push(name);
                 out.attributes.push(attributes);
+                triangles.push(of);
                 out.scene.add_mesh(mesh)
             }
         };
@@ -166,7 +184,7 @@ pub(crate) fn apply(
     }
     out.scene.commit();
     record.triangles_after = out.scene.triangle_count();
-    Ok(Applied { model: out, record, sections, origin, cap_material })
+    Ok(Applied { model: out, record, sections, origin, triangles, cap_material })
 }
 
 /// Moves the planes into the space of a mesh, and sees whether they touch its box at all.
@@ -211,6 +229,7 @@ fn place(mesh: &Mesh, transform: &Transform, planes: &[Plane]) -> Place {
 /// One instance that planes touch.
 struct Cut<'a> {
     settings: &'a Settings<'a>,
+    cap: bool,
     mesh: &'a Mesh,
     /// Which of the scene's.
     number: usize,
@@ -221,20 +240,20 @@ struct Cut<'a> {
 }
 
 impl Cut<'_> {
-    /// What is left; `None` if nothing is.
+    /// What is left, and which original triangle each of it is of; `None` if nothing is.
     fn run(
         &self,
         name: &str,
         cap_material: u32,
         record: &mut CutRecord,
         sections: &mut Vec<Section>,
-    ) -> Result<Option<(Mesh, Attributes)>, Failure> {
+    ) -> Result<Option<(Mesh, Attributes, Vec<u32>)>, Failure> {
         let failed = |e: String| Failure::input(format!("mesh `{name}`: {e}"));
         let linear = self.transform.linear.map(|c| c.map(f64::from));
         let scale = linear.iter().flatten().map(|v| v * v).sum::<f64>().sqrt() / 3f64.sqrt();
         let [heal, weld] = [self.settings.heal, self.settings.weld]
             .map(|distance| if distance > 0.0 { (distance / scale) as f32 } else { 0.0 });
-        let wanted = self.settings.cap || self.settings.outlines;
+        let wanted = self.cap || self.settings.outlines;
         let caps = wanted.then(|| caps(self.attributes, heal, weld));
         let options = CutOptions { keep: self.settings.keep, caps };
         let (numbers, stride) = (self.attributes.interleaved(), self.attributes.stride());
@@ -265,7 +284,7 @@ impl Cut<'_> {
         }
         let mut data = done.data;
         let caps: usize = done.cut.caps.iter().map(|c| c.triangles.len()).sum();
-        if self.settings.cap {
+        if self.cap {
             record.cap_triangles += caps as u64;
             for t in data.indices[data.indices.len() - caps * 3..].chunks_exact(3) {
                 let [a, b, c] =
@@ -280,6 +299,6 @@ impl Cut<'_> {
             return Ok(None);
         }
         let mesh = Mesh::new(data).map_err(|e| failed(e.to_string()))?;
-        Ok(Some((mesh, self.attributes.like(&done.cut.attributes))))
+        Ok(Some((mesh, self.attributes.like(&done.cut.attributes), done.origin)))
     }
 }

@@ -5,7 +5,7 @@ use cullet::clip::cut::CutReport;
 use cullet::mesh::Topology;
 use serde::Serialize;
 
-use crate::console::grouped;
+use crate::console::{agree, count, grouped};
 
 /// How many meshes a warning names; the record has all.
 const NAMED: usize = 5;
@@ -58,12 +58,14 @@ impl OpenMesh {
         if list.is_empty() {
             return Vec::new();
         }
-        let sum = |of: fn(&Self) -> u64| grouped(list.iter().map(of).sum());
+        let sum = |of: fn(&Self) -> u64| list.iter().map(of).sum();
+        let chains = sum(|m| m.open_chains);
         let mut lines = vec![format!(
-            "warning: {} outlines of {} edges do not close and have no cap, in {} of the meshes:",
-            sum(|m| m.open_chains),
-            sum(|m| m.open_edges),
-            grouped(list.len() as u64)
+            "warning: {} of {} {} no cap, in {}:",
+            count(chains, "outline", "outlines"),
+            count(sum(|m| m.open_edges), "edge", "edges"),
+            agree(chains, "does not close and has", "do not close and have"),
+            count(list.len() as u64, "mesh", "meshes")
         )];
         let mut most: Vec<&Self> = list.iter().collect();
         most.sort_by_key(|m| std::cmp::Reverse(m.open_chains));
@@ -79,13 +81,16 @@ impl OpenMesh {
             let found: Vec<String> = edges
                 .iter()
                 .filter(|e| e.0 > 0)
-                .map(|(n, what)| format!("{} edges {what}", grouped(u64::from(*n))))
+                .map(|(n, what)| format!("{} {what}", count(u64::from(*n), "edge", "edges")))
                 .collect();
             let before = match found.is_empty() {
                 true => String::new(),
                 false => format!("; it came with {}", found.join(" and ")),
             };
-            lines.push(format!("  mesh {name}: {} outlines{before}", grouped(m.open_chains)));
+            lines.push(format!(
+                "  mesh {name}: {}{before}",
+                count(m.open_chains, "outline", "outlines")
+            ));
         }
         if most.len() > NAMED {
             let rest = grouped((most.len() - NAMED) as u64);
@@ -121,14 +126,22 @@ mod tests {
         let mut list: Vec<OpenMesh> = (0..5).map(|n| mesh(n, "hull", 1)).collect();
         list.push(mesh(5, "", 7));
         let lines = OpenMesh::lines(&list, true, false);
-        assert!(lines[0].contains("12 outlines of 36 edges") && lines[0].contains("6 of the"));
+        assert!(lines[0].contains("12 outlines of 36 edges") && lines[0].contains("in 6 meshes"));
         assert_eq!(
             lines[1],
             "  mesh number 5: 7 outlines; it came with 12 edges of one triangle only"
         );
-        assert!(lines[2].starts_with("  mesh `hull`: 1 "));
+        assert!(lines[2].starts_with("  mesh `hull`: 1 outline; "));
         assert_eq!(lines[6], "  and 1 more: --json names them all");
         assert!(lines[7].contains("a larger --weld") && lines[7].contains("--heal DISTANCE"));
+        list.truncate(1);
+        list[0].boundary_edges = 1;
+        let lines = OpenMesh::lines(&list, true, false);
+        assert_eq!(
+            lines[0],
+            "warning: 1 outline of 3 edges does not close and has no cap, in 1 mesh:"
+        );
+        assert!(lines[1].ends_with("it came with 1 edge of one triangle only"), "{}", lines[1]);
         assert!(OpenMesh::lines(&[], false, false).is_empty());
     }
 }

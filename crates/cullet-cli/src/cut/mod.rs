@@ -15,7 +15,7 @@ use cullet_io::{SaveErrorKind, SaveFormat, save};
 use serde::Serialize;
 
 use crate::args::SceneArgs;
-use crate::console::{Console, grouped, write_json};
+use crate::console::{Console, count, grouped, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 use crate::{inputs, parse};
 pub(crate) use apply::{Applied, Settings, apply};
@@ -128,6 +128,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         planes: &planes,
         keep: args.keep.into(),
         cap: args.cap,
+        hollow: None,
         outlines: args.section.is_some(),
         heal: args.heal.unwrap_or(0.0),
         weld: args.weld.unwrap_or(0.0),
@@ -160,31 +161,51 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
 
 fn print(args: &CutArgs, console: &Console, r: &CutRecord) {
     console.line(format!(
-        "{} of {} triangles are left; of {} instances {} are untouched, {} cut, {} gone",
+        "{} before, {} after; of {} {} untouched, {} cut, {} gone",
+        count(r.triangles_before, "triangle", "triangles"),
         grouped(r.triangles_after),
-        grouped(r.triangles_before),
-        grouped(r.instances_before),
-        grouped(r.instances_untouched),
+        count(r.instances_before, "instance", "instances"),
+        count(r.instances_untouched, "is", "are"),
         grouped(r.instances_cut),
         grouped(r.instances_dropped)
     ));
     if args.cap {
         console.line(format!(
-            "caps: {} triangles, {:.6} square units",
-            grouped(r.cap_triangles),
+            "caps: {}, {:.6} square units",
+            count(r.cap_triangles, "triangle", "triangles"),
             r.cap_area
         ));
     }
     let found = [
-        (r.duplicates_dropped, "triangles at the cut were there twice and are kept once"),
-        (r.welded, "vertices were moved to meet others"),
-        (r.healed, "gaps in outlines were joined by a straight line"),
-        (r.even_odd_outlines, "outlines have walls wound both ways: filled by the even-odd rule"),
-        (r.crossings, "points where the surface penetrates itself at the cut"),
-        (r.folded_caps, "caps cross themselves so often that they are closed, but folded"),
+        (
+            count(r.duplicates_dropped, "duplicate triangle", "duplicate triangles"),
+            r.duplicates_dropped,
+            "at the cut dropped",
+        ),
+        (count(r.welded, "vertex was", "vertices were"), r.welded, "moved to meet others"),
+        (
+            count(r.healed, "gap in outlines was", "gaps in outlines were"),
+            r.healed,
+            "joined by a straight line",
+        ),
+        (
+            count(r.even_odd_outlines, "outline has", "outlines have"),
+            r.even_odd_outlines,
+            "walls wound both ways: filled by the even-odd rule",
+        ),
+        (
+            count(r.crossings, "point", "points"),
+            r.crossings,
+            "where the surface penetrates itself at the cut",
+        ),
+        (
+            count(r.folded_caps, "cap crosses itself", "caps cross themselves"),
+            r.folded_caps,
+            "so often that the result is closed, but folded",
+        ),
     ];
-    for (n, what) in found.iter().filter(|f| f.0 > 0) {
-        console.note(format!("note: {} {what}", grouped(*n)));
+    for (many, _, what) in found.iter().filter(|f| f.1 > 0) {
+        console.note(format!("note: {many} {what}"));
     }
     for line in OpenMesh::lines(&r.open_meshes, args.weld.is_some(), args.heal.is_some()) {
         console.note(line);

@@ -41,7 +41,7 @@ pub(super) fn draw(
     eye: Option<([f64; 3], [f64; 3])>,
     size: [u32; 2],
 ) -> Result<Picture, Failure> {
-    model.scene.meshes_mut().for_each(|m| m.set_two_sided(true));
+    model.scene.edit_meshes(|_, m| m.set_two_sided(true));
     let view = stand(model, whole, settings, eye, size)?;
     let scene = &model.scene;
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };

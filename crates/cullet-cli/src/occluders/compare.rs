@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::bench::occlusion::{
     HIDDEN, OUTSIDE, Reference, TOLERANCE, VISIBLE, Verdict as Judgement, view,
 };
-use crate::console::{Console, grouped, interrupted};
+use crate::console::{Console, count, grouped, interrupted};
 use crate::exit::{Exit, Failure};
 use crate::occscn;
 use crate::survey::clock;
@@ -104,12 +104,12 @@ impl Comparison {
         let Some(Kind { verdict: v, .. }) = self.kinds.first() else { return };
         let [w, h] = self.size;
         console.line(format!(
-            "compared: {} boxes from {} views of {w}x{h}; {} hidden and {} seen at {} samples a pixel",
-            grouped(self.objects as u64),
-            self.views,
+            "compared: {} from {} of {w}x{h}; {} hidden and {} seen at {} a pixel",
+            count(self.objects as u64, "box", "boxes"),
+            count(self.views as u64, "view", "views"),
             grouped(v.hidden),
             grouped(v.visible),
-            v.samples * v.samples,
+            count(u64::from(v.samples * v.samples), "sample", "samples"),
         ));
         console.line(format!(
             "{:<16} {:>13} {:>9} {:>13} {:>8} {:>12}",

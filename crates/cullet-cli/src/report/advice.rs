@@ -5,7 +5,7 @@ mod occlusion;
 
 use cullet_io::Model;
 
-use crate::console::{grouped, percent};
+use crate::console::{agree, count, grouped, percent};
 use crate::record::{Advice, MeshRecord, Summary};
 use crate::survey::{Survey, name_of};
 
@@ -61,11 +61,6 @@ struct Context<'a> {
     tiny_px: f64,
 }
 
-/// `one mesh`, `2 meshes`
-fn count(n: usize, one: &str, many: &str) -> String {
-    if n == 1 { format!("1 {one}") } else { format!("{} {many}", grouped(n as u64)) }
-}
-
 /// The first names, quoted, and how many more there are.
 fn shown(names: &[String]) -> String {
     let first: Vec<String> = names.iter().take(NAMES_SHOWN).map(|n| format!("“{n}”")).collect();
@@ -118,11 +113,12 @@ impl Context<'_> {
             (
                 "Culling does not pay on these views".to_owned(),
                 format!(
-                    "{} of {} triangles ({}) own a pixel: even a perfect culler would save only {}. \
+                    "{} of {} ({}) {} a pixel: even a perfect culler would save only {}. \
                      Spend the time on cheaper triangles or fewer pixels instead.",
                     per_view(visible),
-                    per_view(all),
+                    count(all / verified, "triangle", "triangles"),
                     percent(visible, all),
+                    agree(visible / verified, "owns", "own"),
                     percent(all - visible, all)
                 ),
             )
@@ -130,9 +126,9 @@ impl Context<'_> {
             (
                 "The scene is small against its pixels".to_owned(),
                 format!(
-                    "{} triangles a view fill {} pixels: {:.0} pixels for each triangle. Drawing is \
+                    "{} {} pixels: {:.0} pixels for each triangle. Drawing is \
                      bound by pixels here, not by triangles; culling whole instances is enough.",
-                    per_view(all),
+                    count(all / verified, "triangle a view fills", "triangles a view fill"),
                     grouped(pixels),
                     pixels as f64 * verified as f64 / all as f64
                 ),
@@ -154,14 +150,16 @@ impl Context<'_> {
         let unseen = self.summary.instances;
         let (kept, seen) = (unseen.potentially_visible, unseen.visible.unwrap_or(0));
         // What was hidden is gone already where that stage ran.
-        let hides = self.summary.stages.iter().any(|s| s.name == "occlusion");
+        let hides = self.summary.stages.iter().any(|s| s.stage == cullet::Stage::Occlusion);
         let text = format!(
-            "{} of the {} triangles still drawn a view own no pixel: they lie behind others, between \
-             pixel centres, or at the frustum's edge. {} of {} instances drawn are not seen at all{}.",
+            "{} of the {} still drawn a view {} no pixel: they lie behind others, between \
+             pixel centres, or at the frustum's edge. {} of {} drawn {} not seen at all{}.",
             grouped(hidden / self.views as u64),
-            grouped(drawn / self.views as u64),
+            count(drawn / self.views as u64, "triangle", "triangles"),
+            agree(hidden / self.views as u64, "owns", "own"),
             grouped(kept.saturating_sub(seen) / self.views as u64),
-            grouped(kept / self.views as u64),
+            count(kept / self.views as u64, "instance", "instances"),
+            agree(kept.saturating_sub(seen) / self.views as u64, "is", "are"),
             if hides {
                 ": too small for any pixel, or not proved to be hidden"
             } else {
@@ -183,15 +181,20 @@ impl Context<'_> {
         let drawn: u64 = meshes.iter().map(|m| m.drawn).sum();
         let instances: u64 = meshes.iter().map(|m| m.instances).sum();
         let text = format!(
-            "{} no pixel in any of the {} ({}): {}. Even so {} of their triangles are drawn a view. If \
-             the views are typical, they can go, or be loaded later.",
-            count(meshes.len(), "mesh owns", "meshes own"),
-            count(self.views, "view", "views"),
-            count(instances as usize, "instance", "instances"),
+            "{} no pixel in any of the {} ({}): {}. Even so {} drawn a view. If \
+             the views are typical, {} can go, or be loaded later.",
+            count(meshes.len() as u64, "mesh owns", "meshes own"),
+            count(self.views as u64, "view", "views"),
+            count(instances, "instance", "instances"),
             shown(&names),
-            grouped(drawn / self.views as u64),
+            count(
+                drawn / self.views as u64,
+                agree(meshes.len() as u64, "of its triangles is", "of their triangles is"),
+                agree(meshes.len() as u64, "of its triangles are", "of their triangles are"),
+            ),
+            agree(meshes.len() as u64, "it", "they"),
         );
-        let title = format!("{} never seen", count(meshes.len(), "mesh is", "meshes are"));
+        let title = format!("{} never seen", count(meshes.len() as u64, "mesh is", "meshes are"));
         Some(self.advice("unseen-mesh", title, text, drawn, names))
     }
 
@@ -200,17 +203,21 @@ impl Context<'_> {
             self.worst(|m| (m.defect.is_some() && m.facing_away > 0).then_some(m.facing_away))?;
         let first = meshes[0];
         let text = format!(
-            "{} triangles a view face away and are drawn all the same: their mesh is no solid, so both its \
+            "{} drawn all the same: their mesh is not a solid, so both its \
              sides may be seen. The most: “{}”, {}, {} a view. Closed and wound outward, \
              back-face culling would take them; if their backs are never seen, --one-sided says so.",
-            grouped(sum / self.views as u64),
+            count(
+                sum / self.views as u64,
+                "triangle a view faces away and is",
+                "triangles a view face away and are"
+            ),
             first.name,
             first.defect.as_deref().unwrap_or_default(),
             grouped(first.facing_away / self.views as u64),
         );
         let title = format!(
             "{} back-face culling by a defect",
-            count(meshes.len(), "mesh loses", "meshes lose")
+            count(meshes.len() as u64, "mesh loses", "meshes lose")
         );
         Some(self.advice("open-mesh", title, text, sum, names))
     }
@@ -219,14 +226,17 @@ impl Context<'_> {
         let (meshes, sum, names) =
             self.worst(|m| (m.solid && m.facing_away > 0).then_some(m.facing_away))?;
         let text = format!(
-            "{} declared two-sided though solid, where no back can ever be seen: {}. One-sided, they would \
-             draw {} triangles a view less.",
-            count(meshes.len(), "mesh is", "meshes are"),
+            "{} declared two-sided though solid, where no back can ever be seen: {}. One-sided, {} would \
+             draw {} a view less.",
+            count(meshes.len() as u64, "mesh is", "meshes are"),
             shown(&names),
-            grouped(sum / self.views as u64),
+            agree(meshes.len() as u64, "it", "they"),
+            count(sum / self.views as u64, "triangle", "triangles"),
         );
-        let title =
-            format!("{} two-sided for nothing", count(meshes.len(), "solid is", "solids are"));
+        let title = format!(
+            "{} two-sided for nothing",
+            count(meshes.len() as u64, "solid is", "solids are")
+        );
         Some(self.advice("two-sided-solid", title, text, sum, names))
     }
 
@@ -236,15 +246,17 @@ impl Context<'_> {
             self.worst(|m| one_sided(m).then_some(u64::from(m.misoriented)))?;
         let text = format!(
             "{} one-sided, yet wound both ways along {}: {}. Any viewer that culls back \
-             faces loses some of their faces. Repair the winding, or declare them two-sided.",
-            count(meshes.len(), "mesh is", "meshes are"),
-            count(edges as usize, "edge", "edges"),
+             faces loses some of {}. Repair the winding, or declare {} two-sided.",
+            count(meshes.len() as u64, "mesh is", "meshes are"),
+            count(edges, "edge", "edges"),
             shown(&names),
+            agree(meshes.len() as u64, "its faces", "their faces"),
+            agree(meshes.len() as u64, "it", "them"),
         );
         let drawn = meshes.iter().map(|m| m.drawn).sum();
         let title = format!(
             "{} in every viewer",
-            count(meshes.len(), "mesh loses faces", "meshes lose faces")
+            count(meshes.len() as u64, "mesh loses faces", "meshes lose faces")
         );
         Some(self.advice("wound-both-ways", title, text, drawn, names))
     }
@@ -265,15 +277,15 @@ impl Context<'_> {
             return None;
         }
         let text = format!(
-            "{} never wider or higher than {px} pixels, with {} triangles a view; of these instances {} \
-             ever own a pixel. --detail {px} drops such things. That is lossy: try it and look.",
-            count(instances.len(), "instance drawn is", "instances drawn are"),
-            grouped(triangles / self.views as u64),
-            grouped(seen as u64),
+            "{} never wider or higher than {px} pixels, with {} a view; of these instances {} \
+             a pixel. --detail {px} drops such instances. That is lossy: try it and look.",
+            count(instances.len() as u64, "instance drawn is", "instances drawn are"),
+            count(triangles / self.views as u64, "triangle", "triangles"),
+            count(seen as u64, "ever owns", "ever own"),
         );
         let title = format!(
             "{} under {px} pixels",
-            count(instances.len(), "instance is always", "instances are always")
+            count(instances.len() as u64, "instance is always", "instances are always")
         );
         let names = instances.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
         Some(self.advice("tiny", title, text, triangles, names))
@@ -299,20 +311,20 @@ impl Context<'_> {
         let t = self.survey.slots[slot as usize];
         let sum: u64 = found.iter().map(|f| f.0).sum();
         let text = format!(
-            "{} the frustum's edge in at least four of five views that draw it. “{}” ({} triangles) does \
+            "{} the frustum's edge in at least four of five views that draw it. “{}” ({}) does \
              in {} of {}, with {:.0} % of its clusters outside on average. Split into smaller instances, \
-             some {} triangles a view would go by whole instances instead of by clusters.",
-            count(found.len(), "large instance straddles", "large instances straddle"),
+             some {} a view would go by whole instances instead of by clusters.",
+            count(found.len() as u64, "large instance straddles", "large instances straddle"),
             name_of(self.model, slot),
-            grouped(u64::from(scene.mesh(slot).triangle_count())),
+            count(u64::from(scene.mesh(slot).triangle_count()), "triangle", "triangles"),
             t.straddled,
             t.kept,
             share * 100.0,
-            grouped(sum / self.views as u64),
+            count(sum / self.views as u64, "triangle", "triangles"),
         );
         let title = format!(
             "{} from splitting",
-            count(found.len(), "instance would gain", "instances would gain")
+            count(found.len() as u64, "instance would gain", "instances would gain")
         );
         let names = found.iter().take(NAMES_KEPT).map(|f| name_of(self.model, f.2)).collect();
         Some(self.advice("straddles", title, text, sum, names))
@@ -324,11 +336,11 @@ impl Context<'_> {
         let text = format!(
             "{} no area (corners that repeat, or all on one line), in {}: {}. What has no area never \
              shows; an exporter that drops it makes the file smaller.",
-            count(sum as usize, "triangle has", "triangles have"),
-            count(meshes.len(), "mesh", "meshes"),
+            count(sum, "triangle has", "triangles have"),
+            count(meshes.len() as u64, "mesh", "meshes"),
             shown(&names),
         );
-        let title = format!("{} without area", count(sum as usize, "triangle is", "triangles are"));
+        let title = format!("{} without area", count(sum, "triangle is", "triangles are"));
         Some(self.advice("degenerate", title, text, sum * self.views as u64, names))
     }
 
@@ -338,11 +350,14 @@ impl Context<'_> {
         let text = format!(
             "{} the same three corners as another of the same mesh, in {}: {}. Such a place is drawn \
              twice, and flickers where the materials differ.",
-            count(sum as usize, "triangle has", "triangles have"),
-            count(meshes.len(), "mesh", "meshes"),
+            count(sum, "triangle has", "triangles have"),
+            count(meshes.len() as u64, "mesh", "meshes"),
             shown(&names),
         );
-        let title = format!("{} there twice", count(sum as usize, "triangle is", "triangles are"));
+        let title = format!(
+            "{} of another",
+            count(sum, "triangle is a duplicate", "triangles are duplicates")
+        );
         Some(self.advice("duplicate", title, text, sum * self.views as u64, names))
     }
 
@@ -362,13 +377,17 @@ impl Context<'_> {
         let names: Vec<String> =
             twins.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
         let text = format!(
-            "{} in the same place as another one of the same mesh: {}. They add {} triangles that \
-             can never be told apart from their twins.",
-            count(twins.len(), "instance is", "instances are"),
+            "{} in the same place as another one of the same mesh: {}. That adds {} that \
+             can never be told apart from {}.",
+            count(twins.len() as u64, "instance is", "instances are"),
             shown(&names),
-            grouped(triangles),
+            count(triangles, "triangle", "triangles"),
+            agree(triangles, "its twin", "their twins"),
         );
-        let title = format!("{} there twice", count(twins.len(), "instance is", "instances are"));
+        let title = format!(
+            "{} of another",
+            count(twins.len() as u64, "instance is a duplicate", "instances are duplicates")
+        );
         Some(self.advice("duplicate-instance", title, text, triangles * self.views as u64, names))
     }
 
@@ -389,35 +408,36 @@ impl Context<'_> {
         let text = format!(
             "{} by a negative scale: {}. The winding of their triangles turns round; cullet \
              allows for it, but a renderer that does not shows them inside out.",
-            count(n, "instance is mirrored", "instances are mirrored"),
+            count(n as u64, "instance is mirrored", "instances are mirrored"),
             shown(&names),
         );
-        let title = format!("{} mirrored", count(n, "transform is", "transforms are"));
+        let title = format!("{} mirrored", count(n as u64, "transform is", "transforms are"));
         Some(self.advice("mirrored", title, text, 0, names))
     }
 
     fn not_finite(&self) -> Option<Advice> {
         let (n, triangles, names) = self.transforms(|t| !t.is_finite())?;
         let text = format!(
-            "{} a NaN or infinite number in the transform: {}. Nothing can be said of where they are, so \
-             every view keeps their {} triangles.",
-            count(n, "instance has", "instances have"),
+            "{} a NaN or infinite number in the transform: {}. Nothing can be said of where {}, so \
+             every view keeps {}.",
+            count(n as u64, "instance has", "instances have"),
             shown(&names),
-            grouped(triangles),
+            agree(n as u64, "it is", "they are"),
+            count(triangles, "triangle", "triangles"),
         );
-        let title = format!("{} not finite", count(n, "transform is", "transforms are"));
+        let title = format!("{} not finite", count(n as u64, "transform is", "transforms are"));
         Some(self.advice("not-finite", title, text, triangles * self.views as u64, names))
     }
 
     fn flat(&self) -> Option<Advice> {
         let (n, triangles, names) = self.transforms(|t| t.is_finite() && t.determinant() == 0.0)?;
         let text = format!(
-            "{} scaled to nothing along some axis: {}. What is left of their {} triangles has no volume.",
-            count(n, "instance is", "instances are"),
+            "{} scaled to nothing along some axis: {}. What is left of {} has no volume.",
+            count(n as u64, "instance is", "instances are"),
             shown(&names),
-            grouped(triangles),
+            count(triangles, "triangle", "triangles"),
         );
-        let title = format!("{} singular", count(n, "transform is", "transforms are"));
+        let title = format!("{} singular", count(n as u64, "transform is", "transforms are"));
         Some(self.advice("singular", title, text, 0, names))
     }
 }

@@ -17,8 +17,8 @@ pub(crate) struct Share {
 }
 
 /// The colour of what a stage took.
-pub(crate) fn stage_color(name: &str) -> String {
-    hex(palette::reason_color(Stage::ALL.into_iter().find(|s| s.name() == name)))
+pub(crate) fn stage_color(stage: Stage) -> String {
+    hex(palette::reason_color(Some(stage)))
 }
 
 /// The colour of what is drawn though nobody sees it.
@@ -32,30 +32,27 @@ pub(crate) fn visible_color() -> String {
 }
 
 /// What a stage takes, in words.
-pub(crate) fn stage_words(name: &str) -> &'static str {
-    match name {
-        "layer" => "in another layer",
-        "frustum" => "outside the view",
-        "portal" => "in rooms out of sight",
-        "detail" => "too small to matter",
-        "lod" => "stood in for",
-        "occlusion" => "behind something",
-        "backface" => "facing away",
-        "degenerate" => "without area",
-        _ => "dropped",
+pub(crate) fn stage_words(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Layer => "in another layer",
+        Stage::Frustum => "outside the view",
+        Stage::Portal => "in rooms out of sight",
+        Stage::Detail => "too small to matter",
+        Stage::Lod => "replaced by another level of detail",
+        Stage::Occlusion => "behind something",
+        Stage::Backface => "facing away",
+        Stage::Degenerate => "without area",
     }
 }
 
 /// What became of all triangles, in the order of the stages; the rest is unseen and visible.
 pub(crate) fn shares(summary: &Summary) -> Vec<Share> {
-    let removed = Stage::ALL.iter().filter_map(|s| summary.removed.get_key_value(s.name()));
-    let mut shares: Vec<Share> = removed
-        .map(|(&name, &count)| Share {
-            label: stage_words(name).to_owned(),
-            color: stage_color(name),
-            count,
-        })
-        .collect();
+    let share = |(&stage, &count): (&Stage, &u64)| Share {
+        label: stage_words(stage).to_owned(),
+        color: stage_color(stage),
+        count,
+    };
+    let mut shares: Vec<Share> = summary.removed.iter().map(share).collect();
     let t = summary.triangles;
     let visible = t.visible.unwrap_or(0);
     if summary.verified_views.len() == summary.views {
@@ -130,10 +127,8 @@ pub(crate) fn columns(views: &[ViewRecord]) -> String {
             }
             None => stack.push((visible_color(), t.potentially_visible, "drawn")),
         }
-        for stage in Stage::ALL.iter().rev() {
-            if let Some(&n) = view.removed.get(stage.name()) {
-                stack.push((stage_color(stage.name()), n, stage_words(stage.name())));
-            }
+        for (&stage, &n) in view.removed.iter().rev() {
+            stack.push((stage_color(stage), n, stage_words(stage)));
         }
         let _ = write!(svg, "<g><title>view {}", view.index);
         for (_, n, what) in &stack {

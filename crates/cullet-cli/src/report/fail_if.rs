@@ -103,8 +103,29 @@ impl FailIf {
             Op::Equal => value == limit,
             Op::Differs => value != limit,
         };
-        holds.then(|| format!("--fail-if '{}' holds: it is {value}, against {limit}", self.text))
+        holds.then(|| {
+            let [value, limit] = told_apart(value, limit);
+            format!("--fail-if '{}' holds: it is {value}, against {limit}", self.text)
+        })
     }
+}
+
+/// Two figures with four digits, or with as many more as tell them apart; whole numbers in full.
+fn told_apart(a: f64, b: f64) -> [String; 2] {
+    let short = |v: f64, digits: usize| {
+        if v.fract() == 0.0 {
+            return v.to_string();
+        }
+        let before = v.abs().log10().floor().max(0.0) as usize + 1;
+        // Rounded, then as short as that number is.
+        let text = format!("{v:.0$}", digits.saturating_sub(before).max(1));
+        text.parse().map_or(text, |v: f64| v.to_string())
+    };
+    let texts = (4..17).map(|digits| [a, b].map(|v| short(v, digits)));
+    let apart = |t: &[String; 2]| {
+        a == b || (t[0] != t[1] && t[0].parse() != Ok(b) && t[1].parse() != Ok(a))
+    };
+    texts.into_iter().find(apart).unwrap_or_else(|| [a, b].map(|v| v.to_string()))
 }
 
 fn limit(text: &str) -> Option<Limit> {
@@ -185,6 +206,20 @@ mod tests {
         assert!(holds("tightness>baseline") && holds("tightness > baseline+5%"));
         assert!(!holds("tightness>baseline+10%"));
         assert!(holds("potentially_visible>baseline - 0%") && holds("visible==baseline"));
+    }
+
+    #[test]
+    fn figures_are_short_and_told_apart() {
+        let told = |a, b| told_apart(a, b).join(" ");
+        assert_eq!(told(3.791_111_111_111_111_3, 3.0), "3.791 3");
+        assert_eq!(told(70.000_000_1, 70.0), "70.0000001 70");
+        assert_eq!(told(1_234_567.0, 1e6), "1234567 1000000");
+        assert_eq!(told(12_345.678, 1.0), "12345.7 1");
+        assert_eq!(told(0.05, 2.8 * 1.05), "0.05 2.94");
+        assert_eq!(told(0.1 + 0.2, 0.3), "0.30000000000000004 0.3");
+        assert_eq!(told(2.5, 2.5), "2.5 2.5");
+        let text = FailIf::parse("tightness>1.123456789").unwrap().holds(&summary(), None).unwrap();
+        assert!(text.ends_with("it is 3, against 1.123"), "{text}");
     }
 
     #[test]

@@ -23,7 +23,7 @@ use cullet_io::Model;
 use serde_json::Value;
 
 use crate::args::ReportArgs;
-use crate::console::{Console, grouped, interrupted, percent, write_json};
+use crate::console::{Console, count, grouped, interrupted, percent, write_json};
 use crate::drawing;
 use crate::exit::{Exit, Failure, Outcome};
 use crate::inputs;
@@ -203,8 +203,8 @@ impl<'a> Report<'a> {
 
     fn pictures(&mut self, index: usize, view: &View, seen: &Seen) -> Result<(), Failure> {
         let featured = self.gallery.large.is_empty();
-        let Survey { model, culler, .. } = &self.survey;
-        let mut pictures = drawing::of_view(model, view, culler, seen, featured, &self.args.show);
+        let Survey { model, state, .. } = &self.survey;
+        let mut pictures = drawing::of_view(model, view, state, seen, featured, &self.args.show);
         let opened = self.opened.as_ref().filter(|_| featured);
         pictures.extend(opened.map(|o| o.picture(model, view, seen)));
         for p in pictures {
@@ -325,14 +325,20 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
     console.line(page::full_headline(record));
     console.line(page::lead(s));
     let t = s.triangles;
-    for (name, n) in &s.removed {
+    for (stage, n) in &s.removed {
+        let name = stage.name();
         console.line(format!("  {name:<11} takes {:>9} of all triangles", percent(*n, t.all)));
     }
     console.line(match (s.false_culls, s.verified_views.len()) {
         (0, 0) => "  not verified".into(),
-        (0, n) if n == s.views => format!("  verified in {n} views: nothing visible was lost"),
+        (0, n) if n == s.views => {
+            format!("  verified in {}: nothing visible was lost", count(n as u64, "view", "views"))
+        }
         (0, n) => format!("  verified in {n} of {} views: nothing visible was lost", s.views),
-        (n, _) => format!("  {} VISIBLE THINGS WERE LOST: see the page", grouped(n)),
+        (n, _) => {
+            let lost = count(n, "VISIBLE THING WAS", "VISIBLE THINGS WERE");
+            format!("  {lost} LOST: see the page")
+        }
     });
     if let Some(b) = s.backfaces.filter(|b| b.facing_away > 0) {
         console.line(format!(
@@ -346,8 +352,8 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
     let views = s.views.max(1) as u64;
     if s.whole.occluders[0] > 0 {
         console.line(format!(
-            "  whole objects: {} triangles a view, {} in the frustum, {} not hidden",
-            grouped(t.all / views),
+            "  whole objects: {} a view, {} in the frustum, {} not hidden",
+            count(t.all / views, "triangle", "triangles"),
             grouped(s.whole.in_frustum[1] / views),
             grouped(s.whole.not_hidden[1] / views)
         ));
@@ -355,7 +361,9 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
     for a in s.advice.iter().take(5) {
         console.line(format!("  advice: {}", a.title));
     }
-    console.line(format!("  {}", page::assumption(record)));
+    if let Some(words) = page::assumption(record) {
+        console.line(format!("  {words}"));
+    }
     if !record.complete {
         console.line("  stopped early: the report holds the views done so far");
     }

@@ -2,14 +2,13 @@
 
 use clap::Args;
 use cullet::View;
-use cullet_draw::OpenedScene;
 use cullet_io::Model;
 
 use crate::console::Console;
 use crate::cut::shape::{self, KeepArg, Shape};
-use crate::cut::{self, Applied, Settings};
 use crate::drawing::Titled;
 use crate::exit::Failure;
+use crate::opening::Opening;
 use crate::survey::Seen;
 
 /// How to open the scene.
@@ -27,9 +26,7 @@ pub(crate) struct OpenedArgs {
 /// A model that was cut open, once.
 #[derive(Debug)]
 pub(super) struct Opened {
-    left: Applied,
-    /// Seen from where it was opened.
-    from: View,
+    opening: Opening,
     words: String,
 }
 
@@ -45,33 +42,25 @@ impl Opened {
         }
         let planes = shape::planes(&args.cut)?;
         let keep = args.cut_keep.into();
-        let (heal, weld) = (0.0, 0.0);
-        let settings = Settings { planes: &planes, keep, cap: true, outlines: false, heal, weld };
-        let left = cut::apply(model, &settings, console)?;
-        if left.model.scene.instance_count() == 0 {
+        let opening = Opening::new(&planes, keep, None, model, [1280, 720], console)?;
+        if opening.is_empty() {
             console.note("note: --cut leaves nothing of the scene on the side that is kept");
         }
-        let from = cut::stand(&left.model, &model.scene.extent(), &settings, None, [1280, 720])?;
         let texts: Vec<&str> = args.cut.iter().map(|s| s.text.as_str()).collect();
         let side = match args.cut_keep {
             KeepArg::Inside => "what is inside is left",
             KeepArg::Outside => "what is outside is left",
         };
-        Ok(Some(Self { left, from, words: format!("{}: {side}", texts.join(" and ")) }))
+        Ok(Some(Self { opening, words: format!("{}: {side}", texts.join(" and ")) }))
     }
 
     /// What became of everything in a view, seen in the opened scene.
     pub(super) fn picture(&self, model: &Model, view: &View, seen: &Seen) -> Titled {
-        let left = OpenedScene {
-            scene: &self.left.model.scene,
-            origin: &self.left.origin,
-            cut_material: self.left.cap_material,
-        };
         Titled {
             name: "opened",
-            picture: cullet_draw::opened(&model.scene, view, &seen.result, &left, &self.from),
+            picture: self.opening.draw(model, view, &seen.result),
             caption: format!(
-                "Cut open at {}. The frustum, and every instance in the colour of what became of it; cut \
+                "Cut open at {}. The frustum, and every triangle in the colour of what became of it; cut \
                  faces are darker.",
                 self.words
             ),

@@ -6,7 +6,7 @@ use super::charts;
 use super::html::{escape, with_code};
 use super::saved;
 use super::tables;
-use crate::console::{grouped, percent};
+use crate::console::{agree, count, grouped, percent};
 use crate::record::{Record, Summary};
 
 /// A picture of the page: where its full size lies, the smaller one that the page carries, and words.
@@ -42,19 +42,20 @@ fn headline(summary: &Summary) -> String {
     let Some(visible) = t.visible.filter(|_| summary.verified_views.len() == summary.views) else {
         let culled = t.all - t.potentially_visible;
         return format!(
-            "{} of {} triangles a view need not be drawn.",
+            "{} of {} a view need not be drawn.",
             grouped(culled / views),
-            grouped(t.all / views)
+            count(t.all / views, "triangle", "triangles")
         );
     };
     let waste = t.all.saturating_sub(visible);
     let share = percent(visible, t.all);
-    // "under 0.1 %" says by itself how little it is.
-    let only = if share.starts_with("under") { "" } else { "only " };
+    // "under 0.1 %" says by itself how little it is, and half is not little.
+    let only = if share.starts_with("under") || visible * 2 >= t.all { "" } else { "only " };
     format!(
-        "{} of {} triangles a view are drawn for nothing: {only}{share} can be seen.",
+        "{} of {} a view {} drawn for nothing: {only}{share} can be seen.",
         grouped(waste / views),
-        grouped(t.all / views),
+        count(t.all / views, "triangle", "triangles"),
+        agree(waste / views, "is", "are"),
     )
 }
 
@@ -64,9 +65,13 @@ pub(crate) fn full_headline(record: &Record) -> String {
     headline(&record.summary) + &saved.map_or_else(String::new, saved::CostsRecord::headline)
 }
 
-/// What the milliseconds rest on, or what would give some.
-pub(crate) fn assumption(record: &Record) -> &str {
-    record.costs.as_ref().map_or(saved::UNKNOWN, |c| &c.assumption)
+/// What the milliseconds of the headline rest on, or what would give some; `None` where costs are known and culling
+/// saves nothing.
+pub(crate) fn assumption(record: &Record) -> Option<&str> {
+    match &record.costs {
+        None => Some(saved::UNKNOWN),
+        Some(costs) => costs.saves().then_some(&costs.assumption),
+    }
 }
 
 /// The sentence below it: what culling does about it, and how near to perfect that is.
@@ -74,15 +79,16 @@ pub(crate) fn lead(summary: &Summary) -> String {
     let t = summary.triangles;
     let culled = t.all.saturating_sub(t.potentially_visible);
     let mut text = format!("Culling removes {} of all triangles", percent(culled, t.all));
-    let mut best: Vec<(&str, u64)> = summary.removed.iter().map(|(k, v)| (*k, *v)).collect();
+    let mut best: Vec<(cullet::Stage, u64)> =
+        summary.removed.iter().map(|(k, v)| (*k, *v)).collect();
     best.sort_by_key(|b| std::cmp::Reverse(b.1));
     match best[..] {
         [] => {}
-        [(name, _)] => {
-            let _ = write!(text, ", each of them because it is {}", charts::stage_words(name));
+        [(stage, _)] => {
+            let _ = write!(text, ", each of them because it is {}", charts::stage_words(stage));
         }
-        [(name, n), ..] => {
-            let why = charts::stage_words(name);
+        [(stage, n), ..] => {
+            let why = charts::stage_words(stage);
             let _ = write!(text, ", {} of them because they are {why}", percent(n, culled));
         }
     }
@@ -110,8 +116,8 @@ fn badge(record: &Record) -> String {
         n => format!("pixel for pixel, and with {n}×{n} samples"),
     };
     if s.false_culls > 0 {
-        let n = grouped(s.false_culls);
-        return format!("<span class=\"badge bad\">{n} visible things were lost: see below</span>");
+        let n = count(s.false_culls, "visible thing was", "visible things were");
+        return format!("<span class=\"badge bad\">{n} lost: see below</span>");
     }
     if verified == 0 {
         return "<span class=\"badge warn\">not verified</span>".into();
@@ -119,7 +125,7 @@ fn badge(record: &Record) -> String {
     if verified < s.views {
         let list: Vec<String> = s.verified_views.iter().map(ToString::to_string).collect();
         return format!(
-            "<span class=\"badge warn\">verified in {verified} of {} views ({}) {samples}: nothing visible \
+            "<span class=\"badge warn\">Verified in {verified} of {} views ({}) {samples}: nothing visible \
              was lost</span>",
             s.views,
             list.join(", ")
@@ -146,13 +152,15 @@ pub(crate) fn page(record: &Record, gallery: &Gallery, changes: &[String]) -> St
          <title>{name} · cullet report</title><style>\n{}</style></head><body><main>\n\
          <p class=\"kicker\">cullet report · <b>{name}</b> · {} on the path <b>{}</b> · {w}×{h}</p>\n\
          <h1>{}</h1>\n<p class=\"lead\">{}</p>\n\
-         <p class=\"kicker\">{}</p>\n{}\n",
+         {}{}\n",
         include_str!("style.css"),
-        if s.views == 1 { "1 view".into() } else { format!("{} views", s.views) },
+        count(s.views as u64, "view", "views"),
         escape(&record.settings.path),
         escape(&full_headline(record)),
         lead(s),
-        with_code(assumption(record)),
+        assumption(record).map_or_else(String::new, |words| {
+            format!("<p class=\"kicker\">{}</p>\n", with_code(words))
+        }),
         badge(record),
     );
     if !record.complete {

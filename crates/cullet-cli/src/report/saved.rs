@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cullet::mesh::Alpha;
-use cullet::{Costs, Scene};
+use cullet::{Costs, Scene, Stage};
 use serde::Serialize;
 
-use crate::calibrate::{Place, Stored, digits};
+use crate::calibrate::{Stored, digits};
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::parse;
@@ -75,24 +75,8 @@ impl Origin {
         if let Some(ns) = args.triangle_ns {
             return Ok(Some(Self::Given(ns)));
         }
-        let place = match &args.costs {
-            Some(path) => Some(Place { path: path.clone(), named: true }),
-            None => Place::find(),
-        };
-        let Some(Place { path, named }) = place else { return Ok(None) };
-        match Stored::read(&path) {
-            Ok(Some(stored)) => Ok(Some(Self::File { path, stored: Box::new(stored) })),
-            Ok(None) if args.costs.is_some() => Err(Failure::input(format!(
-                "{}: there is no such file; `cullet calibrate --out {0}` measures and writes it",
-                path.display()
-            ))),
-            Ok(None) => Ok(None),
-            Err(e) if named => Err(Failure::input(e)),
-            Err(e) => {
-                console.note(format!("warning: no milliseconds, for {e}"));
-                Ok(None)
-            }
-        }
+        let found = Stored::find(args.costs.as_deref(), console, "no milliseconds")?;
+        Ok(found.map(|(path, stored)| Self::File { path, stored: Box::new(stored) }))
     }
 }
 
@@ -117,7 +101,7 @@ impl Pricing {
     /// What the views of a summary come to.
     pub(crate) fn record(&self, summary: &Summary) -> CostsRecord {
         let views = summary.views.max(1) as f64;
-        let saved: f64 = summary.removed.iter().map(|(s, n)| self.price(s) * *n as f64).sum();
+        let saved: f64 = summary.removed.iter().map(|(s, n)| self.price(*s) * *n as f64).sum();
         let culled: u64 = summary.removed.values().sum();
         let (source, stored) = match &self.origin {
             Origin::Given(_) => ("--triangle-ns".to_owned(), None),
@@ -139,12 +123,12 @@ impl Pricing {
 
     /// What a triangle would have cost that a stage took. What is outside the view, faces away or has no
     /// area fills no pixel in any renderer, so only its setup is spared.
-    fn price(&self, stage: &str) -> f64 {
+    fn price(&self, stage: Stage) -> f64 {
         match stage {
-            "frustum" | "backface" | "degenerate" => self.rejected_ns,
+            Stage::Frustum | Stage::Backface | Stage::Degenerate => self.rejected_ns,
             // The renderer skips other layers too, with all of an instance at once.
-            "layer" => 0.0,
-            _ => self.drawn_ns,
+            Stage::Layer => 0.0,
+            Stage::Portal | Stage::Detail | Stage::Lod | Stage::Occlusion => self.drawn_ns,
         }
     }
 
@@ -160,7 +144,7 @@ impl Pricing {
             false => format!("another machine ({})", stored.machine),
         };
         let tests = tests_ms.map_or_else(String::new, |t| {
-            format!(" The tests in bulk would cost about {} of it.", milliseconds(t))
+            format!(" The tests in bulk would cost {} of it.", about(t))
         });
         format!(
             "Milliseconds are reckoned, not timed, for a renderer that takes up every triangle: {rejected} ns for \
@@ -173,14 +157,19 @@ impl Pricing {
 }
 
 impl CostsRecord {
+    /// Whether culling saves anything by these costs.
+    pub(crate) fn saves(&self) -> bool {
+        self.saved_ns_per_triangle.is_some_and(|ns| ns > 0.0)
+    }
+
     /// The end of the headline, with its condition; empty where nothing is saved.
     pub(crate) fn headline(&self) -> String {
         match self.saved_ns_per_triangle {
-            Some(ns) if ns > 0.0 => format!(
+            Some(ns) if self.saves() => format!(
                 // No figure is parted from its unit at the end of a line.
-                " At {}\u{a0}ns a triangle, culling saves about {} a view.",
+                " At {}\u{a0}ns a triangle, culling saves {} a view.",
                 digits(ns),
-                milliseconds(self.saved_ms_per_view).replace(' ', "\u{a0}")
+                about(self.saved_ms_per_view).replace(" ms", "\u{a0}ms")
             ),
             _ => String::new(),
         }
@@ -207,21 +196,22 @@ fn mean_drawn_ns(costs: &Costs, scene: &Scene) -> f64 {
 
 /// The tests of all views, were each made in bulk.
 fn tests_ns(costs: &Costs, summary: &Summary) -> f64 {
-    let price = |stage: &str, unit: &str| match (stage, unit) {
-        ("frustum", "instances") => costs.object_test_ns,
+    let price = |stage: Stage, unit: &str| match (stage, unit) {
+        (Stage::Frustum, "instances") => costs.object_test_ns,
         (_, "clusters") => costs.cluster_test_ns,
-        ("backface", "triangles") => costs.triangle_test_ns,
+        (Stage::Backface, "triangles") => costs.triangle_test_ns,
         _ => 0.0,
     };
-    summary.stages.iter().map(|s| price(s.name, s.unit) * s.entered as f64).sum()
+    summary.stages.iter().map(|s| price(s.stage, s.unit) * s.entered as f64).sum()
 }
 
-/// `12 ms`
-fn milliseconds(ms: f64) -> String {
+/// `about 12 ms`
+fn about(ms: f64) -> String {
     match ms {
         0.0 => "0 ms".into(),
+        // A bound is no estimate.
         ms if ms < 0.001 => "under 0.001 ms".into(),
-        ms => format!("{} ms", digits(ms)),
+        ms => format!("about {} ms", digits(ms)),
     }
 }
 
@@ -236,16 +226,25 @@ mod tests {
     use crate::calibrate::counted;
     use crate::record::StageRecord;
 
-    fn summary(removed: &[(&'static str, u64)]) -> Summary {
-        let stage = |name, unit, entered| StageRecord { name, unit, entered, left: 0, ms: None };
+    fn summary(removed: &[(Stage, u64)]) -> Summary {
+        let stage = |stage, unit, entered| StageRecord {
+            stage,
+            unit,
+            entered,
+            left: 0,
+            instances: [0; 2],
+            clusters: [0; 2],
+            triangles: [0; 2],
+            ms: None,
+        };
         Summary {
             views: 2,
             removed: removed.iter().copied().collect::<BTreeMap<_, _>>(),
             stages: vec![
-                stage("frustum", "instances", 1_000_000),
-                stage("frustum", "clusters", 2_000_000),
-                stage("backface", "triangles", 4_000_000),
-                stage("degenerate", "triangles", 9),
+                stage(Stage::Frustum, "instances", 1_000_000),
+                stage(Stage::Frustum, "clusters", 2_000_000),
+                stage(Stage::Backface, "triangles", 4_000_000),
+                stage(Stage::Degenerate, "triangles", 9),
             ],
             ..Summary::of(&[])
         }
@@ -287,8 +286,12 @@ mod tests {
         // 4 ns rejected; 5, 6 and 7 ns drawn, by class.
         let pricing = Pricing::new(file(), &scene());
         assert_eq!((pricing.rejected_ns, pricing.drawn_ns), (4.0, 6.0));
-        let removed =
-            [("frustum", 1_000_000), ("backface", 2_000_000), ("detail", 3_000_000), ("layer", 9)];
+        let removed = [
+            (Stage::Frustum, 1_000_000),
+            (Stage::Backface, 2_000_000),
+            (Stage::Detail, 3_000_000),
+            (Stage::Layer, 9),
+        ];
         let record = pricing.record(&summary(&removed));
         // (3e6 × 4 + 3e6 × 6) / 2 views
         assert_eq!(record.saved_ms_per_view, 15.0);
@@ -309,7 +312,8 @@ mod tests {
     #[test]
     fn a_price_from_the_command_line_is_the_price_of_all() {
         let pricing = Pricing::new(Origin::Given(2.5), &scene());
-        let record = pricing.record(&summary(&[("frustum", 1_000_000), ("occlusion", 1_000_000)]));
+        let record =
+            pricing.record(&summary(&[(Stage::Frustum, 1_000_000), (Stage::Occlusion, 1_000_000)]));
         assert_eq!((record.saved_ms_per_view, record.tests_ms_per_view), (2.5, None));
         assert!(record.assumption.contains("2.5 ns a triangle"), "{}", record.assumption);
         assert_eq!(plain(&record), " At 2.5 ns a triangle, culling saves about 2.5 ms a view.");
@@ -325,10 +329,10 @@ mod tests {
     }
 
     #[test]
-    fn milliseconds_never_round_to_none() {
-        assert_eq!(milliseconds(0.0), "0 ms");
-        assert_eq!(milliseconds(1e-9), "under 0.001 ms");
-        assert_eq!(milliseconds(0.0234), "0.023 ms");
-        assert_eq!(milliseconds(1234.5), "1234 ms");
+    fn milliseconds_never_round_to_none_and_a_bound_is_not_about() {
+        assert_eq!(about(0.0), "0 ms");
+        assert_eq!(about(1e-9), "under 0.001 ms");
+        assert_eq!(about(0.0234), "about 0.023 ms");
+        assert_eq!(about(1234.5), "about 1234 ms");
     }
 }

@@ -196,7 +196,8 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
     out.push_str(
         "<h2>Stages</h2><p class=\"sub\">Sums over the views, in the order in which they run.</p>\
          <div class=\"scroll\"><table><thead><tr><th>Stage</th><th>Counts</th><th class=\"n\">In</th>\
-         <th class=\"n\">Out</th><th class=\"n\">Taken</th><th class=\"n\">Time a view</th></tr></thead><tbody>",
+         <th class=\"n\">Out</th><th class=\"n\">Taken</th><th class=\"n\">Triangles taken</th>\
+         <th class=\"n\">Time per view</th></tr></thead><tbody>",
     );
     for r in &s.stages {
         let ms =
@@ -204,13 +205,14 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
         let _ = write!(
             out,
             "<tr><td><i class=\"swatch\" style=\"background:{}\"></i>{}</td><td>{}</td>{}{}<td class=\"n\">{}\
-             </td><td class=\"n\">{ms}</td></tr>",
-            stage_color(r.name),
-            r.name,
+             </td>{}<td class=\"n\">{ms}</td></tr>",
+            stage_color(r.stage),
+            r.stage.name(),
             r.unit,
             n(r.entered),
             n(r.left),
             percent(r.entered.saturating_sub(r.left), r.entered),
+            n(r.taken()),
         );
     }
     out.push_str("</tbody></table></div>\n");
@@ -238,7 +240,7 @@ pub(crate) fn backfaces(out: &mut String, s: &Summary) {
     let _ = write!(
         out,
         "<h2>Back faces: ideal beside actual</h2><p class=\"sub\">Of {} one-sided triangles a view in clusters \
-         that the frustum leaves, {} ({}) face away. A whole cluster goes where its bound proves that all of it \
+         that come to this stage, {} ({}) face away. A whole cluster goes where its bound proves that all of it \
          does: who draws clusters has that for next to nothing. Then each triangle is tried by a plane of four bytes, and what \
          that leaves in doubt from its corners.{}</p>\
          <div class=\"scroll\"><table><thead><tr><th>Taken</th><th class=\"n\">Ideal, a view</th>\
@@ -254,7 +256,8 @@ pub(crate) fn backfaces(out: &mut String, s: &Summary) {
         ("by the plane of each triangle too", "", b.facing_away, b.by_plane),
         ("and from the corners, where in doubt", "triangles", b.facing_away, b.facing_away),
     ] {
-        let of_unit = s.stages.iter().find(|r| r.name == "backface" && r.unit == unit);
+        let of_unit =
+            s.stages.iter().find(|r| r.stage == cullet::Stage::Backface && r.unit == unit);
         let ms = of_unit.and_then(|r| r.ms);
         let ms =
             ms.map_or_else(|| "–".into(), |ms| format!("{:.3} ms", ms / s.views.max(1) as f64));

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use cullet_draw::picture::text_width;
 use cullet_draw::{Picture, palette};
 
 use crate::report::html::{escape, hex};
@@ -60,8 +61,10 @@ impl Plot {
     }
 }
 
-/// Pixels of a letter in both forms: a font of 5 × 7 dots in cells of 6 × 7, two pixels a dot.
-const LETTER: Point = [12.0, 14.0];
+/// Pixels of an em of text and of a heading, in both forms.
+const EM: [f64; 2] = [17.0, 26.0];
+/// How far above its baseline the middle of a line of text lies, in ems.
+const MIDDLE: f64 = 0.357;
 
 impl Chart {
     /// An empty chart of so many pixels; the title is for those who cannot see it.
@@ -115,7 +118,7 @@ impl Chart {
         let [w, h] = self.size;
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" \
-             height=\"{h}\" role=\"img\" aria-label=\"{}\" font-family=\"monospace\">\n\
+             height=\"{h}\" role=\"img\" aria-label=\"{}\" font-family=\"Open Sans, sans-serif\">\n\
              <rect width=\"{w}\" height=\"{h}\" fill=\"{}\"/>\n",
             escape(&self.title),
             hex(palette::PAPER)
@@ -156,7 +159,7 @@ impl Chart {
                      dominant-baseline=\"central\" fill=\"{}\">{}</text>",
                     at[0],
                     at[1],
-                    if *large { 28 } else { 19 },
+                    EM[usize::from(*large)],
                     match anchor {
                         Anchor::Start => "start",
                         Anchor::Middle => "middle",
@@ -200,17 +203,16 @@ impl Chart {
                     picture.fill_convex(&round, *color, 1.0);
                 }
                 Mark::Text { at, text, anchor, large, color } => {
-                    let dots = if *large { 3 } else { 2 };
-                    let size = LETTER.map(|v| v * f64::from(dots));
-                    let wide = size[0] * text.chars().count() as f64;
+                    let em = EM[usize::from(*large)] * TWICE;
+                    let wide = text_width(text, em) as f64;
                     let left = match anchor {
                         Anchor::Start => 0.0,
                         Anchor::Middle => wide * 0.5,
                         Anchor::End => wide,
                     };
                     let c = up(at);
-                    let corner = [c[0] - left, c[1] - size[1] * 0.5].map(|v| v.round() as i64);
-                    picture.text(corner, text, dots * 2, *color);
+                    let corner = [c[0] - left, c[1] - em * MIDDLE].map(|v| v.round() as i64);
+                    picture.text(corner, text, em, *color);
                 }
             }
         }

@@ -3,8 +3,8 @@
 use cullet::clip::{Window, line};
 
 use super::Picture;
-use super::font;
-use super::palette::mix;
+use super::font::{text_height, text_width};
+use super::palette::{INK, mix};
 
 impl Picture {
     /// Lays `color` over a pixel, as opaque as `alpha`; outside nothing happens.
@@ -116,34 +116,61 @@ impl Picture {
         let t = Window::new([-ROOM; 2], high).ok()?.liang_barsky(&from, &to)?;
         Some((line::at(&from, &to, t[0]), line::at(&from, &to, t[1])))
     }
+}
 
-    /// Writes one line of text from its top left corner, in dots of `scale` pixels; returns its width.
-    pub fn text(&mut self, [x, y]: [i64; 2], text: &str, scale: u32, color: [u8; 3]) -> i64 {
-        let dot = i64::from(scale);
+/// Lines of a paragraph lie so many ems apart.
+pub(crate) const LINE: f64 = 1.45;
+
+/// Squares in colours and what they mean, from left to right and in as many rows as it takes between `x` and
+/// `right`; `y` is the top of the first. Returns the top of the row after the last.
+pub(crate) fn keys(
+    picture: &mut Picture,
+    [x, y]: [i64; 2],
+    right: i64,
+    size: f64,
+    ink: [u8; 3],
+    entries: &[([u8; 3], String)],
+) -> i64 {
+    let step = (size * LINE).round() as i64;
+    let mut top = y;
+    for row in key_rows(right - x, size, entries) {
         let mut left = x;
-        for c in text.chars() {
-            for (row, bits) in (0..).zip(font::glyph(c)) {
-                for column in 0..i64::from(font::WIDTH) {
-                    if bits >> (4 - column) & 1 == 1 {
-                        let at = [left + column * dot, y + row * dot];
-                        self.fill(at, [dot, dot], color, 1.0);
-                    }
-                }
-            }
-            left += (i64::from(font::WIDTH) + 1) * dot;
+        for (color, words) in row {
+            let side = text_height(size);
+            picture.fill([left, top], [side; 2], mix(*color, INK, 0.45), 1.0);
+            picture.fill([left + 1, top + 1], [side - 2; 2], *color, 1.0);
+            left += key_indent(size);
+            left += picture.text([left, top], words, size, ink) + size as i64;
         }
-        left - x
+        top += step;
     }
+    top
 }
 
-/// How wide a text is.
-pub(crate) fn text_width(text: &str, scale: u32) -> i64 {
-    text.chars().count() as i64 * i64::from((font::WIDTH + 1) * scale)
+/// How high so many keys are: the rows, and what lies between them.
+pub(crate) fn keys_height(room: i64, size: f64, entries: &[([u8; 3], String)]) -> i64 {
+    key_rows(room, size, entries).len() as i64 * (size * LINE).round() as i64
 }
 
-/// How high a line of text is.
-pub(crate) fn text_height(scale: u32) -> i64 {
-    i64::from(font::HEIGHT * scale)
+/// From the left of a key's square to its words.
+fn key_indent(size: f64) -> i64 {
+    text_height(size) + (size * 0.45) as i64
+}
+
+fn key_rows(room: i64, size: f64, entries: &[([u8; 3], String)]) -> Vec<&[([u8; 3], String)]> {
+    let (mut rows, mut first, mut wide) = (Vec::new(), 0, 0);
+    for (i, (_, words)) in entries.iter().enumerate() {
+        let own = key_indent(size) + text_width(words, size);
+        if i > first && wide + own > room {
+            rows.push(&entries[first..i]);
+            (first, wide) = (i, 0);
+        }
+        wide += own + size as i64;
+    }
+    if first < entries.len() {
+        rows.push(&entries[first..]);
+    }
+    rows
 }
 
 /// A number with a comma between thousands.
@@ -198,6 +225,19 @@ mod tests {
     #[test]
     fn numbers_are_grouped_by_three() {
         assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+    }
+
+    #[test]
+    fn keys_that_find_no_room_go_into_the_next_row() {
+        let entries: Vec<_> = ["one", "two", "three"].map(|w| ([9; 3], w.to_owned())).into();
+        assert_eq!(key_rows(1000, 16.0, &entries).len(), 1);
+        assert_eq!(key_rows(1, 16.0, &entries).len(), 3);
+        assert!(key_rows(1, 16.0, &[]).is_empty());
+        let mut p = Picture::new(60, 100, [255; 3]);
+        let below = keys(&mut p, [4, 4], 56, 16.0, INK, &entries);
+        assert_eq!(below, 4 + keys_height(52, 16.0, &entries));
+        let filled = (0..100).filter(|&y| p.pixel(8, y) == [9; 3]).count();
+        assert_eq!(filled as i64, 3 * (text_height(16.0) - 2));
     }
 
     #[test]

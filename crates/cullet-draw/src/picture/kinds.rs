@@ -1,137 +1,166 @@
 //! A culling view seen from outside: everything it dropped in the colour of the kind of culling that
 //! took it.
 
-use cullet::bounds::Aabb;
-use cullet::{Camera, Culler, Depth, Output, Projection, Scene, Stage, View, ViewState, Visible};
+use std::collections::BTreeMap;
+
+use cullet::{Culler, Output, Scene, View, ViewState, Visible};
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Picture;
-use super::canvas::text_width;
-use super::map::{Fate, Legend, counts, fates};
+use super::font::text_size;
+use super::map::{Fate, Legend, fates, plural, sort_counts};
+use super::outside::{Outlook, draw_frustum, from_outside};
 use super::palette::{INK, PAPER};
-use super::shaded::{light, linear};
-use super::space::{Space, Surfaces};
+use super::shaded::{light_through, linear};
+use super::space::Surfaces;
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
-use crate::geometry::{Lens, Surface};
 use crate::render::render;
 
-/// Culls for `view`, stands behind it ([`fly_out`]) and draws the whole scene, each dropped thing in
+/// Culls for `view`, stands aside from it ([`Outlook`]) and draws the whole scene, each dropped triangle in
 /// the colour of the kind of culling that took it, with the frustum, and a legend where it would cover
-/// less than a quarter. `size` is that of
-/// the picture, at least 320 × 200.
+/// less than a quarter. `size` is that of the picture, at least 320 × 200.
 ///
-/// Cost: the culling, two frames of the scene, and some 0.2 µs a pixel.
+/// Cost: the culling, two frames of the scene, some 0.2 µs a pixel, and as much for a triangle of an instance
+/// that is kept.
 #[must_use]
 pub fn kinds(scene: &Scene, view: &View, culler: &Culler, size: [u32; 2]) -> Picture {
-    let culler = Culler { output: Output::Triangles, reasons: true, ..culler.clone() };
+    let culler =
+        Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
     let mut visible = Visible::default();
     culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
-    kinds_of(scene, view, &visible, &fly_out(scene, view, size))
+    kinds_of(scene, view, &visible, &Outlook::new(scene, view, size).from)
 }
 
-/// [`kinds`] for a visible set that is known, with triangles and reasons, seen from a view of one's
+/// [`kinds`] for a visible set that is known, with triangles, reasons and what was dropped, seen from a view of one's
 /// choice. The picture has the size of that view.
 #[must_use]
 pub fn kinds_of(scene: &Scene, view: &View, visible: &Visible, from: &View) -> Picture {
     let seen = render(scene, view, Selection::All, &RenderOptions::default()).visible();
-    // Everything is shown, also what faces away from the culling view: both sides, all layers.
-    let mut from = from.clone();
-    from.cull_face = cullet::CullFace::None;
-    from.layers = u32::MAX;
+    let from = from_outside(from);
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };
     let frame = render(scene, &from, Selection::All, &options);
-    let surfaces = Surfaces::new(scene, &frame.ids);
-    let fates = fates(scene, visible, &seen);
-    let triangles = TriangleFates::new(scene, view, visible, &seen, &surfaces);
-    let color = |id: PixelId| {
-        let fate = match fates.get(id.slot as usize).copied().flatten() {
-            Some(Fate::Dropped(stage)) => Fate::Dropped(stage),
-            _ => triangles.of(id),
-        };
-        let [r, g, b] = fate.color().map(linear);
-        DVec3::new(r, g, b)
-    };
-    let mut picture = light(scene, &frame, &from, &surfaces, color).halved();
-    draw_frustum(&mut picture, scene, view, &from, &frame);
-    let mut counts = counts(&fates);
-    let mut shown = frame.ids.clone();
-    shown.dedup();
-    let facing_away = Fate::Dropped(Some(Stage::Backface));
-    if shown.iter().any(|&id| id != PixelId::NONE && triangles.of(id) == facing_away) {
-        counts.push((facing_away, 0));
-    }
-    explain(&mut picture, &counts);
+    let surfaces = Surfaces::of_all(scene);
+    let fates = SceneFates::new(scene, visible, &seen, &surfaces);
+    let color = |id: PixelId| DVec3::from(fates.of(id).color().map(linear));
+    // Colours carry the meaning: no haze.
+    let mut picture = light_through(0.0, scene, &frame, &from, &surfaces, color).halved();
+    let lines = draw_frustum(&mut picture, scene, view, &from, &frame);
+    explain(&mut picture, &frame, &lines, &fates.counts());
     picture
 }
 
-/// Puts a legend into the corner, where it would cover less than a quarter of the picture.
-pub(super) fn explain(picture: &mut Picture, counts: &[(Fate, u64)]) {
-    let scale = if picture.width >= 900 { 2 } else { 1 };
-    let legend = Legend { at: [26, 26], scale, ink: INK, paper: PAPER };
-    let widest = text_width("in no layer of the view", scale) + 56;
-    let high = legend.height(counts.len()) + 14;
-    if widest * high * 4 < i64::from(picture.width) * i64::from(picture.height) {
-        picture.fill([12, 12], [widest, high], PAPER, 0.86);
-        legend.draw(picture, "the view and its culling", counts);
+/// Puts a legend into the corner where it hides the least, if it covers less than a quarter of the picture.
+/// `frame` is what the picture shows, at twice its size; `lines` are points of what was drawn over it.
+pub(super) fn explain(
+    picture: &mut Picture,
+    frame: &Frame,
+    lines: &[[f64; 2]],
+    counts: &[(Fate, u64)],
+) {
+    let size = text_size(picture.width);
+    let mut legend = Legend { at: [0; 2], size, ink: INK, paper: PAPER };
+    let (wide, high) = (Legend::width(size) + 28, legend.height(counts.len()) + 20);
+    let room = [picture.width, picture.height].map(i64::from);
+    if wide * high * 4 >= room[0] * room[1] {
+        return;
     }
-}
-
-/// A view from behind and above another, that has its frustum and much of the scene before it. The
-/// view itself, if the scene's numbers are so extreme that there is no such camera.
-#[must_use]
-pub fn fly_out(scene: &Scene, view: &View, size: [u32; 2]) -> View {
-    let size = [size[0].max(320), size[1].max(200)];
-    let space = Space::new(view);
-    let (near, direction) = space.ray(0.0, 0.0);
-    let reach = reach(scene);
-    let level = DVec3::new(direction.x, 0.0, direction.z);
-    // A view straight down has no heading of its own.
-    let heading = if level.length() > 0.1 { level.normalize() } else { DVec3::NEG_Z };
-    let side = heading.cross(DVec3::Y);
-    let eye = near - heading * (0.42 * reach) + side * (0.22 * reach) + DVec3::Y * (0.42 * reach);
-    let target = near + heading * (0.30 * reach);
-    let projection = Projection::Perspective {
-        fov_y_radians: 48f64.to_radians(),
-        aspect: f64::from(size[0]) / f64::from(size[1]),
-        near: reach * 1e-3,
-        far: f64::INFINITY,
+    let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[right, below]| {
+        [12 + right * (room[0] - wide - 24), 12 + below * (room[1] - high - 24)]
+    });
+    let hides = |[x, y]: &[i64; 2]| {
+        let within =
+            |p: [i64; 2]| (*x..*x + wide).contains(&p[0]) && (*y..*y + high).contains(&p[1]);
+        let shown = (*y..*y + high)
+            .step_by(4)
+            .flat_map(|y| (*x..*x + wide).step_by(4).map(move |x| [x, y]));
+        let surface =
+            shown.filter(|p| frame.id(p[0] as u32 * 2, p[1] as u32 * 2) != PixelId::NONE).count();
+        // A line is thin, and says more than a surface.
+        surface + 40 * lines.iter().filter(|p| within(p.map(|v| v as i64))).count()
     };
-    let camera = Camera::look_at(eye, target, projection);
-    View::new(&camera, Depth::Reversed, size).unwrap_or_else(|_| view.clone())
+    let [x, y] = corners.into_iter().min_by_key(hides).unwrap_or([12, 12]);
+    picture.fill([x, y], [wide, high], PAPER, 0.9);
+    legend.at = [x + 14, y + 16];
+    let total: u64 = counts.iter().map(|c| c.1).sum();
+    legend.draw(picture, "the view and its culling", &plural(total, "triangle"), counts);
 }
 
-/// The radius of the scene, but for a ground or sky that reaches far beyond all else.
-fn reach(scene: &Scene) -> f64 {
-    let size = |b: &Aabb| DVec3::from(b.half_extent()).length();
-    let extent = scene.extent();
-    if extent.is_empty() {
-        return 1.0;
+/// What became of every triangle of a scene in a view.
+pub(super) struct SceneFates<'a> {
+    scene: &'a Scene,
+    of_slots: Vec<Option<Fate>>,
+    triangles: TriangleFates<'a>,
+}
+
+impl<'a> SceneFates<'a> {
+    /// `visible` has reasons and triangles, `seen` is the exact visible set, and `surfaces` knows all of the
+    /// scene.
+    pub(super) fn new(
+        scene: &'a Scene,
+        visible: &'a Visible,
+        seen: &'a [PixelId],
+        surfaces: &'a Surfaces<'a>,
+    ) -> Self {
+        let of_slots = fates(scene, visible, seen);
+        let triangles = TriangleFates::new(visible, seen, surfaces);
+        Self { scene, of_slots, triangles }
     }
-    let limit = size(&extent) * 0.5;
-    let things =
-        scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && size(b) < limit);
-    let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
-    size(if things.is_empty() { &extent } else { &things }).max(1e-6)
+
+    /// Of an instance as a whole.
+    pub(super) fn of_slot(&self, slot: u32) -> Fate {
+        self.of_slots.get(slot as usize).copied().flatten().unwrap_or(Fate::Dropped(None))
+    }
+
+    /// Of an original triangle.
+    pub(super) fn of(&self, id: PixelId) -> Fate {
+        self.of_whole(id.slot).unwrap_or_else(|| self.triangles.of(id))
+    }
+
+    /// Of an instance that was dropped at once; `None` where its triangles differ.
+    fn of_whole(&self, slot: u32) -> Option<Fate> {
+        let fate = self.of_slot(slot);
+        let dropped = matches!(fate, Fate::Dropped(_));
+        (dropped && !self.triangles.visible.went_in_parts(slot)).then_some(fate)
+    }
+
+    /// How many triangles of the scene there are of each fate that occurs, in the order of a legend.
+    pub(super) fn counts(&self) -> Vec<(Fate, u64)> {
+        let slots: Vec<u32> = self.scene.slots().collect();
+        let of_slot = |slot: &u32| -> BTreeMap<Fate, u64> {
+            let count = self.scene.mesh(*slot).triangle_count();
+            match self.of_whole(*slot) {
+                Some(dropped) => BTreeMap::from([(dropped, u64::from(count))]),
+                None => {
+                    let mut counts = BTreeMap::new();
+                    for triangle in 0..count {
+                        *counts.entry(self.of(PixelId { slot: *slot, triangle })).or_default() += 1;
+                    }
+                    counts
+                }
+            }
+        };
+        let sum = |mut a: BTreeMap<Fate, u64>, b: BTreeMap<Fate, u64>| {
+            b.into_iter().for_each(|(fate, n)| *a.entry(fate).or_default() += n);
+            a
+        };
+        let counts = slots.par_iter().map(of_slot).reduce(BTreeMap::new, sum);
+        let mut counts: Vec<_> = counts.into_iter().filter(|(_, n)| *n > 0).collect();
+        sort_counts(&mut counts);
+        counts
+    }
 }
 
 /// What became of the triangles of instances that are kept.
 struct TriangleFates<'a> {
-    scene: &'a Scene,
-    lens: Lens,
     visible: &'a Visible,
     seen: &'a [PixelId],
     surfaces: &'a Surfaces<'a>,
 }
 
 impl<'a> TriangleFates<'a> {
-    fn new(
-        scene: &'a Scene,
-        view: &View,
-        visible: &'a Visible,
-        seen: &'a [PixelId],
-        surfaces: &'a Surfaces<'a>,
-    ) -> Self {
-        Self { scene, lens: Lens::new(view), visible, seen, surfaces }
+    fn new(visible: &'a Visible, seen: &'a [PixelId], surfaces: &'a Surfaces<'a>) -> Self {
+        Self { visible, seen, surfaces }
     }
 
     fn of(&self, id: PixelId) -> Fate {
@@ -149,61 +178,136 @@ impl<'a> TriangleFates<'a> {
         if listed || self.visible.triangle_ranges.is_empty() {
             return Fate::Unseen;
         }
-        // A visible set gives reasons for whole instances; those of triangles are plain to see.
-        let object = self.lens.object(self.scene.transform(id.slot));
-        let corners = self.scene.mesh(id.slot).corners(t).map(|p| object.clip(p));
-        let two_sided = self.surfaces.part(id).two_sided || self.scene.flags(id.slot).double_sided;
-        let faces_away = Surface::new(corners)
-            .is_some_and(|(_, counter_clockwise)| !object.draws(counter_clockwise, two_sided));
-        Fate::Dropped(Some(if faces_away { Stage::Backface } else { Stage::Frustum }))
+        Fate::Dropped(self.visible.stage_of(id.slot, t))
     }
 }
 
-/// Draws the edges of a view's frustum into a picture taken from another; where the scene hides them,
-/// faintly.
-pub(super) fn draw_frustum(
-    picture: &mut Picture,
-    scene: &Scene,
-    view: &View,
-    from: &View,
-    frame: &Frame,
-) {
-    let (inner, outer) = (Space::new(view), Space::new(from));
-    let length = 0.9 * reach(scene);
-    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-    let near = corners.map(|[x, y]| inner.ray(x, y).0);
-    let far = corners.map(|[x, y]| inner.along(x, y, length));
-    let size = [picture.width, picture.height];
-    for i in 0..4 {
-        let j = (i + 1) % 4;
-        for (a, b) in [(near[i], near[j]), (near[i], far[i]), (far[i], far[j])] {
-            // In pieces, each with a depth of its own; the last thing drawn is a thin dark core.
-            const PIECES: u32 = 256;
-            for (width, color) in [(4.0, PAPER), (1.8, INK)] {
-                for k in 0..PIECES {
-                    let at = |k: u32| a.lerp(b, f64::from(k) / f64::from(PIECES));
-                    let ends = (outer.project(at(k), size), outer.project(at(k + 1), size));
-                    let (Some((p, depth)), Some((q, _))) = ends else { continue };
-                    let [x, y] = [p[0] * 2.0, p[1] * 2.0];
-                    let inside = x >= 0.0
-                        && y >= 0.0
-                        && x < f64::from(frame.width)
-                        && y < f64::from(frame.height);
-                    let pixel = y as usize * frame.width as usize + x as usize;
-                    let hidden = inside && outer.nearer(frame.depth[pixel], depth);
-                    picture.line(p, q, width, color, if hidden { 0.16 } else { 0.8 });
-                }
+#[cfg(test)]
+mod tests {
+    use cullet::cull::occlusion::Occlusion;
+    use cullet::{Camera, Instance, Mesh, MeshData, Stage, Transform};
+    use cullet_io::scenes;
+
+    use super::*;
+
+    fn culled(scene: &Scene, view: &View) -> Visible {
+        culled_by(
+            &Culler { occlusion: Some(Occlusion::default()), ..Culler::default() },
+            scene,
+            view,
+        )
+    }
+
+    fn culled_by(culler: &Culler, scene: &Scene, view: &View) -> Visible {
+        let culler =
+            Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
+        let mut visible = Visible::default();
+        culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
+        visible
+    }
+
+    #[test]
+    fn a_stage_alone_paints_its_colour_alone_and_as_often_as_it_counts() {
+        let all = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
+        let scene = scenes::build("city:cells=8,objects=60").unwrap().scene;
+        let view = look([-12.0, 1.7, 12.0], [0.0, 1.0, -6.0]);
+        let seen = render(&scene, &view, Selection::All, &RenderOptions::default()).visible();
+        let surfaces = Surfaces::of_all(&scene);
+        let stages = [Stage::Frustum, Stage::Occlusion, Stage::Backface, Stage::Degenerate];
+        let alone = stages.map(|stage| (all.only(stage), vec![stage]));
+        for (culler, stages) in alone.into_iter().chain([(all.clone(), stages.to_vec())]) {
+            let visible = culled_by(&culler, &scene, &view);
+            let fates = SceneFates::new(&scene, &visible, &seen, &surfaces);
+            let counts = fates.counts();
+            for stage in Stage::ALL {
+                let painted = counts.iter().find(|c| c.0 == Fate::Dropped(Some(stage)));
+                let painted = painted.map_or(0, |c| c.1);
+                assert_eq!(painted, visible.funnel.dropped(stage).triangles, "{stage:?}");
+                assert!(painted == 0 || stages.contains(&stage), "{stage:?} of {stages:?}");
             }
         }
     }
-    let [x, y] = match outer.project(near[0].lerp(near[2], 0.5), size) {
-        Some((p, _)) => p,
-        None => return,
-    };
-    let ring: Vec<[f64; 2]> = (0..24)
-        .map(|k| (f64::from(k) * std::f64::consts::TAU / 24.0).sin_cos())
-        .map(|(s, c)| [x + c * 5.0, y + s * 5.0])
-        .collect();
-    picture.fill_convex(&ring, PAPER, 1.0);
-    picture.outline(&ring, 1.6, INK, 1.0);
+
+    fn look(eye: [f64; 3], target: [f64; 3]) -> View {
+        let projection = cullet::Projection::Perspective {
+            fov_y_radians: 1.0,
+            aspect: 1.6,
+            near: 0.05,
+            far: f64::INFINITY,
+        };
+        let camera = Camera::look_at(eye, target, projection);
+        View::new(&camera, cullet::Depth::Reversed, [160, 100]).unwrap()
+    }
+
+    #[test]
+    fn the_legend_counts_every_triangle_once_and_has_each_colour_that_is_painted() {
+        for (text, eye) in [
+            ("city:cells=8,objects=60", [-12.0, 1.7, 12.0]),
+            ("knobs:n=12", [0.5, 1.2, 2.4]),
+            ("office:rooms=2,corridors=1,floors=1", [5.0, 1.7, 5.0]),
+        ] {
+            let scene = scenes::build(text).unwrap().scene;
+            let view = look(eye, [0.0, 1.0, -6.0]);
+            let visible = culled(&scene, &view);
+            let seen = render(&scene, &view, Selection::All, &RenderOptions::default()).visible();
+            let surfaces = Surfaces::of_all(&scene);
+            let fates = SceneFates::new(&scene, &visible, &seen, &surfaces);
+            let counts = fates.counts();
+            assert_eq!(counts.iter().map(|c| c.1).sum::<u64>(), scene.triangle_count(), "{text}");
+            assert!(counts.len() > 2, "{text}: {counts:?}");
+            for (i, (fate, n)) in counts.iter().enumerate() {
+                assert!(*n > 0 && counts[..i].iter().all(|c| c.0 != *fate), "{text}: {counts:?}");
+            }
+            assert_eq!(counts[0], (Fate::Seen, seen.len() as u64), "{text}");
+            let from = from_outside(&Outlook::new(&scene, &view, [320, 200]).from);
+            let frame = render(&scene, &from, Selection::All, &RenderOptions::default());
+            for id in frame.ids.into_iter().filter(|id| *id != PixelId::NONE) {
+                assert!(counts.iter().any(|c| c.0 == fates.of(id)), "{text}: {id:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_view_under_a_roof_is_cut_open_and_one_under_the_sky_is_not() {
+        let sheet = |y: f32, size: f32| {
+            let positions =
+                vec![[-size, y, -size], [size, y, -size], [size, y, size], [-size, y, size]];
+            let indices = vec![0, 2, 1, 0, 3, 2];
+            Mesh::new(MeshData { positions, indices, ..MeshData::default() }).unwrap()
+        };
+        let mut scene = Scene::new();
+        let (ground, roof) = (sheet(0.0, 10.0), sheet(3.0, 10.0));
+        let ground = scene.add_mesh(ground);
+        scene.add(Instance::new(ground, Transform::IDENTITY)).unwrap();
+        let cube = scene.add_mesh(sheet(1.0, 0.5));
+        for [x, z] in [[0.0, -3.0], [-8.0, -8.0], [8.0, -8.0], [-8.0, 8.0], [8.0, 8.0]] {
+            let place = Transform { translation: [x, 0.0, z], ..Transform::IDENTITY };
+            scene.add(Instance::new(cube, place)).unwrap();
+        }
+        scene.commit();
+        let view = look([0.0, 1.6, 2.0], [0.0, 0.8, -3.0]);
+        assert_eq!(Outlook::new(&scene, &view, [320, 200]).cut_at, None);
+        let roof = scene.add_mesh(roof);
+        scene.add(Instance::new(roof, Transform::IDENTITY)).unwrap();
+        scene.commit();
+        let cut = Outlook::new(&scene, &view, [320, 200]).cut_at.unwrap();
+        assert!((cut - 1.76).abs() < 1e-3, "{cut}");
+    }
+
+    #[test]
+    fn a_single_model_and_the_frustum_are_in_the_picture() {
+        let scene = scenes::build("knobs:n=12").unwrap().scene;
+        let view = look([0.0, 1.6, 5.0], [0.0, 1.1, 0.0]);
+        let outlook = Outlook::new(&scene, &view, [320, 200]);
+        assert_eq!(outlook.cut_at, None);
+        let space = crate::picture::space::Space::new(&outlook.from);
+        for slot in scene.slots() {
+            for corner in crate::picture::space::corners(&scene, &scene.bounds(slot)) {
+                let [x, y] = space.project(corner, [320, 200]).unwrap().0;
+                assert!((0.0..320.0).contains(&x) && (0.0..200.0).contains(&y), "{x}, {y}");
+            }
+        }
+        let eye = space.project([0.0, 1.6, 5.0].into(), [320, 200]).unwrap().0;
+        assert!((0.0..320.0).contains(&eye[0]) && (0.0..200.0).contains(&eye[1]), "{eye:?}");
+    }
 }

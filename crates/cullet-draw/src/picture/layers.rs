@@ -1,12 +1,13 @@
 //! How many triangles are drawn on each pixel, as a heat map.
 
 use super::Picture;
-use super::canvas::{grouped, text_height, text_width};
+use super::canvas::grouped;
+use super::font::{text_height, text_size, text_width};
 use super::palette::{INK, PAPER, heat};
 use crate::frame::Frame;
 
 /// Height of the strip with the legend.
-const STRIP: u32 = 72;
+const STRIP: u32 = 76;
 
 /// A heat map of the fragments on each pixel, with a legend below: of one frame, or of the same view
 /// without culling (left) and with it (right).
@@ -31,6 +32,7 @@ pub fn depth_complexity(before: &Frame, after: Option<&Frame>) -> Picture {
     let width: u32 =
         frames.iter().map(|f| f.0.width).sum::<u32>() + GAP * (frames.len() as u32 - 1);
     let high = frames.iter().map(|f| f.0.height).max().unwrap_or(0);
+    let size = text_size(width);
     let mut picture = Picture::new(width, high + STRIP, PAPER);
     let mut left = 0;
     for (i, (frame, counts)) in frames.iter().enumerate() {
@@ -45,7 +47,6 @@ pub fn depth_complexity(before: &Frame, after: Option<&Frame>) -> Picture {
             (0, _) => "without culling: ",
             _ => "with culling: ",
         };
-        let scale = text_scale(frame.width);
         let stats = &frame.stats;
         // As much of it as there is room for.
         let mut text = format!("{title}mean {:.2}", stats.mean_layers);
@@ -53,24 +54,19 @@ pub fn depth_complexity(before: &Frame, after: Option<&Frame>) -> Picture {
             format!(" layers, most {}", stats.max_layers),
             format!(", {} fragments", grouped(stats.fragments)),
         ] {
-            if text_width(&text, scale) + text_width(&more, scale) < i64::from(frame.width) - 8 {
+            if text_width(&text, size) + text_width(&more, size) < i64::from(frame.width) - 8 {
                 text += &more;
             }
         }
-        let y = i64::from(high) + 8;
-        picture.text([i64::from(left) + 8, y], &text, scale, INK);
+        let y = i64::from(high) + 10;
+        picture.text([i64::from(left) + 8, y], &text, size, INK);
         left += frame.width + GAP;
     }
-    legend(&mut picture, i64::from(high) + 34, most, text_scale(width), &share);
+    legend(&mut picture, i64::from(high) + 36, most, size, &share);
     picture
 }
 
-/// Dots of two pixels where there is room.
-fn text_scale(width: u32) -> u32 {
-    if width >= 760 { 2 } else { 1 }
-}
-
-fn legend(picture: &mut Picture, y: i64, most: u32, scale: u32, share: &dyn Fn(u32) -> f64) {
+fn legend(picture: &mut Picture, y: i64, most: u32, size: f64, share: &dyn Fn(u32) -> f64) {
     let (left, right) = (8, i64::from(picture.width) - 9);
     let length = (right - left).max(1);
     for x in left..=right {
@@ -81,15 +77,15 @@ fn legend(picture: &mut Picture, y: i64, most: u32, scale: u32, share: &dyn Fn(u
     let mut n = 0;
     // The last tick is the greatest count; others leave it room.
     let last = most.to_string();
-    let last_left = right - text_width(&last, scale);
+    let last_left = right - text_width(&last, size);
     loop {
         let at = left + (share(n) * length as f64).round() as i64;
         let label = n.to_string();
-        let from = (at - text_width(&label, scale) / 2).max(left);
-        if n < most && from > free && from + text_width(&label, scale) + 4 < last_left {
+        let from = (at - text_width(&label, size) / 2).max(left);
+        if n < most && from > free && from + text_width(&label, size) + 4 < last_left {
             picture.fill([at, y + 8], [1, 3], INK, 1.0);
-            picture.text([from, y + 13], &label, scale, INK);
-            free = from + text_width(&label, scale) + 8;
+            picture.text([from, y + 13], &label, size, INK);
+            free = from + text_width(&label, size) + 8;
         }
         if n >= most {
             break;
@@ -97,6 +93,6 @@ fn legend(picture: &mut Picture, y: i64, most: u32, scale: u32, share: &dyn Fn(u
         n = if n == 0 { 1 } else { n.saturating_mul(2) };
     }
     picture.fill([right, y + 8], [1, 3], INK, 1.0);
-    picture.text([last_left, y + 13], &last, scale, INK);
-    debug_assert!(y + 13 + text_height(scale) <= i64::from(picture.height));
+    picture.text([last_left, y + 13], &last, size, INK);
+    debug_assert!(y + 13 + text_height(size) <= i64::from(picture.height));
 }

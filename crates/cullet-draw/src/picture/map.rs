@@ -1,12 +1,15 @@
 //! The scene from above, every instance coloured by what became of it.
 
-use cullet::bounds::Aabb;
+use std::cmp::Reverse;
+
 use cullet::{Scene, Stage, View, Visible};
 use glam::DVec3;
 
 use super::Picture;
-use super::canvas::{grouped, hull, text_height, text_width};
-use super::palette::{CHALK, NIGHT, SEEN, UNSEEN, mix, reason_color, reason_label};
+use super::canvas::{LINE, grouped, hull};
+use super::font::{text_height, text_size, text_width};
+use super::outside::things;
+use super::palette::{CHALK, DROPPED, NIGHT, SEEN, UNSEEN, mix, reason_color, reason_label};
 use super::space::Space;
 use crate::frame::PixelId;
 
@@ -24,7 +27,7 @@ impl Fate {
             Self::Seen => SEEN,
             Self::Unseen => UNSEEN,
             Self::Dropped(Some(stage)) => reason_color(Some(stage)),
-            Self::Dropped(None) => [0x60, 0x66, 0x6E],
+            Self::Dropped(None) => DROPPED,
         }
     }
 
@@ -83,9 +86,9 @@ pub fn top_down(
     size: [u32; 2],
 ) -> Picture {
     let [width, height] = [size[0].max(320), size[1].max(200)];
-    let scale = if width >= 900 { 2 } else { 1 };
+    let size = text_size(width);
     let fates = fates(scene, visible, seen);
-    let legend_width = (text_width("in no layer of the view", scale) + 60) as u32;
+    let legend_width = Legend::width(size) as u32 + 40;
     let map = Map::new(scene, view, [width - legend_width.min(width / 2), height]);
 
     let mut picture = Picture::new(width, height, NIGHT);
@@ -113,12 +116,9 @@ pub fn top_down(
     // Alone on the map, even a large thing drowns nothing.
     let crowded = places.iter().any(|(_, _, place)| !is_large(place));
     let is_ground = |p: &[[f64; 2]]| crowded && is_large(p);
-    places.sort_by(|a, b| {
-        is_ground(&b.2)
-            .cmp(&is_ground(&a.2))
-            .then(a.0.cmp(&b.0))
-            .then(area(&b.2).total_cmp(&area(&a.2)))
-            .then(a.1.cmp(&b.1))
+    // Bits of numbers that are not negative ascend as they do.
+    places.sort_by_cached_key(|(fate, slot, place)| {
+        (Reverse(is_ground(place)), *fate, Reverse(area(place).to_bits()), *slot)
     });
     for (fate, _, place) in &places {
         draw_place(&mut picture, place, *fate, area(place), is_ground(place));
@@ -139,8 +139,9 @@ pub fn top_down(
     picture.fill([left, 0], [legend, i64::from(height)], NIGHT, 1.0);
     picture.fill([left, 0], [1, i64::from(height)], CHALK, 0.35);
     let counts = counts(&fates);
-    let legend = Legend { at: [left + 16, 16], scale, ink: CHALK, paper: NIGHT };
-    legend.draw(&mut picture, "seen from above", &counts);
+    let legend = Legend { at: [left + 20, 20], size, ink: CHALK, paper: NIGHT };
+    let total: u64 = counts.iter().map(|c| c.1).sum();
+    legend.draw(&mut picture, "seen from above", &plural(total, "instance"), &counts);
     picture
 }
 
@@ -166,53 +167,88 @@ fn draw_place(picture: &mut Picture, place: &[[f64; 2]], fate: Fate, area: f64, 
     }
 }
 
-/// How many there are of each fate that occurs, the seen first.
-pub(crate) fn counts(fates: &[Option<Fate>]) -> Vec<(Fate, u64)> {
-    let mut sorted: Vec<Fate> = fates.iter().copied().flatten().collect();
-    sorted.sort_unstable();
-    let runs = sorted.chunk_by(|a, b| a == b).rev();
-    runs.map(|run| (run[0], run.len() as u64)).collect()
+impl Fate {
+    /// The place in a legend: what is kept, and then what was dropped in the order of the stages.
+    fn place(self) -> (u32, Option<Stage>) {
+        match self {
+            Self::Seen => (0, None),
+            Self::Unseen => (1, None),
+            Self::Dropped(stage) => (2, stage),
+        }
+    }
 }
 
-/// A title, and a swatch, words and a count for each fate; a count of 0 stands for single triangles of
-/// instances that are kept.
+/// How many there are of each fate that occurs, in the order of a legend.
+pub(crate) fn counts(fates: &[Option<Fate>]) -> Vec<(Fate, u64)> {
+    let mut sorted: Vec<Fate> = fates.iter().copied().flatten().collect();
+    sorted.sort_unstable_by_key(|f| f.place());
+    sorted.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as u64)).collect()
+}
+
+/// Brings counts into the order of a legend.
+pub(crate) fn sort_counts(counts: &mut [(Fate, u64)]) {
+    counts.sort_unstable_by_key(|c| c.0.place());
+}
+
+/// So many of something, in words.
+pub(crate) fn plural(n: u64, noun: &str) -> String {
+    format!("{} {noun}{}", grouped(n), if n == 1 { "" } else { "s" })
+}
+
+/// A title, what is counted, and a square, words and a count for each fate.
 pub(crate) struct Legend {
     pub(crate) at: [i64; 2],
-    pub(crate) scale: u32,
+    /// Of the text, in pixels an em.
+    pub(crate) size: f64,
     pub(crate) ink: [u8; 3],
     pub(crate) paper: [u8; 3],
 }
 
 impl Legend {
+    /// From one line to the next.
     fn line(&self) -> i64 {
-        text_height(self.scale) + i64::from(self.scale) * 4
+        (self.size * LINE).round() as i64
+    }
+
+    /// How wide the widest legend is, from the left of its squares.
+    pub(crate) fn width(size: f64) -> i64 {
+        let labels = Stage::ALL.into_iter().map(|s| reason_label(Some(s)));
+        let widest = labels.map(|label| text_width(label, size)).max().unwrap_or(0);
+        widest.max(text_width("the view and its culling", size)) + Self::indent(size)
+    }
+
+    /// From the left of a square to the words beside it.
+    fn indent(size: f64) -> i64 {
+        (size * 1.6) as i64
     }
 
     /// How high it is with so many entries.
     pub(crate) fn height(&self, entries: usize) -> i64 {
-        self.line() * (6 + 5 * entries as i64) / 2
+        self.line() * (5 + 5 * entries as i64) / 2
     }
 
-    pub(crate) fn draw(&self, picture: &mut Picture, title: &str, counts: &[(Fate, u64)]) {
-        let ([x, y], scale) = (self.at, self.scale);
-        let (dot, line) = (i64::from(scale), self.line());
-        picture.text([x, y], title, scale, self.ink);
+    pub(crate) fn draw(
+        &self,
+        picture: &mut Picture,
+        title: &str,
+        counted: &str,
+        counts: &[(Fate, u64)],
+    ) {
+        let ([x, y], size, line) = (self.at, self.size, self.line());
+        let soft = mix(self.ink, self.paper, 0.3);
+        picture.text([x, y], title, size, self.ink);
+        picture.text([x, y + line], counted, size, soft);
         let total: u64 = counts.iter().map(|c| c.1).sum();
-        let things = if total == 1 { "instance" } else { "instances" };
-        picture.text([x, y + line], &format!("{} {things}", grouped(total)), scale, self.ink);
-        let mut top = y + 3 * line;
+        let mut top = y + line * 5 / 2;
         for (fate, n) in counts {
-            let side = text_height(scale) + dot * 2;
-            picture.fill([x - dot, top - dot * 2], [side + dot * 2; 2], self.ink, 0.5);
-            picture.fill([x, top - dot], [side, side], fate.color(), 1.0);
-            let left = x + side + dot * 5;
-            picture.text([left, top], fate.label(), scale, self.ink);
+            let side = text_height(size) + 4;
+            picture.fill([x, top - 2], [side; 2], mix(self.ink, self.paper, 0.45), 1.0);
+            picture.fill([x + 1, top - 1], [side - 2; 2], fate.color(), 1.0);
+            let left = x + Self::indent(size);
+            picture.text([left, top], fate.label(), size, self.ink);
             let percent = *n as f64 / total.max(1) as f64 * 100.0;
-            let text = match n {
-                0 => "single triangles".to_owned(),
-                n => format!("{}  {percent:.1} %", grouped(*n)),
-            };
-            picture.text([left, top + line - dot], &text, scale, mix(self.ink, self.paper, 0.3));
+            let text = format!("{}   {percent:.1} %", grouped(*n));
+            picture.text([left, top + line], &text, size, soft);
             top += line * 5 / 2;
         }
     }
@@ -230,16 +266,7 @@ pub(super) struct Map {
 impl Map {
     pub(super) fn new(scene: &Scene, view: &View, size: [u32; 2]) -> Self {
         let origin = DVec3::from(scene.origin());
-        let mut extent = scene.extent();
-        // A ground or a sky may reach far beyond all that stands on it.
-        let wide = |b: &Aabb| b.half_extent()[0].max(b.half_extent()[2]);
-        let limit = wide(&extent) * 0.5;
-        let things =
-            scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && wide(b) < limit);
-        let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
-        if !things.is_empty() {
-            extent = things;
-        }
+        let extent = things(scene);
         let (mut low, mut high) = match extent.is_empty() {
             true => (DVec3::splat(-1.0), DVec3::splat(1.0)),
             false => (

@@ -8,17 +8,20 @@ mod layers;
 mod map;
 mod occlusion;
 mod opened;
+mod outside;
 pub mod palette;
 mod shaded;
 mod space;
 mod teach;
 
+pub use font::text_width;
 pub use hierarchy::hierarchy;
-pub use kinds::{fly_out, kinds, kinds_of};
+pub use kinds::{kinds, kinds_of};
 pub use layers::depth_complexity;
 pub use map::top_down;
-pub use occlusion::{hidden, occluders, occlusion_buffer};
+pub use occlusion::{Culled, hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
+pub use outside::Outlook;
 pub use shaded::shaded;
 pub use teach::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,

@@ -2,12 +2,13 @@
 //! what it hid.
 
 use cullet::cull::occlusion::{OcclusionBuffer, Shape, TILE};
-use cullet::{Culler, Depth, Output, Scene, Stage, TriangleRange, Unit, View, ViewState, Visible};
+use cullet::{Depth, Level, Scene, Stage, TriangleRange, Unit, View, ViewState, Visible};
 use glam::DVec4;
 
 use super::Picture;
-use super::canvas::{grouped, text_height, text_width};
-use super::palette::{INK, LOST, PAPER, heat, mix, reason_color};
+use super::canvas::{LINE, grouped, keys, keys_height};
+use super::font::{text_height, text_size};
+use super::palette::{INK, LOST, PAPER, PROVED, UNSEEN, heat, mix, reason_color};
 use super::shaded::shaded;
 use super::space::{Space, pixel_centre};
 use super::teach::{COLORS, caption};
@@ -21,28 +22,28 @@ const GAP: u32 = 10;
 /// How near to the truth counts as the same, as a share of it.
 const ALIKE: f64 = 0.02;
 
-/// A view culled, and what that left behind.
-struct Culled {
-    state: ViewState,
-    result: Visible,
+/// What a cull of a view left behind, with [`Culler::reasons`](cullet::Culler::reasons) and
+/// [`Culler::dropped`](cullet::Culler::dropped).
+#[derive(Clone, Copy, Debug)]
+pub struct Culled<'a> {
+    /// The state of the view, right after the cull.
+    pub state: &'a ViewState,
+    /// Its answer.
+    pub result: &'a Visible,
 }
 
-impl Culled {
-    /// `None` where the culler looks for nothing hidden.
-    fn new(scene: &Scene, view: &View, culler: &Culler) -> Option<Self> {
-        culler.occlusion?;
-        let culler =
-            Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
-        let (mut state, mut result) = (ViewState::default(), Visible::default());
-        culler.cull_one(scene, view, &mut state, &mut result);
-        state.occlusion_buffer().is_some().then_some(Self { state, result })
+impl Culled<'_> {
+    /// The occlusion buffer, where the cull looked for what is hidden.
+    fn buffer(&self) -> Option<&OcclusionBuffer> {
+        let looked = self.result.funnel.rows.iter().any(|r| r.stage == Stage::Occlusion);
+        self.state.occlusion_buffer().filter(|_| looked)
     }
 
     /// How many instances came to the stage, and how many it dropped.
     fn counts(&self) -> [u64; 2] {
         let mut rows = self.result.funnel.rows.iter();
         let row = rows.find(|r| r.stage == Stage::Occlusion && r.unit == Unit::Instances);
-        row.map_or([0; 2], |r| [r.entered, r.entered - r.left])
+        row.map_or([0; 2], |r| [r.entered.instances, r.dropped().instances])
     }
 }
 
@@ -109,9 +110,9 @@ impl Finding {
     const fn color(self) -> [u8; 3] {
         match self {
             Self::Empty => OPEN,
-            Self::Alike => [0x00, 0x9E, 0x73],
+            Self::Alike => PROVED,
             Self::Farther => [0x8F, 0xD3, 0xBC],
-            Self::Open => [0xE6, 0x9F, 0x00],
+            Self::Open => UNSEEN,
             Self::Wrong => LOST,
         }
     }
@@ -131,21 +132,22 @@ impl Finding {
 /// how the buffer differs from the truth. A pixel that claims more than is there would be red: there must
 /// be none.
 ///
-/// The panes share `size[0]`, at least 640; the picture's height follows from the view. Words alone where the culler
-/// has no occlusion culling. Cost: the culling, a frame, and some 0.1 µs a pixel.
+/// The panes share `size[0]`, at least 640; the picture's height follows from the view. Words alone where the cull
+/// had no occlusion culling. Cost: a frame, and some 0.1 µs a pixel.
 #[must_use]
-pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32; 2]) -> Picture {
-    let Some(culled) = Culled::new(scene, view, culler) else { return off(view) };
-    let Some(buffer) = culled.state.occlusion_buffer() else { return off(view) };
+pub fn occlusion_buffer(
+    scene: &Scene,
+    view: &View,
+    culled: &Culled<'_>,
+    size: [u32; 2],
+) -> Picture {
+    let Some(buffer) = culled.buffer() else { return off(view) };
     let frame = render(scene, view, Selection::All, &RenderOptions::default());
     let width = size[0].clamp(640, 8192);
-    let scale = if width >= 1100 { 2 } else { 1 };
-    let strip = (text_height(scale) + 16) as u32;
+    let size = text_size(width);
+    let strip = (text_height(size) + 16) as u32;
     let wide = (width - 3 * GAP) / 2;
     let high = (wide * frame.height).checked_div(frame.width).unwrap_or(1).clamp(1, 4 * width);
-    let legend = strip * 2;
-    let mut picture = Picture::new(width, 2 * (high + strip) + legend + GAP, PAPER);
-
     let nearness = Nearness::new(view, &frame);
     let scaled =
         |x: u32, from: u32, to: u32| (u64::from(x) * u64::from(to) / u64::from(from)) as u32;
@@ -160,7 +162,19 @@ pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32;
     let range = range((0..high).flat_map(|y| (0..wide).filter_map(move |x| truth(x, y))));
     let shade = |n: f64| if n > 0.0 { heat(0.12 + 0.86 * range.share(n)) } else { OPEN };
 
-    let mut found = [0_u64; Finding::SHOWN.len()];
+    let findings: Vec<Finding> = (0..high)
+        .flat_map(|y| (0..wide).map(move |x| (x, y)))
+        .map(|(x, y)| {
+            let [px, py] = pixel(x, y);
+            Finding::of(truth(x, y), f64::from(buffer.nearness(px, py)))
+        })
+        .collect();
+    let entries = shares(&findings);
+    let room = i64::from(width - 2 * GAP);
+    let line = (size * LINE).round() as i64;
+    let legend = (keys_height(room, size, &entries) + line) as u32 + 2 * GAP;
+    let mut picture = Picture::new(width, 2 * (high + strip) + legend, PAPER);
+
     let panes: [[u32; 2]; 4] = [[0, 0], [1, 0], [0, 1], [1, 1]];
     for [column, row] in panes {
         let [left, top] = [GAP + column * (wide + GAP), row * (high + strip) + strip];
@@ -174,65 +188,49 @@ pub fn occlusion_buffer(scene: &Scene, view: &View, culler: &Culler, size: [u32;
                         let tile = py as usize / TILE * in_row + px as usize / TILE;
                         shade(f64::from(tiles[tile]))
                     }
-                    _ => {
-                        let proved = f64::from(buffer.nearness(px, py));
-                        let finding = Finding::of(truth(x, y), proved);
-                        if let Some(n) = Finding::SHOWN.iter().position(|f| *f == finding) {
-                            found[n] += 1;
-                        }
-                        finding.color()
-                    }
+                    _ => findings[(y * wide + x) as usize].color(),
                 };
                 picture.blend(i64::from(left + x), i64::from(top + y), color, 1.0);
             }
         }
         let title = match (column, row) {
             (0, 0) => "What is there: the true depth".to_owned(),
-            (1, 0) => format!("What is proved: {columns} x {rows} pixels"),
-            (0, _) => format!("Asked first: the farthest of each {TILE} x {TILE}"),
+            (1, 0) => format!("What is proved: {columns} × {rows} pixels"),
+            (0, _) => format!("Tested first: the farthest of each {TILE} × {TILE}"),
             _ => "Proof held against truth".to_owned(),
         };
-        picture.text([i64::from(left), i64::from(top - strip) + 9], &title, scale, INK);
+        picture.text([i64::from(left), i64::from(top - strip) + 9], &title, size, INK);
     }
-    let top = i64::from(2 * (high + strip));
-    explain(&mut picture, [GAP.into(), top + 12], scale, &found);
+    let gap = i64::from(GAP);
+    let mut y = i64::from(2 * (high + strip)) + gap;
+    y = keys(&mut picture, [gap, y], gap + room, size, INK, &entries);
     let [entered, hidden] = culled.counts();
     let work = culled.result.funnel.occlusion;
-    let line = i64::from(strip);
-    let mut x = i64::from(GAP);
-    x += picture.text([x, top + 12 + line], "far ", scale, INK);
+    let mut x = gap;
+    x += picture.text([x, y], "far ", size, INK) + 4;
     let ramp = i64::from(width) / 8;
     for i in 0..ramp {
         let color = heat(0.12 + 0.86 * i as f64 / ramp as f64);
-        picture.fill([x + i, top + 10 + line], [1, text_height(scale) + 4], color, 1.0);
+        picture.fill([x + i, y], [1, text_height(size)], color, 1.0);
     }
-    x += ramp;
-    x += picture.text([x, top + 12 + line], " near   ", scale, INK);
+    x += ramp + 8;
+    x += picture.text([x, y], "near", size, INK) + 2 * size as i64;
     let words = format!(
         "{} occluders drawn; {} of {} instances hidden",
         grouped(work.drawn),
         grouped(hidden),
         grouped(entered)
     );
-    picture.text([x, top + 12 + line], &words, scale, INK);
+    picture.text([x, y], &words, size, INK);
     picture
 }
 
-/// The colours of findings and their shares, on as many lines as it takes.
-fn explain(picture: &mut Picture, [left, top]: [i64; 2], scale: u32, found: &[u64]) {
-    let total: u64 = found.iter().sum();
-    let (mut x, side) = (left, text_height(scale));
-    for (finding, &n) in Finding::SHOWN.iter().zip(found) {
-        if n == 0 {
-            continue;
-        }
-        let share = n as f64 / total.max(1) as f64 * 100.0;
-        let words = format!("{} {share:.1} %", finding.words());
-        picture.fill([x, top], [side, side], finding.color(), 1.0);
-        x += side + 6;
-        x += picture.text([x, top], &words, scale, INK);
-        x += text_width("  ", scale);
-    }
+/// Which findings there are, with their shares.
+fn shares(findings: &[Finding]) -> Vec<([u8; 3], String)> {
+    let count = |f: Finding| findings.iter().filter(|g| **g == f).count();
+    let found = Finding::SHOWN.into_iter().map(|f| (f, count(f))).filter(|(_, n)| *n > 0);
+    let share = |n: usize| n as f64 / findings.len().max(1) as f64 * 100.0;
+    found.map(|(f, n)| (f.color(), format!("{} {:.1} %", f.words(), share(n)))).collect()
 }
 
 /// From the far end of a picture's depths to the near one.
@@ -258,8 +256,9 @@ impl Range {
 }
 
 /// Which of the drawn occluders is the nearest on each pixel of the buffer; `usize::MAX` where none is proved.
-fn owners(scene: &Scene, view: &View, culler: &Culler, culled: &Culled) -> Vec<usize> {
-    let Some(buffer) = culled.state.occlusion_buffer() else { return Vec::new() };
+fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuffer) -> Vec<usize> {
+    // The answer is the same at every level.
+    let level = Level::new();
     let [columns, rows] = buffer.size();
     let mut best = vec![(0.0, usize::MAX); columns as usize * rows as usize];
     let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return Vec::new() };
@@ -268,8 +267,8 @@ fn owners(scene: &Scene, view: &View, culler: &Culler, culled: &Culled) -> Vec<u
         let transform = scene.transform(slot);
         alone.begin(view, scene.origin());
         match shape {
-            Shape::Convex(convex) => alone.draw_convex(culler.level, convex, transform),
-            Shape::Patch(patch) => alone.draw_patch(culler.level, patch, transform),
+            Shape::Convex(convex) => alone.draw_convex(level, convex, transform),
+            Shape::Patch(patch) => alone.draw_patch(level, patch, transform),
         }
         let place = alone.footprint_of(&transform.transform_box(&shape.bounds(), scene.origin()));
         // What crosses the near plane may be anywhere.
@@ -290,18 +289,17 @@ fn owners(scene: &Scene, view: &View, culler: &Culler, culled: &Culled) -> Vec<u
 /// The view as a pale ghost, and over it what each drawn occluder is proved to cover: a colour for each
 /// instance, thin lines between its pieces. Pixels of the buffer that are left pale are open.
 ///
-/// `material_colors` are as for [`shaded`](super::shaded). Words alone where the culler has no occlusion culling. Cost:
-/// the culling, a frame at twice the size, and each occluder drawn once more, alone.
+/// `material_colors` are as for [`shaded`](super::shaded). Words alone where the cull had no occlusion culling. Cost:
+/// a frame at twice the size, and each occluder drawn once more, alone.
 #[must_use]
 pub fn occluders(
     scene: &Scene,
     view: &View,
-    culler: &Culler,
+    culled: &Culled<'_>,
     material_colors: &[[f32; 4]],
 ) -> Picture {
-    let Some(culled) = Culled::new(scene, view, culler) else { return off(view) };
-    let Some(buffer) = culled.state.occlusion_buffer() else { return off(view) };
-    let owners = owners(scene, view, culler, &culled);
+    let Some(buffer) = culled.buffer() else { return off(view) };
+    let owners = owners(scene, view, culled, buffer);
     let drawn = culled.state.occluders_drawn();
     let (mut picture, _) = pale(scene, view, material_colors, 0.45);
     let [columns, rows] = buffer.size();
@@ -342,26 +340,20 @@ pub fn occluders(
 
 /// The view with what occlusion culling hid shining through as ghosts, in the colour of that stage.
 ///
-/// `material_colors` are as for [`shaded`](super::shaded). Words alone where the culler has no occlusion culling. Cost:
-/// the culling, and two frames at twice the size.
+/// `material_colors` are as for [`shaded`](super::shaded). Words alone where the cull had no occlusion culling. Cost:
+/// two frames at twice the size.
 #[must_use]
 pub fn hidden(
     scene: &Scene,
     view: &View,
-    culler: &Culler,
+    culled: &Culled<'_>,
     material_colors: &[[f32; 4]],
 ) -> Picture {
-    let Some(culled) = Culled::new(scene, view, culler) else { return off(view) };
-    let (mut picture, _) = pale(scene, view, material_colors, 0.30);
-    let mut ghosts = Visible::default();
-    for (slot, reason) in (0..).zip(&culled.result.reasons) {
-        if reason.is_some_and(|r| r.stage == Stage::Occlusion) {
-            let count = scene.mesh(slot).triangle_count();
-            let first = ghosts.triangles.len() as u32;
-            ghosts.triangles.extend(0..count);
-            ghosts.triangle_ranges.push(TriangleRange { slot, first, count });
-        }
+    if culled.buffer().is_none() {
+        return off(view);
     }
+    let (mut picture, _) = pale(scene, view, material_colors, 0.30);
+    let ghosts = ghosts(scene, culled.result);
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };
     let frame = render(scene, view, Selection::Visible(&ghosts), &options);
     let lit = shaded(scene, &frame, view, &[[0.6; 4]; 1]);
@@ -388,12 +380,41 @@ pub fn hidden(
     }
     let mut picture = picture.halved();
     let [entered, dropped] = culled.counts();
+    let triangles = grouped(culled.result.funnel.dropped(Stage::Occlusion).triangles);
     let words = match dropped {
-        0 => format!("none of {} instances is hidden", grouped(entered)),
-        n => format!("{} of {} instances hidden behind others", grouped(n), grouped(entered)),
+        0 => format!(
+            "none of {} instances is hidden whole, {triangles} triangles are",
+            grouped(entered)
+        ),
+        n => format!(
+            "{} of {} instances hidden behind others, {triangles} triangles with parts of the rest",
+            grouped(n),
+            grouped(entered)
+        ),
     };
     caption(&mut picture, &words);
     picture
+}
+
+/// The triangles that were dropped as hidden, with their instances or their clusters.
+fn ghosts(scene: &Scene, result: &Visible) -> Visible {
+    let mut ghosts = Visible::default();
+    let mut parts = result.dropped.chunk_by(|a, b| a.slot == b.slot).peekable();
+    for (slot, reason) in (0..).zip(&result.reasons) {
+        let first = ghosts.triangles.len() as u32;
+        if let Some(ranges) = parts.next_if(|ranges| ranges[0].slot == slot) {
+            for d in ranges.iter().filter(|d| d.stage == Stage::Occlusion) {
+                ghosts.triangles.extend(d.first_triangle..d.first_triangle + d.triangle_count);
+            }
+        } else if reason.is_some_and(|r| r.stage == Stage::Occlusion) {
+            ghosts.triangles.extend(0..scene.mesh(slot).triangle_count());
+        }
+        let count = ghosts.triangles.len() as u32 - first;
+        if count > 0 {
+            ghosts.triangle_ranges.push(TriangleRange { slot, first, count });
+        }
+    }
+    ghosts
 }
 
 /// The view at twice its size, so pale; and its frame.
@@ -409,8 +430,8 @@ fn pale(scene: &Scene, view: &View, colors: &[[f32; 4]], by: f64) -> (Picture, F
 
 #[cfg(test)]
 mod tests {
-    use cullet::Output;
     use cullet::cull::occlusion::Occlusion;
+    use cullet::{Culler, Output};
     use cullet_io::paths::{self, Overrides, PathSpec};
     use cullet_io::scenes;
 
@@ -426,12 +447,32 @@ mod tests {
         (model.scene, views)
     }
 
+    /// Culls a view, and does something with that.
+    fn with<T>(
+        scene: &Scene,
+        view: &View,
+        occlusion: Option<Occlusion>,
+        what: impl FnOnce(&Culled<'_>) -> T,
+    ) -> T {
+        let culler = Culler {
+            occlusion,
+            output: Output::Triangles,
+            reasons: true,
+            dropped: true,
+            ..Culler::default()
+        };
+        let (mut state, mut result) = (ViewState::default(), Visible::default());
+        culler.cull_one(scene, view, &mut state, &mut result);
+        what(&Culled { state: &state, result: &result })
+    }
+
     #[test]
     fn the_buffer_never_claims_more_than_is_there() {
-        let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
         let (scene, views) = views("city:cells=6,objects=100");
         for view in &views {
-            let picture = occlusion_buffer(&scene, view, &culler, [640, 0]);
+            let picture = with(&scene, view, Some(Occlusion::default()), |culled| {
+                occlusion_buffer(&scene, view, culled, [640, 0])
+            });
             let count =
                 |color: [u8; 3]| picture.rgb.chunks_exact(3).filter(|c| **c == color).count();
             assert_eq!(count(Finding::Wrong.color()), 0);
@@ -441,27 +482,35 @@ mod tests {
 
     #[test]
     fn covered_pixels_are_those_of_the_buffer() {
-        let culler = Culler {
-            occlusion: Some(Occlusion { width: 80, budget: 1e6 }),
-            output: Output::Instances,
-            ..Culler::default()
-        };
         let (scene, views) = views("city:cells=6,objects=100");
-        let culled = Culled::new(&scene, &views[1], &culler).unwrap();
-        let buffer = culled.state.occlusion_buffer().unwrap();
-        let owners = owners(&scene, &views[1], &culler, &culled);
-        for (at, owner) in owners.iter().enumerate() {
-            let proved = buffer.nearness((at % 80) as u32, (at / 80) as u32) > 0.0;
-            // Neighbours drawn one after the other may cover a pixel by the nearer of both alone.
-            assert_eq!(proved, *owner != usize::MAX, "pixel {at}");
+        with(&scene, &views[1], Some(Occlusion { width: 80, budget: 1e6 }), |culled| {
+            let buffer = culled.buffer().unwrap();
+            let owners = owners(&scene, &views[1], culled, buffer);
+            for (at, owner) in owners.iter().enumerate() {
+                let proved = buffer.nearness((at % 80) as u32, (at / 80) as u32) > 0.0;
+                // Neighbours drawn one after the other may cover a pixel by the nearer of both alone.
+                assert_eq!(proved, *owner != usize::MAX, "pixel {at}");
+            }
+        });
+    }
+
+    #[test]
+    fn ghosts_are_what_the_stage_took() {
+        let (scene, views) = views("city:cells=6,objects=100");
+        for view in &views {
+            with(&scene, view, Some(Occlusion::default()), |culled| {
+                let ghosts = ghosts(&scene, culled.result);
+                let taken = culled.result.funnel.dropped(Stage::Occlusion).triangles;
+                assert_eq!(ghosts.triangles.len() as u64, taken);
+                assert!(ghosts.triangle_ranges.is_sorted_by_key(|range| range.slot));
+            });
         }
     }
 
     #[test]
     fn without_occlusion_culling_there_are_words() {
         let (scene, views) = views("solids");
-        let culler = Culler { occlusion: None, ..Culler::default() };
-        let picture = hidden(&scene, &views[0], &culler, &[]);
+        let picture = with(&scene, &views[0], None, |c| hidden(&scene, &views[0], c, &[]));
         assert_eq!((picture.width, picture.height), (480, 120));
     }
 }

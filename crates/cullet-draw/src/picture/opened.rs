@@ -1,11 +1,12 @@
 //! A scene cut open: as a section drawing, or with what became of everything in a view.
 
-use cullet::{CullFace, Handle, Scene, View, Visible};
+use cullet::{Handle, Scene, View, Visible};
 use glam::DVec3;
 
 use super::Picture;
-use super::kinds::{draw_frustum, explain};
-use super::map::{Fate, counts, fates};
+use super::kinds::{SceneFates, explain};
+use super::map::Fate;
+use super::outside::{draw_frustum, from_outside};
 use super::palette::{INK, mix};
 use super::shaded::{irradiance, light_through, linear};
 use super::space::Surfaces;
@@ -29,6 +30,9 @@ pub struct OpenedScene<'a> {
     pub scene: &'a Scene,
     /// For each instance of it, by the index of its handle, which instance of the whole scene it is of.
     pub origin: &'a [Handle],
+    /// For each mesh of it, which original triangle of the whole mesh each of its original triangles is of;
+    /// none for a mesh that is whole, and a number beyond all triangles for a cut face.
+    pub triangles: &'a [Vec<u32>],
     /// The material of cut faces.
     pub cut_material: u32,
 }
@@ -110,13 +114,13 @@ fn finish(picture: &mut Picture, frame: &Frame, surfaces: &Surfaces<'_>, cut_mat
     }
 }
 
-/// Draws a scene cut open, seen from `from`: each instance in the colour of what became of it in `view`, cut
-/// faces darker, with the frustum, and a legend where it would cover less than a quarter. The counts of the
-/// legend are those of the whole scene.
+/// Draws a scene cut open, seen from `from`: each triangle in the colour of what became of it in `view`, cut
+/// faces in that of their instance, darker, with the frustum, and a legend where it would cover less than a
+/// quarter. The counts of the legend are those of the whole scene.
 ///
-/// `visible` must be of the whole `scene` and have reasons. What is left of an instance that is no more in
-/// the whole scene is drawn as dropped. Cost: two frames, of the whole and of what is left, and some 0.3 µs a
-/// pixel.
+/// `visible` must be of the whole `scene` and have reasons, and triangles if single ones shall be told apart.
+/// What is left of an instance that is no more in the whole scene is drawn as dropped. Cost: two frames, of the whole
+/// and of what is left, some 0.3 µs a pixel, and as much for a triangle of an instance that is kept.
 #[must_use]
 pub fn opened(
     scene: &Scene,
@@ -126,21 +130,24 @@ pub fn opened(
     from: &View,
 ) -> Picture {
     let seen = render(scene, view, Selection::All, &RenderOptions::default()).visible();
-    let fates = fates(scene, visible, &seen);
-    // Everything is shown, insides too: both sides, all layers.
-    let mut from = from.clone();
-    from.cull_face = CullFace::None;
-    from.layers = u32::MAX;
+    let whole = Surfaces::of_all(scene);
+    let fates = SceneFates::new(scene, visible, &seen, &whole);
+    let from = from_outside(from);
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };
     let frame = render(left.scene, &from, Selection::All, &options);
     let surfaces = Surfaces::new(left.scene, &frame.ids);
-    let fate = |slot: u32| {
-        let handle = left.scene.handle(slot)?;
-        let whole = left.origin.get(handle.index as usize)?;
-        fates.get(scene.slot(*whole).ok()? as usize).copied().flatten()
+    let fate = |id: PixelId| {
+        let handle = left.scene.handle(id.slot)?;
+        let slot = scene.slot(*left.origin.get(handle.index as usize)?).ok()?;
+        let cut =
+            left.triangles.get(left.scene.mesh_id(id.slot) as usize).filter(|c| !c.is_empty());
+        let triangle = cut.map_or(Some(id.triangle), |c| c.get(id.triangle as usize).copied());
+        // A cut face belongs to no triangle.
+        let triangle = triangle.filter(|t| *t < scene.mesh(slot).triangle_count());
+        Some(triangle.map_or(fates.of_slot(slot), |triangle| fates.of(PixelId { slot, triangle })))
     };
     let color = |id: PixelId| {
-        let [r, g, b] = fate(id.slot).unwrap_or(Fate::Dropped(None)).color().map(linear);
+        let [r, g, b] = fate(id).unwrap_or(Fate::Dropped(None)).color().map(linear);
         let cut = surfaces.part(id).material == left.cut_material;
         DVec3::new(r, g, b) * if cut { CUT_LIGHT } else { 1.0 }
     };
@@ -148,7 +155,7 @@ pub fn opened(
     let mut picture = light_through(0.0, left.scene, &frame, &from, &surfaces, color);
     finish(&mut picture, &frame, &surfaces, left.cut_material);
     let mut picture = picture.halved();
-    draw_frustum(&mut picture, scene, view, &from, &frame);
-    explain(&mut picture, &counts(&fates));
+    let lines = draw_frustum(&mut picture, scene, view, &from, &frame);
+    explain(&mut picture, &frame, &lines, &fates.counts());
     picture
 }

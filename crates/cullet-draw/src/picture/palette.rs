@@ -1,14 +1,30 @@
-//! The colours of every picture: one palette, for the kinds of culling above all.
+//! The colours of every picture: one table, one meaning a colour.
 //!
-//! Hues are those of Okabe & Ito, *Color Universal Design* (2008), told apart by people with any of
+//! | colour | meaning |
+//! |---|---|
+//! | cream, [`SEEN`] | kept, and seen |
+//! | yellow, [`UNSEEN`] | kept for want of proof: straddling, not covered, or kept though no pixel shows it |
+//! | [`reason_color`] | dropped, by the stage: blue outside the frustum, vermilion hidden, pink facing away, … |
+//! | green, [`PROVED`] | proved: wholly inside, accepted, covered |
+//! | dark blue, [`SUBJECT`] | what a diagram is about: the cluster, the segment, the polygon |
+//! | ink or chalk, [`INK`], [`CHALK`] | the eye, its frustum, lines of sight, and words |
+//! | crimson, [`LOST`] | wrong: lost though it is visible |
+//!
+//! Most hues are those of Okabe & Ito, *Color Universal Design* (2008), told apart by people with any of
 //! the common kinds of colour blindness; pictures carry a legend with words besides.
 
 use cullet::Stage;
 
 /// What is kept and owns a pixel.
 pub const SEEN: [u8; 3] = [0xF6, 0xF2, 0xE8];
-/// What is kept though no pixel shows it: the price of being conservative.
-pub const UNSEEN: [u8; 3] = [0xE6, 0x9F, 0x00];
+/// What is kept for want of proof, or though no pixel shows it: the price of being conservative.
+pub const UNSEEN: [u8; 3] = [0xF2, 0xCC, 0x0C];
+/// What a test says for sure: wholly inside, accepted, covered.
+pub const PROVED: [u8; 3] = [0x00, 0x9E, 0x73];
+/// What a diagram is about, where that has no fate yet.
+pub const SUBJECT: [u8; 3] = [0x00, 0x72, 0xB2];
+/// What was dropped where nobody says by which stage.
+pub const DROPPED: [u8; 3] = [0x60, 0x66, 0x6E];
 /// What was lost though it is visible. No picture of a sound culler has it.
 pub const LOST: [u8; 3] = [0xFF, 0x00, 0x3C];
 /// The background of maps.
@@ -27,12 +43,12 @@ pub const fn reason_color(stage: Option<Stage>) -> [u8; 3] {
         None => SEEN,
         Some(Stage::Layer) => [0x8C, 0x93, 0x9B],
         Some(Stage::Frustum) => [0x56, 0xB4, 0xE9],
-        Some(Stage::Portal) => [0x00, 0x9E, 0x73],
-        Some(Stage::Detail) => [0xF0, 0xE4, 0x42],
-        Some(Stage::Lod) => [0x00, 0x72, 0xB2],
+        Some(Stage::Portal) => [0x0F, 0x6B, 0x75],
+        Some(Stage::Detail) => [0x6A, 0x3D, 0x9A],
+        Some(Stage::Lod) => [0x7F, 0x8F, 0x2F],
         Some(Stage::Occlusion) => [0xD5, 0x5E, 0x00],
         Some(Stage::Backface) => [0xCC, 0x79, 0xA7],
-        Some(Stage::Degenerate) => [0x8A, 0x6A, 0x4F],
+        Some(Stage::Degenerate) => [0x6E, 0x4A, 0x2F],
     }
 }
 
@@ -100,19 +116,52 @@ pub fn mix(a: [u8; 3], b: [u8; 3], t: f64) -> [u8; 3] {
 mod tests {
     use super::*;
 
+    /// CIE L*a*b* under D65, in which a distance of some 2 is just seen.
+    fn lab(rgb: [u8; 3]) -> [f64; 3] {
+        let [r, g, b] = rgb.map(|v| {
+            let s = f64::from(v) / 255.0;
+            if s <= 0.040_45 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
+        });
+        let f = |t: f64| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
+        let x = f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505);
+        let y = f(0.2126 * r + 0.7152 * g + 0.0722 * b);
+        let z = f((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089);
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    fn apart(a: [u8; 3], b: [u8; 3]) -> f64 {
+        let (a, b) = (lab(a), lab(b));
+        (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    }
+
     #[test]
-    fn every_reason_has_a_colour_and_a_label_of_its_own() {
+    fn no_two_meanings_look_alike() {
+        let stages = Stage::ALL.into_iter().map(|s| (s.name(), reason_color(Some(s))));
+        let others = [
+            ("seen", SEEN),
+            ("unseen", UNSEEN),
+            ("proved", PROVED),
+            ("subject", SUBJECT),
+            ("lost", LOST),
+        ];
+        let all: Vec<_> = stages.chain(others).collect();
+        for (i, a) in all.iter().enumerate() {
+            for b in &all[..i] {
+                assert!(apart(a.1, b.1) > 25.0, "{} and {}: {}", a.0, b.0, apart(a.1, b.1));
+            }
+        }
+        // What a picture of a scene has side by side must be told apart in sun and shade.
+        let hidden = reason_color(Some(Stage::Occlusion));
+        assert!(apart(UNSEEN, hidden) > 50.0);
+        assert!(apart(mix(UNSEEN, INK, 0.5), mix(hidden, INK, 0.5)) > 25.0);
+    }
+
+    #[test]
+    fn every_reason_has_a_label_of_its_own() {
         let all: Vec<Option<Stage>> =
             std::iter::once(None).chain(Stage::ALL.into_iter().map(Some)).collect();
         for (i, &a) in all.iter().enumerate() {
-            for &b in &all[..i] {
-                assert_ne!(reason_label(a), reason_label(b));
-                let apart: i32 = (0..3)
-                    .map(|k| i32::from(reason_color(a)[k]) - i32::from(reason_color(b)[k]))
-                    .map(i32::abs)
-                    .sum();
-                assert!(apart > 60, "{a:?} and {b:?} look alike");
-            }
+            assert!(all[..i].iter().all(|&b| reason_label(a) != reason_label(b)));
         }
     }
 

@@ -1,7 +1,7 @@
 //! From pixels back to the scene.
 
 use cullet::mesh::Part;
-use cullet::{Depth, Scene, View};
+use cullet::{Camera, Depth, Projection, Scene, View};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use crate::frame::PixelId;
@@ -75,6 +75,60 @@ impl Space {
     }
 }
 
+/// A view that looks against `back` and has all these points in its picture, as near as that allows, with a
+/// margin of a twentieth. `None` if there is no point, or the numbers make no view.
+pub(crate) fn framing(
+    points: &[DVec3],
+    back: DVec3,
+    fov_y_radians: f64,
+    size: [u32; 2],
+) -> Option<View> {
+    let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
+    let back = back.try_normalize()?;
+    let pole = if back.y.abs() > 0.99 { DVec3::NEG_Z } else { DVec3::Y };
+    let right = pole.cross(back).normalize();
+    let above = back.cross(right);
+    let middle = points.iter().copied().sum::<DVec3>() / points.len().max(1) as f64;
+    let t = (fov_y_radians * 0.5).tan() * 0.95;
+    // A point is in the picture iff |p·right − x| ≤ t (d − p·back), and the like for y: each bounds x and
+    // d from both sides, and the bounds meet at the least distance. Returns x and that.
+    let fit = |along: DVec3, t: f64| {
+        let most = |sign: f64| {
+            let bound = |p: &DVec3| (*p - middle).dot(along * sign + back * t);
+            points.iter().map(bound).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let (high, low) = (most(1.0), most(-1.0));
+        ((high - low) * 0.5, (high + low) / (2.0 * t))
+    };
+    // And not upon the nearest of them, which alone would be in a wide picture with the eye on it.
+    let spread = points.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+    let front = points.iter().map(|p| (*p - middle).dot(back)).fold(f64::NEG_INFINITY, f64::max);
+    let distance = fit(right, t * aspect).1.max(fit(above, t).1).max(front + 0.1 * spread);
+    // One way the picture is full; the other way the points are in the middle if they would just fill a narrower
+    // picture from as far.
+    let centred = |along: DVec3, most: f64| {
+        let (mut low, mut high) = (0.0, most);
+        for _ in 0..40 {
+            let t = (low + high) * 0.5;
+            if fit(along, t).1 > distance { low = t } else { high = t }
+        }
+        fit(along, high).0
+    };
+    let (x, y) = (centred(right, t * aspect), centred(above, t));
+    let eye = middle + right * x + above * y + back * distance;
+    // All points are beyond it.
+    let nearest = points.iter().map(|p| (eye - *p).dot(back)).fold(f64::INFINITY, f64::min);
+    let near = (nearest * 0.5).max(distance * 1e-4);
+    let projection = Projection::Perspective { fov_y_radians, aspect, near, far: f64::INFINITY };
+    View::new(&Camera::look_at(eye, eye - back, projection), Depth::Reversed, size).ok()
+}
+
+/// The corners of a box of the scene, in the world.
+pub(crate) fn corners(scene: &Scene, bounds: &cullet::bounds::Aabb) -> [DVec3; 8] {
+    let origin = DVec3::from(scene.origin());
+    bounds.corners().map(|c| DVec3::from(c.map(f64::from)) + origin)
+}
+
 /// X and Y of the centre of a pixel in normalised device coordinates.
 pub(crate) fn pixel_centre(x: u32, y: u32, size: [u32; 2]) -> [f64; 2] {
     let [w, h] = size.map(f64::from);
@@ -110,6 +164,12 @@ impl<'a> Surfaces<'a> {
         Self { scene, order }
     }
 
+    /// Of all meshes that have an instance, whatever a frame shows. Costs 4 bytes a stored triangle.
+    pub(crate) fn of_all(scene: &'a Scene) -> Self {
+        let ids: Vec<PixelId> = scene.slots().map(|slot| PixelId { slot, triangle: 0 }).collect();
+        Self::new(scene, &ids)
+    }
+
     /// The place of an original triangle in its mesh's order, if the frame that this was made for
     /// shows its mesh.
     pub(crate) fn triangle(&self, id: PixelId) -> Option<u32> {
@@ -136,5 +196,36 @@ impl<'a> Surfaces<'a> {
         let m = DMat3::from_cols(x, y, z);
         let [a, b, c] = corners.map(|p| m * DVec3::from(p.map(f64::from)));
         (b - a).cross(c - a).normalize_or_zero()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_framing_has_all_points_in_the_picture_and_comes_near() {
+        let corner = |i: u32| {
+            let side = |k: u32, v: f64| if i >> k & 1 == 1 { v } else { -v };
+            DVec3::new(side(0, 1.0), side(1, 3.0), side(2, 0.5)) + DVec3::new(900.0, 0.0, -5.0)
+        };
+        let points: Vec<DVec3> = (0..8).map(corner).collect();
+        for (back, size) in [
+            (DVec3::new(1.0, 0.5, 2.0), [320, 200]),
+            (DVec3::Y, [200, 320]),
+            (DVec3::new(-1.0, -0.2, 0.0), [64, 64]),
+        ] {
+            let view = framing(&points, back, 0.7, size).unwrap();
+            let space = Space::new(&view);
+            let share = |p: &DVec3| {
+                let [x, y] = space.project(*p, size).unwrap().0;
+                let off = |v: f64, n: u32| (v / f64::from(n) * 2.0 - 1.0).abs();
+                off(x, size[0]).max(off(y, size[1]))
+            };
+            let widest = points.iter().map(share).fold(0.0, f64::max);
+            assert!((0.94..0.9501).contains(&widest), "{widest}");
+        }
+        assert!(framing(&[], DVec3::Y, 0.7, [8, 8]).is_none());
+        assert!(framing(&points, DVec3::ZERO, 0.7, [8, 8]).is_none());
     }
 }

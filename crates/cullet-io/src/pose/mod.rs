@@ -105,14 +105,15 @@ impl Model {
 /// Takes the places, shapes and bounds of a model with the same meshes and instances.
 fn take_pose(model: &mut Model, now: &Model) -> Result<(), PoseError> {
     let scene = &mut model.scene;
-    for (old, new) in scene.meshes_mut().zip(now.scene.meshes()) {
-        if new.is_deformable() {
+    scene.edit_meshes(|id, old| {
+        let new = now.scene.meshes().get(id as usize);
+        if let Some(new) = new.filter(|new| new.is_deformable()) {
             // Sides are the caller's to set, and stay.
             let two_sided = old.is_two_sided();
             *old = new.clone();
             old.set_two_sided(two_sided);
         }
-    }
+    });
     for slot in now.scene.slots() {
         let Some(handle) = now.scene.handle(slot) else { continue };
         let at = scene.slot(handle)?;

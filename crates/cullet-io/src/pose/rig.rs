@@ -205,9 +205,7 @@ impl Deformed {
             let name = self.instances.first().map(|f| model.instance_name(f.handle).into_owned());
             PoseError::NotFinite { instance: name.unwrap_or_default(), seconds, error }
         })?;
-        if let Some(old) = model.scene.meshes_mut().nth(self.mesh as usize) {
-            *old = mesh;
-        }
+        model.scene.edit_mesh(self.mesh, |old| *old = mesh);
         let origin = model.scene.origin();
         for f in &self.instances {
             let place = place.unwrap_or_else(|| f.place(globals));

@@ -44,6 +44,20 @@ pub fn is_builtin(text: &str) -> bool {
     SCENES.iter().any(|s| s.name == name)
 }
 
+/// What to say of a text that names neither a file nor a built-in scene: the built-in scene whose name is most like
+/// it, or all of them.
+#[must_use]
+pub fn no_such_file(text: &str) -> String {
+    let name = text.split(':').next().unwrap_or_default().trim();
+    match spec::similar(name, SCENES.iter().map(|s| s.name)) {
+        Some(like) => format!("there is no file {text}; did you mean the built-in scene {like}?"),
+        None => {
+            let known: Vec<&str> = SCENES.iter().map(|s| s.name).collect();
+            format!("there is no file {text}; the built-in scenes are {}", known.join(", "))
+        }
+    }
+}
+
 /// Makes a built-in scene from its text, `name:key=value,...`; keys left out have their defaults.
 ///
 /// The same text gives the same scene, to the last bit of every position, on every machine. The name of

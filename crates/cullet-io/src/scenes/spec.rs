@@ -33,20 +33,24 @@ pub struct KeyInfo {
 #[non_exhaustive]
 pub enum SceneSpecError {
     /// No scene has that name.
-    #[error("there is no built-in scene '{name}'; the built-in scenes are {known}")]
+    #[error("there is no built-in scene '{name}'{}; the built-in scenes are {known}", meant(*like))]
     UnknownScene {
         /// The name given.
         name: String,
+        /// The name that is most like it, if any is alike.
+        like: Option<&'static str>,
         /// All names.
         known: String,
     },
     /// The scene has no such key.
-    #[error("scene '{scene}' has no key '{key}'; its keys are {known}")]
+    #[error("scene '{scene}' has no key '{key}'{}; its keys are {known}", meant(*like))]
     UnknownKey {
         /// The scene.
         scene: &'static str,
         /// The key given.
         key: String,
+        /// The key that is most like it, if any is alike.
+        like: Option<&'static str>,
         /// All keys, with their ranges.
         known: String,
     },
@@ -107,8 +111,12 @@ impl Spec {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         let name = name.trim();
         let info = scenes.iter().find(|s| s.name == name).ok_or_else(|| {
-            let known: Vec<_> = scenes.iter().map(|s| s.name).collect();
-            SceneSpecError::UnknownScene { name: name.to_owned(), known: known.join(", ") }
+            let names = scenes.iter().map(|s| s.name);
+            SceneSpecError::UnknownScene {
+                name: name.to_owned(),
+                like: similar(name, names.clone()),
+                known: names.collect::<Vec<_>>().join(", "),
+            }
         })?;
         let scene = info.name;
         let mut given: Vec<Option<u64>> = vec![None; info.keys.len()];
@@ -120,7 +128,13 @@ impl Spec {
             })?;
             let (key, value) = (key.trim(), value.trim());
             let at = info.keys.iter().position(|k| k.name == key).ok_or_else(|| {
-                SceneSpecError::UnknownKey { scene, key: key.to_owned(), known: known_keys(info) }
+                let like = similar(key, info.keys.iter().map(|k| k.name));
+                SceneSpecError::UnknownKey {
+                    scene,
+                    key: key.to_owned(),
+                    like,
+                    known: known_keys(info),
+                }
             })?;
             let KeyInfo { name: key, min, max, .. } = info.keys[at];
             let number = whole(value).filter(|v| (min..=max).contains(v)).ok_or_else(|| {
@@ -170,6 +184,22 @@ impl Spec {
     }
 }
 
+/// The name that `text` is most likely a slip of: at most one letter in three is another, missing, or has changed
+/// places with its neighbour.
+pub(super) fn similar(
+    text: &str,
+    names: impl Iterator<Item = &'static str>,
+) -> Option<&'static str> {
+    let text = text.to_lowercase();
+    let slips = names.map(|name| (strsim::osa_distance(&text, name), name));
+    let near = slips.filter(|(n, name)| n * 3 <= name.len().max(text.chars().count()));
+    near.min_by_key(|(n, _)| *n).map(|(_, name)| name)
+}
+
+fn meant(like: Option<&str>) -> String {
+    like.map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"))
+}
+
 fn known_keys(info: &SceneInfo) -> String {
     let range = |k: &KeyInfo| match k.max {
         u64::MAX => k.name.to_owned(),
@@ -217,11 +247,37 @@ mod tests {
     }
 
     #[test]
+    fn a_slip_is_told_from_another_word() {
+        let names = ["city", "solids", "office", "forest", "n"];
+        let of = |text: &str| similar(text, names.into_iter());
+        for (slip, meant) in [
+            ("ctiy", "city"),
+            ("City", "city"),
+            ("cty", "city"),
+            ("solid", "solids"),
+            ("forrest", "forest"),
+        ] {
+            assert_eq!(of(slip), Some(meant), "{slip}");
+        }
+        for other in ["", "m", "castle", "city.glb", "models/city", "cathedral", "ci"] {
+            assert_eq!(of(other), None, "{other}");
+        }
+    }
+
+    #[test]
     fn errors_say_what_would_be_right() {
         let error = |text: &str| Spec::parse(text, SCENES).unwrap_err().to_string();
         assert_eq!(
             error("cty:n=1"),
             "there is no built-in scene 'cty'; the built-in scenes are empty, full"
+        );
+        assert_eq!(
+            error("ful:n=1"),
+            "there is no built-in scene 'ful' (did you mean 'full'?); the built-in scenes are empty, full"
+        );
+        assert_eq!(
+            error("full:sede=1"),
+            "scene 'full' has no key 'sede' (did you mean 'seed'?); its keys are seed, n (1 to 10000000)"
         );
         assert_eq!(
             error("full:m=1"),

@@ -8,11 +8,12 @@ use std::sync::Arc;
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::Occlusion;
 use cullet::{
-    Backface, CullFace, Culler, Depth, FrontFace, FrustumWork, Funnel, FunnelRow, OcclusionTimes,
-    OcclusionWork, Output, Reason, Stage, Unit, View, Visible,
+    Backface, Counts, CullFace, Culler, Depth, DroppedRange, FrontFace, FrustumWork, Funnel,
+    FunnelRow, OcclusionTimes, OcclusionWork, Output, Reason, Stage, Unit, View, Visible,
 };
 
 use super::{Decision, Request};
+use crate::sides::Sides;
 use crate::task::clock;
 use crate::web::bytes::{Reader, Writer};
 use crate::web::packed::UnpackError;
@@ -24,6 +25,7 @@ const FACES: [CullFace; 3] = [CullFace::None, CullFace::Back, CullFace::Front];
 const BACKFACES: [Backface; 3] = [Backface::Off, Backface::Fast, Backface::Exact];
 const OUTPUTS: [Output; 3] = [Output::Instances, Output::Clusters, Output::Triangles];
 const MEASURES: [Measure; 3] = [Measure::WidthAndHeight, Measure::Area, Measure::Diameter];
+const SIDES: [Sides; 3] = [Sides::Automatic, Sides::OneSided, Sides::TwoSided];
 const UNITS: [Unit; 3] = [Unit::Instances, Unit::Clusters, Unit::Triangles];
 
 /// The place of a value among all that it can be.
@@ -38,11 +40,12 @@ fn at<T: Copy>(all: &[T], place: u32, what: &str) -> Result<T, UnpackError> {
 }
 
 impl Request {
-    /// Packs all of it but the scene, which the other side has.
+    /// Packs all of it but the scene, which the other side has, and only has to declare its sides.
     #[must_use]
     pub fn pack(&self) -> Vec<u8> {
-        let Self { world: _, view, culler, buffer, number } = self;
+        let Self { world, view, culler, buffer, number } = self;
         let mut out = Writer::default();
+        out.pod(place(&SIDES, &world.sides));
         out.pod(*number);
         out.pod(u32::from(*buffer));
         let [width, height] = view.viewport();
@@ -62,11 +65,12 @@ impl Request {
             occlusion,
             output,
             reasons,
+            dropped,
             // The best of the machine: the answer is the same at every level.
             level: _,
             clock,
         } = culler;
-        let switches = [*frustum, *frustum_exact, *degenerate, *reasons, clock.is_some()];
+        let switches = [*frustum, *frustum_exact, *degenerate, *reasons, *dropped, clock.is_some()];
         out.pod(switches.map(u32::from));
         out.pod([place(&BACKFACES, backface), place(&OUTPUTS, output)]);
         out.pod(u32::from(detail.is_some()));
@@ -82,12 +86,22 @@ impl Request {
         out.bytes
     }
 
+    /// Which sides the scene of a packed request has: those that the other side's must have before it is
+    /// [unpacked](Self::unpack) and decided.
+    ///
+    /// # Errors
+    /// As [`unpack`](Self::unpack).
+    pub fn sides(bytes: &[u8]) -> Result<Sides, UnpackError> {
+        at(&SIDES, Reader::new(bytes, 0).pod()?, "sides")
+    }
+
     /// The request that was packed, of the other side's scene. A culler that kept time keeps that of this side.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`](Self::pack) wrote.
     pub fn unpack(bytes: &[u8], world: Arc<World>) -> Result<Self, UnpackError> {
         let from = &mut Reader::new(bytes, 0);
+        let _: u32 = from.pod()?;
         let number = from.pod()?;
         let buffer = flag(from)?;
         let matrix: [f64; 16] = from.pod()?;
@@ -98,8 +112,8 @@ impl Request {
         view.layers = layers;
         view.front_face = at(&FRONTS, front, "front face")?;
         view.cull_face = at(&FACES, face, "faces to cull")?;
-        let [frustum, frustum_exact, degenerate, reasons, timed] =
-            from.pod::<[u32; 5]>()?.map(|bit| bit == 1);
+        let [frustum, frustum_exact, degenerate, reasons, dropped, timed] =
+            from.pod::<[u32; 6]>()?.map(|bit| bit == 1);
         let [backface, output]: [u32; 2] = from.pod()?;
         let detail = if flag(from)? {
             let measure = at(&MEASURES, from.pod()?, "measure")?;
@@ -121,6 +135,7 @@ impl Request {
             occlusion,
             output: at(&OUTPUTS, output, "output")?,
             reasons,
+            dropped,
             clock: timed.then_some(clock),
             ..Culler::default()
         };
@@ -149,6 +164,7 @@ impl Decision {
             triangle_ranges,
             triangles,
             reasons,
+            dropped,
             funnel,
             triangle_count,
             instance_count,
@@ -166,6 +182,11 @@ impl Decision {
         // No stage has the number 0.
         let two = |reason: &Option<Reason>| reason.map_or([0; 2], |r| [r.stage as u8, r.detail]);
         out.bytes.extend(reasons.iter().flat_map(two));
+        out.list(dropped, |out, range| {
+            let DroppedRange { slot, first_triangle, triangle_count, stage, unit } = range;
+            out.pod([*slot, *first_triangle, *triangle_count]);
+            out.pod([place(&Stage::ALL, stage), place(&UNITS, unit)]);
+        });
         pack_funnel(funnel, &mut out);
         out.bytes
     }
@@ -205,6 +226,12 @@ impl Decision {
                 None => None,
             });
         }
+        visible.dropped = from.list(|from| {
+            let [slot, first_triangle, triangle_count]: [u32; 3] = from.pod()?;
+            let [stage, unit]: [u32; 2] = from.pod()?;
+            let (stage, unit) = (at(&Stage::ALL, stage, "stage")?, at(&UNITS, unit, "unit")?);
+            Ok(DroppedRange { slot, first_triangle, triangle_count, stage, unit })
+        })?;
         unpack_funnel(from, &mut visible.funnel)?;
         Ok(Self { request, visible, occluders, buffer: None, milliseconds, number: 0 })
     }
@@ -215,7 +242,8 @@ fn pack_funnel(funnel: &Funnel, out: &mut Writer) {
     out.list(rows, |out, row| {
         let FunnelRow { stage, unit, entered, left, nanoseconds } = row;
         out.pod([place(&Stage::ALL, stage), place(&UNITS, unit)]);
-        out.pod([*entered, *left, u64::from(nanoseconds.is_some()), nanoseconds.unwrap_or(0)]);
+        out.pod([*entered, *left]);
+        out.pod([u64::from(nanoseconds.is_some()), nanoseconds.unwrap_or(0)]);
     });
     let FrustumWork { nodes, blocks, plane_tests, remembered, swept } = frustum;
     out.pod([*nodes, *blocks, *plane_tests, *remembered, *swept]);
@@ -228,7 +256,8 @@ fn pack_funnel(funnel: &Funnel, out: &mut Writer) {
 fn unpack_funnel(from: &mut Reader<'_>, funnel: &mut Funnel) -> Result<(), UnpackError> {
     funnel.rows = from.list(|from| {
         let [stage, unit]: [u32; 2] = from.pod()?;
-        let [entered, left, timed, nanoseconds]: [u64; 4] = from.pod()?;
+        let [entered, left]: [Counts; 2] = from.pod()?;
+        let [timed, nanoseconds]: [u64; 2] = from.pod()?;
         let (stage, unit) = (at(&Stage::ALL, stage, "stage")?, at(&UNITS, unit, "unit")?);
         let nanoseconds = (timed == 1).then_some(nanoseconds);
         Ok(FunnelRow { stage, unit, entered, left, nanoseconds })
@@ -276,6 +305,7 @@ mod tests {
             detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5 }),
             occlusion: Some(Occlusion::default()),
             reasons: true,
+            dropped: true,
             clock: Some(clock),
             ..Culler::default()
         };
@@ -332,7 +362,7 @@ mod tests {
     fn requests_and_answers_come_back_as_they_went() {
         let (mut here, mut there) = (Memory::default(), Memory::default());
         let mut spare = Visible::default();
-        let (mut partial, mut triangles, mut drawn, mut dropped) = (0, 0, 0, 0);
+        let (mut partial, mut triangles, mut drawn, mut dropped, mut ranges) = (0, 0, 0, 0, 0);
         // Of the one whole things are dropped and are occluders, of the other clusters.
         let worlds = ["city:cells=4,objects=300", "knobs"].map(world);
         for request in worlds.iter().flat_map(requests) {
@@ -353,11 +383,30 @@ mod tests {
             triangles += came.visible.triangles.len();
             drawn += came.occluders.len();
             dropped += came.visible.reasons.iter().flatten().count();
+            ranges += came.visible.dropped.len();
             spare = came.visible.clone();
             assert!(answer(came) == answer(wanted), "another answer");
         }
-        let all = [partial, triangles, drawn, dropped];
+        let all = [partial, triangles, drawn, dropped, ranges];
         assert!(!all.contains(&0), "nothing to compare: {all:?}");
+    }
+
+    #[test]
+    fn who_keeps_the_scene_learns_its_sides_from_a_request() {
+        let stored = world("solids");
+        for sides in SIDES {
+            let shown = Arc::new(stored.with_sides(sides).unwrap());
+            let request = requests(&shown).swap_remove(0);
+            let packed = request.pack();
+            assert_eq!(Request::sides(&packed).unwrap(), sides);
+            // As the worker does with the scene that it keeps.
+            let mut kept = stored.with_sides(Sides::Automatic).unwrap();
+            kept.set_sides(Request::sides(&packed).unwrap()).unwrap();
+            let asked = Request::unpack(&packed, Arc::new(kept)).unwrap();
+            let answer = Memory::default().decide(asked).visible.triangle_count;
+            let wanted = Memory::default().decide(request).visible.triangle_count;
+            assert!(answer == wanted && wanted > 0, "{sides:?}");
+        }
     }
 
     #[test]
@@ -369,8 +418,8 @@ mod tests {
         let row = |(stage, unit)| FunnelRow {
             stage,
             unit,
-            entered: u64::MAX,
-            left: 3,
+            entered: Counts { instances: u64::MAX, clusters: 7, triangles: 9 },
+            left: Counts { instances: 3, clusters: 2, triangles: 1 },
             nanoseconds: Some(0),
         };
         let mut decision = Memory::default().decide(request.clone());

@@ -84,6 +84,8 @@ impl Decider {
     fn send(&mut self) {
         let Some(request) = &self.waiting else { return };
         if self.line.as_ref().is_none_or(|line| !line.leads_to(&request.world)) {
+            // First: one that ends stops listening to its worker, which may be the same.
+            self.line = None;
             self.line = Line::to(&request.world, &self.wake);
         }
         if let Some(line) = self.line.as_mut().filter(|l| l.asked.is_none() && l.can(request)) {
@@ -230,6 +232,12 @@ pub(crate) fn keep(world: World) {
 pub fn decide(request: &[u8]) -> Result<Vec<u8>, JsValue> {
     KEPT.with_borrow_mut(|kept| {
         let (world, memory) = kept.as_mut().ok_or("the worker keeps no scene")?;
+        let sides = Request::sides(request).map_err(|e| e.to_string())?;
+        if world.sides != sides {
+            // Between two requests nobody else holds it.
+            let own = Arc::get_mut(world).ok_or("the worker's scene is in use")?;
+            own.set_sides(sides)?;
+        }
         let request = Request::unpack(request, Arc::clone(world)).map_err(|e| e.to_string())?;
         let decision = memory.decide(request);
         let packed = decision.pack();

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::Session;
 use crate::camera::{Mode, Rig};
-use crate::state::{GhostForm, Layout};
+use crate::state::{GhostForm, Layout, Manner};
 
 impl Session {
     /// The rig that decides what is drawn.
@@ -61,22 +61,56 @@ impl Session {
         }
     }
 
-    /// The camera behind and above the culling one.
+    /// The camera behind and above the culling one, or beside a scene that it sees from without.
     #[must_use]
     pub fn outside(&self) -> Option<Rig> {
-        let reach = self.world.as_ref()?.reach;
-        Some(self.culling_rig()?.outside(reach, &self.chase))
+        let world = self.world.as_ref()?;
+        Some(self.culling_rig()?.outside(world.centre, world.reach, &self.chase))
     }
 
-    /// Fits the flown camera to the scene.
+    /// Shows a scene for the first time: a small one in such a way that what is culled of it is seen, unless a link
+    /// or the user has chosen another way.
+    pub(super) fn begin(&mut self) {
+        let Some(world) = self.world.clone() else { return };
+        let as_it_began = self.is_as_it_began();
+        let state = &mut self.state;
+        if as_it_began || Manner::of(state) == Manner::default() {
+            let manner = world.manner();
+            manner.apply(state);
+            self.manner = Some(manner);
+        }
+        if world.is_large() {
+            state.camera = Some(world.first_sight(self.size));
+        } else {
+            self.fit();
+        }
+    }
+
+    /// Whether the scene is still shown in the manner that it was shown in at first.
+    #[must_use]
+    pub fn is_as_it_began(&self) -> bool {
+        self.manner.as_ref() == Some(&Manner::of(&self.state))
+    }
+
+    /// Fits the flown camera to the scene and to the pane that it is for.
     pub fn fit(&mut self) {
         if let Some(world) = &self.world {
             let mode = self.state.camera.map_or(Mode::Orbit, |c| c.mode);
-            let rig = world.overview(self.size);
+            let rig = world.overview(self.culling_size());
             self.state.camera = Some(match mode {
                 Mode::Top => world.top(&Rig { target: world.centre, distance: 0.0, ..rig }),
                 mode => Rig { mode, ..rig },
             });
+            self.fitted = self.state.camera.map(|rig| (rig, self.culling_size()));
+        }
+    }
+
+    /// Fits the camera again where its pane has another size and nobody has moved it since it was fitted.
+    pub(super) fn fit_again(&mut self) {
+        let Some((rig, size)) = self.fitted else { return };
+        let still = self.state.camera == Some(rig) && self.state.frozen.is_none();
+        if still && size != self.culling_size() {
+            self.fit();
         }
     }
 

@@ -50,7 +50,8 @@ impl Session {
         };
         let views = rigs.len();
         let (scene, stages) = (self.state.scene.clone(), self.state.stages.clone());
-        Some(Order { scene, cameras: json(&rigs, aspect).ok()?, views, size, stages })
+        let (cameras, sides) = (json(&rigs, aspect).ok()?, self.state.sides);
+        Some(Order { scene, cameras, views, size, stages, sides })
     }
 
     /// Whether a report is being made.

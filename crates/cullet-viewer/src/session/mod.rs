@@ -19,7 +19,7 @@ use cullet::View;
 use eframe::egui;
 
 use crate::audit::Audit;
-use crate::camera::Chase;
+use crate::camera::{Chase, Rig};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::chooser::Chooser;
 use crate::cost::Measured;
@@ -28,7 +28,8 @@ use crate::decide::{Decider, Decision, Request};
 use crate::inbox::Inbox;
 use crate::journey::Journey;
 use crate::link;
-use crate::state::{Stages, State};
+use crate::sides::Remaking;
+use crate::state::{Backfaces, Faces, Manner, Stages, State};
 use crate::study::{Figures, Study};
 use crate::task::{Progress, Task, clock};
 use crate::truth::Truth;
@@ -95,6 +96,8 @@ pub struct Session {
     pub audit: Audit,
     /// The cut-away.
     pub cutting: Cutting,
+    /// The scene with other sides, while it is made.
+    remaking: Remaking,
     /// What bounds prove of the back faces of what is inspected.
     pub figures: Option<Figures>,
     /// The camera path.
@@ -132,6 +135,10 @@ pub struct Session {
     studied: Option<(u64, u32, Study)>,
     /// How many requests there were.
     requests: u64,
+    /// The camera as it was last fitted, and to a pane of which size.
+    fitted: Option<(Rig, [u32; 2])>,
+    /// How the last scene was shown at first.
+    manner: Option<Manner>,
     /// Whether the next scene that is loaded gets cameras that fit it, whatever the state says.
     refit: bool,
     /// Whether the renderer does not have all of the scene yet.
@@ -160,6 +167,7 @@ impl Session {
             truth: Truth::None,
             audit: Audit::default(),
             cutting: Cutting::default(),
+            remaking: Remaking::default(),
             figures: None,
             journey: Journey::default(),
             measured: Measured::None,
@@ -183,6 +191,8 @@ impl Session {
             next: None,
             studied: None,
             requests: 0,
+            fitted: None,
+            manner: None,
             refit: false,
             ctx,
             state,
@@ -226,7 +236,9 @@ impl Session {
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
         let cut = self.world.is_none() || self.cutting.is_settled(&self.state.cut);
+        let sides = self.whole().is_none_or(|w| self.remaking.is_settled(w, self.state.sides));
         idle && cut
+            && sides
             && self.next.is_none()
             && self.audit.is_settled()
             && !matches!(self.truth, Truth::Working(_))
@@ -271,6 +283,7 @@ impl Session {
             let trouble = self.journey.advance(dt, rig);
             trouble.into_iter().for_each(|t| self.tell(t, true));
         }
+        self.fit_again();
         self.beside();
         self.ask();
         if let Some(decision) = self.decider.latest() {
@@ -291,9 +304,23 @@ impl Session {
         self.study();
     }
 
-    /// Goes on with what is made beside the pictures: the cut and the audit.
+    /// Goes on with what is made beside the pictures: the scene with other sides, the cut and the audit.
     fn beside(&mut self) {
         let Some(world) = self.next.clone().or_else(|| self.world.clone()) else { return };
+        let whole = self.cutting.whole.as_ref().unwrap_or(&world);
+        let ctx = self.ctx.clone();
+        match self.remaking.advance(whole, self.state.sides, move || ctx.request_repaint()) {
+            Some(Ok(next)) => {
+                self.next = Some(next);
+                // Both were of the scene with its other sides.
+                self.cutting = Cutting::default();
+                self.measured = Measured::None;
+                self.asked = None;
+                return;
+            }
+            Some(Err(text)) => self.tell(format!("{text}. What was shown stays."), true),
+            None => {}
+        }
         let ctx = self.ctx.clone();
         match self.cutting.advance(&world, &self.state.cut, move || ctx.request_repaint()) {
             Some(Ok(next)) => {
@@ -312,6 +339,15 @@ impl Session {
             // What it found is no part of a decision.
             self.refresh |= waited && self.audit.is_settled();
         }
+    }
+
+    /// Why back faces of the scene are kept though they are to be culled, if they are: a sentence for the user.
+    #[must_use]
+    pub fn kept_backs(&self) -> Option<String> {
+        let State { stages, look, .. } = &self.state;
+        let wanted = stages.on && stages.backface != Backfaces::Off && look.cull != Faces::None;
+        let whole = self.whole().filter(|_| wanted)?;
+        whole.kept_backs.sentence(whole.counts.triangles)
     }
 
     fn ask(&mut self) {

@@ -10,6 +10,7 @@ use crate::cost::Measured;
 use crate::cutaway::Cutting;
 use crate::inbox::{Read, model_of};
 use crate::journey::Journey;
+use crate::sides::{Remaking, Sides};
 use crate::task::Progress;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::task::Task;
@@ -150,9 +151,13 @@ impl Session {
         if std::mem::take(&mut self.refit) {
             self.state.camera = None;
             self.state.frozen = None;
+            // What was said of the sides of another scene says nothing of this one.
+            self.state.sides = Sides::Automatic;
         }
+        self.fitted = None;
+        self.remaking = Remaking::default();
         if self.state.camera.is_none() {
-            self.state.camera = self.world.as_ref().map(|w| w.first_sight(self.size));
+            self.begin();
         }
         self.asked = None;
         self.next = None;
@@ -177,6 +182,7 @@ impl Session {
                 self.tell_of_scene(format!("{why} What was open stays open."), true);
                 self.state.camera = None;
                 self.state.frozen = None;
+                self.state.sides = world.sides;
                 self.enter(world);
             }
             None => self.tell_of_scene(why, true),

@@ -36,7 +36,7 @@ impl Session {
     }
 }
 
-/// The funnel as JSON: a row for each stage, with nanoseconds where a clock was given.
+/// The funnel as JSON: a row for each stage and unit, with the triangles that came in and went on, with nanoseconds where a clock was given.
 #[must_use]
 pub fn funnel_json(funnel: &Funnel) -> String {
     let mut out = String::from("{\n  \"funnel\": [");
@@ -46,11 +46,14 @@ pub fn funnel_json(funnel: &Funnel) -> String {
         // Names of stages and units are plain words.
         let _ = write!(
             out,
-            "{comma}\n    {{ \"stage\": \"{}\", \"unit\": \"{}\", \"entered\": {}, \"left\": {}, \"nanoseconds\": {took} }}",
+            "{comma}\n    {{ \"stage\": \"{}\", \"unit\": \"{}\", \"entered\": {}, \"left\": {}, \
+             \"triangles\": [{}, {}], \"nanoseconds\": {took} }}",
             row.stage.name(),
             row.unit.name(),
-            row.entered,
-            row.left
+            row.entered.of(row.unit),
+            row.left.of(row.unit),
+            row.entered.triangles,
+            row.left.triangles
         );
     }
     out.push_str("\n  ]\n}\n");

@@ -142,7 +142,13 @@ impl Session {
         state.ghosts = Ghosts { form: stop.ghosts, ..Ghosts::default() };
         state.look = Look::default();
         let usual = Chase::default();
-        self.chase =
-            Chase { yaw: usual.yaw + stop.around, nearer: usual.nearer * stop.nearer, ..usual };
+        // A small scene is looked at from aside already, all of it.
+        let near = self.world.as_ref().is_some_and(|w| w.is_large());
+        self.chase = match near {
+            true => {
+                Chase { yaw: usual.yaw + stop.around, nearer: usual.nearer * stop.nearer, ..usual }
+            }
+            false => usual,
+        };
     }
 }

@@ -153,6 +153,9 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
             (Role::Culling, _) => "what the camera sees".to_owned(),
             (Role::Depth, _) => "true depth of what the camera sees".to_owned(),
             (Role::Outside, _) if coloured => "from outside: only white is drawn".to_owned(),
+            (Role::Outside, _) if session.state.look.colour == Colour::Sides => {
+                "from outside: orange is seen from behind".to_owned()
+            }
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
             (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
             (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),

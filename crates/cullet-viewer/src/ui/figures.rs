@@ -2,11 +2,12 @@
 
 use eframe::egui;
 
-use super::words::{grouped, percent};
+use super::words::{button, grouped, percent};
 use crate::session::Session;
+use crate::sides::Sides;
 
 /// The line of figures.
-pub(super) fn bar(ui: &mut egui::Ui, session: &Session) {
+pub(super) fn bar(ui: &mut egui::Ui, session: &mut Session) {
     ui.horizontal_wrapped(|ui| {
         let all = session.world.as_ref().map_or(0, |w| w.counts.triangles);
         let Some(decision) = &session.decision else {
@@ -27,6 +28,18 @@ pub(super) fn bar(ui: &mut egui::Ui, session: &Session) {
         let bar = egui::ProgressBar::new(share).desired_width(90.0).desired_height(12.0);
         ui.add(bar.text(format!("saved {}", percent(saved, all))))
             .on_hover_text("The share of faces that culling saved the graphics card");
+        let backs = session.whole().is_some_and(|w| w.kept_backs.is_most(w.counts.triangles));
+        let sentence = session.kept_backs().filter(|_| backs);
+        let mut one_sided = false;
+        if let Some(sentence) = sentence {
+            ui.separator();
+            ui.strong(sentence);
+            let about = "Takes every triangle to have a front alone, so that back faces are culled. The switch 'sides' \
+                         takes it back";
+            let helps = session.state.sides == Sides::Automatic
+                && session.whole().is_some_and(|w| w.kept_backs.two_sided > 0);
+            one_sided = helps && button(ui, "take as one-sided", about);
+        }
         ui.separator();
         ui.label(format!("culling {ms:.2} ms")).on_hover_text("By the processor, for this view");
         let d = &session.drawn;
@@ -46,6 +59,9 @@ pub(super) fn bar(ui: &mut egui::Ui, session: &Session) {
             ui.strong("frozen").on_hover_text(
                 "What is drawn was decided for the frustum in the picture (F lets it go)",
             );
+        }
+        if one_sided {
+            session.state.sides = Sides::OneSided;
         }
     });
 }

@@ -46,8 +46,9 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
                 Unit::Triangles => "faces of clusters that are left",
             });
         }
-        let dropped = row.entered - row.left;
-        let share = if row.entered == 0 { 1.0 } else { row.left as f32 / row.entered as f32 };
+        let (entered, left) = (row.entered.of(row.unit), row.left.of(row.unit));
+        let dropped = entered - left;
+        let share = if entered == 0 { 1.0 } else { left as f32 / entered as f32 };
         let wide = ui.available_width();
         let text_high = ui.text_style_height(&egui::TextStyle::Small) + 1.0;
         let size = egui::vec2(wide, text_high + BAR + 2.0);
@@ -68,17 +69,18 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         // Stages that dropped something stand out.
         let ink = if dropped > 0 { strong } else { plain };
         put(rect.min.x, egui::Align2::LEFT_TOP, row.stage.name().to_owned(), ink);
-        let words = format!("−{}   {} left", grouped(dropped), grouped(row.left));
+        let words = format!("−{}   {} left", grouped(dropped), grouped(left));
         put(rect.max.x, egui::Align2::RIGHT_TOP, words, ink);
         let took =
             row.nanoseconds.map_or(String::new(), |n| format!(", in {:.3} ms", n as f64 * 1e-6));
         response.on_hover_text(format!(
-            "{}: {} of {} {} dropped ({}){took}",
+            "{}: {} of {} {} dropped ({}), {} triangles with them{took}",
             row.stage.name(),
             grouped(dropped),
-            grouped(row.entered),
+            grouped(entered),
             row.unit.name(),
-            percent(dropped, row.entered),
+            percent(dropped, entered),
+            grouped(row.dropped().triangles),
         ));
     }
     let w = funnel.frustum;
@@ -214,7 +216,7 @@ fn proof(ui: &mut egui::Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         swatch(ui, palette::UNSEEN);
         let text = format!("{} of {} kept things are hidden", grouped(found.unseen_count), grouped(found.kept_instances));
-        ui.label(text).on_hover_text("Kept, though no pixel shows them: what occlusion culling could gain. Orange in colours by reason");
+        ui.label(text).on_hover_text("Kept, though no pixel shows them: what occlusion culling could gain. Yellow in colours by reason");
     });
     let tight = found.kept as f64 / found.visible.max(1) as f64;
     ui.label(format!(

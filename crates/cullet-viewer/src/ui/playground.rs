@@ -154,7 +154,7 @@ fn name(corner: &Corner) -> String {
     }
 }
 
-/// Green was there, orange is new with this plane, blue was made by an earlier one.
+/// Green was there, yellow is new with this plane, blue was made by an earlier one.
 fn paint(corner: &Corner, step: u32) -> Color32 {
     colour(match corner.from {
         From::Input(_) => WHOLE,

@@ -8,6 +8,7 @@ use crate::camera::{Chase, Mode};
 use crate::cost::Measured;
 use crate::journey::RATE;
 use crate::session::Session;
+use crate::sides::Sides;
 use crate::state::{
     Backfaces, Colour, Depth, DetailBy, Faces, GhostForm, Layout, Stages, WIDEST_BUFFER,
 };
@@ -35,6 +36,7 @@ fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egu
 }
 
 fn culling(ui: &mut egui::Ui, session: &mut Session) {
+    let kept = session.kept_backs();
     let s = &mut session.state.stages;
     ui.horizontal(|ui| {
         switch(ui, &mut s.on, "cull", "All culling at once; off draws everything (C)");
@@ -68,6 +70,13 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
                 (Backfaces::Exact, "exact", "Each triangle from its corners: 15 ns each, where triangles are asked for"),
             ]);
         });
+        ui.horizontal_wrapped(|ui| {
+            ui.label("sides").on_hover_text("Back faces are culled of one-sided triangles alone");
+            choices(ui, &mut session.state.sides, &Sides::ALL);
+        });
+        if let Some(kept) = kept {
+            ui.weak(kept);
+        }
         switch(ui, &mut s.degenerate, "without area", "Drops what has no area: it can own no pixel");
         ui.horizontal(|ui| {
             let mut on = s.detail_px > 0.0;
@@ -89,7 +98,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
             choices(ui, &mut s.depth, &[
                 (Depth::Instances, "things", "Whole instances: the cheapest answer"),
                 (Depth::Clusters, "clusters", "Groups of up to 124 triangles of things that straddle or face away in part"),
-                (Depth::Triangles, "faces", "Single triangles: the tightest count; the picture is drawn by clusters"),
+                (Depth::Triangles, "faces", "Single triangles: the tightest answer, at some 15 ns a face that is asked about"),
             ]);
         });
     });
@@ -413,7 +422,7 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
             ui.selectable_value(level, 0, "off");
             for l in 1..=levels {
                 ui.selectable_value(level, l, format!("level {l}")).on_hover_text(
-                    "Boxes that the walk asked: blue outside, green inside, orange asked on",
+                    "Boxes that the walk asked: blue outside, green inside, yellow tested further",
                 );
             }
         });

@@ -34,7 +34,7 @@ fn invite(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
     let state = &session.state;
     let fresh = state.frozen.is_none()
         && state.panels
-        && state.layout == Layout::One
+        && (state.layout == Layout::One || session.is_as_it_began())
         && state.ghosts.form == GhostForm::Off
         && session.inspected.is_none()
         && session.world.is_some();
@@ -42,10 +42,12 @@ fn invite(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
         return;
     }
     let mut begin = false;
+    // Below the name of the pane, where it has one.
+    let below = if state.layout == Layout::One { 0.0 } else { 22.0 };
     over(
         ctx,
         "invite",
-        rect.left_top() + egui::Vec2::splat(MARGIN),
+        rect.left_top() + egui::vec2(MARGIN, MARGIN + below),
         egui::Align2::LEFT_TOP,
         |ui| {
             ui.set_max_width((rect.width() - 36.0).max(120.0));

@@ -18,7 +18,7 @@ pub fn grouped(n: u64) -> String {
 
 /// A share as a percentage, with a digit more where it is small.
 #[must_use]
-pub(super) fn percent(part: u64, of: u64) -> String {
+pub(crate) fn percent(part: u64, of: u64) -> String {
     if of == 0 {
         return "0 %".to_owned();
     }

@@ -1,6 +1,7 @@
 //! Loading on a page: files are fetched, parsed in a worker that keeps the scene, and unpacked between pictures.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use cullet_io::Model;
 use js_sys::{Array, Object, Promise, Reflect, Uint8Array};
@@ -9,6 +10,7 @@ use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{MessageEvent, Response, Worker, WorkerOptions, WorkerType};
 
 use super::packed::{UnpackError, Unpacker};
+use crate::sides::Sides;
 use crate::task::{SLICE, Task, clock};
 use crate::world::{Measures, Source, World};
 
@@ -43,7 +45,24 @@ async fn world(source: Source) -> Result<World, String> {
     };
     let (packed, keeper) = in_worker(&file, files.as_ref()).await?;
     let (model, measures) = unpack(packed).await.map_err(|e| format!("{file}: {e}"))?;
-    Ok(World { keeper: Some(keeper), ..World::measured(model, name, measures) })
+    Ok(World { keeper: Some(Arc::new(keeper)), ..World::measured(model, name, measures) })
+}
+
+/// Begins to make a scene again with other sides, as [`World::with_sides`] does at once; `wake` is called when it is
+/// there. Its worker declares them too, with the first request that tells of them.
+pub(crate) fn remake(
+    whole: Arc<World>,
+    sides: Sides,
+    wake: impl FnOnce() + 'static,
+) -> Task<Result<World, String>> {
+    let (send, task) = Task::waiting();
+    spawn_local(async move {
+        let made = unpack(super::packed::pack(&whole.model)).await;
+        // Nobody listens any more when the user has gone on to something else.
+        let _ = send.send(made.and_then(|(model, _)| whole.again(model, sides)));
+        wake();
+    });
+    task
 }
 
 /// The bytes at an address of the page's own server.

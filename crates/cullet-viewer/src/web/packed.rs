@@ -11,6 +11,7 @@ use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, Portal, Warning};
 use thiserror::Error;
 
 use super::bytes::{Reader, Writer};
+use crate::sides::KeptBacks;
 use crate::world::{Counts, Measures, at_rest};
 
 /// Why bytes make no model, nor anything else that was packed.
@@ -79,10 +80,14 @@ pub fn pack(model: &Model) -> Vec<u8> {
         out.text(&w.message);
     });
     out.pod(scene.origin());
-    let Measures { counts, reach, centre, half } = Measures::of(model);
+    let Measures { counts, reach, centre, half, kept_backs } = Measures::of(model);
     let Counts { meshes, instances, vertices, triangles, clusters } = counts;
     out.pod([meshes, instances, vertices, triangles, clusters]);
     out.pod([reach, centre[0], centre[1], centre[2], half[0], half[1], half[2]]);
+    let KeptBacks { two_sided, moving, meshes, most, why } = kept_backs;
+    out.pod([two_sided, moving, meshes]);
+    out.text(&most);
+    out.text(&why);
     out.list(scene.meshes(), mesh);
     // As they are called here, where their handles are others.
     out.list(&slots, |out, &(_, handle)| out.text(&model.instance_name(handle)));
@@ -225,7 +230,10 @@ impl Unpacker {
         let [meshes, instances, vertices, triangles, clusters]: [u64; 5] = from.pod()?;
         let [reach, x, y, z, w, h, d]: [f64; 7] = from.pod()?;
         let counts = Counts { meshes, instances, vertices, triangles, clusters };
-        let measures = Measures { counts, reach, centre: [x, y, z], half: [w, h, d] };
+        let [two_sided, moving, meshes]: [u64; 3] = from.pod()?;
+        let kept_backs =
+            KeptBacks { two_sided, moving, meshes, most: from.text()?, why: from.text()? };
+        let measures = Measures { counts, reach, centre: [x, y, z], half: [w, h, d], kept_backs };
         let left = from.count(8)?;
         let at = from.at();
         Ok(Self { bytes, at, model, measures, phase: Phase::Meshes, left })
@@ -234,7 +242,7 @@ impl Unpacker {
     /// What the packed model measured.
     #[must_use]
     pub fn measures(&self) -> Measures {
-        self.measures
+        self.measures.clone()
     }
 
     /// Goes on a little: a mesh, with what culling prepares of it, or some thousand names or instances; `false` when

@@ -90,6 +90,10 @@ fn spoken(session: &Session, left: u64, all: u64) -> String {
             None => line.push_str(": drawn"),
         }
     }
+    if let Some(sentence) = session.kept_backs() {
+        line.push_str(". ");
+        line.push_str(&sentence);
+    }
     if let Some(notice) = session.notices.last() {
         line.push_str(". ");
         line.push_str(&notice.text);

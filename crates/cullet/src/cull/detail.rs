@@ -24,6 +24,13 @@ pub struct Detail {
     pub threshold_px: f64,
 }
 
+impl Default for Detail {
+    /// What is narrower and lower than a pixel.
+    fn default() -> Self {
+        Self { measure: Measure::default(), threshold_px: 1.0 }
+    }
+}
+
 impl Detail {
     /// Whether a projected box is too small. One that crosses the near plane has no rectangle and is
     /// never small; nor is one whose size or threshold is NaN.

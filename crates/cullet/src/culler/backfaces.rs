@@ -5,10 +5,10 @@ use super::triangles::clusters_of_list;
 use super::{Backface, Culler};
 use crate::cull::backface::{BackfaceEye, ObjectEye, ViewEye};
 use crate::cull::output::keep_listed;
+use crate::funnel::{Reason, Stage, Unit};
 use crate::mesh::Mesh;
 use crate::scene::Scene;
 use crate::view::View;
-use crate::visible::{Reason, Stage, Unit};
 
 /// What the back faces of a view's instances are asked with.
 pub(super) struct Backs<'a> {
@@ -79,39 +79,51 @@ impl<'a> Backs<'a> {
 }
 
 impl Pass<'_> {
-    /// Drops the clusters of which every triangle faces away. Degenerate triangles are in no cluster,
-    /// and go with the last one of their instance.
+    /// Drops the clusters of which every triangle faces away.
     pub(super) fn backfaces_of_clusters(&mut self) {
         let backs = Backs::new(self.culler, self.scene, self.view);
+        self.filter_clusters(Stage::Backface, |runs, culled| {
+            backs.cull_clusters(runs[0].slot, culled)
+        });
+    }
+
+    /// Runs a stage of clusters over the runs of every instance. `cull` sets the bits of clusters to drop, or returns
+    /// `false` to keep all. Degenerate triangles are in no cluster, and go with the last one of their instance.
+    pub(super) fn filter_clusters(
+        &mut self,
+        stage: Stage,
+        mut cull: impl FnMut(&[Run], &mut Vec<u64>) -> bool,
+    ) {
+        let entered = self.tally.counts;
         let runs = std::mem::take(&mut self.scratch.runs);
         let mut kept = std::mem::take(&mut self.scratch.kept_runs);
+        let mut culled = std::mem::take(&mut self.scratch.cluster_culled);
         kept.clear();
-        let (mut entered, mut left) = (self.settled_clusters, self.settled_clusters);
         for runs in runs.chunk_by(|a, b| a.slot == b.slot) {
-            let slot = runs[0].slot;
-            let before: u32 = runs.iter().map(|run| run.cluster_count).sum();
-            let culled = &mut self.scratch.cluster_culled;
-            let after = if backs.cull_clusters(slot, culled) {
-                split(runs, culled, &mut kept)
-            } else {
+            if !cull(runs, &mut culled) {
                 kept.extend_from_slice(runs);
-                before
-            };
-            entered += u64::from(before);
-            left += u64::from(after);
-            if after == 0 && before > 0 {
-                self.drop_slot(slot, Reason { stage: Stage::Backface, detail: 0 });
+                continue;
+            }
+            let (slot, first) = (runs[0].slot, kept.len());
+            split(runs, &culled, &mut kept);
+            self.drop_clusters(stage, slot, runs, &kept[first..]);
+            if kept.len() == first {
+                self.drop_slot(slot, Reason { stage, detail: 0 });
             }
         }
         self.scratch.runs = kept;
         self.scratch.kept_runs = runs;
-        self.row(Stage::Backface, Unit::Clusters, entered, left);
+        self.scratch.cluster_culled = culled;
+        self.row(stage, Unit::Clusters, entered);
     }
 
     /// Drops back faces (or front faces) of one-sided parts.
     pub(super) fn backfaces_of_triangles(&mut self) {
         let backs = Backs::new(self.culler, self.scene, self.view);
-        let runs = std::mem::take(&mut self.scratch.runs);
+        // A copy: the end of the stage counts the clusters of the instances that are gone by the runs.
+        let mut runs = std::mem::take(&mut self.scratch.kept_runs);
+        runs.clear();
+        runs.extend_from_slice(&self.scratch.runs);
         let mut words = std::mem::take(&mut self.scratch.culled);
         let mut doubt = std::mem::take(&mut self.scratch.cluster_culled);
         let mut rest = &runs[..];
@@ -160,15 +172,14 @@ impl Pass<'_> {
             }
             true
         });
-        self.scratch.runs = runs;
+        self.scratch.kept_runs = runs;
         self.scratch.culled = words;
         self.scratch.cluster_culled = doubt;
     }
 }
 
-/// Appends what is left of runs without the culled clusters; returns how many clusters that is.
-pub(super) fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) -> u32 {
-    let mut left = 0;
+/// Appends what is left of runs without the culled clusters.
+fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) {
     for run in runs {
         let (mut at, end) = (run.first_cluster, run.first_cluster + run.cluster_count);
         while at < end {
@@ -176,11 +187,9 @@ pub(super) fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) -> u32 {
             at = next_bit(culled, first, end, true);
             if first < at {
                 kept.push(Run { first_cluster: first, cluster_count: at - first, ..*run });
-                left += at - first;
             }
         }
     }
-    left
 }
 
 /// The first of `from..end` whose bit is `set`, or `end`.
@@ -257,10 +266,8 @@ mod tests {
         };
         let parts = |runs: &[Run], culled: &[u64]| {
             let mut kept = Vec::new();
-            let left = split(runs, culled, &mut kept);
-            let parts: Vec<_> = kept.iter().map(|r| (r.first_cluster, r.cluster_count)).collect();
-            assert_eq!(left, parts.iter().map(|p| p.1).sum::<u32>());
-            parts
+            split(runs, culled, &mut kept);
+            kept.iter().map(|r| (r.first_cluster, r.cluster_count)).collect::<Vec<_>>()
         };
         assert_eq!(parts(&[run(2, 5), run(60, 80)], &[0; 3]), [(2, 5), (60, 80)]);
         assert_eq!(

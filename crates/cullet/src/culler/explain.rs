@@ -3,10 +3,11 @@
 use super::run::{Pass, Scratch};
 use super::{CullError, Culler};
 use crate::bounds::{Aabb, Plane};
+use crate::funnel::{FunnelRow, Reason, Stage, Unit};
 use crate::hierarchy::Handle;
 use crate::scene::Scene;
 use crate::view::{FrustumPlane, View};
-use crate::visible::{FunnelRow, Reason, Stage, Unit, Visible};
+use crate::visible::Visible;
 
 /// What one stage found.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,12 +57,12 @@ impl Culler {
             .funnel
             .rows
             .iter()
-            .filter(|row| row.entered > 0)
+            .filter(|row| row.entered.of(row.unit) > 0)
             .map(|row| Step {
                 stage: row.stage,
                 unit: row.unit,
-                entered: row.entered,
-                left: row.left,
+                entered: row.entered.of(row.unit),
+                left: row.left.of(row.unit),
                 finding: if (row.stage, row.unit) == (Stage::Occlusion, Unit::Instances) {
                     scratch.occlusion.finding(self, scene, slot)
                 } else {
@@ -84,8 +85,8 @@ impl Culler {
         reason: Option<Reason>,
     ) -> String {
         if row.unit != Unit::Instances {
-            let (unit, dropped) = (row.unit.name(), row.entered - row.left);
-            return format!("{dropped} of {} {unit} dropped", row.entered);
+            let (unit, all) = (row.unit.name(), row.entered.of(row.unit));
+            return format!("{} of {all} {unit} dropped", row.dropped().of(row.unit));
         }
         let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
         match row.stage {
@@ -97,7 +98,8 @@ impl Culler {
             Stage::Frustum => {
                 let frustum = view.frustum().relative_to(scene.origin());
                 let bounds = scene.bounds(slot);
-                let rejecting = reason.filter(|r| r.stage == Stage::Frustum && row.left == 0);
+                let rejecting =
+                    reason.filter(|r| r.stage == Stage::Frustum && row.left.instances == 0);
                 let named = rejecting.and_then(|r| {
                     frustum.planes().find(|(number, _)| *number == usize::from(r.detail))
                 });

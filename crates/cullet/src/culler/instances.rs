@@ -1,15 +1,16 @@
 //! The stages of instances and of clusters.
 
 use super::backfaces::Backs;
-use super::run::{OfMesh, Pass, Run, is_parted, push_whole, triangles_of};
+use super::run::{OfMesh, Pass, Run, is_parted, push_whole};
 use super::{Backface, Output};
 use crate::bits;
 use crate::bounds::Side;
 use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::exact::ExactFrustum;
+use crate::funnel::{FrustumWork, Reason, Stage, Unit};
 use crate::mesh::Mesh;
+use crate::scene::Tally;
 use crate::view::CullFace;
-use crate::visible::{FrustumWork, Reason, Stage, Unit};
 
 impl Pass<'_> {
     /// The stages of instances that are answered by slot masks: layers, then the frustum.
@@ -19,15 +20,20 @@ impl Pass<'_> {
     pub(super) fn layers_and_frustum(&mut self) {
         let scene = self.scene;
         self.forget_alive();
-        let (entered, left) = match self.only {
-            Some(slot) => (1, u64::from(scene.layers(slot) & self.view.layers != 0)),
-            None => (
-                u64::from(scene.instance_count()),
-                u64::from(scene.count_in_layers(self.view.layers)),
-            ),
+        let all = match self.only {
+            Some(slot) => {
+                let all = scene.tally_of(slot);
+                let is_in = scene.layers(slot) & self.view.layers != 0;
+                self.in_layers = if is_in { all } else { Tally::default() };
+                all
+            }
+            None => {
+                self.in_layers = scene.tally_of_layers(self.view.layers);
+                scene.tally()
+            }
         };
-        let all_in = entered == left;
-        self.row(Stage::Layer, Unit::Instances, entered, left);
+        let all_in = all.counts.instances == self.in_layers.counts.instances;
+        self.push_row(Stage::Layer, Unit::Instances, all.counts, self.in_layers.counts);
         if self.culler.reasons && !all_in {
             let slots = self.only.map_or(0..scene.slot_count(), |slot| slot..slot + 1);
             for slot in slots.filter(|&s| !scene.is_removed(s)) {
@@ -47,8 +53,7 @@ impl Pass<'_> {
             (0..words).for_each(|word| self.take(word, u64::MAX, u64::MAX, all_in));
         }
         if self.culler.frustum {
-            let alive = self.alive_count();
-            self.row(Stage::Frustum, Unit::Instances, left, alive);
+            self.instance_row(Stage::Frustum, Tally::default());
         }
     }
 
@@ -178,56 +183,54 @@ impl Pass<'_> {
     /// Instances that are not too small on the screen.
     pub(super) fn detail(&mut self) {
         let Some(detail) = self.culler.detail else { return };
-        let entered = self.alive_count();
         let (scene, view) = (self.scene, self.view);
-        self.filter_words(Stage::Detail, |word, asked| {
+        let dropped = self.filter_words(Stage::Detail, |word, asked| {
             let small = slots(word, asked).filter(|&slot| {
                 let rectangle = view.project_box(&scene.bounds(slot), scene.origin());
                 detail.is_small(rectangle.as_ref())
             });
             small.fold(0, |small, slot| small | 1 << (slot % 64))
         });
-        let left = self.alive_count();
-        self.row(Stage::Detail, Unit::Instances, entered, left);
+        self.instance_row(Stage::Detail, dropped);
     }
 
     /// Instances that their transform does not flatten to a line or a point.
     pub(super) fn collapsed(&mut self) {
-        let entered = self.alive_count();
         let scene = self.scene;
-        self.filter_words(Stage::Degenerate, |word, asked| asked & scene.collapsed()[word]);
-        let left = self.alive_count();
-        self.row(Stage::Degenerate, Unit::Instances, entered, left);
+        let dropped =
+            self.filter_words(Stage::Degenerate, |word, asked| asked & scene.collapsed()[word]);
+        self.instance_row(Stage::Degenerate, dropped);
     }
 
-    /// Drops the instances that `drops` names among those of a word, exempt ones apart.
-    fn filter_words(&mut self, stage: Stage, drops: impl Fn(usize, u64) -> u64) {
+    /// Drops the instances that `drops` names among those of a word, exempt ones apart; returns what they hold.
+    fn filter_words(&mut self, stage: Stage, drops: impl Fn(usize, u64) -> u64) -> Tally {
+        let mut sum = Tally::default();
         for at in 0..self.scratch.live.len() {
             let word = self.scratch.live[at] as usize;
             let asked = self.scratch.alive[word] & !self.scene.exempt()[word];
             let dropped = drops(word, asked);
             self.scratch.alive[word] &= !dropped;
+            sum += self.scene.tally_of_bits(word, dropped);
             if self.culler.reasons {
                 slots(word, dropped).for_each(|s| self.drop_slot(s, Reason { stage, detail: 0 }));
             }
         }
+        sum
     }
 
     /// Answers with whole instances: nothing more is asked.
     pub(super) fn emit_instances(&mut self) {
-        let (scene, r) = (self.scene, &mut *self.result);
+        let mut sum = Tally::default();
         for &word in &self.scratch.live {
             let alive = self.scratch.alive[word as usize];
             for run in bits::runs(alive) {
-                push_whole(&mut r.whole, word * 64 + run.start as u32, run.len() as u32);
+                let first = word * 64 + run.start as u32;
+                push_whole(&mut self.result.whole, first, run.len() as u32);
             }
-            r.instance_count += u64::from(alive.count_ones());
-            let drawn = |slot| {
-                let mesh = scene.mesh(slot);
-                u64::from(mesh.triangle_count() - mesh.degenerate_count())
-            };
-            r.triangle_count += slots(word as usize, alive).map(drawn).sum::<u64>();
+            sum += self.scene.tally_of_bits(word as usize, alive);
         }
+        self.tally = sum;
+        self.settle_rows(sum);
     }
 
     /// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted), and of
@@ -243,7 +246,8 @@ impl Pass<'_> {
         self.scratch.settled.resize(self.scratch.alive.len(), 0);
         self.scratch.of_meshes.clear();
         self.scratch.of_meshes.resize(scene.meshes().len(), OfMesh::default());
-        let (mut entered, mut left) = (0, 0);
+        // Of the instances that are taken whole, and of those of which some clusters may be outside.
+        let (mut whole, mut straddling) = (Tally::default(), Tally::default());
         for at in 0..self.scratch.live.len() {
             let word = self.scratch.live[at] as usize;
             self.scratch.settled[word] = 0;
@@ -254,58 +258,48 @@ impl Pass<'_> {
                 let of = self.scratch.of_meshes[scene.mesh_id(slot) as usize];
                 let may_settle = may_settle >> (slot % 64) & 1 == 1 || of.is_whole;
                 if settles && of.has_no_backs && may_settle {
-                    self.settle(slot, of);
-                    entered += u64::from(of.clusters);
-                    left += u64::from(of.clusters);
+                    self.settle(slot);
+                    whole += of.tally;
                     continue;
                 }
                 let mesh = scene.mesh(slot);
+                let tally = scene.tally_of(slot);
                 let cluster_count = mesh.levels()[0].cluster_count;
-                entered += u64::from(cluster_count);
                 let inside =
                     inside >> (slot % 64) & 1 == 1 || !scene.is_rigid(slot) || cluster_count == 0;
-                if inside || !is_parted(mesh) {
-                    let run = Run { slot, first_cluster: 0, cluster_count, inside };
-                    left += u64::from(cluster_count);
-                    if !settles || self.may_hide_clusters(slot) {
-                        self.scratch.runs.push(run);
-                        continue;
-                    }
-                    let triangles = triangles_of(mesh, run).len() as u32;
-                    let mut of = OfMesh {
-                        clusters: cluster_count,
-                        triangles,
-                        is_whole: !is_parted(mesh),
-                        has_no_backs: true,
-                    };
-                    if backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot)) {
-                        self.scratch.runs.push(run);
-                        continue;
-                    }
-                    self.settle(slot, of);
-                    // What holds for the mesh, and not for this instance alone.
-                    of.has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(slot));
-                    self.scratch.of_meshes[scene.mesh_id(slot) as usize] = of;
+                let run = Run { slot, first_cluster: 0, cluster_count, inside };
+                if !inside && is_parted(mesh) {
+                    straddling += tally;
+                    self.tally += tally;
+                    self.clusters_of(run, mesh);
                     continue;
                 }
-                let kept = self.clusters_of(slot, mesh);
-                left += u64::from(kept);
-                if kept == 0 && cluster_count > 0 {
-                    self.drop_slot(slot, Reason { stage: Stage::Frustum, detail: Reason::MIXED });
+                whole += tally;
+                if !settles
+                    || self.may_hide_clusters(slot)
+                    || backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot))
+                {
+                    self.scratch.runs.push(run);
+                    continue;
                 }
+                self.settle(slot);
+                // What holds for the mesh, and not for this instance alone.
+                let has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(slot));
+                self.scratch.of_meshes[scene.mesh_id(slot) as usize] =
+                    OfMesh { has_no_backs, is_whole: !is_parted(mesh), tally };
             }
         }
+        self.tally += whole;
+        whole += straddling;
+        self.settle_rows(whole);
         if by_cluster {
-            self.row(Stage::Frustum, Unit::Clusters, entered, left);
+            self.row(Stage::Frustum, Unit::Clusters, whole.counts);
         }
     }
 
     /// Notes that an instance is drawn whole.
-    fn settle(&mut self, slot: u32, of: OfMesh) {
+    fn settle(&mut self, slot: u32) {
         self.scratch.settled[slot as usize / 64] |= 1 << (slot % 64);
-        self.settled_clusters += u64::from(of.clusters);
-        self.result.instance_count += 1;
-        self.result.triangle_count += u64::from(of.triangles);
     }
 
     /// Whether back faces are culled by whole clusters.
@@ -315,31 +309,38 @@ impl Pass<'_> {
             && self.culler.output >= Output::Clusters
     }
 
-    fn clusters_of(&mut self, slot: u32, mesh: &Mesh) -> u32 {
+    /// Lists the clusters of an instance that the frustum does not reject.
+    fn clusters_of(&mut self, all: Run, mesh: &Mesh) {
+        let slot = all.slot;
         let planes = Planes::new(&self.world_frustum.to_object_space(self.scene.transform(slot)));
-        let s = &mut *self.scratch;
-        let cut = &mut s.cluster_cut;
+        let mut runs = std::mem::take(&mut self.scratch.runs);
+        let first = runs.len();
+        let cut = &mut self.scratch.cluster_cut;
         cut.cull(self.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
         for word in cut.touched() {
             for bit in bits::ones(cut.visible()[word]) {
                 let cluster = (word * 64 + bit) as u32;
                 let inside = cut.inside()[word] >> bit & 1 == 1;
-                match s.runs.last_mut() {
+                match runs[first..].last_mut() {
                     Some(run)
-                        if run.slot == slot
-                            && run.inside == inside
+                        if run.inside == inside
                             && run.first_cluster + run.cluster_count == cluster =>
                     {
                         run.cluster_count += 1;
                     }
                     _ => {
-                        let (first_cluster, cluster_count) = (cluster, 1);
-                        s.runs.push(Run { slot, first_cluster, cluster_count, inside });
+                        runs.push(Run { slot, first_cluster: cluster, cluster_count: 1, inside });
                     }
                 }
             }
         }
-        cut.count() as u32
+        if (cut.count() as u32) < all.cluster_count {
+            self.drop_clusters(Stage::Frustum, slot, &[all], &runs[first..]);
+        }
+        if runs.len() == first {
+            self.drop_slot(slot, Reason { stage: Stage::Frustum, detail: Reason::MIXED });
+        }
+        self.scratch.runs = runs;
     }
 }
 

@@ -1,6 +1,7 @@
 //! The culler: runs the stages in order and says what is left.
 
 mod backfaces;
+mod count;
 mod density;
 mod explain;
 mod instances;
@@ -16,6 +17,7 @@ use thiserror::Error;
 
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
+use crate::funnel::Stage;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
@@ -70,6 +72,9 @@ pub struct Culler {
     pub output: Output,
     /// Fill [`Visible::reasons`]. Default off.
     pub reasons: bool,
+    /// With [`reasons`](Self::reasons), also fill [`Visible::dropped`]: what every stage took of instances that it did
+    /// not take as a whole. Default off.
+    pub dropped: bool,
     /// The SIMD level; the answer is the same at every level. Default: the best of the machine.
     pub level: Level,
     /// A clock in nanoseconds, for the times in the funnel. Default none: no times.
@@ -87,6 +92,7 @@ impl Default for Culler {
             occlusion: None,
             output: Output::default(),
             reasons: false,
+            dropped: false,
             level: Level::new(),
             clock: None,
         }
@@ -137,6 +143,54 @@ pub enum CullError {
 }
 
 impl Culler {
+    /// These settings with no stage but one, which is on: with its own settings, or the default ones where it was off.
+    /// Layers always apply, for they belong to the view. A stage that does not exist yet leaves nothing but them.
+    #[must_use]
+    pub fn only(&self, stage: Stage) -> Self {
+        let others = Stage::ALL.into_iter().filter(|&s| s != stage);
+        let mut only = others.fold(self.clone(), |culler, other| culler.without(other));
+        match stage {
+            Stage::Frustum => only.frustum = true,
+            Stage::Detail => only.detail = self.detail.or_else(|| Some(Detail::default())),
+            Stage::Occlusion => {
+                only.occlusion = self.occlusion.or_else(|| Some(Occlusion::default()));
+            }
+            Stage::Backface if self.backface == Backface::Off => only.backface = Backface::Fast,
+            Stage::Degenerate => only.degenerate = true,
+            Stage::Layer | Stage::Portal | Stage::Lod | Stage::Backface => {}
+        }
+        only
+    }
+
+    /// These settings without one stage. Layers always apply, for they belong to the view.
+    #[must_use]
+    pub fn without(&self, stage: Stage) -> Self {
+        let mut without = self.clone();
+        match stage {
+            Stage::Frustum => (without.frustum, without.frustum_exact) = (false, false),
+            Stage::Detail => without.detail = None,
+            Stage::Occlusion => without.occlusion = None,
+            Stage::Backface => without.backface = Backface::Off,
+            Stage::Degenerate => without.degenerate = false,
+            Stage::Layer | Stage::Portal | Stage::Lod => {}
+        }
+        without
+    }
+
+    /// Whether a stage runs.
+    #[must_use]
+    pub fn runs(&self, stage: Stage) -> bool {
+        match stage {
+            Stage::Layer => true,
+            Stage::Frustum => self.frustum,
+            Stage::Detail => self.detail.is_some(),
+            Stage::Occlusion => self.occlusion.is_some(),
+            Stage::Backface => self.backface != Backface::Off,
+            Stage::Degenerate => self.degenerate,
+            Stage::Portal | Stage::Lod => false,
+        }
+    }
+
     /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would. What a view remembers of
     /// its last frame saves more than several views save together: see
     /// [`cull_views`](crate::cull::frustum::tree::cull_views).

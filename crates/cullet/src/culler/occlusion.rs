@@ -7,19 +7,19 @@
 //! this frame alone: what the drawn ones cost decides how much is left to spend, so that an order remembered
 //! from the last frame could choose others, and prove something else. What is remembered is memory.
 
-use super::backfaces::split;
 use super::density::Density;
 use super::occluders::{Group, Search};
-use super::run::{Pass, Scratch, is_parted};
+use super::run::{Pass, Run, Scratch, is_parted};
 use super::{Culler, Output};
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
     Asker, Choice, Footprint, Nearest, Occlusion, OcclusionBuffer, Shape, Verdict,
 };
-use crate::scene::Scene;
+use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
+use crate::scene::{Scene, Tally};
 use crate::view::{CullFace, FrontFace, View};
-use crate::visible::{OcclusionTimes, OcclusionWork, Reason, Stage, Unit, Visible};
+use crate::visible::Visible;
 
 /// How often occluders are chosen at the most.
 const ROUNDS: u32 = 3;
@@ -38,8 +38,6 @@ pub(super) struct OcclusionState {
     pub(super) drawn: Vec<(u32, u32)>,
     /// The same ascending, as of the last round.
     sorted: Vec<(u32, u32)>,
-    /// Of one instance: clusters that are not hidden, or, negated, that are.
-    clusters: Vec<u64>,
 }
 
 impl OcclusionState {
@@ -113,17 +111,15 @@ fn draw(buffer: &mut OcclusionBuffer, culler: &Culler, scene: &Scene, slot: u32,
 impl Pass<'_> {
     /// Drops instances whose boxes are hidden.
     pub(super) fn occlusion(&mut self, settings: &Occlusion) {
-        let entered = self.alive_count();
-        if let Some(slot) = self.only {
-            self.occlusion_of(slot);
-        } else {
-            self.occlusion_of_all(settings);
-        }
-        let left = self.alive_count();
-        self.row(Stage::Occlusion, Unit::Instances, entered, left);
+        let dropped = match self.only {
+            Some(slot) => self.occlusion_of(slot),
+            None => self.occlusion_of_all(settings),
+        };
+        self.instance_row(Stage::Occlusion, dropped);
     }
 
-    fn occlusion_of_all(&mut self, settings: &Occlusion) {
+    fn occlusion_of_all(&mut self, settings: &Occlusion) -> Tally {
+        let mut dropped = Tally::default();
         let mut state = std::mem::take(&mut self.scratch.occlusion);
         let size = settings.size(self.view.viewport());
         if state.buffer.as_ref().is_none_or(|b| b.size() != size) {
@@ -134,7 +130,7 @@ impl Pass<'_> {
             buffer.begin(self.view, self.scene.origin());
             let mut work = self.choose_and_draw(&mut buffer, settings, &mut state);
             let begin = self.now();
-            work.tests = self.ask(&buffer, &mut state);
+            (work.tests, dropped) = self.ask(&buffer, &mut state);
             if let Some(times) = &mut work.times {
                 times.asking = self.now().saturating_sub(begin);
             }
@@ -142,6 +138,7 @@ impl Pass<'_> {
             state.buffer = Some(buffer);
         }
         self.scratch.occlusion = state;
+        dropped
     }
 
     /// Chooses what to draw and draws it. What is hidden by then is not drawn, nor does it take of the budget; where
@@ -204,8 +201,8 @@ impl Pass<'_> {
         search.run(&mut state.groups, &mut state.choice);
     }
 
-    /// Drops what is hidden of all that is left; how many tests it took.
-    fn ask(&mut self, buffer: &OcclusionBuffer, state: &mut OcclusionState) -> u64 {
+    /// Drops what is hidden of all that is left; how many tests it took, and what those dropped hold.
+    fn ask(&mut self, buffer: &OcclusionBuffer, state: &mut OcclusionState) -> (u64, Tally) {
         let scene = self.scene;
         let mut asker = Asker::new(buffer, self.culler.level);
         // Boxes that are empty are outside, though not by their nodes; the frustum drops them, where it is asked.
@@ -215,7 +212,7 @@ impl Pass<'_> {
         }
         state.whole.resize(self.scratch.alive.len(), 0);
         let (hierarchy, live) = (scene.hierarchy(), std::mem::take(&mut self.scratch.live));
-        let mut tests = 0;
+        let (mut tests, mut sum) = (0, Tally::default());
         for words in live.chunk_by(|a, b| a / 64 == b / 64) {
             let group = words[0] as usize / 64;
             let (mut asked, mut whole) = ([0; 64], [0; 64]);
@@ -230,6 +227,7 @@ impl Pass<'_> {
                 let at = word as usize % 64;
                 let dropped = before[at] & !asked[at];
                 self.scratch.alive[word as usize] &= !dropped;
+                sum += scene.tally_of_bits(word as usize, dropped);
                 state.whole[word as usize] = whole[at];
                 if self.culler.reasons {
                     for bit in bits::ones(dropped) {
@@ -240,54 +238,31 @@ impl Pass<'_> {
             }
         }
         self.scratch.live = live;
-        tests
+        (tests, sum)
     }
 
     /// Drops the clusters of rigid instances that are hidden, behind others or behind their own instance.
     pub(super) fn occlusion_of_clusters(&mut self) {
-        let scene = self.scene;
-        let mut state = std::mem::take(&mut self.scratch.occlusion);
-        let runs = std::mem::take(&mut self.scratch.runs);
-        let mut kept = std::mem::take(&mut self.scratch.kept_runs);
-        kept.clear();
-        let (mut entered, mut left) = (self.settled_clusters, self.settled_clusters);
-        for runs in runs.chunk_by(|a, b| a.slot == b.slot) {
+        let (scene, level) = (self.scene, self.culler.level);
+        let mut tests = 0;
+        let state = std::mem::take(&mut self.scratch.occlusion);
+        self.filter_clusters(Stage::Occlusion, |runs, culled| {
             let slot = runs[0].slot;
-            let before: u32 = runs.iter().map(|run| run.cluster_count).sum();
-            entered += u64::from(before);
-            let after = match &state.buffer {
-                Some(buffer) if may_hide_clusters(scene, &state, slot) => {
-                    let (mesh, clusters) = (scene.mesh(slot), &mut state.clusters);
-                    clusters.clear();
-                    clusters.resize(mesh.clusters().len().div_ceil(64), 0);
-                    for run in runs {
-                        let first = run.first_cluster as usize;
-                        for (word, bits) in
-                            bits::words_of(first..first + run.cluster_count as usize)
-                        {
-                            clusters[word] |= bits;
-                        }
-                    }
-                    let asker = Asker::of_object(buffer, self.culler.level, scene.transform(slot));
-                    let tests = asker.hide(mesh.cluster_nodes(), mesh.cluster_boxes(), clusters);
-                    self.result.funnel.occlusion.tests += tests;
-                    clusters.iter_mut().for_each(|word| *word = !*word);
-                    split(runs, clusters, &mut kept)
-                }
-                _ => {
-                    kept.extend_from_slice(runs);
-                    before
-                }
+            let Some(buffer) =
+                state.buffer.as_ref().filter(|_| may_hide_clusters(scene, &state, slot))
+            else {
+                return false;
             };
-            left += u64::from(after);
-            if after == 0 && before > 0 {
-                self.drop_slot(slot, Reason { stage: Stage::Occlusion, detail: 0 });
-            }
-        }
-        self.scratch.runs = kept;
-        self.scratch.kept_runs = runs;
+            let mesh = scene.mesh(slot);
+            set_clusters(runs, mesh.clusters().len(), culled);
+            let asker = Asker::of_object(buffer, level, scene.transform(slot));
+            tests += asker.hide(mesh.cluster_nodes(), mesh.cluster_boxes(), culled);
+            // What is left are those that are not hidden.
+            culled.iter_mut().for_each(|word| *word = !*word);
+            true
+        });
         self.scratch.occlusion = state;
-        self.row(Stage::Occlusion, Unit::Clusters, entered, left);
+        self.result.funnel.occlusion.tests += tests;
     }
 
     /// Those of a word of which no cluster is hidden by itself, as far as that is known.
@@ -322,18 +297,33 @@ impl Pass<'_> {
     }
 
     /// One slot alone: what hides it is everything else, so all of the scene is culled to know.
-    fn occlusion_of(&mut self, slot: u32) {
+    fn occlusion_of(&mut self, slot: u32) -> Tally {
         let all =
             Culler { output: Output::Instances, reasons: true, clock: None, ..self.culler.clone() };
         let (mut scratch, mut result) = (Scratch::default(), Visible::default());
         Pass::new(&all, self.scene, self.view, &mut scratch, &mut result).run();
         let hidden = Reason { stage: Stage::Occlusion, detail: 0 };
-        if result.reasons[slot as usize] == Some(hidden) {
+        let is_there = self.scratch.alive[slot as usize / 64] >> (slot % 64) & 1 == 1;
+        let is_dropped = is_there && result.reasons[slot as usize] == Some(hidden);
+        if is_dropped {
             self.scratch.alive[slot as usize / 64] &= !(1 << (slot % 64));
             self.drop_slot(slot, hidden);
         }
         self.scratch.occlusion = scratch.occlusion;
         self.result.funnel.occlusion = result.funnel.occlusion;
+        if is_dropped { self.scene.tally_of(slot) } else { Tally::default() }
+    }
+}
+
+/// Sets the bits of the clusters of runs, among `count`.
+fn set_clusters(runs: &[Run], count: usize, clusters: &mut Vec<u64>) {
+    clusters.clear();
+    clusters.resize(count.div_ceil(64), 0);
+    for run in runs {
+        let first = run.first_cluster as usize;
+        for (word, bits) in bits::words_of(first..first + run.cluster_count as usize) {
+            clusters[word] |= bits;
+        }
     }
 }
 

@@ -8,12 +8,11 @@ use super::occlusion::OcclusionState;
 use super::{Backface, Culler, Output};
 use crate::bits;
 use crate::cull::frustum::tree::{Coherent, Cut};
+use crate::funnel::{FrustumWork, OcclusionWork, Reason};
 use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
-use crate::scene::Scene;
+use crate::scene::{Scene, Tally};
 use crate::view::{CullFace, Frustum, View};
-use crate::visible::{
-    DrawRange, FrustumWork, FunnelRow, OcclusionWork, Reason, SlotRange, Stage, Unit, Visible,
-};
+use crate::visible::{DrawRange, SlotRange, Visible};
 
 /// Consecutive clusters of one instance to which the frustum gave the same answer.
 #[derive(Clone, Copy, Debug)]
@@ -32,8 +31,7 @@ pub(super) struct OfMesh {
     pub(super) has_no_backs: bool,
     /// Its clusters are not culled by themselves.
     pub(super) is_whole: bool,
-    pub(super) clusters: u32,
-    pub(super) triangles: u32,
+    pub(super) tally: Tally,
 }
 
 /// Memory that one view's culls use again and again.
@@ -72,8 +70,10 @@ pub(super) struct Pass<'a> {
     /// The one slot that is asked about, where an explanation is wanted.
     pub(super) only: Option<u32>,
     pub(super) stage_began: u64,
-    /// Clusters of the settled instances.
-    pub(super) settled_clusters: u64,
+    /// What the layers left.
+    pub(super) in_layers: Tally,
+    /// What is still there, once the stages of instances are through.
+    pub(super) tally: Tally,
 }
 
 impl<'a> Pass<'a> {
@@ -96,7 +96,8 @@ impl<'a> Pass<'a> {
             result,
             only: None,
             stage_began: 0,
-            settled_clusters: 0,
+            in_layers: Tally::default(),
+            tally: Tally::default(),
         }
     }
 
@@ -118,29 +119,45 @@ impl<'a> Pass<'a> {
         if let Some(settings) = self.culler.occlusion {
             self.occlusion(&settings);
         }
-        if self.culler.output == Output::Instances {
-            self.emit_instances();
-            return;
+        match self.culler.output {
+            Output::Instances => self.emit_instances(),
+            Output::Clusters => {
+                self.cluster_stages();
+                self.emit();
+            }
+            Output::Triangles => {
+                self.cluster_stages();
+                self.triangle_stages();
+                self.emit();
+            }
         }
+        if self.culler.degenerate && self.culler.output != Output::Triangles {
+            self.degenerates_of_the_rest();
+        }
+        let r = &mut *self.result;
+        (r.instance_count, r.triangle_count) =
+            (self.tally.counts.instances, self.tally.counts.triangles);
+        r.dropped.sort_unstable_by_key(|d| (d.slot, d.first_triangle));
+    }
+
+    fn cluster_stages(&mut self) {
         self.clusters();
-        if self.culler.occlusion.is_some() && self.culler.output >= Output::Clusters {
+        if self.culler.occlusion.is_some() {
             self.occlusion_of_clusters();
         }
-        let backface =
-            self.culler.backface != Backface::Off && self.view.cull_face != CullFace::None;
         if self.culls_backs_by_cluster() {
             self.backfaces_of_clusters();
         }
-        if self.culler.output == Output::Triangles {
-            self.list_triangles();
-            if backface {
-                self.backfaces_of_triangles();
-            }
-            if self.culler.degenerate {
-                self.degenerate_triangles();
-            }
+    }
+
+    fn triangle_stages(&mut self) {
+        self.list_triangles();
+        if self.culler.backface != Backface::Off && self.view.cull_face != CullFace::None {
+            self.backfaces_of_triangles();
         }
-        self.emit();
+        if self.culler.degenerate {
+            self.degenerate_triangles();
+        }
     }
 
     fn clear(&mut self) {
@@ -150,10 +167,10 @@ impl<'a> Pass<'a> {
         r.triangle_ranges.clear();
         r.triangles.clear();
         r.reasons.clear();
+        r.dropped.clear();
         r.funnel.rows.clear();
         r.funnel.frustum = FrustumWork::default();
         r.funnel.occlusion = OcclusionWork::default();
-        (r.triangle_count, r.instance_count) = (0, 0);
         if self.culler.reasons {
             r.reasons.resize(self.scene.slot_count() as usize, None);
         }
@@ -166,25 +183,10 @@ impl<'a> Pass<'a> {
         self.culler.clock.map_or(0, |now| now())
     }
 
-    pub(super) fn row(&mut self, stage: Stage, unit: Unit, entered: u64, left: u64) {
-        let nanoseconds = self.culler.clock.map(|now| {
-            let now = now();
-            let took = now.saturating_sub(self.stage_began);
-            self.stage_began = now;
-            took
-        });
-        self.result.funnel.rows.push(FunnelRow { stage, unit, entered, left, nanoseconds });
-    }
-
     pub(super) fn drop_slot(&mut self, slot: u32, reason: Reason) {
         if self.culler.reasons {
             self.result.reasons[slot as usize] = Some(reason);
         }
-    }
-
-    pub(super) fn alive_count(&self) -> u64 {
-        let s = &*self.scratch;
-        s.live.iter().map(|&w| u64::from(s.alive[w as usize].count_ones())).sum()
     }
 
     /// Writes slot ranges and draw ranges.
@@ -202,7 +204,6 @@ impl<'a> Pass<'a> {
                 }
             }
             settled.list_before(slot, &mut r.whole);
-            r.instance_count += 1;
             let mesh = self.scene.mesh(slot);
             let clusters: u32 = runs.iter().map(|run| run.cluster_count).sum();
             if clusters == mesh.levels()[0].cluster_count {
@@ -226,15 +227,8 @@ impl<'a> Pass<'a> {
                     }
                 }
             }
-            if !by_triangle {
-                r.triangle_count +=
-                    runs.iter().map(|&run| triangles_of(mesh, run).len() as u64).sum::<u64>();
-            }
         }
         settled.list_before(u32::MAX, &mut r.whole);
-        if by_triangle {
-            r.triangle_count = r.triangles.len() as u64;
-        }
     }
 }
 

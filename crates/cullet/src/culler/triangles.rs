@@ -1,16 +1,18 @@
 //! The stages of triangles: a list that each stage shortens in place.
 
+use super::count::degenerate_of;
 use super::run::{Pass, triangles_of};
 use crate::clip::outcode::ObjectRegion;
 use crate::cull::degenerate::Flattening;
+use crate::funnel::{Counts, Reason, Stage, Unit};
 use crate::mesh::{Cluster, Mesh};
-use crate::visible::{Reason, Stage, TriangleRange, Unit};
+use crate::visible::TriangleRange;
 
 impl Pass<'_> {
     /// Lists the triangles of all runs, those of straddling clusters by their outcodes.
     pub(super) fn list_triangles(&mut self) {
         let scene = self.scene;
-        let (mut entered, mut left) = (0, 0);
+        let entered = self.tally.counts;
         let mut region = None;
         for i in 0..self.scratch.runs.len() {
             let run = self.scratch.runs[i];
@@ -30,17 +32,19 @@ impl Pass<'_> {
                 let (positions, indices) = (mesh.positions(), mesh.indices());
                 region.keep_into(positions, indices, triangles.clone(), region.present(), list);
             }
-            entered += triangles.len() as u64;
+            let is_part = list.len() - before < triangles.len();
+            if is_part && self.lists_dropped() {
+                let list = std::mem::take(&mut self.result.triangles);
+                self.drop_triangles(Stage::Frustum, run.slot, triangles, &list[before..]);
+                self.result.triangles = list;
+            }
             // Degenerate triangles are in no cluster; they go with the last run of their instance.
+            let list = &mut self.result.triangles;
             let last = self.scratch.runs.get(i + 1).is_none_or(|next| next.slot != run.slot);
             if last {
-                let count = mesh.triangle_count();
-                let degenerate = count - mesh.degenerate_count()..count;
-                entered += degenerate.len() as u64;
-                list.extend(degenerate);
+                list.extend(degenerate_of(mesh));
             }
             let count = (list.len() - before) as u32;
-            left += u64::from(count);
             match self.result.triangle_ranges.last_mut() {
                 Some(range) if range.slot == run.slot => range.count += count,
                 _ => self.result.triangle_ranges.push(TriangleRange {
@@ -51,9 +55,9 @@ impl Pass<'_> {
             }
         }
         if self.culler.frustum {
-            self.row(Stage::Frustum, Unit::Triangles, entered, left);
-            self.drop_empty_ranges(Stage::Frustum);
+            self.end_triangles(Stage::Frustum, entered);
         }
+        debug_assert_eq!(self.tally.counts.triangles, self.result.triangles.len() as u64);
     }
 
     /// Drops triangles without area: those found when the mesh was made, and those that a flattening
@@ -62,7 +66,7 @@ impl Pass<'_> {
         let scene = self.scene;
         self.filter_triangles(Stage::Degenerate, |slot, triangles, kept| {
             let mesh = scene.mesh(slot);
-            let drawn = mesh.triangle_count() - mesh.degenerate_count();
+            let drawn = degenerate_of(mesh).start;
             let flattening = Flattening::of(scene.transform(slot));
             let flattened = scene.is_rigid(slot) && flattening.rank() < 3;
             if !flattened && triangles.last().is_none_or(|&t| t < drawn) {
@@ -84,38 +88,55 @@ impl Pass<'_> {
         stage: Stage,
         mut keep: impl FnMut(u32, &[u32], &mut Vec<u32>) -> bool,
     ) {
-        let entered = self.result.triangles.len() as u64;
-        let r = &mut *self.result;
-        let kept = &mut self.scratch.kept;
+        let entered = self.tally.counts;
+        let mut ranges = std::mem::take(&mut self.result.triangle_ranges);
+        let mut triangles = std::mem::take(&mut self.result.triangles);
+        let mut kept = std::mem::take(&mut self.scratch.kept);
         let mut write = 0;
-        for range in &mut r.triangle_ranges {
+        for range in &mut ranges {
             let read = range.first as usize..(range.first + range.count) as usize;
             kept.clear();
-            let count = if keep(range.slot, &r.triangles[read.clone()], kept) {
-                r.triangles[write..write + kept.len()].copy_from_slice(kept);
+            let count = if keep(range.slot, &triangles[read.clone()], &mut kept) {
+                if self.lists_dropped() && kept.len() < read.len() {
+                    let before = triangles[read].iter().copied();
+                    self.drop_triangles(stage, range.slot, before, &kept);
+                }
+                triangles[write..write + kept.len()].copy_from_slice(&kept);
                 kept.len()
             } else {
-                r.triangles.copy_within(read.clone(), write);
+                triangles.copy_within(read.clone(), write);
                 read.len()
             };
             *range = TriangleRange { slot: range.slot, first: write as u32, count: count as u32 };
             write += count;
         }
-        r.triangles.truncate(write);
-        self.row(stage, Unit::Triangles, entered, write as u64);
-        self.drop_empty_ranges(stage);
+        triangles.truncate(write);
+        self.result.triangle_ranges = ranges;
+        self.result.triangles = triangles;
+        self.scratch.kept = kept;
+        self.end_triangles(stage, entered);
     }
 
-    /// Forgets instances of which a stage left no triangle.
-    fn drop_empty_ranges(&mut self, stage: Stage) {
+    /// Forgets instances of which a stage left no triangle, counts what is left, and ends the stage.
+    fn end_triangles(&mut self, stage: Stage, entered: Counts) {
         let reasons = &mut self.result.reasons;
         let detail = if stage == Stage::Frustum { Reason::MIXED } else { 0 };
+        let left = &mut self.tally.counts;
+        let runs = &self.scratch.runs;
         self.result.triangle_ranges.retain(|range| {
-            if range.count == 0 && !reasons.is_empty() {
-                reasons[range.slot as usize] = Some(Reason { stage, detail });
+            if range.count == 0 {
+                if !reasons.is_empty() {
+                    reasons[range.slot as usize] = Some(Reason { stage, detail });
+                }
+                let first = runs.partition_point(|run| run.slot < range.slot);
+                let own = runs[first..].iter().take_while(|run| run.slot == range.slot);
+                left.instances -= 1;
+                left.clusters -= own.map(|run| u64::from(run.cluster_count)).sum::<u64>();
             }
             range.count > 0
         });
+        left.triangles = self.result.triangles.len() as u64;
+        self.row(stage, Unit::Triangles, entered);
     }
 }
 

@@ -20,19 +20,19 @@ pub enum NotSolid {
         part: u32,
     },
     /// Edges with one triangle.
-    #[error("it is open: {edges} boundary edges")]
+    #[error("it is open: {edges} boundary {}", edge(*edges))]
     Open {
         /// How many.
         edges: u32,
     },
     /// Edges with more than two triangles.
-    #[error("it is not manifold: {edges} edges with more than two triangles")]
+    #[error("it is not manifold: {edges} {} with more than two triangles", edge(*edges))]
     NonManifold {
         /// How many.
         edges: u32,
     },
     /// Edges whose two triangles run along them in the same direction.
-    #[error("its winding is inconsistent: {edges} misoriented edges")]
+    #[error("its winding is inconsistent: {edges} misoriented {}", edge(*edges))]
     Misoriented {
         /// How many.
         edges: u32,
@@ -54,6 +54,10 @@ pub enum NotSolid {
     /// It encloses nothing.
     #[error("it encloses no volume")]
     NoVolume,
+}
+
+fn edge(edges: u32) -> &'static str {
+    if edges == 1 { "edge" } else { "edges" }
 }
 
 /// Facts about a surface whose equal positions are welded. The caller's vertices are not changed.

@@ -1,6 +1,5 @@
 //! A scene: meshes, and instances of them in dense slots.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::bits;
@@ -11,9 +10,12 @@ use crate::transform::Transform;
 
 mod audit;
 mod instance;
+mod tally;
 
 pub use audit::Stray;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError};
+use tally::Tallies;
+pub(crate) use tally::Tally;
 
 /// Meshes shared by instances.
 ///
@@ -33,8 +35,8 @@ pub struct Scene {
     layers: Vec<u32>,
     flags: Vec<InstanceFlags>,
     overrides: Vec<BoundsOverride>,
-    // How many instances have each mask of layers.
-    by_layers: BTreeMap<u32, u32>,
+    // What instances hold: by mesh, by word of slots, by mask of layers.
+    tallies: Tallies,
     // One bit a slot: no stage but the layer mask may cull it.
     exempt: Vec<u64>,
     // One bit a word of `exempt` that may not be zero.
@@ -66,7 +68,7 @@ impl Scene {
             layers: Vec::new(),
             flags: Vec::new(),
             overrides: Vec::new(),
-            by_layers: BTreeMap::new(),
+            tallies: Tallies::default(),
             exempt: Vec::new(),
             exempt_words: Vec::new(),
             collapsed: Vec::new(),
@@ -116,6 +118,7 @@ impl Scene {
 
     /// Adds a mesh that instances may share.
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
+        self.tallies.add_mesh(&mesh);
         self.meshes.push(mesh);
         (self.meshes.len() - 1) as MeshId
     }
@@ -126,10 +129,49 @@ impl Scene {
         &self.meshes
     }
 
-    /// All meshes, to change their sidedness.
-    pub fn meshes_mut(&mut self) -> impl Iterator<Item = &mut Mesh> {
+    /// Calls `edit` with every mesh, to change its sides or its occluder or to put another in its place. Bounds and
+    /// counts of the instances of a mesh that came out with others follow: O(instances), once for all meshes.
+    pub fn edit_meshes(&mut self, mut edit: impl FnMut(MeshId, &mut Mesh)) {
+        self.edit_meshes_of(0..self.meshes.len(), &mut edit);
+    }
+
+    /// As [`edit_meshes`](Self::edit_meshes), of one mesh; nothing if there is no such mesh.
+    pub fn edit_mesh(&mut self, mesh: MeshId, edit: impl FnOnce(&mut Mesh)) {
+        let at = mesh as usize;
+        if at < self.meshes.len() {
+            let mut edit = Some(edit);
+            self.edit_meshes_of(at..at + 1, &mut |_, mesh| {
+                if let Some(edit) = edit.take() {
+                    edit(mesh);
+                }
+            });
+        }
+    }
+
+    fn edit_meshes_of(
+        &mut self,
+        range: std::ops::Range<usize>,
+        edit: &mut dyn FnMut(MeshId, &mut Mesh),
+    ) {
+        let mut changed = vec![false; self.meshes.len()];
+        for at in range {
+            let mesh = &mut self.meshes[at];
+            let bounds = mesh.bounds();
+            edit(at as MeshId, mesh);
+            changed[at] = self.tallies.set_mesh(at, mesh) || mesh.bounds() != bounds;
+        }
+        if changed.contains(&true) {
+            let present = self.hierarchy.present();
+            self.tallies.recount(0..present.len(), &self.mesh, present);
+            self.tallies.recount_layers(&self.mesh, &self.layers, present);
+            for slot in 0..self.slot_count() {
+                if changed[self.mesh[slot as usize] as usize] {
+                    self.update_slot(slot);
+                }
+            }
+            self.hierarchy.refit();
+        }
         self.change += 1;
-        self.meshes.iter_mut()
     }
 
     /// Adds an instance, in a new slot.
@@ -147,7 +189,7 @@ impl Scene {
         self.layers.push(instance.layers);
         self.flags.push(instance.flags);
         self.overrides.push(instance.bounds);
-        *self.by_layers.entry(instance.layers).or_default() += 1;
+        self.tallies.add(self.mesh.len() - 1, instance.mesh, instance.layers);
         self.exempt.resize(self.mesh.len().div_ceil(64), 0);
         self.exempt_words.resize(self.exempt.len().div_ceil(64), 0);
         self.collapsed.resize(self.mesh.len().div_ceil(64), 0);
@@ -163,7 +205,8 @@ impl Scene {
     pub fn remove(&mut self, handle: Handle) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         self.hierarchy.remove(handle)?;
-        self.forget_layers(slot);
+        let at = slot as usize;
+        self.tallies.remove(at, self.mesh[at], self.layers[at]);
         self.layers[slot as usize] = 0;
         self.flags[slot as usize] = InstanceFlags::default();
         bits::set(&mut self.exempt, slot as usize, false);
@@ -194,9 +237,9 @@ impl Scene {
     /// If the handle names no instance.
     pub fn set_layers(&mut self, handle: Handle, layers: u32) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
-        self.forget_layers(slot);
-        self.layers[slot as usize] = layers;
-        *self.by_layers.entry(layers).or_default() += 1;
+        let at = slot as usize;
+        self.tallies.change_layers(self.mesh[at], self.layers[at], layers);
+        self.layers[at] = layers;
         self.change += 1;
         Ok(())
     }
@@ -259,6 +302,8 @@ impl Scene {
         gather_bits(&mut self.exempt, &from);
         gather_bits(&mut self.collapsed, &from);
         self.note_exempt();
+        let present = self.hierarchy.present();
+        self.tallies.recount(0..present.len(), &self.mesh, present);
         self.change += 1;
         commit
     }
@@ -283,6 +328,11 @@ impl Scene {
         rearrange(&mut self.overrides, &moves);
         rearrange_bits(&mut self.exempt, &moves);
         rearrange_bits(&mut self.collapsed, &moves);
+        let mut words: Vec<usize> =
+            moves.iter().flatten().map(|&slot| slot as usize / 64).collect();
+        words.sort_unstable();
+        words.dedup();
+        self.tallies.recount(words.into_iter(), &self.mesh, self.hierarchy.present());
         for &[_, slot] in &moves {
             if bits::get(&self.exempt, slot as usize) {
                 bits::set(&mut self.exempt_words, slot as usize / 64, true);
@@ -389,9 +439,24 @@ impl Scene {
         bits::in_words(&self.exempt_words)
     }
 
-    /// How many instances are in any of some layers.
-    pub(crate) fn count_in_layers(&self, layers: u32) -> u32 {
-        self.by_layers.iter().filter(|(own, _)| *own & layers != 0).map(|(_, count)| count).sum()
+    /// What all instances hold.
+    pub(crate) fn tally(&self) -> Tally {
+        self.tallies.all()
+    }
+
+    /// What the instances in any of some layers hold.
+    pub(crate) fn tally_of_layers(&self, layers: u32) -> Tally {
+        self.tallies.in_layers(layers)
+    }
+
+    /// What the instance of a slot holds.
+    pub(crate) fn tally_of(&self, slot: u32) -> Tally {
+        self.tallies.of_mesh(self.mesh_id(slot))
+    }
+
+    /// What the instances of some bits of a word of slots hold; the slots must not be empty.
+    pub(crate) fn tally_of_bits(&self, word: usize, bits: u64) -> Tally {
+        self.tallies.of_bits(word, bits, self.hierarchy.present()[word], &self.mesh)
     }
 
     /// One bit a slot: instances without a triangle that has an area, because their mesh has none or
@@ -422,10 +487,10 @@ impl Scene {
         }
     }
 
-    /// Triangles of all instances, degenerate ones included.
+    /// Triangles of all instances, degenerate ones included. O(different masks of layers).
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
-        self.slots().map(|s| u64::from(self.mesh(s).triangle_count())).sum()
+        self.tallies.all().counts.triangles
     }
 
     /// The box around all bounds that are finite, relative to the origin; empty if there are none.
@@ -456,16 +521,6 @@ impl Scene {
                 let m = f64::from(m);
                 let grow = |v: [f32; 3], by: f64| v.map(|v| f64::from(v) + by);
                 Aabb::rounded_out(grow(b.min, -m), grow(b.max, m))
-            }
-        }
-    }
-
-    fn forget_layers(&mut self, slot: u32) {
-        let layers = self.layers[slot as usize];
-        if let Some(count) = self.by_layers.get_mut(&layers) {
-            *count -= 1;
-            if *count == 0 {
-                self.by_layers.remove(&layers);
             }
         }
     }

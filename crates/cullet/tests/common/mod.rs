@@ -105,6 +105,28 @@ pub fn blob(rng: &mut Rng) -> Mesh {
     Mesh::new(MeshData { positions, indices, parts, ..MeshData::default() }).expect("a good mesh")
 }
 
+/// A one-sided ball of `rings` × 2 `rings` quads, of many clusters.
+pub fn ball(rings: u32) -> Mesh {
+    let around = rings * 2;
+    let at = |i: u32, j: u32| i * around + j % around;
+    let (mut positions, mut indices) = (Vec::new(), Vec::new());
+    for i in 0..=rings {
+        for j in 0..around {
+            let a = std::f64::consts::PI * f64::from(i) / f64::from(rings);
+            let b = std::f64::consts::TAU * f64::from(j) / f64::from(around);
+            let p = [a.sin() * b.sin(), a.cos(), a.sin() * b.cos()];
+            positions.push(p.map(|v| v as f32));
+            if i < rings {
+                let [p, q, r, s] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+                indices.extend([p, s, q, q, s, r]);
+            }
+        }
+    }
+    let triangle_count = (indices.len() / 3) as u32;
+    let parts = vec![Part { triangle_count, ..Part::default() }];
+    Mesh::new(MeshData { positions, indices, parts, ..MeshData::default() }).expect("a good mesh")
+}
+
 fn random_transform(rng: &mut Rng) -> Transform {
     let size = 10f64.powf(rng.range(-1.0, 0.7));
     let mut t = Transform {

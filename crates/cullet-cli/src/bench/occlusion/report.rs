@@ -9,7 +9,7 @@ use super::measure::{Found, MODES, Mode, Test};
 use super::scene::Prepared;
 use super::threads::Shared;
 use super::truth::Verdict;
-use crate::console::{Console, grouped};
+use crate::console::{Console, count, grouped};
 
 /// What `cullet bench occlusion` adds to the results: means over views.
 #[derive(Clone, Debug, Serialize)]
@@ -133,14 +133,14 @@ impl Occlusion {
 /// Prints the measurement of a file.
 pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Console) {
     let scene = &prepared.scene;
-    let count = |n: f64| grouped(n.round() as u64);
+    let rounded = |n: f64| grouped(n.round() as u64);
     let [width, height] = o.resolution;
     console.line(format!(
-        "{name}: {} triangles in {} meshes, {} objects, {} views of {width}x{height}; one thread, {}",
-        count(scene.triangles.len() as f64),
-        count(scene.meshes.len() as f64),
-        count(prepared.objects.len() as f64),
-        o.views,
+        "{name}: {} in {}, {}, {} of {width}x{height}; one thread, {}",
+        count(scene.triangles.len() as u64, "triangle", "triangles"),
+        count(scene.meshes.len() as u64, "mesh", "meshes"),
+        count(prepared.objects.len() as u64, "object", "objects"),
+        count(o.views as u64, "view", "views"),
         o.level
     ));
     console.line(format!(
@@ -157,8 +157,8 @@ pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Co
             m.clear_ms,
             m.render_ms,
             m.prepare_ms,
-            count(m.triangles),
-            count(m.meshes)
+            rounded(m.triangles),
+            rounded(m.meshes)
         ));
     }
     if let Some(s) = &o.shared {
@@ -185,15 +185,15 @@ pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Co
     console.line(format!(
         "test         {:.2} ns each of {} objects in the frustum; {:.4} ms for all {}",
         t.ns_per_object,
-        count(t.in_frustum),
+        rounded(t.in_frustum),
         t.all_ms,
-        count(prepared.objects.len() as f64)
+        rounded(prepared.objects.len() as f64)
     ));
     let share = t.culled / t.in_frustum.max(1.0) * 100.0;
     console.line(format!(
         "             {} culled ({share:.2} %), {} visible",
-        count(t.culled),
-        count(t.visible)
+        rounded(t.culled),
+        rounded(t.visible)
     ));
     if o.references.is_empty() {
         console

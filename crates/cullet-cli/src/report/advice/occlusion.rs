@@ -1,10 +1,11 @@
 //! Advice on occlusion culling: where it does not pay, and which meshes ought to hide more.
 
+use cullet::Stage;
 use cullet::mesh::Alpha;
 
-use super::{Advice, Context, count, shown};
-use crate::console::{grouped, percent};
-use crate::record::MeshRecord;
+use super::{Advice, Context, shown};
+use crate::console::{agree, count, grouped, percent};
+use crate::record::{MeshRecord, StageRecord};
 
 /// Under this share of what is in the frustum, hiding is not worth a stage.
 const FEW_PERCENT: u64 = 3;
@@ -13,24 +14,24 @@ const LARGE_PERCENT: u64 = 2;
 
 /// The stage took longer than what it dropped would have cost, or dropped next to nothing.
 pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<Advice> {
-    let stages = &ctx.summary.stages;
-    let stage = stages.iter().find(|s| s.name == "occlusion" && s.unit == "instances")?;
+    let rows = || ctx.summary.stages.iter().filter(|s| s.stage == Stage::Occlusion);
+    let entered = rows().next()?;
     let views = ctx.views as u64;
-    let took = stage.ms.unwrap_or(0.0) / views as f64;
-    let whole = ctx.summary.whole;
-    let triangles = whole.in_frustum[1].saturating_sub(whole.not_hidden[1]);
-    let hidden = stage.entered.saturating_sub(stage.left);
-    let few = triangles * 100 < whole.in_frustum[1] * FEW_PERCENT;
+    let took = rows().filter_map(|s| s.ms).sum::<f64>() / views as f64;
+    let triangles: u64 = rows().map(StageRecord::taken).sum();
+    let hidden: u64 = rows().map(|s| s.instances[0].saturating_sub(s.instances[1])).sum();
+    let few = triangles * 100 < entered.triangles[0] * FEW_PERCENT;
     let spared = drawn_ns.map(|ns| triangles as f64 * ns * 1e-6 / views as f64);
     let dear = spared.is_some_and(|ms| took > ms);
-    if stage.entered == 0 || !(few || dear) {
+    if entered.entered == 0 || !(few || dear) {
         return None;
     }
     let found = format!(
-        "It hid {} of {} instances in the frustum a view, with {} of the triangles there, in {took:.2} ms",
+        "It hid {} of {} in the frustum per view, and with their hidden parts {} of the triangles there, in \
+         {took:.2} ms",
         grouped(hidden / views),
-        grouped(stage.entered / views),
-        percent(triangles, whole.in_frustum[1]),
+        count(entered.instances[0] / views, "instance", "instances"),
+        percent(triangles, entered.triangles[0]),
     );
     let text = match spared {
         Some(ms) => format!("{found}; drawing those would have taken {ms:.2} ms."),
@@ -39,7 +40,7 @@ pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<A
     let title = if few {
         "Next to nothing is hidden: occlusion culling does not pay".to_owned()
     } else {
-        "Occlusion culling takes longer than it spares".to_owned()
+        "Occlusion culling takes longer than it saves".to_owned()
     };
     Some(ctx.advice("occlusion-does-not-pay", title, text, 0, Vec::new()))
 }
@@ -64,8 +65,8 @@ pub(super) fn poor_occluders(ctx: &Context<'_>) -> Option<Advice> {
         "{} much of the views, yet nothing is proved to lie behind most of {}: {}. The most: \u{201c}{}\u{201d} owns {} of all \
          pixels drawn, of which {} hide nothing, for {}. A large plain wall or box behind it would hide what \
          it cannot; `cullet occluders` makes such.",
-        count(found.len(), "mesh fills", "meshes fill"),
-        if found.len() == 1 { "it" } else { "them" },
+        count(found.len() as u64, "mesh fills", "meshes fill"),
+        agree(found.len() as u64, "it", "them"),
         shown(&names),
         first.name,
         percent(owned, pixels),
@@ -74,8 +75,8 @@ pub(super) fn poor_occluders(ctx: &Context<'_>) -> Option<Advice> {
     );
     let title = format!(
         "{} much and {} little",
-        count(found.len(), "mesh covers", "meshes cover"),
-        if found.len() == 1 { "hides" } else { "hide" }
+        count(found.len() as u64, "mesh covers", "meshes cover"),
+        agree(found.len() as u64, "hides", "hide")
     );
     let drawn = found.iter().map(|f| f.2.drawn).sum();
     Some(ctx.advice("poor-occluder", title, text, drawn, names))
@@ -88,7 +89,10 @@ fn why(ctx: &Context<'_>, record: &MeshRecord) -> String {
     if mesh.is_deformable() {
         "it deforms, and is elsewhere in the next frame".into()
     } else if see_through > 0 {
-        format!("{see_through} of its {} parts can be seen through", mesh.parts().len())
+        match mesh.parts().len() {
+            1 => "it can be seen through".into(),
+            all => format!("{see_through} of its {all} parts can be seen through"),
+        }
     } else if mesh.occluder().shapes().is_empty() {
         "nothing was made to stand for it (`--occluders mesh` takes the mesh itself)".into()
     } else if let Some(defect) = &record.defect {

@@ -111,6 +111,7 @@ impl MaterialRow {
 pub(super) fn probabilities(
     data: &MeshData,
     eyes: &[[f64; 4]],
+    base: &ClusterOptions,
     console: &Console,
 ) -> Result<Vec<ProbabilityRow>, Failure> {
     let ways = [
@@ -128,7 +129,7 @@ pub(super) fn probabilities(
     ];
     let mut rows = Vec::new();
     for (name, what, probability) in ways {
-        let options = ClusterOptions { probability, rounds: 0, ..ClusterOptions::default() };
+        let options = ClusterOptions { probability, rounds: 0, ..*base };
         let Some(made) = ours("clustering in other ways", data, &options, console)? else { break };
         rows.push(ProbabilityRow {
             name,

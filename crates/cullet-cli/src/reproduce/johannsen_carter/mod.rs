@@ -17,6 +17,7 @@ use self::clustering::{Made, MaterialRow, MeshoptRow, ProbabilityRow};
 use self::hierarchy::HierarchyRow;
 use super::model::Subject;
 use crate::bench::Machine;
+use crate::calibrate::{ClusterArgs, ClusterCosts};
 use crate::console::{Console, interrupted, write_json};
 use crate::exit::{Exit, Failure, Outcome};
 
@@ -45,6 +46,8 @@ pub(crate) struct JohannsenCarterArgs {
     /// Who makes the clusters
     #[arg(long, value_enum, default_value_t = Clusterer::Cullet)]
     clusters: Clusterer,
+    #[command(flatten)]
+    costs: ClusterArgs,
     /// Also write the results here; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(super) json: Option<PathBuf>,
@@ -69,6 +72,10 @@ struct Record {
     schema: u32,
     model: ModelRecord,
     clusters_by: Clusterer,
+    /// t/r that clusters of ours are made for.
+    test_cost: f64,
+    /// The same in words, with where it comes from.
+    test_cost_from: String,
     clustering_seconds: f64,
     /// Views at each distance.
     directions: u32,
@@ -120,7 +127,8 @@ pub(super) fn run(args: &JohannsenCarterArgs, console: &Console) -> Outcome {
     let subject = Subject::load(args.model.as_deref(), console)?;
     let data = subject.data();
     let parts = data.parts.iter().filter(|p| p.triangle_count > 0).count();
-    let options = ClusterOptions { measure_parts: parts > 1, ..ClusterOptions::default() };
+    let costs = args.costs.options(console)?;
+    let options = ClusterOptions { measure_parts: parts > 1, ..costs.options };
     let made = match args.clusters {
         Clusterer::Cullet => clustering::ours("clustering", &data, &options, console)?,
         Clusterer::Meshopt => Some(clustering::meshopt(&data)?),
@@ -129,9 +137,9 @@ pub(super) fn run(args: &JohannsenCarterArgs, console: &Console) -> Outcome {
         console.note("stopped before the clusters were made; nothing was measured");
         return Ok(Exit::Interrupted);
     };
-    let mut record = measure(args, &subject, &made, console)?;
+    let mut record = measure(args, &subject, &made, &costs, console)?;
     if !interrupted() {
-        more(&mut record, &subject, &made, console)?;
+        more(&mut record, &subject, &made, &costs.options, console)?;
     }
     record.complete = !interrupted();
     print::all(console, &record);
@@ -151,6 +159,7 @@ fn measure(
     args: &JohannsenCarterArgs,
     subject: &Subject,
     made: &Made,
+    costs: &ClusterCosts,
     console: &Console,
 ) -> Result<Record, Failure> {
     const BOUNDS: u64 = 8 + 4;
@@ -175,6 +184,8 @@ fn measure(
             defect: subject.defect.clone(),
         },
         clusters_by: args.clusters,
+        test_cost: costs.options.test_cost,
+        test_cost_from: costs.words.clone(),
         clustering_seconds: made.seconds,
         directions: args.directions,
         distance_radii: DISTANCES[MAIN],
@@ -204,18 +215,18 @@ fn more(
     record: &mut Record,
     subject: &Subject,
     made: &Made,
+    options: &ClusterOptions,
     console: &Console,
 ) -> Result<(), Failure> {
     let data = subject.data();
     let eyes = bounds::eyes(subject, record.directions, DISTANCES[MAIN]);
     record.hierarchy = Some(hierarchy::measure(&made.mesh, &Clusters::new(&made.mesh), &eyes));
-    record.probabilities = clustering::probabilities(&data, &eyes, console)?;
+    record.probabilities = clustering::probabilities(&data, &eyes, options, console)?;
     if cfg!(feature = "meshopt") && !interrupted() {
-        let options = ClusterOptions::default();
         let other = match record.clusters_by {
             Clusterer::Cullet => None,
             Clusterer::Meshopt => {
-                clustering::ours("clustering as cullet", &data, &options, console)?
+                clustering::ours("clustering as cullet", &data, options, console)?
             }
         };
         let ours = other.as_ref().unwrap_or(made);

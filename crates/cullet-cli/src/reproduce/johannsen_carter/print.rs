@@ -4,7 +4,7 @@ use super::bounds::BoundRow;
 use super::clustering::ProbabilityRow;
 use super::hierarchy::HierarchyRow;
 use super::{Clusterer, Record};
-use crate::console::{Console, grouped};
+use crate::console::{Console, count};
 
 /// Prints all that was found.
 pub(super) fn all(console: &Console, record: &Record) {
@@ -36,10 +36,10 @@ fn head(console: &Console, record: &Record) {
     let m = &record.model;
     console.line("Johannsen & Carter 1998, Clustered Backface Culling");
     console.line(format!(
-        "{}, {} triangles, every one taken for one-sided{}.",
+        "{}, {}, every one taken for one-sided{}.",
         m.name,
-        grouped(m.triangles),
-        m.defect.as_ref().map_or_else(String::new, |d| format!(" though it is no solid: {d}"))
+        count(m.triangles, "triangle", "triangles"),
+        m.defect.as_ref().map_or_else(String::new, |d| format!(" though it is not a solid: {d}"))
     ));
     let by = match record.clusters_by {
         Clusterer::Cullet => "cullet",
@@ -47,16 +47,22 @@ fn head(console: &Console, record: &Record) {
     };
     let never = match record.never_culled {
         Some(n) if n > 0 => {
-            format!("; {} of them are culled too seldom to test", grouped(u64::from(n)))
+            format!(
+                "; {} culled too seldom to test",
+                count(u64::from(n), "of them is", "of them are")
+            )
         }
         _ => String::new(),
     };
     console.line(format!(
-        "{} clusters by {by} in {:.1} s, {:.1} triangles each{never}.",
-        grouped(record.clusters as u64),
+        "{} by {by} in {:.1} s, {:.1} triangles each{never}.",
+        count(record.clusters as u64, "cluster", "clusters"),
         record.clustering_seconds,
         record.triangles_per_cluster
     ));
+    if matches!(record.clusters_by, Clusterer::Cullet) {
+        console.line(format!("They are made for {}.", record.test_cost_from));
+    }
 }
 
 fn share(row: &BoundRow) -> String {
@@ -84,10 +90,12 @@ fn table_head(console: &Console) {
 
 fn bounds(console: &Console, record: &Record) {
     console.line(format!(
-        "\nBounds from {} radii of the model's sphere, means over {} directions. Exact tests each \
+        "\nBounds from {} radii of the model's sphere, means over {}. Exact tests each \
          triangle, ideal\nall planes of a cluster: no bound culls more. Times are of batches, one \
          thread, {}.",
-        record.distance_radii, record.directions, record.machine.level
+        record.distance_radii,
+        count(u64::from(record.directions), "direction", "directions"),
+        record.machine.level
     ));
     table_head(console);
     let top = |name: &str, what: &str, value: f64, of: &str| {

@@ -3,6 +3,7 @@
 use cullet_draw::palette;
 
 use super::Record;
+use crate::console::count;
 use crate::reproduce::chart::{Anchor, Chart, Plot};
 
 /// Share culled: a blue and its paler self for the paper's.
@@ -25,8 +26,11 @@ pub(super) fn chart(record: &Record) -> Chart {
     c.heading([80.0, 40.0], "Normal masks: share culled and speed-up");
     let m = &record.model;
     let line = format!(
-        "{} x {}, {:.2} radii away, mean of {} views",
-        m.copies, m.name, record.distance_radii, record.directions
+        "{} x {}, {:.2} radii away, mean of {}",
+        m.copies,
+        m.name,
+        record.distance_radii,
+        count(u64::from(record.directions), "view", "views")
     );
     c.text([80.0, 76.0], line, Anchor::Start, palette::INK);
     let speeds = || record.rows.iter().filter_map(|r| r.speedup);

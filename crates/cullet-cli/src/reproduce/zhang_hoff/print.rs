@@ -2,7 +2,7 @@
 
 use super::refined::{DISTANCES, SECTORS};
 use super::{Distance, PAPER, PAPER_TRIANGLES, Record};
-use crate::console::{Console, grouped};
+use crate::console::{Console, count, grouped};
 
 /// Prints all tables.
 pub(super) fn all(console: &Console, record: &Record) {
@@ -20,10 +20,10 @@ fn table1(console: &Console, record: &Record) {
     let m = &record.model;
     console.line("Zhang & Hoff 1997, Fast Backface Culling Using Normal Masks");
     console.line(format!(
-        "{}, {} copies, {} triangles in all; means over {}.",
+        "{}, {}, {} in all; means over {}.",
         m.name,
-        m.copies,
-        grouped(m.triangles),
+        count(u64::from(m.copies), "copy", "copies"),
+        count(m.triangles, "triangle", "triangles"),
         views(record.directions)
     ));
     console.line(format!(
@@ -103,7 +103,7 @@ fn table1(console: &Console, record: &Record) {
 }
 
 fn views(n: u32) -> String {
-    if n == 1 { "one view".into() } else { format!("{n} views") }
+    count(u64::from(n), "view", "views")
 }
 
 /// Why the paper's speed-up is another.

@@ -1,9 +1,9 @@
 //! Normal masks in the plane, where directions are a circle.
 
 use super::sheet::{Sheet, on_circle};
-use super::{BACK, KEPT, LOST, SIGHT};
+use super::{BACK, KEPT};
 use crate::picture::Picture;
-use crate::picture::palette::INK;
+use crate::picture::palette::{INK, PAPER, UNSEEN, mix};
 
 /// The angles at which the cells of a square with `n` cells along each side end, in degrees.
 fn cells(n: u32) -> Vec<[f64; 2]> {
@@ -40,52 +40,66 @@ fn ring(sheet: &mut Sheet, c: [f64; 2], r: f64, [from, to]: [f64; 2], width: f64
     }
 }
 
-/// The circle of normals cut by the cells of a square, four along each side, and the cells that face
-/// away in an orthographic view (left) and for lines of sight that spread by `half_angle` degrees
-/// (right). `half_angle` is clamped to 0..80; NaN is 0. `size` is at least 640 × 360.
+/// The circle of normals and the square around it, whose sides four cells each divide evenly: the lines from
+/// the middle to their ends cut the circle into classes. Those that face away are marked, in an orthographic
+/// view (left) and for lines of sight that spread by `half_angle` degrees (right). `half_angle` is clamped to
+/// 0..80; NaN is 0. `size` is at least 640 × 360.
 #[must_use]
 pub fn normal_partition(half_angle: f64, size: [u32; 2]) -> Picture {
     let spread = if half_angle > 0.0 { half_angle.min(80.0) } else { 0.0 };
     let mut sheet = Sheet::new(size);
-    let [w, h] = sheet.size();
-    let r = (w * 0.25 - 60.0).min((h - 190.0) * 0.5);
+    sheet.title("The circle of normals in 16 classes");
+    sheet.legend(&[
+        (BACK, "faces away for all lines of sight"),
+        (KEPT, "kept"),
+        (INK, "lines of sight, and the exact limits they set"),
+    ]);
+    let [w, _] = sheet.size();
+    let [top, bottom] = sheet.room();
+    let words = sheet.text_size() * 1.6;
+    // Beside the square are the eye, and room for the ends of the limits.
+    let r = (w * 0.25 - 76.0).min((bottom - top - words) * 0.5 - 26.0);
     for (column, angle) in [(0.25, 0.0), (0.75, spread)] {
-        let c = [w * column, h * 0.5 - 8.0];
+        let c = [w * column + 22.0, (top + bottom - words) * 0.5];
         let mut count = 0;
         for cell in cells(4) {
             let culled = faces_away(cell, angle);
             count += u32::from(culled);
             pie(&mut sheet, c, r, cell, if culled { BACK } else { KEPT });
         }
-        ring(&mut sheet, c, r, [0.0, 360.0], 2.0, INK);
-        // The square whose sides the cells divide evenly.
-        let corner = |i: i32| on_circle(c, r * 2f64.sqrt() * 0.5, 45.0 + 90.0 * f64::from(i));
-        let square = [0, 1, 2, 3].map(corner);
+        let thin = mix(INK, PAPER, 0.35);
+        ring(&mut sheet, c, r, [0.0, 360.0], 1.6, thin);
+        sheet.outline(&[45.0, 135.0, 225.0, 315.0].map(|a| on_square(c, r, a)), 1.6, thin);
         for [from, _] in cells(4) {
-            sheet.line(c, on_circle(c, r + 7.0, from), 1.2, INK);
+            let end = on_square(c, r, from);
+            sheet.line(c, end, 1.0, thin);
+            sheet.disc(end, 3.0, thin);
         }
-        sheet.outline(&square, 1.2, INK);
-        // The exact bounds: perpendicular to the outermost lines of sight.
+        // Perpendicular to the outermost lines of sight.
         for side in [-1.0, 1.0] {
-            let end = on_circle(c, r + 24.0, side * (90.0 - angle));
-            sheet.line(c, end, 2.4, SIGHT);
+            let end = on_circle(c, r + 22.0, side * (90.0 - angle));
+            sheet.line(c, end, 3.0, INK);
         }
-        let eye = [c[0] - r - 46.0, c[1]];
+        let eye = [c[0] - r - 62.0, c[1]];
         for a in [-angle, 0.0, angle] {
-            sheet.arrow(eye, on_circle(eye, 42.0, a), 2.0, SIGHT);
+            sheet.arrow(eye, on_circle(eye, 46.0, a), 2.0, INK);
         }
-        sheet.disc(eye, 4.0, SIGHT);
+        sheet.disc(eye, 5.0, INK);
         let kind = if angle == 0.0 {
-            "parallel sight".into()
+            "parallel lines of sight".into()
         } else {
-            format!("within {angle:.0} degrees")
+            format!("lines of sight within {angle:.0}°")
         };
-        sheet.centred([w * column, h - 66.0], format!("{kind}: {count} of 16"), INK);
+        let at = [c[0], bottom - sheet.text_size()];
+        sheet.centred(at, format!("{kind}: {count} of 16"), INK);
     }
-    sheet.centred([w * 0.5, 18.0], "The circle of normals in 16 classes", INK);
-    let entries = [(BACK, "faces away"), (KEPT, "kept"), (SIGHT, "sight, exact limits")];
-    sheet.legend([26.0, h - 32.0], &entries);
     sheet.finish()
+}
+
+/// The point at an angle in degrees of the square around a circle.
+fn on_square(c: [f64; 2], r: f64, degrees: f64) -> [f64; 2] {
+    let (s, t) = degrees.to_radians().sin_cos();
+    on_circle(c, r / s.abs().max(t.abs()), degrees)
 }
 
 /// The normals that are back-facing for all lines of sight of a view `field_of_view` degrees wide: an
@@ -96,36 +110,51 @@ pub fn normal_partition(half_angle: f64, size: [u32; 2]) -> Picture {
 pub fn conservative_set(field_of_view: f64, size: [u32; 2]) -> Picture {
     let wide = if field_of_view.is_nan() { 90.0 } else { field_of_view.clamp(10.0, 150.0) };
     let mut sheet = Sheet::new(size);
-    let [w, h] = sheet.size();
-    let r = (w * 0.125 - 26.0).min((h - 190.0) * 0.5);
+    sheet.title(format!("A view {wide:.0}° wide, in sectors"));
+    sheet.legend(&[
+        (INK, "the lines of sight of one sector"),
+        (BACK, "normals that face away for all of them"),
+        (UNSEEN, "only for its middle one: kept"),
+    ]);
+    let [w, _] = sheet.size();
+    let [top, bottom] = sheet.room();
+    let em = sheet.text_size();
+    // Four in a row with words below, or two in each of two rows with words beside: which leaves less of the sheet empty.
+    let in_a_row = (w * 0.125 - 16.0).min((bottom - top - 4.0 * em) * 0.5 - 6.0);
+    let in_two = ((w * 0.5 - 12.0 * em) * 0.5).min((bottom - top) * 0.25 - 12.0);
+    let row = in_a_row * 0.8 > in_two;
+    let r = if row { in_a_row } else { in_two };
     for (i, sectors) in [1u32, 2, 4, 8].into_iter().enumerate() {
-        let c = [w * (0.125 + 0.25 * i as f64), h * 0.5 - 14.0];
+        let (c, words_at) = if row {
+            let c = [w * (0.125 + 0.25 * i as f64), (top + bottom - 4.0 * em) * 0.5];
+            (c, [c[0], c[1] + r + 1.2 * em])
+        } else {
+            let (column, row) = ((i % 2) as f64, (i / 2) as f64);
+            let middle = w * (0.25 + 0.5 * column);
+            let high = (bottom - top) * 0.5;
+            let c = [middle - 4.5 * em, top + high * (row + 0.5)];
+            (c, [middle + r + 1.0 * em, c[1] - 1.2 * em])
+        };
         let half = wide * 0.5 / f64::from(sectors);
         // The sector in the middle, or next to it.
         let middle = if sectors == 1 { 0.0 } else { half };
         ring(&mut sheet, c, r, [0.0, 360.0], 1.4, INK);
+        let [from, to] = [middle - half, middle + half];
+        pie(&mut sheet, c, r * 0.62, [from, to], mix(INK, PAPER, 0.25));
         for s in 0..=sectors {
             let a = 180.0 - wide * 0.5 + wide * f64::from(s) / f64::from(sectors);
-            sheet.line(c, on_circle(c, r, a + 180.0), 1.0, INK);
+            sheet.line(c, on_circle(c, r, a + 180.0), 1.0, mix(INK, PAPER, 0.35));
         }
-        let [from, to] = [middle - half, middle + half];
-        pie(&mut sheet, c, r * 0.62, [from, to], SIGHT);
-        ring(&mut sheet, c, r, [middle - 90.0, middle + 90.0], 9.0, LOST);
+        ring(&mut sheet, c, r, [middle - 90.0, middle + 90.0], 10.0, UNSEEN);
         let limit = 90.0 - half;
-        ring(&mut sheet, c, r, [middle - limit, middle + limit], 9.0, BACK);
+        ring(&mut sheet, c, r, [middle - limit, middle + limit], 10.0, BACK);
         sheet.disc(c, 4.0, INK);
-        let x = c[0];
+        let [x, y] = words_at;
         let words = if sectors == 1 { "1 sector".into() } else { format!("{sectors} sectors") };
-        sheet.centred([x, h - 96.0], words, INK);
-        sheet.centred([x, h - 74.0], format!("{:.1} degrees", 2.0 * limit), INK);
+        sheet.centred([x, y], words, INK);
+        let words = format!("{:.1}° of 180°", 2.0 * limit);
+        sheet.centred([x, y + 1.45 * em], words, mix(INK, PAPER, 0.3));
     }
-    sheet.centred([w * 0.5, 18.0], format!("A view {wide:.0} degrees wide, in sectors"), INK);
-    let entries = [
-        (SIGHT, "a sector's sight"),
-        (BACK, "faces away for all of it"),
-        (LOST, "for its middle alone"),
-    ];
-    sheet.legend([26.0, h - 32.0], &entries);
     sheet.finish()
 }
 

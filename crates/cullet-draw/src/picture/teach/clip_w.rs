@@ -3,10 +3,10 @@
 use cullet::Depth;
 use cullet::clip::{line, space};
 
+use super::KEPT;
 use super::sheet::Sheet;
-use super::{BACK, KEPT, LOST, OTHER, SIGHT};
 use crate::picture::Picture;
-use crate::picture::palette::{INK, PAPER, mix};
+use crate::picture::palette::{INK, LOST, PAPER, PROVED, SUBJECT, mix};
 
 /// A segment whose second end is behind the eye, seen from above; what the screen shows of it when it is
 /// divided first, and when it is clipped first. All numbers are those of the library's clip space.
@@ -18,14 +18,23 @@ pub fn clip_w(size: [u32; 2]) -> Picture {
     const A: [f64; 2] = [-0.9, 2.0];
     const B: [f64; 2] = [1.3, -0.9];
     let mut sheet = Sheet::new(size);
-    let [w, h] = sheet.size();
+    sheet.title("A segment that goes behind the eye");
+    sheet.legend(&[
+        (SUBJECT, "the segment"),
+        (INK, "lines through the eye"),
+        (LOST, "shown: wrong"),
+        (PROVED, "shown: right"),
+    ]);
+    let [w, _] = sheet.size();
+    let [top, bottom] = sheet.room();
+    let em = sheet.text_size();
     // z so that the near plane is z = 0 and z = w far away.
     let lift = |[x, w]: [f64; 2]| [x, 0.0, w - NEAR, w];
     let [a, b] = [A, B].map(lift);
     let cut = space::near::<f64>(Depth::Standard).clip_line(&a, &b);
-    let scale = ((w * 0.5 - 40.0) / 4.4).min((h - 120.0) / 3.9);
+    let scale = ((w * 0.5 - 40.0) / 4.4).min((bottom - top - 2.5 * em) / 3.2);
     for (column, clipped) in [(0.25, false), (0.75, true)] {
-        let c = [w * column, 62.0 + scale * 2.35];
+        let c = [w * column, top + scale * 2.15];
         let at = |[x, w]: [f64; 2]| [c[0] + x * scale, c[1] - w * scale];
         let sight = |p: [f64; 2]| [p[0] / p[1], 1.0];
         // The view: what has −w ≤ x ≤ w.
@@ -35,45 +44,45 @@ pub fn clip_w(size: [u32; 2]) -> Picture {
         for s in [-1.0, 1.0] {
             sheet.line(at([0.0, 0.0]), at([2.1 * s, 2.1]), 1.0, thin);
         }
-        sheet.line(at([-2.1, NEAR]), at([2.1, NEAR]), 1.4, BACK);
-        sheet.text([at([-2.1, NEAR])[0], at([0.0, NEAR])[1] + 5.0], "near", BACK);
+        sheet.line(at([-2.1, NEAR]), at([2.1, NEAR]), 1.4, INK);
+        sheet.text([at([-2.1, NEAR])[0], at([0.0, NEAR])[1] + 6.0], "near", INK);
         sheet.line(at([-2.1, 1.0]), at([2.1, 1.0]), 1.4, INK);
-        sheet.text([at([-2.1, 1.0])[0], at([0.0, 1.0])[1] - 19.0], "screen", INK);
+        sheet.text([at([-2.1, 1.0])[0], at([0.0, 1.0])[1] - em], "screen", INK);
         sheet.line(at([-2.1, 0.0]), at([2.1, 0.0]), 1.0, thin);
-        sheet.text([at([1.5, 0.0])[0], at([0.0, 0.0])[1] - 18.0], "w = 0", thin);
-        sheet.line(at(A), at(B), 2.0, mix(OTHER, PAPER, 0.4));
+        sheet.text([at([1.5, 0.0])[0], at([0.0, 0.0])[1] - em], "w = 0", thin);
+        sheet.line(at(A), at(B), 2.0, mix(SUBJECT, PAPER, 0.4));
         let (ends, color) = if clipped {
             let t = cut.unwrap_or([0.0, 1.0]);
             let ends = t.map(|t| line::at(&a, &b, t)).map(|[x, _, _, w]| [x, w]);
-            sheet.line(at(ends[0]), at(ends[1]), 4.0, OTHER);
-            (ends, BACK)
+            sheet.line(at(ends[0]), at(ends[1]), 4.0, SUBJECT);
+            (ends, PROVED)
         } else {
             ([A, B], LOST)
         };
         // What lies on the screen between the two divided ends.
         let shown = ends.map(sight);
         for (end, shown) in ends.into_iter().zip(shown) {
-            sheet.line(at(end), at(shown), 1.2, SIGHT);
+            sheet.line(at(end), at(shown), 1.2, INK);
         }
         sheet.line(at(shown[0]), at(shown[1]), 7.0, color);
         for (name, end) in ["A", "B"].into_iter().zip([A, B]) {
             let [x, y] = at(end);
-            sheet.disc([x, y], 5.0, OTHER);
+            sheet.disc([x, y], 5.0, SUBJECT);
             sheet.text([x + 10.0, y - 6.0], name, INK);
         }
         for (i, shown) in shown.into_iter().enumerate() {
             let [x, y] = at(shown);
-            sheet.disc([x, y], 5.0, SIGHT);
+            sheet.disc([x, y], 5.0, INK);
             let name = match (i, clipped) {
                 (0, _) => "A'",
                 (_, true) => "C'",
                 _ => "B'",
             };
-            sheet.text([x - 8.0, y - 24.0], name, INK);
+            sheet.text([x - 8.0, y - em - 4.0], name, INK);
         }
         if clipped {
             let [x, y] = at(ends[1]);
-            sheet.disc([x, y], 5.0, BACK);
+            sheet.disc([x, y], 5.0, PROVED);
             sheet.text([x + 10.0, y + 4.0], "C", INK);
         }
         sheet.disc(at([0.0, 0.0]), 5.0, INK);
@@ -83,16 +92,8 @@ pub fn clip_w(size: [u32; 2]) -> Picture {
         } else {
             "divided first: B' is on the wrong side"
         };
-        sheet.centred([c[0], h - 60.0], words, INK);
+        sheet.centred([c[0], bottom - em], words, INK);
     }
-    sheet.centred([w * 0.5, 14.0], "A segment that goes behind the eye", INK);
-    let entries = [
-        (OTHER, "the segment"),
-        (SIGHT, "through the eye"),
-        (LOST, "shown: wrong"),
-        (BACK, "shown: right"),
-    ];
-    sheet.legend([26.0, h - 30.0], &entries);
     sheet.finish()
 }
 
@@ -143,6 +144,9 @@ const SPACES: [(&str, &str, &[Test]); 4] = [
     ),
 ];
 
+/// What leads from each space to the next.
+const ARROWS: [&str; 3] = ["model", "projection", "divide"];
+
 /// The names of the benchmarks whose times [`pipeline`] shows.
 pub fn pipeline_costs() -> impl Iterator<Item = &'static str> {
     SPACES.iter().flat_map(|s| s.2).map(|t| t.1).filter(|name| !name.is_empty())
@@ -155,41 +159,43 @@ pub fn pipeline_costs() -> impl Iterator<Item = &'static str> {
 #[must_use]
 pub fn pipeline(costs: &[(String, f64)], size: [u32; 2]) -> Picture {
     let mut sheet = Sheet::new([size[0].max(1160), size[1].max(600)]);
+    sheet.title("Where each test has its place");
     let [w, h] = sheet.size();
+    let em = sheet.text_size();
     let step = w / 4.0;
-    let arrows = ["model", "projection", "divide"];
+    let soft = mix(INK, PAPER, 0.3);
     for (i, (name, when, tests)) in SPACES.into_iter().enumerate() {
         let (left, right) = (step * i as f64 + 8.0, step * (i as f64 + 1.0) - 8.0);
-        let (top, bottom) = (78.0, h - 104.0);
-        let tint = [BACK, OTHER, SIGHT, LOST][i];
+        let (top, bottom) = (84.0, h - 104.0);
+        // The farther along, the darker: no colour of the palette, for none of its meanings is meant.
+        let tint = mix(SUBJECT, PAPER, 0.8 - 0.15 * i as f64);
         let frame = [[left, top], [right, top], [right, bottom], [left, bottom]];
-        sheet.fill(&frame, mix(tint, PAPER, 0.86), 1.0);
+        sheet.fill(&frame, mix(tint, PAPER, 0.75), 1.0);
         let head = [[left, top], [right, top], [right, top + 40.0], [left, top + 40.0]];
-        sheet.fill(&head, mix(tint, PAPER, 0.45), 1.0);
+        sheet.fill(&head, mix(tint, PAPER, 0.2), 1.0);
         sheet.outline(&frame, 1.6, mix(tint, INK, 0.3));
         let middle = (left + right) * 0.5;
         sheet.centred([middle, top + 13.0], name, INK);
-        sheet.centred([middle, top + 52.0], when, mix(INK, PAPER, 0.3));
-        let high = ((bottom - top - 92.0) / 5.0).min(80.0);
+        sheet.centred([middle, top + 54.0], when, soft);
+        let high = ((bottom - top - 96.0) / 5.0).min(80.0);
         for (row, (test, key, unit)) in (0..).zip(tests) {
-            let y = top + 92.0 + high * f64::from(row);
-            sheet.text([left + 12.0, y], *test, INK);
+            let y = top + 96.0 + high * f64::from(row);
+            sheet.text([left + 14.0, y], *test, INK);
             if let Some((_, ns)) = costs.iter().find(|(name, _)| name == key) {
                 let words = if *ns < 10.0 { format!("{ns:.2}") } else { format!("{ns:.0}") };
-                let words = format!("  {words} ns a {unit}");
-                sheet.text([left + 12.0, y + 22.0], words, mix(tint, INK, 0.45));
+                let words = format!("{words} ns per {unit}");
+                sheet.text([left + 14.0 + em, y + 1.3 * em], words, soft);
             }
         }
-        if let Some(words) = arrows.get(i) {
+        if let Some(words) = ARROWS.get(i) {
             let (x, y) = (right + 8.0, bottom + 18.0);
             sheet.arrow([x - 60.0, y], [x + 60.0, y], 3.0, INK);
             sheet.centred([x, y + 14.0], *words, INK);
         }
     }
-    sheet.centred([w * 0.5, 18.0], "Where each test has its place", INK);
     let under =
         if costs.is_empty() { "" } else { "and what one costs, on this machine, one thread" };
-    sheet.centred([w * 0.5, 46.0], under, INK);
+    sheet.centred([w * 0.5, 52.0], under, soft);
     sheet.centred([w * 0.5, h - 30.0], "each step to the right sees only what is left", INK);
     sheet.finish()
 }

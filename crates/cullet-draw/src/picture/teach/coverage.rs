@@ -4,16 +4,32 @@
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 
-use super::SIGHT;
 use super::sheet::Sheet;
 use crate::picture::Picture;
-use crate::picture::palette::{INK, LOST, PAPER};
+use crate::picture::palette::{INK, LOST, PAPER, PROVED, UNSEEN, mix};
 
 /// Pixels of each grid.
 const GRID: [u32; 2] = [24, 18];
-const STRICT: [u8; 3] = [0x8F, 0xD3, 0xBC];
-const FRINGE: [u8; 3] = [0x00, 0x9E, 0x73];
-const BORDER: [u8; 3] = [0xF3, 0xC9, 0x6B];
+
+/// Covered by one triangle alone: a pale shade of what is proved.
+fn strict() -> [u8; 3] {
+    mix(PROVED, PAPER, 0.55)
+}
+
+/// Touched, but not proved.
+fn border() -> [u8; 3] {
+    mix(UNSEEN, PAPER, 0.35)
+}
+
+/// How many pixels of a grid are of each kind.
+#[derive(Default)]
+struct Counts {
+    strict: u32,
+    shared: u32,
+    open: u32,
+    /// Of the open ones, those whose middle lies on a face.
+    sampled: u32,
+}
 
 /// A shape over the grid, in pixels from the top left.
 struct Figure {
@@ -31,29 +47,47 @@ struct Figure {
 #[must_use]
 pub fn coverage(size: [u32; 2]) -> Picture {
     let mut sheet = Sheet::new(size);
-    let [w, h] = sheet.size();
-    let cell = ((w - 90.0) * 0.5 / f64::from(GRID[0])).min((h - 120.0) / f64::from(GRID[1]));
-    let wide = cell * f64::from(GRID[0]);
+    sheet.title("When a pixel of the occlusion buffer counts as covered");
+    sheet.legend(&[
+        (strict(), "within one triangle"),
+        (PROVED, "within triangles that share edges"),
+        (border(), "on the border: open"),
+        (LOST, "open, though its middle is covered"),
+    ]);
+    let [w, _] = sheet.size();
+    let [top, bottom] = sheet.room();
+    let em = sheet.text_size();
+    // Over each grid what it shows, under it what came of it.
+    let words = 4.2 * em;
+    let cell =
+        ((w - 60.0) * 0.5 / f64::from(GRID[0])).min((bottom - top - words) / f64::from(GRID[1]));
+    let (wide, high) = (cell * f64::from(GRID[0]), cell * f64::from(GRID[1]));
     let spare = (w - 2.0 * wide) / 3.0;
+    let first = top + (bottom - top - words - high) * 0.5;
     let Some(figures) = mesh().zip(walls()) else { return sheet.finish() };
     let parts =
         [(figures.0, "one surface of many triangles"), (figures.1, "two walls, a narrow gap")];
-    for (number, (figure, words)) in parts.iter().enumerate() {
+    for (number, (figure, heading)) in parts.iter().enumerate() {
         let left = spare + (wide + spare) * number as f64;
-        draw(&mut sheet, figure, [left, 48.0], cell, number == 1);
-        sheet.centred([left + wide * 0.5, 18.0], *words, INK);
+        let under = first + 1.6 * em + high + 0.7 * em;
+        let counts = draw(&mut sheet, figure, [left, first + 1.6 * em], cell, number == 1);
+        let middle = left + wide * 0.5;
+        sheet.centred([middle, first + 0.3 * em], *heading, INK);
+        let Counts { strict, shared, open, sampled } = counts;
+        let words = format!(
+            "{} pixels proved, {shared} of them by shared edges; {open} open",
+            strict + shared
+        );
+        sheet.centred([middle, under], words, mix(INK, PAPER, 0.25));
+        let words = format!("one sample in the middle would cover {sampled} more");
+        sheet.centred([middle, under + 1.4 * em], words, mix(INK, PAPER, 0.25));
     }
-    let entries = [
-        (STRICT, "within one face"),
-        (FRINGE, "faces that meet"),
-        (BORDER, "border: open"),
-        (LOST, "open, its sample covered"),
-    ];
-    sheet.legend([26.0, h - 40.0], &entries);
     sheet.finish()
 }
 
-fn draw(sheet: &mut Sheet, figure: &Figure, [left, top]: [f64; 2], cell: f64, sampled: bool) {
+/// Draws a grid, and counts.
+fn draw(sheet: &mut Sheet, figure: &Figure, [left, top]: [f64; 2], cell: f64, gap: bool) -> Counts {
+    let mut counts = Counts::default();
     let at = |[x, y]: [f64; 2]| [left + x * cell, top + y * cell];
     let square = |x: f64, y: f64| [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]];
     let frame = [[0.0, 0.0], [24.0, 0.0], [24.0, 18.0], [0.0, 18.0]].map(at);
@@ -63,9 +97,12 @@ fn draw(sheet: &mut Sheet, figure: &Figure, [left, top]: [f64; 2], cell: f64, sa
         let whole = |face: &Vec<[f64; 2]>| corners.iter().all(|&c| holds(face, c));
         let touched = |face: &Vec<[f64; 2]>| meets(face, &corners);
         let color = if figure.buffer.nearness(x, y) > 0.0 {
-            if figure.faces.iter().any(whole) { STRICT } else { FRINGE }
+            let alone = figure.faces.iter().any(whole);
+            *(if alone { &mut counts.strict } else { &mut counts.shared }) += 1;
+            if alone { strict() } else { PROVED }
         } else if figure.faces.iter().any(touched) {
-            BORDER
+            counts.open += 1;
+            border()
         } else {
             continue;
         };
@@ -88,13 +125,15 @@ fn draw(sheet: &mut Sheet, figure: &Figure, [left, top]: [f64; 2], cell: f64, sa
         let open = figure.buffer.nearness(x, y) <= 0.0;
         if open && figure.faces.iter().any(|f| holds(f, middle)) {
             sheet.disc(at(middle), cell * 0.17, LOST);
+            counts.sampled += 1;
         }
     }
-    if sampled {
+    if gap {
         // The gap, as the line of sight finds it.
         let [from, to] = GAP;
-        sheet.line(at(from), at(to), (cell * THIRD * 0.5).max(1.0), SIGHT);
+        sheet.line(at(from), at(to), (cell * THIRD * 0.5).max(1.0), PAPER);
     }
+    counts
 }
 
 /// The width of the gap in pixels, and its middle line.

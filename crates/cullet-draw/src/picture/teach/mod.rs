@@ -10,6 +10,10 @@ mod sheet;
 mod surface;
 mod volume;
 
+use cullet::Stage;
+
+use super::palette::reason_color;
+
 pub use circle::{conservative_set, normal_partition};
 pub use clip::{clip_polygon, outcodes};
 pub use clip_w::{clip_w, pipeline, pipeline_costs};
@@ -20,13 +24,9 @@ pub(super) use surface::{COLORS, caption};
 pub use surface::{clusters, cones};
 pub use volume::{VolumeFigure, culling_volume};
 
-/// Green, as the lectures show it: what faces away.
-pub(super) const BACK: [u8; 3] = [0x00, 0x9E, 0x73];
-/// What does not face away for sure.
+/// What faces away, as in every picture.
+pub(super) const BACK: [u8; 3] = reason_color(Some(Stage::Backface));
+/// What lies outside, as in every picture.
+pub(super) const OUTSIDE: [u8; 3] = reason_color(Some(Stage::Frustum));
+/// What is kept, so dark that it shows on paper.
 pub(super) const KEPT: [u8; 3] = [0xE8, 0xE4, 0xDA];
-/// The eye and its lines of sight.
-pub(super) const SIGHT: [u8; 3] = [0xD5, 0x5E, 0x00];
-/// What is shown in comparison.
-pub(super) const OTHER: [u8; 3] = [0x00, 0x72, 0xB2];
-/// What is there and lost: exact, but not in the conservative answer.
-pub(super) const LOST: [u8; 3] = [0xE6, 0x9F, 0x00];

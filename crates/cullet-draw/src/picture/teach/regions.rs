@@ -6,20 +6,20 @@ use cullet::{Instance, Mesh, MeshData, Scene, View};
 use glam::DVec3;
 
 use super::surface::{COLORS, ball_around, caption, colored, whole};
-use super::{BACK, KEPT, SIGHT};
+use super::{BACK, KEPT};
 use crate::frame::PixelId;
 use crate::picture::Picture;
 use crate::picture::canvas::grouped;
-use crate::picture::palette::mix;
+use crate::picture::palette::{INK, mix};
 use crate::picture::space::Space;
 
 /// How much of a region shows through what is before it.
 const THROUGH: f64 = 0.5;
 /// Colours of all regions but the largest.
-const REST: [[u8; 3]; 6] = [COLORS[0], COLORS[1], COLORS[6], COLORS[5], COLORS[3], COLORS[4]];
+const REST: [[u8; 3]; 6] = [COLORS[0], COLORS[1], COLORS[2], COLORS[5], COLORS[3], COLORS[4]];
 
 /// The connected regions of the scene that face away from the eye of `view`, and how many there are. Of
-/// each instance, [`backface::back_regions`] decides; its largest region is green, the others have six
+/// each instance, [`backface::back_regions`] decides; its largest region is pink, the others have six
 /// colours in turn.
 ///
 /// The scene is seen from beside, so that the eye of `view` is on the left, where an arrow shows its
@@ -37,7 +37,7 @@ pub fn back_regions(scene: &Scene, view: &View) -> (Picture, usize) {
         .collect();
     let count: usize = regions.iter().map(Regions::count).sum();
     let toward = towards_eye_of(scene, view);
-    let beside = whole(scene, beside(toward).into(), view.viewport());
+    let beside = whole(scene, beside(toward), view.viewport());
     let beside = beside.unwrap_or_else(|| view.clone());
 
     let mut tints = vec![Vec::new(); scene.slot_count() as usize];
@@ -129,6 +129,6 @@ fn arrow(picture: &mut Picture, scene: &Scene, space: &Space, toward: DVec3) {
     let size = [picture.width, picture.height];
     let at = |radii: f64| space.project(middle + toward * (radius * radii), size).map(|p| p.0);
     if let (Some(from), Some(to)) = (at(1.3), at(0.9)) {
-        picture.arrow(from, to, f64::from(size[1]) * 0.006, SIGHT);
+        picture.arrow(from, to, f64::from(size[1]) * 0.006, INK);
     }
 }

@@ -1,25 +1,38 @@
 //! A sheet of paper to draw on: shapes at twice the size first, then text.
 
 use crate::picture::Picture;
-use crate::picture::canvas::text_width;
+use crate::picture::canvas::{keys, keys_height};
+use crate::picture::font::text_width;
 use crate::picture::palette::{INK, PAPER};
 
 /// The smallest sheet on which labels have room.
 const LEAST: [u32; 2] = [640, 360];
-/// Dots of a label.
-const SCALE: u32 = 2;
+/// A title is so many times the size of a label.
+const TITLE: f64 = 1.25;
+/// From the edge of the sheet to its legend.
+const MARGIN: i64 = 26;
 
 /// A drawing under way. Coordinates are pixels of the final picture.
 pub(super) struct Sheet {
     /// Twice as wide and high: halved, its edges are smooth.
     large: Picture,
-    labels: Vec<([f64; 2], String, [u8; 3])>,
+    labels: Vec<Label>,
+    keys: Vec<([u8; 3], String)>,
+}
+
+/// Words at a place, in ems of so many pixels.
+struct Label {
+    at: [f64; 2],
+    text: String,
+    size: f64,
+    color: [u8; 3],
 }
 
 impl Sheet {
     pub(super) fn new(size: [u32; 2]) -> Self {
         let [w, h] = [size[0].clamp(LEAST[0], 8192), size[1].clamp(LEAST[1], 8192)];
-        Self { large: Picture::new(w * 2, h * 2, PAPER), labels: Vec::new() }
+        let large = Picture::new(w * 2, h * 2, PAPER);
+        Self { large, labels: Vec::new(), keys: Vec::new() }
     }
 
     /// Width and height.
@@ -63,36 +76,57 @@ impl Sheet {
         self.fill(&ring, color, 1.0);
     }
 
-    /// A label with its top left corner at `at`.
+    /// Pixels of an em of its labels.
+    pub(super) fn text_size(&self) -> f64 {
+        (self.size()[0] / 64.0).clamp(15.0, 20.0)
+    }
+
+    /// A label, `at` its left end and the top of its capitals.
     pub(super) fn text(&mut self, at: [f64; 2], text: impl Into<String>, color: [u8; 3]) {
-        self.labels.push((at, text.into(), color));
+        let size = self.text_size();
+        self.labels.push(Label { at, text: text.into(), size, color });
     }
 
     /// A label centred at `at`.
     pub(super) fn centred(&mut self, at: [f64; 2], text: impl Into<String>, color: [u8; 3]) {
-        let text = text.into();
-        let width = text_width(&text, SCALE) as f64;
-        self.labels.push(([at[0] - width * 0.5, at[1]], text, color));
+        self.centred_in(self.text_size(), at, text.into(), color);
     }
 
-    /// A row of squares in colours and what they mean, from `at` to the right.
-    pub(super) fn legend(&mut self, at: [f64; 2], entries: &[([u8; 3], &str)]) {
-        let mut x = at[0];
-        for (color, words) in entries {
-            let square =
-                [[x, at[1]], [x + 14.0, at[1]], [x + 14.0, at[1] + 14.0], [x, at[1] + 14.0]];
-            self.fill(&square, *color, 1.0);
-            self.outline(&square, 1.0, INK);
-            self.text([x + 22.0, at[1]], *words, INK);
-            x += 22.0 + text_width(words, SCALE) as f64 + 26.0;
-        }
+    /// The heading of the sheet.
+    pub(super) fn title(&mut self, text: impl Into<String>) {
+        let middle = self.size()[0] * 0.5;
+        self.centred_in(self.text_size() * TITLE, [middle, 16.0], text.into(), INK);
+    }
+
+    fn centred_in(&mut self, size: f64, at: [f64; 2], text: String, color: [u8; 3]) {
+        let left = at[0] - text_width(&text, size) as f64 * 0.5;
+        self.labels.push(Label { at: [left, at[1]], text, size, color });
+    }
+
+    /// The legend along the lower edge: colours and what they mean.
+    pub(super) fn legend(&mut self, entries: &[([u8; 3], &str)]) {
+        self.keys = entries.iter().map(|(color, words)| (*color, (*words).to_owned())).collect();
+    }
+
+    /// From the title down to the legend: the height at which what is drawn begins and that at which it ends.
+    pub(super) fn room(&self) -> [f64; 2] {
+        [20.0 + self.text_size() * TITLE * 1.4, self.size()[1] - self.legend_height() - 4.0]
+    }
+
+    /// How high the legend is, with room above and below.
+    fn legend_height(&self) -> f64 {
+        let room = self.size()[0] as i64 - 2 * MARGIN;
+        keys_height(room, self.text_size(), &self.keys) as f64 + 14.0
     }
 
     pub(super) fn finish(self) -> Picture {
+        let (size, [w, h]) = (self.text_size(), self.size());
+        let top = h - self.legend_height() + 4.0;
         let mut picture = self.large.halved();
-        for ([x, y], text, color) in &self.labels {
-            picture.text([x.round() as i64, y.round() as i64], text, SCALE, *color);
+        for Label { at: [x, y], text, size, color } in &self.labels {
+            picture.text([x.round() as i64, y.round() as i64], text, *size, *color);
         }
+        keys(&mut picture, [MARGIN, top as i64], w as i64 - MARGIN, size, INK, &self.keys);
         picture
     }
 }

@@ -3,17 +3,24 @@
 use std::collections::HashMap;
 
 use cullet::cull::backface::cluster::{Bound, ClusterPlanes, NormalCone};
-use cullet::{Camera, CullFace, Depth, Mesh, Projection, Scene, View};
+use cullet::{CullFace, Mesh, Scene, View};
 use glam::{DMat3, DVec3};
 
-use super::{KEPT, SIGHT};
+use super::KEPT;
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::picture::Picture;
-use crate::picture::canvas::{grouped, text_width};
+use crate::picture::canvas::grouped;
+use crate::picture::font::{text_height, text_size, text_width};
 use crate::picture::palette::{INK, PAPER, mix};
 use crate::picture::shaded::{light_through, linear};
-use crate::picture::space::{Space, Surfaces};
+use crate::picture::space::{Space, Surfaces, corners, framing};
 use crate::render::render;
+
+/// The most cones of normals in a picture: those that are the largest in it.
+const MOST_CONES: usize = 400;
+
+/// A cone reaches at most so far on the picture, as a share of its height: one of a large cluster would cover all.
+const CONE_REACH: f64 = 0.07;
 
 /// Colours of neighbours, taken in turn.
 pub(in crate::picture) const COLORS: [[u8; 3]; 8] = [
@@ -48,8 +55,9 @@ pub fn clusters(scene: &Scene, view: &View) -> Picture {
     picture
 }
 
-/// [`clusters`] with the cone of normals of each that faces the eye and has one: its axis, and a disc
-/// across it as wide as its normals spread. Clusters whose normals fit no cone have none.
+/// [`clusters`] with the cone of normals of those that face the eye and have one: its axis, and a disc
+/// across it as wide as its normals spread. Clusters whose normals fit no cone have none; of more than 400 that
+/// would be seen, the largest in the picture are drawn, and the caption says so.
 #[must_use]
 pub fn cones(scene: &Scene, view: &View) -> Picture {
     let (picture, frame) = clustered(scene, view);
@@ -86,10 +94,20 @@ pub fn cones(scene: &Scene, view: &View) -> Picture {
             let ring: Vec<_> = ring.collect();
             let ends = (space.project(middle, size), space.project(world(axis * length), size));
             let (Some((foot, depth)), Some((tip, _))) = ends else { continue };
+            let (ring, tip) = within_reach(foot, ring, tip, CONE_REACH * f64::from(size[1]));
             if ring.len() == 28 && !is_hidden(&frame, &space, foot, middle, planes.radius()) {
                 glyphs.push(Glyph { depth, foot, tip, ring });
             }
         }
+    }
+    let seen = glyphs.len();
+    if seen > MOST_CONES {
+        let size = |g: &Glyph| {
+            let reach = |p: &[f64; 2]| (p[0] - g.foot[0]).hypot(p[1] - g.foot[1]);
+            g.ring.iter().map(reach).fold(0.0, f64::max)
+        };
+        glyphs.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        glyphs.truncate(MOST_CONES);
     }
     // Farthest first.
     glyphs.sort_by(|a, b| a.depth.total_cmp(&b.depth));
@@ -102,27 +120,38 @@ pub fn cones(scene: &Scene, view: &View) -> Picture {
         picture.fill_convex(&crate::picture::canvas::hull(&hull), PAPER, 0.30);
         picture.fill_convex(&ring, PAPER, 0.45);
         picture.outline(&ring, 1.0, INK, 0.8);
-        picture.line(foot, tip, 1.4, SIGHT, 1.0);
+        picture.line(foot, tip, 1.6, INK, 1.0);
     }
-    let words = format!("{} of {} clusters have a cone of normals", grouped(with), grouped(all));
+    let mut words =
+        format!("{} of {} clusters have a cone of normals", grouped(with), grouped(all));
+    if seen > MOST_CONES {
+        words +=
+            &format!("; the largest {MOST_CONES} of {} in sight are drawn", grouped(seen as u64));
+    }
     caption(&mut picture, &words);
     picture
 }
 
+/// A cone on the picture, drawn smaller where it would reach farther than that.
+fn within_reach(
+    foot: [f64; 2],
+    ring: Vec<[f64; 2]>,
+    tip: [f64; 2],
+    most: f64,
+) -> (Vec<[f64; 2]>, [f64; 2]) {
+    let reach = |p: &[f64; 2]| (p[0] - foot[0]).hypot(p[1] - foot[1]);
+    let far = ring.iter().chain([&tip]).map(reach).fold(most, f64::max);
+    let near = |p: [f64; 2]| [0, 1].map(|k| foot[k] + (p[k] - foot[k]) * (most / far));
+    (ring.into_iter().map(near).collect(), near(tip))
+}
+
 /// A view of the whole scene from a direction; `None` for an empty scene.
-pub(super) fn whole(scene: &Scene, from: [f64; 3], size: [u32; 2]) -> Option<View> {
+pub(super) fn whole(scene: &Scene, from: DVec3, size: [u32; 2]) -> Option<View> {
     let extent = scene.extent();
-    let from = DVec3::from(from).try_normalize().filter(|_| !extent.is_empty())?;
-    let (middle, radius) = ball_around(scene);
-    let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
-    // High enough for the width, too.
-    let fov_y_radians = 2.0 * (0.34f64.tan() / aspect.min(1.0)).atan();
-    let (near, far) = (radius * 0.01, f64::INFINITY);
-    let projection = Projection::Perspective { fov_y_radians, aspect, near, far };
-    // Not straight down, where up is no direction.
-    let from = if from.y.abs() > 0.95 { DVec3::new(0.2, from.y, 0.2).normalize() } else { from };
-    let camera = Camera::look_at(middle + from * (radius * 2.1), middle, projection);
-    View::new(&camera, Depth::Reversed, size).ok()
+    if extent.is_empty() {
+        return None;
+    }
+    framing(&corners(scene, &extent), from, 0.68, size)
 }
 
 /// The middle of the scene in the world, and how far its extent reaches from there.
@@ -213,8 +242,11 @@ fn is_hidden(frame: &Frame, space: &Space, at: [f64; 2], p: DVec3, radius: f64) 
 
 /// Words on a light ground in the top left corner.
 pub(in crate::picture) fn caption(picture: &mut Picture, words: &str) {
-    let scale = if picture.width >= 760 { 2 } else { 1 };
-    let (wide, high) = (text_width(words, scale), 7 * i64::from(scale));
+    let size = text_size(picture.width);
+    // In a tiny picture, as large as there is room for.
+    let room = f64::from(picture.width) - 44.0;
+    let size = size.min((size * room / text_width(words, size).max(1) as f64).max(4.0));
+    let (wide, high) = (text_width(words, size), text_height(size));
     picture.fill([12, 12], [wide + 20, high + 18], PAPER, 0.9);
-    picture.text([22, 21], words, scale, INK);
+    picture.text([22, 21], words, size, INK);
 }

@@ -6,9 +6,9 @@ use glam::{DMat3, DVec3};
 
 use super::sheet::{Flat, Sheet};
 use super::surface::{colored, planes_of, whole};
-use super::{BACK, KEPT, OTHER, SIGHT};
+use super::{BACK, KEPT};
 use crate::picture::Picture;
-use crate::picture::palette::{INK, mix};
+use crate::picture::palette::{INK, PROVED, SUBJECT, mix};
 
 /// How far the box reaches from the cluster's middle, in radii of the cluster.
 const REACH: f64 = 4.0;
@@ -26,8 +26,8 @@ pub struct VolumeFigure {
     pub proved: f64,
 }
 
-/// The culling volume of a cluster of the mesh in `slot`, in a box around it: the ideal one in green,
-/// and in blue inside of it the one that Johannsen and Carter's box of normals proves. On the left the
+/// The culling volume of a cluster of the mesh in `slot`, in a box around it: the ideal one in pink,
+/// and in green inside of it the one that Johannsen and Carter's box of normals proves. On the left the
 /// scene with the cluster marked.
 ///
 /// Without a number the cluster is the one whose normals spread the most of those that still have at
@@ -48,33 +48,35 @@ pub fn culling_volume(
     let figure =
         VolumeFigure { cluster, ideal: ideal.volume() / room, proved: proved.volume() / room };
     let mut sheet = Sheet::new(size);
-    let [w, h] = sheet.size();
+    sheet.title(format!("Cluster {cluster} and its culling volume"));
+    let words = [
+        (SUBJECT, "the cluster".to_owned()),
+        (BACK, format!("all of it faces away: {:.0} % of the box", figure.ideal * 100.0)),
+        (PROVED, format!("proved by Johannsen & Carter: {:.0} %", figure.proved * 100.0)),
+    ];
+    let words: Vec<_> = words.iter().map(|(c, w)| (*c, w.as_str())).collect();
+    sheet.legend(&words);
+    let [w, _] = sheet.size();
+    let [top, bottom] = sheet.room();
     let marked = |s: u32, t: u32| {
         let inside = s == slot && t.wrapping_sub(c.first_triangle) < c.triangle_count;
-        if inside { SIGHT } else { mix(KEPT, INK, 0.15) }
+        if inside { SUBJECT } else { mix(KEPT, INK, 0.15) }
     };
-    let left = [(w * 0.5) as u32 - 20, h as u32 - 110];
+    let left = [(w * 0.5) as u32 - 20, (bottom - top) as u32];
     let axis = axis(&planes);
     let linear = DMat3::from_cols_array_2d(&scene.transform(slot).linear.map(|c| c.map(f64::from)));
     let seen_from = (linear.inverse().transpose() * axis).normalize_or_zero() + DVec3::Y * 0.25;
-    if let Some(view) = whole(scene, seen_from.into(), left) {
-        sheet.paste([16, 52], &colored(scene, &view, &marked).0);
+    if let Some(view) = whole(scene, seen_from, left) {
+        sheet.paste([16, top as u32], &colored(scene, &view, &marked).0);
     }
     // From beside the cluster and a little before it, so that it lies on top of its volume.
     let side = axis.any_orthonormal_vector();
     let toward = axis * 0.35 + side + axis.cross(side) * 0.45;
     let reach = planes.radius() * REACH;
-    let scale = (w * 0.5 - 40.0).min(h - 130.0) / (reach * 3.3);
-    let camera = Flat::new(toward, DVec3::from(planes.centre()), [w * 0.75, h * 0.5 - 4.0], scale);
+    let scale = (w * 0.5 - 40.0).min(bottom - top - 10.0) / (reach * 3.3);
+    let middle = [w * 0.75, (top + bottom) * 0.5];
+    let camera = Flat::new(toward, DVec3::from(planes.centre()), middle, scale);
     draw(&mut sheet, &camera, &planes, &ideal, &proved, mesh, c.first_triangle, c.triangle_count);
-    sheet.centred([w * 0.5, 18.0], format!("Cluster {cluster} and its culling volume"), INK);
-    let words = [
-        (BACK, format!("ideal {:.0} %", figure.ideal * 100.0)),
-        (OTHER, format!("Johannsen-Carter {:.0} % of the box", figure.proved * 100.0)),
-        (SIGHT, "cluster".to_owned()),
-    ];
-    let words: Vec<_> = words.iter().map(|(c, w)| (*c, w.as_str())).collect();
-    sheet.legend([26.0, h - 32.0], &words);
     Some((sheet.finish(), figure))
 }
 
@@ -138,8 +140,8 @@ fn draw(
     };
     edges(sheet, false);
     faces(sheet, camera, ideal, false, BACK, 0.30);
-    faces(sheet, camera, proved, false, OTHER, 0.40);
-    faces(sheet, camera, proved, true, OTHER, 0.45);
+    faces(sheet, camera, proved, false, PROVED, 0.40);
+    faces(sheet, camera, proved, true, PROVED, 0.45);
     faces(sheet, camera, ideal, true, BACK, 0.22);
     let mut triangles: Vec<[DVec3; 3]> = (first..first + count)
         .map(|t| mesh.corners(t).map(|p| DVec3::from(p.map(f64::from))))
@@ -150,8 +152,8 @@ fn draw(
         let points = t.map(|p| camera.point(p));
         let n = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
         let lit = 0.35 * (1.0 - n.dot(camera.toward).abs());
-        sheet.fill(&points, mix(SIGHT, INK, lit), 1.0);
-        sheet.outline(&points, 0.5, mix(SIGHT, INK, 0.6));
+        sheet.fill(&points, mix(SUBJECT, INK, lit), 1.0);
+        sheet.outline(&points, 0.5, mix(SUBJECT, INK, 0.6));
     }
     edges(sheet, true);
 }

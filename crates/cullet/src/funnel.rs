@@ -1,0 +1,266 @@
+//! What each stage takes: stages, reasons, and the counts in and out of each.
+
+use std::ops::{Add, AddAssign, Sub, SubAssign};
+
+/// One kind of culling in the pipeline, in the order in which they run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Stage {
+    /// Layers that view and instance do not share.
+    Layer = 1,
+    /// Outside the view's frustum.
+    Frustum = 2,
+    /// Not seen through any portal.
+    Portal = 3,
+    /// Too small on the screen.
+    Detail = 4,
+    /// Another level of detail stands for it.
+    Lod = 5,
+    /// Behind something.
+    Occlusion = 6,
+    /// Seen from behind (or from the front, where front faces are culled).
+    Backface = 7,
+    /// Without area.
+    Degenerate = 8,
+}
+
+impl Stage {
+    /// All stages, in their order.
+    pub const ALL: [Self; 8] = [
+        Self::Layer,
+        Self::Frustum,
+        Self::Portal,
+        Self::Detail,
+        Self::Lod,
+        Self::Occlusion,
+        Self::Backface,
+        Self::Degenerate,
+    ];
+
+    /// The stage's name, as in `report.json`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Layer => "layer",
+            Self::Frustum => "frustum",
+            Self::Portal => "portal",
+            Self::Detail => "detail",
+            Self::Lod => "lod",
+            Self::Occlusion => "occlusion",
+            Self::Backface => "backface",
+            Self::Degenerate => "degenerate",
+        }
+    }
+}
+
+/// Why a thing was dropped: the stage, and a detail that is the stage's own (frustum: the number of
+/// the plane). Two bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Reason {
+    /// The stage that dropped it.
+    pub stage: Stage,
+    /// For the frustum, the number of the first plane it is outside of, or [`Reason::MIXED`]; else 0.
+    pub detail: u8,
+}
+
+impl Reason {
+    /// The detail where the parts of a thing went for different details of one stage.
+    pub const MIXED: u8 = u8::MAX;
+}
+
+/// What a stage counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Unit {
+    /// Instances.
+    Instances,
+    /// Clusters.
+    Clusters,
+    /// Triangles.
+    Triangles,
+}
+
+impl Unit {
+    /// The unit's name, as in `report.json`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Instances => "instances",
+            Self::Clusters => "clusters",
+            Self::Triangles => "triangles",
+        }
+    }
+}
+
+/// Numbers of instances, of their clusters and of their triangles.
+///
+/// Degenerate triangles are in no cluster; they count with their instance until the degenerate stage or
+/// whatever drops the whole instance takes them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Counts {
+    /// Instances of which something is there.
+    pub instances: u64,
+    /// Their clusters, but for those that were dropped as a whole. A stage of triangles leaves them, also
+    /// empty, until their instance has no triangle left.
+    pub clusters: u64,
+    /// Their triangles.
+    pub triangles: u64,
+}
+
+impl Counts {
+    /// The number of one unit.
+    #[must_use]
+    pub const fn of(&self, unit: Unit) -> u64 {
+        match unit {
+            Unit::Instances => self.instances,
+            Unit::Clusters => self.clusters,
+            Unit::Triangles => self.triangles,
+        }
+    }
+}
+
+impl Add for Counts {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            instances: self.instances + other.instances,
+            clusters: self.clusters + other.clusters,
+            triangles: self.triangles + other.triangles,
+        }
+    }
+}
+
+impl Sub for Counts {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self {
+            instances: self.instances - other.instances,
+            clusters: self.clusters - other.clusters,
+            triangles: self.triangles - other.triangles,
+        }
+    }
+}
+
+impl AddAssign for Counts {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Counts {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl std::iter::Sum for Counts {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(Self::default(), Self::add)
+    }
+}
+
+/// Counts of one stage at one unit: what came in and what went on, in all three units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FunnelRow {
+    /// The stage.
+    pub stage: Stage,
+    /// What it tested: whole instances, whole clusters, or single triangles.
+    pub unit: Unit,
+    /// What came in: what the row before left, and for the first row all of the scene.
+    pub entered: Counts,
+    /// What went on.
+    pub left: Counts,
+    /// How long it took, where the caller gave a clock.
+    pub nanoseconds: Option<u64>,
+}
+
+impl FunnelRow {
+    /// What the stage took, of each unit.
+    #[must_use]
+    pub fn dropped(&self) -> Counts {
+        self.entered - self.left
+    }
+}
+
+/// How the frustum stage found the instances: what it asked of the scene's hierarchy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrustumWork {
+    /// Nodes that asked their children, sixteen at a time.
+    pub nodes: u64,
+    /// Blocks of sixteen instances that were tested one by one.
+    pub blocks: u64,
+    /// How many times sixteen things were tested against a plane.
+    pub plane_tests: u64,
+    /// Groups of 256 instances that were not asked at all, for the view has not moved enough since they were.
+    pub remembered: u64,
+    /// Instances that were swept without asking a node: those added since the last commit, or all of them
+    /// where that is cheaper.
+    pub swept: u64,
+}
+
+/// What the occlusion stage did to get its answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OcclusionWork {
+    /// Shapes that were weighed: those that by the size of their nodes and instances on the screen might be
+    /// worth more than what the budget was spent on; all in the view, where it pays for all.
+    pub offered: u64,
+    /// Those of them that the budget allowed.
+    pub chosen: u64,
+    /// Those of them that were drawn: the others were hidden by then.
+    pub drawn: u64,
+    /// Nodes of the hierarchy, instances and clusters whose boxes were tested.
+    pub tests: u64,
+    /// What became of the time of the stage of instances, where the culler has a clock.
+    pub times: Option<OcclusionTimes>,
+}
+
+/// Nanoseconds of the parts of the occlusion stage of instances.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OcclusionTimes {
+    /// Emptying the buffer, and choosing what to draw into it.
+    pub choosing: u64,
+    /// Drawing it.
+    pub drawing: u64,
+    /// Asking what is hidden.
+    pub asking: u64,
+}
+
+/// Counts in and out of each stage that ran, in the order in which they ran: what leaves a row enters the
+/// next. Two funnels are equal if their counts are, whatever work it took to get them.
+#[derive(Clone, Debug, Default)]
+pub struct Funnel {
+    /// One row for each stage and unit.
+    pub rows: Vec<FunnelRow>,
+    /// What the frustum stage did to get its answer, where it ran: less where the last frame's answer serves.
+    pub frustum: FrustumWork,
+    /// What the occlusion stage did, where it ran.
+    pub occlusion: OcclusionWork,
+}
+
+impl PartialEq for Funnel {
+    fn eq(&self, other: &Self) -> bool {
+        self.rows == other.rows
+    }
+}
+
+impl Funnel {
+    /// All of the scene: what entered the first stage.
+    #[must_use]
+    pub fn entered(&self) -> Counts {
+        self.rows.first().map_or(Counts::default(), |row| row.entered)
+    }
+
+    /// The answer: what the last stage left.
+    #[must_use]
+    pub fn left(&self) -> Counts {
+        self.rows.last().map_or(Counts::default(), |row| row.left)
+    }
+
+    /// What a stage took, whether as instances, as clusters or triangle by triangle.
+    #[must_use]
+    pub fn dropped(&self, stage: Stage) -> Counts {
+        self.rows.iter().filter(|row| row.stage == stage).map(FunnelRow::dropped).sum()
+    }
+}
