@@ -449,10 +449,12 @@ fn a_report_speaks_of_milliseconds_where_costs_are_known() {
     assert!(lines.contains("culling saves about"), "{lines}");
     assert!(lines.contains("measured with a painter on 2026-03-09, on another machine"), "{lines}");
     assert!(page().contains("culling saves about") && page().contains("4.0 ns for one outside"));
-    // All of what these stages take would have been rejected.
+    // What is hidden would have been drawn; what the other stages take would have been rejected.
+    let drawn = with["costs"]["drawn_triangle_ns"].as_f64().unwrap();
     let removed = with["summary"]["removed"].as_object().unwrap();
     let price = |stage: &str| match stage {
         "frustum" | "backface" | "degenerate" => 4.0,
+        "occlusion" => drawn,
         other => panic!("unexpected stage {other}"),
     };
     let ns: f64 = removed.iter().map(|(s, n)| price(s) * n.as_f64().unwrap()).sum();
