@@ -3,7 +3,6 @@
 import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { inflateSync } from "node:zlib";
 import { tmpdir } from "node:os";
-import { pathToFileURL } from "node:url";
 import { join } from "node:path";
 import assert from "node:assert/strict";
 import { MIDDLE, SIZE, WAIT, changed, data, drag, drop, launch, open, running, settled, start } from "./browser.mjs";
@@ -180,21 +179,14 @@ async function lose(browser, url, query, name) {
   await page.close();
 }
 
-/** A chapter of the book shows the page in a frame, once that is unfolded. */
-async function embedded(browser, url, chapter) {
+/** The state that a chapter of the book links to opens in the page. */
+async function linked(browser, url, chapter) {
   const text = await readFile(new URL(`../../../../docs/src/${chapter}.md`, import.meta.url), "utf8");
-  const [part] = text.match(/<details>[^]*?<iframe[^]*?<\/details>/) ?? [];
-  assert(part, `${chapter}.md embeds the page`);
-  // As a file, as the book is read where nobody serves it.
-  const file = join(folder, `${chapter}.html`);
-  await writeFile(file, part.replaceAll("http://127.0.0.1:8080", new URL(url).origin));
-  const page = await browser.newPage({ viewport: SIZE });
-  await page.goto(pathToFileURL(file).href);
-  await page.click("summary");
-  const frame = await (await page.waitForSelector("iframe")).contentFrame();
-  await running(frame);
-  assert.equal(await data(frame, "notice"), "", `${chapter}: the link of the frame makes sense`);
-  console.log(`${chapter}: shows ${await data(frame, "scene")}, faces ${await data(frame, "faces")}`);
+  const [, state] = text.match(/\]\(viewer\/index\.html(#[^)]*)\)/) ?? [];
+  assert(state, `${chapter}.md links to the page`);
+  const { page } = await open(browser, url.replace(/#.*/, state), "?webgl");
+  assert.equal(await data(page, "notice"), "", `${chapter}: the link makes sense`);
+  console.log(`${chapter}: shows ${await data(page, "scene")}, faces ${await data(page, "faces")}`);
   await page.close();
 }
 
@@ -216,9 +208,9 @@ try {
   const { page } = await open(browser, server.url.replace(/#.*/, "#scene=city&wipe=%22no%22"), "?webgl");
   assert.match(await data(page, "notice"), /link/);
   await page.close();
-  await embedded(browser, server.url, "backface");
-  await embedded(browser, server.url, "clipping");
-  await embedded(browser, server.url, "occlusion");
+  for (const chapter of ["frustum", "hierarchy", "backface", "clipping", "occlusion"]) {
+    await linked(browser, server.url, chapter);
+  }
   await server.end();
 
   // A file that is served.
