@@ -59,9 +59,13 @@ pub(crate) fn tests() -> Ended {
     if graphics::is_there() && is_ci() {
         test.env("CULLET_REQUIRE_GPU", "1").env("WGPU_BACKEND", "vulkan");
     }
-    run(test)?;
+    let tested = run(test);
     let skips = skipped_tests(&std::fs::read_to_string(&skipped).map_err(fail)?);
-    Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
+    Ok(match tested {
+        Err(why) => End::Failed(why, skips),
+        Ok(()) if skips.is_empty() => End::Passed,
+        Ok(()) => End::Partly(skips),
+    })
 }
 
 /// A program of that build, made where it is not there yet. Examples are built along, for what their dependencies

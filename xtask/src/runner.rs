@@ -26,6 +26,8 @@ pub(crate) enum End {
     /// It passed, but for what is named.
     Partly(Vec<Skip>),
     Skipped(Skip),
+    /// It failed for this reason, and left out what is named.
+    Failed(String, Vec<Skip>),
 }
 
 /// How a step ends; the error says in a line why it failed.
@@ -47,6 +49,16 @@ struct Row {
     name: &'static str,
     end: Ended,
     took: Duration,
+}
+
+impl Row {
+    /// Why it failed, if it did.
+    fn failure(&self) -> Option<&str> {
+        match &self.end {
+            Err(why) | Ok(End::Failed(why, _)) => Some(why),
+            Ok(_) => None,
+        }
+    }
 }
 
 /// Runs the steps whose name contains `filter`, all of them, and prints the sums; an error names those that failed.
@@ -71,7 +83,7 @@ pub(crate) fn run(steps: &[Step], filter: &str) -> Done {
         match &end {
             Ok(End::Skipped(skip)) => println!("skipped: {}; {}", skip.what, skip.cure),
             // Again at the end, where it can be found.
-            Err(e) => println!("failed: {e}"),
+            Err(e) | Ok(End::Failed(e, _)) => println!("failed: {e}"),
             Ok(_) => {}
         }
         rows.push(Row { name: step.name, end, took: begun.elapsed() });
@@ -80,7 +92,7 @@ pub(crate) fn run(steps: &[Step], filter: &str) -> Done {
     println!("{}", missing(&rows));
     let failed: Vec<String> = rows
         .iter()
-        .filter_map(|row| row.end.as_ref().err().map(|e| format!("  {}: {e}", row.name)))
+        .filter_map(|row| row.failure().map(|e| format!("  {}: {e}", row.name)))
         .collect();
     if failed.is_empty() {
         return Ok(());
@@ -95,7 +107,7 @@ fn table(rows: &[Row], took: Duration) -> String {
         let end = match row.end {
             Ok(End::Passed | End::Partly(_)) => "passed",
             Ok(End::Skipped(_)) => "skipped",
-            Err(_) => "FAILED",
+            Ok(End::Failed(..)) | Err(_) => "FAILED",
         };
         text += &format!("{:<12} {end:<8} {:>7.0}\n", row.name, row.took.as_secs_f64());
     }
@@ -106,7 +118,7 @@ fn table(rows: &[Row], took: Duration) -> String {
 fn missing(rows: &[Row]) -> String {
     let skips = rows.iter().flat_map(|row| match &row.end {
         Ok(End::Skipped(skip)) => std::slice::from_ref(skip),
-        Ok(End::Partly(skips)) => skips,
+        Ok(End::Partly(skips) | End::Failed(_, skips)) => skips,
         _ => &[],
     });
     let mut by_cure: Vec<(&str, Vec<&str>)> = Vec::new();
@@ -178,16 +190,17 @@ mod tests {
         };
         let steps = [
             Step { name: "bad", run: || Err("it broke".to_owned()) },
+            Step { name: "worse", run: || Ok(End::Failed("it fell".to_owned(), Vec::new())) },
             Step { name: "absent", run: || Ok(End::Skipped(Skip::new("a", "b"))) },
             Step { name: "last", run: last },
         ];
         let error = run(&steps, "").expect_err("a step failed");
-        assert!(error.contains("1 of 3") && error.contains("bad: it broke"), "{error}");
+        assert!(error.contains("2 of 4") && error.contains("worse: it fell"), "{error}");
         assert_eq!(RAN.load(Ordering::Relaxed), 1);
         assert_eq!(run(&steps, "la"), Ok(()));
         assert_eq!(RAN.load(Ordering::Relaxed), 2);
         let error = run(&steps, "none").expect_err("no such step");
-        assert!(error.contains("bad, absent, last"), "{error}");
+        assert!(error.contains("bad, worse, absent, last"), "{error}");
     }
 
     #[test]
@@ -198,16 +211,22 @@ mod tests {
             row("tests", Ok(End::Partly(vec![Skip::new("t", "data"), Skip::new("u", "data")]))),
             row("more", Ok(End::Partly(vec![Skip::new("links of the book", "get mdbook")]))),
             row("bad", Err("broke".into())),
+            row("worse", Ok(End::Failed("broke".into(), vec![Skip::new("v", "data")]))),
         ];
         let list = missing(&rows);
         let lines: Vec<&str> = list.lines().map(str::trim).collect();
-        assert_eq!(lines[1..], ["get mdbook", "the book", "links of the book", "data", "t", "u"]);
+        assert_eq!(
+            lines[1..],
+            ["get mdbook", "the book", "links of the book", "data", "t", "u", "v"]
+        );
         let table = table(&rows, Duration::from_secs(9));
-        for (name, end) in [("book", "skipped"), ("tests", "passed"), ("bad", "FAILED")] {
+        for (name, end) in
+            [("book", "skipped"), ("tests", "passed"), ("bad", "FAILED"), ("worse", "FAILED")]
+        {
             let line = table.lines().find(|l| l.starts_with(name)).expect("a row");
             assert_eq!(line.split_whitespace().collect::<Vec<_>>()[1..], [end, "2"], "{table}");
         }
-        assert_eq!(missing(&rows[3..]), "nothing was skipped");
+        assert_eq!(missing(&rows[3..4]), "nothing was skipped");
     }
 
     #[test]

@@ -55,13 +55,6 @@ impl Source {
     }
 }
 
-/// What is said where there is no such file: it may have been meant for a scene.
-fn no_file(path: &Path) -> String {
-    let known: Vec<&str> = scenes::list().iter().map(|s| s.name).collect();
-    let known = known.join(", ");
-    format!("{}: there is no such file, nor such a scene; built in are {known}", path.display())
-}
-
 /// What is said of a model that moves, since the viewer does not show it moving.
 #[must_use]
 pub fn at_rest(model: &Model) -> Option<Warning> {
@@ -169,7 +162,9 @@ impl World {
     pub fn load(source: &Source) -> Result<Self, String> {
         let mut model = match source {
             Source::Builtin(text) => scenes::build(text).map_err(|e| e.to_string())?,
-            Source::File(path) if !path.exists() => return Err(no_file(path)),
+            Source::File(path) if !path.exists() => {
+                return Err(scenes::no_such_file(&path.to_string_lossy()));
+            }
             Source::File(path) => load(path, &LoadOptions::default()).map_err(|e| e.to_string())?,
             Source::Bytes { name, bytes, beside } => {
                 load_bytes_with(name, bytes, beside, &LoadOptions::default())

@@ -86,7 +86,9 @@ pub(crate) fn run(args: &CalibrateArgs, console: &Console) -> Outcome {
     stored.costs().check().map_err(|e| {
         let rounds = args.rounds.saturating_mul(3).min(1000);
         Failure::input(format!(
-            "measured that {e}: the machine was too busy; try again, or --rounds {rounds}"
+            "{} came out at {:.1} ns, which cannot be: the machine was too busy; try again, or --rounds {rounds}",
+            e.what.replace('_', " "),
+            e.value
         ))
     })?;
     print(console, &stored);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::charts::{short, stage_color};
 use super::html::escape;
-use crate::console::{grouped, percent};
+use crate::console::{count, grouped, percent};
 use crate::record::{BackfaceRecord, DepthRecord, Record, Summary, ViewRecord};
 
 /// More rows than this are left to report.json: a page of a thousand meshes helps nobody.
@@ -71,10 +71,12 @@ pub(crate) fn whole(out: &mut String, s: &Summary) {
          mean over the views.",
     );
     if occluders {
-        let [offered, drawn] = w.occluders.map(|n| grouped(n / views));
+        let [offered, drawn] = w.occluders.map(|n| n / views);
+        let offered = count(offered, "occluder", "occluders");
         let _ = write!(
             out,
-            " Of {offered} occluders weighed in a view, {drawn} were drawn to hide others."
+            " A view considered {offered} and drew {} of them to hide others.",
+            grouped(drawn)
         );
     }
     out.push_str(
