@@ -214,11 +214,13 @@ fn openness(
             continue;
         }
         let v = points[at] - p;
-        let length = v.length();
-        if length > 0.0 && world > 0.0 {
+        let above = n.dot(v);
+        // Half of all samples are not above the surface, and are done with before the root.
+        if above > 0.0 && world > 0.0 {
+            let length = v.length();
             // What is much farther than the radius is not near at all.
             let far = length / (3.0 * world);
-            shade += (n.dot(v) / length - 0.08).max(0.0) / (1.0 + far * far);
+            shade += (above / length - 0.08).max(0.0) / (1.0 + far * far);
         }
     }
     (1.0 - 1.9 * shade / AMBIENT_SAMPLES as f64).max(0.12)
