@@ -12,6 +12,7 @@ mod exact;
 mod funnel;
 pub mod hierarchy;
 pub mod mesh;
+mod prepared;
 mod scene;
 mod transform;
 pub mod view;
@@ -25,9 +26,13 @@ pub use funnel::{
 };
 pub use hierarchy::{Commit, Handle};
 pub use mesh::{Mesh, MeshData};
+pub use prepared::{Preparation, Prepared};
 pub use scene::{
     BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneBoundsMut, SceneError, Stray,
 };
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
-pub use visible::{DrawRange, DroppedRange, SlotRange, TriangleRange, Visible};
+pub use visible::{
+    Draw, DrawCommand, DrawKey, DrawList, DrawRange, DrawState, DroppedRange, MeshPlace, SlotRange,
+    TriangleRange, Visible,
+};

@@ -11,7 +11,9 @@ use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Coherent;
 use cullet::cull::occlusion::Occlusion;
 use cullet::hierarchy::Hierarchy;
-use cullet::{Culler, Instance, Level, Output, Scene, Transform, View, ViewState, Visible};
+use cullet::{
+    Culler, Instance, Level, Output, Preparation, Scene, Transform, View, ViewState, Visible,
+};
 
 struct Counting;
 
@@ -61,6 +63,7 @@ fn steady_state_allocates_nothing() {
         let place = [rng.range(-6.0, 6.0), rng.range(-6.0, 6.0), -8.0 - f64::from(i) * 0.1];
         solids.add(Instance::new(mesh, Transform::from_translation(place))).expect("few");
     }
+    solids.prepare(Preparation::default());
     let culler = Culler {
         occlusion: Some(Occlusion::default()),
         output: Output::Triangles,

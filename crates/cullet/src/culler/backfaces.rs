@@ -3,7 +3,7 @@
 use super::run::{Pass, Run, triangles_of};
 use super::triangles::clusters_of_list;
 use super::{Backface, Culler};
-use crate::cull::backface::{BackfaceEye, ObjectEye, ViewEye};
+use crate::cull::backface::{BackfaceEye, Backfaces, ClusterCones, ObjectEye, ViewEye};
 use crate::cull::output::keep_listed;
 use crate::funnel::{Reason, Stage, Unit};
 use crate::mesh::Mesh;
@@ -18,13 +18,13 @@ pub(super) struct Backs<'a> {
 }
 
 /// The eye of one instance.
-enum Eye {
+enum Eye<'a> {
     /// None that proves anything: all is kept.
     Undecided,
     /// Only the test from the corners is fine enough, or it is asked for.
     Exact(ObjectEye),
     /// Cones and planes.
-    Fast(ObjectEye, BackfaceEye),
+    Fast(ObjectEye, &'a Backfaces, BackfaceEye),
 }
 
 impl<'a> Backs<'a> {
@@ -40,39 +40,41 @@ impl<'a> Backs<'a> {
         !exempt && !two_sided && scene.is_rigid(slot)
     }
 
+    /// The cones of the mesh of an instance; a box has none, since no cluster of it faces one way.
+    fn cones(&self, slot: u32) -> Option<&'a ClusterCones> {
+        self.scene.prepared_of(slot).cluster_cones(self.eye.culled_side())
+    }
+
     /// Whether there may be an eye that some cluster of an instance faces away from.
     pub(super) fn may_cull_clusters(&self, slot: u32) -> bool {
-        // A box has no cluster that faces one way: nothing more is asked of it.
-        self.has_back(slot)
-            && !self.scene.mesh(slot).cluster_cones(self.eye.culled_side()).is_empty()
+        self.has_back(slot) && self.cones(slot).is_some()
     }
 
-    /// Whether it is the mesh for which [`may_cull_clusters`](Self::may_cull_clusters) says no. Cones are not made to
-    /// find out.
+    /// Whether it is the mesh for which [`may_cull_clusters`](Self::may_cull_clusters) says no.
     pub(super) fn none_of_mesh(&self, slot: u32) -> bool {
         let mesh = self.scene.mesh(slot);
-        mesh.is_two_sided()
-            || mesh.is_deformable()
-            || self.has_back(slot) && mesh.cluster_cones(self.eye.culled_side()).is_empty()
+        mesh.is_two_sided() || mesh.is_deformable() || self.cones(slot).is_none()
     }
 
-    fn eye_of(&self, slot: u32) -> Eye {
+    fn eye_of(&self, slot: u32) -> Eye<'a> {
         let eye = self.eye.in_space_of(self.scene.transform(slot));
         if !eye.culls_any() {
             return Eye::Undecided;
         }
-        let fast = (self.culler.backface == Backface::Fast)
-            .then(|| self.scene.mesh(slot).backfaces().eye(&eye));
-        fast.flatten().map_or(Eye::Exact(eye), |fast| Eye::Fast(eye, fast))
+        let planes = self.scene.prepared_of(slot).backfaces();
+        let fast = planes
+            .filter(|_| self.culler.backface == Backface::Fast)
+            .and_then(|planes| Some(Eye::Fast(eye, planes, planes.eye(&eye)?)));
+        fast.unwrap_or(Eye::Exact(eye))
     }
 
     /// Sets the bits of those clusters of an instance that face away; whether there may be any.
     fn cull_clusters(&self, slot: u32, culled: &mut Vec<u64>) -> bool {
-        if !self.may_cull_clusters(slot) {
+        if !self.has_back(slot) {
             return false;
         }
-        let cones = self.scene.mesh(slot).cluster_cones(self.eye.culled_side());
-        let Eye::Fast(_, eye) = self.eye_of(slot) else { return false };
+        let Some(cones) = self.cones(slot) else { return false };
+        let Eye::Fast(_, _, eye) = self.eye_of(slot) else { return false };
         cones.cull(self.culler.level, &eye, culled);
         true
     }
@@ -135,7 +137,7 @@ impl Pass<'_> {
             match backs.eye_of(slot) {
                 Eye::Undecided => return false,
                 Eye::Exact(eye) => keep_exact(mesh, &eye, triangles, kept),
-                Eye::Fast(exact, eye) => {
+                Eye::Fast(exact, planes, eye) => {
                     // Runs and ranges ascend by slot, most often in step.
                     let of = |from: &[Run], wanted: fn(u32, u32) -> bool| {
                         from.iter().take_while(|run| wanted(run.slot, slot)).count()
@@ -158,11 +160,11 @@ impl Pass<'_> {
                             words.resize(words.len().max((end - base) as usize), 0);
                             let words = &mut words[(first - base) as usize..(end - base) as usize];
                             if !find_doubt {
-                                mesh.backfaces().cull_words(level, &eye, first as usize, words);
+                                planes.cull_words(level, &eye, first as usize, words);
                                 continue;
                             }
                             doubt.resize(words.len(), 0);
-                            mesh.backfaces().keep_words(level, &eye, first as usize, &mut doubt);
+                            planes.keep_words(level, &eye, first as usize, &mut doubt);
                             doubt.iter_mut().zip(&*words).for_each(|(d, w)| *d = !(*d | w));
                             cull_in_doubt(mesh, &exact, *run, first, &doubt, words);
                         }

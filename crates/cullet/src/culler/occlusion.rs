@@ -14,7 +14,7 @@ use super::{Culler, Output};
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
-    Asker, Choice, Footprint, Nearest, Occlusion, OcclusionBuffer, Shape, Verdict,
+    Asker, Choice, Footprint, Nearest, Occluder, Occlusion, OcclusionBuffer, Shape, Verdict,
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
 use crate::scene::{Scene, Tally};
@@ -81,13 +81,7 @@ impl OcclusionState {
         let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return found };
         for &(by, shape) in &self.drawn {
             alone.begin(view, scene.origin());
-            draw(
-                &mut alone,
-                culler,
-                scene,
-                by,
-                &scene.mesh(by).occluder().shapes()[shape as usize],
-            );
+            draw(&mut alone, culler, scene, by, &scene.prepared_of(by).shapes()[shape as usize]);
             let Footprint { min, max, nearness } = footprint;
             let covers = (min[1]..=max[1])
                 .any(|y| (min[0]..=max[0]).any(|x| alone.nearness(x, y) > nearness));
@@ -288,7 +282,7 @@ impl Pass<'_> {
             if c.footprint.is_some_and(|f| buffer.is_covering(self.culler.level, &f)) {
                 continue;
             }
-            let shape = &self.scene.mesh(c.slot).occluder().shapes()[c.shape as usize];
+            let shape = &self.scene.prepared_of(c.slot).shapes()[c.shape as usize];
             draw(buffer, self.culler, self.scene, c.slot, shape);
             state.drawn.push((c.slot, c.shape));
             cost += c.cost;
@@ -350,12 +344,13 @@ fn fronts_are_drawn(view: &View) -> bool {
     )
 }
 
-/// Whether an instance has shapes that may hide something.
-pub(super) fn occludes(scene: &Scene, slot: u32) -> bool {
+/// The occluder of an instance that may hide something.
+pub(super) fn occluder_of(scene: &Scene, slot: u32) -> Option<&Occluder> {
     let flags = scene.flags(slot);
-    !(flags.no_occlusion || flags.transparent)
-        && scene.is_rigid(slot)
-        && !scene.mesh(slot).occluder().shapes().is_empty()
+    if flags.no_occlusion || flags.transparent || !scene.is_rigid(slot) {
+        return None;
+    }
+    scene.prepared_of(slot).occluder().filter(|occluder| !occluder.shapes().is_empty())
 }
 
 /// A box around the view's eye and its near rectangle, relative to an origin: what the near plane cuts away
@@ -381,8 +376,8 @@ fn near_box(view: &View, origin: [f64; 3]) -> Aabb {
 }
 
 /// Whether the view may begin within what the occluder of an instance seals off.
-pub(super) fn is_within(scene: &Scene, slot: u32, near: &Aabb) -> bool {
-    let sealed = scene.mesh(slot).occluder().sealed().iter();
+pub(super) fn is_within(scene: &Scene, slot: u32, occluder: &Occluder, near: &Aabb) -> bool {
+    let sealed = occluder.sealed().iter();
     sealed.map(|b| scene.transform(slot).transform_box(b, scene.origin())).any(|b| {
         // A NaN is no proof that they are apart.
         !(0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a])
