@@ -12,7 +12,8 @@ use cullet::cull::frustum::tree::Coherent;
 use cullet::cull::occlusion::Occlusion;
 use cullet::hierarchy::Hierarchy;
 use cullet::{
-    Culler, Instance, Level, Output, Preparation, Scene, Transform, View, ViewState, Visible,
+    Culler, DrawList, Instance, Level, Output, Preparation, Scene, Transform, View, ViewState,
+    Visible,
 };
 
 struct Counting;
@@ -46,12 +47,19 @@ fn steady_state_allocates_nothing() {
         let culler = Culler { output, reasons: true, frustum_exact: true, ..Culler::default() };
         let mut state = ViewState::default();
         let mut result = Visible::default();
+        let mut list = DrawList::default();
+        let mut fill = |result: &Visible| {
+            list.fill(&scene, result, &[]);
+            list.fill_triangles(&scene, result, &[]);
+        };
         for view in &views {
             culler.cull_one(&scene, view, &mut state, &mut result);
+            fill(&result);
         }
         let before = ALLOCATIONS.load(Ordering::Relaxed);
         for view in &views {
             culler.cull_one(&scene, view, &mut state, &mut result);
+            fill(&result);
         }
         let after = ALLOCATIONS.load(Ordering::Relaxed);
         assert_eq!(after - before, 0, "{output:?}");
