@@ -1,14 +1,12 @@
 //! The culler: runs the stages in order and says what is left.
 
-mod backfaces;
-mod count;
-mod density;
+mod answer;
 mod explain;
-mod instances;
-mod occluders;
-mod occlusion;
-mod run;
-mod triangles;
+mod frame;
+mod log;
+mod pipeline;
+mod sets;
+mod stage;
 
 pub use explain::{Explanation, Step};
 
@@ -105,7 +103,7 @@ impl Default for Culler {
 /// an answer.
 #[derive(Clone, Debug, Default)]
 pub struct ViewState {
-    scratch: run::Scratch,
+    scratch: pipeline::Scratch,
 }
 
 impl ViewState {
@@ -113,14 +111,14 @@ impl ViewState {
     /// [`Culler::occlusion`]. A later cull without leaves it as it is.
     #[must_use]
     pub fn occlusion_buffer(&self) -> Option<&OcclusionBuffer> {
-        self.scratch.occlusion.buffer.as_ref()
+        self.scratch.caches.occlusion.buffer.as_ref()
     }
 
     /// What was drawn into that buffer, front to back: slots, and which of the shapes of the slot's
     /// [occluder](crate::Prepared::occluder).
     #[must_use]
     pub fn occluders_drawn(&self) -> &[(u32, u32)] {
-        &self.scratch.occlusion.drawn
+        &self.scratch.caches.occlusion.drawn
     }
 }
 
@@ -237,6 +235,6 @@ impl Culler {
         state: &mut ViewState,
         result: &mut Visible,
     ) {
-        run::Pass::new(self, scene, view, &mut state.scratch, result).run();
+        pipeline::run(self, scene, view, None, &mut state.scratch, result);
     }
 }

@@ -285,6 +285,13 @@ impl Mesh {
         self.degenerate
     }
 
+    /// The degenerate triangles, in the mesh's order: they follow the last cluster.
+    #[must_use]
+    pub fn degenerate_triangles(&self) -> std::ops::Range<u32> {
+        let count = self.triangle_count();
+        count - self.degenerate..count
+    }
+
     /// The original number of each triangle of the mesh's order.
     #[must_use]
     pub fn original_triangle(&self) -> &[u32] {
