@@ -75,12 +75,17 @@ impl BackfaceTest {
             return;
         }
         let object = view_eye.in_space_of(scene.transform(slot));
-        let fast = (culler.backface == Backface::Fast).then(|| mesh.backfaces().eye(&object));
-        let fast = fast.flatten();
-        if let Some(eye) = &fast {
+        let prepared = scene.prepared_of(slot);
+        let planes = prepared.backfaces().filter(|_| culler.backface == Backface::Fast);
+        let fast = planes.and_then(|planes| Some((planes, planes.eye(&object)?)));
+        if let Some((planes, eye)) = &fast {
             self.words.resize(mesh.triangle_count().div_ceil(64) as usize, 0);
-            mesh.backfaces().cull_words(culler.level, eye, 0, &mut self.words);
-            mesh.cluster_cones(eye.facing()).cull(culler.level, eye, &mut self.clusters);
+            planes.cull_words(culler.level, eye, 0, &mut self.words);
+            self.clusters.clear();
+            self.clusters.resize(mesh.clusters().len().div_ceil(64), 0);
+            if let Some(cones) = prepared.cluster_cones(eye.facing()) {
+                cones.cull(culler.level, eye, &mut self.clusters);
+            }
         }
         let bit = |words: &[u64], i: u32| words[i as usize / 64] >> (i % 64) & 1 == 1;
         for (c, cluster) in (0..).zip(mesh.clusters()) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Backface, Culler, Stage, View};
+use cullet::{Backface, Culler, Preparation, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
 
@@ -34,7 +34,13 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
         limit(&model, args)?;
         model
     } else {
-        let mut options = LoadOptions { two_sided, details, ..LoadOptions::default() };
+        let mut options = LoadOptions {
+            two_sided,
+            details,
+            // Commands that cull know what they need.
+            prepare: Preparation::NONE,
+            ..LoadOptions::default()
+        };
         options.up = args.up.map(|up| match up {
             UpAxis::Y => Up::Y,
             UpAxis::Z => Up::Z,
@@ -108,7 +114,7 @@ pub(crate) fn begin(model: &mut Model, args: &ViewArgs, console: &Console) -> Re
     }
     pose(model, first)?;
     // What had no bounds was sorted by nothing.
-    model.scene.commit();
+    model.scene.sort();
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use cullet::{Instance, Mesh, Scene, View};
+use cullet::{Instance, Mesh, Preparation, Scene, View};
 use cullet_bake::occluders::{
     OccluderOptions, Occluders, Polygon, Validation, occluders, validate,
 };
@@ -168,7 +168,7 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
             Comparison::new(&args.compare, args.size, &mut model, console, |model: &mut Model| {
                 for (mesh, made) in (0..).zip(&made) {
                     let occluder = made.to_engine().map_err(Failure::input)?;
-                    model.scene.edit_mesh(mesh, |mesh| mesh.set_occluder(occluder));
+                    model.scene.set_occluder(mesh, occluder);
                 }
                 Ok(())
             })?;
@@ -308,6 +308,7 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
         // Nobody asks how good they are.
         options.directions = 0;
     }
+    model.scene.prepare(Preparation { occluder: true, ..Preparation::NONE });
     let found = of_meshes(model.scene.meshes(), console, |mesh| {
         occluders(mesh, &options).map_err(Failure::usage)
     })?;
@@ -316,7 +317,8 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
         let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
             made.polygons.iter().partition(|p| p.tolerance == 0.0);
         let occluder = made.to_engine().map_err(Failure::input)?;
-        let own_cost = |id| model.scene.meshes()[id as usize].occluder().cost(PIXELS);
+        let own_cost =
+            |id| model.scene.prepared()[id as usize].occluder().map_or(0.0, |own| own.cost(PIXELS));
         let take = match args.occluders {
             OccluderKind::Auto => {
                 off.is_empty()
@@ -331,7 +333,7 @@ pub(crate) fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Res
             polygons += exact.len() as u64;
             own += own_triangles(&made);
             sloped += off.len() as u64;
-            model.scene.edit_mesh(id, |mesh| mesh.set_occluder(occluder));
+            model.scene.set_occluder(id, occluder);
         }
     }
     let left_out = match sloped {

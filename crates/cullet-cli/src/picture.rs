@@ -77,6 +77,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let mut culler = inputs::culler(&args.cull);
     culler.output = Output::Triangles;
     (culler.reasons, culler.dropped) = (true, true);
+    model.scene.prepare(culler.preparation());
     let scene = &model.scene;
     let colors = drawing::colors(&model);
     let options = RenderOptions { threads: args.view.threads, ..RenderOptions::default() };

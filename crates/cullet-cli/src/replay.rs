@@ -107,7 +107,7 @@ pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mu
     let Some(buffer) = state.occlusion_buffer() else { return };
     recording.begin(view, scene.origin(), buffer.size());
     for &(slot, shape) in state.occluders_drawn() {
-        let shapes = scene.mesh(slot).occluder().shapes();
+        let shapes = scene.prepared_of(slot).shapes();
         recording.draw(&shapes[shape as usize], scene.transform(slot));
     }
     // What a stage before had dropped was not asked about.

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use cullet::{Backface, Culler, Output, Reason, Stage, Unit, View, ViewState, Visible};
+use cullet::{Culler, Output, Reason, Stage, Unit, View, ViewState, Visible};
 use cullet_draw::{Frame, FrameStats, PixelId, Verification, VerifyOptions};
 use cullet_io::Model;
 
@@ -85,21 +85,12 @@ pub(crate) fn clock() -> u64 {
 
 impl Survey {
     /// Ready for the first view.
-    pub(crate) fn new(model: Model, mut culler: Culler, options: VerifyOptions) -> Self {
+    pub(crate) fn new(mut model: Model, mut culler: Culler, options: VerifyOptions) -> Self {
         culler.output = Output::Triangles;
         (culler.reasons, culler.dropped) = (true, true);
         culler.clock = Some(clock);
+        model.scene.prepare(culler.preparation());
         let scene = &model.scene;
-        if culler.backface == Backface::Fast {
-            // Else the first view's times would have it.
-            scene.prepare();
-        }
-        if culler.occlusion.is_some() {
-            // Likewise made by the first call.
-            for mesh in scene.meshes() {
-                mesh.occluder();
-            }
-        }
         let mut meshes = vec![MeshTally::default(); scene.meshes().len()];
         scene.slots().for_each(|s| meshes[scene.mesh_id(s) as usize].instances += 1);
         let slots = vec![SlotTally::default(); scene.slot_count() as usize];

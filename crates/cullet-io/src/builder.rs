@@ -98,7 +98,7 @@ impl<'a> Builder<'a> {
         self.instance(name, Instance::new(mesh, Transform::IDENTITY))
     }
 
-    /// The model, its scene committed. Decides the sides of each mesh: as the options say, else
+    /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else
     /// one-sided if it is a solid.
     pub(crate) fn finish(mut self) -> Result<Model, ErrorKind> {
         if self.triangles == 0 {
@@ -123,7 +123,7 @@ impl<'a> Builder<'a> {
             model.scene.add(instance).map_err(|e| invalid(e.to_string()))?;
             model.instance_names.push(name);
         }
-        model.scene.commit();
+        model.scene.sort();
         Ok(model)
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use cullet::Preparation;
+
 use crate::beside::Beside;
 use crate::blocks::Source;
 use crate::format::{Format, LOOK, recognise};
@@ -23,6 +25,8 @@ pub struct LoadOptions {
     /// (glTF, OBJ and PLY), and the places of nodes that draw nothing (glTF). Off unless asked for; it costs
     /// up to 36 bytes a vertex and 128 a node.
     pub details: bool,
+    /// What is made ready of each mesh for culling; [`Scene::prepare`](cullet::Scene::prepare) does it later.
+    pub prepare: Preparation,
 }
 
 impl Default for LoadOptions {
@@ -33,6 +37,7 @@ impl Default for LoadOptions {
             max_triangles: 500_000_000,
             max_instances: 50_000_000,
             details: false,
+            prepare: Preparation::default(),
         }
     }
 }
@@ -42,7 +47,7 @@ impl Default for LoadOptions {
 /// OBJ, PLY, STL, OFF and `OCCSCN01` say nothing of sides: their solids are one-sided, all else is
 /// two-sided. Every vertex of the model is finite and every index in range; a file without triangles
 /// loads as an empty scene with a warning. Memory stays within three times the decoded geometry (12 bytes
-/// a vertex and 12 a triangle) and a little: OBJ, PLY, STL and OFF are read in blocks, and counts that a
+/// a vertex and 12 a triangle), what is prepared for culling, and a little: OBJ, PLY, STL and OFF are read in blocks, and counts that a
 /// file claims are held against the bytes it has before anything is allocated. What
 /// [`LoadOptions::details`] keeps comes on top: its own size, in OBJ twice that and some 40 bytes for each
 /// combination of position, texture coordinates and normal.
@@ -55,7 +60,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
         let folder = path.parent().unwrap_or(Path::new(""));
         decode(path, Source::open(path)?, options, Beside::Folder(folder))
     };
-    read().map(rebased).map_err(|kind| kind.at(path))
+    read().map(|model| finished(model, options)).map_err(|kind| kind.at(path))
 }
 
 /// Loads a model from memory. `name` stands for the file's name in messages, and its ending helps to
@@ -83,13 +88,13 @@ pub fn load_bytes_with(
 ) -> Result<Model, LoadError> {
     let path = Path::new(name);
     decode(path, Source::memory(bytes), options, Beside::Given(beside))
-        .map(rebased)
+        .map(|model| finished(model, options))
         .map_err(|kind| kind.at(path))
 }
 
 /// Moves the scene's origin to the middle of a model that lies far from zero, as maps do, so that the
-/// bounds of its instances, which are f32, stay tight.
-fn rebased(mut model: Model) -> Model {
+/// bounds of its instances, which are f32, stay tight; then prepares what is wanted.
+fn finished(mut model: Model, options: &LoadOptions) -> Model {
     let extent = model.scene.extent();
     let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
     let centre = extent.center();
@@ -97,6 +102,7 @@ fn rebased(mut model: Model) -> Model {
         // Whole numbers, so that differences of coordinates stay exact.
         model.scene.rebase(centre.map(f64::round));
     }
+    model.scene.prepare(options.prepare);
     model
 }
 

@@ -255,7 +255,6 @@ pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
         out.materials.push(Material { name: "cut face".to_owned(), color: CUT_FACE });
     }
     out.scene.commit();
-    out.scene.prepare();
     // The camera, the map and the cut itself go by the whole scene.
     let World { reach, centre, half, sides, .. } = *whole;
     let world = World { reach, centre, half, sides, ..World::new(out, whole.name.clone()) };

@@ -60,8 +60,8 @@ pub(crate) fn of_parts(model: &Model) -> Vec<bool> {
     model.scene.meshes().iter().flat_map(Mesh::parts).map(|part| part.two_sided).collect()
 }
 
-/// Declares every part of a model as `stored` has it, or as `sides` has it where that says something. Costs what
-/// [`Scene::prepare`](cullet::Scene::prepare) costs for meshes that change.
+/// Declares every part of a model as `stored` has it, or as `sides` has it where that says something. What was prepared
+/// of the meshes is made anew.
 ///
 /// # Errors
 /// None for the parts of this model; those of another do not fit its meshes.
@@ -78,7 +78,6 @@ pub(crate) fn declare(model: &mut Model, sides: Sides, stored: &[bool]) -> Resul
             },
         }
     });
-    model.scene.prepare();
     done
 }
 

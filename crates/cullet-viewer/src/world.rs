@@ -174,7 +174,6 @@ impl World {
         // First, for only the first warnings are shown.
         let rest = at_rest(&model);
         model.warnings.splice(0..0, rest);
-        model.scene.prepare();
         Ok(Self::new(model, source.name()))
     }
 

@@ -1,5 +1,57 @@
-//! `cullet` takes a scene and a view and decides what need not be drawn. It is conservative (nothing
-//! visible is dropped), fast, and says why each thing went.
+//! A visibility engine: takes a scene and a view and decides what need not be drawn.
+//!
+//! It is conservative, so nothing that the view sees is dropped; it is fast; and it says why each thing went.
+//!
+//! ```
+//! use cullet::{Camera, Culler, Depth, Instance, Mesh, MeshData, Projection, Scene, Transform, View};
+//! use cullet::{ViewState, Visible};
+//!
+//! # fn draw_indexed(mesh: u32, indices: std::ops::Range<u32>, instance: u32) { assert_eq!(indices, 0..12); }
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let positions = vec![[1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0]];
+//! # let indices = vec![0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+//! let mut scene = Scene::new();
+//! let mesh = scene.add_mesh(Mesh::new(MeshData { positions, indices, ..MeshData::default() })?);
+//! for x in 0..1000 {
+//!     scene.add(Instance::new(mesh, Transform::from_translation([x as f64 * 4.0, 0.0, -20.0])))?;
+//! }
+//! scene.commit();
+//!
+//! let (culler, mut state, mut visible) = (Culler::default(), ViewState::default(), Visible::default());
+//! // Each frame:
+//! let lens = Projection::Perspective { fov_y_radians: 0.9, aspect: 1.6, near: 0.1, far: 500.0 };
+//! let view = View::new(&Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], lens), Depth::Reversed, [1280, 720])?;
+//! culler.cull_one(&scene, &view, &mut state, &mut visible);
+//! for draw in visible.draws(&scene) {
+//!     draw_indexed(draw.mesh, draw.indices, draw.slot);
+//! }
+//! # assert!(visible.instance_count > 2 && visible.instance_count < 10);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`Visible::draws`] is for a start; [`DrawList`] fills arrays for indirect draws and allocates nothing. A renderer
+//! that has no use for a [`Scene`] calls the rooms below it: plain functions over slices.
+//!
+//! # Where things are
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`bounds`] | planes, spheres, boxes, and batches of them |
+//! | [`view`] | cameras, frusta, projected sizes |
+//! | [`mesh`] | checked geometry: parts, clusters, topology, welding |
+//! | [`clip`] | outcodes, lines, polygons, clip space |
+//! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
+//! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`shadow`](cull::shadow) |
+//! | the root | [`Scene`], [`Prepared`], [`Culler`], [`ViewState`], [`Visible`], [`Funnel`] |
+//!
+//! # Features
+//!
+//! | feature | adds |
+//! |---|---|
+//! | `force_support_fallback` | the scalar code beside that of the machine's SIMD levels, for tests |
+//!
+//! Without any, the crate opens no file, reads no clock and starts no thread.
 #![forbid(unsafe_code)]
 
 mod bits;
@@ -12,6 +64,7 @@ mod exact;
 mod funnel;
 pub mod hierarchy;
 pub mod mesh;
+mod prepared;
 mod scene;
 mod transform;
 pub mod view;
@@ -25,9 +78,13 @@ pub use funnel::{
 };
 pub use hierarchy::{Commit, Handle};
 pub use mesh::{Mesh, MeshData};
+pub use prepared::{Preparation, Prepared};
 pub use scene::{
     BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneBoundsMut, SceneError, Stray,
 };
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
-pub use visible::{DrawRange, DroppedRange, SlotRange, TriangleRange, Visible};
+pub use visible::{
+    Draw, DrawCommand, DrawKey, DrawList, DrawRange, DrawState, DroppedRange, MeshPlace, SlotRange,
+    TriangleRange, Visible,
+};

@@ -11,7 +11,10 @@ use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Coherent;
 use cullet::cull::occlusion::Occlusion;
 use cullet::hierarchy::Hierarchy;
-use cullet::{Culler, Instance, Level, Output, Scene, Transform, View, ViewState, Visible};
+use cullet::{
+    Culler, DrawList, Instance, Level, Output, Preparation, Scene, Transform, View, ViewState,
+    Visible,
+};
 
 struct Counting;
 
@@ -44,12 +47,19 @@ fn steady_state_allocates_nothing() {
         let culler = Culler { output, reasons: true, frustum_exact: true, ..Culler::default() };
         let mut state = ViewState::default();
         let mut result = Visible::default();
+        let mut list = DrawList::default();
+        let mut fill = |result: &Visible| {
+            list.fill(&scene, result, &[]);
+            list.fill_triangles(&scene, result, &[]);
+        };
         for view in &views {
             culler.cull_one(&scene, view, &mut state, &mut result);
+            fill(&result);
         }
         let before = ALLOCATIONS.load(Ordering::Relaxed);
         for view in &views {
             culler.cull_one(&scene, view, &mut state, &mut result);
+            fill(&result);
         }
         let after = ALLOCATIONS.load(Ordering::Relaxed);
         assert_eq!(after - before, 0, "{output:?}");
@@ -61,6 +71,7 @@ fn steady_state_allocates_nothing() {
         let place = [rng.range(-6.0, 6.0), rng.range(-6.0, 6.0), -8.0 - f64::from(i) * 0.1];
         solids.add(Instance::new(mesh, Transform::from_translation(place))).expect("few");
     }
+    solids.prepare(Preparation::default());
     let culler = Culler {
         occlusion: Some(Occlusion::default()),
         output: Output::Triangles,

@@ -8,7 +8,8 @@ use cullet::cull::backface::{Facing, ObjectEye, ViewEye};
 use cullet::mesh::Part;
 use cullet::{
     Backface, Camera, CullFace, Culler, Depth, FrontFace, Instance, Mesh, MeshData, Output,
-    Projection, Reason, Scene, Stage, Transform, Unit, View, ViewState, Visible,
+    Preparation, Prepared, Projection, Reason, Scene, Stage, Transform, Unit, View, ViewState,
+    Visible,
 };
 use proptest::prelude::*;
 
@@ -58,6 +59,7 @@ fn alone(mesh: Mesh, transform: Transform) -> Scene {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(mesh);
     scene.add(Instance::new(mesh, transform)).expect("the mesh exists");
+    scene.prepare(Preparation::ALL);
     scene
 }
 
@@ -94,6 +96,7 @@ fn clusters_that_go_hold_back_faces_alone() {
     for _ in 0..60 {
         let mut scene = random_scene(&mut rng, 8);
         let mesh = scene.add_mesh(ball(40, 0.1, [0.0; 3]));
+        scene.prepare(Preparation::ALL);
         for _ in 0..3 {
             let t = Transform::from_translation(rng.vector(8.0));
             scene.add(Instance::new(mesh, t)).expect("the mesh exists");
@@ -159,6 +162,7 @@ fn every_simd_level_culls_the_same() {
     for _ in 0..10 {
         let mut scene = random_scene(&mut rng, 5);
         let mesh = scene.add_mesh(ball(30, 0.1, [0.0; 3]));
+        scene.prepare(Preparation::ALL);
         scene.add(Instance::new(mesh, Transform::IDENTITY)).expect("the mesh exists");
         let view = random_view(&mut rng);
         for output in [Output::Clusters, Output::Triangles] {
@@ -230,15 +234,14 @@ fn what_has_no_back_is_kept_whole() {
             cull(&by(Backface::Fast, output), scene, &view).triangle_count == all
         })
     };
-    let mut mesh = leaf(false);
+    let mesh = leaf(false);
     assert_eq!(whole(&alone(mesh.clone(), Transform::IDENTITY)), [false; 2]);
-    // What was prepared is forgotten once it is no longer right.
-    mesh.prepare();
-    mesh.set_two_sided(true);
-    assert_eq!(whole(&alone(mesh.clone(), Transform::IDENTITY)), [true; 2]);
-    mesh.set_two_sided(false);
+    // What was prepared is made anew with the mesh.
     let mut scene = alone(mesh.clone(), Transform::IDENTITY);
-    scene.prepare();
+    scene.edit_meshes(|_, mesh| mesh.set_two_sided(true));
+    assert_eq!(whole(&scene), [true; 2]);
+    scene.edit_meshes(|_, mesh| mesh.set_two_sided(false));
+    assert_eq!(whole(&scene), [false; 2]);
     let handle = scene.handle(0).expect("it is there");
     let flags = cullet::InstanceFlags { double_sided: true, ..scene.flags(0) };
     scene.set_flags(handle, flags).expect("it is there");
@@ -278,7 +281,7 @@ fn far_away_the_doubt_decides() {
         let view = looking_at(eye, [far; 3]);
         let object = ObjectEye::of_view(&view, scene.transform(0));
         assert_eq!(object, ViewEye::new(&view).in_space_of(scene.transform(0)));
-        ways.push(scene.mesh(0).backfaces().eye(&object).is_some());
+        ways.push(scene.prepared_of(0).backfaces().and_then(|b| b.eye(&object)).is_some());
         let [fast, exact] = [Backface::Fast, Backface::Exact]
             .map(|way| listed(&cull(&by(way, Output::Triangles), &scene, &view)));
         assert_eq!(exact, fast, "at {far}");
@@ -339,18 +342,22 @@ proptest! {
             (view.front_face, view.cull_face) = (front_face, cull_face);
             ObjectEye::of_view(&view, &transform)
         };
-        let Some(eye) = mesh.backfaces().eye(&object) else { return Ok(()) };
+        let prepared = Prepared::of(&mesh, Preparation::ALL);
+        let Some(planes) = prepared.backfaces() else { return Ok(()) };
+        let Some(eye) = planes.eye(&object) else { return Ok(()) };
         prop_assert_eq!(eye.facing(), object.culled_side());
         let mut words = vec![0; mesh.triangle_count().div_ceil(64) as usize];
         let level = cullet::Level::new();
-        mesh.backfaces().cull_words(level, &eye, 0, &mut words);
+        planes.cull_words(level, &eye, 0, &mut words);
         for t in 0..mesh.triangle_count() {
             if words[t as usize / 64] >> (t % 64) & 1 == 1 {
                 prop_assert!(object.culls(&mesh.corners(t)), "triangle {}", t);
             }
         }
-        let mut culled = Vec::new();
-        mesh.cluster_cones(eye.facing()).cull(level, &eye, &mut culled);
+        let mut culled = vec![0; mesh.clusters().len().div_ceil(64)];
+        if let Some(cones) = prepared.cluster_cones(eye.facing()) {
+            cones.cull(level, &eye, &mut culled);
+        }
         for (i, c) in mesh.clusters().iter().enumerate() {
             if culled[i / 64] >> (i % 64) & 1 == 1 {
                 prop_assert!(c.triangles().all(|t| object.culls(&mesh.corners(t))), "cluster {}", i);
@@ -358,7 +365,9 @@ proptest! {
         }
         // Cones of the other side say nothing to this eye.
         let other = if eye.facing() == Facing::Back { Facing::Front } else { Facing::Back };
-        mesh.cluster_cones(other).cull(level, &eye, &mut culled);
-        prop_assert!(culled.iter().all(|&w| w == 0));
+        if let Some(cones) = prepared.cluster_cones(other) {
+            cones.cull(level, &eye, &mut culled);
+            prop_assert!(culled.iter().all(|&w| w == 0));
+        }
     }
 }

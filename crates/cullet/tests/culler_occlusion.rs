@@ -8,7 +8,8 @@ use cullet::cull::occlusion::{Occluder, Occlusion, Shape};
 use cullet::mesh::Part;
 use cullet::{
     BoundsOverride, Camera, CullFace, Culler, Depth, Handle, Instance, InstanceFlags, Mesh,
-    MeshData, Output, Projection, Reason, Scene, Stage, Transform, Unit, View, ViewState, Visible,
+    MeshData, Output, Preparation, Projection, Reason, Scene, Stage, Transform, Unit, View,
+    ViewState, Visible,
 };
 
 const HIDDEN: Option<Reason> = Some(Reason { stage: Stage::Occlusion, detail: 0 });
@@ -76,6 +77,7 @@ fn street() -> Street {
     let wall = add([3.0, 3.0, 0.2], [0.0, 0.0, 0.0]);
     let behind = [-1.0, 0.0, 1.0].map(|x| add([0.3; 3], [x, 0.5 * x, -4.0]));
     let beside = add([0.3; 3], [6.0, 0.0, -2.0]);
+    scene.prepare(Preparation::ALL);
     Street { scene, wall, behind, beside }
 }
 
@@ -207,6 +209,7 @@ fn city(rng: &mut Rng, count: usize) -> Scene {
     let mut scene = Scene::new();
     let cube = scene.add_mesh(Mesh::new(cube()).unwrap());
     let sheet = scene.add_mesh(Mesh::new(sheet(24)).unwrap());
+    scene.prepare(Preparation::ALL);
     for i in 0..count {
         let place = [rng.range(-40.0, 40.0), rng.range(-1.0, 1.0), rng.range(-90.0, 12.0)];
         let scale = [rng.range(0.2, 2.0), rng.range(0.5, 5.0), rng.range(0.2, 2.0)];
@@ -422,17 +425,15 @@ fn the_budget_buys_the_largest() {
 #[test]
 fn an_occluder_of_the_callers_is_used() {
     let mut s = street();
-    let mut bare = Mesh::new(cube()).unwrap();
-    bare.set_occluder(Occluder::new(Vec::new()));
-    let bare = s.scene.add_mesh(bare);
+    let bare = s.scene.add_mesh(Mesh::new(cube()).unwrap());
+    s.scene.set_occluder(bare, Occluder::new(Vec::new()));
     s.scene.add(Instance::new(bare, at([3.0, 3.0, 0.2], [0.0; 3]))).unwrap();
     s.scene.remove(s.wall).unwrap();
     assert_eq!(s.hidden(), 0);
     let half = Aabb::new([-1.0, -1.0, -1.0], [0.0, 1.0, 1.0]);
-    let mut mesh = Mesh::new(cube()).unwrap();
+    let mesh = s.scene.add_mesh(Mesh::new(cube()).unwrap());
     let shape = cullet::cull::occlusion::Convex::from_box(&half).unwrap();
-    mesh.set_occluder(Occluder::new(vec![Shape::Convex(shape)]));
-    let mesh = s.scene.add_mesh(mesh);
+    s.scene.set_occluder(mesh, Occluder::new(vec![Shape::Convex(shape)]));
     s.scene.add(Instance::new(mesh, at([3.0, 3.0, 0.2], [0.0; 3]))).unwrap();
     assert_eq!(s.hidden(), 1);
 }

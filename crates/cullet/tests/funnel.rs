@@ -5,10 +5,10 @@ mod alone;
 mod common;
 
 use alone::{check_rows, fates, fates_alone, telling};
-use common::{Rng, random_scene, random_view};
-use cullet::cull::detail::{Detail, Measure};
+use common::{Rng, random_culler, random_scene, random_view};
+use cullet::cull::detail::Detail;
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Backface, Culler, Instance, Output, Scene, Stage, Unit, View, ViewState, Visible};
+use cullet::{Culler, Instance, Output, Scene, Stage, Unit, View, ViewState, Visible};
 
 fn cull(culler: &Culler, scene: &Scene, view: &View) -> Visible {
     let mut result = Visible::default();
@@ -17,20 +17,6 @@ fn cull(culler: &Culler, scene: &Scene, view: &View) -> Visible {
 }
 
 /// Settings of all kinds.
-fn random_culler(rng: &mut Rng) -> Culler {
-    let detail = Detail { measure: Measure::WidthAndHeight, threshold_px: rng.range(1.0, 60.0) };
-    Culler {
-        frustum: rng.below(6) > 0,
-        frustum_exact: rng.below(3) == 0,
-        backface: [Backface::Off, Backface::Fast, Backface::Fast, Backface::Exact]
-            [rng.below(4) as usize],
-        degenerate: rng.below(5) > 0,
-        detail: (rng.below(3) == 0).then_some(detail),
-        occlusion: (rng.below(2) == 0).then(Occlusion::default),
-        ..telling(&Culler::default())
-    }
-}
-
 /// Two balls of many clusters beside the others, so that clusters go as well.
 fn scene(rng: &mut Rng) -> Scene {
     let mut scene = random_scene(rng, 14);
@@ -44,6 +30,7 @@ fn scene(rng: &mut Rng) -> Scene {
     // Flattened to a line.
     let flat = cullet::Transform::from_scale_translation([2.0, 0.0, 0.0], rng.vector(9.0));
     scene.add(Instance::new(ball, flat)).expect("the mesh exists");
+    scene.prepare(cullet::Preparation::ALL);
     scene
 }
 
@@ -56,7 +43,7 @@ fn rows_chain_and_count_what_the_record_says() {
         if round % 2 == 0 {
             scene.commit();
         }
-        let (view, culler) = (random_view(&mut rng), random_culler(&mut rng));
+        let (view, culler) = (random_view(&mut rng), telling(&random_culler(&mut rng)));
         let result = cull(&culler, &scene, &view);
         let fates = fates(&scene, &result);
         check_rows(&scene, &result, &fates);
@@ -118,7 +105,7 @@ fn each_row_takes_what_its_stage_takes_alone_of_what_the_rows_before_left() {
     let mut rng = Rng(32);
     for _ in 0..120 {
         let scene = scene(&mut rng);
-        let (view, culler) = (random_view(&mut rng), random_culler(&mut rng));
+        let (view, culler) = (random_view(&mut rng), telling(&random_culler(&mut rng)));
         let together = fates(&scene, &cull(&culler, &scene, &view));
         let alone = fates_alone(&culler, &scene, &view);
         for slot in scene.slots() {
@@ -140,7 +127,7 @@ fn a_triangle_names_the_stage_that_took_it() {
     for _ in 0..40 {
         let scene = scene(&mut rng);
         let view = random_view(&mut rng);
-        let result = cull(&random_culler(&mut rng), &scene, &view);
+        let result = cull(&telling(&random_culler(&mut rng)), &scene, &view);
         for (slot, fates) in (0..).zip(fates(&scene, &result)) {
             for (t, fate) in (0..).zip(fates) {
                 assert_eq!(result.stage_of(slot, t), fate.map(|f| f.0), "slot {slot}, {t}");

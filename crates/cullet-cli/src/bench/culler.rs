@@ -125,11 +125,8 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
         Deep::Clusters => Output::Clusters,
         Deep::Triangles => Output::Triangles,
     };
+    model.scene.prepare(culler.preparation());
     let scene = &model.scene;
-    scene.prepare();
-    for mesh in scene.meshes() {
-        mesh.occluder();
-    }
     let level = levels()[0].0;
     let oracle = Culler { level: levels().last().map_or(culler.level, |l| l.1), ..culler.clone() };
     culler.clock = Some(clock);

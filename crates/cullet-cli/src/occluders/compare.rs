@@ -3,7 +3,7 @@
 use clap::Args;
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Occlusion, Verdict};
-use cullet::{Culler, Output, Scene, View, ViewState, Visible};
+use cullet::{Culler, Output, Preparation, Scene, View, ViewState, Visible};
 use cullet_draw::{SampleOptions, sampled_boxes};
 use cullet_io::Model;
 use cullet_io::occscn::{Occscn, occluder_slots};
@@ -85,6 +85,7 @@ impl Comparison {
         let scene = occscn::with_occluders(model, &args.own)?;
         let bench = Bench::new(&scene, &model.scene, size, args.reference, console)?;
         drop(scene);
+        model.scene.prepare(Preparation { occluder: true, ..Preparation::NONE });
         let mut kinds = Vec::new();
         if !args.own.is_empty() {
             let own = occluder_slots(model, &args.own).map_err(Failure::input)?;
@@ -167,9 +168,6 @@ impl Bench {
 
     /// What the occluders of a scene find: all that they can, whatever it costs.
     fn kind(&self, name: &'static str, scene: &Scene, console: &Console) -> Result<Kind, Failure> {
-        scene.meshes().iter().for_each(|mesh| {
-            mesh.occluder();
-        });
         let culler = Culler {
             output: Output::Instances,
             occlusion: Some(Occlusion { width: self.size[0], budget: f32::INFINITY }),

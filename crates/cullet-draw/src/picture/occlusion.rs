@@ -263,7 +263,7 @@ fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuf
     let mut best = vec![(0.0, usize::MAX); columns as usize * rows as usize];
     let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return Vec::new() };
     for (number, &(slot, shape)) in culled.state.occluders_drawn().iter().enumerate() {
-        let shape = &scene.mesh(slot).occluder().shapes()[shape as usize];
+        let shape = &scene.prepared_of(slot).shapes()[shape as usize];
         let transform = scene.transform(slot);
         alone.begin(view, scene.origin());
         match shape {

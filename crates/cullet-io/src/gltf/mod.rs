@@ -232,7 +232,7 @@ impl Decoded {
         }
         let rig = self.plan.rig(&self.nodes, &self.followers, self.deformed, &handles);
         let motion = rig.moves().then_some(Motion { kind: Kind::Rig(rig) });
-        scene.commit();
+        scene.sort();
         Ok(Model {
             scene,
             mesh_names,

@@ -6,7 +6,9 @@
 use cullet::bounds::Aabb;
 use cullet::hierarchy::Groups;
 use cullet::mesh::{Alpha, Cluster, Clustering, MeshData, Part};
-use cullet::{BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Projection, Transform};
+use cullet::{
+    BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Preparation, Projection, Transform,
+};
 use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, Portal, Warning};
 use thiserror::Error;
 
@@ -285,6 +287,7 @@ impl Unpacker {
             Phase::NodeNames => (Phase::Instances, from.count(INSTANCE)?),
             Phase::Instances => {
                 self.model.scene.commit_in_order();
+                self.model.scene.prepare(Preparation::default());
                 (Phase::Done, 0)
             }
             Phase::Done => (Phase::Done, 0),
@@ -316,7 +319,6 @@ impl Unpacker {
         let data = MeshData { positions, indices, parts, polygons, deformable: deformable == 1 };
         let mesh = Mesh::with_clusters(data, &Clustering { order, clusters })
             .map_err(|e| UnpackError::Damaged(e.to_string()))?;
-        mesh.prepare();
         self.model.scene.add_mesh(mesh);
         Ok(())
     }

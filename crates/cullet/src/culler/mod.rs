@@ -1,14 +1,12 @@
 //! The culler: runs the stages in order and says what is left.
 
-mod backfaces;
-mod count;
-mod density;
+mod answer;
 mod explain;
-mod instances;
-mod occluders;
-mod occlusion;
-mod run;
-mod triangles;
+mod frame;
+mod log;
+mod pipeline;
+mod sets;
+mod stage;
 
 pub use explain::{Explanation, Step};
 
@@ -18,6 +16,7 @@ use thiserror::Error;
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::funnel::Stage;
+use crate::prepared::Preparation;
 use crate::scene::{Scene, SceneError};
 use crate::view::View;
 use crate::visible::Visible;
@@ -40,13 +39,13 @@ pub enum Backface {
     /// Not at all.
     Off,
     /// Whole clusters by an elliptic cone, where clusters are asked for; then, where triangles are, each by
-    /// a plane of four bytes, and the few that are in doubt from their corners. Cones and planes are prepared
-    /// for a mesh when it is first culled: see [`Scene::prepare`](crate::Scene::prepare). The triangles
-    /// left are those that `Exact` leaves.
+    /// a plane of four bytes, and the few that are in doubt from their corners. Cones and planes are
+    /// [prepared](crate::Prepared) when the scene is committed; of a mesh that came since, clusters are kept, and
+    /// triangles are tested from their corners. The triangles left are those that `Exact` leaves.
     #[default]
     Fast,
     /// Every triangle from its corners, where triangles are asked for: nothing is prepared, and it
-    /// takes some 15 ns a triangle.
+    /// takes some fifty times as long.
     Exact,
 }
 
@@ -104,7 +103,7 @@ impl Default for Culler {
 /// an answer.
 #[derive(Clone, Debug, Default)]
 pub struct ViewState {
-    scratch: run::Scratch,
+    scratch: pipeline::Scratch,
 }
 
 impl ViewState {
@@ -112,14 +111,14 @@ impl ViewState {
     /// [`Culler::occlusion`]. A later cull without leaves it as it is.
     #[must_use]
     pub fn occlusion_buffer(&self) -> Option<&OcclusionBuffer> {
-        self.scratch.occlusion.buffer.as_ref()
+        self.scratch.caches.occlusion.buffer.as_ref()
     }
 
     /// What was drawn into that buffer, front to back: slots, and which of the shapes of the slot's
-    /// [occluder](crate::Mesh::occluder).
+    /// [occluder](crate::Prepared::occluder).
     #[must_use]
     pub fn occluders_drawn(&self) -> &[(u32, u32)] {
-        &self.scratch.occlusion.drawn
+        &self.scratch.caches.occlusion.drawn
     }
 }
 
@@ -177,6 +176,16 @@ impl Culler {
         without
     }
 
+    /// What these settings need [prepared](crate::Scene::prepare), for views that cull back faces.
+    #[must_use]
+    pub fn preparation(&self) -> Preparation {
+        Preparation {
+            backfaces: self.backface == Backface::Fast,
+            frontfaces: false,
+            occluder: self.occlusion.is_some(),
+        }
+    }
+
     /// Whether a stage runs.
     #[must_use]
     pub fn runs(&self, stage: Stage) -> bool {
@@ -226,6 +235,6 @@ impl Culler {
         state: &mut ViewState,
         result: &mut Visible,
     ) {
-        run::Pass::new(self, scene, view, &mut state.scratch, result).run();
+        pipeline::run(self, scene, view, None, &mut state.scratch, result);
     }
 }

@@ -1,6 +1,5 @@
 //! Meshes: checked on construction, cut into clusters by one permutation of their triangles.
 
-mod backfaces;
 mod clusters;
 mod nesting;
 mod orient;
@@ -83,6 +82,25 @@ impl Cluster {
     }
 }
 
+/// Clusters of one part that follow each other in the mesh's order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartRun {
+    /// The part.
+    pub part: u32,
+    /// First cluster.
+    pub first_cluster: u32,
+    /// How many clusters.
+    pub cluster_count: u32,
+}
+
+impl PartRun {
+    /// The range of its clusters.
+    #[must_use]
+    pub fn clusters(&self) -> std::ops::Range<u32> {
+        self.first_cluster..self.first_cluster + self.cluster_count
+    }
+}
+
 /// A level of detail: a range of the mesh's clusters. Level 0 is the mesh as it was given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level {
@@ -157,6 +175,7 @@ pub struct Mesh {
     original_triangle: Vec<u32>,
     parts: Vec<Part>,
     clusters: Vec<Cluster>,
+    part_runs: Vec<PartRun>,
     cluster_boxes: Boxes,
     cluster_nodes: Nodes,
     levels: Vec<Level>,
@@ -164,7 +183,6 @@ pub struct Mesh {
     degenerate: u32,
     polygons: u32,
     deformable: bool,
-    prepared: backfaces::Prepared,
 }
 
 impl Mesh {
@@ -223,6 +241,7 @@ impl Mesh {
         Self {
             polygons: if polygons == 0 { triangles as u32 } else { polygons },
             degenerate: (triangles - drawn) as u32,
+            part_runs: part_runs(&clusters),
             clusters,
             indices: permuted,
             positions,
@@ -233,7 +252,6 @@ impl Mesh {
             levels,
             bounds,
             deformable,
-            prepared: backfaces::Prepared::default(),
         }
     }
 
@@ -265,6 +283,13 @@ impl Mesh {
     #[must_use]
     pub fn degenerate_count(&self) -> u32 {
         self.degenerate
+    }
+
+    /// The degenerate triangles, in the mesh's order: they follow the last cluster.
+    #[must_use]
+    pub fn degenerate_triangles(&self) -> std::ops::Range<u32> {
+        let count = self.triangle_count();
+        count - self.degenerate..count
     }
 
     /// The original number of each triangle of the mesh's order.
@@ -319,6 +344,38 @@ impl Mesh {
     #[must_use]
     pub fn clusters(&self) -> &[Cluster] {
         &self.clusters
+    }
+
+    /// The clusters of each part, in the mesh's order: what is drawn at once. As many runs as parts, unless a
+    /// clustering of the caller's mixes them.
+    #[must_use]
+    pub fn part_runs(&self) -> &[PartRun] {
+        &self.part_runs
+    }
+
+    /// Range of [`indices`](Self::indices) of some clusters that follow each other: what to draw for a
+    /// [`DrawRange`](crate::DrawRange). Empty for no clusters.
+    ///
+    /// # Panics
+    /// If there are not as many clusters.
+    #[must_use]
+    pub fn index_range(&self, clusters: std::ops::Range<u32>) -> std::ops::Range<u32> {
+        match &self.clusters[clusters.start as usize..clusters.end as usize] {
+            [] => 0..0,
+            [one] => one.first_triangle * 3..one.triangles().end * 3,
+            [first, .., last] => first.first_triangle * 3..last.triangles().end * 3,
+        }
+    }
+
+    /// Some clusters that follow each other as runs of one part each: parts and clusters.
+    pub(crate) fn runs_of_parts(
+        &self,
+        clusters: std::ops::Range<u32>,
+    ) -> impl Iterator<Item = (u32, std::ops::Range<u32>)> {
+        let std::ops::Range { start, end } = clusters;
+        let first = self.part_runs.partition_point(|run| run.clusters().end <= start);
+        let runs = self.part_runs[first..].iter().take_while(move |run| run.first_cluster < end);
+        runs.map(move |run| (run.part, run.first_cluster.max(start)..run.clusters().end.min(end)))
     }
 
     /// The box of each cluster, made ready for batch tests.
@@ -377,14 +434,20 @@ impl Mesh {
         self.parts.iter().all(|part| part.two_sided)
     }
 
-    /// Declares every part one-sided or two-sided. What was [prepared](Self::prepare) is forgotten where
-    /// that changes a part.
+    /// Declares every part one-sided or two-sided.
     pub fn set_two_sided(&mut self, two_sided: bool) {
-        if self.parts.iter().any(|p| p.two_sided != two_sided) {
-            self.prepared = backfaces::Prepared::default();
-        }
         self.parts.iter_mut().for_each(|p| p.two_sided = two_sided);
     }
+}
+
+fn part_runs(clusters: &[Cluster]) -> Vec<PartRun> {
+    let mut first_cluster = 0;
+    let run = |same: &[Cluster]| {
+        let cluster_count = same.len() as u32;
+        first_cluster += cluster_count;
+        PartRun { part: same[0].part, first_cluster: first_cluster - cluster_count, cluster_count }
+    };
+    clusters.chunk_by(|a, b| a.part == b.part).map(run).collect()
 }
 
 /// The box around the vertices of a part of an index list.

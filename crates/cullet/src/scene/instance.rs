@@ -53,6 +53,8 @@ pub struct Instance {
     pub flags: InstanceFlags,
     /// Its bounds.
     pub bounds: BoundsOverride,
+    /// A number of the caller's, such as the entity that it stands for. The engine only keeps it.
+    pub user: u64,
 }
 
 impl Instance {
@@ -65,6 +67,7 @@ impl Instance {
             layers: 1,
             flags: InstanceFlags::default(),
             bounds: BoundsOverride::Mesh,
+            user: 0,
         }
     }
 }

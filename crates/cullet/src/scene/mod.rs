@@ -4,8 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::bits;
 use crate::bounds::{Aabb, Boxes};
+use crate::cull::occlusion::Occluder;
 use crate::hierarchy::{Commit, Handle, Hierarchy, NO_SLOT};
 use crate::mesh::Mesh;
+use crate::prepared::{Preparation, Prepared};
 use crate::transform::Transform;
 
 mod audit;
@@ -29,12 +31,15 @@ pub struct Scene {
     origin: [f64; 3],
     change: u64,
     meshes: Vec<Mesh>,
+    // By mesh.
+    prepared: Vec<Prepared>,
     // By slot.
     mesh: Vec<MeshId>,
     transforms: Vec<Transform>,
     layers: Vec<u32>,
     flags: Vec<InstanceFlags>,
     overrides: Vec<BoundsOverride>,
+    users: Vec<u64>,
     // What instances hold: by mesh, by word of slots, by mask of layers.
     tallies: Tallies,
     // One bit a slot: no stage but the layer mask may cull it.
@@ -63,11 +68,13 @@ impl Scene {
             origin: [0.0; 3],
             change: 0,
             meshes: Vec::new(),
+            prepared: Vec::new(),
             mesh: Vec::new(),
             transforms: Vec::new(),
             layers: Vec::new(),
             flags: Vec::new(),
             overrides: Vec::new(),
+            users: Vec::new(),
             tallies: Tallies::default(),
             exempt: Vec::new(),
             exempt_words: Vec::new(),
@@ -116,10 +123,17 @@ impl Scene {
         self.change += 1;
     }
 
-    /// Adds a mesh that instances may share.
+    /// Adds a mesh that instances may share. What culling needs of it is made by the next [`commit`](Self::commit) or
+    /// [`prepare`](Self::prepare); until then stages keep what they cannot test.
     pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
+        self.add_prepared_mesh(mesh, Prepared::default())
+    }
+
+    /// Adds a mesh with what was prepared of it before, by jobs or by a bake.
+    pub fn add_prepared_mesh(&mut self, mesh: Mesh, prepared: Prepared) -> MeshId {
         self.tallies.add_mesh(&mesh);
         self.meshes.push(mesh);
+        self.prepared.push(prepared);
         (self.meshes.len() - 1) as MeshId
     }
 
@@ -129,8 +143,39 @@ impl Scene {
         &self.meshes
     }
 
-    /// Calls `edit` with every mesh, to change its sides or its occluder or to put another in its place. Bounds and
-    /// counts of the instances of a mesh that came out with others follow: O(instances), once for all meshes.
+    /// What is prepared of each mesh.
+    #[must_use]
+    pub fn prepared(&self) -> &[Prepared] {
+        &self.prepared
+    }
+
+    /// What is prepared of the mesh of a slot.
+    #[must_use]
+    pub fn prepared_of(&self, slot: u32) -> &Prepared {
+        &self.prepared[self.mesh[slot as usize] as usize]
+    }
+
+    /// Gives a mesh what was prepared of it elsewhere: by jobs, by a bake or from a file. Nothing if there is no such
+    /// mesh.
+    pub fn set_prepared(&mut self, mesh: MeshId, prepared: Prepared) {
+        if let Some(own) = self.prepared.get_mut(mesh as usize) {
+            *own = prepared;
+            self.change += 1;
+        }
+    }
+
+    /// Gives a mesh an occluder, such as one that was baked: its shapes must lie within what the mesh hides. Nothing
+    /// if there is no such mesh.
+    pub fn set_occluder(&mut self, mesh: MeshId, occluder: Occluder) {
+        if let Some(own) = self.prepared.get_mut(mesh as usize) {
+            *own = std::mem::take(own).with_occluder(occluder);
+            self.change += 1;
+        }
+    }
+
+    /// Calls `edit` with every mesh, to change its sides or to put another in its place. Bounds and counts of the
+    /// instances of a mesh that came out with others follow: O(instances), once for all meshes. What had been
+    /// prepared of a mesh is made anew; an occluder that was given is to be given again.
     pub fn edit_meshes(&mut self, mut edit: impl FnMut(MeshId, &mut Mesh)) {
         self.edit_meshes_of(0..self.meshes.len(), &mut edit);
     }
@@ -158,6 +203,8 @@ impl Scene {
             let mesh = &mut self.meshes[at];
             let bounds = mesh.bounds();
             edit(at as MeshId, mesh);
+            let made = self.prepared[at].made();
+            self.prepared[at] = Prepared::of(mesh, made);
             changed[at] = self.tallies.set_mesh(at, mesh) || mesh.bounds() != bounds;
         }
         if changed.contains(&true) {
@@ -189,6 +236,7 @@ impl Scene {
         self.layers.push(instance.layers);
         self.flags.push(instance.flags);
         self.overrides.push(instance.bounds);
+        self.users.push(instance.user);
         self.tallies.add(self.mesh.len() - 1, instance.mesh, instance.layers);
         self.exempt.resize(self.mesh.len().div_ceil(64), 0);
         self.exempt_words.resize(self.exempt.len().div_ceil(64), 0);
@@ -256,6 +304,16 @@ impl Scene {
         Ok(())
     }
 
+    /// Sets the caller's number of an instance.
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn set_user(&mut self, handle: Handle, user: u64) -> Result<(), SceneError> {
+        let slot = self.slot(handle)?;
+        self.users[slot as usize] = user;
+        Ok(())
+    }
+
     /// Gives an instance bounds of the caller's.
     ///
     /// # Errors
@@ -282,9 +340,17 @@ impl Scene {
     }
 
     /// Sorts the slots by place, those of [dynamic](InstanceFlags::dynamic) instances after all others, and
-    /// closes the gaps that removed instances left. Returns where each slot went. O(instances): the
-    /// hierarchy's part is some 50 ns each. Call it after loading, and again after much was added or moved far.
+    /// closes the gaps that removed instances left. Returns where each slot went. O(instances). Call it after
+    /// loading, and again after much was added or moved far.
+    ///
+    /// Then [prepares](Self::prepare) the meshes that came since, for back faces and occlusion.
     pub fn commit(&mut self) -> Commit {
+        self.prepare(Preparation::default());
+        self.sort()
+    }
+
+    /// The part of [`commit`](Self::commit) that sorts, without preparing any mesh.
+    pub fn sort(&mut self) -> Commit {
         let flags = &self.flags;
         let commit = self.hierarchy.commit_parts(|slot| flags[slot as usize].dynamic);
         let len = self.hierarchy.slot_count() as usize;
@@ -299,6 +365,7 @@ impl Scene {
         gather(&mut self.layers, &from);
         gather(&mut self.flags, &from);
         gather(&mut self.overrides, &from);
+        gather(&mut self.users, &from);
         gather_bits(&mut self.exempt, &from);
         gather_bits(&mut self.collapsed, &from);
         self.note_exempt();
@@ -309,7 +376,8 @@ impl Scene {
     }
 
     /// As [`commit`](Self::commit), without sorting: for a scene whose instances were added in the order of the slots
-    /// of one that was committed. The slots stay as they are. See [`Hierarchy::commit_in_order`].
+    /// of one that was committed. The slots stay as they are, and no mesh is prepared. See
+    /// [`Hierarchy::commit_in_order`].
     pub fn commit_in_order(&mut self) {
         self.hierarchy.commit_in_order();
         self.note_exempt();
@@ -326,6 +394,7 @@ impl Scene {
         rearrange(&mut self.layers, &moves);
         rearrange(&mut self.flags, &moves);
         rearrange(&mut self.overrides, &moves);
+        rearrange(&mut self.users, &moves);
         rearrange_bits(&mut self.exempt, &moves);
         rearrange_bits(&mut self.collapsed, &moves);
         let mut words: Vec<usize> =
@@ -403,6 +472,12 @@ impl Scene {
         self.layers[slot as usize]
     }
 
+    /// The caller's number of a slot; see [`Instance::user`].
+    #[must_use]
+    pub fn user(&self, slot: u32) -> u64 {
+        self.users[slot as usize]
+    }
+
     /// The flags of a slot.
     #[must_use]
     pub fn flags(&self, slot: u32) -> InstanceFlags {
@@ -474,16 +549,14 @@ impl Scene {
         self.overrides[slot as usize] == BoundsOverride::Mesh && !self.mesh(slot).is_deformable()
     }
 
-    /// Makes ahead what the culling of back faces needs of every mesh that has an instance with backs to
-    /// cull. Without it the first cull that sees a mesh pays: some 70 ns a triangle, and 10 to 35 µs a
-    /// cluster (half a second for a million triangles). Nothing for two-sided and for deformable meshes.
+    /// Makes what is wanted of every mesh, and not yet there. Nothing of it for two-sided and for deformable meshes; see
+    /// [`Prepared::of`] for the cost.
     ///
-    /// Runs on this thread. To use more, call [`Mesh::prepare`] of [`meshes`](Self::meshes) on them.
-    pub fn prepare(&self) {
-        for slot in self.slots() {
-            if self.is_rigid(slot) && !self.flags(slot).double_sided {
-                self.mesh(slot).prepare();
-            }
+    /// Runs on this thread. To use more, make [`Prepared::of`] each mesh on them and hand it to
+    /// [`set_prepared`](Self::set_prepared).
+    pub fn prepare(&mut self, wanted: Preparation) {
+        for (prepared, mesh) in self.prepared.iter_mut().zip(&self.meshes) {
+            prepared.add(mesh, wanted);
         }
     }
 

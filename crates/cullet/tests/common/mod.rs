@@ -4,11 +4,13 @@
 use std::collections::BTreeSet;
 
 use cullet::bounds::{Aabb, Plane};
+use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::frustum::batch::Planes;
+use cullet::cull::occlusion::Occlusion;
 use cullet::mesh::Part;
 use cullet::{
-    Camera, CullFace, Depth, FrontFace, Frustum, Instance, Level, Mesh, MeshData, Projection,
-    Scene, Transform, View, Visible,
+    Backface, Camera, CullFace, Culler, Depth, FrontFace, Frustum, Instance, Level, Mesh, MeshData,
+    Preparation, Projection, Scene, Transform, View, Visible,
 };
 
 /// `SplitMix64`.
@@ -148,6 +150,7 @@ pub fn random_scene(rng: &mut Rng, instances: usize) -> Scene {
         scene.add_mesh(blob(rng));
     }
     scene.add_mesh(tetrahedron());
+    scene.prepare(Preparation::ALL);
     for _ in 0..instances {
         let mesh = rng.below(4) as u32;
         let mut instance = Instance::new(mesh, random_transform(rng));
@@ -375,4 +378,19 @@ pub fn random_planes(rng: &mut Rng) -> Planes {
         let _ = frustum.push(Plane::new(normal, rng.range(-20.0, 120.0)));
     }
     Planes::new(&frustum)
+}
+
+/// Every stage on or off, in every way.
+pub fn random_culler(rng: &mut Rng) -> Culler {
+    let detail = Detail { measure: Measure::WidthAndHeight, threshold_px: rng.range(1.0, 60.0) };
+    Culler {
+        frustum: rng.below(6) > 0,
+        frustum_exact: rng.below(3) == 0,
+        backface: [Backface::Off, Backface::Fast, Backface::Fast, Backface::Exact]
+            [rng.below(4) as usize],
+        degenerate: rng.below(5) > 0,
+        detail: (rng.below(3) == 0).then_some(detail),
+        occlusion: (rng.below(2) == 0).then(Occlusion::default),
+        ..Culler::default()
+    }
 }

@@ -93,7 +93,7 @@ fn why(ctx: &Context<'_>, record: &MeshRecord) -> String {
             1 => "it can be seen through".into(),
             all => format!("{see_through} of its {all} parts can be seen through"),
         }
-    } else if mesh.occluder().shapes().is_empty() {
+    } else if ctx.model.scene.prepared()[record.mesh as usize].shapes().is_empty() {
         "nothing was made to stand for it (`--occluders mesh` takes the mesh itself)".into()
     } else if let Some(defect) = &record.defect {
         format!("{defect}, and its parts are too thin to cover whole pixels")

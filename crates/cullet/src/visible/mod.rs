@@ -1,5 +1,9 @@
 //! What a culler returns: what to draw, why the rest was dropped, and how many each stage took.
 
+mod draws;
+
+pub use draws::{Draw, DrawCommand, DrawKey, DrawList, DrawState, MeshPlace};
+
 use crate::funnel::{Funnel, Reason, Stage, Unit};
 
 /// A range of slots whose instances are drawn whole.

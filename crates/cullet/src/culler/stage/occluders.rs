@@ -7,12 +7,13 @@
 //! looking at everything.
 
 use super::density::Density;
-use super::occlusion::{is_within, occludes};
+use super::occlusion::{is_within, occluder_of};
 use crate::bits;
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
 use crate::cull::occlusion::{
     Asker, Candidate, Cheapest, Choice, Footprint, Occluder, OcclusionBuffer, Shape,
 };
+use crate::prepared::Prepared;
 use crate::scene::Scene;
 use crate::view::View;
 
@@ -73,15 +74,13 @@ impl Search<'_> {
         }
     }
 
-    /// What no shape of the scene costs less than, as far as that is known: occluders are made when something
-    /// of their mesh is first in view.
+    /// Least cost of a shape of the scene.
     fn cheapest(&self) -> Cheapest {
-        let meshes = self.scene.meshes();
-        if meshes.len() > MOST_MESHES {
+        let prepared = self.scene.prepared();
+        if prepared.len() > MOST_MESHES {
             return Cheapest::ANY;
         }
-        let of =
-            meshes.iter().map(|m| m.occluder_if_made().map_or(Cheapest::ANY, Occluder::cheapest));
+        let of = prepared.iter().filter_map(Prepared::occluder).map(Occluder::cheapest);
         of.fold(Cheapest::default(), Cheapest::or)
     }
 
@@ -200,13 +199,13 @@ impl Search<'_> {
         self.asker.footprints(boxes, alive, LEAST_PIXELS, |lane, footprint| {
             let slot = (block * LANES + lane) as u32;
             if let Some(value) = self.value_of(footprint, least_value)
-                && occludes(self.scene, slot)
+                && let Some(occluder) = occluder_of(self.scene, slot)
             {
-                let cheapest = self.scene.mesh(slot).occluder().cheapest();
+                let cheapest = occluder.cheapest();
                 if choice.may_take(cheapest.worth(value, self.density.densest()))
                     && !self.is_hidden(footprint)
                 {
-                    self.offer(slot, footprint, value, least_value, choice);
+                    self.offer(slot, occluder, footprint, value, least_value, choice);
                 }
             }
         });
@@ -229,14 +228,14 @@ impl Search<'_> {
     fn offer(
         &self,
         slot: u32,
+        occluder: &Occluder,
         footprint: Option<Footprint>,
         most: f32,
         least_value: f32,
         choice: &mut Choice,
     ) {
         let Self { scene, asker, .. } = self;
-        let occluder = scene.mesh(slot).occluder();
-        let within = is_within(scene, slot, &self.near);
+        let within = is_within(scene, slot, occluder, &self.near);
         let mut offer = |number: usize, footprint: Option<Footprint>| {
             let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
             let Some(value) = self.value_of(footprint, least_value) else { return };

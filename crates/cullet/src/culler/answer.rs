@@ -1,0 +1,103 @@
+//! The answer: from what is left in the working sets to [`Visible`].
+
+use super::Output;
+use super::frame::Frame;
+use super::log::Work;
+use super::sets::{Run, Sets};
+use crate::bits;
+use crate::visible::{DrawRange, SlotRange, Visible};
+
+/// Writes what is left. The triangles are in the answer's own lists already.
+pub(super) fn write(frame: &Frame<'_>, sets: &Sets, work: Work, result: &mut Visible) {
+    result.whole.clear();
+    result.partial.clear();
+    (result.funnel.frustum, result.funnel.occlusion) = (work.frustum, work.occlusion);
+    (result.instance_count, result.triangle_count) = (work.left.instances, work.left.triangles);
+    if frame.culler.output == Output::Instances {
+        for &word in &sets.instances.live {
+            for run in bits::runs(sets.instances.alive[word as usize]) {
+                let first = word * 64 + run.start as u32;
+                push_whole(&mut result.whole, first, run.len() as u32);
+            }
+        }
+    } else {
+        write_clusters(frame, sets, result);
+    }
+}
+
+/// Writes slot ranges and draw ranges.
+fn write_clusters(frame: &Frame<'_>, sets: &Sets, result: &mut Visible) {
+    let by_triangle = frame.culler.output == Output::Triangles;
+    let mut settled = Settled::new(&sets.instances.live, &sets.clusters.settled);
+    let mut ranges = result.triangle_ranges.iter().peekable();
+    for runs in sets.clusters.runs.chunk_by(|a, b| a.slot == b.slot) {
+        let slot = runs[0].slot;
+        if by_triangle {
+            // Both ascend by slot; a slot without a range has lost all its triangles.
+            if ranges.next_if(|range| range.slot == slot).is_none() {
+                continue;
+            }
+        }
+        settled.list_before(slot, &mut result.whole);
+        let mesh = frame.scene.mesh(slot);
+        let clusters: u32 = runs.iter().map(|run| run.cluster_count).sum();
+        if clusters == mesh.levels()[0].cluster_count {
+            push_whole(&mut result.whole, slot, 1);
+        } else {
+            runs.iter().for_each(|run| push_partial(&mut result.partial, *run));
+        }
+    }
+    settled.list_before(u32::MAX, &mut result.whole);
+}
+
+/// The settled slots that are not listed yet.
+struct Settled<'a> {
+    live: &'a [u32],
+    words: &'a [u64],
+    /// What is left of the first live word.
+    left: u64,
+}
+
+impl<'a> Settled<'a> {
+    fn new(live: &'a [u32], words: &'a [u64]) -> Self {
+        Self { live, words, left: live.first().map_or(0, |&word| words[word as usize]) }
+    }
+
+    /// Lists those before a slot.
+    fn list_before(&mut self, slot: u32, whole: &mut Vec<SlotRange>) {
+        while let Some((&word, rest)) = self.live.split_first() {
+            if word > slot / 64 {
+                return;
+            }
+            let before = if word == slot / 64 { (1 << (slot % 64)) - 1 } else { u64::MAX };
+            for run in bits::runs(self.left & before) {
+                push_whole(whole, word * 64 + run.start as u32, run.len() as u32);
+            }
+            self.left &= !before;
+            if word == slot / 64 {
+                return;
+            }
+            self.live = rest;
+            self.left = rest.first().map_or(0, |&word| self.words[word as usize]);
+        }
+    }
+}
+
+/// Appends slots to ranges that ascend.
+fn push_whole(whole: &mut Vec<SlotRange>, first: u32, count: u32) {
+    match whole.last_mut() {
+        Some(range) if range.first + range.count == first => range.count += count,
+        _ => whole.push(SlotRange { first, count }),
+    }
+}
+
+/// Appends a run to ranges that ascend.
+fn push_partial(partial: &mut Vec<DrawRange>, run: Run) {
+    let Run { slot, first_cluster, cluster_count, .. } = run;
+    match partial.last_mut() {
+        Some(d) if d.slot == slot && d.first_cluster + d.cluster_count == first_cluster => {
+            d.cluster_count += cluster_count;
+        }
+        _ => partial.push(DrawRange { slot, level: 0, first_cluster, cluster_count }),
+    }
+}

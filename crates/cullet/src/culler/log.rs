@@ -1,0 +1,216 @@
+//! The log of a cull: the counts of the funnel, reasons, and the record of what each stage took.
+//!
+//! What an instance holds is looked up where it is visited anyway: the stages of instances note only what they
+//! take, and the sum of what they leave, which the first stage after them finds, gives all their rows.
+
+use std::ops::Range;
+
+use super::frame::Frame;
+use super::sets::{Run, triangles_of};
+use crate::funnel::{Counts, FrustumWork, FunnelRow, OcclusionWork, Reason, Stage, Unit};
+use crate::mesh::Mesh;
+use crate::scene::Tally;
+use crate::visible::{DroppedRange, Visible};
+
+/// Where the stages write what they did.
+pub(super) struct Log<'a> {
+    reasons: &'a mut Vec<Option<Reason>>,
+    dropped: &'a mut Vec<DroppedRange>,
+    rows: &'a mut Vec<FunnelRow>,
+    clock: Option<fn() -> u64>,
+    wants_reasons: bool,
+    wants_dropped: bool,
+    stage_began: u64,
+    /// What the layers left.
+    pub(super) in_layers: Tally,
+    /// What is still there, once the stages of instances are through.
+    pub(super) left: Tally,
+    pub(super) frustum: FrustumWork,
+    pub(super) occlusion: OcclusionWork,
+}
+
+/// What is left of a log when the cull is over.
+pub(super) struct Work {
+    pub(super) left: Counts,
+    pub(super) frustum: FrustumWork,
+    pub(super) occlusion: OcclusionWork,
+}
+
+impl<'a> Log<'a> {
+    pub(super) fn new(frame: &Frame<'_>, result: &'a mut Visible) -> Self {
+        let Visible { reasons, dropped, funnel, .. } = result;
+        reasons.clear();
+        dropped.clear();
+        funnel.rows.clear();
+        let culler = frame.culler;
+        if culler.reasons {
+            reasons.resize(frame.scene.slot_count() as usize, None);
+        }
+        let mut log = Self {
+            reasons,
+            dropped,
+            rows: &mut funnel.rows,
+            clock: culler.clock,
+            wants_reasons: culler.reasons,
+            wants_dropped: culler.reasons && culler.dropped,
+            stage_began: 0,
+            in_layers: Tally::default(),
+            left: Tally::default(),
+            frustum: FrustumWork::default(),
+            occlusion: OcclusionWork::default(),
+        };
+        log.stage_began = log.now();
+        log
+    }
+
+    pub(super) fn finish(self) -> Work {
+        self.dropped.sort_unstable_by_key(|d| (d.slot, d.first_triangle));
+        Work { left: self.left.counts, frustum: self.frustum, occlusion: self.occlusion }
+    }
+
+    /// Nanoseconds by the culler's clock; 0 where it has none.
+    pub(super) fn now(&self) -> u64 {
+        self.clock.map_or(0, |now| now())
+    }
+
+    /// Whether times are wanted.
+    pub(super) fn has_clock(&self) -> bool {
+        self.clock.is_some()
+    }
+
+    /// Whether reasons are wanted.
+    pub(super) fn wants_reasons(&self) -> bool {
+        self.wants_reasons
+    }
+
+    /// Whether triangles that went on their own or with their cluster are listed.
+    pub(super) fn lists_dropped(&self) -> bool {
+        self.wants_dropped
+    }
+
+    /// The reason of a slot, as far as the pipeline has run.
+    pub(super) fn reason(&self, slot: u32) -> Option<Reason> {
+        self.reasons.get(slot as usize).copied().flatten()
+    }
+
+    /// Notes why the instance of a slot went.
+    pub(super) fn drop_slot(&mut self, slot: u32, reason: Reason) {
+        if self.wants_reasons {
+            self.reasons[slot as usize] = Some(reason);
+        }
+    }
+
+    /// Ends a stage of instances that took some: its row is complete once [`settle_instances`](Self::settle_instances)
+    /// has run.
+    pub(super) fn instance_row(&mut self, stage: Stage, dropped: Tally) {
+        self.push_row(stage, Unit::Instances, dropped.counts, Counts::default());
+    }
+
+    /// Completes the rows of the stages of instances, of which the last left `alive`. What the frustum took is the
+    /// rest of what the layers left.
+    pub(super) fn settle_instances(&mut self, alive: Tally) {
+        let mut left = alive.counts;
+        let in_layers = self.in_layers.counts;
+        for row in self.rows.iter_mut().rev() {
+            let entered = match row.stage {
+                Stage::Layer => break,
+                Stage::Frustum => in_layers,
+                _ => left + row.entered,
+            };
+            (row.entered, row.left) = (entered, left);
+            left = entered;
+        }
+        debug_assert_eq!(left, in_layers, "counts of the stages of instances");
+    }
+
+    /// Ends a stage after those of instances: what came in is what the row before left.
+    pub(super) fn row(&mut self, stage: Stage, unit: Unit, entered: Counts) {
+        self.push_row(stage, unit, entered, self.left.counts);
+    }
+
+    pub(super) fn push_row(&mut self, stage: Stage, unit: Unit, entered: Counts, left: Counts) {
+        let nanoseconds = self.clock.map(|now| {
+            let now = now();
+            let took = now.saturating_sub(self.stage_began);
+            self.stage_began = now;
+            took
+        });
+        self.rows.push(FunnelRow { stage, unit, entered, left, nanoseconds });
+    }
+
+    /// Notes that a stage took clusters of an instance: those of `before` that are not in `kept`. Both ascend, and
+    /// the second lies within the first. How much is left is counted; where no cluster is left, the instance goes,
+    /// and with it its degenerate triangles.
+    pub(super) fn drop_clusters(
+        &mut self,
+        stage: Stage,
+        mesh: &Mesh,
+        slot: u32,
+        before: &[Run],
+        kept: &[Run],
+    ) {
+        let mut gone = Counts::default();
+        let mut rest = kept;
+        for run in before {
+            let (mut at, end) = (run.first_cluster, run.first_cluster + run.cluster_count);
+            while at < end {
+                let next = rest.first().filter(|k| k.first_cluster < end);
+                let to = next.map_or(end, |k| k.first_cluster);
+                if at < to {
+                    let cluster_count = to - at;
+                    let triangles =
+                        triangles_of(mesh, Run { first_cluster: at, cluster_count, ..*run });
+                    gone.clusters += u64::from(cluster_count);
+                    gone.triangles += triangles.len() as u64;
+                    self.drop_range(stage, Unit::Clusters, slot, triangles);
+                }
+                at = next.map_or(end, |k| k.first_cluster + k.cluster_count);
+                rest = &rest[usize::from(next.is_some())..];
+            }
+        }
+        if kept.is_empty() {
+            gone.instances = 1;
+            let degenerate = mesh.degenerate_triangles();
+            gone.triangles += degenerate.len() as u64;
+            self.left.degenerate -= degenerate.len() as u64;
+            self.drop_range(stage, Unit::Clusters, slot, degenerate);
+        }
+        self.left.counts -= gone;
+    }
+
+    /// Notes which triangles of an ascending list a stage did not keep, where that is wanted.
+    pub(super) fn drop_triangles(
+        &mut self,
+        stage: Stage,
+        slot: u32,
+        before: impl Iterator<Item = u32>,
+        kept: &[u32],
+    ) {
+        let mut kept = kept.iter().copied().peekable();
+        for t in before.filter(|&t| kept.next_if_eq(&t).is_none()) {
+            self.drop_range(stage, Unit::Triangles, slot, t..t + 1);
+        }
+    }
+
+    pub(super) fn drop_range(&mut self, stage: Stage, unit: Unit, slot: u32, range: Range<u32>) {
+        if !self.wants_dropped || range.is_empty() {
+            return;
+        }
+        let range = DroppedRange {
+            slot,
+            first_triangle: range.start,
+            triangle_count: range.len() as u32,
+            stage,
+            unit,
+        };
+        match self.dropped.last_mut() {
+            Some(last)
+                if last.first_triangle + last.triangle_count == range.first_triangle
+                    && (last.slot, last.stage, last.unit) == (slot, stage, unit) =>
+            {
+                last.triangle_count += range.triangle_count;
+            }
+            _ => self.dropped.push(range),
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The pipeline of one view: the list of stages, in the order in which they run.
+//!
+//! Three working sets pass from stage to stage, each made of what is left of the one before: instances are bits in
+//! words of 64 slots; those become runs of clusters, and those a list of triangles. A stage goes over all of a set
+//! before the next begins, cheapest test first, so that its time and its counts are its own.
+
+use super::answer;
+use super::frame::Frame;
+use super::log::Log;
+use super::sets::Sets;
+use super::stage::{Caches, backface, degenerate, detail, frustum, layer, occlusion};
+use super::{Culler, Output};
+use crate::funnel::{Stage, Unit};
+use crate::scene::Scene;
+use crate::view::View;
+use crate::visible::Visible;
+
+/// A stage at work on one of the sets.
+struct Step {
+    stage: Stage,
+    unit: Unit,
+    /// Whether this step makes the set of its unit of what the one before left. Then it also runs where its stage is
+    /// off, and takes everything.
+    opens: bool,
+    run: Run,
+}
+
+type Run = fn(&Frame<'_>, &mut Caches, &mut Sets, &mut Log<'_>);
+
+const fn opens(stage: Stage, unit: Unit, run: Run) -> Step {
+    Step { stage, unit, opens: true, run }
+}
+
+const fn then(stage: Stage, unit: Unit, run: Run) -> Step {
+    Step { stage, unit, opens: false, run }
+}
+
+/// The one list of what runs when. A step is left out where its stage is off, and where the answer does not go as deep
+/// as its unit.
+const PIPELINE: [Step; 11] = [
+    then(Stage::Layer, Unit::Instances, layer::instances),
+    opens(Stage::Frustum, Unit::Instances, frustum::instances),
+    then(Stage::Detail, Unit::Instances, detail::instances),
+    then(Stage::Degenerate, Unit::Instances, degenerate::instances),
+    then(Stage::Occlusion, Unit::Instances, occlusion::instances),
+    opens(Stage::Frustum, Unit::Clusters, frustum::clusters),
+    then(Stage::Occlusion, Unit::Clusters, occlusion::clusters),
+    then(Stage::Backface, Unit::Clusters, backface::clusters),
+    opens(Stage::Frustum, Unit::Triangles, frustum::triangles),
+    then(Stage::Backface, Unit::Triangles, backface::triangles),
+    then(Stage::Degenerate, Unit::Triangles, degenerate::triangles),
+];
+
+/// The deepest unit of an answer.
+fn depth(output: Output) -> Unit {
+    match output {
+        Output::Instances => Unit::Instances,
+        Output::Clusters => Unit::Clusters,
+        Output::Triangles => Unit::Triangles,
+    }
+}
+
+/// Memory that the culls of one view use again and again, and what was proved of its last frame.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    pub(super) sets: Sets,
+    pub(super) caches: Caches,
+}
+
+/// Culls for one view; with `only`, what is in one slot alone.
+pub(super) fn run(
+    culler: &Culler,
+    scene: &Scene,
+    view: &View,
+    only: Option<u32>,
+    scratch: &mut Scratch,
+    result: &mut Visible,
+) {
+    let frame = Frame::new(culler, scene, view, only);
+    let Scratch { sets, caches } = scratch;
+    sets.triangles.swap_with(result);
+    sets.clear();
+    let mut log = Log::new(&frame, result);
+    let depth = depth(culler.output);
+    for step in &PIPELINE {
+        if step.unit <= depth && (step.opens || culler.runs(step.stage)) {
+            (step.run)(&frame, caches, sets, &mut log);
+        }
+    }
+    if depth == Unit::Instances {
+        log.left = sets.instances.tally(scene);
+        log.settle_instances(log.left);
+    }
+    if depth < Unit::Triangles && culler.runs(Stage::Degenerate) {
+        degenerate::of_the_rest(&frame, sets, &mut log);
+    }
+    let work = log.finish();
+    sets.triangles.swap_with(result);
+    answer::write(&frame, sets, work, result);
+}

@@ -1,0 +1,137 @@
+//! The working set of clusters: runs of them, and the instances of which no cluster can go by itself.
+
+use std::ops::Range;
+
+use super::super::log::Log;
+use crate::funnel::{Reason, Stage, Unit};
+use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
+use crate::scene::Scene;
+
+/// Consecutive clusters of one instance to which the frustum gave the same answer.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Run {
+    pub(in super::super) slot: u32,
+    pub(in super::super) first_cluster: u32,
+    pub(in super::super) cluster_count: u32,
+    /// No triangle of it needs an outcode.
+    pub(in super::super) inside: bool,
+}
+
+/// Clusters that are still there.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Clusters {
+    /// Ascending by slot and cluster.
+    pub(in super::super) runs: Vec<Run>,
+    /// One bit a slot, of the words of instances that are live: drawn whole, and in no run. Only where clusters are
+    /// wanted.
+    pub(in super::super) settled: Vec<u64>,
+    kept: Vec<Run>,
+    culled: Vec<u64>,
+}
+
+impl Clusters {
+    /// Notes that an instance is drawn whole.
+    pub(in super::super) fn settle(&mut self, slot: u32) {
+        self.settled[slot as usize / 64] |= 1 << (slot % 64);
+    }
+
+    /// Runs a stage over the runs of every instance. `cull` sets the bits of clusters to drop, or returns `false` to
+    /// keep all. Degenerate triangles are in no cluster, and go with the last one of their instance.
+    pub(in super::super) fn filter(
+        &mut self,
+        scene: &Scene,
+        stage: Stage,
+        log: &mut Log<'_>,
+        mut cull: impl FnMut(&[Run], &mut Vec<u64>) -> bool,
+    ) {
+        let entered = log.left.counts;
+        let Self { runs, kept, culled, .. } = self;
+        kept.clear();
+        for runs in runs.chunk_by(|a, b| a.slot == b.slot) {
+            if !cull(runs, culled) {
+                kept.extend_from_slice(runs);
+                continue;
+            }
+            let (slot, first) = (runs[0].slot, kept.len());
+            split(runs, culled, kept);
+            log.drop_clusters(stage, scene.mesh(slot), slot, runs, &kept[first..]);
+            if kept.len() == first {
+                log.drop_slot(slot, Reason { stage, detail: 0 });
+            }
+        }
+        std::mem::swap(runs, kept);
+        log.row(stage, Unit::Clusters, entered);
+    }
+}
+
+/// The fewest triangles of a mesh of which clusters are culled by themselves, two clusters' worth. Of less so
+/// little goes that finding it costs more than drawing it.
+const LEAST_PARTED: u32 = 2 * MAX_CLUSTER_TRIANGLES as u32;
+
+/// Whether it pays to cull the clusters of a mesh by themselves.
+pub(in super::super) fn is_parted(mesh: &Mesh) -> bool {
+    mesh.triangle_count() > LEAST_PARTED
+}
+
+/// The triangles of a run: clusters follow each other in the mesh's order.
+pub(in super::super) fn triangles_of(mesh: &Mesh, run: Run) -> Range<u32> {
+    let clusters = &mesh.clusters()[run.first_cluster as usize..];
+    let Some(first) = clusters.first() else { return 0..0 };
+    let last = clusters[run.cluster_count as usize - 1];
+    first.first_triangle..last.first_triangle + last.triangle_count
+}
+
+/// Appends what is left of runs without the culled clusters.
+fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) {
+    for run in runs {
+        let (mut at, end) = (run.first_cluster, run.first_cluster + run.cluster_count);
+        while at < end {
+            let first = next_bit(culled, at, end, false);
+            at = next_bit(culled, first, end, true);
+            if first < at {
+                kept.push(Run { first_cluster: first, cluster_count: at - first, ..*run });
+            }
+        }
+    }
+}
+
+/// The first of `from..end` whose bit is `set`, or `end`.
+pub(in super::super) fn next_bit(words: &[u64], from: u32, end: u32, set: bool) -> u32 {
+    let mut at = from;
+    while at < end {
+        let word = words.get(at as usize / 64).copied().unwrap_or(0);
+        let word = (if set { word } else { !word }) >> (at % 64);
+        if word != 0 {
+            return (at + word.trailing_zeros()).min(end);
+        }
+        at = (at / 64 + 1) * 64;
+    }
+    end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_split_at_the_clusters_that_go() {
+        let run = |first_cluster, cluster_count| Run {
+            slot: 3,
+            first_cluster,
+            cluster_count,
+            inside: true,
+        };
+        let parts = |runs: &[Run], culled: &[u64]| {
+            let mut kept = Vec::new();
+            split(runs, culled, &mut kept);
+            kept.iter().map(|r| (r.first_cluster, r.cluster_count)).collect::<Vec<_>>()
+        };
+        assert_eq!(parts(&[run(2, 5), run(60, 80)], &[0; 3]), [(2, 5), (60, 80)]);
+        assert_eq!(
+            parts(&[run(2, 5), run(60, 80)], &[0b1001100, 1, 0]),
+            [(4, 2), (60, 4), (65, 75)]
+        );
+        assert_eq!(parts(&[run(0, 128)], &[u64::MAX, u64::MAX >> 1]), [(127, 1)]);
+        assert_eq!(parts(&[run(0, 128)], &[u64::MAX; 2]), []);
+    }
+}

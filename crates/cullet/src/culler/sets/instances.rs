@@ -1,0 +1,109 @@
+//! The working set of instances: bits in words of 64 slots.
+
+use super::super::frame::Frame;
+use super::super::log::Log;
+use crate::bits;
+use crate::funnel::{Reason, Stage};
+use crate::scene::{Scene, Tally};
+
+/// Instances that are still there.
+///
+/// What a view sees is mostly a small part of a scene, so only the words that hold something are ever looked at,
+/// unless reasons are wanted: those are for what is not seen.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Instances {
+    /// One bit a slot: still there, and known to be inside the frustum.
+    pub(in super::super) alive: Vec<u64>,
+    pub(in super::super) inside: Vec<u64>,
+    /// The words of the two that are not zero, ascending.
+    pub(in super::super) live: Vec<u32>,
+}
+
+impl Instances {
+    /// Forgets the last view's.
+    pub(in super::super) fn clear(&mut self, words: usize) {
+        for &word in &self.live {
+            self.alive[word as usize] = 0;
+            self.inside[word as usize] = 0;
+        }
+        self.live.clear();
+        self.alive.resize(words, 0);
+        self.inside.resize(words, 0);
+    }
+
+    /// Takes the instances of one word: those that are there, in a layer of the view, and not outside.
+    pub(in super::super) fn take(
+        &mut self,
+        frame: &Frame<'_>,
+        word: usize,
+        visible: u64,
+        inside: u64,
+        all_in: bool,
+    ) {
+        let scene = frame.scene;
+        let exempt = scene.exempt()[word];
+        let mut alive = (visible | exempt) & scene.hierarchy().present()[word];
+        if !all_in {
+            for bit in bits::ones(alive) {
+                let slot = (word * 64 + bit) as u32;
+                if scene.layers(slot) & frame.view.layers == 0 {
+                    alive &= !(1 << bit);
+                }
+            }
+        }
+        if alive != 0 {
+            self.alive[word] = alive;
+            self.inside[word] = inside | exempt;
+            self.live.push(word as u32);
+        }
+    }
+
+    /// Takes one slot.
+    pub(in super::super) fn take_slot(&mut self, slot: u32, inside: bool) {
+        let (word, bit) = (slot as usize / 64, 1 << (slot % 64));
+        self.alive[word] = bit;
+        self.inside[word] = if inside { bit } else { 0 };
+        self.live.push(word as u32);
+    }
+
+    /// Whether the instance of a slot is still there.
+    pub(in super::super) fn has(&self, slot: u32) -> bool {
+        bits::get(&self.alive, slot as usize)
+    }
+
+    /// Drops the instances that `drops` names among those of a word, exempt ones apart; returns what they hold.
+    pub(in super::super) fn filter(
+        &mut self,
+        scene: &Scene,
+        stage: Stage,
+        log: &mut Log<'_>,
+        drops: impl Fn(usize, u64) -> u64,
+    ) -> Tally {
+        let mut sum = Tally::default();
+        for &word in &self.live {
+            let word = word as usize;
+            let tested = self.alive[word] & !scene.exempt()[word];
+            let dropped = drops(word, tested);
+            self.alive[word] &= !dropped;
+            sum += scene.tally_of_bits(word, dropped);
+            if log.wants_reasons() {
+                slots(word, dropped).for_each(|s| log.drop_slot(s, Reason { stage, detail: 0 }));
+            }
+        }
+        sum
+    }
+
+    /// What all that is there holds.
+    pub(in super::super) fn tally(&self, scene: &Scene) -> Tally {
+        let mut sum = Tally::default();
+        for &word in &self.live {
+            sum += scene.tally_of_bits(word as usize, self.alive[word as usize]);
+        }
+        sum
+    }
+}
+
+/// The slots of the bits that are set in a word.
+pub(in super::super) fn slots(word: usize, value: u64) -> impl Iterator<Item = u32> {
+    bits::ones(value).map(move |bit| (word * 64 + bit) as u32)
+}

@@ -1,0 +1,25 @@
+//! The working sets that pass from stage to stage.
+
+mod clusters;
+mod instances;
+mod triangles;
+
+pub(super) use clusters::{Clusters, Run, is_parted, next_bit, triangles_of};
+pub(super) use instances::{Instances, slots};
+pub(super) use triangles::Triangles;
+
+/// What is left of a view's scene, in three grains. Memory that its culls use again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sets {
+    pub(super) instances: Instances,
+    pub(super) clusters: Clusters,
+    pub(super) triangles: Triangles,
+}
+
+impl Sets {
+    /// Forgets the last view's. The instances' are forgotten by the stage that takes new ones.
+    pub(super) fn clear(&mut self) {
+        self.clusters.runs.clear();
+        self.triangles.clear();
+    }
+}

@@ -1,0 +1,217 @@
+//! Back faces: whole clusters by their cones, then triangles by their planes.
+
+use super::super::Backface;
+use super::super::frame::Frame;
+use super::super::log::Log;
+use super::super::sets::{Run, Sets, next_bit, triangles_of};
+use super::Caches;
+use crate::cull::backface::{BackfaceEye, Backfaces, ClusterCones, ObjectEye, ViewEye};
+use crate::cull::output::keep_listed;
+use crate::funnel::Stage;
+use crate::mesh::{Cluster, Mesh};
+
+/// Memory of the stage.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Cache {
+    culled: Vec<u64>,
+    doubt: Vec<u64>,
+}
+
+/// The tests of the back faces of a view's instances.
+pub(super) struct Backs<'a> {
+    frame: &'a Frame<'a>,
+    eye: ViewEye,
+}
+
+/// The eye of one instance.
+enum Eye<'a> {
+    /// None that proves anything: all is kept.
+    Undecided,
+    /// Only the test from the corners is fine enough, or it is asked for.
+    Exact(ObjectEye),
+    /// Cones and planes.
+    Fast(ObjectEye, &'a Backfaces, BackfaceEye),
+}
+
+impl<'a> Backs<'a> {
+    pub(super) fn new(frame: &'a Frame<'a>) -> Self {
+        Self { frame, eye: ViewEye::new(frame.view) }
+    }
+
+    /// Whether an instance has sides that are not drawn, and stays in the shape of its mesh.
+    fn has_back(&self, slot: u32) -> bool {
+        let scene = self.frame.scene;
+        let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
+        let two_sided = scene.mesh(slot).is_two_sided() || scene.flags(slot).double_sided;
+        !exempt && !two_sided && scene.is_rigid(slot)
+    }
+
+    /// The cones of the mesh of an instance; a box has none, since no cluster of it faces one way.
+    fn cones(&self, slot: u32) -> Option<&'a ClusterCones> {
+        self.frame.scene.prepared_of(slot).cluster_cones(self.eye.culled_side())
+    }
+
+    /// Whether there may be an eye that some cluster of an instance faces away from.
+    pub(super) fn may_cull_clusters(&self, slot: u32) -> bool {
+        self.has_back(slot) && self.cones(slot).is_some()
+    }
+
+    /// Whether it is the mesh for which [`may_cull_clusters`](Self::may_cull_clusters) says no.
+    pub(super) fn none_of_mesh(&self, slot: u32) -> bool {
+        let mesh = self.frame.scene.mesh(slot);
+        mesh.is_two_sided() || mesh.is_deformable() || self.cones(slot).is_none()
+    }
+
+    fn eye_of(&self, slot: u32) -> Eye<'a> {
+        let eye = self.eye.in_space_of(self.frame.scene.transform(slot));
+        if !eye.culls_any() {
+            return Eye::Undecided;
+        }
+        let planes = self.frame.scene.prepared_of(slot).backfaces();
+        let fast = planes
+            .filter(|_| self.frame.culler.backface == Backface::Fast)
+            .and_then(|planes| Some(Eye::Fast(eye, planes, planes.eye(&eye)?)));
+        fast.unwrap_or(Eye::Exact(eye))
+    }
+
+    /// Sets the bits of those clusters of an instance that face away; whether there may be any.
+    fn cull_clusters(&self, slot: u32, culled: &mut Vec<u64>) -> bool {
+        if !self.has_back(slot) {
+            return false;
+        }
+        let Some(cones) = self.cones(slot) else { return false };
+        let Eye::Fast(_, _, eye) = self.eye_of(slot) else { return false };
+        cones.cull(self.frame.culler.level, &eye, culled);
+        true
+    }
+}
+
+/// Drops the clusters of which every triangle faces away.
+pub(in super::super) fn clusters(
+    frame: &Frame<'_>,
+    _: &mut Caches,
+    sets: &mut Sets,
+    log: &mut Log<'_>,
+) {
+    if !frame.culls_backs_by_cluster() {
+        return;
+    }
+    let backs = Backs::new(frame);
+    sets.clusters.filter(frame.scene, Stage::Backface, log, |runs, culled| {
+        backs.cull_clusters(runs[0].slot, culled)
+    });
+}
+
+/// Drops back faces (or front faces) of one-sided parts.
+pub(in super::super) fn triangles(
+    frame: &Frame<'_>,
+    caches: &mut Caches,
+    sets: &mut Sets,
+    log: &mut Log<'_>,
+) {
+    if !frame.culls_backs_by_triangle() {
+        return;
+    }
+    let backs = Backs::new(frame);
+    let Cache { culled: words, doubt } = &mut caches.backface;
+    let Sets { clusters, triangles, .. } = sets;
+    let mut rest = &clusters.runs[..];
+    triangles.filter(&clusters.runs, Stage::Backface, log, |slot, triangles, kept| {
+        if !backs.has_back(slot) {
+            return false;
+        }
+        let (level, mesh) = (frame.culler.level, frame.scene.mesh(slot));
+        match backs.eye_of(slot) {
+            Eye::Undecided => return false,
+            Eye::Exact(eye) => keep_exact(mesh, &eye, triangles, kept),
+            Eye::Fast(exact, planes, eye) => {
+                // Runs and ranges ascend by slot, most often in step.
+                let of = |from: &[Run], wanted: fn(u32, u32) -> bool| {
+                    from.iter().take_while(|run| wanted(run.slot, slot)).count()
+                };
+                rest = &rest[of(rest, |run, slot| run < slot)..];
+                let own;
+                (own, rest) = rest.split_at(of(rest, |run, slot| run == slot));
+                let base = triangles.first().map_or(0, |&t| t / 64);
+                words.clear();
+                // In two turns: neighbouring runs share a word, and the first turn writes it anew.
+                for find_doubt in [false, true] {
+                    for run in own {
+                        let range = triangles_of(mesh, *run);
+                        // The first triangles of a run may have gone for the frustum.
+                        let (first, end) = ((range.start / 64).max(base), range.end.div_ceil(64));
+                        if end <= first {
+                            continue;
+                        }
+                        words.resize(words.len().max((end - base) as usize), 0);
+                        let words = &mut words[(first - base) as usize..(end - base) as usize];
+                        if !find_doubt {
+                            planes.cull_words(level, &eye, first as usize, words);
+                            continue;
+                        }
+                        doubt.resize(words.len(), 0);
+                        planes.keep_words(level, &eye, first as usize, doubt);
+                        doubt.iter_mut().zip(&*words).for_each(|(d, w)| *d = !(*d | w));
+                        cull_in_doubt(mesh, &exact, *run, first, doubt, words);
+                    }
+                }
+                keep_listed(level, triangles, base, words, kept);
+            }
+        }
+        true
+    });
+}
+
+/// Adds those triangles in doubt that the test from the corners culls: few, but for flat things near their
+/// horizon, as roofs and floors of a city seen along its streets. Words begin at word `first`.
+fn cull_in_doubt(
+    mesh: &Mesh,
+    eye: &ObjectEye,
+    run: Run,
+    first: u32,
+    doubt: &[u64],
+    culled: &mut [u64],
+) {
+    let clusters = &mesh.clusters()[run.first_cluster as usize..][..run.cluster_count as usize];
+    for cluster in clusters.iter().filter(|c| !mesh.parts()[c.part as usize].two_sided) {
+        let range = cluster.triangles();
+        let mut t = range.start.max(first * 64);
+        while t < range.end {
+            t = next_bit(doubt, t - first * 64, range.end - first * 64, true) + first * 64;
+            if t < range.end && eye.culls(&mesh.corners(t)) {
+                let at = t - first * 64;
+                culled[at as usize / 64] |= 1 << (at % 64);
+            }
+            t += 1;
+        }
+    }
+}
+
+/// The test of every triangle from its corners.
+fn keep_exact(mesh: &Mesh, eye: &ObjectEye, triangles: &[u32], kept: &mut Vec<u32>) {
+    let mut rest = triangles;
+    for cluster in clusters_of_list(mesh, triangles) {
+        let end = cluster.triangles().end;
+        let (of_cluster, after) = rest.split_at(rest.partition_point(|&t| t < end));
+        rest = after;
+        if of_cluster.is_empty() && rest.is_empty() {
+            break;
+        }
+        if mesh.parts()[cluster.part as usize].two_sided {
+            kept.extend_from_slice(of_cluster);
+        } else {
+            let front = |t: &&u32| !eye.culls(&mesh.corners(**t));
+            kept.extend(of_cluster.iter().filter(front));
+        }
+    }
+    // Degenerate triangles follow the last cluster; they have no back.
+    kept.extend_from_slice(rest);
+}
+
+/// The clusters from the one of the first triangle of an ascending list on.
+fn clusters_of_list<'m>(mesh: &'m Mesh, triangles: &[u32]) -> &'m [Cluster] {
+    let first = triangles.first().copied().unwrap_or(0);
+    let clusters = mesh.clusters();
+    let at = clusters.partition_point(|c| c.first_triangle + c.triangle_count <= first);
+    &clusters[at..]
+}

@@ -1,0 +1,337 @@
+//! Frustum: what is outside of the view's half-spaces. Each of its steps makes a set of what is left of the one before.
+
+use super::super::Output;
+use super::super::frame::Frame;
+use super::super::log::Log;
+use super::super::sets::{Run, Sets, is_parted, slots, triangles_of};
+use super::backface::Backs;
+use super::{Caches, occlusion};
+use crate::bits;
+use crate::bounds::{Aabb, Plane, Side};
+use crate::clip::outcode::ObjectRegion;
+use crate::cull::frustum::batch::Planes;
+use crate::cull::frustum::exact::ExactFrustum;
+use crate::cull::frustum::tree::{Coherent, Cut};
+use crate::funnel::{FrustumWork, Reason, Stage, Unit};
+use crate::scene::Tally;
+use crate::view::FrustumPlane;
+use crate::visible::TriangleRange;
+
+/// What the stage keeps of a view.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Cache {
+    /// Which scene the last frame was of, and what it saw.
+    scene: u64,
+    coherent: Coherent,
+    cut: Cut,
+    of_meshes: Vec<OfMesh>,
+}
+
+/// What holds for all instances of a mesh in one view.
+#[derive(Clone, Copy, Debug, Default)]
+struct OfMesh {
+    /// No cluster of any instance is culled for facing away. The rest holds where this does.
+    has_no_backs: bool,
+    /// Its clusters are not culled by themselves.
+    is_whole: bool,
+    tally: Tally,
+}
+
+/// Takes the instances that are in a layer of the view and not outside; all of them with the stage off.
+pub(in super::super) fn instances(
+    frame: &Frame<'_>,
+    caches: &mut Caches,
+    sets: &mut Sets,
+    log: &mut Log<'_>,
+) {
+    let (scene, set) = (frame.scene, &mut sets.instances);
+    let words = scene.hierarchy().present().len();
+    set.clear(words);
+    let all = frame.only.map_or_else(|| scene.tally(), |slot| scene.tally_of(slot));
+    let all_in = all.counts.instances == log.in_layers.counts.instances;
+    match frame.only {
+        Some(slot) if all_in => take_alone(frame, sets, log, slot),
+        Some(_) => {}
+        None if frame.culler.frustum => take_visible(frame, &mut caches.frustum, sets, log, all_in),
+        None => (0..words).for_each(|word| set.take(frame, word, u64::MAX, u64::MAX, all_in)),
+    }
+    if frame.culler.frustum {
+        log.instance_row(Stage::Frustum, Tally::default());
+    }
+}
+
+/// Takes what the frustum does not reject, by the scene's hierarchy.
+fn take_visible(
+    frame: &Frame<'_>,
+    cache: &mut Cache,
+    sets: &mut Sets,
+    log: &mut Log<'_>,
+    all_in: bool,
+) {
+    let (scene, planes, set) = (frame.scene, &frame.planes, &mut sets.instances);
+    let hierarchy = scene.hierarchy();
+    let coherent = &mut cache.coherent;
+    if std::mem::replace(&mut cache.scene, scene.id()) != scene.id() {
+        coherent.forget();
+    }
+    let (boxes, version) = (hierarchy.boxes(), hierarchy.change_version());
+    coherent.cull(frame.culler.level, planes, hierarchy.nodes(), boxes, version);
+    let cut = coherent.cut();
+    log.frustum = FrustumWork {
+        nodes: cut.nodes_asked(),
+        blocks: cut.leaves_asked(),
+        plane_tests: cut.plane_tests(),
+        remembered: coherent.answered(),
+        swept: cut.swept(),
+    };
+    let mut exempt = scene.exempt_words().peekable();
+    for word in cut.touched() {
+        while let Some(before) = exempt.next_if(|&e| e < word) {
+            set.take(frame, before, 0, 0, all_in);
+        }
+        exempt.next_if_eq(&word);
+        set.take(frame, word, cut.visible()[word], cut.inside()[word], all_in);
+    }
+    exempt.for_each(|word| set.take(frame, word, 0, 0, all_in));
+    if frame.culler.frustum_exact {
+        drop_beyond_planes(frame, sets);
+    }
+    if log.wants_reasons() {
+        for word in 0..hierarchy.present().len() {
+            let dropped = hierarchy.present()[word] & !sets.instances.alive[word];
+            for slot in slots(word, dropped) {
+                // What is in no layer was dropped before.
+                if all_in || scene.layers(slot) & frame.view.layers != 0 {
+                    let detail = planes.first_rejecting(scene.boxes(), slot as usize);
+                    log.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
+                }
+            }
+        }
+    }
+}
+
+/// Drops boxes that straddle planes but lie beyond the frustum's corners.
+fn drop_beyond_planes(frame: &Frame<'_>, sets: &mut Sets) {
+    let exact = ExactFrustum::new(&frame.frustum);
+    let set = &mut sets.instances;
+    for &word in &set.live {
+        let word = word as usize;
+        for slot in slots(word, set.alive[word] & !set.inside[word]) {
+            if exact.is_outside_beyond_planes(&frame.scene.bounds(slot)) {
+                set.alive[word] &= !(1 << (slot % 64));
+            }
+        }
+    }
+}
+
+/// Takes one slot, by the arithmetic of the batch test, so with the same answer.
+fn take_alone(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>, slot: u32) {
+    let (scene, planes) = (frame.scene, &frame.planes);
+    let exempt = bits::get(scene.exempt(), slot as usize);
+    let bounds = scene.bounds(slot);
+    let mut side = if frame.culler.frustum { planes.classify_box(&bounds) } else { Side::Inside };
+    if frame.culler.frustum_exact
+        && side == Side::Straddling
+        && ExactFrustum::new(&frame.frustum).is_outside_beyond_planes(&bounds)
+    {
+        side = Side::Outside;
+    }
+    if side == Side::Outside && !exempt {
+        let detail = planes.first_rejecting(scene.boxes(), slot as usize);
+        log.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
+    } else {
+        sets.instances.take_slot(slot, exempt || side == Side::Inside);
+    }
+}
+
+/// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted), and of the others
+/// what is not outside the frustum. Where clusters are wanted and no later stage can drop one of an instance, its bit
+/// is [settled](super::super::sets::Clusters::settled) and it gets no run: most of what is seen of very many things.
+pub(in super::super) fn clusters(
+    frame: &Frame<'_>,
+    caches: &mut Caches,
+    sets: &mut Sets,
+    log: &mut Log<'_>,
+) {
+    let scene = frame.scene;
+    let by_cluster = frame.culler.frustum;
+    let settles = frame.culler.output == Output::Clusters;
+    let backs = frame.culls_backs_by_cluster().then(|| Backs::new(frame));
+    let Caches { frustum: cache, occlusion, .. } = caches;
+    let Sets { instances, clusters, .. } = sets;
+    clusters.settled.resize(instances.alive.len(), 0);
+    cache.of_meshes.clear();
+    cache.of_meshes.resize(scene.meshes().len(), OfMesh::default());
+    // Of the instances that are taken whole, and of those of which some clusters may be outside.
+    let (mut whole, mut straddling) = (Tally::default(), Tally::default());
+    for &word in &instances.live {
+        let word = word as usize;
+        clusters.settled[word] = 0;
+        // Those of which only their mesh can say that they are not drawn whole.
+        let inside = if by_cluster { instances.inside[word] } else { u64::MAX };
+        let may_settle =
+            if settles { inside & occlusion::unhidden(frame, occlusion, word) } else { 0 };
+        for slot in slots(word, instances.alive[word]) {
+            let of = cache.of_meshes[scene.mesh_id(slot) as usize];
+            let may_settle = may_settle >> (slot % 64) & 1 == 1 || of.is_whole;
+            if settles && of.has_no_backs && may_settle {
+                clusters.settle(slot);
+                whole += of.tally;
+                continue;
+            }
+            let mesh = scene.mesh(slot);
+            let tally = scene.tally_of(slot);
+            let cluster_count = mesh.levels()[0].cluster_count;
+            let inside =
+                inside >> (slot % 64) & 1 == 1 || !scene.is_rigid(slot) || cluster_count == 0;
+            let run = Run { slot, first_cluster: 0, cluster_count, inside };
+            if !inside && is_parted(mesh) {
+                straddling += tally;
+                log.left += tally;
+                list_clusters(frame, &mut cache.cut, run, &mut clusters.runs, log);
+                continue;
+            }
+            whole += tally;
+            if !settles
+                || occlusion::may_hide_clusters(frame, occlusion, slot)
+                || backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot))
+            {
+                clusters.runs.push(run);
+                continue;
+            }
+            clusters.settle(slot);
+            // What holds for the mesh, and not for this instance alone.
+            let has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(slot));
+            cache.of_meshes[scene.mesh_id(slot) as usize] =
+                OfMesh { has_no_backs, is_whole: !is_parted(mesh), tally };
+        }
+    }
+    log.left += whole;
+    whole += straddling;
+    log.settle_instances(whole);
+    if by_cluster {
+        log.row(Stage::Frustum, Unit::Clusters, whole.counts);
+    }
+}
+
+/// Lists the clusters of an instance that the frustum does not reject.
+fn list_clusters(
+    frame: &Frame<'_>,
+    cut: &mut Cut,
+    all: Run,
+    runs: &mut Vec<Run>,
+    log: &mut Log<'_>,
+) {
+    let (scene, slot) = (frame.scene, all.slot);
+    let mesh = scene.mesh(slot);
+    let planes = Planes::new(&frame.world_frustum.to_object_space(scene.transform(slot)));
+    let first = runs.len();
+    cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
+    for word in cut.touched() {
+        for bit in bits::ones(cut.visible()[word]) {
+            let cluster = (word * 64 + bit) as u32;
+            let inside = cut.inside()[word] >> bit & 1 == 1;
+            match runs[first..].last_mut() {
+                Some(run)
+                    if run.inside == inside && run.first_cluster + run.cluster_count == cluster =>
+                {
+                    run.cluster_count += 1;
+                }
+                _ => runs.push(Run { slot, first_cluster: cluster, cluster_count: 1, inside }),
+            }
+        }
+    }
+    if (cut.count() as u32) < all.cluster_count {
+        log.drop_clusters(Stage::Frustum, mesh, slot, &[all], &runs[first..]);
+    }
+    if runs.len() == first {
+        log.drop_slot(slot, Reason { stage: Stage::Frustum, detail: Reason::MIXED });
+    }
+}
+
+/// Lists the triangles of all runs, those of straddling clusters by their outcodes.
+pub(in super::super) fn triangles(
+    frame: &Frame<'_>,
+    _: &mut Caches,
+    sets: &mut Sets,
+    log: &mut Log<'_>,
+) {
+    let scene = frame.scene;
+    let entered = log.left.counts;
+    let Sets { clusters, triangles: set, .. } = sets;
+    let mut region = None;
+    for (i, &run) in clusters.runs.iter().enumerate() {
+        let mesh = scene.mesh(run.slot);
+        let triangles = triangles_of(mesh, run);
+        let before = set.list.len();
+        if run.inside {
+            set.list.extend(triangles.clone());
+        } else {
+            // Runs of a slot follow each other: its region is made once.
+            if region.as_ref().is_none_or(|(slot, _)| *slot != run.slot) {
+                let transform = scene.transform(run.slot);
+                region = Some((run.slot, ObjectRegion::new(&frame.world_frustum, transform)));
+            }
+            let Some((_, region)) = &region else { continue };
+            let (positions, indices) = (mesh.positions(), mesh.indices());
+            let present = region.present();
+            region.keep_into(positions, indices, triangles.clone(), present, &mut set.list);
+        }
+        let is_part = set.list.len() - before < triangles.len();
+        if is_part && log.lists_dropped() {
+            log.drop_triangles(Stage::Frustum, run.slot, triangles, &set.list[before..]);
+        }
+        // Degenerate triangles are in no cluster; they go with the last run of their instance.
+        if clusters.runs.get(i + 1).is_none_or(|next| next.slot != run.slot) {
+            set.list.extend(mesh.degenerate_triangles());
+        }
+        let count = (set.list.len() - before) as u32;
+        match set.ranges.last_mut() {
+            Some(range) if range.slot == run.slot => range.count += count,
+            _ => set.ranges.push(TriangleRange { slot: run.slot, first: before as u32, count }),
+        }
+    }
+    if frame.culler.frustum {
+        set.end(&clusters.runs, Stage::Frustum, entered, log);
+    }
+    debug_assert_eq!(log.left.counts.triangles, set.list.len() as u64);
+}
+
+/// By how much an instance is outside of a plane, or inside of all.
+pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32, reason: Option<Reason>) -> String {
+    let bounds = frame.scene.bounds(slot);
+    let rejecting = reason.filter(|r| r.stage == Stage::Frustum);
+    let mut planes = frame.frustum.planes();
+    let named = rejecting.and_then(|r| planes.find(|(number, _)| *number == usize::from(r.detail)));
+    match named {
+        Some((number, plane)) => format!(
+            "outside the {} plane by {:.6} units at the nearest corner",
+            plane_name(number),
+            -depth_inside(plane, &bounds)
+        ),
+        None if rejecting.is_some() => {
+            "outside: no plane alone rejects it, the exact test does".to_owned()
+        }
+        None => {
+            let depths = frame
+                .frustum
+                .planes()
+                .map(|(number, plane)| (depth_inside(plane, &bounds), number));
+            depths.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(String::new, |(depth, number)| {
+                let plane = plane_name(number);
+                format!("reaches {depth:.6} units inside of the {plane} plane, its nearest")
+            })
+        }
+    }
+}
+
+fn plane_name(number: usize) -> String {
+    FrustumPlane::ALL.get(number).map_or_else(|| format!("extra {number}"), |p| p.name().to_owned())
+}
+
+/// How far the box reaches to the inner side of a plane; negative when it is outside.
+fn depth_inside(plane: &Plane, b: &Aabb) -> f64 {
+    let inner =
+        std::array::from_fn(|a| f64::from(if plane.normal[a] > 0.0 { b.min[a] } else { b.max[a] }));
+    -plane.distance(inner)
+}

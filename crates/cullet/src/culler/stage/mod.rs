@@ -1,0 +1,19 @@
+//! The stages: each a function from the frame, its own cache and a set to a row of the funnel, with what it says of one
+//! instance beside it.
+
+pub(super) mod backface;
+pub(super) mod degenerate;
+mod density;
+pub(super) mod detail;
+pub(super) mod frustum;
+pub(super) mod layer;
+mod occluders;
+pub(super) mod occlusion;
+
+/// What stages keep between frames: memory, and what was proved of the last one.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Caches {
+    pub(super) frustum: frustum::Cache,
+    pub(super) occlusion: occlusion::Cache,
+    pub(super) backface: backface::Cache,
+}

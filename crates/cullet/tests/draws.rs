@@ -1,0 +1,187 @@
+//! Draws hold what the answer holds, each triangle once, in the order of their states.
+
+use std::collections::BTreeMap;
+
+use cullet::mesh::{Alpha, Part};
+use cullet::{
+    Culler, DrawCommand, DrawKey, DrawList, DrawState, Instance, InstanceFlags, Mesh, MeshData,
+    MeshPlace, Output, Preparation, Scene, Transform, ViewState, Visible,
+};
+
+mod common;
+
+use common::{Rng, random_culler, random_view};
+
+/// Triangles by slot and original number, and how often each is drawn.
+type Drawn = BTreeMap<(u32, [u32; 3]), u32>;
+
+/// A ball in four parts of all classes, among others.
+fn scene(rng: &mut Rng) -> Scene {
+    let mut scene = common::random_scene(rng, 40);
+    let ball = common::ball(24).to_data();
+    let quarter = ball.indices.len() as u32 / 12;
+    let part = |n: u32, alpha, two_sided, material| Part {
+        first_triangle: n * quarter,
+        triangle_count: quarter,
+        material,
+        two_sided,
+        alpha,
+    };
+    let parts = vec![
+        part(0, Alpha::Blended, true, 7),
+        part(1, Alpha::Opaque, false, 9),
+        part(2, Alpha::Masked, true, 1),
+        part(3, Alpha::Opaque, true, 3),
+    ];
+    let indices = ball.indices[..quarter as usize * 12].to_vec();
+    let mesh = Mesh::new(MeshData { parts, indices, ..ball }).expect("a good mesh");
+    let ball = scene.add_mesh(mesh);
+    for i in 0..12 {
+        let mut place =
+            Transform::from_scale_translation([rng.range(0.5, 6.0) as f32; 3], rng.vector(9.0));
+        if i % 3 == 0 {
+            place.linear[1] = place.linear[1].map(|v| -v);
+        }
+        let flags = InstanceFlags { transparent: i % 4 == 0, ..InstanceFlags::default() };
+        scene.add(Instance { flags, ..Instance::new(ball, place) }).expect("the mesh exists");
+    }
+    scene.prepare(Preparation::ALL);
+    scene
+}
+
+/// Triangles of clusters: those of no cluster are degenerate, and never drawn.
+fn of_clusters(scene: &Scene, visible: &Visible) -> Drawn {
+    let mut drawn = Drawn::new();
+    let mut add = |slot: u32, clusters: std::ops::Range<usize>| {
+        let mesh = scene.mesh(slot);
+        for t in mesh.clusters()[clusters].iter().flat_map(|c| c.triangles()) {
+            *drawn.entry((slot, mesh.triangle(t))).or_default() += 1;
+        }
+    };
+    for slot in visible.whole.iter().flat_map(|r| r.first..r.first + r.count) {
+        add(slot, 0..scene.mesh(slot).clusters().len());
+    }
+    for d in &visible.partial {
+        add(d.slot, d.first_cluster as usize..(d.first_cluster + d.cluster_count) as usize);
+    }
+    drawn
+}
+
+fn of_triangles(scene: &Scene, visible: &Visible) -> Drawn {
+    let mut drawn = Drawn::new();
+    for r in &visible.triangle_ranges {
+        let mesh = scene.mesh(r.slot);
+        let clustered = mesh.triangle_count() - mesh.degenerate_count();
+        for &t in &visible.triangles[r.first as usize..(r.first + r.count) as usize] {
+            if t < clustered {
+                *drawn.entry((r.slot, mesh.triangle(t))).or_default() += 1;
+            }
+        }
+    }
+    drawn
+}
+
+/// What a renderer would draw, with one buffer of all indices.
+fn rendered(scene: &Scene, list: &DrawList, all: &[u32], places: &[MeshPlace]) -> Drawn {
+    assert_eq!(list.commands.len(), list.keys.len());
+    let mut drawn = Drawn::new();
+    for (command, key) in list.commands.iter().zip(&list.keys) {
+        let DrawCommand { index_count, instance_count, first_index, first_instance, .. } = *command;
+        assert!(index_count > 0 && instance_count > 0);
+        assert_eq!(command.base_vertex, places[key.mesh as usize].base_vertex);
+        let indices = &all[first_index as usize..(first_index + index_count) as usize];
+        let instances = first_instance as usize..(first_instance + instance_count) as usize;
+        for &slot in &list.instances[instances] {
+            check_key(scene, slot, key);
+            for t in indices.as_chunks::<3>().0 {
+                *drawn.entry((slot, *t)).or_default() += 1;
+            }
+        }
+    }
+    drawn
+}
+
+fn check_key(scene: &Scene, slot: u32, key: &DrawKey) {
+    let part = scene.mesh(slot).parts()[key.part as usize];
+    let flags = scene.flags(slot);
+    assert_eq!((key.mesh, key.material), (scene.mesh_id(slot), part.material));
+    assert_eq!(key.state.has(DrawState::TWO_SIDED), part.two_sided || flags.double_sided);
+    assert_eq!(key.state.has(DrawState::MIRRORED), scene.transform(slot).is_mirrored());
+    assert_eq!(key.state.has(DrawState::MASKED), part.alpha == Alpha::Masked);
+    let blended = part.alpha == Alpha::Blended || flags.transparent;
+    assert_eq!(key.state.has(DrawState::BLENDED), blended);
+}
+
+fn is_sorted(keys: impl Iterator<Item = (DrawState, u32, u32)>) -> bool {
+    keys.is_sorted()
+}
+
+#[test]
+fn draws_hold_each_visible_triangle_once_in_the_order_of_states() {
+    let mut rng = Rng(77);
+    let mut list = DrawList::default();
+    let (mut partial, mut instanced) = (0, 0);
+    for round in 0..60 {
+        let mut scene = scene(&mut rng);
+        if round % 2 == 0 {
+            scene.commit();
+        }
+        // One buffer with all meshes, the last first.
+        let mut all = Vec::new();
+        let mut places = vec![MeshPlace::default(); scene.meshes().len()];
+        for (id, mesh) in scene.meshes().iter().enumerate().rev() {
+            places[id] =
+                MeshPlace { first_index: all.len() as u32, base_vertex: id as i32 * 1000 - 500 };
+            all.extend_from_slice(mesh.indices());
+        }
+        let (view, culler) = (random_view(&mut rng), random_culler(&mut rng));
+        for output in [Output::Instances, Output::Clusters, Output::Triangles] {
+            let culler = Culler { output, ..culler.clone() };
+            let (mut state, mut visible) = (ViewState::default(), Visible::default());
+            culler.cull_one(&scene, &view, &mut state, &mut visible);
+            let expected = of_clusters(&scene, &visible);
+            assert!(expected.values().all(|&n| n == 1));
+
+            let draws = visible.draws(&scene);
+            assert!(is_sorted(draws.iter().map(|d| (d.state, d.material, d.mesh))));
+            let mut drawn = Drawn::new();
+            for d in &draws {
+                assert_eq!(scene.slot(d.handle), Ok(d.slot));
+                let (mesh, part, level) = (d.mesh, d.part, d.level);
+                let key = DrawKey { state: d.state, material: d.material, mesh, part, level };
+                check_key(&scene, d.slot, &key);
+                let indices = &scene.mesh(d.slot).indices()[d.indices.start as usize..];
+                for t in indices[..d.indices.len()].as_chunks::<3>().0 {
+                    *drawn.entry((d.slot, *t)).or_default() += 1;
+                }
+            }
+            assert_eq!(drawn, expected);
+
+            list.fill(&scene, &visible, &places);
+            assert!(is_sorted(list.keys.iter().map(|k| (k.state, k.material, k.mesh))));
+            assert_eq!(rendered(&scene, &list, &all, &places), expected);
+            instanced += list.commands.iter().filter(|c| c.instance_count > 1).count();
+            partial += visible.partial.len();
+            if output == Output::Triangles {
+                list.fill_triangles(&scene, &visible, &places);
+                let found = rendered(&scene, &list, &list.indices, &places);
+                assert_eq!(found, of_triangles(&scene, &visible));
+            }
+        }
+    }
+    assert!(partial > 100 && instanced > 100, "{partial} {instanced}");
+}
+
+#[test]
+fn an_empty_answer_has_no_draws_and_meshes_without_a_place_begin_at_zero() {
+    let scene = scene(&mut Rng(5));
+    let mut list = DrawList::default();
+    list.fill(&scene, &Visible::default(), &[]);
+    assert!(list.commands.is_empty() && list.instances.is_empty());
+    let everything = Culler { frustum: false, output: Output::Instances, ..Culler::default() };
+    let (mut state, mut visible) = (ViewState::default(), Visible::default());
+    everything.cull_one(&scene, &common::looking_down_z(), &mut state, &mut visible);
+    list.fill(&scene, &visible, &[]);
+    let mut firsts = list.keys.iter().zip(&list.commands).filter(|(key, _)| key.part == 0);
+    assert!(firsts.all(|(_, command)| (command.first_index, command.base_vertex) == (0, 0)));
+}
