@@ -1,6 +1,5 @@
 //! A view: eye, orientation, projection, viewport and layers; the frustum it sees; projected sizes.
 
-mod around;
 mod camera;
 pub(crate) mod corners;
 mod frustum;
