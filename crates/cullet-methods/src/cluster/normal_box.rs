@@ -10,11 +10,10 @@
 //! loosest, and axes along the cluster's own normals gain what three more vectors cost. The lectures of
 //! 2014 choose the signs from the position of the eye, `w_e`·(e − c); they must come from v = e − c.
 
+use cullet::cull::backface::{ClusterEye, ClusterPlanes, EllipticCone};
 use glam::{DMat3, DVec3};
 
-use super::ellipse::best_ellipse;
-use super::eye::dot;
-use super::{ApexFit, Bound, ClusterEye, ClusterPlanes};
+use super::{Blocks, Bound, dot};
 
 /// What a side of the box of normals is moved out by: the rounding of the test (3e-7 of each product), of
 /// the box to f32, and the normals' own doubt.
@@ -75,9 +74,9 @@ impl NormalBox {
             let direction = DVec3::new(r * angle.cos(), r * angle.sin(), z);
             (DVec3::from(planes.centre()) + direction * (4.0 * planes.radius())).extend(1.0)
         };
+        let (centre, half) = (planes.centre(), planes.half_extent());
         let corner = |i: usize| {
-            let side = |k: usize| if i >> k & 1 == 1 { planes.half[k] } else { -planes.half[k] };
-            std::array::from_fn(|k| planes.centre()[k] + side(k))
+            std::array::from_fn(|k| centre[k] + if i >> k & 1 == 1 { half[k] } else { -half[k] })
         };
         let origins = std::iter::once(planes.centre()).chain((0..8).map(corner));
         let fits = origins.filter_map(|origin| Self::fit_at(planes, origin));
@@ -87,18 +86,20 @@ impl NormalBox {
     }
 
     fn fit_in(planes: &ClusterPlanes, origin: [f64; 3], axes: DMat3) -> Option<Self> {
-        if planes.usable().is_err() {
+        if !planes.is_usable() {
             return None;
         }
         let origin = DVec3::from(origin).as_vec3();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut d = f64::INFINITY;
-        for (n, distance) in planes.around(origin.as_dvec3()) {
+        for (n, offset) in planes.half_spaces() {
+            let n = DVec3::from(n);
+            d = d.min(offset - n.dot(origin.as_dvec3()));
             let n = axes.transpose() * n;
-            (low, high, d) = (low.min(n), high.max(n), d.min(distance));
+            (low, high) = (low.min(n), high.max(n));
         }
         // Zero in the box would let no eye pass however far, but near ones may.
-        let slack = planes.position_slack(origin.as_dvec3());
+        let slack = planes.slack(origin.as_dvec3().into());
         let out = |v: DVec3, by: f64| (v + DVec3::splat(by)).as_vec3().to_array();
         Some(Self {
             largest: out(high, SIDE_SLACK),
@@ -120,7 +121,7 @@ impl NormalBox {
                 std::array::from_fn(|k| f64::from(origin[k]) - f64::from(b.origin[k]));
             f64::from(b.d) - support(b, v)
         };
-        // What the eye loses in f32 depends on the origin: see `position_slack`.
+        // What the eye loses in f32 depends on the origin: see [`ClusterPlanes::slack`].
         let size = self.origin.iter().chain(&other.origin).chain(&origin);
         let size = size.fold(0.0, |a: f64, v| a.max(f64::from(v.abs())));
         let d = moved(self).min(moved(other)) - size * f64::from(f32::EPSILON) * 2.0;
@@ -162,37 +163,44 @@ fn farthest(largest: [f32; 3], smallest: [f32; 3], v: [f32; 3]) -> f32 {
 }
 
 impl Bound for NormalBox {
+    type Batch = Blocks<Self>;
+
     /// With its origin in the middle of the cluster's box.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         Self::fit_at(planes, planes.centre())
     }
 
     fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
-        farthest(self.largest, self.smallest, eye.from(self.origin)) < self.d * eye.w
+        farthest(self.largest, self.smallest, eye.way_from(self.origin)) < self.d * eye.weight()
     }
 }
 
 impl Bound for NormalBoxAtOrigin {
+    type Batch = Blocks<Self>;
+
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         let NormalBox { largest, smallest, d, .. } = NormalBox::fit_at(planes, [0.0; 3])?;
         Some(Self { largest, smallest, d })
     }
 
     fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
-        farthest(self.largest, self.smallest, eye.xyz) < self.d * eye.w
+        farthest(self.largest, self.smallest, eye.xyz()) < self.d * eye.weight()
     }
 }
 
 impl Bound for NormalBoxTurned {
+    type Batch = Blocks<Self>;
+
     /// With its origin at the apex of the cones, its axes along the ellipse of the normals.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        let fit = ApexFit::new(planes).ok()?;
-        let (_, [long, _]) = best_ellipse(&fit.hull);
-        let along = (fit.across[0] * long.x + fit.across[1] * long.y)
-            .try_normalize()
-            .unwrap_or(fit.across[0]);
-        let axes = DMat3::from_cols(fit.axis, along, fit.axis.cross(along));
-        let mut bounds = NormalBox::fit_in(planes, fit.apex.into(), axes)?;
+        let apex = planes.apex(0.0)?;
+        // The longer half-axis of the ellipse.
+        let long = DVec3::from(EllipticCone::fit_doubting(planes, 0.0)?.s.map(f64::from));
+        let axis = DVec3::from(apex.axis);
+        let along = (long - axis * long.dot(axis)).try_normalize();
+        let along = along.unwrap_or_else(|| DVec3::from(apex.across[0]));
+        let axes = DMat3::from_cols(axis, along, axis.cross(along));
+        let mut bounds = NormalBox::fit_in(planes, apex.point, axes)?;
         // The axes as f32 turn a line of sight once more.
         let more = SIDE_SLACK as f32;
         bounds.largest = bounds.largest.map(|v| v + more);
@@ -203,7 +211,7 @@ impl Bound for NormalBoxTurned {
 
     fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
         let NormalBox { largest, smallest, d, origin } = self.bounds;
-        let v = eye.from(origin);
-        farthest(largest, smallest, self.axes.map(|axis| dot(axis, v))) < d * eye.w
+        let v = eye.way_from(origin);
+        farthest(largest, smallest, self.axes.map(|axis| dot(axis, v))) < d * eye.weight()
     }
 }

@@ -5,9 +5,10 @@
 //! cluster by: its share of the box is the probability that an eye anywhere in the box culls it. This is
 //! the slow and plain form, for pictures and as an oracle.
 
+use cullet::cull::backface::ClusterPlanes;
 use glam::DVec3;
 
-use super::{ClusterPlanes, NormalBox};
+use super::NormalBox;
 
 /// Corners nearer to a plane than this share of the box's size lie on it: rounding must not make faces
 /// of no width.
@@ -283,7 +284,7 @@ mod tests {
             [[0.3, 0.0, 0.05], [0.3, 0.3, -0.1], [0.0, 0.3, 0.08]],
         ];
         let planes = ClusterPlanes::new(bent);
-        let bound = <NormalBox as super::super::Bound>::fit(&planes).unwrap();
+        let bound = <NormalBox as crate::cluster::Bound>::fit(&planes).unwrap();
         let ideal = CullingRegion::of_planes(&planes, LOW, HIGH);
         let inner = CullingRegion::of_normal_box(&bound, LOW, HIGH);
         assert!(inner.volume() > 1.0 && inner.volume() < ideal.volume());

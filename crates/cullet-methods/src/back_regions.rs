@@ -1,7 +1,7 @@
 //! The back-facing regions of a surface.
 
-use super::{Facing, ObjectEye};
-use crate::mesh::{Regions, connected_regions};
+use cullet::cull::backface::{Facing, ObjectEye};
+use cullet::mesh::{Regions, connected_regions};
 
 /// The connected regions of the triangles that an eye sees from behind.
 ///
@@ -22,11 +22,11 @@ pub fn back_regions(eye: &ObjectEye, positions: &[[f32; 3]], indices: &[u32]) ->
 
 #[cfg(test)]
 mod tests {
+    use cullet::{CullFace, FrontFace, Transform};
     use glam::DVec3;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{CullFace, FrontFace, Transform};
 
     /// A box whose sides are grids, each with corners of its own: convex, with seams. The corners of a
     /// side share a coordinate to the last bit, so it is flat.

@@ -2,7 +2,7 @@
 //!
 //! Shirman & Abi-Ezzi, *The Cone of Normals Technique for Fast Processing of Curved Patches* (1993),
 //! bound the normals of a patch by a cone and its points by the cone's apex, both from the control net.
-//! Here the net yields planes, and every bound of [`cluster`](super::cluster) can be fitted to them.
+//! Here the net yields planes, and every bound of [`cluster`](crate::cluster) can be fitted to them.
 //!
 //! The eye e is behind a patch at (u, v) where `S_u` × `S_v` · (S − e) > 0. That is a polynomial in u and v,
 //! so a sum of Bernstein polynomials, which are not negative, with coefficients d − n·e: planes that
@@ -22,8 +22,9 @@
 //! would be culled wrongly.
 //!
 //! ```
-//! use cullet::cull::backface::BezierPatch;
-//! use cullet::cull::backface::cluster::{Bound, ClusterFacing, EllipticCone, TwoWay};
+//! use cullet::cull::backface::EllipticCone;
+//! use cullet_methods::BezierPatch;
+//! use cullet_methods::cluster::{ClusterFacing, TwoWay};
 //!
 //! // A sheet in x and y that bulges towards +z, from where it is counter-clockwise.
 //! let net: Vec<[f32; 3]> = (0..16)
@@ -35,14 +36,12 @@
 //! assert_eq!(bound.facing([1.5, 1.5, -9.0, 1.0]), ClusterFacing::Back);
 //! assert_eq!(bound.facing([1.5, 1.5, 9.0, 1.0]), ClusterFacing::Front);
 //! assert_eq!(bound.facing([9.0, 1.5, 0.0, 1.0]), ClusterFacing::Mixed);
-//! # Ok::<(), cullet::cull::backface::PatchError>(())
+//! # Ok::<(), cullet_methods::PatchError>(())
 //! ```
 
+use cullet::cull::backface::ClusterPlanes;
 use glam::DVec3;
 use thiserror::Error;
-
-use super::cluster::ClusterPlanes;
-use crate::exact::Exact;
 
 /// Why points are no control net.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -215,9 +214,9 @@ impl<'a> BezierPatch<'a> {
         let complete = sums.iter().all(is_certain);
         let planes = sums.iter().filter(|s| is_certain(s)).map(|(normal, offset, _)| {
             let (length, normal) = (normal.length(), normal.normalize());
-            (normal, offset / length + normal.dot(middle))
+            (normal.to_array(), offset / length + normal.dot(middle))
         });
-        ClusterPlanes::of_surface(planes, [low, high], complete)
+        ClusterPlanes::of_planes(planes, [low.into(), high.into()], complete)
     }
 
     /// The product of a side along u and one along v, and of their lengths; `None` where it is exactly
@@ -231,22 +230,33 @@ impl<'a> BezierPatch<'a> {
         }
         // Sides that are exactly parallel are common, as those of a quarter of a circle; what merely
         // rounds to it must not be taken for it.
-        let side = |a: DVec3, b: DVec3| {
-            let [a, b] = [a.to_array(), b.to_array()];
-            std::array::from_fn::<_, 3, _>(|x| Exact::from(b[x]).minus(&Exact::from(a[x])))
-        };
-        let u = side(self.at(i, j), self.at(i + 1, j));
-        let v = side(self.at(k, l), self.at(k, l + 1));
-        let is_zero = (0..3).all(|x| {
-            let [y, z] = [(x + 1) % 3, (x + 2) % 3];
-            u[y].times(&v[z]).minus(&u[z].times(&v[y])).sign() == 0
-        });
+        let exact = |a: DVec3, b: DVec3| (0..3).all(|k| is_exact(a[k], b[k]));
+        let is_zero = exact(self.at(i, j), self.at(i + 1, j))
+            && exact(self.at(k, l), self.at(k, l + 1))
+            && (0..3).all(|x| {
+                let [y, z] = [(x + 1) % 3, (x + 2) % 3];
+                product(u[y], v[z]) == product(u[z], v[y])
+            });
         (!is_zero).then_some((normal, size))
     }
 
     fn at(&self, i: usize, j: usize) -> DVec3 {
         self.points[i * (self.degree[1] + 1) + j].map(f64::from).into()
     }
+}
+
+/// Whether b − a is exact in f64, for numbers that are f32.
+fn is_exact(a: f64, b: f64) -> bool {
+    let sum = b - a;
+    let part = sum + a;
+    (b - part) + ((part - sum) - a) == 0.0
+}
+
+/// A product and what its rounding leaves: equal pairs are equal products, for numbers that are
+/// differences of f32, whose products are far above the least that f64 holds.
+fn product(a: f64, b: f64) -> [f64; 2] {
+    let rounded = a * b;
+    [rounded, a.mul_add(b, -rounded)]
 }
 
 fn pairs(first: usize, second: usize) -> impl Iterator<Item = (usize, usize)> {

@@ -1,13 +1,15 @@
 //! Bounds of clusters on real models: how much of the ideal each finds, and nothing wrong.
 
-mod backface_common;
+#[path = "../../cullet/tests/backface_common/mod.rs"]
+mod common;
 
-use backface_common::{fibonacci, front, model};
-use cullet::cull::backface::cluster::{
-    BatchBound, ClusterBounds, ClusterPlanes, ClusterTracker, EllipticCone, EllipticConeQuantised,
-    NormalBox, NormalBoxAtOrigin, NormalBoxTurned, NormalCone, Pyramid, Tracked,
-};
+use common::{fibonacci, front, model};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::{Level, Mesh, MeshData};
+use cullet_methods::cluster::{
+    Bound, ClusterBounds, ClusterTracker, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin,
+    NormalBoxTurned, NormalCone, Pyramid,
+};
 
 struct Clusters {
     mesh: Mesh,
@@ -34,7 +36,7 @@ fn clusters(path: &str) -> Option<Clusters> {
 
 /// Share of all triangles that a bound culls, over 100 views at `far` radii, percent; each tenth view
 /// checked triangle by triangle.
-fn culled<B: BatchBound>(clusters: &Clusters, far: f64) -> f64 {
+fn culled<B: Bound>(clusters: &Clusters, far: f64) -> f64 {
     let bounds: ClusterBounds<B> = clusters.planes.iter().map(B::fit).collect();
     share(clusters, far, |eye, words| bounds.cull(Level::new(), eye, words))
 }
@@ -63,7 +65,7 @@ fn share(clusters: &Clusters, far: f64, mut cull: impl FnMut([f64; 4], &mut Vec<
     culled as f64 / f64::from(clusters.mesh.triangle_count())
 }
 
-fn looked_at<B: Tracked>(clusters: &Clusters, step: f64) -> f64 {
+fn looked_at<B: Bound>(clusters: &Clusters, step: f64) -> f64 {
     let fits: Vec<Option<B>> = clusters.planes.iter().map(B::fit).collect();
     let bounds: ClusterBounds<B> = fits.iter().copied().collect();
     let mut tracker: ClusterTracker<B> = fits.into_iter().collect();

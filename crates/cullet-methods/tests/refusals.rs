@@ -2,13 +2,10 @@
 
 use cullet::Level;
 use cullet::bounds::Sphere;
-use cullet::cull::Indices;
-use cullet::cull::backface::cluster::{ClusterBounds, EllipticCone};
-use cullet::cull::backface::{
-    BackfaceMask, Groups, MaskError, MaskGrid, NormalMasks, Planes8, Planes16, Planes32, ViewCone,
-    keep_unmasked,
-};
+use cullet::cull::backface::{BackfaceMask, EllipticCone, MaskGrid, Planes8, Planes16, ViewCone};
 use cullet::mesh::{Mesh, MeshData, NotSolid, Part, TwoSided};
+use cullet_methods::cluster::ClusterBounds;
+use cullet_methods::{Groups, Planes32};
 
 const FAR: [f64; 4] = [3.0, 5.0, 7.0, 1.0];
 
@@ -21,43 +18,22 @@ fn solid() -> MeshData {
     }
 }
 
-/// The same answer from every way to prepare a mesh.
-fn prepared(mesh: &Mesh) -> Result<[Vec<u32>; 4], TwoSided> {
-    let level = Level::new();
-    let grid = MaskGrid::new(16).expect("in range");
-    let mut masks = NormalMasks::default();
-    let encoded = grid.encode_mesh(mesh, &mut masks);
-    assert_eq!(Planes8::of_mesh(mesh).err(), encoded.err());
-    assert_eq!(Planes16::of_mesh(mesh).err(), encoded.err());
-    assert_eq!(Planes32::of_mesh(mesh).err(), encoded.err());
-    assert_eq!(ClusterBounds::<EllipticCone>::of_mesh(mesh).err(), encoded.err());
-    encoded?;
-    let cone = ViewCone::to_sphere(FAR, &Sphere { center: [0.5; 3], radius: 0.9 });
-    let mut kept = [const { Indices::new() }; 4];
-    Planes8::of_mesh(mesh)?.keep(level, FAR, &mut kept[0]);
-    Planes16::of_mesh(mesh)?.keep(level, FAR, &mut kept[1]);
-    Planes32::of_mesh(mesh)?.keep(level, FAR, &mut kept[2]);
-    keep_unmasked(level, &masks, &grid.mask(level, cone.as_ref()), &mut kept[3]);
-    let original = |t: &u32| mesh.original_triangle()[*t as usize];
-    Ok(kept.map(|list| {
-        let mut list: Vec<u32> = list.iter().map(original).collect();
-        list.sort_unstable();
-        list
-    }))
+fn bounds(mesh: &Mesh) -> Result<ClusterBounds<EllipticCone>, TwoSided> {
+    ClusterBounds::of_mesh(mesh)
 }
 
 #[test]
 fn two_sided_meshes_are_refused_with_their_defect() {
     let mut mesh = Mesh::new(solid()).expect("a mesh");
     // Not declared at all is two-sided.
-    let error = prepared(&mesh).expect_err("two-sided");
+    let error = bounds(&mesh).expect_err("two-sided");
     assert_eq!(error, TwoSided { defect: None });
     mesh.set_two_sided(false);
-    assert_eq!(prepared(&mesh).expect("one-sided"), [const { [3] }; 4].map(|l| l.to_vec()));
+    assert_eq!(bounds(&mesh).expect("one-sided").len(), mesh.clusters().len());
 
     let mut open = solid();
     open.indices.truncate(9);
-    let error = prepared(&Mesh::new(open).expect("a mesh")).expect_err("two-sided");
+    let error = bounds(&Mesh::new(open).expect("a mesh")).expect_err("two-sided");
     assert_eq!(error.defect, Some(NotSolid::Open { edges: 3 }));
     assert_eq!(
         error.to_string(),
@@ -67,7 +43,7 @@ fn two_sided_meshes_are_refused_with_their_defect() {
 
     let mut inward = solid();
     inward.indices.as_chunks_mut::<3>().0.iter_mut().for_each(|t| t.swap(1, 2));
-    let error = prepared(&Mesh::new(inward).expect("a mesh")).expect_err("two-sided");
+    let error = bounds(&Mesh::new(inward).expect("a mesh")).expect_err("two-sided");
     assert!(matches!(error.defect, Some(NotSolid::Inward { .. })), "{error}");
 }
 
@@ -77,25 +53,14 @@ fn two_sided_parts_are_kept() {
     let part = Part { triangle_count: 2, ..Part::default() };
     data.parts = vec![part, Part { first_triangle: 2, two_sided: true, material: 1, ..part }];
     let mesh = Mesh::new(data).expect("a mesh");
-    assert_eq!(
-        prepared(&mesh).expect("partly one-sided"),
-        [const { [2, 3] }; 4].map(|l| l.to_vec())
-    );
     // Each triangle a cluster would be culled alone; the two of the second part are not.
-    let bounds = ClusterBounds::<EllipticCone>::of_mesh(&mesh).expect("partly one-sided");
+    let bounds = bounds(&mesh).expect("partly one-sided");
     let behind_all = [0.2, 0.2, 0.2, 1.0];
     assert_eq!(bounds.count(Level::new(), behind_all), 1);
 }
 
 #[test]
 fn numbers_out_of_range_are_refused_or_keep_everything() {
-    for n in [0, 19, u32::MAX] {
-        assert_eq!(MaskGrid::new(n).err(), Some(MaskError::Cells(n)));
-    }
-    assert_eq!(
-        MaskError::Cells(19).to_string(),
-        "19 cells along an edge of the cube; 1 to 18 are possible"
-    );
     let sphere = |radius: f32| Sphere { center: [0.0; 3], radius };
     // A point has one line of sight; from itself, none.
     let cone = ViewCone::to_sphere(FAR, &sphere(0.0)).expect("a point");
@@ -114,7 +79,7 @@ fn numbers_out_of_range_are_refused_or_keep_everything() {
     );
     let mut mesh = Mesh::new(solid()).expect("a mesh");
     mesh.set_two_sided(false);
-    let bounds = ClusterBounds::<EllipticCone>::of_mesh(&mesh).expect("one-sided");
+    let bounds = bounds(&mesh).expect("one-sided");
     let groups = Groups::kd(positions, indices, 2);
     let grid = MaskGrid::new(16).expect("in range");
     let level = Level::new();

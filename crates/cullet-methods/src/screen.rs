@@ -1,18 +1,15 @@
 //! The test after projection, as graphics hardware does it: the winding on the screen.
 
+use cullet::cull::backface::Facing;
+use cullet::{FrontFace, Transform, View};
 use glam::DVec3;
-
-use super::Facing;
-use crate::exact::determinant_sign;
-use crate::transform::Transform;
-use crate::view::{FrontFace, View};
 
 /// Whether what is counter-clockwise in object space is clockwise on the screen (y up): a mirrored
 /// projection or a mirrored instance does that, both together do not. The sign of the transform's
 /// determinant is exact.
 #[must_use]
 pub fn flips_winding(view: &View, transform: &Transform) -> bool {
-    view.is_mirrored() != (transform.is_finite() && determinant_sign(&transform.linear) < 0)
+    view.is_mirrored() != transform.is_mirrored()
 }
 
 /// Twice the signed area of a triangle on the screen: the z of its normal in normalised device

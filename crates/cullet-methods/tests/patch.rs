@@ -1,13 +1,14 @@
 //! Bézier patches: a patch that is culled whole has nothing in front, on its surface or in any grid.
 
-mod backface_common;
+#[path = "../../cullet/tests/backface_common/mod.rs"]
+mod common;
 
-use backface_common::{Rng, cross, dot, fibonacci};
-use cullet::cull::backface::cluster::{
-    Bound, ClusterPlanes, EllipticCone, EllipticConeQuantised, NoRegion, NormalCone, Pyramid,
-    TwoWay,
+use common::{Rng, cross, dot, fibonacci};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
+use cullet_methods::cluster::{
+    Bound, EllipticConeQuantised, NoRegion, NormalCone, Pyramid, TwoWay, region,
 };
-use cullet::cull::backface::{BezierPatch, PatchError};
+use cullet_methods::{BezierPatch, PatchError};
 
 type Point = [f64; 3];
 
@@ -142,12 +143,12 @@ fn a_culled_patch_has_nothing_in_front() {
         }
         for (planes, samples) in [(patch.planes(), samples), (patch.surface_planes(), surface)] {
             let bounds = TwoWay::<EllipticCone>::fit(&planes);
-            bounded += u32::from(bounds.back().is_some());
+            bounded += u32::from(bounds.back.is_some());
             let (pyramid, cone) = (Pyramid::<6>::fit(&planes), NormalCone::fit(&planes));
             let bytes = EllipticConeQuantised::fit(&planes);
             for eye in eyes(&mut rng, &planes) {
                 let ideal = planes.is_behind(eye);
-                let single = bounds.is_backfacing(eye)
+                let single = bounds.back.is_some_and(|b| b.is_behind(eye))
                     || pyramid.as_ref().is_some_and(|b| b.is_behind(eye))
                     || cone.as_ref().is_some_and(|b| b.is_behind(eye))
                     || bytes.as_ref().is_some_and(|b| b.is_behind(eye));
@@ -160,7 +161,7 @@ fn a_culled_patch_has_nothing_in_front() {
                     let error = 1e-12 * dot(sample.1, sample.1).sqrt() * reach
                         + 1e-14 * planes.radius().powi(2) * reach;
                     assert!(!ideal || value >= -error, "{}: {value} seen from {eye:?}", net.name);
-                    let front = bounds.is_frontfacing(eye);
+                    let front = bounds.front.is_some_and(|b| b.is_behind(eye));
                     assert!(!front || value <= error, "{}: {value} front, {eye:?}", net.name);
                 }
                 culled += u32::from(ideal);
@@ -233,16 +234,16 @@ fn patches_without_a_region_say_why() {
     // All points one: nothing is drawn, and nothing is proved.
     let point = [[2.0f32; 3]; 16];
     let patch = BezierPatch::new([3, 3], &point).expect("a net");
-    assert_eq!(patch.planes().region(), Err(NoRegion::Empty));
+    assert_eq!(region(&patch.planes()), Err(NoRegion::Empty));
     assert!(!patch.planes().is_behind([9.0, 0.0, 0.0, 1.0]));
     // A sheet folded over itself.
     let folded = Net::of("folded", [2, 1], |i, j| [[0.0, 2.0, 0.0][i], j as f64, i as f64 * 0.1]);
-    assert_eq!(folded.patch().surface_planes().region(), Err(NoRegion::Hemisphere));
+    assert_eq!(region(&folded.patch().surface_planes()), Err(NoRegion::Hemisphere));
     // A pole is no obstacle, and a corner with parallel sides that rounding turned is one.
     let [octant, ..] = smooth();
     assert!(octant.patch().surface_planes().is_complete());
     let corner = Net::of("corner", [1, 1], |i, j| {
         [[[0.0, 0.0, 0.0], [2.0, 1e-9, 0.0]], [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]][i][j]
     });
-    assert_eq!(corner.patch().planes().region(), Err(NoRegion::NotCertain));
+    assert_eq!(region(&corner.patch().planes()), Err(NoRegion::NotCertain));
 }

@@ -1,18 +1,19 @@
 //! No front face is lost: every form of the test, on five models, from a thousand eyes each, near and far and
 //! within the model, against f64.
 
-mod backface_common;
+#[path = "../../cullet/tests/backface_common/mod.rs"]
+mod common;
 
-use backface_common::{fibonacci, front, model};
+use common::{fibonacci, front, model};
 use cullet::bounds::Sphere;
-use cullet::cull::backface::cluster::{
-    BatchBound, ClusterBounds, ClusterPlanes, EllipticCone, EllipticConeQuantised, NormalBox,
-    NormalBoxAtOrigin, NormalBoxTurned, NormalCone, Pyramid,
-};
-use cullet::cull::backface::{
-    MaskGrid, NormalMasks, Planes8, Planes16, Planes32, ViewCone, cull_masked,
-};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
+use cullet::cull::backface::{MaskGrid, NormalMasks, Planes8, Planes16, ViewCone, cull_masked};
 use cullet::{Level, Mesh, MeshData};
+use cullet_methods::Planes32;
+use cullet_methods::cluster::{
+    Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin, NormalBoxTurned,
+    NormalCone, Pyramid,
+};
 
 const VIEWS: usize = 1000;
 
@@ -31,7 +32,7 @@ impl Form {
         Self { name: name.to_owned(), by_cluster, cull: Box::new(cull), culled: 0 }
     }
 
-    fn bound<B: BatchBound + 'static>(name: &str, planes: &[ClusterPlanes]) -> Self {
+    fn bound<B: Bound + 'static>(name: &str, planes: &[ClusterPlanes]) -> Self {
         let bounds: ClusterBounds<B> = planes.iter().map(B::fit).collect();
         Self::new(name, true, move |eye, words| bounds.cull(Level::new(), eye, words))
     }

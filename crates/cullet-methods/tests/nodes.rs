@@ -1,19 +1,19 @@
 //! Bounds of normals on nodes over clusters: all that a flat sweep culls, and nothing wrong.
 //!
-//! `cargo test --release -p cullet --test backface_nodes -- --nocapture` prints what the nodes save.
+//! `cargo test --release -p cullet-methods --test nodes -- --nocapture` prints what the nodes save.
 
-mod backface_common;
+#[path = "../../cullet/tests/backface_common/mod.rs"]
+mod common;
 
 use std::time::Instant;
 
-use backface_common::{Rng, fibonacci, front, model};
+use common::{Rng, fibonacci, front, model};
 use cullet::bounds::Aabb;
-use cullet::cull::backface::cluster::{
-    ClusterCut, ClusterNodes, ClusterPlanes, EllipticCone, NormalCone,
-};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch::levels;
 use cullet::hierarchy::spatial_order;
 use cullet::{Level, Mesh, MeshData};
+use cullet_methods::cluster::{Bound, ClusterCut, ClusterNodes, NormalCone, join};
 
 type Corners = [[f32; 3]; 3];
 
@@ -27,8 +27,8 @@ fn sheet(rng: &mut Rng, count: usize, bend: f64) -> Vec<Vec<Corners>> {
                 .map(|_| {
                     let out = [turn.sin() + rng.unit() * 0.2, turn.cos() + rng.unit() * 0.2];
                     let out = [out[0], out[1], rng.unit() * 0.2];
-                    let u = backface_common::cross(out, [0.0, 0.0, 1.0]);
-                    let v = backface_common::cross(out, u);
+                    let u = common::cross(out, [0.0, 0.0, 1.0]);
+                    let v = common::cross(out, u);
                     let at = |a: f64, b: f64| {
                         std::array::from_fn(|k| (middle[k] + u[k] * a + v[k] * b) as f32)
                     };
@@ -100,7 +100,7 @@ fn joined_planes_are_those_of_all_triangles() {
     let mut rng = Rng(6);
     let clusters = sheet(&mut rng, 12, 0.5);
     let parts: Vec<_> = clusters.iter().map(|c| ClusterPlanes::new(c.iter().copied())).collect();
-    let joined = ClusterPlanes::join(&parts);
+    let joined = join(&parts);
     let all = ClusterPlanes::new(clusters.iter().flatten().copied());
     assert_eq!((joined.len(), joined.is_complete()), (all.len(), true));
     assert!(joined.radius() >= all.radius() && joined.radius() < all.radius() * 1.000_001);
@@ -109,7 +109,7 @@ fn joined_planes_are_those_of_all_triangles() {
         let eye = [e[0], e[1], e[2], 1.0];
         assert_eq!(joined.height(eye), all.height(eye));
     }
-    assert!(ClusterPlanes::join([]).is_empty());
+    assert!(join([]).is_empty());
 }
 
 #[test]
@@ -139,11 +139,7 @@ fn nodes_on_real_models() {
     }
 }
 
-fn measure<B: cullet::cull::backface::cluster::BatchBound>(
-    name: &str,
-    mesh: &Mesh,
-    clusters: &[Vec<Corners>],
-) {
+fn measure<B: Bound>(name: &str, mesh: &Mesh, clusters: &[Vec<Corners>]) {
     let planes: Vec<_> = clusters.iter().map(|c| ClusterPlanes::new(c.iter().copied())).collect();
     let nodes = ClusterNodes::<B>::fit(&planes);
     let (centre, half) = (mesh.bounds().center(), mesh.bounds().half_extent());

@@ -1,14 +1,17 @@
 //! Masks for groups of triangles and for sectors of a frustum.
 
-mod backface_common;
+#[path = "../../cullet/tests/backface_common/mod.rs"]
+mod common;
 
-use backface_common::{Rng, cross, dot, fibonacci, front, model};
+use common::{Rng, cross, dot, fibonacci, front, model};
 use cullet::bounds::{Aabb, Sphere};
-use cullet::cull::backface::{
-    BackfaceMask, Groups, MaskError, MaskGrid, MaskUse, NormalMasks, corner_directions,
-};
+use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks};
 use cullet::cull::frustum::batch::levels;
 use cullet::{Camera, Level, Projection};
+use cullet_methods::Groups;
+use cullet_methods::sectors::{
+    MaskUse, SectorError, corner_directions, mask_of_corners, mask_of_sectors,
+};
 
 /// Small triangles all over a unit sphere, wound outward.
 fn ball(rng: &mut Rng, count: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
@@ -151,10 +154,10 @@ fn sectors_cull_more_and_nothing_in_front() {
         let camera = Camera { eye, direction, up: [0.1, 1.0, 0.2], projection };
         let frustum = camera.frustum().expect("a good camera");
         let corners = corner_directions(&frustum).expect("a perspective");
-        let whole = grid.mask_of_corners(Level::new(), &corners, MaskUse::Camera).expect("it");
+        let whole = mask_of_corners(&grid, Level::new(), &corners, MaskUse::Camera).expect("it");
         for (slot, k) in [1, 2, 4, 8].into_iter().enumerate() {
-            let sectors =
-                grid.mask_of_sectors(Level::new(), &corners, k, MaskUse::Camera).expect("sectors");
+            let sectors = mask_of_sectors(&grid, Level::new(), &corners, k, MaskUse::Camera)
+                .expect("sectors");
             assert_eq!(sectors.side(), k);
             if k == 1 {
                 assert_eq!(sectors.sector(0, 0), &whole);
@@ -189,12 +192,12 @@ fn sectors_cull_more_and_nothing_in_front() {
 fn sectors_of_what_has_none_are_refused() {
     let grid = MaskGrid::new(4).expect("a good N");
     let corners = [[-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]];
-    let make = |corners, k, purpose| grid.mask_of_sectors(Level::new(), corners, k, purpose);
+    let make = |corners, k, purpose| mask_of_sectors(&grid, Level::new(), corners, k, purpose);
     let other = MaskUse::ShadowOrReflection;
-    assert_eq!(make(&corners, 2, other).err(), Some(MaskError::NotACameraView));
-    assert_eq!(make(&corners, 0, MaskUse::Camera).err(), Some(MaskError::NoCorners));
+    assert_eq!(make(&corners, 2, other).err(), Some(SectorError::NotACameraView));
+    assert_eq!(make(&corners, 0, MaskUse::Camera).err(), Some(SectorError::NoCorners));
     let flat = [[0.0, 0.0, 1.0]; 4];
-    assert_eq!(make(&flat, 2, MaskUse::Camera).err(), Some(MaskError::NoCorners));
+    assert_eq!(make(&flat, 2, MaskUse::Camera).err(), Some(SectorError::NoCorners));
     let sectors = make(&corners, 2, MaskUse::Camera).expect("good corners");
     // What is not a number is in every sector; what is behind the viewer in none.
     let nan = Sphere { center: [f32::NAN; 3], radius: 1.0 };

@@ -5,24 +5,16 @@
 //! the eye has moved by less than its distance from the border of a cluster's bound, the answer stays.
 //! That distance is bounded from below by a value of the bound that changes no faster than the eye moves.
 
-use fearless_simd::Level;
+use cullet::Level;
+use cullet::cull::backface::ClusterEye;
 use glam::DVec3;
 
-use super::{
-    BatchBound, ClusterBounds, ClusterEye, EllipticCone, EllipticConeQuantised, NormalCone, Pyramid,
-};
-
-/// A bound that knows how far an eye is from its border.
-pub trait Tracked: BatchBound {
-    /// How far a position may move, at least, before [`is_behind_eye`](super::Bound::is_behind_eye) can
-    /// change, rounding included; 0 where that is not known. Units of the cluster.
-    fn margin(&self, eye: [f64; 3]) -> f64;
-}
+use super::{Bound, ClusterBounds, NormalCone, Pyramid};
 
 /// The answers of a set of bounds for an eye that moves, kept up to date at the cost of the clusters
 /// near whose borders it is. The same answers as [`ClusterBounds::cull`] in every frame.
 #[derive(Clone, Debug)]
-pub struct ClusterTracker<B: Tracked> {
+pub struct ClusterTracker<B: Bound> {
     bounds: ClusterBounds<B>,
     /// Each bound once more, for its margin.
     singles: Vec<Option<B>>,
@@ -37,7 +29,7 @@ pub struct ClusterTracker<B: Tracked> {
     changed: Vec<u32>,
 }
 
-impl<B: Tracked> FromIterator<Option<B>> for ClusterTracker<B> {
+impl<B: Bound> FromIterator<Option<B>> for ClusterTracker<B> {
     fn from_iter<I: IntoIterator<Item = Option<B>>>(bounds: I) -> Self {
         let singles: Vec<Option<B>> = bounds.into_iter().collect();
         let words = singles.len().div_ceil(64);
@@ -56,7 +48,7 @@ impl<B: Tracked> FromIterator<Option<B>> for ClusterTracker<B> {
     }
 }
 
-impl<B: Tracked> ClusterTracker<B> {
+impl<B: Bound> ClusterTracker<B> {
     /// Moves the eye and returns the mask of culled clusters.
     ///
     /// A position after a position costs what is near a border. A direction (weight 0), and what is no
@@ -64,8 +56,9 @@ impl<B: Tracked> ClusterTracker<B> {
     pub fn update(&mut self, level: Level, eye: [f64; 4]) -> &[u64] {
         self.changed.clear();
         let prepared = ClusterEye::new(eye);
-        let position =
-            prepared.filter(|e| e.w == 1.0).map(|_| [0, 1, 2].map(|k: usize| eye[k] / eye[3]));
+        let position = prepared
+            .filter(|e| e.weight() == 1.0)
+            .map(|_| [0, 1, 2].map(|k: usize| eye[k] / eye[3]));
         let step = match (self.eye, position) {
             (Some(a), Some(b)) => DVec3::from(a).distance(b.into()),
             _ => f64::INFINITY,
@@ -169,7 +162,7 @@ fn margin(value: f64, steepness: f64, size: f64, way: f64, apex: DVec3) -> f64 {
     ((value.abs() - error) / steepness).max(0.0)
 }
 
-fn elliptic(apex: [f32; 3], vectors: [[f32; 3]; 3], eye: [f64; 3]) -> f64 {
+pub(super) fn elliptic_margin(apex: [f32; 3], vectors: [[f32; 3]; 3], eye: [f64; 3]) -> f64 {
     let [axis, s, t] = vectors.map(|v| DVec3::from(v.map(f64::from)));
     let apex = DVec3::from(apex.map(f64::from));
     let w = DVec3::from(eye) - apex;
@@ -184,20 +177,8 @@ fn elliptic(apex: [f32; 3], vectors: [[f32; 3]; 3], eye: [f64; 3]) -> f64 {
     margin(value, steepness, axis.length() + s.length() + t.length(), w.length(), apex)
 }
 
-impl Tracked for EllipticCone {
-    fn margin(&self, eye: [f64; 3]) -> f64 {
-        elliptic(self.apex, [self.axis, self.s, self.t], eye)
-    }
-}
-
-impl Tracked for EllipticConeQuantised {
-    fn margin(&self, eye: [f64; 3]) -> f64 {
-        elliptic(self.apex, [self.axis, self.s, self.t].map(|v| v.map(f32::from)), eye)
-    }
-}
-
-impl Tracked for NormalCone {
-    fn margin(&self, eye: [f64; 3]) -> f64 {
+impl NormalCone {
+    pub(super) fn margin_of(&self, eye: [f64; 3]) -> f64 {
         let apex = DVec3::from(self.apex.map(f64::from));
         let axis = DVec3::from(self.axis.map(f64::from));
         let w = DVec3::from(eye) - apex;
@@ -215,8 +196,8 @@ impl Tracked for NormalCone {
     }
 }
 
-impl<const K: usize> Tracked for Pyramid<K> {
-    fn margin(&self, eye: [f64; 3]) -> f64 {
+impl<const K: usize> Pyramid<K> {
+    pub(super) fn margin_of(&self, eye: [f64; 3]) -> f64 {
         let apex = DVec3::from(self.apex.map(f64::from));
         let w = DVec3::from(eye) - apex;
         let g = self.generators.map(|g| DVec3::from(g.map(f64::from)));

@@ -1,15 +1,16 @@
 //! Bounds of normals on the nodes of a hierarchy over clusters: whole nodes seen from behind go at once,
 //! whole nodes seen from the front are taken at once.
 
-use fearless_simd::{Level, Simd, dispatch};
+use std::ops::Range;
 
-use super::{BatchBound, ClusterBounds, ClusterEye, ClusterPlanes};
-use crate::bits;
-use crate::bounds::LANES;
+use cullet::Level;
+use cullet::cull::backface::{ClusterEye, ClusterPlanes};
 
-/// Bounds of normals on the nodes of [`hierarchy::Nodes`](crate::hierarchy::Nodes) over clusters: node i of
+use super::{Bound, ClusterBounds};
+
+/// Bounds of normals on the nodes of [`hierarchy::Nodes`](cullet::hierarchy::Nodes) over clusters: node i of
 /// a level is over sixteen of the level below, 16 i to 16 i + 15. So whoever has such nodes for the frustum
-/// needs no second grouping. For other groups fit a bound to each, of [`ClusterPlanes::join`].
+/// needs no second grouping. For other groups fit a bound to each, of what [`join`] makes of them.
 ///
 /// A node's bound is fitted to all planes below it, not to the bounds of its children, and may prove what
 /// theirs do not: so a walk culls what [`ClusterBounds::cull`] does, and perhaps a little more, and all of
@@ -17,11 +18,11 @@ use crate::bounds::LANES;
 ///
 /// Scanned surfaces gain nothing: sixteen clusters mostly face both ways. From three radii the bunny's 930
 /// clusters cost 101 % of the blocks of a flat sweep and 2.1 times its time (1.7 µs for 0.8), the
-/// armadillo's 1138 cost 108 % and 2.0 times (`cargo test --release -p cullet --test backface_nodes --
+/// armadillo's 1138 cost 108 % and 2.0 times (`cargo test --release -p cullet-methods --test nodes --
 /// --nocapture`). It pays where many clusters lie in planes or bend little; see
 /// [`blocks_asked`](ClusterCut::blocks_asked).
 #[derive(Clone, Debug)]
-pub struct ClusterNodes<B: BatchBound> {
+pub struct ClusterNodes<B: Bound> {
     /// Of the clusters, then of each level of nodes up to one of at most sixteen: where all is seen from
     /// behind, and from the front.
     levels: Vec<[ClusterBounds<B>; 2]>,
@@ -65,7 +66,7 @@ impl ClusterCut {
 /// The planes below a node; `None` once they span too much for any bound.
 type Below = Option<ClusterPlanes>;
 
-impl<B: BatchBound> ClusterNodes<B> {
+impl<B: Bound> ClusterNodes<B> {
     /// Fits bounds to clusters with these planes, in this order, and to the nodes over them. Some
     /// microseconds a bound; nodes above one that has none are not tried, so it ends soon.
     #[must_use]
@@ -94,7 +95,7 @@ impl<B: BatchBound> ClusterNodes<B> {
             }
             let join = |parts: &[Below]| {
                 let parts: Option<Vec<&ClusterPlanes>> = parts.iter().map(Option::as_ref).collect();
-                parts.map(ClusterPlanes::join)
+                parts.map(join)
             };
             below = below.chunks(LANES).map(join).collect();
         }
@@ -127,12 +128,11 @@ impl<B: BatchBound> ClusterNodes<B> {
         }
         cut.asked = 0;
         if let Some(eye) = ClusterEye::new(eye).filter(|_| !self.is_empty()) {
-            dispatch!(level, simd => self.walk(simd, &eye, cut));
+            self.walk(level, &eye, cut);
         }
     }
 
-    #[inline(always)]
-    fn walk<S: Simd>(&self, simd: S, eye: &ClusterEye, cut: &mut ClusterCut) {
+    fn walk(&self, level: Level, eye: &ClusterEye, cut: &mut ClusterCut) {
         let ClusterCut { culled, front, blocks: [here, next], asked } = cut;
         here.clear();
         here.push(0);
@@ -141,25 +141,62 @@ impl<B: BatchBound> ClusterNodes<B> {
             let unit = LANES.pow(at as u32);
             next.clear();
             *asked += here.len();
-            for &block in &*here {
-                let first = block as usize * LANES;
-                let left = (bounds[0].len() - first).min(LANES);
-                // Not by a closure: see `to_eye`.
-                let back = bounds[0].block(simd, block as usize, eye);
-                let forth = bounds[1].block(simd, block as usize, eye);
-                for (mask, found) in [(&mut *culled, back), (&mut *front, forth)] {
-                    for run in bits::runs(found) {
-                        let end = ((first + run.end) * unit).min(self.len());
-                        bits::words_of((first + run.start) * unit..end)
-                            .for_each(|(word, bits)| mask[word] |= bits);
+            // Four blocks are tested at once: those of a word are neighbours, and mostly asked together.
+            for blocks in here.chunk_by(|a, b| a / BLOCKS == b / BLOCKS) {
+                let word = (blocks[0] / BLOCKS) as usize;
+                let found = [0, 1].map(|side: usize| bounds[side].word(level, word, eye));
+                for &block in blocks {
+                    let first = block as usize * LANES;
+                    let shift = first % 64;
+                    let [back, forth] = found.map(|word| word >> shift & 0xffff);
+                    for (mask, found) in [(&mut *culled, back), (&mut *front, forth)] {
+                        for lane in (0..LANES).filter(|lane| found >> lane & 1 == 1) {
+                            let start = (first + lane) * unit;
+                            set(mask, start..(start + unit).min(self.len()));
+                        }
                     }
-                }
-                if at > 0 {
-                    let mixed = !(back | forth) & (u64::MAX >> (64 - left));
-                    next.extend(bits::ones(mixed).map(|lane| (first + lane) as u32));
+                    if at > 0 {
+                        let left = (bounds[0].len() - first).min(LANES);
+                        let mixed = |lane: &usize| (back | forth) >> lane & 1 == 0;
+                        next.extend((0..left).filter(mixed).map(|lane| (first + lane) as u32));
+                    }
                 }
             }
             std::mem::swap(here, next);
         }
     }
+}
+
+/// Clusters or nodes a block.
+const LANES: usize = 16;
+/// Blocks a word of 64 bits.
+const BLOCKS: u32 = 4;
+
+/// Sets a range of bits.
+fn set(mask: &mut [u64], range: Range<usize>) {
+    for word in range.start / 64..range.end.div_ceil(64) {
+        let from = range.start.saturating_sub(word * 64);
+        let to = (range.end - word * 64).min(64);
+        mask[word] |= (u64::MAX << from) & (u64::MAX >> (64 - to));
+    }
+}
+
+/// The planes of several clusters as those of one: what a bound of a group of clusters is fitted to.
+#[must_use]
+pub fn join<'a>(parts: impl IntoIterator<Item = &'a ClusterPlanes>) -> ClusterPlanes {
+    let parts: Vec<_> = parts.into_iter().collect();
+    let complete = parts.iter().all(|p| p.is_complete());
+    let parts: Vec<_> = parts.into_iter().filter(|p| !p.is_empty()).collect();
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for part in &parts {
+        // The corners are known from the middle, give or take the rounding of a sum.
+        let (centre, half) = (part.centre(), part.half_extent());
+        let slack = part.largest() * (4.0 * f64::EPSILON);
+        for k in 0..3 {
+            low[k] = low[k].min(centre[k] - half[k] - slack);
+            high[k] = high[k].max(centre[k] + half[k] + slack);
+        }
+    }
+    let planes = parts.iter().flat_map(|p| p.half_spaces());
+    ClusterPlanes::of_planes(planes, [low, high], complete)
 }

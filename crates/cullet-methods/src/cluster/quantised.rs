@@ -1,18 +1,18 @@
 //! The elliptic cone in 21 bytes.
 
+use cullet::cull::backface::{Apex, ClusterEye, ClusterPlanes, EllipticCone};
 use glam::DVec3;
 
-use super::elliptic::{Inside, Shape};
-use super::eye::{TINY, dot};
-use super::{ApexFit, Bound, ClusterEye, ClusterPlanes};
+use super::tracker::elliptic_margin;
+use super::{Blocks, Bound, dot};
 
-/// An [`EllipticCone`](super::EllipticCone) in 21 bytes: directions in signed bytes, on one scale.
+/// An [`EllipticCone`] in 21 bytes: directions in signed bytes, on one scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct EllipticConeQuantised {
     /// A point behind every plane.
     pub apex: [f32; 3],
-    /// As in [`EllipticCone`](super::EllipticCone), all three on one scale.
+    /// As in [`EllipticCone`], all three on one scale.
     pub axis: [i8; 3],
     /// One half-axis.
     pub s: [i8; 3],
@@ -21,35 +21,43 @@ pub struct EllipticConeQuantised {
 }
 
 impl Bound for EllipticConeQuantised {
+    type Batch = Blocks<Self>;
+
+    const BYTES: usize = 21;
+
     /// Rounds an ellipse on several scales, grows each until every normal is inside again, and takes
     /// the smallest.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        let fit = ApexFit::new(planes).ok()?;
-        let shape = Shape::around(&fit);
-        let normals: Vec<DVec3> = fit.hull.iter().map(|p| fit.lift(*p)).collect();
-        let largest = [shape.axis, shape.s, shape.t].map(|v| v.abs().max_element());
+        let fit = planes.apex(0.0)?;
+        let cone = EllipticCone::fit_doubting(planes, 0.0)?;
+        let [axis, s, t] = [cone.axis, cone.s, cone.t].map(|v| DVec3::from(v.map(f64::from)));
+        let largest = [axis, s, t].map(|v| v.abs().max_element());
         let largest = largest.into_iter().fold(0.0, f64::max);
         // Scales at which the axis happens to round well are luck; a few draws suffice.
         let scales = (0..24).map(|k| 127.0 - 2.0 * f64::from(k));
         let best = scales.filter_map(|scale| {
-            let axis = shape.axis * (scale / largest);
-            let [s, t] = [shape.s, shape.t].map(|v| v * (scale / largest));
-            grown(&normals, axis, s, t)
+            let axis = axis * (scale / largest);
+            let [s, t] = [s, t].map(|v| v * (scale / largest));
+            grown(&fit, axis, s, t)
         });
         let (_, [axis, s, t]) = best.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(Self { apex: fit.apex.as_vec3().into(), axis, s, t })
+        Some(Self { apex: cone.apex, axis, s, t })
     }
 
     fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
-        let w = eye.from(self.apex);
+        let w = eye.way_from(self.apex);
         let [z, s, t] = [self.axis, self.s, self.t].map(|v| dot(v.map(f32::from), w));
-        z < 0.0 && z * z - (s * s + t * t) > TINY
+        z < 0.0 && z * z - (s * s + t * t) > ClusterEye::LEAST_SQUARE
+    }
+
+    fn margin(&self, eye: [f64; 3]) -> f64 {
+        elliptic_margin(self.apex, [self.axis, self.s, self.t].map(|v| v.map(f32::from)), eye)
     }
 }
 
 /// The first bytes that hold all normals when the half-axes grow by eighths of a unit, and how large
 /// their ellipse is.
-fn grown(normals: &[DVec3], axis: DVec3, s: DVec3, t: DVec3) -> Option<(f64, [[i8; 3]; 3])> {
+fn grown(fit: &Apex, axis: DVec3, s: DVec3, t: DVec3) -> Option<(f64, [[i8; 3]; 3])> {
     let longer = |v: DVec3, by: f64| v + v.normalize() * by;
     for step in 0..40 {
         let by = f64::from(step) * 0.125;
@@ -58,7 +66,8 @@ fn grown(normals: &[DVec3], axis: DVec3, s: DVec3, t: DVec3) -> Option<(f64, [[i
             return None;
         }
         let bytes = rounded.map(|v| v.to_array().map(|v| v as i8));
-        if Inside::of(bytes.map(|v| v.map(f32::from))).is_some_and(|i| i.holds_all(normals)) {
+        let [axis, s, t] = bytes.map(|v| v.map(f32::from));
+        if (EllipticCone { apex: [0.0; 3], axis, s, t }).holds(fit) {
             let [axis, s, t] = rounded;
             // The area that the ellipse takes of the sphere of directions, for a narrow one.
             let size = s.cross(t).dot(axis).abs() / axis.length().powi(3);

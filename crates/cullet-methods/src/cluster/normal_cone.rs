@@ -3,9 +3,10 @@
 //! Shirman & Abi-Ezzi, *The Cone of Normals Technique for Fast Processing of Curved Patches* (1993); in
 //! the form that meshoptimizer stores, from whose bounds it can be made as it is.
 
-use super::eye::{TINY, dot};
-use super::fit::ANGULAR_SLACK;
-use super::{ApexFit, Bound, ClusterEye, ClusterPlanes};
+use cullet::cull::backface::{ClusterEye, ClusterPlanes};
+use glam::{DVec2, DVec3};
+
+use super::{ANGULAR_SLACK, Blocks, Bound, dot};
 
 /// The region {e : z < 0 and z² > cutoff² |w|²} with w = e − apex and z = axis·w: 28 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -36,22 +37,25 @@ impl NormalCone {
 }
 
 impl Bound for NormalCone {
+    type Batch = Blocks<Self>;
+
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
-        let fit = ApexFit::new(planes).ok()?;
+        let fit = planes.apex(0.0)?;
         // A point at distance r from the axis, one along it, is at an angle of atan r.
-        let widest = fit.hull.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let widest = fit.hull.iter().map(|p| DVec2::from(*p).length()).fold(0.0, f64::max);
         let sine = widest.atan().sin() + ANGULAR_SLACK;
-        Some(Self {
-            apex: fit.apex.as_vec3().into(),
-            axis: fit.axis.as_vec3().into(),
-            cutoff: sine as f32,
-        })
+        let f32s = |v: [f64; 3]| DVec3::from(v).as_vec3().to_array();
+        Some(Self { apex: f32s(fit.point), axis: f32s(fit.axis), cutoff: sine as f32 })
     }
 
     fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
-        let w = eye.from(self.apex);
+        let w = eye.way_from(self.apex);
         let z = dot(self.axis, w);
-        z < 0.0 && z * z - self.cutoff * self.cutoff * dot(w, w) > TINY
+        z < 0.0 && z * z - self.cutoff * self.cutoff * dot(w, w) > ClusterEye::LEAST_SQUARE
+    }
+
+    fn margin(&self, eye: [f64; 3]) -> f64 {
+        self.margin_of(eye)
     }
 }
 
@@ -89,6 +93,8 @@ impl NormalConeCentre {
 }
 
 impl Bound for NormalConeCentre {
+    type Batch = Blocks<Self>;
+
     /// With the sphere around the cluster's box; [`NormalConeCentre::new`] takes a smaller one.
     fn fit(planes: &ClusterPlanes) -> Option<Self> {
         let cone = NormalCone::fit(planes)?;
@@ -98,8 +104,8 @@ impl Bound for NormalConeCentre {
     }
 
     fn is_behind_eye(&self, eye: &ClusterEye) -> bool {
-        let w = eye.from(self.centre);
-        let z = -dot(self.axis, w) - self.radius * eye.w;
-        z > Self::LEAST && z * z - self.cutoff * self.cutoff * dot(w, w) > TINY
+        let w = eye.way_from(self.centre);
+        let z = -dot(self.axis, w) - self.radius * eye.weight();
+        z > Self::LEAST && z * z - self.cutoff * self.cutoff * dot(w, w) > ClusterEye::LEAST_SQUARE
     }
 }
