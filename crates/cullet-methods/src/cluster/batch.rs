@@ -6,8 +6,7 @@
 
 use cullet::Level;
 use cullet::cull::Indices;
-use cullet::cull::backface::{ClusterEye, ClusterPlanes};
-use cullet::mesh::{Mesh, TwoSided};
+use cullet::cull::backface::ClusterEye;
 use fearless_simd::{Simd, dispatch, prelude::*};
 
 use super::{
@@ -43,22 +42,6 @@ impl<B: Bound> FromIterator<Option<B>> for ClusterBounds<B> {
 }
 
 impl<B: Bound> ClusterBounds<B> {
-    /// The bounds of a mesh's clusters, in its order; those of two-sided parts are never culled. Some
-    /// 50 µs a cluster for elliptic cones.
-    ///
-    /// # Errors
-    /// If every part is two-sided.
-    pub fn of_mesh(mesh: &Mesh) -> Result<Self, TwoSided> {
-        mesh.require_one_sided()?;
-        let fit = |c: &cullet::mesh::Cluster| {
-            if mesh.parts()[c.part as usize].two_sided {
-                return None;
-            }
-            B::fit(&ClusterPlanes::new(c.triangles().map(|t| mesh.corners(t))))
-        };
-        Ok(mesh.clusters().iter().map(fit).collect())
-    }
-
     /// Adds a cluster; `None` is one that is never culled.
     pub fn push(&mut self, bound: Option<B>) {
         self.batch.push(bound);

@@ -133,13 +133,6 @@ impl Hierarchy {
         Ok((h, handles))
     }
 
-    /// Works at another SIMD level than the best of the machine. The answers are the same.
-    #[must_use]
-    pub fn with_level(mut self, level: Level) -> Self {
-        self.level = level;
-        self
-    }
-
     /// Adds a thing, in a new slot at the end. It lies under no node until the next commit: walks take such
     /// things one by one, some 0.6 ns each.
     ///

@@ -156,7 +156,13 @@ impl Backfaces {
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
-    pub fn keep_words(&self, level: Level, eye: &BackfaceEye, first: usize, kept: &mut [u64]) {
+    pub(crate) fn keep_words(
+        &self,
+        level: Level,
+        eye: &BackfaceEye,
+        first: usize,
+        kept: &mut [u64],
+    ) {
         self.planes.cull_words(level, &eye.planes.turned(), first, kept);
     }
 }

@@ -89,12 +89,6 @@ impl Cut {
         }
     }
 
-    /// Tests all `boxes` one by one, without any node.
-    pub fn sweep_all(&mut self, level: Level, planes: &Planes, boxes: &Boxes) {
-        self.clear(boxes.len());
-        self.sweep(level, planes, boxes, 0);
-    }
-
     /// [`cull`](Self::cull) as at most `jobs` jobs: `run` is given them, each to be run once, on any
     /// thread and in any order, and returns what they return. The same answer, for any number of jobs.
     ///
