@@ -47,7 +47,7 @@ fn docs() -> Ended {
 
 /// Each library alone, with no more features than it asks for: the workspace may lend it some.
 fn features() -> Ended {
-    for package in ["cullet", "cullet-io", "cullet-draw"] {
+    for package in ["cullet", "cullet-methods", "cullet-io", "cullet-draw"] {
         cargo(&["check", "--package", package, "--profile", checked::PROFILE])?;
     }
     Ok(End::Passed)

@@ -10,7 +10,7 @@
 //! hierarchy where a test is dear, and ask [`JointHierarchy::expected_tests`] first.
 //!
 //! ```
-//! use cullet::cull::backface::cluster::ClusterFacing;
+//! use cullet_methods::cluster::{ClusterFacing};
 //! use cullet::mesh::Part;
 //! use cullet::{Mesh, MeshData};
 //! use cullet_bake::joint::JointHierarchy;
@@ -37,7 +37,8 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use cullet::Mesh;
-use cullet::cull::backface::cluster::{ClusterFacing, ClusterPlanes, EllipticCone, TwoWay};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
+use cullet_methods::cluster::{Bound, ClusterFacing, TwoWay};
 use glam::DVec3;
 
 use crate::sample::{find, nearby, view_points};
@@ -107,12 +108,14 @@ impl JointHierarchy {
         let mut leaves = Vec::new();
         for (i, c) in mesh.clusters().iter().enumerate() {
             let usable = !mesh.is_deformable() && !mesh.parts()[c.part as usize].two_sided;
-            let bound = TwoWay::fit(&if usable {
+            let bound = TwoWay::<EllipticCone>::fit(&if usable {
                 planes(mesh, &[i as u32])
             } else {
                 ClusterPlanes::default()
             });
-            if bound.back().is_none() && eyes.iter().all(|e| !bound.is_frontfacing(*e)) {
+            if bound.back.is_none()
+                && !bound.front.is_some_and(|front| eyes.iter().any(|e| front.is_behind(*e)))
+            {
                 result.untested.push(i as u32);
             } else {
                 leaves.push((i as u32, bound));

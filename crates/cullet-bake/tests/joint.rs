@@ -3,11 +3,12 @@
 mod common;
 
 use common::{ball, model, soup};
-use cullet::cull::backface::cluster::{ClusterFacing, ClusterPlanes};
+use cullet::cull::backface::ClusterPlanes;
 use cullet::mesh::Part;
 use cullet::{Mesh, MeshData};
 use cullet_bake::clusters::{ClusterOptions, build};
 use cullet_bake::joint::JointHierarchy;
+use cullet_methods::cluster::ClusterFacing;
 
 const DISTANCES: [f64; 4] = [1.5, 2.0, 3.0, 6.0];
 

@@ -26,7 +26,7 @@ struct InfoRecord<'a> {
     meshes: &'a [MeshRecord],
 }
 
-/// The node tree of the file, as groups to cull by.
+/// The node tree of the file, measured.
 #[derive(Serialize)]
 struct GroupsRecord {
     nodes: usize,
@@ -48,9 +48,8 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
     let transforms = |odd: fn(&cullet::Transform) -> bool| {
         scene.slots().filter(|&s| odd(scene.transform(s))).count() as u64
     };
-    // A node tree that is none would be an error of loading.
     let tree = Some(&model.node_tree).filter(|t| !t.is_empty());
-    let groups = tree.and_then(|_| model.groups().ok()?.validate().ok());
+    let groups = tree.and_then(|_| model.node_tree_statistics());
     let info = InfoRecord {
         schema: SCHEMA,
         scene: &record,
@@ -61,7 +60,7 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
         non_finite_instances: transforms(|t| !t.is_finite()),
         singular_instances: transforms(|t| t.is_finite() && t.determinant() == 0.0),
         groups: groups.map(|g| GroupsRecord {
-            nodes: g.groups,
+            nodes: g.nodes,
             empty: g.empty,
             depth: g.depth,
             widest: g.widest,

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use cullet::bounds::{Plane, Side};
 use cullet::clip::cut::{CapOptions, CutOptions, Keep, box_planes, cut_mesh};
 use cullet::cull::frustum::single::classify_aabb;
-use cullet::hierarchy::Groups;
 use cullet::{Frustum, Handle, Instance, Mesh, Scene, Transform};
 use cullet_io::{Material, Model, NodeTree};
 use glam::{DMat3, DVec3};
@@ -246,7 +245,7 @@ pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
         out.scene.add(instance).map_err(|e| e.to_string())?;
         out.instance_names.push(model.instance_name(handle).into());
         let node = model.node_tree.node_of_instance.get(handle.index as usize);
-        out.node_tree.node_of_instance.push(node.copied().unwrap_or(Groups::NONE));
+        out.node_tree.node_of_instance.push(node.copied().unwrap_or(NodeTree::NONE));
     }
     if out.scene.instance_count() == 0 {
         return Err("The cut leaves nothing of the scene".to_owned());

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cullet::Mesh;
-use cullet::mesh::{Clustering, MeshError, TwoSided};
+use cullet::mesh::{Clustering, MeshError};
 use cullet_io::{Model, scenes};
 use serde::{Deserialize, Serialize};
 
@@ -192,8 +192,8 @@ fn why_two_sided(model: &Model, mesh: &Mesh, sides: Sides) -> String {
         false if is_gltf(&model.name) => Some("the file declares it so (doubleSided)"),
         false => None,
     };
-    match (mesh.require_one_sided(), who) {
-        (Err(TwoSided { defect: Some(defect) }), None) => defect.to_string(),
+    match (mesh.solid(), who) {
+        (Err(defect), None) if mesh.is_two_sided() => defect.to_string(),
         (_, who) => who.unwrap_or("it is declared so").to_owned(),
     }
 }

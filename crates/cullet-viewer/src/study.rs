@@ -1,13 +1,13 @@
 //! Back faces, studied: the directions that face away as a mask on the cube of directions, and how much of the
 //! inspected thing each bound proves to be seen from behind.
 
-use cullet::cull::backface::cluster::ClusterEye;
-use cullet::cull::backface::cluster::{
-    Bound, ClusterPlanes, CullingRegion, EllipticCone, NormalBox, NormalCone, Pyramid,
-};
-use cullet::cull::backface::triangle::{ObjectEye, ViewEye};
-use cullet::cull::backface::{BackfaceMask, Facing, Groups, MaskGrid, ViewCone};
+use cullet::cull::backface::ClusterEye;
+use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, ViewCone};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
+use cullet::cull::backface::{ObjectEye, ViewEye};
 use cullet::{Level, Mesh, Transform, View};
+use cullet_methods::Groups;
+use cullet_methods::cluster::{Bound, CullingRegion, NormalBox, NormalCone, Pyramid};
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -120,7 +120,7 @@ impl Cube {
     /// The cube of `cells` for lines of sight; `None` where there are none, as where the eye is within the thing.
     #[must_use]
     pub fn new(cells: u32, cone: Option<ViewCone>) -> Option<Self> {
-        let (grid, cone) = (MaskGrid::new(cells).ok()?, cone?);
+        let (grid, cone) = (MaskGrid::new(cells)?, cone?);
         let mask = grid.mask(Level::new(), Some(&cone));
         let away = mask.bytes().iter().map(|b| b.count_ones()).sum();
         Some(Self { cone, grid, mask, away })
@@ -228,7 +228,7 @@ impl Seen<'_> {
     }
 
     fn masked(&self, study: &Study, eye: [f64; 4]) -> Vec<u32> {
-        let (mesh, Ok(grid)) = (self.mesh, MaskGrid::new(study.cells)) else { return Vec::new() };
+        let (mesh, Some(grid)) = (self.mesh, MaskGrid::new(study.cells)) else { return Vec::new() };
         let groups = Groups::kd(mesh.positions(), mesh.indices(), study.groups as usize);
         let mut all = Vec::new();
         for (range, mask) in groups.ranges().iter().zip(groups.masks(Level::new(), &grid, eye)) {

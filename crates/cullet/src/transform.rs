@@ -90,6 +90,13 @@ impl Transform {
         self.linear_f64().determinant()
     }
 
+    /// Whether the linear part mirrors: the exact sign of its determinant. False where a number is not
+    /// finite.
+    #[must_use]
+    pub fn is_mirrored(&self) -> bool {
+        self.is_finite() && exact::determinant_sign(&self.linear) < 0
+    }
+
     /// The rank of the linear part, exactly: 3 ordinarily, 2 flattens to a plane, 1 to a line, 0 to a
     /// point. A transform with a number that is not finite is taken for 3, since it must keep
     /// everything.

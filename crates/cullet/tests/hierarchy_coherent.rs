@@ -201,24 +201,6 @@ fn what_moves_is_asked_again() {
 }
 
 #[test]
-fn what_changed_is_what_came_and_went() {
-    let mut rng = Rng(34);
-    let (h, _) = world(&mut rng, 9000);
-    let (mut walker, mut state) = (Walker::new(), Coherent::new());
-    let (mut added, mut removed) = (Vec::new(), Vec::new());
-    let mut held = std::collections::BTreeSet::new();
-    for _ in 0..80 {
-        walker.wander(&mut rng);
-        let planes = Planes::new(&walker.frustum());
-        state.cull(Level::new(), &planes, h.nodes(), h.boxes(), 0);
-        state.changes(&mut added, &mut removed);
-        assert!(added.iter().all(|&slot| held.insert(slot)));
-        assert!(removed.iter().all(|slot| held.remove(slot)));
-        assert_eq!(held.len(), state.cut().count());
-    }
-}
-
-#[test]
 fn a_view_that_hardly_moves_asks_little() {
     let mut rng = Rng(35);
     let boxes: Vec<_> = (0..200_000)

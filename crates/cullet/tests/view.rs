@@ -3,7 +3,7 @@
 mod view_common;
 
 use cullet::bounds::{Plane, Side};
-use cullet::view::{FrustumError, ViewError};
+use cullet::view::ViewError;
 use cullet::{Camera, Depth, Frustum, Projection, Transform, View};
 use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
@@ -331,9 +331,9 @@ fn there_are_thirty_two_planes_and_no_more() {
     assert_eq!(f.planes().count(), 26);
     assert!(f.planes().all(|(_, p)| p.normal == [0.0, 1.0, 0.0]), "normalised");
     let refused = f.push(Plane::new([0.0, 1.0, 0.0], 1.0));
-    assert_eq!(refused, Err(FrustumError::Full { limit: 32 }));
+    assert_eq!(refused, Err(ViewError::TooManyPlanes { limit: 32 }));
     let nothing = Plane::new([0.0; 3], 1.0);
-    assert_eq!(Frustum::everything().with_plane(nothing), Err(FrustumError::NoPlane(nothing)));
+    assert_eq!(Frustum::everything().with_plane(nothing), Err(ViewError::NoPlane(nothing)));
     let nan = Plane::new([1.0, f64::NAN, 0.0], 1.0);
     assert!(Frustum::everything().push(nan).is_err());
     // Taken as they are, such planes count as absent, and nothing is lost by them.

@@ -1,7 +1,7 @@
 //! What a clustering is worth.
 
 use cullet::MeshData;
-use cullet::cull::backface::cluster::ClusterPlanes;
+use cullet::cull::backface::ClusterPlanes;
 use cullet::mesh::Clustering;
 use glam::DVec3;
 

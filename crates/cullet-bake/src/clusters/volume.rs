@@ -195,7 +195,7 @@ impl Estimate for Volumes {
 
 #[cfg(test)]
 mod tests {
-    use cullet::cull::backface::cluster::CullingRegion;
+    use cullet_methods::cluster::CullingRegion;
     use proptest::prelude::*;
 
     use super::*;

@@ -5,11 +5,12 @@ use std::time::Instant;
 
 use cullet::cull::Indices;
 use cullet::cull::backface::Planes8;
-use cullet::cull::backface::cluster::{Bound, ClusterBounds, ClusterPlanes, EllipticCone};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch;
 use cullet::mesh::{Alpha, Part};
 use cullet::{Camera, Depth, Instance, Mesh, MeshData, Projection, Scene, Transform, View};
 use cullet_draw::{RenderOptions, Selection, render};
+use cullet_methods::cluster::{Bound, ClusterBounds};
 
 use crate::bench::{bumpy_ball, planes_that_see, random_boxes};
 use crate::console::interrupted;

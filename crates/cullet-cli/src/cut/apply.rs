@@ -2,7 +2,6 @@
 
 use cullet::bounds::Plane;
 use cullet::clip::cut::{CutOptions, Keep, cut_mesh};
-use cullet::hierarchy::Groups;
 use cullet::{Handle, Instance, Mesh, Scene, Transform};
 use cullet_io::{Attributes, Material, Model, NodeTree};
 use glam::{DMat3, DVec3};
@@ -176,7 +175,7 @@ pub(crate) fn apply(
         origin.push(handle);
         // Handles count up from 0 in the order of adding.
         let node = model.node_tree.node_of_instance.get(handle.index as usize);
-        out.node_tree.node_of_instance.push(node.copied().unwrap_or(Groups::NONE));
+        out.node_tree.node_of_instance.push(node.copied().unwrap_or(NodeTree::NONE));
         progress.step();
     }
     if record.cap_triangles > 0 {

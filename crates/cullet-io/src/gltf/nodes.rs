@@ -125,9 +125,8 @@ impl Nodes {
             let placed = if n.parent.is_none() { self.base * local } else { local };
             DMat4::from(placed).to_cols_array()
         };
-        let none = cullet::hierarchy::Groups::NONE;
         NodeTree {
-            parents: self.all.iter().map(|n| n.parent.unwrap_or(none)).collect(),
+            parents: self.all.iter().map(|n| n.parent.unwrap_or(NodeTree::NONE)).collect(),
             names: (self.all.iter())
                 .map(|n| n.name.as_deref().map_or_else(String::new, shorten))
                 .collect(),

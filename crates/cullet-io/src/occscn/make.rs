@@ -142,7 +142,7 @@ pub fn occluder_slots(model: &Model, names: &[String]) -> Result<Vec<bool>, Erro
             // No path to a root is longer than the tree, even if it was made with a loop.
             (0..tree.len()).any(|_| {
                 let here = node as usize;
-                node = tree.parents.get(here).copied().unwrap_or(u32::MAX);
+                node = tree.parents.get(here).copied().unwrap_or(crate::NodeTree::NONE);
                 tree.names.get(here).is_some_and(|n| n.contains(name.as_str()))
             })
         };

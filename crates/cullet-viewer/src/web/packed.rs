@@ -4,12 +4,11 @@
 //! message. Even so every count is held against the bytes there are.
 
 use cullet::bounds::Aabb;
-use cullet::hierarchy::Groups;
 use cullet::mesh::{Alpha, Cluster, Clustering, MeshData, Part};
 use cullet::{
     BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Preparation, Projection, Transform,
 };
-use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, Portal, Warning};
+use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, NodeTree, Portal, Warning};
 use thiserror::Error;
 
 use super::bytes::{Reader, Writer};
@@ -37,7 +36,7 @@ pub fn pack(model: &Model) -> Vec<u8> {
         scene.slots().filter_map(|slot| Some((slot, scene.handle(slot)?))).collect();
     let node_of = |handle: Handle| node_tree.node_of_instance.get(handle.index as usize);
     let nodes: Vec<u32> =
-        slots.iter().map(|&(_, h)| node_of(h).copied().unwrap_or(Groups::NONE)).collect();
+        slots.iter().map(|&(_, h)| node_of(h).copied().unwrap_or(NodeTree::NONE)).collect();
     let mut out = Writer::default();
     out.text(name);
     out.texts(mesh_names);

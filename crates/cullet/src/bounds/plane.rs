@@ -19,7 +19,7 @@ impl Side {
     /// where even the lowest is positive, inside where even the highest is negative, else (NaN
     /// included) straddling.
     #[must_use]
-    pub fn from_span(span: [f64; 2]) -> Self {
+    pub(crate) fn from_span(span: [f64; 2]) -> Self {
         if span[0] > 0.0 {
             Self::Outside
         } else if span[1] < 0.0 {

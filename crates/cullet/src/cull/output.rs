@@ -22,6 +22,21 @@ impl Indices {
         Self { buffer: Vec::new(), len: 0 }
     }
 
+    /// Empties the list.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Appends the numbers of the set bits of `words`, ascending; bit 0 of the first is number `base`. The
+    /// same at every level.
+    pub fn append_ones(&mut self, level: Level, words: &[u64], base: u32) {
+        let room = self.len + words.len() * 64;
+        if self.buffer.len() < room {
+            self.buffer.resize(room, 0);
+        }
+        self.len += expand(level, words, base, &mut self.buffer[self.len..]);
+    }
+
     /// Lets `write` fill the list: it is given at least `room` entries and returns how many it wrote.
     pub(in crate::cull) fn fill(&mut self, room: usize, write: impl FnOnce(&mut [u32]) -> usize) {
         if self.buffer.len() < room {

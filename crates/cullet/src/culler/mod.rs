@@ -200,9 +200,9 @@ impl Culler {
         }
     }
 
-    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would. What a view remembers of
-    /// its last frame saves more than several views save together: see
-    /// [`cull_views`](crate::cull::frustum::tree::cull_views).
+    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would. Walking the nodes once for
+    /// all views was tried: nodes are shared, but tests are not, and what a view remembers of its last frame
+    /// saves more.
     ///
     /// # Errors
     /// If there is not one state and one result for each view.

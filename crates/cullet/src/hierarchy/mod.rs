@@ -2,7 +2,7 @@
 //!
 //! [`spatial_order`] sorts boxes along a curve through space; [`Nodes`] puts sixteen-fold nodes over a
 //! batch of boxes, implicit, without a pointer; [`Hierarchy`] keeps both for things that come, go and
-//! move, under stable handles; [`Groups`] takes groups that the author of a scene made. What walks them for a view is
+//! move, under stable handles. What walks them for a view is
 //! [`cull::frustum::tree`](crate::cull::frustum::tree).
 //!
 //! The nodes always hold what is below them, so a walk is right at any time. Moving a thing lets the
@@ -10,7 +10,6 @@
 //! anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never waits for a commit.
 
 mod build;
-mod groups;
 mod moves;
 mod nodes;
 mod order;
@@ -18,8 +17,6 @@ mod sizes;
 mod slots;
 
 pub use build::{BuildDone, BuildJob};
-pub(crate) use groups::GroupNode;
-pub use groups::{GroupStatistics, Groups, GroupsError, Member};
 pub use nodes::{NodeStatistics, Nodes, NodesError};
 pub use order::spatial_order;
 pub(crate) use slots::NO_SLOT;
@@ -134,13 +131,6 @@ impl Hierarchy {
         h.settle(0);
         let handles = (0..count).map(|index| Handle { index, generation: 0 }).collect();
         Ok((h, handles))
-    }
-
-    /// Works at another SIMD level than the best of the machine. The answers are the same.
-    #[must_use]
-    pub fn with_level(mut self, level: Level) -> Self {
-        self.level = level;
-        self
     }
 
     /// Adds a thing, in a new slot at the end. It lies under no node until the next commit: walks take such

@@ -108,7 +108,7 @@ impl Nodes {
 
     /// Makes the nodes again, for whatever `boxes` are now. Allocates only if there are more than ever
     /// before. Streams through the boxes once.
-    pub fn rebuild(&mut self, level: Level, boxes: &Boxes) {
+    pub(crate) fn rebuild(&mut self, level: Level, boxes: &Boxes) {
         self.leaves = boxes.len();
         let mut below = boxes.len();
         let mut count = 0;
@@ -173,7 +173,7 @@ impl Nodes {
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or `blocks` has a bit beyond those.
-    pub fn refit_blocks(&mut self, level: Level, boxes: &Boxes, blocks: &mut [u64]) {
+    pub(crate) fn refit_blocks(&mut self, level: Level, boxes: &Boxes, blocks: &mut [u64]) {
         assert!(
             boxes.len() >= self.leaves,
             "{} boxes under nodes over {}",

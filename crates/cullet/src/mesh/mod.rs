@@ -4,7 +4,6 @@ mod clusters;
 mod nesting;
 mod orient;
 mod regions;
-mod sides;
 mod surface;
 mod topology;
 mod weld;
@@ -12,7 +11,6 @@ mod weld;
 pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
 pub use orient::{Repair, orient_triangles};
 pub use regions::{Regions, connected_regions};
-pub use sides::TwoSided;
 pub use topology::{NotSolid, Topology};
 pub(crate) use weld::weld;
 
@@ -386,7 +384,7 @@ impl Mesh {
 
     /// Nodes over the boxes of the clusters.
     #[must_use]
-    pub fn cluster_nodes(&self) -> &Nodes {
+    pub(crate) fn cluster_nodes(&self) -> &Nodes {
         &self.cluster_nodes
     }
 

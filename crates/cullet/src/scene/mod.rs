@@ -537,7 +537,7 @@ impl Scene {
     /// One bit a slot: instances without a triangle that has an area, because their mesh has none or
     /// their transform flattens everything to a line or a point.
     #[must_use]
-    pub fn collapsed(&self) -> &[u64] {
+    pub(crate) fn collapsed(&self) -> &[u64] {
         &self.collapsed
     }
 

@@ -135,13 +135,6 @@ impl Camera {
         Self { eye, direction: direction.into(), up, projection }
     }
 
-    /// The same camera with another up.
-    #[must_use]
-    pub fn with_up(mut self, up: impl Into<[f64; 3]>) -> Self {
-        self.up = up.into();
-        self
-    }
-
     /// The unit axes right, up and back of the camera, the axes of camera space: right is
     /// direction × up, and a view looks along −back.
     ///

@@ -1,10 +1,8 @@
 //! The frustum: a convex region of planes that point out.
 
 use glam::{DMat4, DVec3, DVec4};
-use thiserror::Error;
 
-use super::Depth;
-use super::corners;
+use super::{Depth, ViewError, corners};
 use crate::bounds::{Plane, ROUNDING, dot2};
 use crate::transform::Transform;
 
@@ -36,24 +34,6 @@ impl FrustumPlane {
     pub const fn name(self) -> &'static str {
         ["left", "right", "bottom", "top", "near", "far"][self as usize]
     }
-}
-
-/// Why a frustum refuses a plane.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum FrustumError {
-    /// All 32 bits are taken.
-    #[error(
-        "a frustum has room for {limit} planes, numbers 0 to 5 being the view's own; \
-         leave out the planes that reject least"
-    )]
-    Full {
-        /// The most planes there may be.
-        limit: usize,
-    },
-    /// The normal has no direction, or a number is not finite.
-    #[error("{0:?} is no plane: its normal must be finite and not zero, its d finite")]
-    NoPlane(Plane),
 }
 
 /// Up to [`Frustum::MAX_PLANES`] half-spaces n·x ≤ d with outward unit normals. The first six are the
@@ -104,11 +84,11 @@ impl Frustum {
     ///
     /// # Errors
     /// If all 26 numbers are taken, or the plane's normal has no direction, or a number is not finite.
-    pub fn push(&mut self, plane: Plane) -> Result<usize, FrustumError> {
-        let normalized = plane.normalized().ok_or(FrustumError::NoPlane(plane))?;
+    pub fn push(&mut self, plane: Plane) -> Result<usize, ViewError> {
+        let normalized = plane.normalized().ok_or(ViewError::NoPlane(plane))?;
         let number = (6..Self::MAX_PLANES)
             .find(|i| self.present >> i & 1 == 0)
-            .ok_or(FrustumError::Full { limit: Self::MAX_PLANES })?;
+            .ok_or(ViewError::TooManyPlanes { limit: Self::MAX_PLANES })?;
         self.set(number, normalized);
         Ok(number)
     }
@@ -117,7 +97,7 @@ impl Frustum {
     ///
     /// # Errors
     /// As [`push`](Self::push).
-    pub fn with_plane(mut self, plane: Plane) -> Result<Self, FrustumError> {
+    pub fn with_plane(mut self, plane: Plane) -> Result<Self, ViewError> {
         self.push(plane)?;
         Ok(self)
     }

@@ -1,6 +1,5 @@
 //! A view: eye, orientation, projection, viewport and layers; the frustum it sees; projected sizes.
 
-mod around;
 mod camera;
 pub(crate) mod corners;
 mod frustum;
@@ -8,14 +7,14 @@ mod project;
 mod ray;
 
 pub use camera::{Camera, Projection};
-pub use frustum::{Frustum, FrustumError, FrustumPlane};
+pub use frustum::{Frustum, FrustumPlane};
 pub use project::ScreenRect;
 pub use ray::Ray;
 
 use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;
 
-use crate::bounds::ROUNDING;
+use crate::bounds::{Plane, ROUNDING};
 
 /// Which clip depth is near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -49,7 +48,7 @@ pub enum CullFace {
     Front,
 }
 
-/// Why a view cannot be made.
+/// Why a view cannot be made, or a frustum refuses a plane.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ViewError {
@@ -80,6 +79,18 @@ pub enum ViewError {
     /// A viewport with no pixel, or too many.
     #[error("viewport {0}x{1} is not between 1x1 and 65536x65536")]
     Viewport(u32, u32),
+    /// A frustum has no more room: all 32 bits are taken.
+    #[error(
+        "a frustum has room for {limit} planes, numbers 0 to 5 being the view's own; \
+         leave out the planes that reject least"
+    )]
+    TooManyPlanes {
+        /// The most planes there may be.
+        limit: usize,
+    },
+    /// A plane whose normal has no direction, or that has a number which is not finite.
+    #[error("{0:?} is no plane: its normal must be finite and not zero, its d finite")]
+    NoPlane(Plane),
 }
 
 /// All that a culler needs to know of a camera.

@@ -4,13 +4,13 @@
 use std::ops::Range;
 
 use cullet::cull::Indices;
-use cullet::cull::backface::cluster::{
-    Bound, ClusterBounds, ClusterFacing, ClusterPlanes, EllipticCone, TwoWay,
-};
 use cullet::cull::backface::{
-    BackfaceMask, Facing, Groups, MaskGrid, NormalMasks, Planes8, Planes16, Planes32, ViewCone,
+    BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, Planes16, ViewCone,
 };
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch;
+use cullet_methods::cluster::{Bound, ClusterBounds, ClusterFacing, TwoWay};
+use cullet_methods::{Groups, Planes32};
 
 use super::super::measure::{fastest_of_both, stream};
 use super::{BenchOptions, EYE, Measured, Yardstick, bumpy_ball};
@@ -73,7 +73,7 @@ type Model = (Vec<[f32; 3]>, Vec<u32>);
 /// Masks with N = 16 for a frame of groups; a group is an item, and what it reads are the corners.
 fn group_masks(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured)) {
     let [name, ..] = NAMES;
-    let Some(grid) = MaskGrid::new(16).ok().filter(|_| options.wants(name)) else { return };
+    let Some(grid) = MaskGrid::new(16).filter(|_| options.wants(name)) else { return };
     let groups = Groups::kd(&model.0, &model.1, GROUPS);
     let expected: Vec<BackfaceMask> = groups.masks(cullet::Level::baseline(), &grid, EYE).collect();
     // Whatever level made them, no normal of a class that is set may be in front.
@@ -152,8 +152,8 @@ fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(
             TwoWay::fit(&ClusterPlanes::new(corners.map(|t| t.map(|v| model.0[v as usize]))))
         })
         .collect();
-    let behind: ClusterBounds<EllipticCone> = fits.iter().map(|f| f.back().copied()).collect();
-    let before: ClusterBounds<EllipticCone> = fits.iter().map(|f| f.front().copied()).collect();
+    let behind: ClusterBounds<EllipticCone> = fits.iter().map(|f| f.back).collect();
+    let before: ClusterBounds<EllipticCone> = fits.iter().map(|f| f.front).collect();
     let culled = planes.cull_ref(EYE);
     let facing: Vec<ClusterFacing> = fits.iter().map(|f| f.facing(EYE)).collect();
     let is_kept = |t: &u32| match facing[*t as usize / CLUSTER] {
@@ -253,7 +253,7 @@ fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn 
     let sizes = [TRIANGLES, TRIANGLES, 18];
     // What is updated is first made of another shape in the same box.
     let other: Vec<[f32; 3]> = positions.iter().map(|[x, y, z]| [-x, *y, *z]).collect();
-    if let Some(grid) = MaskGrid::new(16).ok().filter(|_| options.wants(masks_name)) {
+    if let Some(grid) = MaskGrid::new(16).filter(|_| options.wants(masks_name)) {
         let mut masks = NormalMasks::default();
         grid.encode_triangles(&other, indices, &mut masks);
         let mut expected = NormalMasks::default();

@@ -4,16 +4,17 @@ mod frame;
 
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
-use cullet::cull::backface::cluster::{
-    BatchBound, ClusterBounds, ClusterPlanes, EllipticCone, EllipticConeQuantised, NormalBox,
-    NormalCone, Pyramid,
-};
 use cullet::cull::backface::{
-    BackfaceMask, MaskGrid, NormalMasks, ObjectEye, Planes8, Planes16, Planes32, ViewCone,
-    count_masked, cull_masked, cull_masked_ref, keep_unmasked,
+    BackfaceMask, MaskGrid, NormalMasks, ObjectEye, Planes8, Planes16, ViewCone, count_masked,
+    cull_masked, cull_masked_ref, keep_unmasked,
 };
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch;
 use cullet::{CullFace, FrontFace, Level, Transform};
+use cullet_methods::Planes32;
+use cullet_methods::cluster::{
+    Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalCone, Pyramid,
+};
 
 use super::measure::{fastest_of_both, stream};
 use super::{BenchOptions, Measured, Yardstick};
@@ -69,7 +70,7 @@ impl Test for (NormalMasks, BackfaceMask) {
     }
 }
 
-impl<B: BatchBound> Test for (ClusterBounds<B>, Vec<Option<B>>) {
+impl<B: Bound> Test for (ClusterBounds<B>, Vec<Option<B>>) {
     fn mask(&self, level: Level, culled: &mut Vec<u64>) {
         self.0.cull(level, EYE, culled);
     }
@@ -121,7 +122,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             });
             run_test(options, &name, &planes, [len, 4], versus, each);
         }
-        if let Some(grid) = MaskGrid::new(16).ok().filter(|_| wanted("masks")) {
+        if let Some(grid) = MaskGrid::new(16).filter(|_| wanted("masks")) {
             let mut masks = NormalMasks::default();
             grid.encode_triangles(&positions, &indices, &mut masks);
             let sphere = Sphere { center: [0.0; 3], radius: 1.0 };
@@ -147,7 +148,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     frame::run(options, each);
 }
 
-fn run_clusters<B: BatchBound>(
+fn run_clusters<B: Bound>(
     options: &BenchOptions,
     (name, bytes): (&str, usize),
     planes: &[ClusterPlanes],

@@ -4,12 +4,13 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use cullet::bounds::Sphere;
-use cullet::cull::backface::cluster::{
-    BatchBound, Bound, ClusterBounds, ClusterPlanes, EllipticCone, EllipticConeQuantised,
-    NormalBox, NormalBoxAtOrigin, NormalBoxTurned, NormalCone, NormalConeCentre, Pyramid,
-};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::backface::{MaskGrid, NormalMask, ViewCone};
 use cullet::{Level, Mesh};
+use cullet_methods::cluster::{
+    Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin, NormalBoxTurned,
+    NormalCone, NormalConeCentre, Pyramid,
+};
 use serde::Serialize;
 
 use super::{DISTANCES, MAIN};
@@ -177,7 +178,7 @@ impl<'a> Clusters<'a> {
         views.seen.iter().map(share).collect()
     }
 
-    fn row<B: BatchBound>(
+    fn row<B: Bound>(
         &self,
         (name, what): (&'static str, &'static str),
         views: &Views,
@@ -204,9 +205,7 @@ impl<'a> Clusters<'a> {
                 black_box(&culled);
             }
         });
-        // As the batch holds it, without the padding of one alone.
-        let bytes = (batch.size_in_bytes() / many.next_multiple_of(64)) as u64;
-        record((name, what), bytes, ns / (many * timed.len()) as f64, by_distance, views)
+        record((name, what), B::BYTES as u64, ns / (many * timed.len()) as f64, by_distance, views)
     }
 
     /// All bounds, in the order of the tables.
@@ -293,7 +292,8 @@ impl<'a> Clusters<'a> {
 
     /// The AND of the triangles' normal masks, each cluster with the viewing cone to its own sphere.
     fn masks(&self, views: &Views, wrong: &mut Wrong) -> Result<BoundRow, Failure> {
-        let grid = MaskGrid::new(CELLS).map_err(Failure::input)?;
+        let grid = MaskGrid::new(CELLS)
+            .ok_or_else(|| Failure::input(format!("{CELLS} cells along an edge of a cube")))?;
         let level = Level::new();
         let clusters: Vec<(Sphere, Vec<NormalMask>)> = (0..self.len())
             .map(|c| {

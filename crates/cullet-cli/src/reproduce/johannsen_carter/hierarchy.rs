@@ -2,9 +2,10 @@
 
 use std::hint::black_box;
 
-use cullet::cull::backface::cluster::{ClusterBounds, ClusterFacing, EllipticCone, TwoWay};
+use cullet::cull::backface::EllipticCone;
 use cullet::{Level, Mesh};
 use cullet_bake::joint::JointHierarchy;
+use cullet_methods::cluster::{ClusterBounds, ClusterFacing, TwoWay};
 use serde::Serialize;
 
 use super::bounds::{Clusters, fastest};
@@ -45,10 +46,8 @@ pub(super) fn measure(mesh: &Mesh, clusters: &Clusters<'_>, eyes: &[[f64; 4]]) -
         });
     }
     let fits: Vec<TwoWay<EllipticCone>> = clusters.planes().iter().map(TwoWay::fit).collect();
-    let [behind, before]: [ClusterBounds<EllipticCone>; 2] = [
-        fits.iter().map(|b| b.back().copied()).collect(),
-        fits.iter().map(|b| b.front().copied()).collect(),
-    ];
+    let [behind, before]: [ClusterBounds<EllipticCone>; 2] =
+        [fits.iter().map(|b| b.back).collect(), fits.iter().map(|b| b.front).collect()];
     let level = Level::new();
     let mut bits = [Vec::new(), Vec::new()];
     let us = |pass: &mut dyn FnMut([f64; 4])| {

@@ -40,7 +40,7 @@ impl Grids {
         let mesh = &subject.mesh;
         let grid = |n: u32| {
             // The sizes are constants of the paper, all of them possible.
-            let grid = MaskGrid::new(n).ok()?;
+            let grid = MaskGrid::new(n)?;
             let mut masks = NormalMasks::default();
             grid.encode_triangles(mesh.positions(), mesh.indices(), &mut masks);
             Some((grid, masks))

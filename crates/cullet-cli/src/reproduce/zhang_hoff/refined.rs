@@ -3,10 +3,10 @@
 
 use std::time::{Duration, Instant};
 
-use cullet::cull::backface::{
-    Groups, MaskGrid, MaskUse, NormalMasks, ViewCone, corner_directions, count_masked,
-};
+use cullet::cull::backface::{MaskGrid, NormalMasks, ViewCone, count_masked};
 use cullet::{Camera, Depth, Level, Projection, View};
+use cullet_methods::Groups;
+use cullet_methods::sectors::{MaskUse, corner_directions, mask_of_sectors};
 use serde::Serialize;
 
 use super::culling::{keep_exactly, ones};
@@ -69,7 +69,7 @@ pub(super) fn groups(
     progress: &mut Progress,
 ) -> Result<Vec<GroupRow>, Failure> {
     let (mesh, level) = (&subject.mesh, Level::new());
-    let grid = MaskGrid::new(N).map_err(internal)?;
+    let grid = MaskGrid::new(N).ok_or_else(|| internal("a grid of too many cells"))?;
     let exact = DISTANCES.map(|d| exact_percent(subject, d, directions));
     let mut rows = Vec::new();
     for count in GROUPS {
@@ -111,7 +111,7 @@ pub(super) fn sectors(
     progress: &mut Progress,
 ) -> Result<Vec<SectorRow>, Failure> {
     let (mesh, level, views) = (&subject.mesh, Level::new(), directions.min(SECTOR_VIEWS));
-    let grid = MaskGrid::new(N).map_err(internal)?;
+    let grid = MaskGrid::new(N).ok_or_else(|| internal("a grid of too many cells"))?;
     let ranges: Vec<_> = mesh
         .clusters()
         .iter()
@@ -152,7 +152,7 @@ pub(super) fn sectors(
                 let eye = subject.eye(direction, distance_copy_radii);
                 let start = Instant::now();
                 let culled = square(subject, eye, fov_degrees).and_then(|corners| {
-                    let sectors = grid.mask_of_sectors(level, &corners, k, MaskUse::Camera);
+                    let sectors = mask_of_sectors(&grid, level, &corners, k, MaskUse::Camera);
                     let sectors = sectors.map_err(internal)?;
                     let eye = [eye[0], eye[1], eye[2]];
                     let each = clusters.spheres().iter().zip(&of_clusters);

@@ -41,7 +41,7 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
     let high = if down { 3.0 + FOLDED_OUT } else { 3.0 };
     let scale = ((w * 0.5 - 60.0) / 3.2).min((bottom - top - words) / high);
     for (column, n) in [(0.25, 6), (0.75, 16)] {
-        let Ok(grid) = MaskGrid::new(n) else { continue };
+        let Some(grid) = MaskGrid::new(n) else { continue };
         let mask = grid.mask(Level::new(), Some(cone));
         let lift = if down { FOLDED_OUT * 0.5 * scale * 0.86 } else { 0.0 };
         let middle = [w * column, (top + bottom - words) * 0.5 - lift];

@@ -1,6 +1,6 @@
 //! The connected regions of a model that face away from an eye.
 
-use cullet::cull::backface::{self, ObjectEye};
+use cullet::cull::backface::ObjectEye;
 use cullet::mesh::{Part, Regions};
 use cullet::{Instance, Mesh, MeshData, Scene, View};
 use glam::DVec3;
@@ -19,7 +19,7 @@ const THROUGH: f64 = 0.5;
 const REST: [[u8; 3]; 6] = [COLORS[0], COLORS[1], COLORS[2], COLORS[5], COLORS[3], COLORS[4]];
 
 /// The connected regions of the scene that face away from the eye of `view`, and how many there are. Of
-/// each instance, [`backface::back_regions`] decides; its largest region is pink, the others have six
+/// each instance, [`cullet_methods::back_regions`] decides; its largest region is pink, the others have six
 /// colours in turn.
 ///
 /// The scene is seen from beside, so that the eye of `view` is on the left, where an arrow shows its
@@ -32,7 +32,7 @@ pub fn back_regions(scene: &Scene, view: &View) -> (Picture, usize) {
         .map(|slot| {
             let mesh = scene.mesh(slot);
             let eye = ObjectEye::of_view(view, scene.transform(slot));
-            backface::back_regions(&eye, mesh.positions(), mesh.indices())
+            cullet_methods::back_regions(&eye, mesh.positions(), mesh.indices())
         })
         .collect();
     let count: usize = regions.iter().map(Regions::count).sum();

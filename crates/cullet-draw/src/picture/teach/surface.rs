@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use cullet::cull::backface::cluster::{Bound, ClusterPlanes, NormalCone};
+use cullet::cull::backface::ClusterPlanes;
 use cullet::{CullFace, Mesh, Scene, View};
+use cullet_methods::cluster::{Bound, NormalCone};
 use glam::{DMat3, DVec3};
 
 use super::KEPT;

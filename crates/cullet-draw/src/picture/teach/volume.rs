@@ -1,7 +1,8 @@
 //! A cluster and the region of eyes from which all of it faces away.
 
-use cullet::cull::backface::cluster::{Bound, ClusterPlanes, CullingRegion, NormalBox};
+use cullet::cull::backface::ClusterPlanes;
 use cullet::{Mesh, Scene};
+use cullet_methods::cluster::{Bound, CullingRegion, NormalBox};
 use glam::{DMat3, DVec3};
 
 use super::sheet::{Flat, Sheet};

@@ -12,26 +12,8 @@
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::{DVec3, DVec4};
-use thiserror::Error;
 
 use crate::bounds::Sphere;
-use crate::view::{Frustum, FrustumPlane};
-
-/// Why a mask cannot be made.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum MaskError {
-    /// More cells than 256 bytes have bits, or none.
-    #[error("{0} cells along an edge of the cube; 1 to 18 are possible")]
-    Cells(u32),
-    /// The corner directions of a frustum say nothing about what lies outside of it, and shadow and
-    /// reflection views draw what lies outside of the camera's.
-    #[error("corner directions serve camera views alone; use a cone for shadows and reflections")]
-    NotACameraView,
-    /// There are no sectors, or the frustum has not four sides that meet in an eye.
-    #[error("the view has no four lines of sight at its corners")]
-    NoCorners,
-}
 
 /// The class of a normal: a byte of the [`BackfaceMask`] and a bit of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
@@ -145,15 +127,6 @@ impl ViewCone {
     }
 }
 
-/// What may lie outside of the frustum that a mask is made for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MaskUse {
-    /// A camera: what is outside of its frustum is not seen.
-    Camera,
-    /// A shadow or reflection view of the same triangles.
-    ShadowOrReflection,
-}
-
 /// The bits of the classes that are back-facing in a view.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackfaceMask {
@@ -207,13 +180,11 @@ impl MaskGrid {
     /// The largest N whose classes fit into 256 bytes less one.
     pub const MAX_CELLS: u32 = 18;
 
-    /// A grid with `n` cells along an edge of the cube.
-    ///
-    /// # Errors
-    /// If `n` is not in 1..=18.
-    pub fn new(n: u32) -> Result<Self, MaskError> {
+    /// A grid with `n` cells along an edge of the cube; `None` if `n` is not in 1..=18.
+    #[must_use]
+    pub fn new(n: u32) -> Option<Self> {
         if !(1..=Self::MAX_CELLS).contains(&n) {
-            return Err(MaskError::Cells(n));
+            return None;
         }
         let mut corners: [Vec<f32>; 3] = Default::default();
         let along = |i: u32| 2.0 * f64::from(i) / f64::from(n) - 1.0;
@@ -230,7 +201,7 @@ impl MaskGrid {
         for stream in &mut corners {
             stream.resize(stream.len().next_multiple_of(PAD), 0.0);
         }
-        Ok(Self { n, corners })
+        Some(Self { n, corners })
     }
 
     /// Cells along an edge of the cube.
@@ -308,31 +279,6 @@ impl MaskGrid {
         self.cells_of_corners(&bits)
     }
 
-    /// The mask of what a camera's frustum sees, by its four corner directions: tighter than its
-    /// cone, and right only for triangles that are not wholly outside of the frustum.
-    ///
-    /// # Errors
-    /// If the view is no camera's, or its sides do not meet in four lines of sight.
-    pub fn mask_of_corners(
-        &self,
-        level: Level,
-        directions: &[[f64; 3]; 4],
-        purpose: MaskUse,
-    ) -> Result<BackfaceMask, MaskError> {
-        if purpose != MaskUse::Camera {
-            return Err(MaskError::NotACameraView);
-        }
-        let mut bits = [!0u64; CORNER_WORDS];
-        for d in directions {
-            let cone = ViewCone::parallel(*d).ok_or(MaskError::NoCorners)?;
-            let mut one = [0; CORNER_WORDS];
-            let axis = cone.axis.map(|v| v as f32);
-            dispatch!(level, simd => corner_bits(simd, &self.corners, axis, MARGIN, &mut one));
-            bits.iter_mut().zip(one).for_each(|(all, one)| *all &= one);
-        }
-        Ok(self.cells_of_corners(&bits))
-    }
-
     /// A cell is back-facing where its four corners are.
     fn cells_of_corners(&self, bits: &[u64; CORNER_WORDS]) -> BackfaceMask {
         let n = self.n as usize;
@@ -367,24 +313,6 @@ impl MaskGrid {
         }
         mask
     }
-}
-
-/// The directions of the four edges of a frustum, from the eye outward, in the order of a walk around
-/// it; `None` for parallel sides.
-#[must_use]
-pub fn corner_directions(frustum: &Frustum) -> Option<[[f64; 3]; 4]> {
-    let side = |p| frustum.plane(p).map(|p| DVec3::from(p.normal));
-    let (l, r) = (side(FrustumPlane::Left)?, side(FrustumPlane::Right)?);
-    let (b, t) = (side(FrustumPlane::Bottom)?, side(FrustumPlane::Top)?);
-    let near = side(FrustumPlane::Near)?;
-    let edge = |p: DVec3, q: DVec3| {
-        // The near plane's normal points back to the eye.
-        let d = p.cross(q).try_normalize()?;
-        Some(if d.dot(near) > 0.0 { (-d).into() } else { d.into() })
-    };
-    // Opposite sides that are parallel meet nowhere.
-    (l.cross(r).length() > 1e-12 && b.cross(t).length() > 1e-12).then_some(())?;
-    Some([edge(l, b)?, edge(b, r)?, edge(r, t)?, edge(t, l)?])
 }
 
 /// Words for 6·19² corners, and one to read beyond the end.

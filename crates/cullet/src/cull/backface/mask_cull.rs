@@ -40,7 +40,7 @@ impl Culled for Seen<'_> {
     }
 
     fn fill(&self, level: Level, first: usize, out: &mut [u64]) {
-        fill(level, self.masks, self.mask, first, out);
+        cull_masked_words(level, self.masks, self.mask, first, out);
     }
 }
 
@@ -54,8 +54,11 @@ pub fn cull_masked_ref(masks: &NormalMasks, mask: &BackfaceMask) -> Vec<u64> {
     culled
 }
 
-/// Words `first..` of the answer, as many as `out` has.
-pub(super) fn fill(
+/// Fills words `first..` of the mask of [`cull_masked`], as many as `out` has.
+///
+/// # Panics
+/// If the words reach beyond the last triangle's.
+pub fn cull_masked_words(
     level: Level,
     masks: &NormalMasks,
     mask: &BackfaceMask,

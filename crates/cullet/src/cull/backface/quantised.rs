@@ -113,7 +113,7 @@ pub struct PlaneEye {
 impl PlaneEye {
     /// The eye for the other side of the triangles: what it culls, this one can never.
     #[must_use]
-    pub fn turned(self) -> Self {
+    pub(crate) fn turned(self) -> Self {
         Self { eye: self.eye.map(|v| -v), ..self }
     }
 }
@@ -146,7 +146,7 @@ impl Planes8 {
     /// Room for `len` triangles of a mesh with these positions, none of which is culled until it is
     /// [set](Self::set).
     #[must_use]
-    pub fn unset(positions: &[[f32; 3]], len: usize) -> Self {
+    pub(crate) fn unset(positions: &[[f32; 3]], len: usize) -> Self {
         let frame = Frame::around(positions);
         let bytes = vec![[128; 4]; len.next_multiple_of(PAD)];
         Self { frame, bytes, len, rounded: DVec4::ZERO }

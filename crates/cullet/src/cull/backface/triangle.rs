@@ -207,7 +207,7 @@ impl ObjectEye {
 
     /// Whether there is an eye at all, and faces that it culls. If not, every triangle is kept.
     #[must_use]
-    pub fn culls_any(&self) -> bool {
+    pub(crate) fn culls_any(&self) -> bool {
         self.eye_error[0].is_finite() && self.cull != CullFace::None
     }
 

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::{MaskGrid, NormalMasks, Planes8, Planes16, Planes32};
+use super::{MaskGrid, NormalMasks, Planes8, Planes16};
 
 macro_rules! update {
     ($($planes:ty),*) => {$(
@@ -32,7 +32,7 @@ macro_rules! update {
         }
     )*};
 }
-update!(Planes8, Planes16, Planes32);
+update!(Planes8, Planes16);
 
 impl MaskGrid {
     /// Replaces the masks of the triangles of `range` by those of moved vertices; `positions` and

@@ -156,48 +156,6 @@ fn edges(corners: &[Corner; 8]) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// The slow oracle: whether box and frustum share a point, in plain f64. The six faces of the box are cut by all
-/// planes of the frustum (Sutherland & Hodgman, *Reentrant Polygon Clipping*, 1974); if nothing is left of any,
-/// the frustum may still lie wholly in the box.
-///
-/// `None` where the box is not finite, or where the frustum has no near corner to ask about.
-#[must_use]
-pub fn intersects_ref(frustum: &Frustum, b: &Aabb) -> Option<bool> {
-    if !b.is_finite() {
-        return None;
-    }
-    let corners = b.corners().map(|c| DVec3::from(c.map(f64::from)));
-    const FACES: [[usize; 4]; 6] =
-        [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
-    for face in FACES {
-        let mut polygon = face.map(|c| corners[c]).to_vec();
-        for (_, plane) in frustum.planes() {
-            polygon = clipped(&polygon, plane);
-        }
-        if !polygon.is_empty() {
-            return Some(true);
-        }
-    }
-    let [x, y, z, _] = frustum.corners()?[0];
-    let p = [x, y, z];
-    Some((0..3).all(|a| f64::from(b.min[a]) <= p[a] && p[a] <= f64::from(b.max[a])))
-}
-
-fn clipped(polygon: &[DVec3], plane: &Plane) -> Vec<DVec3> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for i in 0..polygon.len() {
-        let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);
-        let (s, t) = (plane.distance(p), plane.distance(q));
-        if s <= 0.0 {
-            kept.push(p);
-        }
-        if (s < 0.0 && t > 0.0) || (s > 0.0 && t < 0.0) {
-            kept.push(p + (q - p) * (s / (s - t)));
-        }
-    }
-    kept
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -214,9 +172,7 @@ mod tests {
         let beside = |x: f32| Aabb::new([-500.0, -50.0, -500.0], [x, 50.0, -50.0]);
         assert_eq!(classify_aabb(&f, &beside(-95.0)).0, Side::Straddling);
         assert!(exact.is_outside(&beside(-95.0)) && exact.is_outside_beyond_planes(&beside(-95.0)));
-        assert_eq!(intersects_ref(&f, &beside(-95.0)), Some(false));
         assert!(!exact.is_outside(&beside(-91.0)));
-        assert_eq!(intersects_ref(&f, &beside(-91.0)), Some(true));
     }
 
     #[test]
@@ -229,7 +185,6 @@ mod tests {
         let below = |x: f32| Aabb::new([-400.0; 3], [x, 400.0, 400.0]);
         assert_eq!(classify_aabb(&f, &below(0.1)).0, Side::Straddling);
         assert!(exact.is_outside(&below(0.1)));
-        assert_eq!(intersects_ref(&f, &below(0.1)), Some(false));
         assert!(!exact.is_outside(&below(2.0)));
     }
 

@@ -1,9 +1,9 @@
-//! Frustum tests of single things, and the slow oracles.
+//! Frustum tests of single things.
 //!
 //! The fast forms answer with proof: [`Side::Outside`] only where no point of the thing can be inside,
 //! [`Side::Inside`] only where none can be outside, both in f64 with a bound of its rounding. What is neither is
-//! [`Side::Straddling`], which means *keep*. The `_ref` forms are the textbook's loops in plain f64, to be read
-//! first; they may differ from the fast forms only where a thing touches a plane to within rounding.
+//! [`Side::Straddling`], which means *keep*. The textbook's loops in plain f64 stand beside the tests, in
+//! `tests/frustum_oracles`; they may differ only where a thing touches a plane to within rounding.
 //!
 //! None of them is exact for big things: a box beside a corner of the frustum may be outside without
 //! being outside of any one plane. See [`exact`](super::exact).
@@ -68,52 +68,6 @@ fn classify(
         }
     }
     (if inside { Side::Inside } else { Side::Straddling }, None)
-}
-
-/// The lecture's loop, literally: the planes in camera space, out at the first plane that the sphere is
-/// wholly outside of, inside only when it is inside of all.
-///
-/// `camera_space` is [`Projection::frustum`](crate::view::Projection::frustum), `center` is the sphere's centre
-/// by [`Camera::to_camera_space`](crate::view::Camera::to_camera_space). Plain f64; NaN is straddling.
-#[must_use]
-pub fn classify_sphere_ref(camera_space: &Frustum, center: [f64; 3], radius: f64) -> Side {
-    let mut inside_of = 0;
-    let mut planes = 0;
-    for (_, plane) in camera_space.planes() {
-        planes += 1;
-        let distance = plane.distance(center);
-        if distance > radius {
-            return Side::Outside;
-        }
-        if distance < -radius {
-            inside_of += 1;
-        }
-    }
-    if inside_of == planes { Side::Inside } else { Side::Straddling }
-}
-
-/// All eight corners against every plane: outside where one plane has all of them outside, inside where
-/// all planes have all of them inside. Plain f64; NaN is straddling.
-#[must_use]
-pub fn classify_aabb_ref(frustum: &Frustum, b: &Aabb) -> Side {
-    classify_corners_ref(frustum, &b.corners().map(|c| c.map(f64::from)))
-}
-
-/// As [`classify_aabb_ref`], for an oriented box.
-#[must_use]
-pub fn classify_obb_ref(frustum: &Frustum, b: &Obb) -> Side {
-    classify_corners_ref(frustum, &b.corners())
-}
-
-fn classify_corners_ref(frustum: &Frustum, corners: &[[f64; 3]; 8]) -> Side {
-    let mut inside = true;
-    for (_, plane) in frustum.planes() {
-        if corners.iter().all(|&c| plane.distance(c) > 0.0) {
-            return Side::Outside;
-        }
-        inside &= corners.iter().all(|&c| plane.distance(c) < 0.0);
-    }
-    if inside { Side::Inside } else { Side::Straddling }
 }
 
 #[cfg(test)]

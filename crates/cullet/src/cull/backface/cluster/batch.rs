@@ -1,88 +1,53 @@
-//! Many clusters against one eye, with SIMD.
+//! Many elliptic cones against one eye, with SIMD.
 //!
-//! Bounds are kept in blocks of sixteen, a row for each number, and tested as many at a time as a vector
-//! is wide. The arithmetic is that of [`Bound::is_behind`], product by product, so the answers are the
-//! same at every level.
+//! Cones are kept in blocks of sixteen, a row for each number, and tested as many at a time as a vector is
+//! wide. The arithmetic is that of [`EllipticCone::is_behind_eye`], product by product, so the answers are
+//! the same at every level.
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*};
 
-use super::{
-    Bound, ClusterEye, EllipticCone, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin,
-    NormalBoxTurned, NormalCone, NormalConeCentre, Pyramid,
-};
-use crate::cull::Indices;
-use crate::cull::backface::bulk::{self, Culled};
+use super::{ClusterEye, EllipticCone};
 
 /// One number of sixteen clusters.
 type Row = [f32; 16];
-/// The same in signed bytes.
-type ByteRow = [i8; 16];
 
-/// A bound that can be tested in batches. What it asks for is for the bounds of this module alone.
-pub trait BatchBound: Bound + Copy {
-    /// Sixteen bounds.
-    #[doc(hidden)]
-    type Block: Copy + std::fmt::Debug + Send + Sync;
-    /// Sixteen bounds that no eye is behind: zeros, for every bound here.
-    #[doc(hidden)]
-    const NOTHING: Self::Block;
-    /// Sets one of the sixteen.
-    #[doc(hidden)]
-    fn set_lane(&self, block: &mut Self::Block, lane: usize);
-    /// Bits of as many bounds, from `start` on, as a vector has lanes: those that the eye is behind.
-    #[doc(hidden)]
-    fn test_lanes<S: Simd>(simd: S, block: &Self::Block, start: usize, eye: &ClusterEye) -> u64;
-    /// Makes one of the sixteen a bound that no eye is behind.
-    #[doc(hidden)]
-    fn clear_lane(block: &mut Self::Block, lane: usize);
-}
-
-/// The bounds of many clusters, structure of arrays.
-#[derive(Clone, Debug)]
-pub struct ClusterBounds<B: BatchBound> {
-    blocks: Vec<B::Block>,
-    len: usize,
-}
+/// Apex, axis, s and t of sixteen cones. Zeros are a cone that no eye is behind.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Block([[Row; 3]; 4]);
 
 /// Blocks a word of 64 bits.
 const BLOCKS: usize = 4;
 
-impl<B: BatchBound> Default for ClusterBounds<B> {
-    fn default() -> Self {
-        Self { blocks: Vec::new(), len: 0 }
+/// The cones of many clusters, structure of arrays: 48 bytes each.
+#[derive(Clone, Debug, Default)]
+pub struct EllipticCones {
+    blocks: Vec<Block>,
+    len: usize,
+}
+
+impl FromIterator<Option<EllipticCone>> for EllipticCones {
+    /// Clusters without a cone are never culled.
+    fn from_iter<I: IntoIterator<Item = Option<EllipticCone>>>(cones: I) -> Self {
+        let mut all = Self::default();
+        cones.into_iter().for_each(|cone| all.push(cone));
+        all
     }
 }
 
-impl<B: BatchBound> FromIterator<Option<B>> for ClusterBounds<B> {
-    /// Clusters without a bound are never culled.
-    fn from_iter<I: IntoIterator<Item = Option<B>>>(bounds: I) -> Self {
-        let mut batch = Self::default();
-        bounds.into_iter().for_each(|b| batch.push(b));
-        batch
-    }
-}
-
-impl<B: BatchBound> ClusterBounds<B> {
+impl EllipticCones {
     /// Adds a cluster; `None` is one that is never culled.
-    pub fn push(&mut self, bound: Option<B>) {
+    pub fn push(&mut self, cone: Option<EllipticCone>) {
         if self.len.is_multiple_of(16 * BLOCKS) {
-            self.blocks.extend([B::NOTHING; BLOCKS]);
+            self.blocks.extend([Block([[[0.0; 16]; 3]; 4]); BLOCKS]);
+        }
+        if let Some(EllipticCone { apex, axis, s, t }) = cone {
+            let block = &mut self.blocks[self.len / 16].0;
+            for (rows, vector) in block.iter_mut().zip([apex, axis, s, t]) {
+                (0..3).for_each(|k| rows[k][self.len % 16] = vector[k]);
+            }
         }
         self.len += 1;
-        self.set(self.len - 1, bound);
-    }
-
-    /// Replaces the bound of cluster `index`.
-    ///
-    /// # Panics
-    /// If `index` is not below [`len`](Self::len).
-    pub fn set(&mut self, index: usize, bound: Option<B>) {
-        assert!(index < self.len, "cluster {index} of {}", self.len);
-        let block = &mut self.blocks[index / 16];
-        match bound {
-            Some(bound) => bound.set_lane(block, index % 16),
-            None => B::clear_lane(block, index % 16),
-        }
     }
 
     /// How many clusters there are.
@@ -97,120 +62,48 @@ impl<B: BatchBound> ClusterBounds<B> {
         self.len == 0
     }
 
-    /// The bytes that a test of all clusters reads.
-    #[must_use]
-    pub fn size_in_bytes(&self) -> usize {
-        size_of_val(self.blocks.as_slice())
+    /// Words `first..` of the mask of the clusters that the eye is proved behind, as many as `culled` has;
+    /// the bits beyond the last cluster are 0. The same at every level.
+    ///
+    /// # Panics
+    /// If the words reach beyond the last cluster's.
+    pub fn cull_words(&self, level: Level, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
+        let blocks = &self.blocks[first * BLOCKS..(first + culled.len()) * BLOCKS];
+        dispatch!(level, simd => words(simd, blocks, eye, culled));
     }
-
-    /// Sets bit i of `culled` where the eye is proved behind cluster i; bits beyond the last are 0. An
-    /// eye that is none (see [`ClusterEye::new`]) culls nothing. Allocates only where `culled` was never
-    /// as large.
-    pub fn cull(&self, level: Level, eye: [f64; 4], culled: &mut Vec<u64>) {
-        bulk::cull(&self.seen(eye), level, culled);
-    }
-
-    /// How many clusters [`cull`](Self::cull) culls.
-    #[must_use]
-    pub fn count(&self, level: Level, eye: [f64; 4]) -> u64 {
-        bulk::count(&self.seen(eye), level)
-    }
-
-    /// The clusters that are *not* culled, ascending.
-    pub fn keep(&self, level: Level, eye: [f64; 4], kept: &mut Indices) {
-        bulk::keep(&self.seen(eye), level, kept);
-    }
-
-    fn seen(&self, eye: [f64; 4]) -> Seen<'_, B> {
-        Seen { bounds: self, eye: ClusterEye::new(eye) }
-    }
-
-    /// Bits of sixteen clusters.
-    #[inline(always)]
-    pub(super) fn block<S: Simd>(&self, simd: S, block: usize, eye: &ClusterEye) -> u64 {
-        let mut found = 0;
-        for start in (0..16).step_by(S::f32s::LEN) {
-            found |= B::test_lanes(simd, &self.blocks[block], start, eye) << start;
-        }
-        found
-    }
-
-    /// Bits of 64 clusters.
-    pub(super) fn word(&self, level: Level, word: usize, eye: &ClusterEye) -> u64 {
-        let mut out = [0];
-        fill(level, self, word, eye, &mut out);
-        out[0]
-    }
-}
-
-/// Bounds and an eye.
-struct Seen<'a, B: BatchBound> {
-    bounds: &'a ClusterBounds<B>,
-    eye: Option<ClusterEye>,
-}
-
-impl<B: BatchBound> Culled for Seen<'_, B> {
-    fn len(&self) -> usize {
-        self.bounds.len
-    }
-
-    fn fill(&self, level: Level, first: usize, out: &mut [u64]) {
-        match &self.eye {
-            Some(eye) => fill(level, self.bounds, first, eye, out),
-            None => out.fill(0),
-        }
-    }
-}
-
-fn fill<B: BatchBound>(
-    level: Level,
-    bounds: &ClusterBounds<B>,
-    first: usize,
-    eye: &ClusterEye,
-    out: &mut [u64],
-) {
-    let blocks = &bounds.blocks[first * BLOCKS..(first + out.len()) * BLOCKS];
-    dispatch!(level, simd => words::<_, B>(simd, blocks, eye, out));
 }
 
 #[inline(always)]
-fn words<S: Simd, B: BatchBound>(simd: S, blocks: &[B::Block], eye: &ClusterEye, out: &mut [u64]) {
+fn words<S: Simd>(simd: S, blocks: &[Block], eye: &ClusterEye, out: &mut [u64]) {
     for (blocks, out) in blocks.as_chunks::<BLOCKS>().0.iter().zip(out) {
         *out = 0;
         for (i, block) in blocks.iter().enumerate() {
             for start in (0..16).step_by(S::f32s::LEN) {
-                *out |= B::test_lanes(simd, block, start, eye) << (i * 16 + start);
+                *out |= test_lanes(simd, block, start, eye) << (i * 16 + start);
             }
         }
     }
 }
 
-#[inline(always)]
-fn load<S: Simd>(simd: S, row: &Row, start: usize) -> S::f32s {
-    S::f32s::from_slice(simd, &row[start..start + S::f32s::LEN])
-}
-
-#[inline(always)]
-fn load_bytes<S: Simd>(simd: S, row: &ByteRow, start: usize) -> S::f32s {
-    let mut floats = [0.0; 16];
-    for i in 0..S::f32s::LEN {
-        floats[i] = f32::from(row[start + i]);
-    }
-    S::f32s::from_slice(simd, &floats[..S::f32s::LEN])
-}
-
-// Written out where a closure would do: one that is not inlined is compiled without the level's
+// Written out where closures would do: one that is not inlined is compiled without the level's
 // instructions, and costs ten times as much.
 #[inline(always)]
-fn to_eye<S: Simd>(simd: S, apex: &[Row; 3], start: usize, eye: &ClusterEye) -> [S::f32s; 3] {
-    let w = S::f32s::splat(simd, eye.w);
+fn test_lanes<S: Simd>(simd: S, block: &Block, start: usize, eye: &ClusterEye) -> u64 {
+    let [apex, axis, s, t] = &block.0;
+    let weight = S::f32s::splat(simd, eye.weight());
     let [x, y, z] = rows::<S>(simd, apex, start);
-    let [ex, ey, ez] = eye.xyz;
-    [
-        S::f32s::splat(simd, ex) - x * w,
-        S::f32s::splat(simd, ey) - y * w,
-        S::f32s::splat(simd, ez) - z * w,
-    ]
+    let [ex, ey, ez] = eye.xyz();
+    let w = [
+        S::f32s::splat(simd, ex) - x * weight,
+        S::f32s::splat(simd, ey) - y * weight,
+        S::f32s::splat(simd, ez) - z * weight,
+    ];
+    let z = dot::<S>(rows(simd, axis, start), w);
+    let s = dot::<S>(rows(simd, s, start), w);
+    let t = dot::<S>(rows(simd, t, start), w);
+    let negative = z.simd_lt(S::f32s::splat(simd, 0.0));
+    let above = (z * z - (s * s + t * t)).simd_gt(S::f32s::splat(simd, ClusterEye::LEAST_SQUARE));
+    (negative & above).to_bitmask()
 }
 
 #[inline(always)]
@@ -219,208 +112,11 @@ fn dot<S: Simd>(a: [S::f32s; 3], b: [S::f32s; 3]) -> S::f32s {
 }
 
 #[inline(always)]
-fn rows<S: Simd>(simd: S, rows: &[Row; 3], start: usize) -> [S::f32s; 3] {
-    let [x, y, z] = rows;
-    [load::<S>(simd, x, start), load::<S>(simd, y, start), load::<S>(simd, z, start)]
-}
-
-#[inline(always)]
-fn byte_rows<S: Simd>(simd: S, rows: &[ByteRow; 3], start: usize) -> [S::f32s; 3] {
-    let [x, y, z] = rows;
-    let load = load_bytes::<S>;
-    [load(simd, x, start), load(simd, y, start), load(simd, z, start)]
-}
-
-/// z < 0 and z² − q > TINY.
-#[inline(always)]
-fn in_cone<S: Simd>(simd: S, z: S::f32s, q: S::f32s) -> u64 {
-    let negative = z.simd_lt(S::f32s::splat(simd, 0.0));
-    let above = (z * z - q).simd_gt(S::f32s::splat(simd, super::eye::TINY));
-    (negative & above).to_bitmask()
-}
-
-/// Rows of a bound that is nothing but f32 numbers.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct Rows<const R: usize>([Row; R]);
-
-impl<const R: usize> Rows<R> {
-    fn set(&mut self, lane: usize, numbers: [f32; R]) {
-        self.0.iter_mut().zip(numbers).for_each(|(row, v)| row[lane] = v);
-    }
-
-    /// Three rows from row `at` on.
-    #[inline(always)]
-    fn three(&self, at: usize) -> &[Row; 3] {
-        self.0[at..].first_chunk().unwrap_or(&ZEROS)
-    }
-}
-
-const ZEROS: [Row; 3] = [[0.0; 16]; 3];
-
-macro_rules! plain {
-    ($bound:ty, $rows:literal, |$simd:ident, $block:ident, $start:ident, $eye:ident| $test:expr) => {
-        impl BatchBound for $bound {
-            type Block = Rows<$rows>;
-            const NOTHING: Rows<$rows> = Rows([[0.0; 16]; $rows]);
-
-            fn set_lane(&self, block: &mut Self::Block, lane: usize) {
-                block.set(lane, bytemuck::cast(*self));
-            }
-
-            fn clear_lane(block: &mut Self::Block, lane: usize) {
-                block.set(lane, [0.0; $rows]);
-            }
-
-            #[inline(always)]
-            fn test_lanes<S: Simd>(
-                $simd: S,
-                $block: &Self::Block,
-                $start: usize,
-                $eye: &ClusterEye,
-            ) -> u64 {
-                $test
-            }
-        }
-    };
-}
-
-plain!(EllipticCone, 12, |simd, block, start, eye| {
-    let w = to_eye(simd, block.three(0), start, eye);
-    let z = dot::<S>(rows(simd, block.three(3), start), w);
-    let s = dot::<S>(rows(simd, block.three(6), start), w);
-    let t = dot::<S>(rows(simd, block.three(9), start), w);
-    in_cone(simd, z, s * s + t * t)
-});
-
-plain!(NormalCone, 7, |simd, block, start, eye| {
-    let w = to_eye(simd, block.three(0), start, eye);
-    let z = dot::<S>(rows(simd, block.three(3), start), w);
-    let cutoff = load::<S>(simd, &block.0[6], start);
-    in_cone(simd, z, cutoff * cutoff * dot::<S>(w, w))
-});
-
-plain!(NormalConeCentre, 8, |simd, block, start, eye| {
-    let w = to_eye(simd, block.three(0), start, eye);
-    let room = load::<S>(simd, &block.0[3], start) * S::f32s::splat(simd, eye.w);
-    let z = S::f32s::splat(simd, 0.0) - dot::<S>(rows(simd, block.three(4), start), w) - room;
-    let cutoff = load::<S>(simd, &block.0[7], start);
-    let least = S::f32s::splat(simd, NormalConeCentre::LEAST);
-    let above = z * z - cutoff * cutoff * dot::<S>(w, w);
-    (z.simd_gt(least) & above.simd_gt(S::f32s::splat(simd, super::eye::TINY))).to_bitmask()
-});
-
-plain!(NormalBox, 10, |simd, block, start, eye| {
-    let v = to_eye(simd, block.three(7), start, eye);
-    behind_box(simd, [block.three(0), block.three(3)], &block.0[6], v, start, eye)
-});
-
-plain!(NormalBoxAtOrigin, 7, |simd, block, start, eye| {
-    let v = eye.xyz.map(|v| S::f32s::splat(simd, v));
-    behind_box(simd, [block.three(0), block.three(3)], &block.0[6], v, start, eye)
-});
-
-plain!(NormalBoxTurned, 19, |simd, block, start, eye| {
-    let v = to_eye(simd, block.three(16), start, eye);
-    let v = [
-        dot::<S>(rows(simd, block.three(0), start), v),
-        dot::<S>(rows(simd, block.three(3), start), v),
-        dot::<S>(rows(simd, block.three(6), start), v),
-    ];
-    behind_box(simd, [block.three(9), block.three(12)], &block.0[15], v, start, eye)
-});
-
-/// Σ max(mₖvₖ, m′ₖvₖ) < d.
-#[inline(always)]
-fn behind_box<S: Simd>(
-    simd: S,
-    [largest, smallest]: [&[Row; 3]; 2],
-    d: &Row,
-    v: [S::f32s; 3],
-    start: usize,
-    eye: &ClusterEye,
-) -> u64 {
-    let part = |k: usize| {
-        let a = load::<S>(simd, &largest[k], start) * v[k];
-        let b = load::<S>(simd, &smallest[k], start) * v[k];
-        a.max(b)
-    };
-    let sum = part(0) + part(1) + part(2);
-    let d = load::<S>(simd, d, start) * S::f32s::splat(simd, eye.w);
-    sum.simd_lt(d).to_bitmask()
-}
-
-/// Sixteen elliptic cones in bytes.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(16))]
-pub struct ByteRows {
-    apex: [Row; 3],
-    /// axis, s and t.
-    vectors: [[ByteRow; 3]; 3],
-}
-
-impl BatchBound for EllipticConeQuantised {
-    type Block = ByteRows;
-    const NOTHING: ByteRows = ByteRows { apex: ZEROS, vectors: [[[0; 16]; 3]; 3] };
-
-    fn set_lane(&self, block: &mut ByteRows, lane: usize) {
-        for k in 0..3 {
-            block.apex[k][lane] = self.apex[k];
-            for (rows, vector) in block.vectors.iter_mut().zip([self.axis, self.s, self.t]) {
-                rows[k][lane] = vector[k];
-            }
-        }
-    }
-
-    fn clear_lane(block: &mut ByteRows, lane: usize) {
-        Self { apex: [0.0; 3], axis: [0; 3], s: [0; 3], t: [0; 3] }.set_lane(block, lane);
-    }
-
-    #[inline(always)]
-    fn test_lanes<S: Simd>(simd: S, block: &ByteRows, start: usize, eye: &ClusterEye) -> u64 {
-        let w = to_eye(simd, &block.apex, start, eye);
-        let [axis, s, t] = &block.vectors;
-        let z = dot::<S>(byte_rows(simd, axis, start), w);
-        let s = dot::<S>(byte_rows(simd, s, start), w);
-        let t = dot::<S>(byte_rows(simd, t, start), w);
-        in_cone(simd, z, s * s + t * t)
-    }
-}
-
-/// Sixteen pyramids.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct PyramidRows<const K: usize> {
-    apex: [Row; 3],
-    generators: [[Row; 3]; K],
-}
-
-impl<const K: usize> BatchBound for Pyramid<K> {
-    type Block = PyramidRows<K>;
-    const NOTHING: PyramidRows<K> = PyramidRows { apex: ZEROS, generators: [ZEROS; K] };
-
-    fn set_lane(&self, block: &mut PyramidRows<K>, lane: usize) {
-        for k in 0..3 {
-            block.apex[k][lane] = self.apex[k];
-            for (rows, g) in block.generators.iter_mut().zip(self.generators) {
-                rows[k][lane] = g[k];
-            }
-        }
-    }
-
-    fn clear_lane(block: &mut PyramidRows<K>, lane: usize) {
-        Self { apex: [0.0; 3], generators: [[0.0; 3]; K] }.set_lane(block, lane);
-    }
-
-    #[inline(always)]
-    fn test_lanes<S: Simd>(simd: S, block: &PyramidRows<K>, start: usize, eye: &ClusterEye) -> u64 {
-        let w = to_eye(simd, &block.apex, start, eye);
-        let zero = S::f32s::splat(simd, 0.0);
-        let behind = |g: &[Row; 3]| dot::<S>(rows(simd, g, start), w).simd_lt(zero);
-        let mut all = zero.simd_eq(zero);
-        for g in &block.generators {
-            all &= behind(g);
-        }
-        all.to_bitmask()
-    }
+fn rows<S: Simd>(simd: S, [x, y, z]: &[Row; 3], start: usize) -> [S::f32s; 3] {
+    let at = start..start + S::f32s::LEN;
+    [
+        S::f32s::from_slice(simd, &x[at.clone()]),
+        S::f32s::from_slice(simd, &y[at.clone()]),
+        S::f32s::from_slice(simd, &z[at]),
+    ]
 }

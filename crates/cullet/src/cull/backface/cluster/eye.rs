@@ -1,15 +1,15 @@
 //! The eye as the bounds of clusters take it.
 
-use super::fit::LARGEST;
+use super::ClusterPlanes;
 
 /// A homogeneous eye prepared for the bounds of clusters: a position or a direction, in f32.
 ///
 /// Made once a view and mesh. Rounding to f32 is in the slack of the bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClusterEye {
-    pub(super) xyz: [f32; 3],
+    xyz: [f32; 3],
     /// 1 for a position, 0 for a direction.
-    pub(super) w: f32,
+    w: f32,
 }
 
 impl ClusterEye {
@@ -24,23 +24,35 @@ impl ClusterEye {
         let scale = if w > 0.0 { w } else { x.abs().max(y.abs()).max(z.abs()) };
         let xyz = [x, y, z].map(|v| v / scale);
         // Written so that NaN is not an eye. A direction has 1 for its largest number here.
-        (w >= 0.0 && w.is_finite() && scale > 0.0 && xyz.iter().all(|v| v.abs() <= LARGEST))
-            .then(|| Self { xyz: xyz.map(|v| v as f32), w: f32::from(w > 0.0) })
+        (w >= 0.0
+            && w.is_finite()
+            && scale > 0.0
+            && xyz.iter().all(|v| v.abs() <= ClusterPlanes::LARGEST))
+        .then(|| Self { xyz: xyz.map(|v| v as f32), w: f32::from(w > 0.0) })
+    }
+
+    /// What a difference of squares must exceed: squares smaller than f32's normal numbers are off by 1e-45
+    /// or, where a processor flushes them, by 1e-38.
+    pub const LEAST_SQUARE: f32 = 1e-36;
+
+    /// The position, or the direction towards the viewer.
+    #[inline(always)]
+    #[must_use]
+    pub fn xyz(&self) -> [f32; 3] {
+        self.xyz
+    }
+
+    /// 1 for a position, 0 for a direction.
+    #[inline(always)]
+    #[must_use]
+    pub fn weight(&self) -> f32 {
+        self.w
     }
 
     /// From an apex to this eye.
     #[inline(always)]
-    pub(super) fn from(&self, apex: [f32; 3]) -> [f32; 3] {
+    #[must_use]
+    pub fn way_from(&self, apex: [f32; 3]) -> [f32; 3] {
         std::array::from_fn(|k| self.xyz[k] - apex[k] * self.w)
     }
 }
-
-/// The product of two vectors, in the order in which the batch tests add it up.
-#[inline(always)]
-pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// What a difference of squares must exceed: squares smaller than f32's normal numbers are off by 1e-45
-/// or, where a processor flushes them, by 1e-38.
-pub(super) const TINY: f32 = 1e-36;

@@ -2,8 +2,6 @@
 
 use glam::{DVec2, DVec3};
 
-use super::NoRegion;
-use super::pyramid::convex_hull;
 use crate::exact::is_collinear;
 
 /// The planes of a cluster's triangles. Triangles without area, and slivers whose normal is not
@@ -14,7 +12,7 @@ pub struct ClusterPlanes {
     offsets: Vec<f64>,
     /// Half of what coordinates span, by axis and as a diagonal, and the largest of them: what rounding
     /// is relative to.
-    pub(super) half: DVec3,
+    half: DVec3,
     radius: f64,
     largest: f64,
     centre: DVec3,
@@ -24,12 +22,15 @@ pub struct ClusterPlanes {
 /// A triangle whose area is below this share of the product of its edges has a normal too uncertain:
 /// the rounding of its cross product, at most 4 × 2⁻⁵³ of that product, turns it by up to 4.5e-7.
 const SLIVER: f64 = 1e-9;
-/// The largest coordinate of an eye or a cluster: the squares of what the tests add up stay below 3e38.
-pub(super) const LARGEST: f64 = 1e14;
-/// The smallest cluster: far above the smallest number of f32.
-const SMALLEST: f64 = 1e-30;
 
 impl ClusterPlanes {
+    /// The largest coordinate of a cluster or an eye that has bounds: the squares of what their tests add up
+    /// stay below 3e38.
+    pub const LARGEST: f64 = 1e14;
+    /// The smallest [`radius`](Self::radius) of a cluster that has bounds: far above the smallest number of
+    /// f32.
+    pub const SMALLEST: f64 = 1e-30;
+
     /// The planes of triangles given by their corners, counter-clockwise fronts. Triangles of no area at
     /// all are left out.
     pub fn new(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
@@ -62,16 +63,18 @@ impl ClusterPlanes {
         planes
     }
 
-    /// Planes with unit normals that are not those of triangles, of a surface within a box; `complete`
+    /// Planes that are not those of triangles, as (n, d) with unit n, of a surface within a box; `complete`
     /// says whether what is behind them all is behind the surface.
-    pub(in crate::cull::backface) fn of_surface(
-        planes: impl IntoIterator<Item = (DVec3, f64)>,
-        [low, high]: [DVec3; 2],
+    pub fn of_planes(
+        planes: impl IntoIterator<Item = ([f64; 3], f64)>,
+        [low, high]: [[f64; 3]; 2],
         complete: bool,
     ) -> Self {
-        let (normals, offsets): (Vec<_>, Vec<_>) = planes.into_iter().unzip();
+        let (normals, offsets) = planes.into_iter().map(|(n, d)| (DVec3::from(n), d)).unzip();
         let mut planes = Self { normals, offsets, complete, ..Self::default() };
-        planes.set_extent(low, high);
+        if !planes.normals.is_empty() {
+            planes.set_extent(low.into(), high.into());
+        }
         planes
     }
 
@@ -80,31 +83,6 @@ impl ClusterPlanes {
         self.half = (high - low) * 0.5;
         self.radius = self.half.length();
         self.largest = low.abs().max(high.abs()).max_element();
-    }
-
-    /// The planes of several clusters as those of one: what a bound of a group of clusters is fitted to.
-    #[must_use]
-    pub fn join<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
-        let mut all = Self { complete: true, ..Self::default() };
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for part in parts {
-            all.complete &= part.complete;
-            if part.is_empty() {
-                continue;
-            }
-            all.normals.extend(&part.normals);
-            all.offsets.extend(&part.offsets);
-            low = low.min(part.centre - part.half);
-            high = high.max(part.centre + part.half);
-            all.largest = all.largest.max(part.largest);
-        }
-        if !all.normals.is_empty() {
-            all.centre = (low + high) * 0.5;
-            // The corners of each part are known from its middle, give or take the rounding of a sum.
-            all.half = (high - low) * 0.5 + all.largest * (4.0 * f64::EPSILON);
-            all.radius = all.half.length();
-        }
-        all
     }
 
     /// How many planes there are.
@@ -181,99 +159,105 @@ impl ClusterPlanes {
         self.radius
     }
 
-    /// The planes as unit normals and their distance from a point.
-    pub(super) fn around(&self, origin: DVec3) -> impl Iterator<Item = (DVec3, f64)> {
-        self.normals.iter().zip(&self.offsets).map(move |(n, d)| (*n, d - n.dot(origin)))
+    /// Half of what the triangles' box spans along each axis.
+    #[must_use]
+    pub fn half_extent(&self) -> [f64; 3] {
+        self.half.into()
     }
 
-    /// Whether an apex bound (a cone or a pyramid) of these planes has a region, or the reason why no
-    /// eye is proved behind them all. Costs as a fit without its shape; the bounds
-    /// themselves say no more than `None`.
-    ///
-    /// A box of normals ([`NormalBox`](super::NormalBox)) needs no apex, and may have a region where
-    /// this is [`NoRegion::Hemisphere`] or [`NoRegion::NoApex`].
-    ///
-    /// # Errors
-    /// The reason.
-    pub fn region(&self) -> Result<(), NoRegion> {
-        ApexFit::new(self).map(|_| ())
+    /// The largest coordinate, without its sign.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.largest
     }
 
     /// Whether a bound can be made: a plane for each triangle, of a size that f32 can square.
-    pub(super) fn usable(&self) -> Result<(), NoRegion> {
-        // Where all triangles are in doubt, that is what is amiss.
-        if !self.complete {
-            Err(NoRegion::NotCertain)
-        } else if self.is_empty() {
-            Err(NoRegion::Empty)
-        } else if self.largest > LARGEST {
-            Err(NoRegion::TooLarge { largest: self.largest, limit: LARGEST })
-        } else if self.radius < SMALLEST {
-            Err(NoRegion::TooSmall { radius: self.radius, limit: SMALLEST })
-        } else {
-            Ok(())
-        }
+    #[must_use]
+    pub fn is_usable(&self) -> bool {
+        // Written so that NaN is refused.
+        self.complete
+            && !self.is_empty()
+            && self.largest <= Self::LARGEST
+            && self.radius >= Self::SMALLEST
     }
 
-    /// How far a point at `distance` from the cluster's middle may be wrongly called behind a plane
-    /// for all reasons but the rounding of the test itself: that point's and the eye's coordinates as
-    /// f32, and a normal that a thin triangle leaves uncertain by up to 4.5e-7 (see [`SLIVER`]).
-    pub(super) fn position_slack(&self, point: DVec3) -> f64 {
+    /// How far a point may be wrongly called behind a plane for all reasons but the rounding of the test
+    /// itself: that point's and the eye's coordinates as f32, and a normal that a thin triangle leaves
+    /// uncertain by up to 4.5e-7 radians.
+    #[must_use]
+    pub fn slack(&self, point: [f64; 3]) -> f64 {
+        let point = DVec3::from(point);
         let size = point.abs().max_element() + self.largest;
         let reach = self.radius + point.distance(self.centre);
         size * f64::from(f32::EPSILON) * 2.0 + reach * 1e-6
     }
-}
 
-/// An apex behind all planes, and the normals projected to the plane at distance 1 along an axis.
-#[derive(Clone, Debug)]
-pub(super) struct ApexFit {
-    /// The unit axis; every normal has a positive part along it.
-    pub axis: DVec3,
-    /// Two unit directions across it.
-    pub across: [DVec3; 2],
-    /// Behind every plane, by the slack that it and the eye need as f32.
-    pub apex: DVec3,
-    /// The corners of the hull of the projected normals, counter-clockwise.
-    pub hull: Vec<DVec2>,
-}
-
-/// What is added to every shape, as an angle or relative to its size. It covers the rounding of the
-/// bound's numbers to f32 (1e-7) and of its test (4e-7), and the normals' own doubt (4.5e-7, see
-/// [`SLIVER`]).
-pub(super) const ANGULAR_SLACK: f64 = 1e-5;
-
-impl ApexFit {
-    pub(super) fn new(planes: &ClusterPlanes) -> Result<Self, NoRegion> {
-        Self::doubting(planes, 0.0)
+    /// The unit axis of the narrowest cone around the normals, nearly; `None` where they span half of space
+    /// or nearly so (4.6 degrees less), and for no normals.
+    #[must_use]
+    pub fn axis(&self) -> Option<[f64; 3]> {
+        narrowest_cone_axis(&self.normals).map(Into::into)
     }
 
-    /// With an apex that stays behind all planes though they turn by `doubt` radians around the nearest
-    /// point of the cluster's ball.
-    pub(super) fn doubting(planes: &ClusterPlanes, doubt: f64) -> Result<Self, NoRegion> {
-        planes.usable()?;
-        let axis = narrowest_cone_axis(&planes.normals).ok_or(NoRegion::Hemisphere)?;
+    /// What a cone or a pyramid is fitted to: an apex that stays behind all planes though they turn by
+    /// `doubt` radians around the nearest point of the cluster's ball, and the normals around their axis.
+    ///
+    /// `None` where the planes are not [usable](Self::is_usable), have no [axis](Self::axis), or no point
+    /// within 16 radii that is behind them all.
+    #[must_use]
+    pub fn apex(&self, doubt: f64) -> Option<Apex> {
+        if !self.is_usable() {
+            return None;
+        }
+        let axis = narrowest_cone_axis(&self.normals)?;
         let u = axis.any_orthonormal_vector();
         let across = [u, axis.cross(u)];
-        let points: Vec<DVec2> = planes
+        let points: Vec<DVec2> = self
             .normals
             .iter()
             .map(|n| DVec2::new(n.dot(across[0]), n.dot(across[1])) / n.dot(axis))
             .collect();
-        let highest =
-            highest_behind(planes, axis, planes.radius * APEX_REACH).ok_or(NoRegion::NoApex)?;
+        let highest = highest_behind(self, axis, self.radius * APEX_REACH)?;
         // Along the axis a step of 1 is one of n·axis along a normal.
         let longest =
             points.iter().map(|p| p.length_squared()).fold(0.0, f64::max).sqrt().hypot(1.0);
-        let slack = planes.position_slack(highest)
-            + doubt * (planes.radius + highest.distance(planes.centre));
-        let apex = highest - axis * (slack * longest);
-        Ok(Self { axis, across, apex, hull: convex_hull(&points) })
+        let slack =
+            self.slack(highest.into()) + doubt * (self.radius + highest.distance(self.centre));
+        let point = highest - axis * (slack * longest);
+        let hull = convex_hull(points).into_iter().map(Into::into).collect();
+        Some(Apex { axis: axis.into(), across: across.map(Into::into), point: point.into(), hull })
+    }
+}
+
+/// An apex behind all planes of a cluster, and their normals projected to the plane at distance 1 along an
+/// axis: what every cone and pyramid with an apex is fitted to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Apex {
+    /// The unit axis; every normal has a positive part along it.
+    pub axis: [f64; 3],
+    /// Two unit directions across it.
+    pub across: [[f64; 3]; 2],
+    /// Behind every plane, by the slack that it and the eye need as f32.
+    pub point: [f64; 3],
+    /// The corners of the convex hull of the projected normals, counter-clockwise, along `across`.
+    pub hull: Vec<[f64; 2]>,
+}
+
+impl Apex {
+    /// The normal, not of unit length, of a point of the plane at distance 1 along the axis.
+    #[must_use]
+    pub fn lift(&self, p: [f64; 2]) -> [f64; 3] {
+        let [u, v] = self.across.map(DVec3::from);
+        (DVec3::from(self.axis) + u * p[0] + v * p[1]).into()
     }
 
-    /// The point at distance 1 along the axis with these coordinates.
-    pub(super) fn lift(&self, p: DVec2) -> DVec3 {
-        self.axis + self.across[0] * p.x + self.across[1] * p.y
+    /// With a hull around squares of twice this side in place of the points; `by` is not negative.
+    #[must_use]
+    pub fn widened(&self, by: f64) -> Self {
+        let corners = [[by, by], [-by, by], [-by, -by], [by, -by]].map(DVec2::from);
+        let moved = |p: &[f64; 2]| corners.map(|c| DVec2::from(*p) + c);
+        let hull = convex_hull(self.hull.iter().flat_map(moved).collect());
+        Self { hull: hull.into_iter().map(Into::into).collect(), ..self.clone() }
     }
 }
 
@@ -380,4 +364,47 @@ fn on_plane(rows: &[(DVec3, f64)], n: DVec3, d: f64, axis: DVec3) -> Option<DVec
         best = foot + along * if goal.dot(along) > 0.0 { high } else { low };
     }
     Some(origin + u * best.x + v * best.y)
+}
+
+/// The corners of the convex hull, counter-clockwise (Andrew, *Another efficient algorithm for convex
+/// hulls in two dimensions*, 1979).
+fn convex_hull(points: Vec<DVec2>) -> Vec<DVec2> {
+    // total_cmp puts −0 before 0, which no product of differences would agree with: points between two
+    // ends of one x were lost.
+    let mut sorted: Vec<DVec2> = points.into_iter().map(|p| p + DVec2::ZERO).collect();
+    sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    sorted.dedup();
+    if sorted.len() < 3 {
+        return sorted;
+    }
+    let mut hull: Vec<DVec2> = Vec::with_capacity(sorted.len() + 1);
+    for pass in 0..2 {
+        let base = hull.len();
+        for i in 0..sorted.len() {
+            let p = if pass == 0 { sorted[i] } else { sorted[sorted.len() - 1 - i] };
+            while hull.len() >= base + 2 {
+                let (a, b) = (hull[hull.len() - 2], hull[hull.len() - 1]);
+                if (b - a).perp_dot(p - b) > 0.0 {
+                    break;
+                }
+                hull.pop();
+            }
+            hull.push(p);
+        }
+        hull.pop();
+    }
+    hull
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of the two faces of an edge, whose normals' x were zeros of both signs, one was lost.
+    #[test]
+    fn zeros_of_both_signs_are_one() {
+        let points = [[-0.0, 1.0], [0.0, -1.0], [0.0, 1.0], [-0.0, -1.0], [0.0, 1.5]];
+        let hull = convex_hull(points.map(DVec2::from).to_vec());
+        assert_eq!(hull, [DVec2::new(0.0, -1.0), DVec2::new(0.0, 1.5)]);
+    }
 }

@@ -231,7 +231,7 @@ impl Planes {
     /// # Panics
     /// If `index` is not below the batch's length.
     #[must_use]
-    pub fn first_rejecting(&self, boxes: &Boxes, index: usize) -> u8 {
+    pub(crate) fn first_rejecting(&self, boxes: &Boxes, index: usize) -> u8 {
         self.rejecting_box(&boxes.blocks()[index / 16].0, index % 16)
     }
 

@@ -50,7 +50,6 @@ use crate::hierarchy::Nodes;
 #[derive(Clone, Debug, Default)]
 pub struct Coherent {
     now: Cut,
-    before: Cut,
     memory: Vec<Memory>,
     /// Groups to be tested now and remembered, with their open planes.
     again: Vec<(u32, u32)>,
@@ -61,7 +60,6 @@ pub struct Coherent {
     len: usize,
     sampling: bool,
     found: Found,
-    unchanged: bool,
 }
 
 /// What one frame found.
@@ -100,8 +98,7 @@ impl Coherent {
     ) {
         assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
         let same = self.version == Some(version) && self.len == boxes.len();
-        self.unchanged = same && self.last == planes.box_planes();
-        if self.unchanged {
+        if same && self.last == planes.box_planes() {
             self.found.answered = self.found.reached;
             (self.now.counts, self.now.swept) = (Counts::default(), 0);
             return;
@@ -114,7 +111,6 @@ impl Coherent {
         self.last.clear();
         self.last.extend_from_slice(planes.box_planes());
         self.memory.resize(nodes.len() / GROUP, Memory::NONE);
-        std::mem::swap(&mut self.now, &mut self.before);
         self.now.begin(level, planes, nodes, boxes);
         let mut fronts = std::mem::take(&mut self.now.fronts);
         let mut target = self.now.target(nodes.len());
@@ -170,17 +166,6 @@ impl Coherent {
     #[must_use]
     pub fn cut(&self) -> &Cut {
         &self.now
-    }
-
-    /// Lists what the last cull sees and the one before did not, and the reverse, ascending: see
-    /// [`Cut::changes_since`]. If slots were permuted in between, they are the slots of different things.
-    pub fn changes(&self, added: &mut Vec<u32>, removed: &mut Vec<u32>) {
-        if self.unchanged {
-            added.clear();
-            removed.clear();
-        } else {
-            self.now.changes_since(&self.before, added, removed);
-        }
     }
 
     /// The share of the groups of 256 boxes that the walk reached whose answer was taken from memory, 0 to 1;

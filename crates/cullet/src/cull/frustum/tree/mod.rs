@@ -31,12 +31,10 @@
 
 mod coherent;
 mod trace;
-mod views;
-pub(in crate::cull::frustum) mod walk;
+mod walk;
 
 pub use coherent::Coherent;
 pub use trace::Trace;
-pub use views::{ViewMasks, ViewsError, cull_views};
 
 use fearless_simd::Level;
 
@@ -59,9 +57,9 @@ pub struct Cut {
     /// Bit b of word w: word 64 w + b of the masks is not zero.
     touched: Vec<u64>,
     len: usize,
-    pub(in crate::cull::frustum) counts: Counts,
+    counts: Counts,
     swept: usize,
-    pub(in crate::cull::frustum) fronts: [Front; 2],
+    fronts: [Front; 2],
 }
 
 impl Cut {
@@ -89,12 +87,6 @@ impl Cut {
         } else {
             self.sweep(level, planes, boxes, 0);
         }
-    }
-
-    /// Tests all `boxes` one by one, without any node.
-    pub fn sweep_all(&mut self, level: Level, planes: &Planes, boxes: &Boxes) {
-        self.clear(boxes.len());
-        self.sweep(level, planes, boxes, 0);
     }
 
     /// [`cull`](Self::cull) as at most `jobs` jobs: `run` is given them, each to be run once, on any
@@ -137,7 +129,7 @@ impl Cut {
         }
     }
 
-    pub(in crate::cull::frustum) fn target(&mut self, covered: usize) -> Target<'_> {
+    fn target(&mut self, covered: usize) -> Target<'_> {
         Target {
             visible: &mut self.visible,
             inside: &mut self.inside,
@@ -150,7 +142,7 @@ impl Cut {
 
     /// A node that is taken whole may have empty children, which planes reject (unless they reject nothing
     /// at all).
-    pub(in crate::cull::frustum) fn finish(&mut self, planes: &Planes, holes: Option<&[u64]>) {
+    fn finish(&mut self, planes: &Planes, holes: Option<&[u64]>) {
         if let Some(holes) = holes
             && planes.classify_box(&Aabb::EMPTY) == Side::Outside
         {
@@ -246,7 +238,7 @@ impl Cut {
     }
 
     /// Empties the masks, for `len` boxes: only what was set is cleared.
-    pub(in crate::cull::frustum) fn clear(&mut self, len: usize) {
+    fn clear(&mut self, len: usize) {
         for (index, touched) in self.touched.iter_mut().enumerate() {
             for run in bits::runs(std::mem::take(touched)) {
                 let words = index * 64 + run.start..index * 64 + run.end;
@@ -264,13 +256,7 @@ impl Cut {
     }
 
     /// Tests words from `first` on one by one.
-    pub(in crate::cull::frustum) fn sweep(
-        &mut self,
-        level: Level,
-        planes: &Planes,
-        boxes: &Boxes,
-        first: usize,
-    ) {
+    fn sweep(&mut self, level: Level, planes: &Planes, boxes: &Boxes, first: usize) {
         self.swept = boxes.len() - first * 64;
         let (visible, inside) = (&mut self.visible[first..], &mut self.inside[first..]);
         classify_boxes(level, planes, boxes, first, visible, inside);

@@ -17,15 +17,15 @@ use crate::hierarchy::Nodes;
 
 /// The blocks of one level that are still to be asked, with the planes that each of them straddles.
 #[derive(Clone, Debug, Default)]
-pub(in crate::cull::frustum) struct Front {
-    pub(in crate::cull::frustum) blocks: Vec<u32>,
-    pub(in crate::cull::frustum) open: Vec<u32>,
-    pub(in crate::cull::frustum) len: usize,
+pub(super) struct Front {
+    pub(super) blocks: Vec<u32>,
+    pub(super) open: Vec<u32>,
+    pub(super) len: usize,
 }
 
 impl Front {
     /// Room for `len` blocks, and a vector more.
-    pub(in crate::cull::frustum) fn reserve(&mut self, len: usize) {
+    pub(super) fn reserve(&mut self, len: usize) {
         if self.blocks.len() < len + LANES {
             self.blocks.resize(len + LANES, 0);
             self.open.resize(len + LANES, 0);
@@ -33,7 +33,7 @@ impl Front {
     }
 
     /// The root over so many boxes, if there are any: it straddles all of so many planes as far as is known.
-    pub(in crate::cull::frustum) fn set_root(&mut self, planes: usize, boxes: usize) {
+    pub(super) fn set_root(&mut self, planes: usize, boxes: usize) {
         self.reserve(1);
         self.blocks[0] = 0;
         self.open[0] = if planes == 32 { u32::MAX } else { (1 << planes) - 1 };
@@ -71,7 +71,7 @@ impl Front {
 
 /// Part of the masks that a walk writes: what a job of its own may have.
 #[derive(Debug)]
-pub(in crate::cull::frustum) struct Target<'a> {
+pub(super) struct Target<'a> {
     pub(super) visible: &'a mut [u64],
     pub(super) inside: &'a mut [u64],
     pub(super) touched: &'a mut [u64],
@@ -79,15 +79,15 @@ pub(in crate::cull::frustum) struct Target<'a> {
     pub(super) first_word: usize,
     /// How many boxes lie under nodes.
     pub(super) covered: usize,
-    pub(in crate::cull::frustum) counts: Counts,
+    pub(super) counts: Counts,
 }
 
 /// What a walk cost.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::cull::frustum) struct Counts {
-    pub(in crate::cull::frustum) nodes: u64,
-    pub(in crate::cull::frustum) leaves: u64,
-    pub(in crate::cull::frustum) planes: u64,
+pub(super) struct Counts {
+    pub(super) nodes: u64,
+    pub(super) leaves: u64,
+    pub(super) planes: u64,
 }
 
 impl Counts {
@@ -125,7 +125,7 @@ impl<'a> Target<'a> {
     }
 
     /// Takes a range of boxes that is not empty, counted from the first that is here.
-    pub(in crate::cull::frustum) fn take_range(&mut self, range: Range<usize>) {
+    pub(super) fn take_range(&mut self, range: Range<usize>) {
         for (word, bits) in bits::words_of(range.clone()) {
             self.visible[word] |= bits;
             self.inside[word] |= bits;
@@ -137,7 +137,7 @@ impl<'a> Target<'a> {
 
     /// Takes those of one block of sixteen whose bits are set.
     #[inline(always)]
-    pub(in crate::cull::frustum) fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
+    pub(super) fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
         let (word, shift) = (block / 4 - self.first_word, block % 4 * LANES);
         self.visible[word] |= u64::from(visible) << shift;
         self.inside[word] |= u64::from(inside) << shift;
@@ -177,7 +177,7 @@ const SPLIT_WORDS: usize = 64;
 
 /// A block that the walk asks takes some 14 ns, one that a sweep passes 9: so a walk that has to ask more
 /// than this share of the blocks is not worth its while.
-pub(in crate::cull::frustum) const SWEEP: (usize, usize) = (5, 8);
+pub(super) const SWEEP: (usize, usize) = (5, 8);
 
 impl Walk<'_> {
     /// All of it. `false` if so many boxes are left to ask that sweeping all of them is cheaper: then what
@@ -209,14 +209,6 @@ impl Walk<'_> {
     /// Whether so many blocks of boxes are left to ask that sweeping all of them is cheaper.
     pub(super) fn is_vain(&self, front: &Front) -> bool {
         front.len * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && front.len > 1
-    }
-
-    /// One step down, from the front of level `at`: levels count from 1, and at 0 the boxes are asked.
-    pub(super) fn step(&self, at: usize, fronts: &mut [Front; 2], target: &mut Target<'_>) {
-        match at {
-            0 => self.leaves(&fronts[0], target),
-            at => self.down(at, at - 1, fronts, target),
-        }
     }
 
     /// Walks the upper levels, then hands out the rest as at most `jobs` jobs, each with its own part of
@@ -350,7 +342,7 @@ fn leaves<S: Simd>(
 /// The same arithmetic as the flat sweep's. Rounding is monotone and all coefficients are positive, so
 /// what holds for a node's larger box holds for each box in it: the answers are the same, to the last bit.
 #[inline(always)]
-pub(in crate::cull::frustum) fn test<S: Simd>(
+pub(super) fn test<S: Simd>(
     simd: S,
     planes: &[BoxPlane],
     open: u32,
@@ -404,7 +396,7 @@ pub(in crate::cull::frustum) fn test<S: Simd>(
 
 /// Appends at `len` of `next` the children whose bits are set, with their open planes.
 #[inline(always)]
-pub(in crate::cull::frustum) fn compress<S: Simd>(
+pub(super) fn compress<S: Simd>(
     simd: S,
     first: u32,
     children: u32,

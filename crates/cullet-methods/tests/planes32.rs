@@ -1,0 +1,54 @@
+//! Planes in 16 bytes: never a front face, the same at every level, and a floor on how much they cull.
+
+#[path = "../../cullet/tests/backface_common/mod.rs"]
+mod common;
+
+use common::{Rng, dot, front};
+use cullet::cull::Indices;
+use cullet::cull::frustum::batch::levels;
+use cullet_methods::Planes32;
+
+#[test]
+fn nothing_in_front_is_culled_and_hardly_anything_else_kept() {
+    let mut rng = Rng(11);
+    // Triangles of all sizes and directions, some thin and some points.
+    let positions: Vec<[f32; 3]> = (0..900)
+        .flat_map(|i| {
+            let p = rng.vector();
+            let size = [0.1, 1e-3, 0.0][usize::from(i % 9 == 0) + usize::from(i % 81 == 0)];
+            [p, rng.vector(), rng.vector()]
+                .map(|v| [0, 1, 2].map(|k| (p[k] + (v[k] - p[k]) * size) as f32))
+        })
+        .collect();
+    let indices: Vec<u32> = (0..positions.len() as u32).collect();
+    let planes = Planes32::new(&positions, &indices);
+    assert!(planes.len() == 900 && !planes.is_empty());
+    let (mut culled, mut exact) = (0, 0);
+    for round in 0..100 {
+        let far = 0.3 + f64::from(round) * 0.05;
+        let d = rng.direction();
+        let weight = f64::from(round % 7 != 0);
+        let eye = [d[0] * far, d[1] * far, d[2] * far, weight];
+        let expected = planes.cull_ref(eye);
+        let ones: u64 = expected.iter().map(|w| u64::from(w.count_ones())).sum();
+        let bit = |t: usize| expected[t / 64] >> (t % 64) & 1 == 1;
+        for (name, level) in levels() {
+            let (mut mask, mut kept) = (vec![!0; 100], Indices::new());
+            planes.cull(level, eye, &mut mask);
+            assert_eq!(mask, expected, "{name}");
+            assert_eq!(planes.count(level, eye), ones, "{name}");
+            planes.keep(level, eye, &mut kept);
+            let list = (0..900).filter(|&t| !bit(t)).map(|t| t as u32);
+            assert!(kept.iter().copied().eq(list), "{name}");
+        }
+        for t in 0..900 {
+            let corners = [0, 1, 2].map(|k| positions[t * 3 + k]);
+            let (value, size) = front(corners, eye);
+            assert!(!bit(t) || value <= size * 1e-12, "triangle {t} from {eye:?}: {value}");
+            exact += u64::from(value < 0.0);
+        }
+        culled += ones;
+        assert!(dot(d, d) > 0.9);
+    }
+    assert!(culled * 1000 > exact * 960, "{culled} of {exact}");
+}
