@@ -8,6 +8,7 @@ mod bounds;
 mod calibrate;
 mod console;
 mod cut;
+mod cutting;
 mod drawing;
 mod exit;
 mod info;

@@ -2,8 +2,8 @@
 
 use cullet::Level;
 use cullet::bounds::Plane;
-use cullet::clip::cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, box_planes, cut};
 use cullet::mesh::Topology;
+use cullet_cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, box_planes, cut};
 use glam::DVec3;
 
 use super::measure::{fastest_of_both, stream};

@@ -2,12 +2,11 @@
 
 use cullet::View;
 use cullet::bounds::Aabb;
-use cullet::clip::cut::Keep;
+use cullet_cut::{Keep, ModelOptions};
 use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::{Model, paths};
 use glam::{DMat3, DVec3};
 
-use super::apply::Settings;
 use crate::drawing;
 use crate::exit::Failure;
 
@@ -18,11 +17,11 @@ const FOV_DEGREES: f64 = 35.0;
 pub(crate) fn stand(
     model: &Model,
     whole: &Aabb,
-    settings: &Settings<'_>,
+    options: &ModelOptions<'_>,
     eye: Option<([f64; 3], [f64; 3])>,
     size: [u32; 2],
 ) -> Result<View, Failure> {
-    let (eye, target) = eye.unwrap_or_else(|| place(model, whole, settings, size));
+    let (eye, target) = eye.unwrap_or_else(|| place(model, whole, options, size));
     let overrides =
         paths::Overrides { fov_degrees: Some(FOV_DEGREES), ..paths::Overrides::default() };
     let camera = paths::look_at(model, eye, target, size, &overrides).map_err(Failure::usage)?;
@@ -36,13 +35,13 @@ const RECENTRINGS: usize = 3;
 pub(super) fn draw(
     model: &mut Model,
     whole: &Aabb,
-    settings: &Settings<'_>,
+    options: &ModelOptions<'_>,
     cap_material: u32,
     eye: Option<([f64; 3], [f64; 3])>,
     size: [u32; 2],
 ) -> Result<Picture, Failure> {
     model.scene.edit_meshes(|_, m| m.set_two_sided(true));
-    let view = stand(model, whole, settings, eye, size)?;
+    let view = stand(model, whole, options, eye, size)?;
     let scene = &model.scene;
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };
     let frame = cullet_draw::render(scene, &view, Selection::All, &options);
@@ -54,7 +53,7 @@ pub(super) fn draw(
 fn place(
     model: &Model,
     whole: &Aabb,
-    settings: &Settings<'_>,
+    options: &ModelOptions<'_>,
     size: [u32; 2],
 ) -> ([f64; 3], [f64; 3]) {
     let left = model.scene.extent();
@@ -63,9 +62,9 @@ fn place(
     let reach = DVec3::from(shown.half_extent()).length().max(1e-6);
     // A region's faces point all ways; of a box the corner towards +X, +Y and +Z is opened.
     let mut open = DVec3::ZERO;
-    if let [plane] = settings.planes {
+    if let [plane] = options.planes {
         open = DVec3::from(plane.normal).normalize_or_zero();
-        if settings.keep == Keep::Outside {
+        if options.keep == Keep::Outside {
             open = -open;
         }
     }

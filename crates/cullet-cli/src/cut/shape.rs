@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use cullet::bounds::Plane;
-use cullet::clip::cut::{Keep, MAX_CUT_PLANES, box_planes};
+use cullet_cut::{Keep, MAX_CUT_PLANES, box_planes};
 
 use crate::exit::Failure;
 

@@ -15,7 +15,7 @@ pub use orient::{Repair, orient_triangles};
 pub use regions::{Regions, connected_regions};
 pub use sides::TwoSided;
 pub use topology::{NotSolid, Topology};
-pub(crate) use weld::weld;
+pub use weld::{weld, weld_within};
 
 use thiserror::Error;
 

@@ -1,27 +1,28 @@
 //! Outlines split where they cross or touch each other, so that they can be triangulated.
 
-use super::CutReport;
-use super::hash::QuickMap;
-use super::section::{Places, Segment};
-use crate::exact;
+use cullet::exact;
+
+use crate::hash::QuickMap;
+use crate::result::CutReport;
+use crate::section::{Places, Segment};
 
 /// Crossing points are rounded, which can make new crossings next to them; as many times they are split
 /// again.
 const ROUNDS: usize = 6;
 
 /// Segments that meet in their ends alone.
-pub(super) struct Arrangement {
+pub(crate) struct Arrangement {
     /// How much more the surface winds around the left of each than around its right, from its lower to its
     /// higher place; and whether it divides by the even–odd rule.
-    pub(super) segments: QuickMap<[u32; 2], (i32, bool)>,
+    pub(crate) segments: QuickMap<[u32; 2], (i32, bool)>,
     /// The same in the order they were found, so that results do not depend on hashes.
-    pub(super) order: Vec<[u32; 2]>,
+    pub(crate) order: Vec<[u32; 2]>,
     /// Outline segments that were split: the segment, and the places along it, both ends included.
-    pub(super) split: Vec<(Segment, Vec<u32>)>,
+    pub(crate) split: Vec<(Segment, Vec<u32>)>,
 }
 
 /// Splits. `None` where the work exceeds what a section of that size is worth.
-pub(super) fn arrange(
+pub(crate) fn arrange(
     outlines: &[Segment],
     places: &mut Places<'_>,
     report: &mut CutReport,
@@ -141,7 +142,7 @@ fn find_splits(links: &[[u32; 2]], places: &mut Places<'_>, budget: &mut usize) 
 }
 
 /// 1 where `p` is left of the line from `a` to `b`, −1 right of it, 0 on it; exact.
-pub(super) fn side(a: [f32; 2], b: [f32; 2], p: [f32; 2]) -> i32 {
+pub(crate) fn side(a: [f32; 2], b: [f32; 2], p: [f32; 2]) -> i32 {
     let wide = |v: [f32; 2]| v.map(f64::from);
     let (x, y, z) = (wide(a), wide(b), wide(p));
     let left = (y[0] - x[0]) * (z[1] - x[1]);

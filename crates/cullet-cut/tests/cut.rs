@@ -5,7 +5,7 @@ mod common;
 
 use common::{Random, capped, check_halves, cube, join, leaks, open, soup, sphere, turned, volume};
 use cullet::bounds::Plane;
-use cullet::clip::cut::{
+use cullet_cut::{
     CapOptions, CutError, CutInput, CutOptions, Keep, NO_ORIGIN, box_planes, cut, cut_both,
     outline_area,
 };

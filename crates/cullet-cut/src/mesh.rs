@@ -1,8 +1,11 @@
 //! Cuts of a [`Mesh`]: parts stay parts, and the caps are one more.
 
-use super::{CutError, CutInput, CutMesh, CutOptions, NO_ORIGIN, cut};
-use crate::bounds::Plane;
-use crate::mesh::{Alpha, Mesh, MeshData, Part};
+use cullet::bounds::Plane;
+use cullet::mesh::{Alpha, Mesh, MeshData, Part};
+
+use crate::cut::cut;
+use crate::options::{CutError, CutInput, CutOptions};
+use crate::result::{CutMesh, NO_ORIGIN};
 
 /// What remains of a [`Mesh`].
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,10 +1,11 @@
 //! The section as filled outlines: the borders of the caps.
 
+use cullet::bounds::Plane;
 use glam::DVec3;
 
-use super::hash::{QuickMap, key};
-use super::{Cap, CutMesh, sides};
-use crate::bounds::Plane;
+use crate::hash::{QuickMap, key};
+use crate::result::{Cap, CutMesh};
+use crate::sides;
 
 /// A closed line around covered parts of a plane, or around a hole in them: counter-clockwise, seen from
 /// where the plane's normal points, around what the surface winds around once. Filling all outlines of

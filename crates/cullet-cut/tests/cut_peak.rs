@@ -7,7 +7,7 @@ mod peak;
 
 use common::sphere;
 use cullet::bounds::Plane;
-use cullet::clip::cut::{CapOptions, CutInput, CutOptions, Keep, box_planes, cut};
+use cullet_cut::{CapOptions, CutInput, CutOptions, Keep, box_planes, cut};
 
 // One test alone in this file: another thread's allocations would be counted too.
 #[test]

@@ -6,10 +6,13 @@
 //! one that is outside of a later plane only must stay until then, for an earlier plane may cut it, and
 //! the cap of that one would have a gap.
 
-use super::hash::{QuickMap, key};
-use super::sides::{CutPlane, Sides, before};
-use super::{Cap, CutInput, CutMesh, CutOptions, Keep, NO_ORIGIN, cap, section};
-use crate::exact;
+use cullet::exact;
+
+use crate::hash::{QuickMap, key};
+use crate::options::{CutInput, CutOptions, Keep};
+use crate::result::{Cap, CutMesh, NO_ORIGIN};
+use crate::sides::{CutPlane, Sides, before};
+use crate::{cap, section};
 
 /// How often duplicates are looked through for those that may go.
 const MOST_PASSES: usize = 64;
@@ -77,7 +80,7 @@ struct Work<'a> {
 }
 
 /// Cuts. Everything has been checked.
-pub(super) fn run(
+pub(crate) fn run(
     input: &CutInput<'_>,
     planes: &[CutPlane],
     sides: &Sides,

@@ -1,27 +1,27 @@
 //! On which side of each plane every vertex lies: once, and exactly.
 
+use cullet::bounds::Plane;
+use cullet::exact::plane_sign;
 use glam::DVec3;
 
-use super::{CutError, MAX_CUT_PLANES};
-use crate::bounds::Plane;
-use crate::exact::Sum;
+use crate::options::{CutError, MAX_CUT_PLANES};
 
 /// Units of rounding of n·p − d in f64: four products and three sums, doubled.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// A plane, scaled by a power of two so that its largest coefficient is near 1: the sign is the same.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CutPlane {
-    pub(super) normal: [f64; 3],
-    pub(super) d: f64,
+pub(crate) struct CutPlane {
+    pub(crate) normal: [f64; 3],
+    pub(crate) d: f64,
     /// The axis of the largest coefficient: dropping it maps the plane to two dimensions one to one.
-    pub(super) axis: usize,
+    pub(crate) axis: usize,
     /// The coordinate along `axis` of every point of the plane, where it has one.
     level: Option<f32>,
 }
 
 /// Checks and scales.
-pub(super) fn prepare(planes: &[Plane]) -> Result<Vec<CutPlane>, CutError> {
+pub(crate) fn prepare(planes: &[Plane]) -> Result<Vec<CutPlane>, CutError> {
     if planes.len() > MAX_CUT_PLANES {
         return Err(CutError::TooManyPlanes(planes.len()));
     }
@@ -55,7 +55,7 @@ impl CutPlane {
     }
 
     /// −1 inside, 0 on the plane, 1 outside; exact for finite points.
-    pub(super) fn side(&self, p: [f32; 3]) -> i8 {
+    pub(crate) fn side(&self, p: [f32; 3]) -> i8 {
         let p = p.map(f64::from);
         let (value, error) = self.value(p);
         if value > error {
@@ -69,17 +69,14 @@ impl CutPlane {
 
     #[cold]
     fn exact_side(&self, p: [f64; 3]) -> i8 {
-        let mut sum = Sum::<8>::new();
-        (0..3).for_each(|a| sum.add_product(self.normal[a], p[a]));
-        sum.add(-self.d);
-        sum.sign() as i8
+        plane_sign(&Plane::new(self.normal, self.d), p) as i8
     }
 
     /// Where the edge from `a` to `b` meets the plane, as the share of the way and as a point.
     ///
     /// `a` must be the lower of the two in [`before`]'s order: then every triangle at the edge gets the
     /// same bits.
-    pub(super) fn meet(&self, a: [f32; 3], b: [f32; 3]) -> (f64, [f32; 3]) {
+    pub(crate) fn meet(&self, a: [f32; 3], b: [f32; 3]) -> (f64, [f32; 3]) {
         let (p, q) = (a.map(f64::from), b.map(f64::from));
         let (va, vb) = (self.value(p).0, self.value(q).0);
         let share = va / (va - vb);
@@ -97,7 +94,7 @@ impl CutPlane {
     }
 
     /// A point of the plane above these two coordinates (those after and after next of `axis`).
-    pub(super) fn lift(&self, [u, v]: [f32; 2]) -> [f32; 3] {
+    pub(crate) fn lift(&self, [u, v]: [f32; 2]) -> [f32; 3] {
         let (a, b) = ((self.axis + 1) % 3, (self.axis + 2) % 3);
         let mut point = [0.0; 3];
         (point[a], point[b]) = (u, v);
@@ -107,13 +104,13 @@ impl CutPlane {
     }
 
     /// The two coordinates that [`lift`](Self::lift) takes.
-    pub(super) fn flat(&self, p: [f32; 3]) -> [f32; 2] {
+    pub(crate) fn flat(&self, p: [f32; 3]) -> [f32; 2] {
         [p[(self.axis + 1) % 3], p[(self.axis + 2) % 3]]
     }
 
     /// Two directions along the plane and its normal, right-handed and of unit length: the second leans
     /// towards +Y, or towards −Z where the plane is level.
-    pub(super) fn frame(&self) -> [[f64; 3]; 3] {
+    pub(crate) fn frame(&self) -> [[f64; 3]; 3] {
         let n = DVec3::from(self.normal).normalize();
         let up = if n.y.abs() < 0.999 { DVec3::Y } else { DVec3::NEG_Z };
         let u = up.cross(n).normalize();
@@ -121,32 +118,32 @@ impl CutPlane {
     }
 
     /// Where a point lies along the first two directions of a [`frame`](Self::frame).
-    pub(super) fn frame_point(frame: &[[f64; 3]; 3], point: [f32; 3]) -> [f64; 2] {
+    pub(crate) fn frame_point(frame: &[[f64; 3]; 3], point: [f32; 3]) -> [f64; 2] {
         let p = DVec3::from(point.map(f64::from));
         [0, 1].map(|i| DVec3::from(frame[i]).dot(p))
     }
 
     /// Whether counter-clockwise in [`flat`](Self::flat) coordinates is so seen from where the normal points.
-    pub(super) fn upright(&self) -> bool {
+    pub(crate) fn upright(&self) -> bool {
         self.normal[self.axis] > 0.0
     }
 }
 
 /// An order of positions that does not depend on how vertices are numbered.
-pub(super) fn before(a: [f32; 3], b: [f32; 3]) -> bool {
+pub(crate) fn before(a: [f32; 3], b: [f32; 3]) -> bool {
     a < b
 }
 
 /// One bit a plane for every vertex.
-pub(super) struct Sides {
+pub(crate) struct Sides {
     /// Strictly outside.
-    pub(super) outside: Vec<u32>,
+    pub(crate) outside: Vec<u32>,
     /// On the plane; empty where no vertex is on any.
-    pub(super) on: Vec<u32>,
+    pub(crate) on: Vec<u32>,
 }
 
 impl Sides {
-    pub(super) fn new(positions: &[[f32; 3]], planes: &[CutPlane]) -> Result<Self, CutError> {
+    pub(crate) fn new(positions: &[[f32; 3]], planes: &[CutPlane]) -> Result<Self, CutError> {
         let mut outside = Vec::with_capacity(positions.len());
         let mut on = Vec::new();
         for (vertex, &position) in positions.iter().enumerate() {
@@ -184,7 +181,7 @@ impl Sides {
     }
 
     /// −1 inside, 0 on, 1 outside of a plane.
-    pub(super) fn side(&self, vertex: u32, plane: usize) -> i8 {
+    pub(crate) fn side(&self, vertex: u32, plane: usize) -> i8 {
         let v = vertex as usize;
         if self.outside[v] >> plane & 1 == 1 {
             1

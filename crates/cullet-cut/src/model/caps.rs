@@ -1,7 +1,8 @@
 //! What the vertices of caps have besides positions.
 
-use cullet::clip::cut::CapOptions;
 use cullet_io::Attributes;
+
+use crate::options::CapOptions;
 
 /// Caps that are flat and white, their texture laid along the plane in units of the mesh.
 /// Distances are in units of the mesh.
@@ -25,10 +26,11 @@ pub(super) fn caps(attributes: &Attributes, heal: f32, weld: f32) -> CapOptions 
 mod tests {
     use cullet::Mesh;
     use cullet::bounds::Plane;
-    use cullet::clip::cut::{CutOptions, cut_mesh};
     use cullet::mesh::{Alpha, MeshData, Part, Topology};
 
     use super::*;
+    use crate::mesh::cut_mesh;
+    use crate::options::CutOptions;
 
     /// Two tetrahedra in two parts, with a normal, texture coordinates and a colour that are linear in x.
     fn mesh() -> (Mesh, Attributes) {

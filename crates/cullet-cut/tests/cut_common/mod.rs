@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use cullet::bounds::Plane;
-use cullet::clip::cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, cut};
+use cullet_cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, cut};
 
 /// Positions and indices.
 pub(crate) type Shape = (Vec<[f32; 3]>, Vec<u32>);

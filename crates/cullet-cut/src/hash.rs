@@ -4,11 +4,11 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 /// A map with [`Quick`] hashes.
-pub(super) type QuickMap<K, V> = HashMap<K, V, BuildHasherDefault<Quick>>;
+pub(crate) type QuickMap<K, V> = HashMap<K, V, BuildHasherDefault<Quick>>;
 
 /// Multiplies and folds. Crafted keys can make it slow, but no slower than a list.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Quick(u64);
+pub(crate) struct Quick(u64);
 
 impl Hasher for Quick {
     fn finish(&self) -> u64 {
@@ -35,6 +35,6 @@ impl Hasher for Quick {
 }
 
 /// The bits of a position, equal for equal positions (−0 equals 0).
-pub(super) fn key<const N: usize>(p: [f32; N]) -> [u32; N] {
+pub(crate) fn key<const N: usize>(p: [f32; N]) -> [u32; N] {
     p.map(|v| (v + 0.0).to_bits())
 }

@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use super::CutReport;
-use super::hash::{QuickMap, key};
-use super::sides::CutPlane;
+use crate::hash::{QuickMap, key};
+use crate::result::CutReport;
+use crate::sides::CutPlane;
 
 /// Steps that looking for the ends of open outlines may take before what is left is given up.
 const MOST_STEPS: usize = 50_000_000;
@@ -12,7 +12,7 @@ const MOST_STEPS: usize = 50_000_000;
 const MOST_ENDS: usize = 4096;
 
 /// The distinct points of a section. Vertices at one position, as at a seam, are one place.
-pub(super) struct Places<'a> {
+pub(crate) struct Places<'a> {
     plane: &'a CutPlane,
     points: Vec<[f32; 3]>,
     by_flat: QuickMap<[u32; 2], u32>,
@@ -24,7 +24,7 @@ pub(super) struct Places<'a> {
 }
 
 impl<'a> Places<'a> {
-    pub(super) fn new(plane: &'a CutPlane) -> Self {
+    pub(crate) fn new(plane: &'a CutPlane) -> Self {
         Self {
             plane,
             points: Vec::new(),
@@ -38,7 +38,7 @@ impl<'a> Places<'a> {
 
     /// The place of a vertex. Points that differ only across the plane, by rounding, become one, and the
     /// vertices that may (those that are not `old`) move there.
-    pub(super) fn add(&mut self, vertex: u32, point: [f32; 3], old: bool) -> u32 {
+    pub(crate) fn add(&mut self, vertex: u32, point: [f32; 3], old: bool) -> u32 {
         if let Some(&place) = self.by_vertex.get(&vertex) {
             return place;
         }
@@ -71,7 +71,7 @@ impl<'a> Places<'a> {
     }
 
     /// The place of a point in the coordinates of the plane, made if there is none.
-    pub(super) fn add_flat(&mut self, flat: [f32; 2]) -> u32 {
+    pub(crate) fn add_flat(&mut self, flat: [f32; 2]) -> u32 {
         let next = self.points.len() as u32;
         let place = *self.by_flat.entry(key(flat)).or_insert(next);
         if place == next {
@@ -80,32 +80,32 @@ impl<'a> Places<'a> {
         place
     }
 
-    pub(super) fn moved(&self) -> &[(u32, [f32; 3])] {
+    pub(crate) fn moved(&self) -> &[(u32, [f32; 3])] {
         &self.moved
     }
 
-    pub(super) fn points(&self) -> &[[f32; 3]] {
+    pub(crate) fn points(&self) -> &[[f32; 3]] {
         &self.points
     }
 
-    pub(super) fn flat(&self, place: u32) -> [f32; 2] {
+    pub(crate) fn flat(&self, place: u32) -> [f32; 2] {
         self.plane.flat(self.points[place as usize])
     }
 }
 
 /// A piece of an outline from one place to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Segment {
-    pub(super) from: u32,
-    pub(super) to: u32,
+pub(crate) struct Segment {
+    pub(crate) from: u32,
+    pub(crate) to: u32,
     /// How much more the surface winds around its left than around its right.
-    pub(super) winding: i32,
+    pub(crate) winding: i32,
     /// Whether it divides covered from uncovered by the even–odd rule.
-    pub(super) flips: bool,
+    pub(crate) flips: bool,
 }
 
 /// Closes what can be closed, leaves out what cannot, and says how each outline is filled.
-pub(super) fn join(
+pub(crate) fn join(
     edges: &[[u32; 2]],
     places: &mut Places<'_>,
     heal: f32,

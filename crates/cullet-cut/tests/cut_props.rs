@@ -5,7 +5,7 @@ mod common;
 
 use common::{check_halves, open, volume};
 use cullet::bounds::Plane;
-use cullet::clip::cut::Keep;
+use cullet_cut::Keep;
 use proptest::prelude::*;
 
 fn grid() -> impl Strategy<Value = [f32; 3]> {

@@ -2,12 +2,12 @@
 
 #[path = "cut_common/mod.rs"]
 mod common;
-#[path = "mesh_support/mod.rs"]
+#[path = "../../cullet/tests/mesh_support/mod.rs"]
 mod support;
 
 use common::{Random, Shape, capped, check_halves};
 use cullet::bounds::Plane;
-use cullet::clip::cut::{Keep, box_planes, outline_area};
+use cullet_cut::{Keep, box_planes, outline_area};
 use support::read;
 
 /// The models, and how many rounds of each take a few seconds.

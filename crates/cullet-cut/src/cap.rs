@@ -3,11 +3,12 @@
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use super::arrange::{Arrangement, arrange, side};
-use super::hash::QuickMap;
-use super::section::{Places, Segment};
-use super::sides::CutPlane;
-use super::{CapOptions, CutReport};
+use crate::arrange::{Arrangement, arrange, side};
+use crate::hash::QuickMap;
+use crate::options::CapOptions;
+use crate::result::CutReport;
+use crate::section::{Places, Segment};
+use crate::sides::CutPlane;
 
 /// A place in the triangulation.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +28,7 @@ impl HasPosition for Corner {
 }
 
 /// The triangles of the cap, as places, counter-clockwise seen from where the plane's normal points.
-pub(super) fn fill(
+pub(crate) fn fill(
     outlines: &[Segment],
     places: &mut Places<'_>,
     plane: &CutPlane,
@@ -164,7 +165,7 @@ fn fans(outlines: &[Segment], places: usize) -> Vec<[u32; 3]> {
 }
 
 /// Appends the attributes of a vertex of a cap.
-pub(super) fn attributes(
+pub(crate) fn attributes(
     plane: &CutPlane,
     point: [f32; 3],
     options: &CapOptions,
