@@ -69,7 +69,7 @@ impl CutPlane {
 
     #[cold]
     fn exact_side(&self, p: [f64; 3]) -> i8 {
-        plane_sign(&Plane::new(self.normal, self.d), p) as i8
+        plane_sign(self.normal, self.d, p) as i8
     }
 
     /// Where the edge from `a` to `b` meets the plane, as the share of the way and as a point.

@@ -1,12 +1,10 @@
 //! Exact signs: on which side of a line or a plane a point lies, without rounding.
 //!
 //! ```
-//! use cullet::bounds::Plane;
 //! use cullet::exact::{area_sign, plane_sign};
 //!
-//! // 0.1 and 0.2 are not what they are called: rounded, this sum is zero.
-//! let plane = Plane::new([0.1, 0.2, 0.0], 0.1 * 3.0);
-//! assert_eq!(plane_sign(&plane, [1.0, 1.0, 0.0]), -1);
+//! // 0.1, 0.2 and 0.3 are not quite what they are called, and rounding hides by how much.
+//! assert_eq!(plane_sign([0.1, 0.2, 0.0], 0.3, [1.0, 1.0, 0.0]), 1);
 //! assert_eq!(area_sign(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 2), 1);
 //! ```
 //!
@@ -15,8 +13,6 @@
 //! Coordinates are f32, so the product of two is exact in f64 and only longer ones need a tail. Signs
 //! are right as long as nothing overflows and no tail falls below the smallest f64, which products of
 //! up to six f32 numbers cannot do.
-
-use crate::bounds::Plane;
 
 /// a + b as a rounded sum and its rounding error.
 pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
@@ -103,16 +99,16 @@ pub fn area_sign(corners: &[[f32; 3]; 3], axis: usize) -> i32 {
     sum.sign()
 }
 
-/// The sign of n·p − d: 1 on the side to which the plane's normal points, −1 on the other, 0 on the plane.
+/// The sign of n·p − d for a plane n·x = d: 1 on the side to which its normal points, −1 on the other, 0 on the plane.
 ///
 /// Exact as long as no product overflows or is so small that its rounding error is below the smallest f64, which
 /// coordinates that come from f32 and coefficients between 1e−200 and 1e200 cannot do. What is not finite has no
 /// sign that means anything.
 #[must_use]
-pub fn plane_sign(plane: &Plane, point: [f64; 3]) -> i32 {
+pub fn plane_sign(normal: [f64; 3], d: f64, point: [f64; 3]) -> i32 {
     let mut sum = Sum::<8>::new();
-    (0..3).for_each(|axis| sum.add_product(plane.normal[axis], point[axis]));
-    sum.add(-plane.d);
+    (0..3).for_each(|axis| sum.add_product(normal[axis], point[axis]));
+    sum.add(-d);
     sum.sign()
 }
 
