@@ -2,11 +2,10 @@
 
 use std::ops::ControlFlow;
 
+use cullet_command::console::{Console, interrupted};
+use cullet_command::exit::{Exit, Failure};
 use cullet_cut::{CutModel, ModelError, ModelOptions, cut_model};
 use cullet_io::Model;
-
-use crate::console::{Console, interrupted};
-use crate::exit::{Exit, Failure};
 
 /// Cuts a model.
 pub(crate) fn cut(

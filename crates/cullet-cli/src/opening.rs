@@ -2,13 +2,13 @@
 
 use cullet::bounds::Plane;
 use cullet::{View, Visible};
+use cullet_command::console::Console;
+use cullet_command::exit::Failure;
 use cullet_cut::{CutModel, Keep, ModelOptions};
 use cullet_draw::{OpenedScene, Outlook, Picture};
 use cullet_io::Model;
 
-use crate::console::Console;
-use crate::exit::Failure;
-use crate::{cut, cutting};
+use crate::{cutting, standpoint};
 
 /// A model that was cut open, and from where one looks into it.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ impl Opening {
     ) -> Result<Self, Failure> {
         let options = ModelOptions { planes, keep, caps: true, hollow, ..ModelOptions::default() };
         let left = cutting::cut(model, &options, console)?;
-        let from = cut::stand(&left.model, &model.scene.extent(), &options, None, size)?;
+        let from = standpoint::stand(&left.model, &model.scene.extent(), &options, None, size)?;
         Ok(Self { left, from })
     }
 

@@ -1,8 +1,7 @@
 //! Which meshes have outlines that do not close, and what to try.
 
+use cullet_command::console::{agree, count, grouped};
 use cullet_cut::OpenMesh;
-
-use crate::console::{agree, count, grouped};
 
 /// How many meshes a warning names; the record has all.
 const NAMED: usize = 5;

@@ -2,24 +2,24 @@
 
 mod defects;
 mod picture;
-pub(crate) mod shape;
 mod svg;
 
 use std::path::PathBuf;
 
 use clap::Args;
 use cullet::bounds::Plane;
+use cullet_command::args::SceneArgs;
+use cullet_command::console::{Console, count, grouped};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::write_json;
+use cullet_command::{inputs, parse};
 use cullet_cut::{CutModel, ModelOptions, ModelReport};
 use cullet_io::{SaveErrorKind, SaveFormat, save};
 use serde::Serialize;
 
-use crate::args::SceneArgs;
-use crate::console::{Console, count, grouped, write_json};
-use crate::exit::{Exit, Failure, Outcome};
+use crate::cutting;
 use crate::record::SCHEMA;
-use crate::{cutting, inputs, parse};
-pub(crate) use picture::stand;
-use shape::KeepArg;
+use crate::shape::{self, KeepArg};
 
 /// What `cullet cut --help` ends with.
 pub(crate) const HELP: &str = "\
