@@ -9,6 +9,7 @@ mod compiler;
 mod figures;
 mod graphics;
 mod pictures;
+mod rooms;
 mod runner;
 mod steps;
 mod tools;

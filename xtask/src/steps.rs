@@ -4,6 +4,7 @@ use crate::checked;
 use crate::compiler::{Compiler, words};
 use crate::graphics;
 use crate::pictures;
+use crate::rooms;
 use crate::runner::{self, End, Ended, Skip, Step, all};
 use crate::tools::{
     Done, cargo, cargo_install, cargo_install_words, cargo_program, command, is_ci, optional, root,
@@ -13,6 +14,7 @@ use crate::web;
 
 const STEPS: &[Step] = &[
     Step { name: "format", run: || all(cargo(&["fmt", "--all", "--check"])) },
+    Step { name: "rooms", run: rooms::check },
     Step { name: "book", run: book },
     Step { name: "licences", run: licences },
     Step { name: "neon", run: neon },
@@ -47,9 +49,11 @@ fn docs() -> Ended {
 
 /// Each library alone, with no more features than it asks for: the workspace may lend it some.
 fn features() -> Ended {
-    for package in ["cullet", "cullet-methods", "cullet-io", "cullet-draw"] {
+    for package in ["cullet", "cullet-methods", "cullet-io", "cullet-draw", "cullet-cut"] {
         cargo(&["check", "--package", package, "--profile", checked::PROFILE])?;
     }
+    let slices = ["check", "--package", "cullet-cut", "--no-default-features"];
+    cargo(&[&slices[..], &["--profile", checked::PROFILE]].concat())?;
     Ok(End::Passed)
 }
 

@@ -5,9 +5,9 @@ use cullet::bounds::{Boxes, Sphere, Spheres};
 use cullet::clip::outcode::ObjectRegion;
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes, cull_spheres};
 use cullet::{Culler, Frustum, Scene, View};
+use cullet_command::clock::clock;
 
 use crate::record::BoundsRecord;
-use crate::survey::clock;
 
 /// Both bounds of every instance that has any, and room for the answers.
 #[derive(Debug)]

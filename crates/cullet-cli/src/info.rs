@@ -1,13 +1,30 @@
 //! `cullet info`: what is in a scene, and what is wrong with it.
 
+use std::path::PathBuf;
+
+use clap::Args;
+use cullet_command::args::SceneArgs;
+use cullet_command::console::{Console, count, grouped};
+use cullet_command::exit::{Exit, Outcome};
+use cullet_command::files::write_json;
+use cullet_command::inputs;
 use serde::Serialize;
 
-use crate::args::InfoArgs;
-use crate::console::{Console, count, grouped, write_json};
-use crate::exit::{Exit, Outcome};
-use crate::inputs;
 use crate::meshes;
 use crate::record::{MeshRecord, SCHEMA, SceneRecord};
+
+/// `cullet info`
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// List every mesh and warning, not only the first ones
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// Write the result as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
 
 const SHOWN: usize = 20;
 

@@ -3,28 +3,25 @@
 
 mod args;
 mod backfaces;
-mod bench;
 mod bounds;
-mod calibrate;
-mod console;
 mod cut;
-mod drawing;
-mod exit;
+mod cutting;
 mod info;
-mod inputs;
 mod meshes;
+mod names;
 mod occluders;
 mod occscn;
 mod opening;
-mod parse;
 mod peer;
 mod picture;
 mod record;
+mod recording;
 mod replay;
 mod report;
-mod reproduce;
 mod scenes;
 mod serve;
+mod shape;
+mod standpoint;
 mod survey;
 mod verify;
 mod view;
@@ -35,10 +32,11 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
+use cullet_command::console::{self, Console};
+use cullet_command::exit::{Exit, Outcome};
+use cullet_measure::{bench, calibrate, reproduce};
 
-use args::{BenchArgs, BenchOf, Cli, Command};
-use console::{Console, write_json};
-use exit::{Exit, Outcome};
+use args::{Cli, Command};
 
 fn main() -> ExitCode {
     // Wrong command lines end here with code 2, --help and --version with 0.
@@ -59,48 +57,23 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Outcome {
-    let console = |json: &Option<std::path::PathBuf>| Console::new(cli.quiet, json.as_deref());
+    let console = |json: Option<&Path>| Console::new(cli.quiet, json);
     match &cli.command {
-        Command::Report(args) => report::run(args, &console(&args.json)),
-        Command::Verify(args) => verify::run(args, &console(&args.json)),
-        Command::Replay(args) => replay::run(args, &console(&args.json)),
-        Command::Info(args) => info::run(args, &console(&args.json)),
-        Command::Scenes(args) => scenes::run(args, &console(&args.json)),
-        Command::Bench(BenchArgs { of: Some(BenchOf::Culler(args)), .. }) => {
-            bench::culler::run(args, &console(&args.json))
-        }
-        Command::Bench(args) => run_bench(args, &console(&args.json)),
+        Command::Report(args) => report::run(args, &console(args.json.as_deref())),
+        Command::Verify(args) => verify::run(args, &console(args.json.as_deref())),
+        Command::Replay(args) => replay::run(args, &console(args.json.as_deref())),
+        Command::Info(args) => info::run(args, &console(args.json.as_deref())),
+        Command::Scenes(args) => scenes::run(args, &console(args.json.as_deref())),
+        Command::Bench(args) => bench::run(args, &console(args.json())),
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
-        Command::Calibrate(args) => calibrate::run(args, &console(&args.json)),
-        Command::Cut(args) => cut::run(args, &console(&args.json)),
-        Command::Occluders(args) => occluders::run(args, &console(&args.json)),
-        Command::Occscn(args) => occscn::run(args, &Console::new(cli.quiet, None)),
+        Command::Calibrate(args) => calibrate::run(args, &console(args.json())),
+        Command::Cut(args) => cut::run(args, &console(args.json.as_deref())),
+        Command::Occluders(args) => occluders::run(args, &console(args.json.as_deref())),
+        Command::Occscn(args) => occscn::run(args, &console(None)),
         Command::View(args) => view::run(args),
         Command::Serve(args) => serve::run(args),
-        Command::Picture(args) => picture::run(args, &Console::new(cli.quiet, None)),
+        Command::Picture(args) => picture::run(args, &console(None)),
     }
-}
-
-fn run_bench(args: &BenchArgs, console: &Console) -> Outcome {
-    if args.occlusion.scene.is_some() {
-        return bench::run_scene(args, console);
-    }
-    let options = bench::BenchOptions::new(args.filter.clone(), args.large);
-    let results = if console.json_on_stdout {
-        bench::run(&options)
-    } else {
-        let mut heading = "";
-        bench::run_each(&options, &mut |measured| {
-            if std::mem::replace(&mut heading, measured.heading()) != measured.heading() {
-                console.line(heading);
-            }
-            console.line(measured.to_string());
-        })
-    };
-    if let Some(path) = &args.json {
-        write_json(path, &results)?;
-    }
-    Ok(Exit::Fine)
 }
 
 /// A fault of ours: says where, and what to send.

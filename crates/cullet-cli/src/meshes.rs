@@ -6,8 +6,9 @@ use cullet::Mesh;
 use cullet::mesh::Alpha;
 use cullet_io::Model;
 
+use crate::names::mesh_name;
 use crate::record::{MeshRecord, SceneRecord};
-use crate::survey::{MeshTally, mesh_name};
+use crate::survey::MeshTally;
 
 /// Facts of each mesh that no view changes; in the order of the scene. Costs a sort of all edges.
 pub(crate) fn facts(model: &Model) -> Vec<MeshRecord> {

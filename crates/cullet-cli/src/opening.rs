@@ -1,19 +1,19 @@
 //! Scenes cut open, to show what became of everything in a view.
 
 use cullet::bounds::Plane;
-use cullet::clip::cut::Keep;
 use cullet::{View, Visible};
+use cullet_command::console::Console;
+use cullet_command::exit::Failure;
+use cullet_cut::{CutModel, Keep, ModelOptions};
 use cullet_draw::{OpenedScene, Outlook, Picture};
 use cullet_io::Model;
 
-use crate::console::Console;
-use crate::cut::{self, Applied, Settings};
-use crate::exit::Failure;
+use crate::{cutting, standpoint};
 
 /// A model that was cut open, and from where one looks into it.
 #[derive(Debug)]
 pub(crate) struct Opening {
-    left: Applied,
+    left: CutModel,
     from: View,
 }
 
@@ -27,10 +27,9 @@ impl Opening {
         size: [u32; 2],
         console: &Console,
     ) -> Result<Self, Failure> {
-        let (heal, weld) = (0.0, 0.0);
-        let settings = Settings { planes, keep, cap: true, hollow, outlines: false, heal, weld };
-        let left = cut::apply(model, &settings, console)?;
-        let from = cut::stand(&left.model, &model.scene.extent(), &settings, None, size)?;
+        let options = ModelOptions { planes, keep, caps: true, hollow, ..ModelOptions::default() };
+        let left = cutting::cut(model, &options, console)?;
+        let from = standpoint::stand(&left.model, &model.scene.extent(), &options, None, size)?;
         Ok(Self { left, from })
     }
 

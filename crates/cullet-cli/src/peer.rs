@@ -5,7 +5,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::exit::{Exit, Failure, Outcome};
+use cullet_command::exit::{Exit, Failure, Outcome};
 
 /// A program beside this one.
 #[derive(Clone, Copy, Debug)]

@@ -5,26 +5,8 @@ use std::collections::BTreeMap;
 use cullet::{FunnelRow, Stage};
 use serde::{Serialize, Serializer};
 
-use crate::report::CostsRecord;
-
 /// The number of the format; raised only when a key changes its meaning or goes.
 pub(crate) const SCHEMA: u32 = 1;
-
-/// The whole of `report.json`.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Record {
-    pub(crate) schema: u32,
-    pub(crate) scene: SceneRecord,
-    pub(crate) settings: Settings,
-    pub(crate) views: Vec<ViewRecord>,
-    pub(crate) summary: Summary,
-    /// Null where no costs are known.
-    pub(crate) costs: Option<CostsRecord>,
-    /// Meshes, those that waste the most first.
-    pub(crate) meshes: Vec<MeshRecord>,
-    /// False where Ctrl-C stopped the run before its last view.
-    pub(crate) complete: bool,
-}
 
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct SceneRecord {
@@ -42,18 +24,6 @@ pub(crate) struct SceneRecord {
     pub(crate) cameras: u64,
     pub(crate) extent: Option<[[f64; 3]; 2]>,
     pub(crate) warnings: Vec<String>,
-}
-
-/// How the run was asked for.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Settings {
-    pub(crate) path: String,
-    pub(crate) size: [u32; 2],
-    pub(crate) samples: u32,
-    pub(crate) seed: u64,
-    /// Names of the stages that were on, with their threshold where they have one.
-    pub(crate) culling: Vec<String>,
-    pub(crate) version: &'static str,
 }
 
 /// Counts of triangles. `visible` is null for a view that was not verified.

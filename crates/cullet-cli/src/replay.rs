@@ -1,16 +1,16 @@
-//! `cullet replay`: plays what an occlusion buffer was asked again; and the making of such recordings.
+//! `cullet replay`: plays what an occlusion buffer was asked again.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use cullet::Level;
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Difference, Differences, Recording, Verdict};
-use cullet::{Culler, Level, Output, Scene, Stage, View, ViewState, Visible};
+use cullet_command::console::{Console, count, grouped};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::write_json;
 use serde_json::json;
-
-use crate::console::{Console, count, grouped, write_json};
-use crate::exit::{Exit, Failure, Outcome};
 
 /// What `cullet replay --help` ends with.
 pub(crate) const HELP: &str = "\
@@ -96,69 +96,4 @@ fn text(d: &Difference) -> String {
     let Difference { call, bounds, was, is } = d;
     let Aabb { min, max } = bounds;
     format!("  call {call}: the box {min:?} to {max:?} was {}, is {}", word(*was), word(*is))
-}
-
-/// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance that it
-/// asked about.
-pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mut Recording) {
-    let culler = Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
-    let (mut state, mut result) = (ViewState::default(), Visible::default());
-    culler.cull_one(scene, view, &mut state, &mut result);
-    let Some(buffer) = state.occlusion_buffer() else { return };
-    recording.begin(view, scene.origin(), buffer.size());
-    for &(slot, shape) in state.occluders_drawn() {
-        let shapes = scene.prepared_of(slot).shapes();
-        recording.draw(&shapes[shape as usize], scene.transform(slot));
-    }
-    // What a stage before had dropped was not asked about.
-    let is_asked = |slot: &u32| {
-        result.reasons[*slot as usize].is_none_or(|reason| reason.stage == Stage::Occlusion)
-    };
-    for slot in scene.slots().filter(is_asked) {
-        let bounds = scene.bounds(slot);
-        recording.ask(&bounds, buffer.ask_box(&bounds));
-    }
-}
-
-/// Writes a recording.
-pub(crate) fn write(recording: &Recording, path: &Path, console: &Console) -> Result<(), Failure> {
-    let bytes = recording.encode();
-    std::fs::write(path, &bytes).map_err(|e| Failure::write(path, &e))?;
-    console.note(format!(
-        "{}: {}, {} bytes; cullet replay plays it",
-        path.display(),
-        count(recording.len() as u64, "call", "calls"),
-        grouped(bytes.len() as u64)
-    ));
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use cullet::cull::occlusion::Occlusion;
-    use cullet::{Camera, Depth, Projection};
-
-    use super::*;
-
-    #[test]
-    fn a_recording_is_what_the_culler_did() {
-        let scene = cullet_io::scenes::build("city:cells=6").unwrap().scene;
-        let projection =
-            Projection::Perspective { fov_y_radians: 1.0, aspect: 1.5, near: 0.1, far: 900.0 };
-        let camera = Camera::look_at([-90.0, 2.0, 3.0], [0.0, 2.0, 0.0], projection);
-        let view = View::new(&camera, Depth::Reversed, [300, 200]).unwrap();
-        let culler = Culler { occlusion: Some(Occlusion::default()), ..Culler::default() };
-        let (mut state, mut result) = (ViewState::default(), Visible::default());
-        culler.cull_one(&scene, &view, &mut state, &mut result);
-        let mut recording = Recording::default();
-        record(&scene, &view, &culler, &mut recording);
-        let again = Recording::decode(&recording.encode()).unwrap().replay(Level::new()).unwrap();
-        assert_eq!((again.views, again.changed.len()), (1, 0));
-        assert_eq!(again.drawn, result.funnel.occlusion.drawn);
-        assert!(again.drawn > 0 && again.hidden > 0 && again.hidden < again.asked);
-        // Without the stage there is nothing to record.
-        let mut nothing = Recording::default();
-        record(&scene, &view, &Culler::default(), &mut nothing);
-        assert!(nothing.is_empty());
-    }
 }

@@ -1,11 +1,21 @@
 //! `cullet scenes`: the built-in scenes.
 
+use std::path::PathBuf;
+
+use clap::Args;
+use cullet_command::console::Console;
+use cullet_command::exit::{Exit, Outcome};
+use cullet_command::files::write_json;
 use cullet_io::scenes;
 use serde_json::json;
 
-use crate::args::ScenesArgs;
-use crate::console::{Console, write_json};
-use crate::exit::{Exit, Outcome};
+/// `cullet scenes`
+#[derive(Debug, Args)]
+pub(crate) struct ScenesArgs {
+    /// Write the list as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
 
 /// Runs the command.
 pub(crate) fn run(args: &ScenesArgs, console: &Console) -> Outcome {

@@ -5,8 +5,8 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 
 use clap::Args;
+use cullet_command::exit::Outcome;
 
-use crate::exit::Outcome;
 use crate::peer::Peer;
 
 const SERVER: Peer = Peer { name: "cullet-serve", what: "the server", example: "city" };

@@ -1,16 +1,17 @@
 //! Culls and verifies view after view, and keeps the tallies that the page and its advice rest on.
 
-use std::sync::OnceLock;
 use std::time::Instant;
 
-use cullet::{Culler, Output, Reason, Stage, Unit, View, ViewState, Visible};
+use cullet::{Culler, Output, Stage, Unit, View, ViewState, Visible};
+use cullet_command::clock::clock;
+use cullet_command::exit::Failure;
+use cullet_command::inputs;
 use cullet_draw::{Frame, FrameStats, PixelId, Verification, VerifyOptions};
 use cullet_io::Model;
 
 use crate::backfaces::BackfaceTest;
 use crate::bounds::BoundsTest;
-use crate::exit::Failure;
-use crate::inputs;
+use crate::names::{name_of, reason_text};
 use crate::record::{
     Counts, DepthRecord, HierarchyRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord,
     tightness,
@@ -75,12 +76,6 @@ pub(crate) struct Seen {
     pub(crate) result: Visible,
     /// The proof, where the view was verified.
     pub(crate) verification: Option<Verification>,
-}
-
-/// Nanoseconds since the first call.
-pub(crate) fn clock() -> u64 {
-    static START: OnceLock<Instant> = OnceLock::new();
-    START.get_or_init(Instant::now).elapsed().as_nanos() as u64
 }
 
 impl Survey {
@@ -287,43 +282,6 @@ impl Survey {
             }
         };
         v.false_culls.iter().map(loss).collect()
-    }
-}
-
-/// The name of a slot's instance; its slot where it has none.
-pub(crate) fn name_of(model: &Model, slot: u32) -> String {
-    let name = model.scene.handle(slot).map(|h| model.instance_name(h)).unwrap_or_default();
-    if name.is_empty() { format!("instance {slot}") } else { name.to_string() }
-}
-
-/// The name of a mesh; its number where it has none.
-pub(crate) fn mesh_name(model: &Model, mesh: u32) -> String {
-    match model.mesh_names.get(mesh as usize) {
-        Some(name) if !name.is_empty() => name.clone(),
-        _ => format!("mesh {mesh}"),
-    }
-}
-
-/// A reason in words.
-pub(crate) fn reason_text(reason: Reason) -> String {
-    match reason.stage {
-        Stage::Layer => "in no layer of the view".into(),
-        Stage::Frustum if reason.detail == Reason::MIXED => {
-            "outside the frustum, its parts by different planes".into()
-        }
-        Stage::Frustum => {
-            let plane = cullet::view::FrustumPlane::ALL.get(usize::from(reason.detail));
-            plane.map_or_else(
-                || format!("outside plane {} of the frustum", reason.detail),
-                |p| format!("outside the {} plane of the frustum", p.name()),
-            )
-        }
-        Stage::Portal => "not seen through any portal".into(),
-        Stage::Detail => "too small on the screen".into(),
-        Stage::Lod => "another level of detail stands for it".into(),
-        Stage::Occlusion => "behind something".into(),
-        Stage::Backface => "every triangle faces away".into(),
-        Stage::Degenerate => "without area".into(),
     }
 }
 

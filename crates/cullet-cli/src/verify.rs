@@ -1,16 +1,62 @@
 //! `cullet verify`: the proof alone, in lines.
 
+use std::path::PathBuf;
+
+use clap::Args;
 use cullet::cull::occlusion::Recording;
+use cullet_command::args::{CullArgs, SceneArgs, ViewArgs};
+use cullet_command::console::{Console, agree, count, grouped, interrupted, percent};
+use cullet_command::exit::{Exit, Outcome};
+use cullet_command::files::write_json;
+use cullet_command::inputs;
+use cullet_command::occluders;
 use serde::Serialize;
 
-use crate::args::VerifyArgs;
-use crate::console::{Console, agree, count, grouped, interrupted, percent, write_json};
-use crate::exit::{Exit, Outcome};
-use crate::inputs;
-use crate::occluders;
 use crate::record::{Loss, SCHEMA, Summary, ViewRecord};
-use crate::replay;
+use crate::recording;
 use crate::survey::Survey;
+
+/// What `cullet verify --help` ends with.
+pub(crate) const HELP: &str = "\
+Draws every view with and without culling, and demands that each pixel be owned by the same triangle
+of the same instance. With --samples 4 it also looks for instances that own one of 4x4 jittered
+samples a pixel and were dropped. Every loss is printed with its view, instance, stage and reason,
+and the exit code is 1.
+
+--time 0..4 lets what moves do so along the views, under bounds from its joints and morph targets.
+
+Examples
+  cullet verify city --path walk
+  cullet verify figure.glb --time 0..4 --views 32
+  cullet verify moving --time 1.5 --path walk
+  cullet verify city --views 1 --record city.occ     for cullet replay";
+
+/// `cullet verify`
+#[derive(Debug, Args)]
+pub(crate) struct VerifyArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
+    #[command(flatten)]
+    pub(crate) cull: CullArgs,
+    /// N x N jittered samples a pixel; 1 is off
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) samples: u32,
+    /// Record the occluders and boxes of every view, and what is hidden, for cullet replay
+    #[arg(long, value_name = "PATH", conflicts_with = "no_occlusion")]
+    pub(crate) record: Option<PathBuf>,
+    /// Write the result as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+impl VerifyArgs {
+    /// Puts what depends on the scene where nothing was given.
+    pub(crate) fn settle(&mut self) {
+        self.view.settle(&self.scene);
+    }
+}
 
 /// Losses printed of one view; all of them are in the JSON.
 const LOSSES_SHOWN: usize = 20;
@@ -44,7 +90,7 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     for view in &views {
         survey.add(view, true)?;
         if args.record.is_some() {
-            replay::record(&survey.model.scene, view, &survey.culler, &mut recording);
+            recording::record(&survey.model.scene, view, &survey.culler, &mut recording);
         }
         progress.step();
         if interrupted() {
@@ -53,7 +99,7 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     }
     progress.finish();
     if let Some(path) = &args.record {
-        replay::write(&recording, path, console)?;
+        recording::write(&recording, path, console)?;
     }
     let complete = survey.views.len() == views.len();
     let summary = Summary::of(&survey.views);

@@ -3,8 +3,8 @@
 use std::ffi::OsString;
 
 use clap::Args;
+use cullet_command::exit::Outcome;
 
-use crate::exit::Outcome;
 use crate::peer::Peer;
 
 const VIEWER: Peer = Peer { name: "cullet-viewer", what: "the viewer", example: "city" };

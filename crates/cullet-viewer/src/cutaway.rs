@@ -1,13 +1,12 @@
 //! The cut-away: a scene cut by a plane or a box, its solids closed by caps, as a scene of its own. It is culled,
 //! drawn and clicked like any other.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cullet::bounds::{Plane, Side};
-use cullet::clip::cut::{CapOptions, CutOptions, Keep, box_planes, cut_mesh};
-use cullet::cull::frustum::single::classify_aabb;
-use cullet::{Frustum, Handle, Instance, Mesh, Scene, Transform};
-use cullet_io::{Material, Model, NodeTree};
+use cullet::bounds::Plane;
+use cullet::{Preparation, Transform};
+use cullet_cut::{CutModel, Keep, ModelError, ModelOptions, box_planes, cut_model};
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -19,8 +18,6 @@ use crate::world::World;
 pub const MOST_CUT: u64 = if cfg!(target_arch = "wasm32") { 400_000 } else { 4_000_000 };
 /// How far beyond the scene planes may stand, in half extents: at 1 they touch it.
 pub const REACH: f64 = 1.05;
-/// The colour of caps: the red of cut faces in drawings, as `cullet cut` has it.
-const CUT_FACE: [f32; 4] = [0.50, 0.065, 0.04, 1.0];
 
 /// What the scene is cut by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -168,163 +165,54 @@ pub struct CutWorld {
     pub tally: Tally,
 }
 
-/// Cuts every instance of a scene. Those that no plane touches keep their mesh; of a mesh that is left open, because
-/// it has no cap, both sides are shown. Bounds are those of the meshes, whatever they were set to.
-///
-/// Costs [`cut_mesh`] for each instance that a plane goes through.
+/// Cuts every instance of a scene, as [`cut_model`] does. Of a mesh that is left open, because it has no cap, both
+/// sides are shown. Bounds are those of the meshes, whatever they were set to.
 ///
 /// # Errors
 /// The text of what is wrong, for the user: more than [`MOST_CUT`] triangles to cut, or nothing left.
 pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
     let began = crate::task::clock();
-    let model = &whole.model;
-    let scene = &model.scene;
-    let mut frustum = Frustum::everything();
     let planes = how.planes(whole);
-    for plane in &planes {
-        frustum.push(*plane).map_err(|e| e.to_string())?;
-    }
-    let mut out = Model {
-        name: model.name.clone(),
-        materials: model.materials.clone(),
-        cameras: model.cameras.clone(),
-        node_tree: NodeTree { node_of_instance: Vec::new(), ..model.node_tree.clone() },
-        ..Model::default()
+    let options = ModelOptions {
+        planes: &planes,
+        keep: how.keep(),
+        caps: how.caps,
+        outlines: how.outlines,
+        show_insides: true,
+        most_triangles: Some(MOST_CUT),
+        ..ModelOptions::default()
     };
-    out.scene = Scene::new();
-    out.scene.rebase(scene.origin());
-    let cutter = Cutter { how, frustum: &frustum, cap_material: out.materials.len() as u32 };
-    let through: u64 = scene
-        .slots()
-        .filter(|&s| cutter.side(scene.mesh(s), scene.transform(s)) == Side::Straddling)
-        .map(|s| u64::from(scene.mesh(s).triangle_count()))
-        .sum();
-    if through > MOST_CUT {
-        return Err(format!(
-            "The cut goes through things with {through} triangles, more than the {MOST_CUT} that are cut while you \
-             look. Move it, or try a smaller scene; cullet cut has no such limit"
-        ));
-    }
-    let mut tally = Tally::default();
-    let mut outlines = Vec::new();
-    let mut shared = vec![None; scene.meshes().len()];
-    let kept_whole = if how.part == Part::Inside { Side::Inside } else { Side::Outside };
-    // In the order of the file: slots are sorted by place.
-    let mut handles: Vec<Handle> = scene.slots().filter_map(|s| scene.handle(s)).collect();
-    handles.sort_unstable_by_key(|h| h.index);
-    for handle in handles {
-        let Ok(slot) = scene.slot(handle) else { continue };
-        let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
-        let number = scene.mesh_id(slot) as usize;
-        let name = || model.mesh_names.get(number).cloned().unwrap_or_default();
-        let id = match cutter.side(mesh, transform) {
-            Side::Straddling => {
-                let made = cutter.run(mesh, transform, &mut tally, &mut outlines);
-                let Some(made) = made.map_err(|e| format!("mesh `{}`: {e}", name()))? else {
-                    tally.gone += 1;
-                    continue;
-                };
-                tally.cut += 1;
-                out.mesh_names.push(name());
-                out.scene.add_mesh(made)
-            }
-            side if side == kept_whole => {
-                tally.untouched += 1;
-                *shared[number].get_or_insert_with(|| {
-                    out.mesh_names.push(name());
-                    out.scene.add_mesh(mesh.clone())
-                })
-            }
-            _ => {
-                tally.gone += 1;
-                continue;
-            }
-        };
-        let (layers, flags) = (scene.layers(slot), scene.flags(slot));
-        let instance = Instance { layers, flags, ..Instance::new(id, *transform) };
-        out.scene.add(instance).map_err(|e| e.to_string())?;
-        out.instance_names.push(model.instance_name(handle).into());
-        let node = model.node_tree.node_of_instance.get(handle.index as usize);
-        out.node_tree.node_of_instance.push(node.copied().unwrap_or(NodeTree::NONE));
-    }
-    if out.scene.instance_count() == 0 {
+    let done =
+        cut_model(&whole.model, &options, || ControlFlow::Continue(())).map_err(|e| match e {
+            ModelError::TooLarge { triangles, limit } => format!(
+                "The cut goes through things with {triangles} triangles, more than the {limit} that are cut while \
+                 you look. Move it, or try a smaller scene; cullet cut has no such limit"
+            ),
+            e => e.to_string(),
+        })?;
+    let CutModel { mut model, report, sections, .. } = done;
+    model.scene.prepare(Preparation::default());
+    if model.scene.instance_count() == 0 {
         return Err("The cut leaves nothing of the scene".to_owned());
     }
-    if tally.cap_triangles > 0 {
-        out.materials.push(Material { name: "cut face".to_owned(), color: CUT_FACE });
-    }
-    out.scene.commit();
+    let outlines = sections.into_iter().flat_map(|section| {
+        let plane = planes[section.plane];
+        section.outlines.into_iter().map(move |points| Outline { plane, points })
+    });
+    let outlines = outlines.collect();
     // The camera, the map and the cut itself go by the whole scene.
     let World { reach, centre, half, sides, .. } = *whole;
-    let world = World { reach, centre, half, sides, ..World::new(out, whole.name.clone()) };
-    tally.milliseconds = (crate::task::clock() - began) as f32 * 1e-6;
+    let world = World { reach, centre, half, sides, ..World::new(model, whole.name.clone()) };
+    let tally = Tally {
+        untouched: report.instances_untouched,
+        cut: report.instances_cut,
+        gone: report.instances_dropped,
+        cap_triangles: report.cap_triangles,
+        cap_area: report.cap_area,
+        open_edges: report.open_edges,
+        milliseconds: (crate::task::clock() - began) as f32 * 1e-6,
+    };
     Ok(CutWorld { world: Arc::new(world), outlines, tally })
-}
-
-/// What all instances are cut by.
-struct Cutter<'a> {
-    how: &'a CutAway,
-    frustum: &'a Frustum,
-    cap_material: u32,
-}
-
-impl Cutter<'_> {
-    /// Where an instance lies, by its mesh: bounds may have been set to something else.
-    fn side(&self, mesh: &Mesh, transform: &Transform) -> Side {
-        let local = self.frustum.to_object_space(transform);
-        // Planes that a flat transform lost: what is left of the region would not be the region.
-        if local.present() != self.frustum.present() {
-            return Side::Inside;
-        }
-        classify_aabb(&local, &mesh.bounds()).0
-    }
-
-    /// What is left of an instance; `None` if nothing is.
-    fn run(
-        &self,
-        mesh: &Mesh,
-        transform: &Transform,
-        tally: &mut Tally,
-        outlines: &mut Vec<Outline>,
-    ) -> Result<Option<Mesh>, String> {
-        let how = self.how;
-        let local = self.frustum.to_object_space(transform);
-        let planes: Vec<Plane> = local.planes().map(|(_, p)| *p).collect();
-        let caps = (how.caps || how.outlines).then(CapOptions::default);
-        let options = CutOptions { keep: how.keep(), caps };
-        let done = cut_mesh(mesh, &[], 0, &planes, &options, self.cap_material)
-            .map_err(|e| e.to_string())?;
-        let world = |p: [f32; 3]| to_world(transform, p);
-        let numbers: Vec<&Plane> = self.frustum.planes().map(|(_, p)| p).collect();
-        for cap in done.cut.caps.iter().filter(|_| how.outlines) {
-            for outline in done.cut.outlines(cap) {
-                let points = outline.points.iter().map(|&p| world(p).into()).collect();
-                outlines.push(Outline { plane: *numbers[cap.plane], points });
-            }
-        }
-        tally.open_edges += done.cut.report.open_edges as u64;
-        let mut data = done.data;
-        let caps: usize = done.cut.caps.iter().map(|c| c.triangles.len()).sum();
-        let walls = data.indices.len() - caps * 3;
-        if how.caps {
-            tally.cap_triangles += caps as u64;
-            for t in data.indices[walls..].chunks_exact(3) {
-                let [a, b, c] = [0, 1, 2].map(|i| world(data.positions[t[i] as usize]));
-                tally.cap_area += (b - a).cross(c - a).length() * 0.5;
-            }
-        } else if caps > 0 {
-            data.indices.truncate(walls);
-            data.parts.pop();
-        }
-        if !how.caps || done.cut.report.open_edges > 0 {
-            // One looks into it: what was the back of a closed surface is in sight.
-            data.parts.iter_mut().for_each(|p| p.two_sided = true);
-        }
-        if data.indices.is_empty() {
-            return Ok(None);
-        }
-        Mesh::new(data).map(Some).map_err(|e| e.to_string())
-    }
 }
 
 /// A point of a mesh in world space.

@@ -1,5 +1,14 @@
-//! Error-free sums and products of f64, for signs that must not be wrong.
+//! Exact signs: on which side of a line or a plane a point lies, without rounding.
 //!
+//! ```
+//! use cullet::exact::{area_sign, plane_sign};
+//!
+//! // 0.1, 0.2 and 0.3 are not quite what they are called, and rounding hides by how much.
+//! assert_eq!(plane_sign([0.1, 0.2, 0.0], 0.3, [1.0, 1.0, 0.0]), 1);
+//! assert_eq!(area_sign(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 2), 1);
+//! ```
+//!
+//! Error-free sums and products of f64:
 //! Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates*, 1997.
 //! Coordinates are f32, so the product of two is exact in f64 and only longer ones need a tail. Signs
 //! are right as long as nothing overflows and no tail falls below the smallest f64, which products of
@@ -77,10 +86,29 @@ fn area_terms(corners: &[[f32; 3]; 3], axis: usize) -> [f64; 6] {
     [a[u] * b[v], -a[v] * b[u], b[u] * c[v], -b[v] * c[u], c[u] * a[v], -c[v] * a[u]]
 }
 
-/// The sign of component `axis` of (b − a) × (c − a).
-pub(crate) fn area_sign(corners: &[[f32; 3]; 3], axis: usize) -> i32 {
+/// The sign of component `axis` of (b − a) × (c − a) of three finite points: 1 where they turn counter-clockwise
+/// seen from the positive end of that axis, −1 where clockwise, 0 where they lie in one line as seen from there.
+/// Exact; some 40 additions. Points that are not finite have no sign that means anything.
+///
+/// # Panics
+/// If `axis` is above 2.
+#[must_use]
+pub fn area_sign(corners: &[[f32; 3]; 3], axis: usize) -> i32 {
     let mut sum = Sum::<6>::new();
     area_terms(corners, axis).into_iter().for_each(|t| sum.add(t));
+    sum.sign()
+}
+
+/// The sign of n·p − d for a plane n·x = d: 1 on the side to which its normal points, −1 on the other, 0 on the plane.
+///
+/// Exact as long as no product overflows or is so small that its rounding error is below the smallest f64, which
+/// coordinates that come from f32 and coefficients between 1e−200 and 1e200 cannot do. What is not finite has no
+/// sign that means anything.
+#[must_use]
+pub fn plane_sign(normal: [f64; 3], d: f64, point: [f64; 3]) -> i32 {
+    let mut sum = Sum::<8>::new();
+    (0..3).for_each(|axis| sum.add_product(normal[axis], point[axis]));
+    sum.add(-d);
     sum.sign()
 }
 

@@ -60,7 +60,7 @@ pub mod clip;
 mod costs;
 pub mod cull;
 mod culler;
-mod exact;
+pub mod exact;
 mod funnel;
 pub mod hierarchy;
 pub mod mesh;

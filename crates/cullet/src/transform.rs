@@ -78,20 +78,14 @@ impl Transform {
             && self.translation.iter().all(|v| v.is_finite())
     }
 
-    /// Whether the transform mirrors, so that what is wound counter-clockwise becomes clockwise. Exact.
-    #[must_use]
-    pub fn is_mirrored(&self) -> bool {
-        self.is_finite() && exact::determinant_sign(&self.linear) < 0
-    }
-
     /// The determinant of the linear part: negative where the transform mirrors.
     #[must_use]
     pub fn determinant(&self) -> f64 {
         self.linear_f64().determinant()
     }
 
-    /// Whether the linear part mirrors: the exact sign of its determinant. False where a number is not
-    /// finite.
+    /// Whether the transform mirrors, so that what is wound counter-clockwise becomes clockwise: the exact sign of the
+    /// determinant. False where a number is not finite.
     #[must_use]
     pub fn is_mirrored(&self) -> bool {
         self.is_finite() && exact::determinant_sign(&self.linear) < 0

@@ -264,7 +264,9 @@ fn unite(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::surface::{Frame, weld};
+    use cullet::mesh::weld;
+
+    use super::super::surface::Frame;
     use super::super::views::Views;
     use super::*;
     use crate::sample::view_points;

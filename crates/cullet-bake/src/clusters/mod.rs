@@ -54,7 +54,7 @@ mod volume;
 use std::ops::ControlFlow;
 
 use cullet::MeshData;
-use cullet::mesh::{Cluster, Clustering, Part, is_degenerate};
+use cullet::mesh::{Cluster, Clustering, Part, is_degenerate, weld};
 
 #[cfg(feature = "meshopt")]
 pub use meshlets::build_meshopt;
@@ -62,7 +62,7 @@ pub use options::{ClusterError, ClusterOptions, Probability};
 pub use report::{OnePart, Quality, Report};
 
 use part::{Made, Task};
-use surface::{Frame, Surface, weld};
+use surface::{Frame, Surface};
 
 /// How far [`build_reported`] has come.
 #[derive(Clone, Copy, Debug, PartialEq)]

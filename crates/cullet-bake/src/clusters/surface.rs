@@ -79,19 +79,6 @@ fn edges(corners: &[[u32; 3]], welded: &[u32]) -> (Vec<u32>, Vec<u32>) {
     (starts, pairs.into_iter().map(|p| p.1).collect())
 }
 
-/// For each vertex the first one at the same position (−0 equals 0). O(n log n).
-pub(super) fn weld(positions: &[[f32; 3]]) -> Vec<u32> {
-    // Adding 0 turns −0 into 0.
-    let key = |v: u32| positions[v as usize].map(|x| (x + 0.0).to_bits());
-    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
-    order.sort_unstable_by_key(|&v| (key(v), v));
-    let mut first = vec![0; positions.len()];
-    for run in order.chunk_by(|&a, &b| key(a) == key(b)) {
-        run.iter().for_each(|&v| first[v as usize] = run[0]);
-    }
-    first
-}
-
 /// The planes of triangles, in units in which the mesh's sphere has radius 1 around the origin.
 pub(super) struct Frame {
     centre: DVec3,

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use cullet::Mesh;
-use cullet::mesh::Alpha;
+use cullet::mesh::{Alpha, weld};
 use glam::DVec3;
 
 /// A triangle that hides what is behind it.
@@ -29,7 +29,9 @@ pub(super) struct Surface {
 impl Surface {
     pub(super) fn of(mesh: &Mesh) -> Self {
         let mut surface = Self::default();
-        let mut welded: HashMap<[u32; 3], u32> = HashMap::new();
+        let welded = weld(mesh.positions());
+        // The number of the point of each first vertex.
+        let mut numbers: Vec<Option<u32>> = vec![None; welded.len()];
         let mut seen: HashMap<[u32; 3], usize> = HashMap::new();
         for t in 0..mesh.triangle_count() {
             let original = mesh.original_triangle()[t as usize];
@@ -40,9 +42,11 @@ impl Surface {
                 surface.transparent += 1;
                 continue;
             }
-            let vertices = mesh.corners(t).map(|p| {
-                *welded.entry(key(p)).or_insert_with(|| {
-                    surface.points.push(DVec3::from(p.map(f64::from)));
+            let first = t as usize * 3;
+            let vertices = [0, 1, 2].map(|i| {
+                let vertex = mesh.indices()[first + i] as usize;
+                *numbers[welded[vertex] as usize].get_or_insert_with(|| {
+                    surface.points.push(DVec3::from(mesh.positions()[vertex].map(f64::from)));
                     surface.points.len() as u32 - 1
                 })
             });

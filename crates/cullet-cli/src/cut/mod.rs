@@ -1,27 +1,25 @@
 //! `cullet cut`: a scene cut open at planes, with caps.
 
-mod apply;
-mod caps;
 mod defects;
 mod picture;
-pub(crate) mod shape;
 mod svg;
 
 use std::path::PathBuf;
 
 use clap::Args;
 use cullet::bounds::Plane;
+use cullet_command::args::SceneArgs;
+use cullet_command::console::{Console, count, grouped};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::write_json;
+use cullet_command::{inputs, parse};
+use cullet_cut::{CutModel, ModelOptions, ModelReport};
 use cullet_io::{SaveErrorKind, SaveFormat, save};
 use serde::Serialize;
 
-use crate::args::SceneArgs;
-use crate::console::{Console, count, grouped, write_json};
-use crate::exit::{Exit, Failure, Outcome};
-use crate::{inputs, parse};
-pub(crate) use apply::{Applied, Settings, apply};
-use defects::OpenMesh;
-pub(crate) use picture::stand;
-use shape::KeepArg;
+use crate::cutting;
+use crate::record::SCHEMA;
+use crate::shape::{self, KeepArg};
 
 /// What `cullet cut --help` ends with.
 pub(crate) const HELP: &str = "\
@@ -90,25 +88,10 @@ pub(crate) struct CutArgs {
 
 /// The figures of a cut.
 #[derive(Debug, Serialize)]
-pub(crate) struct CutRecord {
+struct CutRecord<'a> {
     schema: u32,
-    triangles_before: u64,
-    triangles_after: u64,
-    cap_triangles: u64,
-    cap_area: f64,
-    instances_before: u64,
-    instances_untouched: u64,
-    instances_cut: u64,
-    instances_dropped: u64,
-    duplicates_dropped: u64,
-    open_chains: u64,
-    open_edges: u64,
-    open_meshes: Vec<OpenMesh>,
-    welded: u64,
-    healed: u64,
-    even_odd_outlines: u64,
-    crossings: u64,
-    folded_caps: u64,
+    #[serde(flatten)]
+    report: &'a ModelReport,
 }
 
 /// Runs the command.
@@ -124,18 +107,18 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
     }
     shape::check(&planes)?;
     let model = inputs::load_to_save(&args.scene, console)?;
-    let settings = Settings {
+    let options = ModelOptions {
         planes: &planes,
         keep: args.keep.into(),
-        cap: args.cap,
-        hollow: None,
+        caps: args.cap,
         outlines: args.section.is_some(),
         heal: args.heal.unwrap_or(0.0),
         weld: args.weld.unwrap_or(0.0),
+        ..ModelOptions::default()
     };
-    let Applied { model: mut cut, record, sections, cap_material, .. } =
-        apply(&model, &settings, console)?;
-    print(args, console, &record);
+    let CutModel { model: mut cut, report, sections, cap_material, .. } =
+        cutting::cut(&model, &options, console)?;
+    print(args, console, &report);
     if let Some(path) = &args.out {
         save(&cut, path).map_err(Failure::input)?;
         console.line(format!("{} written", path.display()));
@@ -148,18 +131,18 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
     if let Some(path) = &args.picture {
         let eye = args.eye.zip(args.target);
         let whole = model.scene.extent();
-        let picture = picture::draw(&mut cut, &whole, &settings, cap_material, eye, args.size)?;
+        let picture = picture::draw(&mut cut, &whole, &options, cap_material, eye, args.size)?;
         std::fs::write(path, picture.to_png()).map_err(|e| Failure::write(path, &e))?;
         let (w, h) = (picture.width, picture.height);
         console.line(format!("{} written, {w}x{h}", path.display()));
     }
     if let Some(path) = &args.json {
-        write_json(path, &record)?;
+        write_json(path, &CutRecord { schema: SCHEMA, report: &report })?;
     }
     Ok(Exit::Fine)
 }
 
-fn print(args: &CutArgs, console: &Console, r: &CutRecord) {
+fn print(args: &CutArgs, console: &Console, r: &ModelReport) {
     console.line(format!(
         "{} before, {} after; of {} {} untouched, {} cut, {} gone",
         count(r.triangles_before, "triangle", "triangles"),
@@ -207,7 +190,7 @@ fn print(args: &CutArgs, console: &Console, r: &CutRecord) {
     for (many, _, what) in found.iter().filter(|f| f.1 > 0) {
         console.note(format!("note: {many} {what}"));
     }
-    for line in OpenMesh::lines(&r.open_meshes, args.weld.is_some(), args.heal.is_some()) {
+    for line in defects::lines(&r.open_meshes, args.weld.is_some(), args.heal.is_some()) {
         console.note(line);
     }
     if r.triangles_after == 0 {

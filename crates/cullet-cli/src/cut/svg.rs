@@ -3,11 +3,9 @@
 use std::fmt::Write;
 
 use cullet::bounds::Plane;
-use cullet::clip::cut::section_frame;
+use cullet_cut::{Section, section_frame};
 use cullet_io::Model;
 use glam::DVec3;
-
-use super::apply::Section;
 
 /// Pixels of the longer side.
 const SIZE: f64 = 1200.0;

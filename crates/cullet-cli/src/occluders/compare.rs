@@ -4,18 +4,17 @@ use clap::Args;
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Occlusion, Verdict};
 use cullet::{Culler, Output, Preparation, Scene, View, ViewState, Visible};
+use cullet_command::clock::clock;
+use cullet_command::console::{Console, count, grouped, interrupted};
+use cullet_command::exit::{Exit, Failure};
 use cullet_draw::{SampleOptions, sampled_boxes};
 use cullet_io::Model;
 use cullet_io::occscn::{Occscn, occluder_slots};
-use serde::Serialize;
-
-use crate::bench::occlusion::{
+use cullet_measure::bench::occlusion::{
     HIDDEN, OUTSIDE, Reference, TOLERANCE, VISIBLE, Verdict as Judgement, view,
 };
-use crate::console::{Console, count, grouped, interrupted};
-use crate::exit::{Exit, Failure};
-use crate::occscn;
-use crate::survey::clock;
+use cullet_measure::occscn;
+use serde::Serialize;
 
 /// `cullet occluders --compare`
 #[derive(Debug, Args)]

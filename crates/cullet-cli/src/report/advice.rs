@@ -1,17 +1,15 @@
 //! Advice: what the tallies say could be done. Every sentence is made of figures of this run; a finding
 //! that is not there gives no sentence.
 
+mod context;
 mod occlusion;
 
-use cullet_io::Model;
+use cullet_command::console::{agree, count, grouped, percent};
 
-use crate::console::{agree, count, grouped, percent};
+use crate::names::name_of;
 use crate::record::{Advice, MeshRecord, Summary};
-use crate::survey::{Survey, name_of};
-
-/// Names given in a text; all of them, up to [`NAMES_KEPT`], are in the record.
-const NAMES_SHOWN: usize = 3;
-const NAMES_KEPT: usize = 100;
+use crate::survey::Survey;
+use context::{Context, NAMES_KEPT, shown};
 
 /// Everything worth saying, what concerns the most triangles first.
 pub(crate) fn advise(
@@ -52,50 +50,7 @@ pub(crate) fn advise(
     advice
 }
 
-struct Context<'a> {
-    survey: &'a Survey,
-    model: &'a Model,
-    summary: &'a Summary,
-    meshes: &'a [MeshRecord],
-    views: usize,
-    tiny_px: f64,
-}
-
-/// The first names, quoted, and how many more there are.
-fn shown(names: &[String]) -> String {
-    let first: Vec<String> = names.iter().take(NAMES_SHOWN).map(|n| format!("“{n}”")).collect();
-    let more = names.len().saturating_sub(NAMES_SHOWN);
-    let list = first.join(", ");
-    if more > 0 { format!("{list} and {} more", grouped(more as u64)) } else { list }
-}
-
 impl Context<'_> {
-    fn advice(
-        &self,
-        kind: &'static str,
-        title: String,
-        text: String,
-        triangles: u64,
-        mut names: Vec<String>,
-    ) -> Advice {
-        names.truncate(NAMES_KEPT);
-        let triangles_per_view = triangles as f64 / self.views as f64;
-        Advice { kind, title, text, triangles_per_view, names }
-    }
-
-    /// Meshes picked by a figure, the greatest first; its sum, and their names.
-    fn worst(
-        &self,
-        pick: impl Fn(&MeshRecord) -> Option<u64>,
-    ) -> Option<(Vec<&MeshRecord>, u64, Vec<String>)> {
-        let mut found: Vec<(u64, &MeshRecord)> =
-            self.meshes.iter().filter_map(|m| pick(m).map(|n| (n, m))).collect();
-        found.sort_by_key(|(n, m)| (std::cmp::Reverse(*n), m.mesh));
-        let sum = found.iter().map(|(n, _)| n).sum();
-        let names = found.iter().map(|(_, m)| m.name.clone()).collect();
-        (!found.is_empty()).then(|| (found.into_iter().map(|(_, m)| m).collect(), sum, names))
-    }
-
     fn does_not_pay(&self, pixels: u64) -> Option<Advice> {
         let t = self.summary.triangles;
         let visible = t.visible.filter(|_| !self.summary.verified_views.is_empty())?;

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
+use cullet_command::console::grouped;
+use cullet_command::exit::Failure;
 use serde_json::Value;
 
-use crate::console::grouped;
-use crate::exit::Failure;
-use crate::record::{Record, SCHEMA};
+use super::record::Record;
+use crate::record::SCHEMA;
 
 /// Reads an older report.
 pub(crate) fn read(path: &Path) -> Result<Value, Failure> {

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use cullet::Stage;
+use cullet_command::console::{grouped, percent};
+use cullet_command::html::hex;
 use cullet_draw::palette;
 
-use super::html::hex;
-use crate::console::{grouped, percent};
 use crate::record::{Summary, ViewRecord};
 
 /// A share of the triangles: its name for people, its colour, its number.

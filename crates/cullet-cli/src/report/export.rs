@@ -5,11 +5,12 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use cullet::{Scene, View, Visible};
+use cullet_command::exit::Failure;
 use cullet_io::Model;
 use serde_json::json;
 
-use crate::exit::Failure;
-use crate::survey::{name_of, planes, reason_text};
+use crate::names::{name_of, reason_text};
+use crate::survey::planes;
 
 /// A JSON file that grows by one view at a time, so that a large scene needs no large memory.
 #[derive(Debug)]

@@ -1,44 +1,46 @@
 //! `cullet report`: the page, its figures and its pictures.
 
 mod advice;
+mod args;
 mod baseline;
 mod charts;
+mod drawing;
 mod export;
 mod fail_if;
-pub(crate) mod html;
 mod opened;
 mod page;
+mod record;
 mod saved;
 mod tables;
 
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cullet::View;
+use cullet_command::console::{Console, count, grouped, interrupted, percent};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::{replace, write_json};
+use cullet_command::html::data_uri;
+use cullet_command::inputs;
+use cullet_command::occluders;
 use cullet_draw::VerifyOptions;
 use cullet_io::Model;
 use serde_json::Value;
 
-use crate::args::ReportArgs;
-use crate::console::{Console, count, grouped, interrupted, percent, write_json};
-use crate::drawing;
-use crate::exit::{Exit, Failure, Outcome};
-use crate::inputs;
 use crate::meshes;
-use crate::occluders;
-use crate::record::{MeshRecord, Record, SCHEMA, Settings, Summary, ViewRecord};
+use crate::record::{MeshRecord, SCHEMA, Summary, ViewRecord};
 use crate::survey::{Seen, Survey};
 use export::Export;
 use fail_if::FailIf;
 use opened::Opened;
 use page::{Gallery, Image};
+use record::{Record, Settings};
 use saved::{Origin, Pricing};
 
-pub(crate) use opened::OpenedArgs;
-pub(crate) use saved::{CostArgs, CostsRecord};
+pub(crate) use args::{HELP, ReportArgs};
 
 /// Above this a view takes so long to draw that only some are verified.
 const MOST_TRIANGLES_VERIFIED: u64 = 50_000_000;
@@ -215,7 +217,7 @@ impl<'a> Report<'a> {
                 let small = drawing::shrink(&p.picture, most);
                 Image {
                     file: file.clone(),
-                    data: html::data_uri(&small.to_png()),
+                    data: data_uri(&small.to_png()),
                     size: [small.width, small.height],
                     caption,
                     wide,
@@ -282,16 +284,6 @@ impl<'a> Report<'a> {
         self.export.take().map_or(Ok(()), Export::finish)?;
         Ok(record)
     }
-}
-
-/// Writes beside the file and renames, so that whoever reads it never finds half of it.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let fail = |e: std::io::Error| Failure::write(path, &e);
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    std::fs::write(&beside, bytes).map_err(fail)?;
-    std::fs::rename(&beside, path).map_err(fail)
 }
 
 const CSV_HEAD: &str = "view,eye_x,eye_y,eye_z,triangles_all,triangles_potentially_visible,triangles_visible,\

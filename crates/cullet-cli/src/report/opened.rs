@@ -2,13 +2,13 @@
 
 use clap::Args;
 use cullet::View;
+use cullet_command::console::Console;
+use cullet_command::exit::Failure;
 use cullet_io::Model;
 
-use crate::console::Console;
-use crate::cut::shape::{self, KeepArg, Shape};
-use crate::drawing::Titled;
-use crate::exit::Failure;
+use super::drawing::Titled;
 use crate::opening::Opening;
+use crate::shape::{self, KeepArg, Shape};
 use crate::survey::Seen;
 
 /// How to open the scene.

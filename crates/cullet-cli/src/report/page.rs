@@ -3,11 +3,13 @@
 use std::fmt::Write;
 
 use super::charts;
-use super::html::{escape, with_code};
+use cullet_command::console::{agree, count, grouped, percent};
+use cullet_command::html::{escape, with_code};
+
+use super::record::Record;
 use super::saved;
 use super::tables;
-use crate::console::{agree, count, grouped, percent};
-use crate::record::{Record, Summary};
+use crate::record::Summary;
 
 /// A picture of the page: where its full size lies, the smaller one that the page carries, and words.
 #[derive(Clone, Debug)]

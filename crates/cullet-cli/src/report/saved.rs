@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use cullet::mesh::Alpha;
 use cullet::{Costs, Scene, Stage};
+use cullet_command::console::Console;
+use cullet_command::console::digits;
+use cullet_command::exit::Failure;
+use cullet_command::parse;
+use cullet_measure::calibrate::Stored;
 use serde::Serialize;
 
-use crate::calibrate::{Stored, digits};
-use crate::console::Console;
-use crate::exit::Failure;
-use crate::parse;
 use crate::record::Summary;
 
 /// Where prices come from.
@@ -221,9 +222,9 @@ mod tests {
 
     use cullet::mesh::Part;
     use cullet::{Instance, Mesh, MeshData, Transform};
+    use cullet_measure::calibrate::Spread;
 
     use super::*;
-    use crate::calibrate::counted;
     use crate::record::StageRecord;
 
     fn summary(removed: &[(Stage, u64)]) -> Summary {
@@ -255,8 +256,14 @@ mod tests {
         record.headline().replace('\u{a0}', " ")
     }
 
+    /// Costs of 1 ns, 2 ns and so on.
     fn file() -> Origin {
-        Origin::File { path: "c.json".into(), stored: Box::new(counted()) }
+        let spread = |i: usize| {
+            let ns = (i + 1) as f64;
+            Spread { ns, low: ns - 2.0, high: ns * 1.1 }
+        };
+        let stored = Box::new(Stored::now(std::array::from_fn(spread), 3));
+        Origin::File { path: "c.json".into(), stored }
     }
 
     /// One triangle of each class.

@@ -3,9 +3,11 @@
 use std::fmt::Write;
 
 use super::charts::{short, stage_color};
-use super::html::escape;
-use crate::console::{count, grouped, percent};
-use crate::record::{BackfaceRecord, DepthRecord, Record, Summary, ViewRecord};
+use cullet_command::console::{count, grouped, percent};
+use cullet_command::html::escape;
+
+use super::record::Record;
+use crate::record::{BackfaceRecord, DepthRecord, Summary, ViewRecord};
 
 /// More rows than this are left to report.json: a page of a thousand meshes helps nobody.
 const MESHES_SHOWN: usize = 60;

@@ -56,7 +56,6 @@
 //! # Ok::<(), cullet::view::ViewError>(())
 //! ```
 
-pub mod cut;
 mod exact_point;
 pub mod line;
 pub mod outcode;

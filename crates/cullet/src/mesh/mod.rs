@@ -12,7 +12,7 @@ pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
 pub use orient::{Repair, orient_triangles};
 pub use regions::{Regions, connected_regions};
 pub use topology::{NotSolid, Topology};
-pub(crate) use weld::weld;
+pub use weld::{weld, weld_within};
 
 use thiserror::Error;
 

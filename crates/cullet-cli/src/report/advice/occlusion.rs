@@ -2,10 +2,10 @@
 
 use cullet::Stage;
 use cullet::mesh::Alpha;
+use cullet_command::console::{agree, count, grouped, percent};
 
-use super::{Advice, Context, shown};
-use crate::console::{agree, count, grouped, percent};
-use crate::record::{MeshRecord, StageRecord};
+use super::context::{Context, shown};
+use crate::record::{Advice, MeshRecord, StageRecord};
 
 /// Under this share of what is in the frustum, hiding is not worth a stage.
 const FEW_PERCENT: u64 = 3;

@@ -1,0 +1,41 @@
+//! Names of instances and meshes, and reasons in words.
+
+use cullet::{Reason, Stage};
+use cullet_io::Model;
+
+/// The name of a slot's instance; its slot where it has none.
+pub(crate) fn name_of(model: &Model, slot: u32) -> String {
+    let name = model.scene.handle(slot).map(|h| model.instance_name(h)).unwrap_or_default();
+    if name.is_empty() { format!("instance {slot}") } else { name.to_string() }
+}
+
+/// The name of a mesh; its number where it has none.
+pub(crate) fn mesh_name(model: &Model, mesh: u32) -> String {
+    match model.mesh_names.get(mesh as usize) {
+        Some(name) if !name.is_empty() => name.clone(),
+        _ => format!("mesh {mesh}"),
+    }
+}
+
+/// A reason in words.
+pub(crate) fn reason_text(reason: Reason) -> String {
+    match reason.stage {
+        Stage::Layer => "in no layer of the view".into(),
+        Stage::Frustum if reason.detail == Reason::MIXED => {
+            "outside the frustum, its parts by different planes".into()
+        }
+        Stage::Frustum => {
+            let plane = cullet::view::FrustumPlane::ALL.get(usize::from(reason.detail));
+            plane.map_or_else(
+                || format!("outside plane {} of the frustum", reason.detail),
+                |p| format!("outside the {} plane of the frustum", p.name()),
+            )
+        }
+        Stage::Portal => "not seen through any portal".into(),
+        Stage::Detail => "too small on the screen".into(),
+        Stage::Lod => "another level of detail stands for it".into(),
+        Stage::Occlusion => "behind something".into(),
+        Stage::Backface => "every triangle faces away".into(),
+        Stage::Degenerate => "without area".into(),
+    }
+}

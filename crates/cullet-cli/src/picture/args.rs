@@ -1,0 +1,155 @@
+//! The command line of `cullet picture`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use cullet_command::args::{CullArgs, SceneArgs, ViewArgs};
+use cullet_measure::calibrate::ClusterArgs;
+
+/// What `cullet picture --help` ends with.
+pub(crate) const HELP: &str = "\
+kinds   the scene from outside, cut open above the eye where something covers what that sees: each
+        triangle in the colour of the kind of culling that took it
+shaded  the view itself
+depth   how often each pixel is covered
+map     from above: the frustum, and every instance coloured by what became of it
+hierarchy
+        from above, level by level: what the walk of the hierarchy dropped, kept whole, tested further
+
+Of occlusion culling:
+occlusion-buffer  the true depth, what is proved pixel by pixel and tile by tile, and the difference
+occluders         what each occluder that was drawn covers
+hidden            what is hidden, as ghosts behind what hides it
+coverage          when a pixel counts as covered, and what a buffer of samples does not see; no scene
+
+To teach back-face culling:
+normal-mask       the cube of directions in 216 and 1536 classes, those that face away in pink
+normal-partition  the same in the plane: the circle of normals
+conservative-set  how the set of back-facing normals grows as the view is cut into sectors
+culling-volume    a cluster, and the eyes from which all of it faces away (--cluster N)
+clusters          the model in the colours of its clusters
+cones             the clusters with their cones of normals
+back-regions      the connected regions that face away from the view's eye, counted
+The first three read no scene: --eye and --target give the direction of sight, --fov the angle.
+Clusters of two-sided meshes are never culled, and made otherwise: give --one-sided for scans with
+holes.
+
+To teach clipping; these draw no scene:
+outcodes          the nine regions around a window; lines and triangles by their codes
+clip-polygon      Sutherland & Hodgman, one side after another
+clip-w            a segment behind the eye, divided before it is clipped, and after
+pipeline          the spaces of the pipeline, the tests in each, and their cost on this machine
+
+Examples
+  cullet picture kinds --out kinds.png
+  cullet picture occlusion-buffer plant --path walk --views 8 --view 2
+  cullet picture normal-mask --eye 3,2,5 --target 0,0,0 --fov 20
+  cullet picture back-regions knobs --views 8 --view 1
+  cullet picture culling-volume bunny.ply --one-sided --cluster 17
+  cullet picture map city:seed=3 --path walk --view 2 --views 4";
+
+/// `cullet picture`
+#[derive(Debug, Args)]
+pub(crate) struct PictureArgs {
+    /// What to draw
+    #[arg(value_enum)]
+    pub(crate) kind: PictureKind,
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
+    #[command(flatten)]
+    pub(crate) cull: CullArgs,
+    /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a volume, of the
+    /// first instance that has one]
+    #[arg(long, value_name = "N")]
+    pub(crate) cluster: Option<u32>,
+    #[command(flatten)]
+    pub(crate) clusters: ClusterArgs,
+    /// Which view of the path, from 0
+    #[arg(long = "view", value_name = "INDEX", default_value_t = 0)]
+    pub(crate) index: u32,
+    /// The PNG to write [default: KIND.png]
+    #[arg(long, value_name = "PATH")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+impl PictureArgs {
+    /// Puts what depends on the scene where nothing was given.
+    pub(crate) fn settle(&mut self) {
+        self.view.settle(&self.scene);
+    }
+}
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PictureKind {
+    /// Each triangle in the colour of the kind of culling that took it
+    Kinds,
+    /// The view itself
+    Shaded,
+    /// How often each pixel is covered
+    Depth,
+    /// From above, with the frustum
+    Map,
+    /// The walk of the scene's hierarchy, level by level, from above
+    Hierarchy,
+    /// The true depth, the occlusion buffer by pixels and by tiles, and what they differ by
+    OcclusionBuffer,
+    /// What each occluder that was drawn covers
+    Occluders,
+    /// What is hidden, as ghosts
+    Hidden,
+    /// When a pixel counts as covered
+    Coverage,
+    /// The cube of directions and its classes that face away
+    NormalMask,
+    /// The circle of normals and its classes that face away
+    NormalPartition,
+    /// The conservative set of normals against the number of sectors
+    ConservativeSet,
+    /// A cluster and the eyes from which all of it faces away
+    CullingVolume,
+    /// The model in the colours of its clusters
+    Clusters,
+    /// The clusters with their cones of normals
+    Cones,
+    /// The connected regions that face away
+    BackRegions,
+    /// The nine regions of outcodes, with lines and triangles
+    Outcodes,
+    /// A polygon clipped side by side
+    ClipPolygon,
+    /// A segment behind the eye, divided and then clipped, and the other way round
+    ClipW,
+    /// The spaces of the pipeline and the tests in each
+    Pipeline,
+}
+
+impl PictureKind {
+    /// Its name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Kinds => "kinds",
+            Self::Shaded => "shaded",
+            Self::Depth => "depth",
+            Self::Map => "map",
+            Self::Hierarchy => "hierarchy",
+            Self::OcclusionBuffer => "occlusion-buffer",
+            Self::Occluders => "occluders",
+            Self::Hidden => "hidden",
+            Self::Coverage => "coverage",
+            Self::NormalMask => "normal-mask",
+            Self::NormalPartition => "normal-partition",
+            Self::ConservativeSet => "conservative-set",
+            Self::CullingVolume => "culling-volume",
+            Self::Clusters => "clusters",
+            Self::Cones => "cones",
+            Self::BackRegions => "back-regions",
+            Self::Outcodes => "outcodes",
+            Self::ClipPolygon => "clip-polygon",
+            Self::ClipW => "clip-w",
+            Self::Pipeline => "pipeline",
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! Pictures of views: what the renderer offers, put together for the page.
+
+use clap::ValueEnum;
+use cullet::{Stage, View, ViewState};
+use cullet_command::inputs;
+use cullet_draw::{Culled, Picture, RenderOptions, Selection};
+use cullet_io::Model;
+
+use crate::opening;
+use crate::survey::Seen;
+
+/// What a report can draw besides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Show {
+    /// The walk of the scene's hierarchy, level by level
+    Hierarchy,
+}
+
+/// A picture with its words.
+#[derive(Debug)]
+pub(crate) struct Titled {
+    /// Part of the file's name.
+    pub(crate) name: &'static str,
+    pub(crate) picture: Picture,
+    pub(crate) caption: String,
+    /// How wide it is where the page carries it, at the most.
+    pub(crate) embed_px: u32,
+    pub(crate) wide: bool,
+    /// Whether it stands for its view in the gallery.
+    pub(crate) thumbnail: bool,
+}
+
+/// The pictures of a view: the view and its map, and for the one that is shown large also the depth
+/// complexity before and after, and the scene coloured by kinds.
+pub(crate) fn of_view(
+    model: &Model,
+    view: &View,
+    state: &ViewState,
+    seen: &Seen,
+    featured: bool,
+    show: &[Show],
+) -> Vec<Titled> {
+    let scene = &model.scene;
+    let colors = inputs::colors(model);
+    let mut pictures = Vec::new();
+    let owners = seen.verification.as_ref().map_or(&[][..], |v| &v.seen);
+    // Of the other views the page has a thumbnail alone, so half the size is enough.
+    let part = if featured { 1 } else { 2 };
+    if let Some(v) = &seen.verification {
+        let thinned = (!featured).then(|| v.frame.thinned(part));
+        let frame = thinned.as_ref().unwrap_or(&v.frame);
+        pictures.push(Titled {
+            name: "shaded",
+            picture: cullet_draw::shaded(scene, frame, view, &colors),
+            caption: "The view itself, drawn by the reference renderer.".into(),
+            embed_px: 1280,
+            wide: true,
+            thumbnail: true,
+        });
+    }
+    pictures.push(Titled {
+        name: "map",
+        picture: cullet_draw::top_down(
+            scene,
+            view,
+            &seen.result,
+            owners,
+            [1280 / part, 800 / part],
+        ),
+        caption: "From above: the frustum, and every instance by what became of it.".into(),
+        embed_px: 1280,
+        wide: true,
+        thumbnail: seen.verification.is_none(),
+    });
+    if show.contains(&Show::Hierarchy) {
+        pictures.push(Titled {
+            name: "hierarchy",
+            picture: cullet_draw::hierarchy(scene, view, [1280, 960]),
+            caption: "The walk of the hierarchy, level by level from the top: what lies under a box that is \
+                      outside or inside is never tested."
+                .into(),
+            embed_px: 1280,
+            wide: true,
+            thumbnail: false,
+        });
+    }
+    if featured && seen.verification.is_some() {
+        let (picture, opened) = opening::kinds(model, view, &seen.result, [1280, 720]);
+        let open = if opened.is_some() { ", cut open above the eye" } else { "" };
+        pictures.push(Titled {
+            name: "kinds",
+            picture,
+            caption: format!(
+                "From outside{open}: each triangle in the colour of what became of it."
+            ),
+            embed_px: 1280,
+            wide: true,
+            thumbnail: false,
+        });
+        let culled = Culled { state, result: &seen.result };
+        pictures.extend(of_occlusion(model, view, &culled, &colors));
+        let small = half(view);
+        let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
+        let draw = |selection| cullet_draw::render(scene, &small, selection, &options);
+        let (before, after) = (draw(Selection::All), draw(Selection::Visible(&seen.result)));
+        pictures.push(Titled {
+            name: "depth",
+            picture: cullet_draw::depth_complexity(&before, Some(&after)),
+            caption:
+                "How often each pixel is filled, before culling and after it, at half the size."
+                    .into(),
+            embed_px: 1320,
+            wide: true,
+            thumbnail: false,
+        });
+    }
+    pictures
+}
+
+/// What occlusion culling did in a view; nothing where it is off.
+fn of_occlusion(
+    model: &Model,
+    view: &View,
+    culled: &Culled<'_>,
+    colors: &[[f32; 4]],
+) -> Vec<Titled> {
+    if !culled.result.funnel.rows.iter().any(|row| row.stage == Stage::Occlusion) {
+        return Vec::new();
+    }
+    let scene = &model.scene;
+    let titled = |name, picture, caption: &str| Titled {
+        name,
+        picture,
+        caption: caption.into(),
+        embed_px: 1280,
+        wide: true,
+        thumbnail: false,
+    };
+    vec![
+        titled(
+            "occlusion-buffer",
+            cullet_draw::occlusion_buffer(scene, view, culled, [1280, 720]),
+            "The occlusion buffer beside the true depth. A pixel is proved only where occluders cover all of \
+             it, so edges stay open; none may claim to be nearer than what is there.",
+        ),
+        titled(
+            "occluders",
+            cullet_draw::occluders(scene, view, culled, colors),
+            "What each occluder that was drawn is proved to cover, a colour for each instance. Where the view \
+             is pale, nothing hides anything.",
+        ),
+        titled(
+            "hidden",
+            cullet_draw::hidden(scene, view, culled, colors),
+            "What occlusion culling hid, shining through as ghosts.",
+        ),
+    ]
+}
+
+/// The same view on half as many pixels each way: two such pictures stand side by side on a page with
+/// their legends still legible.
+fn half(view: &View) -> View {
+    let size = view.viewport().map(|v| (v / 2).max(1));
+    // The matrix made a view before, so it makes one again.
+    let Ok(mut small) = View::from_matrix(&view.clip_from_world(), view.depth(), size) else {
+        return view.clone();
+    };
+    (small.layers, small.front_face, small.cull_face) =
+        (view.layers, view.front_face, view.cull_face);
+    small
+}
+
+/// The picture, averaged down by a whole factor to at most `most` pixels of width.
+pub(crate) fn shrink(picture: &Picture, most: u32) -> Picture {
+    let factor = picture.width.div_ceil(most.max(1)).max(1);
+    let (width, height) = ((picture.width / factor).max(1), (picture.height / factor).max(1));
+    let mut rgb = Vec::with_capacity(width as usize * height as usize * 3);
+    for y in 0..height {
+        for x in 0..width {
+            for c in 0..3 {
+                let mut sum = 0u32;
+                let mut n = 0;
+                for dy in 0..factor.min(picture.height) {
+                    for dx in 0..factor.min(picture.width) {
+                        let at = (y * factor + dy) as usize * picture.width as usize
+                            + (x * factor + dx) as usize;
+                        sum += u32::from(picture.rgb[at * 3 + c]);
+                        n += 1;
+                    }
+                }
+                rgb.push(((sum + n / 2) / n) as u8);
+            }
+        }
+    }
+    Picture { width, height, rgb }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shrinking_averages_and_keeps_small_pictures() {
+        let rgb = vec![0, 0, 0, 100, 100, 100, 200, 200, 200, 100, 100, 100];
+        let p = Picture { width: 2, height: 2, rgb };
+        let small = shrink(&p, 1);
+        assert_eq!((small.width, small.height, &small.rgb[..]), (1, 1, &[100, 100, 100][..]));
+        assert_eq!(shrink(&p, 2).rgb, p.rgb);
+        let flat = Picture { width: 4, height: 1, rgb: vec![7; 12] };
+        let small = shrink(&flat, 2);
+        assert_eq!((small.width, small.height, small.rgb.len()), (2, 1, 6));
+    }
+}

@@ -1,0 +1,81 @@
+//! Which kinds of culling.
+
+use clap::{Args, ValueEnum};
+
+use crate::parse;
+
+/// Which kinds of culling.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Culling")]
+pub struct CullArgs {
+    /// Also drop what stays under PX pixels on the screen (lossy: may cost visible pixels)
+    #[arg(long, value_name = "PX", value_parser = parse::pixels)]
+    pub detail: Option<f64>,
+    /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
+    #[arg(long, value_enum, default_value_t = DetailMeasure::Sides)]
+    pub detail_by: DetailMeasure,
+    /// Run one stage alone
+    #[arg(long, value_enum, value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_backface", "no_degenerate", "no_occlusion"])]
+    pub only: Option<OnlyStage>,
+    /// Keep what is outside the frustum
+    #[arg(long)]
+    pub no_frustum: bool,
+    /// Keep back faces
+    #[arg(long)]
+    pub no_backface: bool,
+    /// Keep triangles without area
+    #[arg(long)]
+    pub no_degenerate: bool,
+    /// Keep what is hidden behind something
+    #[arg(long)]
+    pub no_occlusion: bool,
+    /// Pixels across the occlusion buffer; never more than the view has
+    #[arg(long, value_name = "PX", default_value_t = 640, value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub occlusion_width: u32,
+    /// What drawing occluders may cost a view, in modelled microseconds
+    #[arg(long, value_name = "US", default_value_t = 100_000.0, value_parser = parse::microseconds)]
+    pub occlusion_budget: f32,
+    /// What hides: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two
+    #[arg(long, value_enum, default_value_t = OccluderKind::Mesh)]
+    pub occluders: OccluderKind,
+    /// Test big boxes at the frustum's corners exactly
+    #[arg(long)]
+    pub exact_frustum: bool,
+}
+
+/// A stage that can be run alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OnlyStage {
+    /// What is outside the frustum
+    Frustum,
+    /// What is small on the screen (lossy; --detail sets the threshold, else a pixel)
+    Detail,
+    /// What is hidden behind something
+    Occlusion,
+    /// What faces away
+    Backface,
+    /// What has no area
+    Degenerate,
+}
+
+/// What stands for a mesh in the occlusion buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OccluderKind {
+    /// Proxies where they cover nearly as much at half the modelled cost, else the mesh
+    Auto,
+    /// The mesh itself
+    Mesh,
+    /// Boxes and polygons made from it, and some of its triangles where those leave much; nothing where none do
+    Baked,
+}
+
+/// How detail culling measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DetailMeasure {
+    /// Width and height both under the threshold
+    Sides,
+    /// Area under the threshold
+    Area,
+    /// Diagonal under the threshold
+    Diameter,
+}

@@ -1,0 +1,42 @@
+//! Which scene, and how to read it.
+
+use std::path::Path;
+
+use clap::{Args, ValueEnum};
+use cullet_io::scenes;
+
+/// Which scene, and how to read it.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArgs {
+    /// A file (glb, gltf, obj, ply, stl, off, occscn), or a built-in scene: NAME or NAME:key=value,...
+    #[arg(default_value = "city")]
+    pub scene: String,
+    /// Which axis of the file points up [default: what the format says, else y]
+    #[arg(long, value_enum)]
+    pub up: Option<UpAxis>,
+    /// Take every triangle for one-sided, whatever the file says
+    #[arg(long, conflicts_with = "two_sided")]
+    pub one_sided: bool,
+    /// Take every triangle for two-sided: nothing is back-face culled
+    #[arg(long)]
+    pub two_sided: bool,
+    /// Refuse files with more triangles than this (exit code 4)
+    #[arg(long, value_name = "N")]
+    pub max_triangles: Option<u64>,
+}
+
+impl SceneArgs {
+    /// Whether this is a built-in scene. A file of that name wins, for a name can be changed with a `./`.
+    pub fn builtin(&self) -> bool {
+        !Path::new(&self.scene).exists() && scenes::is_builtin(&self.scene)
+    }
+}
+
+/// The axis that points up.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum UpAxis {
+    /// +Y
+    Y,
+    /// +Z
+    Z,
+}

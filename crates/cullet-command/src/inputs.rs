@@ -1,0 +1,270 @@
+//! From the command line to scenes, views and cullers.
+
+use std::path::Path;
+
+use cullet::cull::detail::{Detail, Measure};
+use cullet::cull::occlusion::Occlusion;
+use cullet::{Backface, Culler, Preparation, Stage, View};
+use cullet_io::paths::{self, Overrides, PathSpec};
+use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
+
+use crate::args::{CullArgs, DetailMeasure, OccluderKind, OnlyStage, SceneArgs, UpAxis, ViewArgs};
+use crate::console::{Console, count};
+use crate::exit::{Exit, Failure};
+
+/// Loads a file, or makes a built-in scene.
+pub fn load(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
+    load_with(args, console, false)
+}
+
+/// As [`load`], and with all that a file written from it should have again.
+pub fn load_to_save(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
+    load_with(args, console, true)
+}
+
+fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model, Failure> {
+    let path = Path::new(&args.scene);
+    let builtin = args.builtin();
+    let two_sided = if args.one_sided { Some(false) } else { args.two_sided.then_some(true) };
+    let model = if builtin {
+        let mut model = scenes::build(&args.scene).map_err(Failure::usage)?;
+        if let Some(two_sided) = two_sided {
+            model.scene.edit_meshes(|_, m| m.set_two_sided(two_sided));
+        }
+        limit(&model, args)?;
+        model
+    } else {
+        let mut options = LoadOptions {
+            two_sided,
+            details,
+            // Commands that cull know what they need.
+            prepare: Preparation::NONE,
+            ..LoadOptions::default()
+        };
+        options.up = args.up.map(|up| match up {
+            UpAxis::Y => Up::Y,
+            UpAxis::Z => Up::Z,
+        });
+        if let Some(most) = args.max_triangles {
+            options.max_triangles = most;
+        }
+        cullet_io::load(path, &options).map_err(|e| match e.kind {
+            ErrorKind::OverLimit { .. } => {
+                let message = format!("{e}; --max-triangles sets that of triangles");
+                Failure { exit: Exit::Limit, message }
+            }
+            _ if matches!(path.try_exists(), Ok(false)) => {
+                Failure::input(scenes::no_such_file(&args.scene))
+            }
+            _ => Failure::input(e),
+        })?
+    };
+    const SHOWN: usize = 5;
+    let warnings = model.warnings.len();
+    for w in model.warnings.iter().take(SHOWN) {
+        console.note(format!("warning: {w}"));
+    }
+    if warnings > SHOWN {
+        let more = warnings - SHOWN;
+        let more = count(more as u64, "more warning", "more warnings");
+        console.note(format!("and {more}; cullet info --all lists them all"));
+    }
+    Ok(model)
+}
+
+/// Built-in scenes know no limit of their own below that of memory.
+fn limit(model: &Model, args: &SceneArgs) -> Result<(), Failure> {
+    let stored: u64 = model.scene.meshes().iter().map(|m| u64::from(m.triangle_count())).sum();
+    match args.max_triangles {
+        Some(most) if stored > most => Err(Failure {
+            exit: Exit::Limit,
+            message: format!(
+                "{}: {} --max-triangles {most}",
+                args.scene,
+                count(stored, "triangle exceeds", "triangles exceed")
+            ),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Poses a model at the first of the times asked for, so that paths find it where it is.
+pub fn begin(model: &mut Model, args: &ViewArgs, console: &Console) -> Result<(), Failure> {
+    let Some([first, _]) = args.time else {
+        let seconds = model.motion.as_ref().and_then(cullet_io::Motion::seconds);
+        match seconds {
+            Some(s) if s > 0.0 => console.note(format!(
+                "{}: what moves in it stands as it is stored; --time 0..{} lets it move",
+                model.name,
+                short(s)
+            )),
+            Some(_) => console.note(format!(
+                "{}: what deforms in it stands as it is stored; --time 0 poses it",
+                model.name
+            )),
+            None => {}
+        }
+        return Ok(());
+    };
+    if model.motion.is_none() {
+        return Err(Failure::usage(format!(
+            "{}: nothing in it moves, so --time would change nothing; leave it out",
+            model.name
+        )));
+    }
+    pose(model, first)?;
+    // What had no bounds was sorted by nothing.
+    model.scene.sort();
+    Ok(())
+}
+
+/// Poses a model.
+pub fn pose(model: &mut Model, seconds: f64) -> Result<(), Failure> {
+    let posed = model.pose(seconds);
+    posed.map_err(|e| match e {
+        PoseError::Time(_) | PoseError::Scene(_) => Failure::usage(format!("--time: {e}")),
+        e => Failure::input(format!("{}: {e}", model.name)),
+    })
+}
+
+/// The time of each of `views` views; none where no time was asked for.
+pub fn times(args: &ViewArgs, views: usize) -> Vec<f64> {
+    let Some([first, last]) = args.time else { return Vec::new() };
+    let steps = views.saturating_sub(1).max(1) as f64;
+    (0..views).map(|i| first + (last - first) * (i as f64 / steps)).collect()
+}
+
+/// The views asked for, and a line that says what near and far came to.
+pub fn views(model: &Model, args: &ViewArgs, console: &Console) -> Result<Vec<View>, Failure> {
+    let overrides =
+        Overrides { fov_degrees: args.fov, near: args.near, far: args.far, ..Overrides::default() };
+    let cameras = if let (Some(eye), Some(target)) = (args.eye, args.target) {
+        vec![paths::look_at(model, eye, target, args.size, &overrides).map_err(Failure::usage)?]
+    } else {
+        let spec: PathSpec = args.path.parse().map_err(Failure::usage)?;
+        let cameras = paths::cameras(model, &spec, args.views as usize, args.size, &overrides);
+        cameras.map_err(|e| match spec {
+            PathSpec::File(_) => Failure::input(e),
+            _ => Failure::usage(e),
+        })?
+    };
+    let (mut near, mut far) = ([f64::INFINITY, 0.0f64], [f64::INFINITY, 0.0f64]);
+    for c in &cameras {
+        let [n, f] = paths::range(&c.projection);
+        near = [near[0].min(n), near[1].max(n)];
+        far = [far[0].min(f), far[1].max(f)];
+    }
+    let span = |[low, high]: [f64; 2]| match low == high {
+        true => short(low),
+        false => format!("{} to {}", short(low), short(high)),
+    };
+    let time = args.time.map_or_else(String::new, |t| format!(", time {} s", span(t)));
+    let [w, h] = args.size;
+    console.note(format!(
+        "{}: {} of {w}x{h}, near {}, far {}{time}",
+        model.name,
+        count(cameras.len() as u64, "view", "views"),
+        span(near),
+        span(far)
+    ));
+    let view = |c| View::new(c, overrides.depth, args.size).map_err(Failure::usage);
+    cameras.iter().map(view).collect()
+}
+
+/// Four digits are enough to see what a distance is.
+fn short(v: f64) -> String {
+    if v == 0.0 || (0.01..1e5).contains(&v.abs()) {
+        let digits = (3 - v.abs().max(0.01).log10().floor() as i32).clamp(0, 5) as usize;
+        let text = format!("{v:.digits$}");
+        return match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+            false => text,
+        };
+    }
+    format!("{v:.3e}")
+}
+
+/// The path, as people wrote it.
+pub fn path_words(args: &ViewArgs) -> String {
+    let mut words = match (args.eye, args.target) {
+        (Some(eye), Some(target)) => {
+            let point = |p: [f64; 3]| p.map(|v| v.to_string()).join(",");
+            format!("from {} to {}", point(eye), point(target))
+        }
+        _ => args.path.clone(),
+    };
+    if let Some([first, last]) = args.time {
+        words += &match first == last {
+            true => format!(", at {first} s"),
+            false => format!(", from {first} s to {last} s"),
+        };
+    }
+    words
+}
+
+/// The culler asked for.
+pub fn culler(args: &CullArgs) -> Culler {
+    let measure = match args.detail_by {
+        DetailMeasure::Sides => Measure::WidthAndHeight,
+        DetailMeasure::Area => Measure::Area,
+        DetailMeasure::Diameter => Measure::Diameter,
+    };
+    let culler = Culler {
+        frustum: !args.no_frustum,
+        frustum_exact: args.exact_frustum,
+        backface: if args.no_backface { Backface::Off } else { Backface::default() },
+        degenerate: !args.no_degenerate,
+        detail: args.detail.map(|threshold_px| Detail { measure, threshold_px }),
+        occlusion: (!args.no_occlusion)
+            .then_some(Occlusion { width: args.occlusion_width, budget: args.occlusion_budget }),
+        ..Culler::default()
+    };
+    match args.only {
+        None => culler,
+        Some(OnlyStage::Frustum) => culler.only(Stage::Frustum),
+        Some(OnlyStage::Detail) => culler.only(Stage::Detail),
+        Some(OnlyStage::Occlusion) => culler.only(Stage::Occlusion),
+        Some(OnlyStage::Backface) => culler.only(Stage::Backface),
+        Some(OnlyStage::Degenerate) => culler.only(Stage::Degenerate),
+    }
+}
+
+/// The stages that are on, in words, in the order in which they run.
+pub fn culling_words(args: &CullArgs) -> Vec<String> {
+    let culler = culler(args);
+    let words = |stage: Stage| match stage {
+        Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
+        Stage::Detail => {
+            let px = culler.detail.map_or(0.0, |d| d.threshold_px);
+            let unit = if args.detail_by == DetailMeasure::Area { "square px" } else { "px" };
+            format!("detail under {px} {unit} (lossy)")
+        }
+        Stage::Occlusion => match args.occluders {
+            OccluderKind::Mesh => "occlusion".into(),
+            OccluderKind::Baked => "occlusion (baked occluders)".into(),
+            OccluderKind::Auto => "occlusion (occluders baked where cheaper)".into(),
+        },
+        stage => stage.name().to_owned(),
+    };
+    Stage::ALL.into_iter().filter(|&stage| culler.runs(stage)).map(words).collect()
+}
+
+/// The colours of a model's materials.
+#[must_use]
+pub fn colors(model: &Model) -> Vec<[f32; 4]> {
+    model.materials.iter().map(|m| m.color).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_short() {
+        assert_eq!(short(0.125), "0.125");
+        assert_eq!(short(1234.567), "1235");
+        assert_eq!(short(12.0), "12");
+        assert_eq!(short(3e-5), "3.000e-5");
+        assert_eq!(short(f64::INFINITY), "inf");
+    }
+}

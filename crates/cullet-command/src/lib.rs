@@ -1,0 +1,24 @@
+//! What the commands of `cullet` share: groups of arguments, and the way from them to scenes, views and cullers; lines
+//! for people, bars and Ctrl-C; exit codes; files that are written.
+//!
+//! It knows no command.
+//!
+//! ```
+//! use cullet_command::console::{count, percent};
+//! use cullet_command::parse;
+//!
+//! assert_eq!(count(2, "view", "views"), "2 views");
+//! assert_eq!(percent(1, 2), "50 %");
+//! assert_eq!(parse::size("640x480"), Ok([640, 480]));
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod args;
+pub mod clock;
+pub mod console;
+pub mod exit;
+pub mod files;
+pub mod html;
+pub mod inputs;
+pub mod occluders;
+pub mod parse;

@@ -1,0 +1,130 @@
+//! Values of the command line: each parser says what it got, and what it wants.
+
+/// `1280x720`
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    // Above this an ID buffer and its depth no longer fit ordinary memory.
+    const LIMIT: u32 = 16384;
+    let parse = || {
+        let (w, h) = text.split_once(['x', 'X', '×'])?;
+        Some([w.trim().parse().ok()?, h.trim().parse().ok()?])
+    };
+    let size: [u32; 2] =
+        parse().ok_or_else(|| format!("'{text}' is not WIDTHxHEIGHT; try 1280x720"))?;
+    if size.iter().any(|&v| v == 0 || v > LIMIT) {
+        return Err(format!("'{text}': each side must be between 1 and {LIMIT} pixels"));
+    }
+    Ok(size)
+}
+
+/// `1,2.5,-3`
+pub fn point(text: &str) -> Result<[f64; 3], String> {
+    let values: Option<Vec<f64>> = text.split(',').map(|v| v.trim().parse().ok()).collect();
+    match values.as_deref() {
+        Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok([x, y, z]),
+        _ => Err(format!("'{text}' is not three finite numbers; try 0,1.7,10")),
+    }
+}
+
+fn number(text: &str, ok: impl Fn(f64) -> bool, want: &str) -> Result<f64, String> {
+    match text.trim().parse() {
+        Ok(v) if ok(v) => Ok(v),
+        _ => Err(format!("'{text}' is not {want}")),
+    }
+}
+
+/// Degrees of a field of view.
+pub fn angle(text: &str) -> Result<f64, String> {
+    number(text, |v| v > 0.0 && v < 180.0, "an angle between 0 and 180 degrees; try 60")
+}
+
+/// Distance of a plane; `inf` is one.
+pub fn distance(text: &str) -> Result<f64, String> {
+    number(text, |v| v > 0.0, "a distance above 0; try 0.1, or inf for a far plane")
+}
+
+/// Pixels.
+pub fn pixels(text: &str) -> Result<f64, String> {
+    number(text, |v| v >= 0.0 && v.is_finite(), "a number of pixels, 0 or more; try 2")
+}
+
+/// Microseconds of a cost model.
+pub fn microseconds(text: &str) -> Result<f32, String> {
+    let expected = "a number of microseconds, 0 or more; try 500";
+    number(text, |v| v >= 0.0 && v.is_finite(), expected).map(|v| v as f32)
+}
+
+/// Seconds.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    number(text, |v| v >= 0.0 && v.is_finite(), "a number of seconds, 0 or more; try 60")
+}
+
+/// A time in seconds, `1.5`, or two, `0..4`.
+pub fn span(text: &str) -> Result<[f64; 2], String> {
+    let second = |t: &str| t.trim().parse().ok().filter(|v: &f64| v.is_finite());
+    let (from, to) = text.split_once("..").unwrap_or((text, text));
+    match (second(from), second(to)) {
+        (Some(from), Some(to)) => Ok([from, to]),
+        _ => Err(format!("'{text}' is no time in seconds, nor two; try 1.5, or 0..4")),
+    }
+}
+
+/// The most triangles that one test may cost where clusters are made; more would change nothing.
+pub const MOST_TRIANGLES: f64 = 1e6;
+
+/// Triangles that a test costs.
+pub fn triangles(text: &str) -> Result<f64, String> {
+    let fine = |v| (0.0..=MOST_TRIANGLES).contains(&v);
+    number(text, fine, "a number of triangles, 0 to 1e6; try 16")
+}
+
+/// Nanoseconds of something that happens.
+pub fn nanoseconds(text: &str) -> Result<f64, String> {
+    let fine = |v| v > 0.0 && v <= cullet::Costs::MOST_NS;
+    number(text, fine, "a number of nanoseconds above 0, to 1e9; try 5")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_width_by_height() {
+        assert_eq!(size("640x480"), Ok([640, 480]));
+        for bad in ["640", "0x480", "640x", "99999x2", "-3x4", ""] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn points_are_three_finite_numbers() {
+        assert_eq!(point("1,-2.5, 3e2"), Ok([1.0, -2.5, 300.0]));
+        for bad in ["1,2", "1,2,3,4", "a,b,c", "1,2,nan", "inf,0,0"] {
+            assert!(point(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_time_is_a_moment_or_a_span() {
+        assert_eq!(span("1.5"), Ok([1.5, 1.5]));
+        assert_eq!(span("0..4"), Ok([0.0, 4.0]));
+        assert_eq!(span("-1 .. 1e-3"), Ok([-1.0, 1e-3]));
+        for bad in ["", "..", "1..", "..2", "0..inf", "nan", "1..2..3", "4s"] {
+            assert!(span(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn nothing_takes_no_time() {
+        assert_eq!(nanoseconds("0.5"), Ok(0.5));
+        for bad in ["0", "-1", "nan", "inf", "2e9", "5ns"] {
+            assert!(nanoseconds(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn planes_may_be_infinitely_far_but_not_nowhere() {
+        assert_eq!(distance("inf"), Ok(f64::INFINITY));
+        assert!(distance("0").is_err() && distance("nan").is_err() && distance("-1").is_err());
+        assert!(angle("180").is_err() && angle("60").is_ok());
+    }
+}

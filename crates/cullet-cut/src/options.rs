@@ -1,0 +1,146 @@
+//! What is cut and how, and why it may be refused.
+
+use cullet::bounds::Plane;
+use thiserror::Error;
+
+/// The most planes of one region.
+pub const MAX_CUT_PLANES: usize = 32;
+
+/// What is cut: plain slices.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CutInput<'a> {
+    /// Vertex positions, all finite.
+    pub positions: &'a [[f32; 3]],
+    /// Three indices a triangle.
+    pub indices: &'a [u32],
+    /// `stride` numbers for each vertex: normals, texture coordinates, colours, anything. They are
+    /// interpolated as they are: a normal is not brought to unit length again.
+    pub attributes: &'a [f32],
+    /// How many numbers a vertex has in `attributes`.
+    pub stride: usize,
+}
+
+/// Which part is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Keep {
+    /// What is inside of every plane.
+    #[default]
+    Inside,
+    /// What is outside of any.
+    Outside,
+}
+
+/// How to cut.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CutOptions {
+    /// Which part is kept; the inside unless said otherwise.
+    pub keep: Keep,
+    /// Whether to close the cut; `None` leaves it open.
+    pub caps: Option<CapOptions>,
+}
+
+/// How to close a cut.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CapOptions {
+    /// Ends of open outlines that are at most this far apart, in units of the mesh, are joined by a
+    /// straight line. 0, the default, joins nothing; infinity closes every outline.
+    pub heal: f32,
+    /// Vertices that are at most this far apart, in units of the mesh, are moved to one position before
+    /// the cut, all over the mesh: seams that do not quite meet then close. 0, the default, moves none, nor
+    /// does a NaN or infinity. Takes 12 bytes a vertex more, and a look-up or eight.
+    pub weld: f32,
+    /// The attributes of a vertex of a cap, before normal and texture coordinates are written into them;
+    /// zeros where it is shorter than the stride.
+    pub template: Vec<f32>,
+    /// At which attribute the three numbers of the cap's normal go.
+    pub normal_at: Option<usize>,
+    /// At which attribute its two texture coordinates go: lengths along the plane, in units of the mesh.
+    pub uv_at: Option<usize>,
+}
+
+/// Why a mesh cannot be cut.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CutError {
+    /// A plane whose normal is zero, or with a number that is not finite.
+    #[error("plane {plane}: {value:?} is no plane; its normal must not be zero, and all be finite")]
+    Plane {
+        /// Which.
+        plane: usize,
+        /// What was given.
+        value: Plane,
+    },
+    /// Too many planes.
+    #[error("{0} planes exceed the limit of {MAX_CUT_PLANES}; cut several times")]
+    TooManyPlanes(usize),
+    /// A vertex that is not finite.
+    #[error("vertex {vertex} is not finite: {position:?}")]
+    NotFinite {
+        /// Which.
+        vertex: usize,
+        /// Where it is.
+        position: [f32; 3],
+    },
+    /// An index beyond the vertices.
+    #[error("index {at} is {index}, but there are {vertices} vertices")]
+    Index {
+        /// Which entry of the index list.
+        at: usize,
+        /// Its value.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// The number of indices is not a multiple of three.
+    #[error("{0} indices do not make whole triangles")]
+    NotTriangles(usize),
+    /// The attributes are not `stride` numbers a vertex, or a cap's do not fit in them.
+    #[error("{what}: {count} where {expected} are needed")]
+    Attributes {
+        /// Which.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+        /// How many it takes.
+        expected: usize,
+    },
+    /// More triangles or vertices than 32-bit numbers name.
+    #[error("{0} triangles or vertices exceed the limit of {limit}", limit = u32::MAX / 3)]
+    TooLarge(usize),
+}
+
+/// Refuses what does not fit together; planes and positions are checked where they are used.
+pub(crate) fn check(input: &CutInput<'_>, options: &CutOptions) -> Result<(), CutError> {
+    if !input.indices.len().is_multiple_of(3) {
+        return Err(CutError::NotTriangles(input.indices.len()));
+    }
+    let vertices = input.positions.len();
+    for count in [vertices, input.indices.len() / 3] {
+        if count > (u32::MAX / 3) as usize {
+            return Err(CutError::TooLarge(count));
+        }
+    }
+    let greatest = input.indices.iter().fold(0, |m, &i| m.max(i));
+    if !input.indices.is_empty() && greatest as usize >= vertices {
+        let at = input.indices.iter().position(|&i| i == greatest).unwrap_or_default();
+        return Err(CutError::Index { at, index: greatest, vertices });
+    }
+    let attributes = |what, count, expected| Err(CutError::Attributes { what, count, expected });
+    let expected = vertices.saturating_mul(input.stride);
+    if input.attributes.len() != expected {
+        return attributes("attributes of all vertices", input.attributes.len(), expected);
+    }
+    let Some(caps) = &options.caps else { return Ok(()) };
+    if caps.template.len() > input.stride {
+        return attributes("attributes of a vertex", input.stride, caps.template.len());
+    }
+    for (what, at, size) in
+        [("room for a cap's normal", caps.normal_at, 3), ("room for a cap's uv", caps.uv_at, 2)]
+    {
+        let Some(at) = at else { continue };
+        if at.saturating_add(size) > input.stride {
+            return attributes(what, input.stride.saturating_sub(at), size);
+        }
+    }
+    Ok(())
+}

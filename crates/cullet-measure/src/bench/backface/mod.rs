@@ -1,0 +1,291 @@
+//! Back-face culling of the triangles of one model, and of clusters.
+
+mod ball;
+mod frame;
+
+use cullet::bounds::Sphere;
+use cullet::cull::Indices;
+use cullet::cull::backface::{
+    BackfaceMask, MaskGrid, NormalMasks, ObjectEye, Planes8, Planes16, ViewCone, count_masked,
+    cull_masked, cull_masked_ref, keep_unmasked,
+};
+use cullet::cull::backface::{ClusterPlanes, EllipticCone};
+use cullet::cull::frustum::batch;
+use cullet::{CullFace, FrontFace, Level, Transform};
+use cullet_methods::Planes32;
+use cullet_methods::cluster::{
+    Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalCone, Pyramid,
+};
+
+use super::measure::{fastest_of_both, stream};
+use super::measured::{Measured, Yardstick};
+use super::options::BenchOptions;
+use ball::EYE;
+pub(crate) use ball::bumpy_ball;
+
+/// Distinct clusters to fit; more are repetitions, for fitting takes longer than all the rest.
+const DISTINCT: usize = 256;
+/// As many clusters as a large scene shows, in the second cache.
+const CLUSTERS: usize = 16_384;
+
+/// One way to test all triangles or clusters: answers as mask, count and list.
+trait Test {
+    fn mask(&self, level: Level, culled: &mut Vec<u64>);
+    fn count(&self, level: Level) -> u64;
+    fn keep(&self, level: Level, kept: &mut Indices);
+    fn oracle(&self) -> Vec<u64>;
+}
+
+macro_rules! planes {
+    ($($planes:ty),*) => {$(
+        impl Test for $planes {
+            fn mask(&self, level: Level, culled: &mut Vec<u64>) {
+                self.cull(level, EYE, culled);
+            }
+            fn count(&self, level: Level) -> u64 {
+                self.count(level, EYE)
+            }
+            fn keep(&self, level: Level, kept: &mut Indices) {
+                self.keep(level, EYE, kept);
+            }
+            fn oracle(&self) -> Vec<u64> {
+                self.cull_ref(EYE)
+            }
+        }
+    )*};
+}
+planes!(Planes8, Planes16, Planes32);
+
+impl Test for (NormalMasks, BackfaceMask) {
+    fn mask(&self, level: Level, culled: &mut Vec<u64>) {
+        cull_masked(level, &self.0, &self.1, culled);
+    }
+    fn count(&self, level: Level) -> u64 {
+        count_masked(level, &self.0, &self.1)
+    }
+    fn keep(&self, level: Level, kept: &mut Indices) {
+        keep_unmasked(level, &self.0, &self.1, kept);
+    }
+    fn oracle(&self) -> Vec<u64> {
+        cull_masked_ref(&self.0, &self.1)
+    }
+}
+
+impl<B: Bound> Test for (ClusterBounds<B>, Vec<Option<B>>) {
+    fn mask(&self, level: Level, culled: &mut Vec<u64>) {
+        self.0.cull(level, EYE, culled);
+    }
+    fn count(&self, level: Level) -> u64 {
+        self.0.count(level, EYE)
+    }
+    fn keep(&self, level: Level, kept: &mut Indices) {
+        self.0.keep(level, EYE, kept);
+    }
+    fn oracle(&self) -> Vec<u64> {
+        let mut culled = vec![0; self.1.len().div_ceil(64)];
+        for (i, bound) in self.1.iter().enumerate() {
+            let behind = bound.as_ref().is_some_and(|b| b.is_behind(EYE));
+            culled[i / 64] |= u64::from(behind) << (i % 64);
+        }
+        culled
+    }
+}
+
+pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
+    for &len in &options.sizes {
+        let names = ["vertices", "planes32", "planes16", "planes8", "masks"];
+        let wanted = |name: &str| any_output(options, &triangles(name, len));
+        if !names.into_iter().any(wanted) {
+            continue;
+        }
+        let (positions, indices) = bumpy_ball(len);
+        if options.wants(&format!("{}/list", triangles("vertices", len))) {
+            run_vertices(options, (&positions, &indices), each);
+        }
+        // One form at a time: four million triangles fill much memory.
+        if wanted("planes32") {
+            let planes = Planes32::new(&positions, &indices);
+            run_test(options, &triangles("planes32", len), &planes, [len, 16], None, each);
+        }
+        if wanted("planes16") {
+            let planes = Planes16::new(&positions, &indices);
+            run_test(options, &triangles("planes16", len), &planes, [len, 8], None, each);
+        }
+        if wanted("planes8") {
+            let planes = Planes8::new(&positions, &indices);
+            let name = triangles("planes8", len);
+            let is_list = options.wants(&format!("{name}/list"));
+            let versus = is_list.then(|| {
+                let mut kept = Vec::new();
+                let pass = || frame::keep_of_vertices(&positions, &indices, &mut kept);
+                let [_, time] = fastest_of_both(options.seconds, |_| (), pass);
+                ("vertices-f32", time / len as f64)
+            });
+            run_test(options, &name, &planes, [len, 4], versus, each);
+        }
+        if let Some(grid) = MaskGrid::new(16).filter(|_| wanted("masks")) {
+            let mut masks = NormalMasks::default();
+            grid.encode_triangles(&positions, &indices, &mut masks);
+            let sphere = Sphere { center: [0.0; 3], radius: 1.0 };
+            let cone = ViewCone::to_sphere(EYE, &sphere);
+            let mask = grid.mask(Level::new(), cone.as_ref());
+            run_test(options, &triangles("masks", len), &(masks, mask), [len, 2], None, each);
+        }
+    }
+    let (positions, indices) = bumpy_ball(DISTINCT * 64);
+    let planes: Vec<ClusterPlanes> = indices
+        .chunks(64 * 3)
+        .map(|c| {
+            let corners = c.as_chunks::<3>().0.iter();
+            ClusterPlanes::new(corners.map(|t| t.map(|v| positions[v as usize])))
+        })
+        .collect();
+    run_clusters::<EllipticCone>(options, ("elliptic", 48), &planes, each);
+    run_clusters::<EllipticConeQuantised>(options, ("elliptic8", 21), &planes, each);
+    run_clusters::<NormalCone>(options, ("cone", 28), &planes, each);
+    run_clusters::<NormalBox>(options, ("box", 40), &planes, each);
+    run_clusters::<Pyramid<6>>(options, ("pyramid6", 84), &planes, each);
+    run_clusters::<Pyramid<8>>(options, ("pyramid8", 108), &planes, each);
+    frame::run(options, each);
+}
+
+fn run_clusters<B: Bound>(
+    options: &BenchOptions,
+    (name, bytes): (&str, usize),
+    planes: &[ClusterPlanes],
+    each: &mut dyn FnMut(Measured),
+) {
+    let name = format!("backface/clusters/{name}");
+    if !any_output(options, &name) {
+        return;
+    }
+    let fits: Vec<Option<B>> = planes.iter().map(B::fit).collect();
+    let all: Vec<Option<B>> = fits.iter().copied().cycle().take(CLUSTERS).collect();
+    let test = (all.iter().copied().collect::<ClusterBounds<B>>(), all);
+    run_test(options, &name, &test, [CLUSTERS, bytes], None, each);
+}
+
+const OUTPUTS: [&str; 3] = ["mask", "count", "list"];
+
+fn any_output(options: &BenchOptions, name: &str) -> bool {
+    OUTPUTS.iter().any(|o| options.wants(&format!("{name}/{o}")))
+}
+
+fn triangles(kind: &str, len: usize) -> String {
+    let power = len.checked_ilog10().unwrap_or(0);
+    let scale = 10_usize.pow(power);
+    if len.is_multiple_of(scale) {
+        format!("backface/{kind}/{}e{power}", len / scale)
+    } else {
+        format!("backface/{kind}/{len}")
+    }
+}
+
+/// `versus` is the name and the time an item of what lists are held against.
+fn run_test(
+    options: &BenchOptions,
+    name: &str,
+    test: &impl Test,
+    [len, bytes]: [usize; 2],
+    versus: Option<(&'static str, f64)>,
+    each: &mut dyn FnMut(Measured),
+) {
+    let expected = test.oracle();
+    let culled_of = |words: &[u64]| words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
+    let culled = culled_of(&expected);
+    let kept_ref: Vec<u32> =
+        (0..len as u32).filter(|&i| expected[i as usize / 64] >> (i % 64) & 1 == 0).collect();
+    let best = batch::levels()[0].1;
+    let same_bytes = vec![1.0_f32; len * bytes / 4];
+    let (mut words, mut kept) = (Vec::new(), Indices::new());
+    for output in OUTPUTS {
+        let name = format!("{name}/{output}");
+        if !options.wants(&name) {
+            continue;
+        }
+        for (level_name, level) in batch::levels() {
+            let mut pass = || match output {
+                "mask" => test.mask(level, &mut words),
+                "count" => {
+                    std::hint::black_box(test.count(level));
+                }
+                _ => test.keep(level, &mut kept),
+            };
+            pass();
+            let [limit, time] =
+                fastest_of_both(options.seconds, |turn| stream(best, &same_bytes, turn), pass);
+            let checked = match output {
+                "mask" => words == expected,
+                "count" => test.count(level) == culled,
+                _ => *kept == *kept_ref,
+            };
+            each(Measured {
+                name: name.clone(),
+                level: level_name,
+                items: len,
+                visible: kept_ref.len(),
+                ns_per_item: time / len as f64,
+                yardstick: Yardstick::streaming(bytes, len, time, limit),
+                checked,
+                versus: versus
+                    .filter(|_| output == "list")
+                    .map(|(name, ns)| (name, ns * len as f64 / time)),
+            });
+        }
+    }
+}
+
+/// The test that needs nothing prepared: three vertices, in f64, with an error bound.
+fn run_vertices(
+    options: &BenchOptions,
+    (positions, indices): (&[[f32; 3]], &[u32]),
+    each: &mut dyn FnMut(Measured),
+) {
+    let len = indices.len() / 3;
+    let (identity, face) = (&Transform::IDENTITY, FrontFace::default());
+    let eye = ObjectEye::new(EYE, identity, face, CullFace::Back);
+    let mut kept = Vec::new();
+    // Twelve bytes of indices, and half a vertex of twelve.
+    let same_bytes = vec![1.0_f32; len * 18 / 4];
+    let best = batch::levels()[0].1;
+    let [limit, time] = fastest_of_both(
+        options.seconds,
+        |turn| stream(best, &same_bytes, turn),
+        || {
+            kept.clear();
+            eye.keep_into(positions, indices, 0..len as u32, &mut kept);
+        },
+    );
+    let corners = |t: usize| [0, 1, 2].map(|k| positions[indices[t * 3 + k] as usize]);
+    let expected = (0..len).filter(|&t| !eye.culls(&corners(t))).map(|t| t as u32);
+    each(Measured {
+        name: format!("{}/list", triangles("vertices", len)),
+        level: "scalar",
+        items: len,
+        visible: kept.len(),
+        ns_per_item: time / len as f64,
+        yardstick: Yardstick::streaming(18, len, time, limit),
+        checked: expected.eq(kept.iter().copied()),
+        versus: None,
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ball_is_wound_outward() {
+        let (positions, indices) = bumpy_ball(5000);
+        assert_eq!(indices.len(), 15_000);
+        let wide = |v: u32| positions[v as usize].map(f64::from);
+        let mut volume = 0.0;
+        for t in indices.as_chunks::<3>().0 {
+            let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = t.map(wide);
+            volume +=
+                ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
+        }
+        assert!(volume / 6.0 > 2.0, "{volume}");
+        assert!(positions.iter().all(|p| p.iter().map(|v| v * v).sum::<f32>() <= 1.0));
+    }
+}

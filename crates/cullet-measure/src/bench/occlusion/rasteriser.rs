@@ -1,0 +1,27 @@
+//! What is measured, as the measurement sees it.
+
+use cullet::View;
+use cullet::bounds::Boxes;
+
+/// Answers of [`Rasteriser::test`], as they stand in a file of answers.
+pub const OUTSIDE: u8 = 0;
+/// In the picture, for all that is known.
+pub const VISIBLE: u8 = 1;
+/// In the frustum and proved hidden.
+pub const HIDDEN: u8 = 2;
+
+/// An occlusion buffer with the meshes of a scene.
+pub(super) trait Rasteriser {
+    /// Empties the buffer for a view.
+    fn clear(&mut self, view: &View);
+
+    /// Draws meshes in this order.
+    fn draw(&mut self, meshes: &[u32]);
+
+    /// Draws meshes in this order, but those whose box is hidden by what is drawn so far. Returns how many
+    /// it drew.
+    fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize;
+
+    /// Says of each box whether it is outside, visible or hidden, by what is drawn.
+    fn test(&mut self, boxes: &Boxes, answers: &mut [u8]);
+}

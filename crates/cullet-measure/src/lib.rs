@@ -1,0 +1,24 @@
+//! What `cullet` takes and what its methods gain, measured: workloads against this machine's streaming rate, costs for
+//! reports, and the figures of published work.
+//!
+//! Each command is a module with its arguments and its `run`: [`bench`], [`calibrate`], [`reproduce`]. The workloads are
+//! there for other programs too:
+//!
+//! ```
+//! use cullet_measure::bench::{BenchOptions, run_all};
+//!
+//! let options = BenchOptions {
+//!     filter: Some("frustum/boxes".to_owned()),
+//!     seconds: 0.0,
+//!     sizes: vec![1000],
+//!     ..BenchOptions::default()
+//! };
+//! assert!(run_all(&options).results.iter().all(|measured| measured.checked));
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod bench;
+pub mod calibrate;
+pub mod machine;
+pub mod occscn;
+pub mod reproduce;
