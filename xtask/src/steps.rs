@@ -45,11 +45,15 @@ fn docs() -> Ended {
     all(run(doc))
 }
 
-/// Each library alone, with no more features than it asks for: the workspace may lend it some.
+/// Each library alone, with no more features than it asks for, and each of its features: the workspace may lend it some.
 fn features() -> Ended {
+    let check = |more: &[&str]| {
+        cargo(&[&["check", "--profile", checked::PROFILE, "--package"], more].concat())
+    };
     for package in ["cullet", "cullet-io", "cullet-draw"] {
-        cargo(&["check", "--package", package, "--profile", checked::PROFILE])?;
+        check(&[package])?;
     }
+    check(&["cullet", "--features", "serde"])?;
     Ok(End::Passed)
 }
 

@@ -13,6 +13,8 @@ pub(super) struct Prepared {
     behind: OnceLock<ClusterCones>,
     before: OnceLock<ClusterCones>,
     occluder: OnceLock<Occluder>,
+    /// Whether the occluder is the caller's.
+    is_given: bool,
 }
 
 impl Mesh {
@@ -53,6 +55,14 @@ impl Mesh {
     /// Gives the mesh an occluder, such as one that was baked: its shapes must lie within what the mesh hides.
     pub fn set_occluder(&mut self, occluder: Occluder) {
         self.prepared.occluder = OnceLock::from(occluder);
+        self.prepared.is_given = true;
+    }
+
+    /// The occluder that was given by [`set_occluder`](Self::set_occluder); `None` where [`occluder`](Self::occluder) makes it
+    /// of the mesh. It is forgotten when [`set_two_sided`](Self::set_two_sided) changes a part.
+    #[must_use]
+    pub fn given_occluder(&self) -> Option<&Occluder> {
+        self.prepared.occluder.get().filter(|_| self.prepared.is_given)
     }
 
     /// Makes what the culling of back faces needs of this mesh, so that the first frame does not pay for
