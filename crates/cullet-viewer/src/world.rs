@@ -2,14 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use cullet::Output;
 use cullet::bounds::Aabb;
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{LoadOptions, Model, Warning, load, load_bytes_with, scenes};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::camera::Rig;
 use crate::sides::{self, KeptBacks, Sides};
-use crate::state::{Colour, Depth, Layout, Look, Manner, Stages};
+use crate::state::{Colour, Layout, Look, Manner, Stages};
 use crate::web::packed::{Unpacker, pack};
 
 /// A scene of so many instances is large.
@@ -297,7 +299,7 @@ impl World {
         Manner {
             layout: Layout::Split,
             map: false,
-            stages: Stages { depth: Depth::Triangles, ..Stages::default() },
+            stages: Stages { depth: Output::Triangles, ..Stages::default() },
             look: Look { colour, ..Look::default() },
         }
     }
