@@ -81,7 +81,7 @@ pub fn at_rest(model: &Model) -> Option<Warning> {
 }
 
 /// How much there is of a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// Meshes, each counted once.
     pub meshes: u64,
@@ -122,7 +122,7 @@ pub struct World {
 }
 
 /// What is found out of a scene once, in time that grows with its instances and with its largest two-sided mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// How much there is of it.
     pub counts: Counts,
