@@ -72,7 +72,14 @@ impl Decision {
             triangle_count,
             instance_count,
         } = visible;
-        let mut out = Writer::default();
+        // Growing a list of millions would copy it again and again.
+        let long = size_of_val(&occluders[..])
+            + size_of_val(&whole[..])
+            + size_of_val(&partial[..])
+            + size_of_val(&triangle_ranges[..])
+            + size_of_val(&triangles[..])
+            + reasons.len() * 2;
+        let mut out = Writer { bytes: Vec::with_capacity(long + 1024) };
         out.value(&request.number);
         out.value(&(milliseconds, triangle_count, instance_count, funnel, dropped));
         out.pods(occluders);

@@ -21,6 +21,11 @@ impl Writer {
         self.bytes = postcard::to_extend(value, bytes).unwrap_or_default();
     }
 
+    /// Plain data as it lies in memory.
+    pub(crate) fn pod<T: NoUninit>(&mut self, value: &T) {
+        self.bytes.extend_from_slice(bytemuck::bytes_of(value));
+    }
+
     /// A list of plain data as it lies in memory.
     pub(crate) fn pods<T: NoUninit>(&mut self, values: &[T]) {
         self.count(values.len());
@@ -67,6 +72,10 @@ impl<'a> Reader<'a> {
         let taken = end.and_then(|end| self.bytes.get(self.at..end));
         self.at += taken.map_or(0, <[u8]>::len);
         taken.ok_or(UnpackError::Short(self.at))
+    }
+
+    pub(crate) fn pod<T: AnyBitPattern>(&mut self) -> Read<T> {
+        Ok(bytemuck::pod_read_unaligned(self.take(size_of::<T>())?))
     }
 
     pub(crate) fn pods<T: AnyBitPattern>(&mut self) -> Read<Vec<T>> {

@@ -4,10 +4,11 @@
 //! the same program, so this is no file format: there is no version, and nothing of it outlives a message. Even so every
 //! count is held against the bytes there are.
 
+use cullet::bounds::Aabb;
 use cullet::cull::occlusion::Occluder;
 use cullet::hierarchy::Groups;
 use cullet::mesh::{Cluster, Clustering, MeshData, Part};
-use cullet::{BoundsOverride, Handle, Instance, Mesh, Scene};
+use cullet::{BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Scene, Transform};
 use cullet_io::{CellGraph, Model, Warning};
 use thiserror::Error;
 
@@ -51,7 +52,7 @@ pub fn pack(model: &Model) -> Vec<u8> {
     out.count(node_tree.names.len());
     node_tree.names.iter().for_each(|name| out.value(name));
     out.count(slots.len());
-    slots.iter().for_each(|&(slot, _)| out.value(&instance(scene, slot)));
+    slots.iter().for_each(|&(slot, _)| instance(&mut out, scene, slot));
     out.bytes
 }
 
@@ -68,19 +69,18 @@ fn cells(model: &Model, slots: &[(u32, Handle)]) -> CellGraph {
     cells
 }
 
-/// What is in a slot, with the box that the scene has for it, or none.
-fn instance(scene: &Scene, slot: u32) -> Instance {
+/// What is in a slot, with the box that the scene has for it. There may be a million of them, so that what is long of each
+/// is copied as it lies in memory.
+fn instance(out: &mut Writer, scene: &Scene, slot: u32) {
     let flags = scene.flags(slot);
     let exempt = scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
     // What is exempt by its flag needs no other reason.
-    let none = exempt && !flags.always_visible;
-    Instance {
-        mesh: scene.mesh_id(slot),
-        transform: *scene.transform(slot),
-        layers: scene.layers(slot),
-        flags,
-        bounds: if none { BoundsOverride::None } else { BoundsOverride::World(scene.bounds(slot)) },
-    }
+    let is_unbounded = exempt && !flags.always_visible;
+    out.value(&(scene.mesh_id(slot), scene.layers(slot), flags, is_unbounded));
+    let Transform { linear, translation } = scene.transform(slot);
+    out.pod(linear);
+    out.pod(translation);
+    out.pod(&scene.bounds(slot));
 }
 
 /// What a mesh has besides its long arrays: its parts, how many polygons it had, whether it deforms, its clusters, which take
@@ -100,7 +100,7 @@ fn mesh(out: &mut Writer, mesh: &Mesh) {
 }
 
 /// The fewest bytes of an instance.
-const INSTANCE: usize = 68;
+const INSTANCE: usize = 92;
 /// So many names or instances are one step: some milliseconds at the most.
 const BATCH: usize = 4096;
 
@@ -233,17 +233,16 @@ impl Unpacker {
         let mut from = Reader::new(&self.bytes, self.at);
         let scene = &mut self.model.scene;
         for _ in 0..count {
-            let instance: Instance = from.value()?;
-            let own = match instance.bounds {
-                BoundsOverride::World(_) => BoundsOverride::Mesh,
-                other => other,
-            };
+            let (mesh, layers, flags, is_unbounded): (u32, u32, InstanceFlags, bool) =
+                from.value()?;
+            let transform = Transform { linear: from.pod()?, translation: from.pod()? };
+            let seen: Aabb = from.pod()?;
+            let bounds = if is_unbounded { BoundsOverride::None } else { BoundsOverride::Mesh };
             let slot = scene.slot_count();
-            let handle = scene.add(Instance { bounds: own, ..instance }).map_err(wrong)?;
-            if let BoundsOverride::World(bounds) = instance.bounds
-                && scene.bounds(slot) != bounds
-            {
-                scene.set_bounds(handle, instance.bounds).map_err(wrong)?;
+            let instance = Instance { mesh, transform, layers, flags, bounds };
+            let handle = scene.add(instance).map_err(wrong)?;
+            if !is_unbounded && scene.bounds(slot) != seen {
+                scene.set_bounds(handle, BoundsOverride::World(seen)).map_err(wrong)?;
             }
         }
         self.at = from.at();
@@ -263,9 +262,8 @@ impl Unpacker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cullet::bounds::Aabb;
     use cullet::cull::occlusion::{Convex, Occlusion, Patch, Shape};
-    use cullet::{Transform, View, ViewState, Visible};
+    use cullet::{View, ViewState, Visible};
     use cullet_io::{Portal, load_bytes, scenes};
 
     /// How many triangles are left of a view, and what dropped each instance.
