@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use cullet::{Backface, Culler, Output, Reason, Stage, Unit, View, ViewState, Visible};
+use cullet::{Backface, Culler, Handle, Output, Reason, Stage, Unit, View, ViewState, Visible};
 use cullet_draw::{Frame, FrameStats, PixelId, Verification, VerifyOptions};
 use cullet_io::Model;
 
@@ -12,8 +12,7 @@ use crate::bounds::BoundsTest;
 use crate::exit::Failure;
 use crate::inputs;
 use crate::record::{
-    Counts, DepthRecord, HierarchyRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord,
-    tightness,
+    Counts, DepthRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord, tightness,
 };
 
 /// What all views together did to one instance.
@@ -181,7 +180,7 @@ impl Survey {
             near,
             far,
             stages: seen.result.funnel.rows.iter().map(StageRecord::new).collect(),
-            hierarchy: hierarchy(&seen.result),
+            hierarchy: seen.result.funnel.frustum,
             whole: whole(&seen.result),
             triangles: Counts { all, potentially_visible: drawn, visible },
             instances: Counts {
@@ -288,10 +287,10 @@ impl Survey {
             Loss {
                 view,
                 instance: name_of(&self.model, f.slot),
-                handle: handle.map_or([u32::MAX, 0], |h| [h.index, h.generation]),
+                handle: handle.unwrap_or(Handle { index: u32::MAX, generation: 0 }),
                 triangle: f.triangle,
                 pixel: f.pixel,
-                stage: f.reason.map(|r| r.stage.name()),
+                stage: f.reason.map(|r| r.stage),
                 reason: f.reason.map_or_else(|| "part of it is drawn".into(), reason_text),
             }
         };
@@ -333,17 +332,6 @@ pub(crate) fn reason_text(reason: Reason) -> String {
         Stage::Occlusion => "behind something".into(),
         Stage::Backface => "every triangle faces away".into(),
         Stage::Degenerate => "without area".into(),
-    }
-}
-
-fn hierarchy(result: &Visible) -> HierarchyRecord {
-    let w = result.funnel.frustum;
-    HierarchyRecord {
-        nodes: w.nodes,
-        blocks: w.blocks,
-        plane_tests: w.plane_tests,
-        remembered: w.remembered,
-        swept: w.swept,
     }
 }
 
