@@ -47,13 +47,16 @@ fn docs() -> Ended {
     all(run(doc))
 }
 
-/// Each library alone, with no more features than it asks for: the workspace may lend it some.
+/// Each library alone, with no more features than it asks for, and each of its features: the workspace may lend it some.
 fn features() -> Ended {
+    let check = |more: &[&str]| {
+        cargo(&[&["check", "--profile", checked::PROFILE, "--package"], more].concat())
+    };
     for package in ["cullet", "cullet-methods", "cullet-io", "cullet-draw", "cullet-cut"] {
-        cargo(&["check", "--package", package, "--profile", checked::PROFILE])?;
+        check(&[package])?;
     }
-    let slices = ["check", "--package", "cullet-cut", "--no-default-features"];
-    cargo(&[&slices[..], &["--profile", checked::PROFILE]].concat())?;
+    check(&["cullet-cut", "--no-default-features"])?;
+    check(&["cullet", "--features", "serde"])?;
     Ok(End::Passed)
 }
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use cullet::{FunnelRow, Stage};
-use serde::{Serialize, Serializer};
+use cullet::{FrustumWork, FunnelRow, Handle, Stage, Unit};
+use serde::Serialize;
 
 /// The number of the format; raised only when a key changes its meaning or goes.
 pub(crate) const SCHEMA: u32 = 1;
@@ -37,9 +37,9 @@ pub(crate) struct Counts {
 /// One stage and unit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct StageRecord {
-    #[serde(rename = "name", serialize_with = "name_of")]
+    #[serde(rename = "name")]
     pub(crate) stage: Stage,
-    pub(crate) unit: &'static str,
+    pub(crate) unit: Unit,
     #[serde(rename = "in")]
     pub(crate) entered: u64,
     #[serde(rename = "out")]
@@ -56,7 +56,7 @@ impl StageRecord {
         let (a, b) = (row.entered, row.left);
         Self {
             stage: row.stage,
-            unit: row.unit.name(),
+            unit: row.unit,
             entered: a.of(row.unit),
             left: b.of(row.unit),
             instances: [a.instances, b.instances],
@@ -82,17 +82,8 @@ impl StageRecord {
     }
 }
 
-fn name_of<S: Serializer>(stage: &Stage, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(stage.name())
-}
-
 /// How many triangles each stage took, in the order of the stages; none that took nothing.
 pub(crate) type Removed = BTreeMap<Stage, u64>;
-
-/// An object with the names of the stages, in their order.
-fn by_name<S: Serializer>(removed: &Removed, to: S) -> Result<S::Ok, S::Error> {
-    to.collect_map(removed.iter().map(|(stage, n)| (stage.name(), n)))
-}
 
 /// How often pixels were covered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -145,11 +136,11 @@ pub(crate) struct BackfaceRecord {
 pub(crate) struct Loss {
     pub(crate) view: usize,
     pub(crate) instance: String,
-    pub(crate) handle: [u32; 2],
+    pub(crate) handle: Handle,
     /// Null for an instance that only the jittered samples see.
     pub(crate) triangle: Option<u32>,
     pub(crate) pixel: [u32; 2],
-    pub(crate) stage: Option<&'static str>,
+    pub(crate) stage: Option<Stage>,
     pub(crate) reason: String,
 }
 
@@ -165,13 +156,12 @@ pub(crate) struct ViewRecord {
     pub(crate) far: Option<f64>,
     pub(crate) stages: Vec<StageRecord>,
     /// What the frustum stage asked of the scene's hierarchy.
-    pub(crate) hierarchy: HierarchyRecord,
+    pub(crate) hierarchy: FrustumWork,
     /// Whole instances and their triangles, kind of culling after kind of culling.
     pub(crate) whole: WholeRecord,
     pub(crate) triangles: Counts,
     pub(crate) instances: Counts,
     /// Triangles that each stage took, whether alone or with its whole cluster or instance.
-    #[serde(serialize_with = "by_name")]
     pub(crate) removed: Removed,
     pub(crate) tightness: Option<f64>,
     pub(crate) verified: bool,
@@ -192,13 +182,12 @@ pub(crate) struct Summary {
     pub(crate) verified_views: Vec<usize>,
     pub(crate) triangles: Counts,
     pub(crate) instances: Counts,
-    #[serde(serialize_with = "by_name")]
     pub(crate) removed: Removed,
     /// Potentially visible over visible triangles, in the views that were verified.
     pub(crate) tightness: Option<f64>,
     pub(crate) false_culls: u64,
     pub(crate) stages: Vec<StageRecord>,
-    pub(crate) hierarchy: HierarchyRecord,
+    pub(crate) hierarchy: FrustumWork,
     /// Whole instances and their triangles, kind of culling after kind of culling.
     pub(crate) whole: WholeRecord,
     pub(crate) depth_before: Option<DepthRecord>,
@@ -229,21 +218,6 @@ impl WholeRecord {
             occluders: add(a.occluders, b.occluders),
         })
     }
-}
-
-/// What a frustum stage asked of a hierarchy.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub(crate) struct HierarchyRecord {
-    /// Nodes that asked their children, sixteen at a time.
-    pub(crate) nodes: u64,
-    /// Blocks of sixteen instances that were tested one by one.
-    pub(crate) blocks: u64,
-    /// Tests of sixteen things against a plane.
-    pub(crate) plane_tests: u64,
-    /// Groups of 256 instances answered by the last view.
-    pub(crate) remembered: u64,
-    /// Instances swept without asking a node.
-    pub(crate) swept: u64,
 }
 
 /// What could be done, with the figures it rests on.
@@ -326,7 +300,7 @@ impl Summary {
             tightness: tightness(drawn, seen),
             false_culls: views.iter().map(|v| v.false_culls).sum(),
             stages,
-            hierarchy: views.iter().fold(HierarchyRecord::default(), |a, v| HierarchyRecord {
+            hierarchy: views.iter().fold(FrustumWork::default(), |a, v| FrustumWork {
                 nodes: a.nodes + v.hierarchy.nodes,
                 blocks: a.blocks + v.hierarchy.blocks,
                 plane_tests: a.plane_tests + v.hierarchy.plane_tests,
@@ -407,6 +381,10 @@ impl BackfaceRecord {
 mod tests {
     use super::*;
 
+    fn text(value: &impl Serialize) -> String {
+        serde_json::to_string(value).unwrap()
+    }
+
     fn view(index: usize, all: u64, drawn: u64, visible: Option<u64>) -> ViewRecord {
         let triangles = Counts { all, potentially_visible: drawn, visible };
         ViewRecord {
@@ -415,10 +393,10 @@ mod tests {
             direction: [0.0, 0.0, -1.0],
             near: None,
             far: None,
-            hierarchy: HierarchyRecord::default(),
+            hierarchy: FrustumWork::default(),
             stages: vec![StageRecord {
                 stage: Stage::Frustum,
-                unit: "instances",
+                unit: Unit::Instances,
                 entered: all,
                 left: drawn,
                 instances: [all, drawn],
@@ -478,5 +456,29 @@ mod tests {
         assert_eq!(json["stages"][0]["ms"], 1.0);
         assert_eq!(json["triangles"]["potentially_visible"], 6);
         assert_eq!(json["false_culls"], 0);
+    }
+
+    #[test]
+    fn the_engines_types_have_the_names_of_the_schema() {
+        let view = view(3, 9, 6, None);
+        let stage = r#"{"name":"frustum","unit":"instances","in":9,"out":6,"instances":[9,6],"clusters":[9,6],"triangles":[9,6],"ms":1.0}"#;
+        assert_eq!(text(&view.stages[0]), stage);
+        let work = FrustumWork { nodes: 1, blocks: 2, plane_tests: 3, remembered: 4, swept: 5 };
+        let named = r#"{"nodes":1,"blocks":2,"plane_tests":3,"remembered":4,"swept":5}"#;
+        assert_eq!(text(&work), named);
+        let removed: Removed = Stage::ALL.iter().rev().map(|&stage| (stage, 7)).collect();
+        let names = Stage::ALL.map(|stage| format!("\"{}\":7", stage.name())).join(",");
+        assert_eq!(text(&removed), format!("{{{names}}}"));
+        let loss = Loss {
+            view: 1,
+            instance: "oak 2".to_owned(),
+            handle: Handle { index: 2, generation: 5 },
+            triangle: None,
+            pixel: [3, 4],
+            stage: Some(Stage::Lod),
+            reason: "x".to_owned(),
+        };
+        let named = r#"{"view":1,"instance":"oak 2","handle":[2,5],"triangle":null,"pixel":[3,4],"stage":"lod","reason":"x"}"#;
+        assert_eq!(text(&loss), named);
     }
 }

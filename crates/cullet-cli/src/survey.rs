@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cullet::{Culler, Output, Stage, Unit, View, ViewState, Visible};
+use cullet::{Culler, Handle, Output, Stage, Unit, View, ViewState, Visible};
 use cullet_command::clock::clock;
 use cullet_command::exit::Failure;
 use cullet_command::inputs;
@@ -13,8 +13,7 @@ use crate::backfaces::BackfaceTest;
 use crate::bounds::BoundsTest;
 use crate::names::{name_of, reason_text};
 use crate::record::{
-    Counts, DepthRecord, HierarchyRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord,
-    tightness,
+    Counts, DepthRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord, tightness,
 };
 
 /// What all views together did to one instance.
@@ -167,7 +166,7 @@ impl Survey {
             near,
             far,
             stages: seen.result.funnel.rows.iter().map(StageRecord::new).collect(),
-            hierarchy: hierarchy(&seen.result),
+            hierarchy: seen.result.funnel.frustum,
             whole: whole(&seen.result),
             triangles: Counts { all, potentially_visible: drawn, visible },
             instances: Counts {
@@ -274,25 +273,14 @@ impl Survey {
             Loss {
                 view,
                 instance: name_of(&self.model, f.slot),
-                handle: handle.map_or([u32::MAX, 0], |h| [h.index, h.generation]),
+                handle: handle.unwrap_or(Handle { index: u32::MAX, generation: 0 }),
                 triangle: f.triangle,
                 pixel: f.pixel,
-                stage: f.reason.map(|r| r.stage.name()),
+                stage: f.reason.map(|r| r.stage),
                 reason: f.reason.map_or_else(|| "part of it is drawn".into(), reason_text),
             }
         };
         v.false_culls.iter().map(loss).collect()
-    }
-}
-
-fn hierarchy(result: &Visible) -> HierarchyRecord {
-    let w = result.funnel.frustum;
-    HierarchyRecord {
-        nodes: w.nodes,
-        blocks: w.blocks,
-        plane_tests: w.plane_tests,
-        remembered: w.remembered,
-        swept: w.swept,
     }
 }
 

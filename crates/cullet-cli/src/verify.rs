@@ -165,7 +165,7 @@ fn loss_text(loss: &Loss) -> String {
         loss.pixel[0],
         loss.pixel[1],
         loss.instance,
-        loss.stage.unwrap_or("a stage for triangles"),
+        loss.stage.map_or("a stage for triangles", cullet::Stage::name),
         loss.reason
     )
 }
@@ -212,10 +212,10 @@ mod tests {
         let loss = Loss {
             view: 3,
             instance: "door".into(),
-            handle: [7, 0],
+            handle: [7, 0].into(),
             triangle: Some(12),
             pixel: [640, 360],
-            stage: Some("frustum"),
+            stage: Some(cullet::Stage::Frustum),
             reason: "outside the left plane of the frustum".into(),
         };
         assert_eq!(

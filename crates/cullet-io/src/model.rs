@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use cullet::{Handle, Projection, Scene, Transform};
+use serde::{Deserialize, Serialize};
 
 use crate::{Attributes, Motion, NodeTree};
 
@@ -54,7 +55,7 @@ impl Model {
 }
 
 /// A material, as far as visibility and simple pictures care.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Its name.
     pub name: String,
@@ -63,7 +64,7 @@ pub struct Material {
 }
 
 /// A camera of a file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraNode {
     /// Its name.
     pub name: String,
@@ -74,7 +75,7 @@ pub struct CameraNode {
 }
 
 /// A fixed view that a file gives as a matrix.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MatrixView {
     /// Its name.
     pub name: String,
@@ -87,7 +88,7 @@ pub struct MatrixView {
 }
 
 /// A convex room, here always a box.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// Its name.
     pub name: String,
@@ -98,7 +99,7 @@ pub struct Cell {
 }
 
 /// An opening between two cells.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Portal {
     /// The cells it joins, by number.
     pub cells: [u32; 2],
@@ -111,7 +112,7 @@ pub struct Portal {
 }
 
 /// Cells and the portals between them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CellGraph {
     /// The cells.
     pub cells: Vec<Cell>,
@@ -130,7 +131,7 @@ pub enum Up {
 }
 
 /// Something odd in a file that did not stop it: which item, and what about it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Warning {
     /// The item: a line, a node, an accessor.
     pub item: String,

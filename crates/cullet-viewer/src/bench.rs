@@ -4,12 +4,12 @@
 use std::io::Write;
 use std::time::Instant;
 
-use cullet::{CullFace, View, ViewState, Visible};
+use cullet::{CullFace, Output, View, ViewState, Visible};
 use cullet_io::paths::PathSpec;
 
 use crate::draw::{DrawError, Pane, Renderer, Style};
 use crate::headless::Gpu;
-use crate::state::{Depth, Stages};
+use crate::state::Stages;
 use crate::ui::grouped;
 use crate::world::World;
 
@@ -56,12 +56,12 @@ fn ways() -> Vec<Way> {
         Way { name: "nothing is culled", stages: None, faces: CullFace::None },
         way(BASE, None),
         way("+ frustum, whole things", Some(Stages::plain())),
-        way("+ back faces, clusters", Some(deep(Depth::Clusters))),
-        way("  the same by triangles", Some(deep(Depth::Triangles))),
+        way("+ back faces, clusters", Some(deep(Output::Clusters))),
+        way("  the same by triangles", Some(deep(Output::Triangles))),
         way("+ occlusion, clusters", Some(Stages::default())),
         way(
             "  the same by triangles",
-            Some(Stages { depth: Depth::Triangles, ..Stages::default() }),
+            Some(Stages { depth: Output::Triangles, ..Stages::default() }),
         ),
     ]
 }

@@ -66,7 +66,7 @@ impl Costs {
         let step = rigs.len().div_ceil(MOST).max(1);
         for (camera, rig) in rigs.iter().enumerate().step_by(step) {
             let Ok(mut view) = rig.view(size) else { continue };
-            (view.cull_face, view.front_face) = (look.cull_face(), look.front_face());
+            (view.cull_face, view.front_face) = (look.cull, look.front_face());
             let began = clock();
             culler.cull_one(&world.model.scene, &view, &mut state, &mut visible);
             let milliseconds = (clock() - began) as f32 * 1e-6;

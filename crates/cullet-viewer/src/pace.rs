@@ -4,11 +4,11 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use cullet::Stage;
+use cullet::{Output, Stage};
 
 use crate::camera::{Mode, Rig};
 use crate::decide::{Decider, Decision, Request};
-use crate::state::{Depth, Stages};
+use crate::state::Stages;
 use crate::task::clock;
 use crate::ui::grouped;
 use crate::world::World;
@@ -46,7 +46,7 @@ pub fn run(world: World, out: &mut impl Write) -> io::Result<()> {
     let deep = |depth, stages: Stages| Stages { depth, ..stages };
     for (name, stages) in [
         ("usual", Stages::default()),
-        ("usual, whole things", deep(Depth::Instances, Stages::default())),
+        ("usual, whole things", deep(Output::Instances, Stages::default())),
         ("open (no occlusion)", Stages::open()),
         ("plain (frustum, whole things)", Stages::plain()),
     ] {

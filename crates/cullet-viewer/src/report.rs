@@ -5,8 +5,11 @@ use std::path::Path;
 #[cfg(not(target_arch = "wasm32"))]
 use std::path::PathBuf;
 
+use cullet::Backface;
+use cullet::cull::detail::Measure;
+
 use crate::sides::Sides;
-use crate::state::{Backfaces, DetailBy, Stages};
+use crate::state::Stages;
 
 /// What a report is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,9 +46,9 @@ impl Order {
         if s.on && s.detail_px > 0.0 {
             add("--detail", s.detail_px.to_string());
             let by = match s.detail_by {
-                DetailBy::Box => "sides",
-                DetailBy::Area => "area",
-                DetailBy::Diameter => "diameter",
+                Measure::WidthAndHeight => "sides",
+                Measure::Area => "area",
+                Measure::Diameter => "diameter",
             };
             add("--detail-by", by.to_owned());
         }
@@ -55,7 +58,7 @@ impl Order {
         }
         for (given, name) in [
             (!(s.on && s.frustum), "--no-frustum"),
-            (!s.on || s.backface == Backfaces::Off, "--no-backface"),
+            (!s.on || s.backface == Backface::Off, "--no-backface"),
             (!(s.on && s.degenerate), "--no-degenerate"),
             (!(s.on && s.occlusion), "--no-occlusion"),
             (s.on && s.frustum && s.frustum_exact, "--exact-frustum"),

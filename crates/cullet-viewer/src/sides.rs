@@ -98,7 +98,7 @@ fn with_parts(mesh: &Mesh, two_sided: &[bool]) -> Result<Mesh, MeshError> {
 }
 
 /// The triangles that back-face culling has nothing to do with, and why.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeptBacks {
     /// Triangles of all instances both sides of which are drawn.
     pub two_sided: u64,

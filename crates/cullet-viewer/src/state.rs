@@ -139,13 +139,13 @@ pub struct Stages {
     /// See [`Culler::frustum_exact`].
     pub frustum_exact: bool,
     /// See [`Culler::backface`].
-    pub backface: Backfaces,
+    pub backface: Backface,
     /// See [`Culler::degenerate`].
     pub degenerate: bool,
     /// The size in pixels under which things are dropped; 0 drops none.
     pub detail_px: f64,
     /// How that size is measured.
-    pub detail_by: DetailBy,
+    pub detail_by: Measure,
     /// Whether things behind others are dropped; see [`Culler::occlusion`].
     pub occlusion: bool,
     /// See [`Occlusion::width`].
@@ -153,7 +153,7 @@ pub struct Stages {
     /// See [`Occlusion::budget`].
     pub occlusion_budget: f32,
     /// How deep the answer goes.
-    pub depth: Depth,
+    pub depth: Output,
 }
 
 impl Default for Stages {
@@ -162,52 +162,16 @@ impl Default for Stages {
             on: true,
             frustum: true,
             frustum_exact: false,
-            backface: Backfaces::Fast,
+            backface: Backface::Fast,
             degenerate: true,
             detail_px: 0.0,
-            detail_by: DetailBy::Box,
+            detail_by: Measure::WidthAndHeight,
             occlusion: true,
             occlusion_width: Occlusion::default().width,
             occlusion_budget: Occlusion::default().budget,
-            depth: Depth::Clusters,
+            depth: Output::Clusters,
         }
     }
-}
-
-/// [`Backface`] for a link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Backfaces {
-    /// Not culled.
-    Off,
-    /// Cones of clusters, then planes of four bytes.
-    Fast,
-    /// Corners.
-    Exact,
-}
-
-/// [`Measure`] for a link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DetailBy {
-    /// Width and height.
-    Box,
-    /// Area.
-    Area,
-    /// Diagonal.
-    Diameter,
-}
-
-/// [`Output`] for a link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Depth {
-    /// Whole instances.
-    Instances,
-    /// Clusters of instances.
-    Clusters,
-    /// Single triangles.
-    Triangles,
 }
 
 /// The widest [`Occlusion::width`] that a link may ask for: beyond it a buffer is finer than any screen.
@@ -228,7 +192,7 @@ impl Stages {
         Self {
             on: false,
             frustum: false,
-            backface: Backfaces::Off,
+            backface: Backface::Off,
             degenerate: false,
             occlusion: false,
             ..Self::default()
@@ -239,10 +203,10 @@ impl Stages {
     #[must_use]
     pub fn plain() -> Self {
         Self {
-            backface: Backfaces::Off,
+            backface: Backface::Off,
             degenerate: false,
             occlusion: false,
-            depth: Depth::Instances,
+            depth: Output::Instances,
             ..Self::default()
         }
     }
@@ -250,7 +214,7 @@ impl Stages {
     /// Everything, down to triangles, and what stays under two pixels too.
     #[must_use]
     pub fn all() -> Self {
-        Self { frustum_exact: true, detail_px: 2.0, depth: Depth::Triangles, ..Self::default() }
+        Self { frustum_exact: true, detail_px: 2.0, depth: Output::Triangles, ..Self::default() }
     }
 
     /// All but what asks what lies before what.
@@ -262,32 +226,19 @@ impl Stages {
     /// The culler with these settings, which is asked for reasons and keeps time by `clock`.
     #[must_use]
     pub fn culler(&self, clock: fn() -> u64) -> Culler {
-        let measure = match self.detail_by {
-            DetailBy::Box => Measure::WidthAndHeight,
-            DetailBy::Area => Measure::Area,
-            DetailBy::Diameter => Measure::Diameter,
-        };
         let on = self.on;
         Culler {
             frustum: on && self.frustum,
             frustum_exact: on && self.frustum_exact,
-            backface: match self.backface {
-                Backfaces::Fast if on => Backface::Fast,
-                Backfaces::Exact if on => Backface::Exact,
-                _ => Backface::Off,
-            },
+            backface: if on { self.backface } else { Backface::Off },
             degenerate: on && self.degenerate,
             detail: (on && self.detail_px > 0.0)
-                .then_some(Detail { measure, threshold_px: self.detail_px }),
+                .then_some(Detail { measure: self.detail_by, threshold_px: self.detail_px }),
             occlusion: (on && self.occlusion).then_some(Occlusion {
                 width: self.occlusion_width,
                 budget: self.occlusion_budget,
             }),
-            output: match self.depth {
-                Depth::Instances => Output::Instances,
-                Depth::Clusters => Output::Clusters,
-                Depth::Triangles => Output::Triangles,
-            },
+            output: self.depth,
             reasons: true,
             clock: Some(clock),
             ..Culler::default()
@@ -333,19 +284,6 @@ impl Colour {
     ];
 }
 
-/// Which faces of one-sided meshes are culled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Faces {
-    /// None.
-    None,
-    /// Those seen from behind.
-    #[default]
-    Back,
-    /// Those seen from the front.
-    Front,
-}
-
 /// How triangles are drawn.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -357,7 +295,7 @@ pub struct Look {
     /// Their edges.
     pub wireframe: bool,
     /// Which faces of one-sided meshes are culled.
-    pub cull: Faces,
+    pub cull: CullFace,
     /// Whether the graphics hardware drops those faces too, of every mesh, two-sided ones not excepted.
     pub hardware: bool,
     /// Front faces are those that are clockwise.
@@ -376,7 +314,7 @@ impl Default for Look {
             colour: Colour::Material,
             fill: true,
             wireframe: false,
-            cull: Faces::Back,
+            cull: CullFace::Back,
             hardware: false,
             clockwise: false,
             face_normals: false,
@@ -402,21 +340,11 @@ impl Look {
             },
             fill: self.fill,
             wireframe: self.wireframe,
-            cull_face: if self.hardware { self.cull_face() } else { CullFace::None },
+            cull_face: if self.hardware { self.cull } else { CullFace::None },
             clockwise: self.clockwise,
             face_normals: self.face_normals,
             vertex_normals: self.vertex_normals,
             samples: if self.fine { 4 } else { 1 },
-        }
-    }
-
-    /// Which faces a view culls.
-    #[must_use]
-    pub fn cull_face(&self) -> CullFace {
-        match self.cull {
-            Faces::None => CullFace::None,
-            Faces::Back => CullFace::Back,
-            Faces::Front => CullFace::Front,
         }
     }
 

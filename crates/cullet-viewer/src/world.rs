@@ -2,14 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use cullet::Output;
 use cullet::bounds::Aabb;
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{LoadOptions, Model, Warning, load, load_bytes_with, scenes};
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::camera::Rig;
 use crate::sides::{self, KeptBacks, Sides};
-use crate::state::{Colour, Depth, Layout, Look, Manner, Stages};
+use crate::state::{Colour, Layout, Look, Manner, Stages};
 use crate::web::packed::{Unpacker, pack};
 
 /// A scene of so many instances is large.
@@ -72,7 +74,7 @@ pub fn at_rest(model: &Model) -> Option<Warning> {
 }
 
 /// How much there is of a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// Meshes, each counted once.
     pub meshes: u64,
@@ -113,7 +115,7 @@ pub struct World {
 }
 
 /// What is found out of a scene once, in time that grows with its instances and with its largest two-sided mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// How much there is of it.
     pub counts: Counts,
@@ -291,7 +293,7 @@ impl World {
         Manner {
             layout: Layout::Split,
             map: false,
-            stages: Stages { depth: Depth::Triangles, ..Stages::default() },
+            stages: Stages { depth: Output::Triangles, ..Stages::default() },
             look: Look { colour, ..Look::default() },
         }
     }

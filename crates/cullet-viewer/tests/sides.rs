@@ -6,13 +6,13 @@ mod common;
 use std::time::{Duration, Instant};
 
 use common::{ball, data};
-use cullet::{ViewState, Visible};
+use cullet::{Output, ViewState, Visible};
 use cullet_viewer::camera::Rig;
 use cullet_viewer::compose::{Role, compose};
 use cullet_viewer::cutaway::CutAway;
 use cullet_viewer::session::Session;
 use cullet_viewer::sides::Sides;
-use cullet_viewer::state::{Depth, Layout, Manner, Stages};
+use cullet_viewer::state::{Layout, Manner, Stages};
 use cullet_viewer::task::clock;
 use cullet_viewer::world::{Source, World};
 use eframe::egui;
@@ -164,11 +164,11 @@ fn a_cut_is_of_the_scene_with_the_sides_that_are_shown() {
 fn what_was_chosen_is_not_changed_by_the_first_sight_of_a_scene() {
     let chosen = begin("stages.frustum=false", obj("ball.obj", &ball(0)));
     assert_eq!(chosen.state.layout, Layout::One);
-    assert_eq!(chosen.state.stages.depth, Depth::Clusters);
+    assert_eq!(chosen.state.stages.depth, Output::Clusters);
     let mut session = begin("", obj("ball.obj", &ball(0)));
     assert_eq!(
         (session.state.layout, session.state.stages.depth),
-        (Layout::Split, Depth::Triangles)
+        (Layout::Split, Output::Triangles)
     );
     // In the midst of a large scene the usual settings show enough; what nobody chose goes again.
     session.open(Source::of_text("city:sub=1"));

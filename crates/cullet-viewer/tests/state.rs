@@ -1,12 +1,13 @@
 //! States and their links.
 
+use cullet::Output;
 use cullet_viewer::camera::{Mode, Rig};
 use cullet_viewer::clipping::{Clipping, SIDES};
 use cullet_viewer::cutaway::{CutAway, Part, Shape};
 use cullet_viewer::link::{MAX_LENGTH, from_text, to_text};
 use cullet_viewer::script::{TOGGLES, thrown};
 use cullet_viewer::sides::Sides;
-use cullet_viewer::state::{Colour, Depth, GhostForm, Layout, State};
+use cullet_viewer::state::{Colour, GhostForm, Layout, State};
 use cullet_viewer::study::{By, Study};
 use proptest::prelude::*;
 
@@ -62,7 +63,7 @@ prop_compose! {
         wipe in 0.0..=1.0f32,
         switches in prop::array::uniform8(any::<bool>()),
         detail in 0.0..1e6f64,
-        depth in prop_oneof![Just(Depth::Instances), Just(Depth::Clusters), Just(Depth::Triangles)],
+        depth in prop_oneof![Just(Output::Instances), Just(Output::Clusters), Just(Output::Triangles)],
         colour in prop::sample::select(Colour::ALL.map(|c| c.0).to_vec()),
         hidden in prop::collection::vec(".{0,8}", 0..4),
         level in 0..=64u32,

@@ -12,6 +12,7 @@ use crate::mesh::Alpha;
 /// exact test stays conservative. All must be finite, above 0 and at most [`Self::MOST_NS`];
 /// [`Self::check`] says which is not.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Costs {
     /// The frustum test of one object's box, in a batch.
     pub object_test_ns: f64,

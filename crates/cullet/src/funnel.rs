@@ -4,6 +4,8 @@ use std::ops::{Add, AddAssign, Sub, SubAssign};
 
 /// One kind of culling in the pipeline, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 #[repr(u8)]
 pub enum Stage {
     /// Layers that view and instance do not share.
@@ -56,6 +58,7 @@ impl Stage {
 /// Why a thing was dropped: the stage, and a detail that is the stage's own (frustum: the number of
 /// the plane). Two bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reason {
     /// The stage that dropped it.
     pub stage: Stage,
@@ -70,6 +73,8 @@ impl Reason {
 
 /// What a stage counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Unit {
     /// Instances.
     Instances,
@@ -96,6 +101,7 @@ impl Unit {
 /// Degenerate triangles are in no cluster; they count with their instance until the degenerate stage or
 /// whatever drops the whole instance takes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Counts {
     /// Instances of which something is there.
@@ -163,6 +169,7 @@ impl std::iter::Sum for Counts {
 
 /// Counts of one stage at one unit: what came in and what went on, in all three units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FunnelRow {
     /// The stage.
     pub stage: Stage,
@@ -186,6 +193,7 @@ impl FunnelRow {
 
 /// How the frustum stage found the instances: what it asked of the scene's hierarchy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FrustumWork {
     /// Nodes that asked their children, sixteen at a time.
     pub nodes: u64,
@@ -202,6 +210,7 @@ pub struct FrustumWork {
 
 /// What the occlusion stage did to get its answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OcclusionWork {
     /// Shapes that were weighed: those that by the size of their nodes and instances on the screen might be
     /// worth more than what the budget was spent on; all in the view, where it pays for all.
@@ -218,6 +227,7 @@ pub struct OcclusionWork {
 
 /// Nanoseconds of the parts of the occlusion stage of instances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OcclusionTimes {
     /// Emptying the buffer, and choosing what to draw into it.
     pub choosing: u64,
@@ -230,6 +240,7 @@ pub struct OcclusionTimes {
 /// Counts in and out of each stage that ran, in the order in which they ran: what leaves a row enters the
 /// next. Two funnels are equal if their counts are, whatever work it took to get them.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Funnel {
     /// One row for each stage and unit.
     pub rows: Vec<FunnelRow>,

@@ -56,12 +56,21 @@ pub struct Prepared {
     behind: Option<ClusterCones>,
     before: Option<ClusterCones>,
     occluder: Option<Occluder>,
+    /// Whether the occluder is the caller's.
+    is_given: bool,
 }
 
 impl Default for Prepared {
     /// Nothing is made.
     fn default() -> Self {
-        Self { made: Preparation::NONE, planes: None, behind: None, before: None, occluder: None }
+        Self {
+            made: Preparation::NONE,
+            planes: None,
+            behind: None,
+            before: None,
+            occluder: None,
+            is_given: false,
+        }
     }
 }
 
@@ -113,7 +122,7 @@ impl Prepared {
     #[must_use]
     pub fn with_occluder(mut self, occluder: Occluder) -> Self {
         self.occluder = Some(occluder);
-        self.made.occluder = true;
+        (self.made.occluder, self.is_given) = (true, true);
         self
     }
 
@@ -136,6 +145,12 @@ impl Prepared {
     #[must_use]
     pub fn occluder(&self) -> Option<&Occluder> {
         self.occluder.as_ref()
+    }
+
+    /// The occluder that was [given](Self::with_occluder); `None` where it was made of the mesh.
+    #[must_use]
+    pub fn given_occluder(&self) -> Option<&Occluder> {
+        self.occluder().filter(|_| self.is_given)
     }
 
     /// The shapes of the [occluder](Self::occluder); none where it was not made.

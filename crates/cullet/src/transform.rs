@@ -7,6 +7,7 @@ use crate::exact;
 
 /// Any affine transform, mirrored and singular ones included: x ↦ linear · x + translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Transform {
     /// The columns of the linear part.
     pub linear: [[f32; 3]; 3],

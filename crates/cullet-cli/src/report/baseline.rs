@@ -57,7 +57,7 @@ pub(crate) fn changes(record: &Record, old: &Value) -> Vec<String> {
         let (Some(name), Some(unit)) = (row["name"].as_str(), row["unit"].as_str()) else {
             continue;
         };
-        let now = s.stages.iter().find(|r| r.stage.name() == name && r.unit == unit);
+        let now = s.stages.iter().find(|r| r.stage.name() == name && r.unit.name() == unit);
         count(&format!("{name}, {unit} left"), &row["out"], now.map(|r| r.left));
         if now.is_none() {
             count(&format!("{name}, {unit} left"), &row["out"], Some(0));

@@ -71,7 +71,7 @@ impl Export {
                 continue;
             };
             let mut item = identity(model, scene, slot);
-            item["stage"] = json!(reason.stage.name());
+            item["stage"] = json!(reason.stage);
             item["reason"] = json!(reason_text(reason));
             self.item(&mut first, &item)?;
         }
@@ -94,6 +94,5 @@ impl Export {
 }
 
 fn identity(model: &Model, scene: &Scene, slot: u32) -> serde_json::Value {
-    let handle = scene.handle(slot).map(|h| [h.index, h.generation]);
-    json!({"name": name_of(model, slot), "handle": handle})
+    json!({"name": name_of(model, slot), "handle": scene.handle(slot)})
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cullet::mesh::Alpha;
-use cullet::{Costs, Scene, Stage};
+use cullet::{Costs, Scene, Stage, Unit};
 use cullet_command::console::Console;
 use cullet_command::console::digits;
 use cullet_command::exit::Failure;
@@ -197,10 +197,10 @@ fn mean_drawn_ns(costs: &Costs, scene: &Scene) -> f64 {
 
 /// The tests of all views, were each made in bulk.
 fn tests_ns(costs: &Costs, summary: &Summary) -> f64 {
-    let price = |stage: Stage, unit: &str| match (stage, unit) {
-        (Stage::Frustum, "instances") => costs.object_test_ns,
-        (_, "clusters") => costs.cluster_test_ns,
-        (Stage::Backface, "triangles") => costs.triangle_test_ns,
+    let price = |stage: Stage, unit: Unit| match (stage, unit) {
+        (Stage::Frustum, Unit::Instances) => costs.object_test_ns,
+        (_, Unit::Clusters) => costs.cluster_test_ns,
+        (Stage::Backface, Unit::Triangles) => costs.triangle_test_ns,
         _ => 0.0,
     };
     summary.stages.iter().map(|s| price(s.stage, s.unit) * s.entered as f64).sum()
@@ -242,10 +242,10 @@ mod tests {
             views: 2,
             removed: removed.iter().copied().collect::<BTreeMap<_, _>>(),
             stages: vec![
-                stage(Stage::Frustum, "instances", 1_000_000),
-                stage(Stage::Frustum, "clusters", 2_000_000),
-                stage(Stage::Backface, "triangles", 4_000_000),
-                stage(Stage::Degenerate, "triangles", 9),
+                stage(Stage::Frustum, Unit::Instances, 1_000_000),
+                stage(Stage::Frustum, Unit::Clusters, 2_000_000),
+                stage(Stage::Backface, Unit::Triangles, 4_000_000),
+                stage(Stage::Degenerate, Unit::Triangles, 9),
             ],
             ..Summary::of(&[])
         }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use cullet::{Stage, Unit};
+
 use super::charts::{short, stage_color};
 use cullet_command::console::{count, grouped, percent};
 use cullet_command::html::escape;
@@ -40,7 +42,7 @@ pub(crate) fn losses(out: &mut String, views: &[ViewRecord]) {
             l.triangle.map_or_else(|| "whole".into(), |t| t.to_string()),
             l.pixel[0],
             l.pixel[1],
-            l.stage.unwrap_or("–"),
+            l.stage.map_or("–", Stage::name),
             escape(&l.reason)
         );
     }
@@ -212,7 +214,7 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
              </td>{}<td class=\"n\">{ms}</td></tr>",
             stage_color(r.stage),
             r.stage.name(),
-            r.unit,
+            r.unit.name(),
             n(r.entered),
             n(r.left),
             percent(r.entered.saturating_sub(r.left), r.entered),
@@ -256,12 +258,16 @@ pub(crate) fn backfaces(out: &mut String, s: &Summary) {
         counted(s.views as u64, &b),
     );
     for (name, unit, ideal, actual) in [
-        ("with whole clusters", "clusters", b.ideal_by_cluster, b.by_cluster),
-        ("by the plane of each triangle too", "", b.facing_away, b.by_plane),
-        ("and from the corners, where in doubt", "triangles", b.facing_away, b.facing_away),
+        ("with whole clusters", Some(Unit::Clusters), b.ideal_by_cluster, b.by_cluster),
+        ("by the plane of each triangle too", None, b.facing_away, b.by_plane),
+        (
+            "and from the corners, where in doubt",
+            Some(Unit::Triangles),
+            b.facing_away,
+            b.facing_away,
+        ),
     ] {
-        let of_unit =
-            s.stages.iter().find(|r| r.stage == cullet::Stage::Backface && r.unit == unit);
+        let of_unit = s.stages.iter().find(|r| r.stage == Stage::Backface && Some(r.unit) == unit);
         let ms = of_unit.and_then(|r| r.ms);
         let ms =
             ms.map_or_else(|| "–".into(), |ms| format!("{:.3} ms", ms / s.views.max(1) as f64));

@@ -1,16 +1,12 @@
 //! What is asked and what is decided as bytes: they go between a page and the worker that keeps its scene.
 //!
-//! As of a packed model both sides run the same program, so this is no file format; every count is held against the
-//! bytes there are all the same.
+//! Settings, the view and the funnel are the engine's own types, by `postcard`. What is as long as the scene is copied as it
+//! lies in memory: written one by one, reasons alone would take several times as long as all else. As of a packed model both
+//! sides run the same program, so this is no file format; every count is held against the bytes there are all the same.
 
 use std::sync::Arc;
 
-use cullet::cull::detail::{Detail, Measure};
-use cullet::cull::occlusion::Occlusion;
-use cullet::{
-    Backface, Counts, CullFace, Culler, Depth, DroppedRange, FrontFace, FrustumWork, Funnel,
-    FunnelRow, OcclusionTimes, OcclusionWork, Output, Reason, Stage, Unit, View, Visible,
-};
+use cullet::{Culler, DroppedRange, Funnel, Reason, Stage, View, Visible};
 
 use super::{Decision, Request};
 use crate::sides::Sides;
@@ -19,70 +15,15 @@ use crate::web::bytes::{Reader, Writer};
 use crate::web::packed::UnpackError;
 use crate::world::World;
 
-const DEPTHS: [Depth; 2] = [Depth::Standard, Depth::Reversed];
-const FRONTS: [FrontFace; 2] = [FrontFace::CounterClockwise, FrontFace::Clockwise];
-const FACES: [CullFace; 3] = [CullFace::None, CullFace::Back, CullFace::Front];
-const BACKFACES: [Backface; 3] = [Backface::Off, Backface::Fast, Backface::Exact];
-const OUTPUTS: [Output; 3] = [Output::Instances, Output::Clusters, Output::Triangles];
-const MEASURES: [Measure; 3] = [Measure::WidthAndHeight, Measure::Area, Measure::Diameter];
-const SIDES: [Sides; 3] = [Sides::Automatic, Sides::OneSided, Sides::TwoSided];
-const UNITS: [Unit; 3] = [Unit::Instances, Unit::Clusters, Unit::Triangles];
-
-/// The place of a value among all that it can be.
-fn place<T: PartialEq>(all: &[T], value: &T) -> u32 {
-    // One that is not among them is refused by who unpacks it.
-    all.iter().position(|v| v == value).map_or(u32::MAX, |place| place as u32)
-}
-
-fn at<T: Copy>(all: &[T], place: u32, what: &str) -> Result<T, UnpackError> {
-    let found = usize::try_from(place).ok().and_then(|place| all.get(place));
-    found.copied().ok_or_else(|| UnpackError::Damaged(format!("{what} {place}")))
-}
-
 impl Request {
     /// Packs all of it but the scene, which the other side has, and only has to declare its sides.
     #[must_use]
     pub fn pack(&self) -> Vec<u8> {
         let Self { world, view, culler, buffer, number } = self;
         let mut out = Writer::default();
-        out.pod(place(&SIDES, &world.sides));
-        out.pod(*number);
-        out.pod(u32::from(*buffer));
-        let [width, height] = view.viewport();
-        out.pod(view.clip_from_world());
-        out.pod([width, height, view.layers]);
-        out.pod([
-            place(&DEPTHS, &view.depth()),
-            place(&FRONTS, &view.front_face),
-            place(&FACES, &view.cull_face),
-        ]);
-        let Culler {
-            frustum,
-            frustum_exact,
-            backface,
-            degenerate,
-            detail,
-            occlusion,
-            output,
-            reasons,
-            dropped,
-            // The best of the machine: the answer is the same at every level.
-            level: _,
-            clock,
-        } = culler;
-        let switches = [*frustum, *frustum_exact, *degenerate, *reasons, *dropped, clock.is_some()];
-        out.pod(switches.map(u32::from));
-        out.pod([place(&BACKFACES, backface), place(&OUTPUTS, output)]);
-        out.pod(u32::from(detail.is_some()));
-        if let Some(Detail { measure, threshold_px }) = detail {
-            out.pod(place(&MEASURES, measure));
-            out.pod(*threshold_px);
-        }
-        out.pod(u32::from(occlusion.is_some()));
-        if let Some(Occlusion { width, budget }) = occlusion {
-            out.pod(*width);
-            out.pod(*budget);
-        }
+        out.value(&world.sides);
+        // A culler's level is the best of the machine that culls, and its clock that machine's too.
+        out.value(&(number, buffer, view, culler, culler.clock.is_some()));
         out.bytes
     }
 
@@ -92,7 +33,7 @@ impl Request {
     /// # Errors
     /// As [`unpack`](Self::unpack).
     pub fn sides(bytes: &[u8]) -> Result<Sides, UnpackError> {
-        at(&SIDES, Reader::new(bytes, 0).pod()?, "sides")
+        Reader::new(bytes, 0).value()
     }
 
     /// The request that was packed, of the other side's scene. A culler that kept time keeps that of this side.
@@ -101,57 +42,19 @@ impl Request {
     /// If the bytes are none that [`pack`](Self::pack) wrote.
     pub fn unpack(bytes: &[u8], world: Arc<World>) -> Result<Self, UnpackError> {
         let from = &mut Reader::new(bytes, 0);
-        let _: u32 = from.pod()?;
-        let number = from.pod()?;
-        let buffer = flag(from)?;
-        let matrix: [f64; 16] = from.pod()?;
-        let [width, height, layers]: [u32; 3] = from.pod()?;
-        let [depth, front, face]: [u32; 3] = from.pod()?;
-        let mut view = View::from_matrix(&matrix, at(&DEPTHS, depth, "depth")?, [width, height])
-            .map_err(|e| UnpackError::Damaged(e.to_string()))?;
-        view.layers = layers;
-        view.front_face = at(&FRONTS, front, "front face")?;
-        view.cull_face = at(&FACES, face, "faces to cull")?;
-        let [frustum, frustum_exact, degenerate, reasons, dropped, timed] =
-            from.pod::<[u32; 6]>()?.map(|bit| bit == 1);
-        let [backface, output]: [u32; 2] = from.pod()?;
-        let detail = if flag(from)? {
-            let measure = at(&MEASURES, from.pod()?, "measure")?;
-            Some(Detail { measure, threshold_px: from.pod()? })
-        } else {
-            None
-        };
-        let occlusion = if flag(from)? {
-            Some(Occlusion { width: from.pod()?, budget: from.pod()? })
-        } else {
-            None
-        };
-        let culler = Culler {
-            frustum,
-            frustum_exact,
-            backface: at(&BACKFACES, backface, "way to cull back faces")?,
-            degenerate,
-            detail,
-            occlusion,
-            output: at(&OUTPUTS, output, "output")?,
-            reasons,
-            dropped,
-            clock: timed.then_some(clock),
-            ..Culler::default()
-        };
+        let _: Sides = from.value()?;
+        let (number, buffer, view, culler, timed): (u64, bool, View, Culler, bool) =
+            from.value()?;
+        let culler = Culler { clock: timed.then_some(clock), ..culler };
         Ok(Self { world, view, culler, buffer, number })
     }
-}
-
-fn flag(from: &mut Reader<'_>) -> Result<bool, UnpackError> {
-    Ok(from.pod::<u32>()? == 1)
 }
 
 impl Decision {
     /// The number of the request that a packed decision answers; `None` of too few bytes.
     #[must_use]
     pub fn answers(bytes: &[u8]) -> Option<u64> {
-        Reader::new(bytes, 0).pod().ok()
+        Reader::new(bytes, 0).value().ok()
     }
 
     /// Packs the answer, with the number of the request that it answers. The occlusion buffer is left out.
@@ -169,25 +72,25 @@ impl Decision {
             triangle_count,
             instance_count,
         } = visible;
-        let mut out = Writer::default();
-        out.pod(request.number);
-        out.pod(*milliseconds);
-        out.pod([*triangle_count, *instance_count]);
+        // Growing a list of millions would copy it again and again.
+        let long = size_of_val(&occluders[..])
+            + size_of_val(&whole[..])
+            + size_of_val(&partial[..])
+            + size_of_val(&triangle_ranges[..])
+            + size_of_val(&triangles[..])
+            + reasons.len() * 2;
+        let mut out = Writer { bytes: Vec::with_capacity(long + 1024) };
+        out.value(&request.number);
+        out.value(&(milliseconds, triangle_count, instance_count, funnel, dropped));
         out.pods(occluders);
         out.pods(whole);
         out.pods(partial);
         out.pods(triangle_ranges);
         out.pods(triangles);
-        out.pod(reasons.len() as u64);
+        out.count(reasons.len());
         // No stage has the number 0.
         let two = |reason: &Option<Reason>| reason.map_or([0; 2], |r| [r.stage as u8, r.detail]);
         out.bytes.extend(reasons.iter().flat_map(two));
-        out.list(dropped, |out, range| {
-            let DroppedRange { slot, first_triangle, triangle_count, stage, unit } = range;
-            out.pod([*slot, *first_triangle, *triangle_count]);
-            out.pod([place(&Stage::ALL, stage), place(&UNITS, unit)]);
-        });
-        pack_funnel(funnel, &mut out);
         out.bytes
     }
 
@@ -202,13 +105,15 @@ impl Decision {
         mut visible: Visible,
     ) -> Result<Self, UnpackError> {
         let from = &mut Reader::new(bytes, 0);
-        let number: u64 = from.pod()?;
+        let number: u64 = from.value()?;
         if number != request.number {
             let text = format!("an answer to request {number} in place of {}", request.number);
             return Err(UnpackError::Damaged(text));
         }
-        let milliseconds = from.pod()?;
-        [visible.triangle_count, visible.instance_count] = from.pod()?;
+        let (milliseconds, triangles, instances, funnel, dropped) =
+            from.value::<(f32, u64, u64, Funnel, Vec<DroppedRange>)>()?;
+        (visible.triangle_count, visible.instance_count) = (triangles, instances);
+        (visible.funnel, visible.dropped) = (funnel, dropped);
         let occluders = from.pods()?;
         from.pods_into(&mut visible.whole)?;
         from.pods_into(&mut visible.partial)?;
@@ -219,60 +124,26 @@ impl Decision {
         visible.reasons.reserve(count);
         for pair in from.take(count * 2)?.chunks_exact(2) {
             visible.reasons.push(match pair[0].checked_sub(1) {
-                Some(stage) => {
-                    let stage = at(&Stage::ALL, stage.into(), "stage")?;
-                    Some(Reason { stage, detail: pair[1] })
-                }
+                Some(number) => Some(Reason { stage: stage(number)?, detail: pair[1] }),
                 None => None,
             });
         }
-        visible.dropped = from.list(|from| {
-            let [slot, first_triangle, triangle_count]: [u32; 3] = from.pod()?;
-            let [stage, unit]: [u32; 2] = from.pod()?;
-            let (stage, unit) = (at(&Stage::ALL, stage, "stage")?, at(&UNITS, unit, "unit")?);
-            Ok(DroppedRange { slot, first_triangle, triangle_count, stage, unit })
-        })?;
-        unpack_funnel(from, &mut visible.funnel)?;
         Ok(Self { request, visible, occluders, buffer: None, milliseconds, number: 0 })
     }
 }
 
-fn pack_funnel(funnel: &Funnel, out: &mut Writer) {
-    let Funnel { rows, frustum, occlusion } = funnel;
-    out.list(rows, |out, row| {
-        let FunnelRow { stage, unit, entered, left, nanoseconds } = row;
-        out.pod([place(&Stage::ALL, stage), place(&UNITS, unit)]);
-        out.pod([*entered, *left]);
-        out.pod([u64::from(nanoseconds.is_some()), nanoseconds.unwrap_or(0)]);
-    });
-    let FrustumWork { nodes, blocks, plane_tests, remembered, swept } = frustum;
-    out.pod([*nodes, *blocks, *plane_tests, *remembered, *swept]);
-    let OcclusionWork { offered, chosen, drawn, tests, times } = occlusion;
-    out.pod([*offered, *chosen, *drawn, *tests, u64::from(times.is_some())]);
-    let OcclusionTimes { choosing, drawing, asking } = times.unwrap_or_default();
-    out.pod([choosing, drawing, asking]);
-}
-
-fn unpack_funnel(from: &mut Reader<'_>, funnel: &mut Funnel) -> Result<(), UnpackError> {
-    funnel.rows = from.list(|from| {
-        let [stage, unit]: [u32; 2] = from.pod()?;
-        let [entered, left]: [Counts; 2] = from.pod()?;
-        let [timed, nanoseconds]: [u64; 2] = from.pod()?;
-        let (stage, unit) = (at(&Stage::ALL, stage, "stage")?, at(&UNITS, unit, "unit")?);
-        let nanoseconds = (timed == 1).then_some(nanoseconds);
-        Ok(FunnelRow { stage, unit, entered, left, nanoseconds })
-    })?;
-    let [nodes, blocks, plane_tests, remembered, swept]: [u64; 5] = from.pod()?;
-    funnel.frustum = FrustumWork { nodes, blocks, plane_tests, remembered, swept };
-    let [offered, chosen, drawn, tests, timed]: [u64; 5] = from.pod()?;
-    let [choosing, drawing, asking]: [u64; 3] = from.pod()?;
-    let times = (timed == 1).then_some(OcclusionTimes { choosing, drawing, asking });
-    funnel.occlusion = OcclusionWork { offered, chosen, drawn, tests, times };
-    Ok(())
+fn stage(number: u8) -> Result<Stage, UnpackError> {
+    let stage = Stage::ALL.get(usize::from(number)).copied();
+    stage.ok_or_else(|| UnpackError::Damaged(format!("stage {number}")))
 }
 
 #[cfg(test)]
 mod tests {
+    use cullet::cull::detail::{Detail, Measure};
+    use cullet::cull::occlusion::Occlusion;
+    use cullet::{
+        Backface, Counts, CullFace, FrontFace, FrustumWork, FunnelRow, OcclusionWork, Output, Unit,
+    };
     use cullet_io::scenes;
 
     use super::*;
@@ -313,8 +184,9 @@ mod tests {
         let diameter = Detail { measure: Measure::Diameter, threshold_px: 1.0 };
         let box_size = Detail { measure: Measure::WidthAndHeight, threshold_px: f64::INFINITY };
         let mut cullers = Vec::new();
-        for output in OUTPUTS {
-            let backfaces = BACKFACES.map(|backface| Culler { backface, output, ..all.clone() });
+        for output in [Output::Instances, Output::Clusters, Output::Triangles] {
+            let ways = [Backface::Off, Backface::Fast, Backface::Exact];
+            let backfaces = ways.map(|backface| Culler { backface, output, ..all.clone() });
             cullers.extend(backfaces);
             cullers.push(Culler { output, backface: Backface::Off, ..none.clone() });
         }
@@ -394,7 +266,7 @@ mod tests {
     #[test]
     fn who_keeps_the_scene_learns_its_sides_from_a_request() {
         let stored = world("solids");
-        for sides in SIDES {
+        for sides in Sides::ALL.map(|s| s.0) {
             let shown = Arc::new(stored.with_sides(sides).unwrap());
             let request = requests(&shown).swap_remove(0);
             let packed = request.pack();
@@ -414,7 +286,8 @@ mod tests {
         let world = world("solids");
         let request = requests(&world).swap_remove(0);
         let reasons = Stage::ALL.map(|stage| Some(Reason { stage, detail: Reason::MIXED }));
-        let rows = Stage::ALL.into_iter().zip(UNITS.into_iter().cycle());
+        let units = [Unit::Instances, Unit::Clusters, Unit::Triangles];
+        let rows = Stage::ALL.into_iter().zip(units.into_iter().cycle());
         let row = |(stage, unit)| FunnelRow {
             stage,
             unit,

@@ -27,7 +27,7 @@ impl Session {
     #[must_use]
     pub fn culling_view(&self) -> Option<View> {
         let mut view = self.culling_rig()?.view(self.culling_size()).ok()?;
-        view.cull_face = self.state.look.cull_face();
+        view.cull_face = self.state.look.cull;
         view.front_face = self.state.look.front_face();
         Some(view)
     }

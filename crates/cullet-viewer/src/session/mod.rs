@@ -15,7 +15,7 @@ pub use touring::{STOPS, Stop, Tour};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use cullet::View;
+use cullet::{Backface, CullFace, View};
 use eframe::egui;
 
 use crate::audit::Audit;
@@ -29,7 +29,7 @@ use crate::inbox::Inbox;
 use crate::journey::Journey;
 use crate::link;
 use crate::sides::Remaking;
-use crate::state::{Backfaces, Faces, Manner, Stages, State};
+use crate::state::{Manner, Stages, State};
 use crate::study::{Figures, Study};
 use crate::task::{Progress, Task, clock};
 use crate::truth::Truth;
@@ -345,7 +345,7 @@ impl Session {
     #[must_use]
     pub fn kept_backs(&self) -> Option<String> {
         let State { stages, look, .. } = &self.state;
-        let wanted = stages.on && stages.backface != Backfaces::Off && look.cull != Faces::None;
+        let wanted = stages.on && stages.backface != Backface::Off && look.cull != CullFace::None;
         let whole = self.whole().filter(|_| wanted)?;
         whole.kept_backs.sentence(whole.counts.triangles)
     }

@@ -1,9 +1,11 @@
 //! The tour: what each kind of culling does to the scene that is open, one after the other, for those who see it
 //! for the first time.
 
+use cullet::{Backface, Output};
+
 use super::Session;
 use crate::camera::Chase;
-use crate::state::{Backfaces, Depth, GhostForm, Ghosts, Layout, Look, Stages};
+use crate::state::{GhostForm, Ghosts, Layout, Look, Stages};
 
 /// A stop of the tour: what is said, and the switches that show it.
 #[derive(Clone, Copy, Debug)]
@@ -70,11 +72,11 @@ pub const STOPS: [Stop; 5] = [
 
 /// Down to triangles: of things that are one cluster each, back faces are nothing less.
 fn faces() -> Stages {
-    Stages { backface: Backfaces::Fast, depth: Depth::Triangles, ..Stages::plain() }
+    Stages { backface: Backface::Fast, depth: Output::Triangles, ..Stages::plain() }
 }
 
 fn hidden() -> Stages {
-    Stages { depth: Depth::Triangles, ..Stages::default() }
+    Stages { depth: Output::Triangles, ..Stages::default() }
 }
 
 /// How far a tour has come, and what it goes back to.

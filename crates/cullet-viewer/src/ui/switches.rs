@@ -1,5 +1,7 @@
 //! The switches: what culls, from where, how it is drawn, what is shown of what was dropped.
 
+use cullet::cull::detail::Measure;
+use cullet::{Backface, CullFace, Output};
 use cullet_io::paths::PathSpec;
 use eframe::egui;
 
@@ -9,9 +11,7 @@ use crate::cost::Measured;
 use crate::journey::RATE;
 use crate::session::Session;
 use crate::sides::Sides;
-use crate::state::{
-    Backfaces, Colour, Depth, DetailBy, Faces, GhostForm, Layout, Stages, WIDEST_BUFFER,
-};
+use crate::state::{Colour, GhostForm, Layout, Stages, WIDEST_BUFFER};
 use crate::structure;
 
 /// All of them.
@@ -65,9 +65,9 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         ui.horizontal(|ui| {
             ui.label("back faces");
             choices(ui, &mut s.backface, &[
-                (Backfaces::Off, "off", "Back faces of solids are kept"),
-                (Backfaces::Fast, "fast", "Clusters that face away go whole, by a cone; then triangles by a plane of four bytes"),
-                (Backfaces::Exact, "exact", "Each triangle from its corners: 15 ns each, where triangles are asked for"),
+                (Backface::Off, "off", "Back faces of solids are kept"),
+                (Backface::Fast, "fast", "Clusters that face away go whole, by a cone; then triangles by a plane of four bytes"),
+                (Backface::Exact, "exact", "Each triangle from its corners: 15 ns each, where triangles are asked for"),
             ]);
         });
         ui.horizontal_wrapped(|ui| {
@@ -87,18 +87,18 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         });
         if s.detail_px > 0.0 {
             choices(ui, &mut s.detail_by, &[
-                (DetailBy::Box, "box", "Width and height are both under it"),
-                (DetailBy::Area, "area", "The area is under it, in square pixels"),
-                (DetailBy::Diameter, "diagonal", "The diagonal is under it"),
+                (Measure::WidthAndHeight, "box", "Width and height are both under it"),
+                (Measure::Area, "area", "The area is under it, in square pixels"),
+                (Measure::Diameter, "diagonal", "The diagonal is under it"),
             ]);
         }
         occlusion(ui, s);
         ui.horizontal(|ui| {
             ui.label("down to");
             choices(ui, &mut s.depth, &[
-                (Depth::Instances, "things", "Whole instances: the cheapest answer"),
-                (Depth::Clusters, "clusters", "Groups of up to 124 triangles of things that straddle or face away in part"),
-                (Depth::Triangles, "faces", "Single triangles: the tightest answer, at some 15 ns a face that is asked about"),
+                (Output::Instances, "things", "Whole instances: the cheapest answer"),
+                (Output::Clusters, "clusters", "Groups of up to 124 triangles of things that straddle or face away in part"),
+                (Output::Triangles, "faces", "Single triangles: the tightest answer, at some 15 ns a face that is asked about"),
             ]);
         });
     });
@@ -241,10 +241,10 @@ fn picture(ui: &mut egui::Ui, session: &mut Session) {
             ui,
             &mut look.cull,
             &[
-                (Faces::None, "none", "Faces from behind are kept"),
-                (Faces::Back, "back", "Faces of solids seen from behind are dropped"),
+                (CullFace::None, "none", "Faces from behind are kept"),
+                (CullFace::Back, "back", "Faces of solids seen from behind are dropped"),
                 (
-                    Faces::Front,
+                    CullFace::Front,
                     "front",
                     "Faces seen from the front are dropped, as shadow passes do",
                 ),

@@ -1,6 +1,9 @@
-//! Plain data as bytes and back, with every count held against what is there.
+//! Messages as bytes and back: settings and results by `postcard`, long arrays of plain data as they lie in memory; with
+//! every count held against what is there.
 
 use bytemuck::{AnyBitPattern, NoUninit};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::packed::UnpackError;
 
@@ -11,26 +14,27 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    pub(crate) fn pod<T: NoUninit>(&mut self, value: T) {
-        self.bytes.extend_from_slice(bytemuck::bytes_of(&value));
+    /// A value of any type but maps and iterators of unknown length, which `postcard` refuses: nothing is left then, and the
+    /// reader says that the bytes end early.
+    pub(crate) fn value(&mut self, value: &(impl Serialize + ?Sized)) {
+        let bytes = std::mem::take(&mut self.bytes);
+        self.bytes = postcard::to_extend(value, bytes).unwrap_or_default();
     }
 
+    /// Plain data as it lies in memory.
+    pub(crate) fn pod<T: NoUninit>(&mut self, value: &T) {
+        self.bytes.extend_from_slice(bytemuck::bytes_of(value));
+    }
+
+    /// A list of plain data as it lies in memory.
     pub(crate) fn pods<T: NoUninit>(&mut self, values: &[T]) {
-        self.pod(values.len() as u64);
+        self.count(values.len());
         self.bytes.extend_from_slice(bytemuck::cast_slice(values));
     }
 
-    pub(crate) fn text(&mut self, text: &str) {
-        self.pods(text.as_bytes());
-    }
-
-    pub(crate) fn texts(&mut self, texts: &[String]) {
-        self.list(texts, |out, text| out.text(text));
-    }
-
-    pub(crate) fn list<T>(&mut self, items: &[T], mut each: impl FnMut(&mut Self, &T)) {
-        self.pod(items.len() as u64);
-        items.iter().for_each(|item| each(self, item));
+    /// How many items follow.
+    pub(crate) fn count(&mut self, count: usize) {
+        self.value(&(count as u64));
     }
 }
 
@@ -53,6 +57,16 @@ impl<'a> Reader<'a> {
         self.at
     }
 
+    pub(crate) fn value<T: DeserializeOwned>(&mut self) -> Read<T> {
+        let left = self.bytes.get(self.at..).unwrap_or_default();
+        let (value, left) = postcard::take_from_bytes(left).map_err(|error| match error {
+            postcard::Error::DeserializeUnexpectedEnd => UnpackError::Short(self.bytes.len()),
+            error => UnpackError::Damaged(error.to_string()),
+        })?;
+        self.at = self.bytes.len() - left.len();
+        Ok(value)
+    }
+
     pub(crate) fn take(&mut self, count: usize) -> Read<&'a [u8]> {
         let end = self.at.checked_add(count);
         let taken = end.and_then(|end| self.bytes.get(self.at..end));
@@ -61,8 +75,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(crate) fn pod<T: AnyBitPattern>(&mut self) -> Read<T> {
-        let bytes = self.take(size_of::<T>())?;
-        bytemuck::try_pod_read_unaligned(bytes).map_err(|e| UnpackError::Damaged(e.to_string()))
+        Ok(bytemuck::pod_read_unaligned(self.take(size_of::<T>())?))
     }
 
     pub(crate) fn pods<T: AnyBitPattern>(&mut self) -> Read<Vec<T>> {
@@ -81,27 +94,9 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    pub(crate) fn text(&mut self) -> Read<String> {
-        String::from_utf8(self.pods()?).map_err(|e| UnpackError::Damaged(e.to_string()))
-    }
-
-    pub(crate) fn texts(&mut self) -> Read<Vec<String>> {
-        self.list(Self::text)
-    }
-
-    pub(crate) fn list<T>(&mut self, mut each: impl FnMut(&mut Self) -> Read<T>) -> Read<Vec<T>> {
-        // The least that an item can take is a length or three words.
-        let count = self.count(8)?;
-        let mut items = Vec::with_capacity(count);
-        for _ in 0..count {
-            items.push(each(self)?);
-        }
-        Ok(items)
-    }
-
     /// A count of items of at least `size` bytes, if there can be as many.
     pub(crate) fn count(&mut self, size: usize) -> Read<usize> {
-        let count: u64 = self.pod()?;
+        let count: u64 = self.value()?;
         let left = (self.bytes.len() - self.at) as u64;
         if count.checked_mul(size as u64).is_none_or(|bytes| bytes > left) {
             return Err(UnpackError::Short(self.bytes.len()));

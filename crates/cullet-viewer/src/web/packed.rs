@@ -1,19 +1,20 @@
 //! A model as bytes, to go from the worker that parsed it to the page that shows it.
 //!
-//! Both run the same program, so this is no file format: there is no version, and nothing of it outlives a
-//! message. Even so every count is held against the bytes there are.
+//! Geometry is copied as it lies in memory; all else is the engine's and the loader's own types, by `postcard`. Both sides run
+//! the same program, so this is no file format: there is no version, and nothing of it outlives a message. Even so every
+//! count is held against the bytes there are.
 
 use cullet::bounds::Aabb;
-use cullet::mesh::{Alpha, Cluster, Clustering, MeshData, Part};
+use cullet::cull::occlusion::Occluder;
+use cullet::mesh::{Cluster, Clustering, MeshData, Part};
 use cullet::{
-    BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Preparation, Projection, Transform,
+    BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Preparation, Prepared, Scene, Transform,
 };
-use cullet_io::{CameraNode, Cell, Material, MatrixView, Model, NodeTree, Portal, Warning};
+use cullet_io::{CellGraph, Model, NodeTree, Warning};
 use thiserror::Error;
 
 use super::bytes::{Reader, Writer};
-use crate::sides::KeptBacks;
-use crate::world::{Counts, Measures, at_rest};
+use crate::world::{Measures, at_rest};
 
 /// Why bytes make no model, nor anything else that was packed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -31,136 +32,76 @@ pub enum UnpackError {
 /// Costs a copy of everything.
 #[must_use]
 pub fn pack(model: &Model) -> Vec<u8> {
-    let Model { name, scene, mesh_names, node_tree, .. } = model;
+    let Model { name, scene, mesh_names, node_tree, materials, cameras, views, .. } = model;
     let slots: Vec<(u32, Handle)> =
         scene.slots().filter_map(|slot| Some((slot, scene.handle(slot)?))).collect();
     let node_of = |handle: Handle| node_tree.node_of_instance.get(handle.index as usize);
     let nodes: Vec<u32> =
         slots.iter().map(|&(_, h)| node_of(h).copied().unwrap_or(NodeTree::NONE)).collect();
-    let mut out = Writer::default();
-    out.text(name);
-    out.texts(mesh_names);
-    out.pods(&node_tree.parents);
-    out.pods(if node_tree.node_of_instance.is_empty() { &[] } else { &nodes });
-    out.list(&model.materials, |out, m| {
-        out.text(&m.name);
-        out.pod(m.color);
-    });
-    out.list(&model.cameras, |out, c| {
-        out.text(&c.name);
-        let (kind, values) = numbers(&c.projection);
-        out.pod(kind);
-        out.pod(values);
-        out.list(&c.keys, |out, (time, at)| {
-            out.pod(*time);
-            transform(out, at);
-        });
-    });
-    out.list(&model.views, |out, v| {
-        out.text(&v.name);
-        out.pod(v.clip_from_world);
-        out.pod(v.eye);
-        out.pod(v.near);
-    });
-    out.list(&model.cells.cells, |out, c| {
-        out.text(&c.name);
-        out.pod([c.min, c.max]);
-    });
-    out.list(&model.cells.portals, |out, p| {
-        out.pod(p.cells);
-        out.pods(&p.polygon);
-        let place = |h| slots.iter().position(|&(_, handle)| handle == h);
-        // A door that is not there any more is none of these.
-        out.pod(p.door.map_or([0; 2], |h| [1, place(h).map_or(u32::MAX, |p| p as u32)]));
-        out.pod(u32::from(p.closed));
-    });
     // First, for only the first warnings are shown.
     let warnings: Vec<Warning> = at_rest(model).into_iter().chain(model.warnings.clone()).collect();
-    out.list(&warnings, |out, w| {
-        out.text(&w.item);
-        out.text(&w.message);
-    });
-    out.pod(scene.origin());
-    let Measures { counts, reach, centre, half, kept_backs } = Measures::of(model);
-    let Counts { meshes, instances, vertices, triangles, clusters } = counts;
-    out.pod([meshes, instances, vertices, triangles, clusters]);
-    out.pod([reach, centre[0], centre[1], centre[2], half[0], half[1], half[2]]);
-    let KeptBacks { two_sided, moving, meshes, most, why } = kept_backs;
-    out.pod([two_sided, moving, meshes]);
-    out.text(&most);
-    out.text(&why);
-    out.list(scene.meshes(), mesh);
+    let mut out = Writer::default();
+    out.value(&(name, mesh_names, materials, cameras, views, cells(model, &slots), warnings));
+    out.value(&(scene.origin(), Measures::of(model)));
+    out.pods(&node_tree.parents);
+    out.pods(if node_tree.node_of_instance.is_empty() { &[] } else { &nodes });
+    out.count(scene.meshes().len());
+    scene.meshes().iter().zip(scene.prepared()).for_each(|(m, p)| mesh(&mut out, m, p));
     // As they are called here, where their handles are others.
-    out.list(&slots, |out, &(_, handle)| out.text(&model.instance_name(handle)));
-    out.texts(&node_tree.names);
-    out.list(&slots, |out, &(slot, _)| {
-        let flags = scene.flags(slot);
-        let bits = [
-            flags.always_visible,
-            flags.no_occlusion,
-            flags.double_sided,
-            flags.transparent,
-            flags.dynamic,
-            scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1),
-        ];
-        let bits = bits.iter().rev().fold(0u32, |all, &bit| all << 1 | u32::from(bit));
-        out.pod([scene.mesh_id(slot), scene.layers(slot), bits]);
-        transform(out, scene.transform(slot));
-        let bounds = scene.bounds(slot);
-        out.pod([bounds.min, bounds.max]);
-    });
+    out.count(slots.len());
+    slots.iter().for_each(|&(_, handle)| out.value(&*model.instance_name(handle)));
+    out.count(node_tree.names.len());
+    node_tree.names.iter().for_each(|name| out.value(name));
+    out.count(slots.len());
+    slots.iter().for_each(|&(slot, _)| instance(&mut out, scene, slot));
     out.bytes
 }
 
-fn numbers(projection: &Projection) -> (u32, [f64; 6]) {
-    match *projection {
-        Projection::Perspective { fov_y_radians, aspect, near, far } => {
-            (0, [fov_y_radians, aspect, near, far, 0.0, 0.0])
-        }
-        Projection::OffCentre { left, right, bottom, top, near, far } => {
-            (1, [left, right, bottom, top, near, far])
-        }
-        Projection::Orthographic { left, right, bottom, top, near, far } => {
-            (2, [left, right, bottom, top, near, far])
-        }
+/// Cells and portals, whose doors have their handles there.
+fn cells(model: &Model, slots: &[(u32, Handle)]) -> CellGraph {
+    let mut cells = model.cells.clone();
+    for portal in &mut cells.portals {
+        portal.door = portal.door.map(|door| {
+            let place = slots.iter().position(|&(_, handle)| handle == door);
+            // A door that is not there any more is none of these.
+            Handle { index: place.map_or(u32::MAX, |p| p as u32), generation: 0 }
+        });
     }
+    cells
 }
 
-fn projection(kind: u32, [left, right, bottom, top, near, far]: [f64; 6]) -> Option<Projection> {
-    Some(match kind {
-        0 => Projection::Perspective { fov_y_radians: left, aspect: right, near: bottom, far: top },
-        1 => Projection::OffCentre { left, right, bottom, top, near, far },
-        2 => Projection::Orthographic { left, right, bottom, top, near, far },
-        _ => return None,
-    })
+/// What is in a slot, with the box that the scene has for it. There may be a million of them, so that what is long of each
+/// is copied as it lies in memory.
+fn instance(out: &mut Writer, scene: &Scene, slot: u32) {
+    let flags = scene.flags(slot);
+    let exempt = scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
+    // What is exempt by its flag needs no other reason.
+    let is_unbounded = exempt && !flags.always_visible;
+    out.value(&(scene.mesh_id(slot), scene.layers(slot), flags, is_unbounded));
+    let Transform { linear, translation } = scene.transform(slot);
+    out.pod(linear);
+    out.pod(translation);
+    out.pod(&scene.bounds(slot));
 }
 
-fn transform(out: &mut Writer, t: &Transform) {
-    out.pod(t.linear);
-    out.pod(t.translation);
-}
+/// What a mesh has besides its long arrays: its parts, how many polygons it had, whether it deforms, its clusters, which take
+/// most of the time to make, and its occluder, where it was given one.
+type Rest<P, C, O> = (P, u32, bool, C, Option<O>);
 
-fn mesh(out: &mut Writer, mesh: &Mesh) {
+fn mesh(out: &mut Writer, mesh: &Mesh, prepared: &Prepared) {
     let data = mesh.to_data();
     out.pods(&data.positions);
     out.pods(&data.indices);
-    out.list(&data.parts, |out, p| {
-        let alpha = match p.alpha {
-            Alpha::Opaque => 0,
-            Alpha::Masked => 1,
-            Alpha::Blended => 2,
-        };
-        out.pod([p.first_triangle, p.triangle_count, p.material, u32::from(p.two_sided), alpha]);
-    });
-    out.pod([data.polygons, u32::from(data.deformable)]);
-    // Cut into clusters already: making them takes most of the time.
     let drawn = (mesh.triangle_count() - mesh.degenerate_count()) as usize;
     out.pods(&mesh.original_triangle()[..drawn]);
-    out.list(mesh.clusters(), |out, c| out.pod([c.first_triangle, c.triangle_count, c.part]));
+    let MeshData { parts, polygons, deformable, .. } = &data;
+    let rest: Rest<_, _, _> =
+        (parts, *polygons, *deformable, mesh.clusters(), prepared.given_occluder());
+    out.value(&rest);
 }
 
-/// Bytes of an instance.
-const INSTANCE: usize = 96;
+/// The fewest bytes of an instance.
+const INSTANCE: usize = 92;
 /// So many names or instances are one step: some milliseconds at the most.
 const BATCH: usize = 4096;
 
@@ -194,48 +135,22 @@ impl Unpacker {
     pub fn new(bytes: Vec<u8>) -> Result<Self, UnpackError> {
         let mut from = Reader::new(&bytes, 0);
         let from = &mut from;
-        let mut model = Model { name: from.text()?, mesh_names: from.texts()?, ..Model::default() };
-        model.node_tree.parents = from.pods()?;
-        model.node_tree.node_of_instance = from.pods()?;
-        model.materials =
-            from.list(|from| Ok(Material { name: from.text()?, color: from.pod()? }))?;
-        model.cameras = from.list(|from| {
-            let name = from.text()?;
-            let (kind, values) = (from.pod()?, from.pod()?);
-            let projection = projection(kind, values)
-                .ok_or_else(|| UnpackError::Damaged(format!("projection {kind}")))?;
-            let keys = from.list(|from| Ok((from.pod()?, place(from)?)))?;
-            Ok(CameraNode { name, projection, keys })
-        })?;
-        model.views = from.list(|from| {
-            let name = from.text()?;
-            let (clip_from_world, eye, near) = (from.pod()?, from.pod()?, from.pod()?);
-            Ok(MatrixView { name, clip_from_world, eye, near })
-        })?;
-        model.cells.cells = from.list(|from| {
-            let name = from.text()?;
-            let [min, max] = from.pod()?;
-            Ok(Cell { name, min, max })
-        })?;
-        model.cells.portals = from.list(|from| {
-            let (cells, polygon) = (from.pod()?, from.pods()?);
-            let [some, index]: [u32; 2] = from.pod()?;
-            let door = (some == 1).then_some(Handle { index, generation: 0 });
-            Ok(Portal { cells, polygon, door, closed: from.pod::<u32>()? == 1 })
-        })?;
-        model.warnings =
-            from.list(|from| Ok(Warning { item: from.text()?, message: from.text()? }))?;
-        let origin = from.pod()?;
+        let mut model = Model::default();
+        (
+            model.name,
+            model.mesh_names,
+            model.materials,
+            model.cameras,
+            model.views,
+            model.cells,
+            model.warnings,
+        ) = from.value()?;
+        let (origin, measures) = from.value()?;
         // Before there is anything to move.
         model.scene.rebase(origin);
-        let [meshes, instances, vertices, triangles, clusters]: [u64; 5] = from.pod()?;
-        let [reach, x, y, z, w, h, d]: [f64; 7] = from.pod()?;
-        let counts = Counts { meshes, instances, vertices, triangles, clusters };
-        let [two_sided, moving, meshes]: [u64; 3] = from.pod()?;
-        let kept_backs =
-            KeptBacks { two_sided, moving, meshes, most: from.text()?, why: from.text()? };
-        let measures = Measures { counts, reach, centre: [x, y, z], half: [w, h, d], kept_backs };
-        let left = from.count(8)?;
+        model.node_tree.parents = from.pods()?;
+        model.node_tree.node_of_instance = from.pods()?;
+        let left = from.count(1)?;
         let at = from.at();
         Ok(Self { bytes, at, model, measures, phase: Phase::Meshes, left })
     }
@@ -266,7 +181,7 @@ impl Unpacker {
                     _ => &mut self.model.node_tree.names,
                 };
                 for _ in 0..batch {
-                    names.push(from.text()?);
+                    names.push(from.value()?);
                 }
                 self.at = from.at();
                 self.left -= batch;
@@ -281,12 +196,11 @@ impl Unpacker {
         }
         let mut from = Reader::new(&self.bytes, self.at);
         (self.phase, self.left) = match self.phase {
-            Phase::Meshes => (Phase::InstanceNames, from.count(8)?),
-            Phase::InstanceNames => (Phase::NodeNames, from.count(8)?),
+            Phase::Meshes => (Phase::InstanceNames, from.count(1)?),
+            Phase::InstanceNames => (Phase::NodeNames, from.count(1)?),
             Phase::NodeNames => (Phase::Instances, from.count(INSTANCE)?),
             Phase::Instances => {
                 self.model.scene.commit_in_order();
-                self.model.scene.prepare(Preparation::default());
                 (Phase::Done, 0)
             }
             Phase::Done => (Phase::Done, 0),
@@ -296,29 +210,21 @@ impl Unpacker {
     }
 
     fn mesh(&mut self) -> Result<(), UnpackError> {
+        let damaged = |e: cullet::mesh::MeshError| UnpackError::Damaged(e.to_string());
         let mut from = Reader::new(&self.bytes, self.at);
-        let (positions, indices) = (from.pods()?, from.pods()?);
-        let parts = from.list(|from| {
-            let [first_triangle, triangle_count, material, two_sided, alpha]: [u32; 5] =
-                from.pod()?;
-            let alpha = match alpha {
-                0 => Alpha::Opaque,
-                1 => Alpha::Masked,
-                _ => Alpha::Blended,
-            };
-            Ok(Part { first_triangle, triangle_count, material, two_sided: two_sided == 1, alpha })
-        })?;
-        let [polygons, deformable]: [u32; 2] = from.pod()?;
-        let order = from.pods()?;
-        let clusters = from.list(|from| {
-            let [first_triangle, triangle_count, part] = from.pod()?;
-            Ok(Cluster { first_triangle, triangle_count, part })
-        })?;
+        let (positions, indices, order) = (from.pods()?, from.pods()?, from.pods()?);
+        let (parts, polygons, deformable, clusters, occluder) =
+            from.value::<Rest<Vec<Part>, Vec<Cluster>, Occluder>>()?;
         self.at = from.at();
-        let data = MeshData { positions, indices, parts, polygons, deformable: deformable == 1 };
-        let mesh = Mesh::with_clusters(data, &Clustering { order, clusters })
-            .map_err(|e| UnpackError::Damaged(e.to_string()))?;
-        self.model.scene.add_mesh(mesh);
+        let data = MeshData { positions, indices, parts, polygons, deformable };
+        let clustering = Clustering { order, clusters };
+        let mesh = Mesh::with_clusters(data, &clustering).map_err(damaged)?;
+        let wanted = Preparation { occluder: occluder.is_none(), ..Preparation::default() };
+        let mut prepared = Prepared::of(&mesh, wanted);
+        if let Some(occluder) = occluder {
+            prepared = prepared.with_occluder(occluder);
+        }
+        self.model.scene.add_prepared_mesh(mesh, prepared);
         Ok(())
     }
 
@@ -329,12 +235,16 @@ impl Unpacker {
         let mut from = Reader::new(&self.bytes, self.at);
         let scene = &mut self.model.scene;
         for _ in 0..count {
-            let Packed { instance, none, bounds } = Packed::read(&mut from)?;
-            let own = if none { BoundsOverride::None } else { BoundsOverride::Mesh };
+            let (mesh, layers, flags, is_unbounded): (u32, u32, InstanceFlags, bool) =
+                from.value()?;
+            let transform = Transform { linear: from.pod()?, translation: from.pod()? };
+            let seen: Aabb = from.pod()?;
+            let bounds = if is_unbounded { BoundsOverride::None } else { BoundsOverride::Mesh };
             let slot = scene.slot_count();
-            let handle = scene.add(Instance { bounds: own, ..instance }).map_err(wrong)?;
-            if !none && scene.bounds(slot) != bounds {
-                scene.set_bounds(handle, BoundsOverride::World(bounds)).map_err(wrong)?;
+            let instance = Instance { layers, flags, bounds, ..Instance::new(mesh, transform) };
+            let handle = scene.add(instance).map_err(wrong)?;
+            if !is_unbounded && scene.bounds(slot) != seen {
+                scene.set_bounds(handle, BoundsOverride::World(seen)).map_err(wrong)?;
             }
         }
         self.at = from.at();
@@ -351,43 +261,12 @@ impl Unpacker {
     }
 }
 
-/// An instance, and the box that the scene had for it.
-struct Packed {
-    instance: Instance,
-    /// Whether it has no bounds.
-    none: bool,
-    bounds: Aabb,
-}
-
-impl Packed {
-    fn read(from: &mut Reader<'_>) -> Result<Self, UnpackError> {
-        let [mesh, layers, bits]: [u32; 3] = from.pod()?;
-        let bit = |n: u32| bits >> n & 1 == 1;
-        let flags = InstanceFlags {
-            always_visible: bit(0),
-            no_occlusion: bit(1),
-            double_sided: bit(2),
-            transparent: bit(3),
-            dynamic: bit(4),
-        };
-        let place = place(from)?;
-        let [min, max] = from.pod()?;
-        let instance = Instance { layers, flags, ..Instance::new(mesh, place) };
-        // What is exempt by its flag needs no other reason.
-        let none = bit(5) && !flags.always_visible;
-        Ok(Self { instance, none, bounds: Aabb { min, max } })
-    }
-}
-
-fn place(from: &mut Reader<'_>) -> Result<Transform, UnpackError> {
-    Ok(Transform { linear: from.pod()?, translation: from.pod()? })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cullet::cull::occlusion::{Convex, Occlusion, Patch, Shape};
     use cullet::{View, ViewState, Visible};
-    use cullet_io::{load_bytes, scenes};
+    use cullet_io::{Portal, load_bytes, scenes};
 
     /// How many triangles are left of a view, and what dropped each instance.
     fn seen(model: &Model) -> (u64, usize, Vec<Option<&'static str>>) {
@@ -482,6 +361,65 @@ mod tests {
         assert_eq!(back.scene.bounds(slot(1)), given);
         let slot = slot(0) as usize;
         assert_eq!(back.scene.exempt()[slot / 64] >> (slot % 64) & 1, 1);
+    }
+
+    /// A wall, and behind it a row of things.
+    fn walled() -> Model {
+        let slab = |half: [f32; 3]| {
+            let corner =
+                |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { half[a] } else { -half[a] });
+            let faces: [[u32; 4]; 6] = [
+                [0, 4, 6, 2],
+                [1, 3, 7, 5],
+                [0, 1, 5, 4],
+                [2, 6, 7, 3],
+                [0, 2, 3, 1],
+                [4, 5, 7, 6],
+            ];
+            let indices = faces.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect();
+            let positions = (0..8).map(corner).collect();
+            Mesh::new(MeshData { positions, indices, ..MeshData::default() }).unwrap()
+        };
+        let mut model = Model { name: "wall".to_owned(), ..Model::default() };
+        let wall = model.scene.add_mesh(slab([10.0, 10.0, 0.5]));
+        let thing = model.scene.add_mesh(slab([0.3; 3]));
+        model.scene.add(Instance::new(wall, Transform::IDENTITY)).unwrap();
+        for x in -8..=8 {
+            let place = Transform::from_translation([f64::from(x), 0.0, -20.0]);
+            model.scene.add(Instance::new(thing, place)).unwrap();
+        }
+        model.scene.commit();
+        model
+    }
+
+    #[test]
+    fn a_given_occluder_arrives_and_hides_as_much() {
+        let mut model = walled();
+        let hidden = |model: &Model| {
+            let view = View::perspective([0.0, 0.0, 30.0], [0.0; 3], 1.0, 0.1, 1e3, [320, 200]);
+            let culler =
+                cullet::Culler { occlusion: Some(Occlusion::default()), ..Default::default() };
+            let mut visible = Visible::default();
+            culler.cull_one(&model.scene, &view.unwrap(), &mut ViewState::default(), &mut visible);
+            visible.funnel.dropped(cullet::Stage::Occlusion).instances
+        };
+        assert_eq!(hidden(&model), 17, "by the wall itself");
+        // Its left half, as one baked it; and for near eyes its triangles.
+        let half = Aabb::new([-9.0, -9.0, -0.4], [0.0, 9.0, 0.4]);
+        let body = Shape::Convex(Convex::from_box(&half).unwrap());
+        let wall = &model.scene.meshes()[0];
+        let patch = Patch::cut(wall.positions(), wall.indices(), &[0..12], true).unwrap();
+        let near = patch.into_iter().map(Shape::Patch).collect();
+        let given = Occluder::new(vec![body]).with_sealed(vec![half]).with_near(near);
+        model.scene.set_occluder(0, given);
+        let by_half = hidden(&model);
+        assert!((5..=9).contains(&by_half), "{by_half}");
+        let back = Unpacker::new(pack(&model)).unwrap().finish().unwrap();
+        let given = |m: &Model| m.scene.prepared()[0].given_occluder().cloned();
+        assert!(given(&model).is_some_and(|o| o.shapes().len() == 2));
+        assert_eq!(given(&back), given(&model));
+        assert!(back.scene.prepared()[1].given_occluder().is_none(), "nobody gave one");
+        assert_eq!(hidden(&back), by_half);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use super::{Obb, Plane, Side, Sphere};
 
 /// An axis-aligned box. Empty when some `min` exceeds its `max`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct Aabb {
     /// The lowest corner.

@@ -5,9 +5,12 @@ use crate::view::ScreenRect;
 
 /// How the size of a screen rectangle is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Measure {
     /// Width and height both below the threshold.
     #[default]
+    #[cfg_attr(feature = "serde", serde(rename = "box"))]
     WidthAndHeight,
     /// Area below the threshold, in square pixels.
     Area,
@@ -17,6 +20,8 @@ pub enum Measure {
 
 /// What counts as too small.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Detail {
     /// How size is measured.
     pub measure: Measure,

@@ -13,6 +13,7 @@ use crate::visible::Visible;
 
 /// What one stage found.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Step {
     /// The stage.
     pub stage: Stage,
@@ -28,6 +29,7 @@ pub struct Step {
 
 /// Why an instance is drawn or not: every stage it came to, with its numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Explanation {
     /// Why it was dropped; `None` if something of it is drawn.
     pub reason: Option<Reason>,

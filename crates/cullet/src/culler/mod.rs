@@ -23,6 +23,8 @@ use crate::visible::Visible;
 
 /// How deep the answer goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Output {
     /// Whole instances: [`Visible::whole`] alone.
     Instances,
@@ -35,6 +37,8 @@ pub enum Output {
 
 /// How back faces of one-sided parts are culled; of rigid instances alone, whatever the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Backface {
     /// Not at all.
     Off,
@@ -51,6 +55,8 @@ pub enum Backface {
 
 /// Settings of culling; no state. The answer depends on the scene, the view and these alone.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Culler {
     /// Cull what is outside the frustum. Default on.
     pub frustum: bool,
@@ -75,8 +81,10 @@ pub struct Culler {
     /// not take as a whole. Default off.
     pub dropped: bool,
     /// The SIMD level; the answer is the same at every level. Default: the best of the machine.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub level: Level,
     /// A clock in nanoseconds, for the times in the funnel. Default none: no times.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub clock: Option<fn() -> u64>,
 }
 

@@ -5,11 +5,25 @@ use crate::bits;
 /// The caller's stable name for a thing in a slot: an index, and a generation that tells a removed thing
 /// from the one that took its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "[u32; 2]", into = "[u32; 2]"))]
 pub struct Handle {
     /// Index into the handle table.
     pub index: u32,
     /// How often that index was reused.
     pub generation: u32,
+}
+
+impl From<[u32; 2]> for Handle {
+    fn from([index, generation]: [u32; 2]) -> Self {
+        Self { index, generation }
+    }
+}
+
+impl From<Handle> for [u32; 2] {
+    fn from(handle: Handle) -> Self {
+        [handle.index, handle.generation]
+    }
 }
 
 /// What a commit did to the slots.

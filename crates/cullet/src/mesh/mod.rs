@@ -21,6 +21,8 @@ use crate::hierarchy::Nodes;
 
 /// What the alpha of a part's material does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Alpha {
     /// Ignored: the part hides what is behind it.
     #[default]
@@ -33,6 +35,7 @@ pub enum Alpha {
 
 /// A range of a mesh's triangles with one material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Part {
     /// First triangle of the range.
     pub first_triangle: u32,
@@ -63,6 +66,7 @@ pub struct MeshData {
 
 /// A few triangles near each other, drawn or culled together: contiguous in the mesh's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Cluster {
     /// First triangle, in the mesh's order.
     pub first_triangle: u32,

@@ -11,6 +11,8 @@ pub type MeshId = u32;
 
 /// What is special about an instance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct InstanceFlags {
     /// No stage but the layer mask may cull it.
     pub always_visible: bool,
@@ -27,6 +29,8 @@ pub struct InstanceFlags {
 
 /// Bounds that the caller gives an instance in place of those of its mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum BoundsOverride {
     /// The box of the mesh, transformed.
     #[default]
@@ -42,6 +46,7 @@ pub enum BoundsOverride {
 
 /// What to add to a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Instance {
     /// Which mesh.
     pub mesh: MeshId,

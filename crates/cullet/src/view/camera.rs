@@ -7,6 +7,8 @@ use crate::bounds::{Plane, unit};
 
 /// A projection, in the units of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Projection {
     /// Symmetric perspective.
     Perspective {
@@ -109,6 +111,7 @@ impl Projection {
 
 /// A camera: where it stands, where it looks, what it projects.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Camera {
     /// Where the camera stands.
     pub eye: [f64; 3],

@@ -3,6 +3,8 @@
 mod camera;
 pub(crate) mod corners;
 mod frustum;
+#[cfg(feature = "serde")]
+mod plain;
 mod project;
 mod ray;
 
@@ -18,6 +20,8 @@ use crate::bounds::{Plane, ROUNDING};
 
 /// Which clip depth is near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Depth {
     /// 0 at the near plane, 1 at the far plane.
     #[default]
@@ -28,6 +32,8 @@ pub enum Depth {
 
 /// The order in which the vertices of a front face are seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum FrontFace {
     /// Counter-clockwise, as in OpenGL and glTF.
     #[default]
@@ -38,6 +44,8 @@ pub enum FrontFace {
 
 /// Which faces of one-sided meshes are culled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum CullFace {
     /// No face.
     None,
@@ -98,6 +106,8 @@ pub enum ViewError {
 /// World space is right-handed; a view looks along −Z of its own space; clip depth is 0..1, standard
 /// or reversed. Everything is f64, so that a world of 1e7 units stays exact enough.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "plain::ViewData", into = "plain::ViewData"))]
 pub struct View {
     clip_from_world: DMat4,
     eye: DVec4,

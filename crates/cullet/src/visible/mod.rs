@@ -8,6 +8,7 @@ use crate::funnel::{Funnel, Reason, Stage, Unit};
 
 /// A range of slots whose instances are drawn whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct SlotRange {
     /// First slot.
@@ -18,6 +19,7 @@ pub struct SlotRange {
 
 /// Some clusters of one instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct DrawRange {
     /// The instance's slot.
@@ -32,6 +34,7 @@ pub struct DrawRange {
 
 /// Some triangles of one instance, as a range of [`Visible::triangles`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct TriangleRange {
     /// The instance's slot.
@@ -44,6 +47,7 @@ pub struct TriangleRange {
 
 /// Triangles of one instance that a stage took, while others of its triangles were still there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct DroppedRange {
     /// The instance's slot.
@@ -61,6 +65,7 @@ pub struct DroppedRange {
 /// What one view sees: a superset of what is truly visible. Ascending by slot; reused from frame to
 /// frame without allocation once it has grown.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Visible {
     /// Slots whose instances are drawn whole.
     pub whole: Vec<SlotRange>,

@@ -6,6 +6,8 @@ use super::{Footprint, OcclusionBuffer, Shape};
 
 /// How to find what is hidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Occlusion {
     /// Pixels across the buffer; its height follows from the viewport. Never more than the viewport has. Half of the
     /// screen finds nearly as much as all of it, at a quarter of the cost; the answer is never wrong. Default 640.

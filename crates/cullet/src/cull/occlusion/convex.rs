@@ -14,6 +14,11 @@ use crate::mesh::weld;
 /// pixel it is as near as the farthest of the planes of the faces seen, since a line enters a convex body at
 /// the last plane that it crosses inward.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "super::plain::ConvexData", into = "super::plain::ConvexData")
+)]
 pub struct Convex {
     pub(super) vertices: Vec<[f32; 3]>,
     /// Loops of vertices, counter-clockwise seen from outside, one after the other.

@@ -34,6 +34,8 @@ mod occluder;
 mod outline;
 mod patch;
 mod piece;
+#[cfg(feature = "serde")]
+mod plain;
 mod plane;
 mod record;
 mod screen;

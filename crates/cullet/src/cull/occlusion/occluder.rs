@@ -7,6 +7,8 @@ use crate::mesh::{Alpha, Mesh, connected_regions};
 
 /// A piece of an occluder that is drawn, or left out, as one.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Shape {
     /// A convex body or polygon.
     Convex(Convex),
@@ -36,10 +38,15 @@ impl Shape {
 
 /// What stands for a mesh in an occlusion buffer: shapes that lie within what the mesh hides.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "super::plain::OccluderData", into = "super::plain::OccluderData")
+)]
 pub struct Occluder {
     shapes: Vec<Shape>,
     /// How many of the shapes, the last, are for views that begin within `sealed`.
-    near: usize,
+    pub(super) near: usize,
     sealed: Vec<Aabb>,
     /// What follows from the shapes: their boxes, what each costs, and what the cheapest of them cost.
     boxes: Boxes,

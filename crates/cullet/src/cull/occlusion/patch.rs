@@ -14,6 +14,11 @@ use crate::mesh::weld;
 /// meets there, for which the triangles around the patch are kept too, so that no crack runs along
 /// the seam between two patches of a surface.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(try_from = "super::plain::PatchData", into = "super::plain::PatchData")
+)]
 pub struct Patch {
     /// x, y and z of its vertices, first those of its own triangles; the last is repeated up to a whole number of
     /// lanes.
@@ -119,7 +124,7 @@ impl Patch {
 }
 
 /// A whole surface with its connections.
-struct Surface<'a> {
+pub(super) struct Surface<'a> {
     positions: &'a [[f32; 3]],
     triangles: &'a [[u32; 3]],
     two_sided: bool,
@@ -129,7 +134,11 @@ struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    fn new(positions: &'a [[f32; 3]], triangles: &'a [[u32; 3]], two_sided: bool) -> Self {
+    pub(super) fn new(
+        positions: &'a [[f32; 3]],
+        triangles: &'a [[u32; 3]],
+        two_sided: bool,
+    ) -> Self {
         let mut starts = vec![0_u32; positions.len() + 1];
         for t in triangles.iter().filter(|t| is_whole(t)) {
             t.iter().for_each(|&v| starts[v as usize + 1] += 1);
@@ -152,7 +161,7 @@ impl<'a> Surface<'a> {
         &self.around[self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize]
     }
 
-    fn patch(&self, range: Range<u32>) -> Patch {
+    pub(super) fn patch(&self, range: Range<u32>) -> Patch {
         let own: Vec<u32> = range.filter(|&t| is_whole(&self.triangles[t as usize])).collect();
         let mut members = own.clone();
         let mut rim: Vec<u32> = own
