@@ -168,7 +168,7 @@ fn lists_are_appended_in_any_pieces() {
         .map(|i| match i % 4 {
             0 => 0,
             1 => u64::MAX,
-            _ => rng.below(1 << 30) as u64 * 0x9E37_79B9_7F4A_7C15,
+            _ => (rng.below(1 << 30) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15),
         })
         .collect();
     let expected: Vec<u32> =

@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | [`ClusterPlanes`] | 16 a triangle | the region itself: the ideal that the others are measured by |
 //! | [`Pyramid`] | 12 + 12 k | k planes through one apex |
-//! | [`EllipticCone`] | 48, quantised 21 | an elliptic cone: what the engine uses |
+//! | [`EllipticCone`](cullet::cull::backface::EllipticCone) | 48, quantised 21 | an elliptic cone: what the engine uses |
 //! | [`NormalCone`] | 28 | a circular cone |
 //! | [`NormalConeCentre`] | 32 | the same around a sphere, without an apex |
 //! | [`NormalBox`] | 40, at a common origin 28 | the normals in a box: Johannsen & Carter's |

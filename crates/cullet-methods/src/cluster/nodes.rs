@@ -17,8 +17,8 @@ use super::{Bound, ClusterBounds};
 /// it is proved.
 ///
 /// Scanned surfaces gain nothing: sixteen clusters mostly face both ways. From three radii the bunny's 930
-/// clusters cost 101 % of the blocks of a flat sweep and 2.1 times its time (1.7 µs for 0.8), the
-/// armadillo's 1138 cost 108 % and 2.0 times (`cargo test --release -p cullet-methods --test nodes --
+/// clusters cost 101 % of the blocks of a flat sweep, the armadillo's 1138 cost 108 %, and several times the
+/// time, for a sweep reads what lies side by side (`cargo test --release -p cullet-methods --test nodes --
 /// --nocapture`). It pays where many clusters lie in planes or bend little; see
 /// [`blocks_asked`](ClusterCut::blocks_asked).
 #[derive(Clone, Debug)]

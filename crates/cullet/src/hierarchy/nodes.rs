@@ -17,7 +17,7 @@ use crate::bounds::{Aabb, Boxes, LANES};
 /// and a walk of the tree read the same array. All sixteen children of a node are one block, tested at
 /// once. A tenth of the boxes' memory, with the size of the largest box below each node of the lowest two levels.
 ///
-/// Boxes that are appended later lie under no node until the next [`rebuild`](Self::rebuild): a walk takes
+/// Boxes that are appended later lie under no node until nodes are made [anew](Self::over): a walk takes
 /// them one by one.
 ///
 /// A good order of the boxes ([`spatial_order`](super::spatial_order)) makes it fast; any order is

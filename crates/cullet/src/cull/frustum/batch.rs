@@ -60,7 +60,7 @@ pub const fn mask_words(len: usize) -> usize {
 /// Entries that the buffer of [`list_boxes`] and [`list_spheres`] must have for `len` items: `len`
 /// rounded up to a multiple of 64, for whole vectors are stored.
 #[must_use]
-pub(crate) const fn list_bound(len: usize) -> usize {
+pub const fn list_bound(len: usize) -> usize {
     len.next_multiple_of(64)
 }
 
