@@ -54,7 +54,7 @@ fn of_clusters(scene: &Scene, visible: &Visible) -> Drawn {
     let mut drawn = Drawn::new();
     let mut add = |slot: u32, clusters: std::ops::Range<usize>| {
         let mesh = scene.mesh(slot);
-        for t in mesh.clusters()[clusters].iter().flat_map(|c| c.triangles()) {
+        for t in mesh.clusters()[clusters].iter().flat_map(cullet::mesh::Cluster::triangles) {
             *drawn.entry((slot, mesh.triangle(t))).or_default() += 1;
         }
     };
