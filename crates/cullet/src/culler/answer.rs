@@ -3,7 +3,8 @@
 use super::Output;
 use super::frame::Frame;
 use super::log::Work;
-use super::sets::{Run, Sets};
+use super::run::Run;
+use super::sets::Sets;
 use crate::bits;
 use crate::visible::{DrawRange, SlotRange, Visible};
 

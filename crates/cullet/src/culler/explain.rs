@@ -1,9 +1,9 @@
 //! Why one instance is drawn or not, with the numbers of every stage that it came to.
 
-use super::frame::Frame;
+use super::frame::{Alone, Frame};
 use super::pipeline::{self, Scratch};
 use super::stage::{degenerate, detail, frustum, layer, occlusion};
-use super::{CullError, Culler};
+use super::{CullError, Culler, Output};
 use crate::bits;
 use crate::funnel::{FunnelRow, Reason, Stage, Unit};
 use crate::hierarchy::Handle;
@@ -53,10 +53,17 @@ impl Culler {
     ) -> Result<Explanation, CullError> {
         let slot = scene.slot(handle)?;
         let telling = Self { reasons: true, clock: None, ..self.clone() };
-        let (mut scratch, mut result) = (Scratch::default(), Visible::default());
-        pipeline::run(&telling, scene, view, Some(slot), &mut scratch, &mut result);
+        let (mut scratch, mut all, mut result) =
+            (Scratch::default(), Visible::default(), Visible::default());
+        if self.occlusion.is_some() {
+            // What hides an instance is everything else.
+            let instances = Self { output: Output::Instances, ..telling.clone() };
+            pipeline::run(&instances, scene, view, None, &mut scratch, &mut all);
+        }
+        let only = Some(Alone { slot, all: &all });
+        pipeline::run(&telling, scene, view, only, &mut scratch, &mut result);
         let reason = result.reasons[slot as usize];
-        let frame = Frame::new(&telling, scene, view, Some(slot));
+        let frame = Frame::new(&telling, scene, view, only);
         let occlusion = &scratch.caches.occlusion;
         let rows = result.funnel.rows.iter().filter(|row| row.entered.of(row.unit) > 0);
         let steps = rows.map(|row| Step {

@@ -4,6 +4,7 @@ use super::{Backface, Culler, Output};
 use crate::cull::frustum::batch::Planes;
 use crate::scene::Scene;
 use crate::view::{CullFace, Frustum, View};
+use crate::visible::Visible;
 
 /// One cull of one view, as all stages see it.
 pub(super) struct Frame<'a> {
@@ -15,8 +16,16 @@ pub(super) struct Frame<'a> {
     pub(super) frustum: Frustum,
     /// Of `frustum`.
     pub(super) planes: Planes,
-    /// The one slot that is culled, where an explanation is wanted.
-    pub(super) only: Option<u32>,
+    /// The one instance that is culled, where an explanation is wanted.
+    pub(super) only: Option<Alone<'a>>,
+}
+
+/// One instance by itself.
+#[derive(Clone, Copy)]
+pub(super) struct Alone<'a> {
+    pub(super) slot: u32,
+    /// The answer for the whole scene, by instances and with reasons: what hides one is everything else.
+    pub(super) all: &'a Visible,
 }
 
 impl<'a> Frame<'a> {
@@ -24,12 +33,17 @@ impl<'a> Frame<'a> {
         culler: &'a Culler,
         scene: &'a Scene,
         view: &'a View,
-        only: Option<u32>,
+        only: Option<Alone<'a>>,
     ) -> Self {
         let world_frustum = view.frustum();
         let frustum = world_frustum.relative_to(scene.origin());
         let planes = Planes::new(&frustum);
         Self { culler, scene, view, world_frustum, frustum, planes, only }
+    }
+
+    /// The slot of the one instance that is culled.
+    pub(super) fn only_slot(&self) -> Option<u32> {
+        self.only.map(|only| only.slot)
     }
 
     /// Whether back faces are culled by whole clusters.

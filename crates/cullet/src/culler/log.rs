@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::frame::Frame;
-use super::sets::{Run, triangles_of};
+use super::run::{Run, triangles_of};
 use crate::funnel::{Counts, FrustumWork, FunnelRow, OcclusionWork, Reason, Stage, Unit};
 use crate::mesh::Mesh;
 use crate::scene::Tally;

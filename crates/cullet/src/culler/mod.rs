@@ -5,6 +5,7 @@ mod explain;
 mod frame;
 mod log;
 mod pipeline;
+mod run;
 mod sets;
 mod stage;
 

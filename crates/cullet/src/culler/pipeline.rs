@@ -5,10 +5,10 @@
 //! before the next begins, cheapest test first, so that its time and its counts are its own.
 
 use super::answer;
-use super::frame::Frame;
+use super::frame::{Alone, Frame};
 use super::log::Log;
 use super::sets::Sets;
-use super::stage::{Caches, backface, degenerate, detail, frustum, layer, occlusion};
+use super::stage::{backface, degenerate, detail, frustum, layer, occlusion};
 use super::{Culler, Output};
 use crate::funnel::{Stage, Unit};
 use crate::scene::Scene;
@@ -38,17 +38,39 @@ const fn then(stage: Stage, unit: Unit, run: Run) -> Step {
 /// The one list of what runs when. A step is left out where its stage is off, and where the answer does not go as deep
 /// as its unit.
 const PIPELINE: [Step; 11] = [
-    then(Stage::Layer, Unit::Instances, layer::instances),
-    opens(Stage::Frustum, Unit::Instances, frustum::instances),
-    then(Stage::Detail, Unit::Instances, detail::instances),
-    then(Stage::Degenerate, Unit::Instances, degenerate::instances),
-    then(Stage::Occlusion, Unit::Instances, occlusion::instances),
-    opens(Stage::Frustum, Unit::Clusters, frustum::clusters),
-    then(Stage::Occlusion, Unit::Clusters, occlusion::clusters),
-    then(Stage::Backface, Unit::Clusters, backface::clusters),
-    opens(Stage::Frustum, Unit::Triangles, frustum::triangles),
-    then(Stage::Backface, Unit::Triangles, backface::triangles),
-    then(Stage::Degenerate, Unit::Triangles, degenerate::triangles),
+    then(Stage::Layer, Unit::Instances, |f, _, _, log| {
+        layer::instances(f, log);
+    }),
+    opens(Stage::Frustum, Unit::Instances, |f, c, s, log| {
+        frustum::instances(f, &mut c.frustum, &mut s.instances, log);
+    }),
+    then(Stage::Detail, Unit::Instances, |f, _, s, log| {
+        detail::instances(f, &mut s.instances, log);
+    }),
+    then(Stage::Degenerate, Unit::Instances, |f, _, s, log| {
+        degenerate::instances(f, &mut s.instances, log);
+    }),
+    then(Stage::Occlusion, Unit::Instances, |f, c, s, log| {
+        occlusion::instances(f, &mut c.occlusion, &mut s.instances, log);
+    }),
+    opens(Stage::Frustum, Unit::Clusters, |f, c, s, log| {
+        frustum::clusters(f, &mut c.frustum, &c.occlusion, s, log);
+    }),
+    then(Stage::Occlusion, Unit::Clusters, |f, c, s, log| {
+        occlusion::clusters(f, &c.occlusion, &mut s.clusters, log);
+    }),
+    then(Stage::Backface, Unit::Clusters, |f, _, s, log| {
+        backface::clusters(f, &mut s.clusters, log);
+    }),
+    opens(Stage::Frustum, Unit::Triangles, |f, _, s, log| {
+        frustum::triangles(f, s, log);
+    }),
+    then(Stage::Backface, Unit::Triangles, |f, c, s, log| {
+        backface::triangles(f, &mut c.backface, s, log);
+    }),
+    then(Stage::Degenerate, Unit::Triangles, |f, _, s, log| {
+        degenerate::triangles(f, s, log);
+    }),
 ];
 
 /// The deepest unit of an answer.
@@ -60,19 +82,27 @@ fn depth(output: Output) -> Unit {
     }
 }
 
+/// What stages keep between frames: memory, and what was proved of the last one.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Caches {
+    frustum: frustum::Cache,
+    pub(super) occlusion: occlusion::Cache,
+    backface: backface::Cache,
+}
+
 /// Memory that the culls of one view use again and again, and what was proved of its last frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    pub(super) sets: Sets,
+    sets: Sets,
     pub(super) caches: Caches,
 }
 
-/// Culls for one view; with `only`, what is in one slot alone.
+/// Culls for one view; with `only`, one instance alone, by what the scratch has of the whole scene.
 pub(super) fn run(
     culler: &Culler,
     scene: &Scene,
     view: &View,
-    only: Option<u32>,
+    only: Option<Alone<'_>>,
     scratch: &mut Scratch,
     result: &mut Visible,
 ) {

@@ -1,21 +1,9 @@
 //! The working set of clusters: runs of them, and the instances of which no cluster can go by itself.
 
-use std::ops::Range;
-
 use super::super::log::Log;
+use super::super::run::{Run, next_bit};
 use crate::funnel::{Reason, Stage, Unit};
-use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
 use crate::scene::Scene;
-
-/// Consecutive clusters of one instance to which the frustum gave the same answer.
-#[derive(Clone, Copy, Debug)]
-pub(in super::super) struct Run {
-    pub(in super::super) slot: u32,
-    pub(in super::super) first_cluster: u32,
-    pub(in super::super) cluster_count: u32,
-    /// No triangle of it needs an outcode.
-    pub(in super::super) inside: bool,
-}
 
 /// Clusters that are still there.
 #[derive(Clone, Debug, Default)]
@@ -64,23 +52,6 @@ impl Clusters {
     }
 }
 
-/// The fewest triangles of a mesh of which clusters are culled by themselves, two clusters' worth. Of less so
-/// little goes that finding it costs more than drawing it.
-const LEAST_PARTED: u32 = 2 * MAX_CLUSTER_TRIANGLES as u32;
-
-/// Whether it pays to cull the clusters of a mesh by themselves.
-pub(in super::super) fn is_parted(mesh: &Mesh) -> bool {
-    mesh.triangle_count() > LEAST_PARTED
-}
-
-/// The triangles of a run: clusters follow each other in the mesh's order.
-pub(in super::super) fn triangles_of(mesh: &Mesh, run: Run) -> Range<u32> {
-    let clusters = &mesh.clusters()[run.first_cluster as usize..];
-    let Some(first) = clusters.first() else { return 0..0 };
-    let last = clusters[run.cluster_count as usize - 1];
-    first.first_triangle..last.first_triangle + last.triangle_count
-}
-
 /// Appends what is left of runs without the culled clusters.
 fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) {
     for run in runs {
@@ -93,20 +64,6 @@ fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) {
             }
         }
     }
-}
-
-/// The first of `from..end` whose bit is `set`, or `end`.
-pub(in super::super) fn next_bit(words: &[u64], from: u32, end: u32, set: bool) -> u32 {
-    let mut at = from;
-    while at < end {
-        let word = words.get(at as usize / 64).copied().unwrap_or(0);
-        let word = (if set { word } else { !word }) >> (at % 64);
-        if word != 0 {
-            return (at + word.trailing_zeros()).min(end);
-        }
-        at = (at / 64 + 1) * 64;
-    }
-    end
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ mod clusters;
 mod instances;
 mod triangles;
 
-pub(super) use clusters::{Clusters, Run, is_parted, next_bit, triangles_of};
+pub(super) use clusters::Clusters;
 pub(super) use instances::{Instances, slots};
 pub(super) use triangles::Triangles;
 

@@ -1,7 +1,7 @@
 //! The working set of triangles: a list that each stage shortens in place.
 
 use super::super::log::Log;
-use super::Run;
+use super::super::run::Run;
 use crate::funnel::{Counts, Reason, Stage, Unit};
 use crate::visible::{TriangleRange, Visible};
 

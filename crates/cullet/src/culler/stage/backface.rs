@@ -3,8 +3,8 @@
 use super::super::Backface;
 use super::super::frame::Frame;
 use super::super::log::Log;
-use super::super::sets::{Run, Sets, next_bit, triangles_of};
-use super::Caches;
+use super::super::run::{Run, next_bit, triangles_of};
+use super::super::sets::{Clusters, Sets};
 use crate::cull::backface::{BackfaceEye, Backfaces, ClusterCones, ObjectEye, ViewEye};
 use crate::cull::output::keep_listed;
 use crate::funnel::Stage;
@@ -87,17 +87,12 @@ impl<'a> Backs<'a> {
 }
 
 /// Drops the clusters of which every triangle faces away.
-pub(in super::super) fn clusters(
-    frame: &Frame<'_>,
-    _: &mut Caches,
-    sets: &mut Sets,
-    log: &mut Log<'_>,
-) {
+pub(in super::super) fn clusters(frame: &Frame<'_>, set: &mut Clusters, log: &mut Log<'_>) {
     if !frame.culls_backs_by_cluster() {
         return;
     }
     let backs = Backs::new(frame);
-    sets.clusters.filter(frame.scene, Stage::Backface, log, |runs, culled| {
+    set.filter(frame.scene, Stage::Backface, log, |runs, culled| {
         backs.cull_clusters(runs[0].slot, culled)
     });
 }
@@ -105,7 +100,7 @@ pub(in super::super) fn clusters(
 /// Drops back faces (or front faces) of one-sided parts.
 pub(in super::super) fn triangles(
     frame: &Frame<'_>,
-    caches: &mut Caches,
+    cache: &mut Cache,
     sets: &mut Sets,
     log: &mut Log<'_>,
 ) {
@@ -113,7 +108,7 @@ pub(in super::super) fn triangles(
         return;
     }
     let backs = Backs::new(frame);
-    let Cache { culled: words, doubt } = &mut caches.backface;
+    let Cache { culled: words, doubt } = cache;
     let Sets { clusters, triangles, .. } = sets;
     let mut rest = &clusters.runs[..];
     triangles.filter(&clusters.runs, Stage::Backface, log, |slot, triangles, kept| {

@@ -2,31 +2,20 @@
 
 use super::super::frame::Frame;
 use super::super::log::Log;
-use super::super::sets::{Sets, slots};
-use super::Caches;
+use super::super::sets::{Instances, Sets, slots};
 use crate::cull::degenerate::Flattening;
 use crate::funnel::{Stage, Unit};
 
 /// Drops the instances that their transform flattens to a line or a point, or of whose mesh no triangle has an area.
-pub(in super::super) fn instances(
-    frame: &Frame<'_>,
-    _: &mut Caches,
-    sets: &mut Sets,
-    log: &mut Log<'_>,
-) {
+pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
     let scene = frame.scene;
     let collapsed = |word, tested| tested & scene.collapsed()[word];
-    let dropped = sets.instances.filter(scene, Stage::Degenerate, log, collapsed);
+    let dropped = set.filter(scene, Stage::Degenerate, log, collapsed);
     log.instance_row(Stage::Degenerate, dropped);
 }
 
 /// Drops triangles without area: those found when the mesh was made, and those that a flattening transform makes.
-pub(in super::super) fn triangles(
-    frame: &Frame<'_>,
-    _: &mut Caches,
-    sets: &mut Sets,
-    log: &mut Log<'_>,
-) {
+pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>) {
     let scene = frame.scene;
     sets.triangles.filter(&sets.clusters.runs, Stage::Degenerate, log, |slot, triangles, kept| {
         let mesh = scene.mesh(slot);

@@ -2,20 +2,14 @@
 
 use super::super::frame::Frame;
 use super::super::log::Log;
-use super::super::sets::{Sets, slots};
-use super::Caches;
+use super::super::sets::{Instances, slots};
 use crate::funnel::Stage;
 
 /// Drops instances whose projected box is below the threshold.
-pub(in super::super) fn instances(
-    frame: &Frame<'_>,
-    _: &mut Caches,
-    sets: &mut Sets,
-    log: &mut Log<'_>,
-) {
+pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
     let Some(detail) = frame.culler.detail else { return };
     let (scene, view) = (frame.scene, frame.view);
-    let dropped = sets.instances.filter(scene, Stage::Detail, log, |word, tested| {
+    let dropped = set.filter(scene, Stage::Detail, log, |word, tested| {
         let small = slots(word, tested).filter(|&slot| {
             let rectangle = view.project_box(&scene.bounds(slot), scene.origin());
             detail.is_small(rectangle.as_ref())

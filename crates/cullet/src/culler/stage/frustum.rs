@@ -3,9 +3,10 @@
 use super::super::Output;
 use super::super::frame::Frame;
 use super::super::log::Log;
-use super::super::sets::{Run, Sets, is_parted, slots, triangles_of};
+use super::super::run::{Run, is_parted, triangles_of};
+use super::super::sets::{Instances, Sets, slots};
 use super::backface::Backs;
-use super::{Caches, occlusion};
+use super::occlusion;
 use crate::bits;
 use crate::bounds::{Aabb, Plane, Side};
 use crate::clip::outcode::ObjectRegion;
@@ -40,19 +41,19 @@ struct OfMesh {
 /// Takes the instances that are in a layer of the view and not outside; all of them with the stage off.
 pub(in super::super) fn instances(
     frame: &Frame<'_>,
-    caches: &mut Caches,
-    sets: &mut Sets,
+    cache: &mut Cache,
+    set: &mut Instances,
     log: &mut Log<'_>,
 ) {
-    let (scene, set) = (frame.scene, &mut sets.instances);
+    let scene = frame.scene;
     let words = scene.hierarchy().present().len();
     set.clear(words);
-    let all = frame.only.map_or_else(|| scene.tally(), |slot| scene.tally_of(slot));
+    let all = frame.only_slot().map_or_else(|| scene.tally(), |slot| scene.tally_of(slot));
     let all_in = all.counts.instances == log.in_layers.counts.instances;
-    match frame.only {
-        Some(slot) if all_in => take_alone(frame, sets, log, slot),
+    match frame.only_slot() {
+        Some(slot) if all_in => take_alone(frame, set, log, slot),
         Some(_) => {}
-        None if frame.culler.frustum => take_visible(frame, &mut caches.frustum, sets, log, all_in),
+        None if frame.culler.frustum => take_visible(frame, cache, set, log, all_in),
         None => (0..words).for_each(|word| set.take(frame, word, u64::MAX, u64::MAX, all_in)),
     }
     if frame.culler.frustum {
@@ -64,11 +65,11 @@ pub(in super::super) fn instances(
 fn take_visible(
     frame: &Frame<'_>,
     cache: &mut Cache,
-    sets: &mut Sets,
+    set: &mut Instances,
     log: &mut Log<'_>,
     all_in: bool,
 ) {
-    let (scene, planes, set) = (frame.scene, &frame.planes, &mut sets.instances);
+    let (scene, planes) = (frame.scene, &frame.planes);
     let hierarchy = scene.hierarchy();
     let coherent = &mut cache.coherent;
     if std::mem::replace(&mut cache.scene, scene.id()) != scene.id() {
@@ -94,11 +95,11 @@ fn take_visible(
     }
     exempt.for_each(|word| set.take(frame, word, 0, 0, all_in));
     if frame.culler.frustum_exact {
-        drop_beyond_planes(frame, sets);
+        drop_beyond_planes(frame, set);
     }
     if log.wants_reasons() {
         for word in 0..hierarchy.present().len() {
-            let dropped = hierarchy.present()[word] & !sets.instances.alive[word];
+            let dropped = hierarchy.present()[word] & !set.alive[word];
             for slot in slots(word, dropped) {
                 // What is in no layer was dropped before.
                 if all_in || scene.layers(slot) & frame.view.layers != 0 {
@@ -111,9 +112,8 @@ fn take_visible(
 }
 
 /// Drops boxes that straddle planes but lie beyond the frustum's corners.
-fn drop_beyond_planes(frame: &Frame<'_>, sets: &mut Sets) {
+fn drop_beyond_planes(frame: &Frame<'_>, set: &mut Instances) {
     let exact = ExactFrustum::new(&frame.frustum);
-    let set = &mut sets.instances;
     for &word in &set.live {
         let word = word as usize;
         for slot in slots(word, set.alive[word] & !set.inside[word]) {
@@ -125,7 +125,7 @@ fn drop_beyond_planes(frame: &Frame<'_>, sets: &mut Sets) {
 }
 
 /// Takes one slot, by the arithmetic of the batch test, so with the same answer.
-fn take_alone(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>, slot: u32) {
+fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u32) {
     let (scene, planes) = (frame.scene, &frame.planes);
     let exempt = bits::get(scene.exempt(), slot as usize);
     let bounds = scene.bounds(slot);
@@ -140,7 +140,7 @@ fn take_alone(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>, slot: u32) 
         let detail = planes.first_rejecting(scene.boxes(), slot as usize);
         log.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
     } else {
-        sets.instances.take_slot(slot, exempt || side == Side::Inside);
+        set.take_slot(slot, exempt || side == Side::Inside);
     }
 }
 
@@ -149,7 +149,8 @@ fn take_alone(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>, slot: u32) 
 /// is [settled](super::super::sets::Clusters::settled) and it gets no run: most of what is seen of very many things.
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
-    caches: &mut Caches,
+    cache: &mut Cache,
+    hidden: &occlusion::Cache,
     sets: &mut Sets,
     log: &mut Log<'_>,
 ) {
@@ -157,7 +158,6 @@ pub(in super::super) fn clusters(
     let by_cluster = frame.culler.frustum;
     let settles = frame.culler.output == Output::Clusters;
     let backs = frame.culls_backs_by_cluster().then(|| Backs::new(frame));
-    let Caches { frustum: cache, occlusion, .. } = caches;
     let Sets { instances, clusters, .. } = sets;
     clusters.settled.resize(instances.alive.len(), 0);
     cache.of_meshes.clear();
@@ -170,7 +170,7 @@ pub(in super::super) fn clusters(
         // Those of which only their mesh can say that they are not drawn whole.
         let inside = if by_cluster { instances.inside[word] } else { u64::MAX };
         let may_settle =
-            if settles { inside & occlusion::unhidden(frame, occlusion, word) } else { 0 };
+            if settles { inside & occlusion::unhidden(frame, hidden, word) } else { 0 };
         for slot in slots(word, instances.alive[word]) {
             let of = cache.of_meshes[scene.mesh_id(slot) as usize];
             let may_settle = may_settle >> (slot % 64) & 1 == 1 || of.is_whole;
@@ -193,7 +193,7 @@ pub(in super::super) fn clusters(
             }
             whole += tally;
             if !settles
-                || occlusion::may_hide_clusters(frame, occlusion, slot)
+                || occlusion::may_hide_clusters(frame, hidden, slot)
                 || backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot))
             {
                 clusters.runs.push(run);
@@ -250,12 +250,7 @@ fn list_clusters(
 }
 
 /// Lists the triangles of all runs, those of straddling clusters by their outcodes.
-pub(in super::super) fn triangles(
-    frame: &Frame<'_>,
-    _: &mut Caches,
-    sets: &mut Sets,
-    log: &mut Log<'_>,
-) {
+pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>) {
     let scene = frame.scene;
     let entered = log.left.counts;
     let Sets { clusters, triangles: set, .. } = sets;

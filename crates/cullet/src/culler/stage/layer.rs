@@ -2,21 +2,14 @@
 
 use super::super::frame::Frame;
 use super::super::log::Log;
-use super::super::sets::Sets;
-use super::Caches;
 use crate::funnel::{Reason, Stage, Unit};
 use crate::scene::Tally;
 
 /// Counts what is in the layers of the view. Instances themselves are held against them when they are taken, by the
 /// stage that follows: most are never looked at.
-pub(in super::super) fn instances(
-    frame: &Frame<'_>,
-    _: &mut Caches,
-    _: &mut Sets,
-    log: &mut Log<'_>,
-) {
+pub(in super::super) fn instances(frame: &Frame<'_>, log: &mut Log<'_>) {
     let (scene, layers) = (frame.scene, frame.view.layers);
-    let all = match frame.only {
+    let all = match frame.only_slot() {
         Some(slot) => {
             let is_in = scene.layers(slot) & layers != 0;
             log.in_layers = if is_in { scene.tally_of(slot) } else { Tally::default() };
@@ -30,7 +23,7 @@ pub(in super::super) fn instances(
     let in_layers = log.in_layers.counts;
     log.push_row(Stage::Layer, Unit::Instances, all.counts, in_layers);
     if log.wants_reasons() && all.counts.instances != in_layers.instances {
-        let slots = frame.only.map_or(0..scene.slot_count(), |slot| slot..slot + 1);
+        let slots = frame.only_slot().map_or(0..scene.slot_count(), |slot| slot..slot + 1);
         for slot in slots.filter(|&s| !scene.is_removed(s)) {
             if scene.layers(slot) & layers == 0 {
                 log.drop_slot(slot, Reason { stage: Stage::Layer, detail: 0 });

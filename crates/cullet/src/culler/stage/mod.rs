@@ -9,11 +9,3 @@ pub(super) mod frustum;
 pub(super) mod layer;
 mod occluders;
 pub(super) mod occlusion;
-
-/// What stages keep between frames: memory, and what was proved of the last one.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Caches {
-    pub(super) frustum: frustum::Cache,
-    pub(super) occlusion: occlusion::Cache,
-    pub(super) backface: backface::Cache,
-}

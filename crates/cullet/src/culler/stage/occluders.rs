@@ -7,7 +7,6 @@
 //! looking at everything.
 
 use super::density::Density;
-use super::occlusion::{is_within, occluder_of};
 use crate::bits;
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
 use crate::cull::occlusion::{
@@ -298,4 +297,22 @@ impl Search<'_> {
             asker.footprints(block, asked, LEAST_PIXELS, |lane, f| offer(at * LANES + lane, f));
         }
     }
+}
+
+/// The occluder of an instance that may hide something.
+fn occluder_of(scene: &Scene, slot: u32) -> Option<&Occluder> {
+    let flags = scene.flags(slot);
+    if flags.no_occlusion || flags.transparent || !scene.is_rigid(slot) {
+        return None;
+    }
+    scene.prepared_of(slot).occluder().filter(|occluder| !occluder.shapes().is_empty())
+}
+
+/// Whether the view may begin within what the occluder of an instance seals off.
+fn is_within(scene: &Scene, slot: u32, occluder: &Occluder, near: &Aabb) -> bool {
+    let sealed = occluder.sealed().iter();
+    sealed.map(|b| scene.transform(slot).transform_box(b, scene.origin())).any(|b| {
+        // A NaN is no proof that they are apart.
+        !(0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a])
+    })
 }

@@ -7,23 +7,21 @@
 //! this frame alone: what the drawn ones cost decides how much is left to spend, so that an order remembered
 //! from the last frame could choose others, and prove something else. What is remembered is memory.
 
-use super::super::frame::Frame;
+use super::super::Culler;
+use super::super::frame::{Alone, Frame};
 use super::super::log::Log;
-use super::super::pipeline::{self, Scratch};
-use super::super::sets::{Instances, Run, Sets, is_parted};
-use super::super::{Culler, Output};
-use super::Caches;
+use super::super::run::{Run, is_parted};
+use super::super::sets::{Clusters, Instances};
 use super::density::Density;
 use super::occluders::{Group, Search};
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
-    Asker, Choice, Footprint, Nearest, Occluder, Occlusion, OcclusionBuffer, Shape, Verdict,
+    Asker, Choice, Footprint, Nearest, Occlusion, OcclusionBuffer, Shape, Verdict,
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
 use crate::scene::{Scene, Tally};
 use crate::view::{CullFace, FrontFace, View};
-use crate::visible::Visible;
 
 /// How often occluders are chosen at the most.
 const ROUNDS: u32 = 3;
@@ -104,15 +102,14 @@ fn draw(buffer: &mut OcclusionBuffer, culler: &Culler, scene: &Scene, slot: u32,
 /// Drops instances whose boxes are hidden.
 pub(in super::super) fn instances(
     frame: &Frame<'_>,
-    caches: &mut Caches,
-    sets: &mut Sets,
+    cache: &mut Cache,
+    set: &mut Instances,
     log: &mut Log<'_>,
 ) {
     let Some(settings) = frame.culler.occlusion else { return };
-    let cache = &mut caches.occlusion;
     let dropped = match frame.only {
-        Some(slot) => test_alone(frame, cache, &mut sets.instances, log, slot),
-        None => test_all(frame, cache, &mut sets.instances, log, &settings),
+        Some(only) => test_alone(frame, set, log, only),
+        None => test_all(frame, cache, set, log, &settings),
     };
     log.instance_row(Stage::Occlusion, dropped);
 }
@@ -273,21 +270,16 @@ fn test(
 
 const HIDDEN: Reason = Reason { stage: Stage::Occlusion, detail: 0 };
 
-/// One slot alone: what hides it is everything else, so all of the scene is culled to know.
+/// Drops one instance alone, if it was dropped from among all: then the cache, which is that of the whole scene, says
+/// what hides it.
 fn test_alone(
     frame: &Frame<'_>,
-    cache: &mut Cache,
     set: &mut Instances,
     log: &mut Log<'_>,
-    slot: u32,
+    Alone { slot, all }: Alone<'_>,
 ) -> Tally {
-    let all =
-        Culler { output: Output::Instances, reasons: true, clock: None, ..frame.culler.clone() };
-    let (mut scratch, mut result) = (Scratch::default(), Visible::default());
-    pipeline::run(&all, frame.scene, frame.view, None, &mut scratch, &mut result);
-    *cache = scratch.caches.occlusion;
-    log.occlusion = result.funnel.occlusion;
-    if !set.has(slot) || result.reasons[slot as usize] != Some(HIDDEN) {
+    log.occlusion = all.funnel.occlusion;
+    if !set.has(slot) || all.reasons[slot as usize] != Some(HIDDEN) {
         return Tally::default();
     }
     bits::set(&mut set.alive, slot as usize, false);
@@ -298,13 +290,13 @@ fn test_alone(
 /// Drops the clusters of rigid instances that are hidden, behind others or behind their own instance.
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
-    caches: &mut Caches,
-    sets: &mut Sets,
+    cache: &Cache,
+    set: &mut Clusters,
     log: &mut Log<'_>,
 ) {
-    let (scene, cache) = (frame.scene, &caches.occlusion);
+    let scene = frame.scene;
     let mut tests = 0;
-    sets.clusters.filter(scene, Stage::Occlusion, log, |runs, culled| {
+    set.filter(scene, Stage::Occlusion, log, |runs, culled| {
         let slot = runs[0].slot;
         let buffer = cache.buffer.as_ref().filter(|_| may_hide_clusters(frame, cache, slot));
         let Some(buffer) = buffer else { return false };
@@ -366,15 +358,6 @@ fn fronts_are_drawn(view: &View) -> bool {
     )
 }
 
-/// The occluder of an instance that may hide something.
-pub(super) fn occluder_of(scene: &Scene, slot: u32) -> Option<&Occluder> {
-    let flags = scene.flags(slot);
-    if flags.no_occlusion || flags.transparent || !scene.is_rigid(slot) {
-        return None;
-    }
-    scene.prepared_of(slot).occluder().filter(|occluder| !occluder.shapes().is_empty())
-}
-
 /// A box around the view's eye and its near rectangle, relative to an origin: what the near plane cuts away
 /// hides nothing. Everything, where a corner is not known.
 fn near_box(view: &View, origin: [f64; 3]) -> Aabb {
@@ -395,13 +378,4 @@ fn near_box(view: &View, origin: [f64; 3]) -> Aabb {
         }
     }
     Aabb::rounded_out(min, max)
-}
-
-/// Whether the view may begin within what the occluder of an instance seals off.
-pub(super) fn is_within(scene: &Scene, slot: u32, occluder: &Occluder, near: &Aabb) -> bool {
-    let sealed = occluder.sealed().iter();
-    sealed.map(|b| scene.transform(slot).transform_box(b, scene.origin())).any(|b| {
-        // A NaN is no proof that they are apart.
-        !(0..3).any(|a| near.min[a] > b.max[a] || near.max[a] < b.min[a])
-    })
 }
