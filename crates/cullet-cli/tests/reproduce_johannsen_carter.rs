@@ -153,3 +153,20 @@ fn what_cannot_be_measured_is_an_error_that_says_why() {
     assert_eq!((&one["clusters"], &one["model"]["triangles"]), (&1.into(), &1.into()));
     assert!((number(&one, "ideal_percent") - 50.0).abs() < 2.0, "{one}");
 }
+
+#[test]
+fn a_folder_gets_the_figures_and_a_chart_with_a_bar_for_each_bound() {
+    let folder = std::env::temp_dir().join(format!("cullet-johannsen-{}", std::process::id()));
+    let output = reproduce(&["knobs", "--directions", "4", "--out", &folder.display().to_string()]);
+    assert_eq!(output.status.code(), Some(0));
+    let file = |ending: &str| std::fs::read(folder.join(format!("johannsen-carter.{ending}")));
+    let record: Value = serde_json::from_slice(&file("json").unwrap()).unwrap();
+    let svg = String::from_utf8(file("svg").unwrap()).unwrap();
+    for bound in record["bounds"].as_array().unwrap() {
+        let name = bound["name"].as_str().unwrap();
+        assert!(svg.contains(&format!(">{name}<")), "{name}");
+        assert!(svg.contains(&format!(">{:.1}<", number(bound, "culled_percent"))), "{name}");
+    }
+    assert!(file("png").unwrap().starts_with(b"\x89PNG"));
+    std::fs::remove_dir_all(&folder).unwrap();
+}

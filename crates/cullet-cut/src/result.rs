@@ -47,9 +47,9 @@ pub struct CutReport {
     pub open_chains: usize,
     /// Edges of those outlines: they are open in the result.
     pub open_edges: usize,
-    /// Vertices that were moved to meet others ([`CapOptions::weld`]).
+    /// Vertices that were moved to meet others ([`CapOptions::weld`](crate::CapOptions::weld)).
     pub welded: usize,
-    /// Straight lines that closed an outline ([`CapOptions::heal`]).
+    /// Straight lines that closed an outline ([`CapOptions::heal`](crate::CapOptions::heal)).
     pub healed: usize,
     /// Connected outlines that were filled by the even–odd rule, because triangles are wound both ways.
     pub even_odd: usize,

@@ -3,7 +3,7 @@
 use cullet::View;
 use cullet::bounds::Boxes;
 
-/// Answers of `Rasteriser::test`, as they stand in a file of answers.
+/// Outside of the picture: an answer, as it stands in a file of answers.
 pub const OUTSIDE: u8 = 0;
 /// In the picture, for all that is known.
 pub const VISIBLE: u8 = 1;

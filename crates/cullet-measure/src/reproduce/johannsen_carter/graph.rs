@@ -46,7 +46,12 @@ pub(super) fn chart(record: &Record) -> Chart {
         let [zero, end] = [0.0, row.culled_percent].map(|v| plot.at(v, 0.0)[0]);
         c.band([zero, middle - HALF], [end, middle + HALF], BAR);
         let text = format!("{:.1}", row.culled_percent);
-        c.text([end - 8.0, middle], text, Anchor::End, palette::PAPER);
+        // In the bar where it has room.
+        if end - zero > 60.0 {
+            c.text([end - 8.0, middle], text, Anchor::End, palette::PAPER);
+        } else {
+            c.text([end + 8.0, middle], text, Anchor::Start, BAR);
+        }
     }
     let limits = [
         (record.ideal_percent, IDEAL, "clusters that face away wholly: no bound finds more"),
