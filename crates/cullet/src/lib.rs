@@ -49,6 +49,7 @@
 //!
 //! | feature | adds |
 //! |---|---|
+//! | `serde` | settings and results can be written and read; what is read is checked |
 //! | `force_support_fallback` | the scalar code beside that of the machine's SIMD levels, for tests |
 //!
 //! Without any, the crate opens no file, reads no clock and starts no thread.
