@@ -55,7 +55,7 @@ fn ways() -> Vec<Way> {
     vec![
         Way { name: "nothing is culled", stages: None, faces: CullFace::None },
         way(BASE, None),
-        way("+ frustum, whole things", Some(Stages::plain())),
+        way("+ frustum, whole instances", Some(Stages::plain())),
         way("+ back faces, clusters", Some(deep(Output::Clusters))),
         way("  the same by triangles", Some(deep(Output::Triangles))),
         way("+ occlusion, clusters", Some(Stages::default())),
@@ -92,7 +92,11 @@ pub fn run(world: &World, out: &mut impl Write) -> Result<u64, BenchError> {
     let [w, h] = SIZE;
     let things = grouped(world.counts.instances);
     let faces = grouped(world.counts.triangles);
-    writeln!(out, "{}: {faces} triangles of {things} things, {w}x{h}, {}", world.name, info.name)?;
+    writeln!(
+        out,
+        "{}: {faces} triangles of {things} instances, {w}x{h}, {}",
+        world.name, info.name
+    )?;
     let mut changed = 0;
     for path in [PathSpec::Walk, PathSpec::Orbit] {
         let rigs = world.path(&path, VIEWS, SIZE);

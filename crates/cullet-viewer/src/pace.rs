@@ -36,19 +36,19 @@ const MOVES: [Move; 3] = [
 pub fn run(world: World, out: &mut impl Write) -> io::Result<()> {
     let things = grouped(world.counts.instances);
     let faces = grouped(world.counts.triangles);
-    writeln!(out, "{}: {faces} triangles of {things} things, {SIZE:?}", world.name)?;
+    writeln!(out, "{}: {faces} triangles of {things} instances, {SIZE:?}", world.name)?;
     writeln!(
         out,
         "\n{:30} {:7} {:>8} {:>8} {:>9}  of the median, by stage",
-        "what culls", "camera", "median", "worst", "things"
+        "what culls", "camera", "median", "worst", "instances"
     )?;
     let world = Arc::new(world);
     let deep = |depth, stages: Stages| Stages { depth, ..stages };
     for (name, stages) in [
         ("usual", Stages::default()),
-        ("usual, whole things", deep(Output::Instances, Stages::default())),
+        ("usual, whole instances", deep(Output::Instances, Stages::default())),
         ("open (no occlusion)", Stages::open()),
-        ("plain (frustum, whole things)", Stages::plain()),
+        ("plain (frustum, whole instances)", Stages::plain()),
     ] {
         for (moves, by) in MOVES {
             let mut took = decisions(&world, &stages, by);

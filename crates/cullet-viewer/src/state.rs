@@ -271,7 +271,7 @@ impl Colour {
     /// All of them, with what a menu says.
     pub const ALL: [(Self, &'static str, &'static str); 7] = [
         (Self::Material, "material", "The colours of the file."),
-        (Self::Reason, "reason", "Each thing in the colour of the stage that dropped it."),
+        (Self::Reason, "reason", "Each instance in the colour of the stage that dropped it."),
         (Self::Sides, "sides", "Front faces light, back faces in another colour."),
         (Self::Clusters, "clusters", "A colour for each cluster of up to 124 triangles."),
         (Self::Overdraw, "overdraw", "How often each pixel is drawn to: bright is waste."),

@@ -118,7 +118,7 @@ fn badge(record: &Record) -> String {
         n => format!("pixel for pixel, and with {n}×{n} samples"),
     };
     if s.false_culls > 0 {
-        let n = count(s.false_culls, "visible thing was", "visible things were");
+        let n = count(s.false_culls, "visible instance was", "visible instances were");
         return format!("<span class=\"badge bad\">{n} lost: see below</span>");
     }
     if verified == 0 {

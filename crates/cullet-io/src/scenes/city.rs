@@ -26,7 +26,7 @@ pub(super) const INFO: SceneInfo = SceneInfo {
         },
         KeyInfo {
             name: "objects",
-            about: "small things in streets, in the air and on roofs",
+            about: "small objects in streets, in the air and on roofs",
             default: 100_000,
             min: 0,
             max: 10_000_000,

@@ -157,8 +157,10 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
                 "from outside: orange is seen from behind".to_owned()
             }
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
-            (Role::Bare, _) => format!("without culling: {} faces", super::grouped(all)),
-            (Role::Flown, Layout::Wipe) => format!("with culling: {} faces", super::grouped(left)),
+            (Role::Bare, _) => format!("without culling: {} triangles", super::grouped(all)),
+            (Role::Flown, Layout::Wipe) => {
+                format!("with culling: {} triangles", super::grouped(left))
+            }
             (Role::Flown, _) if frozen => "frozen: the frustum decided what is drawn".to_owned(),
             (Role::Flown, _) => continue,
         };

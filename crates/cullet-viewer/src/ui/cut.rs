@@ -71,7 +71,7 @@ pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
     }
     let t = session.cutting.tally;
     ui.weak(format!(
-        "{} things cut, {} gone, {:.0} ms",
+        "{} instances cut, {} gone, {:.0} ms",
         grouped(t.cut),
         grouped(t.gone),
         t.milliseconds
@@ -81,8 +81,12 @@ pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
             0 => String::new(),
             n => format!("; {} edges of open surfaces have none", grouped(n)),
         };
-        ui.weak(format!("caps: {} faces, area {:.4}{open}", grouped(t.cap_triangles), t.cap_area))
-            .on_hover_text("The area of what is cut through, in squared units of the scene");
+        ui.weak(format!(
+            "caps: {} triangles, area {:.4}{open}",
+            grouped(t.cap_triangles),
+            t.cap_area
+        ))
+        .on_hover_text("The area of what is cut through, in squared units of the scene");
     }
 }
 

@@ -20,14 +20,14 @@ pub(super) fn bar(ui: &mut egui::Ui, session: &mut Session) {
         } else {
             (all, 0.0)
         };
-        ui.strong(format!("faces {} / {}", grouped(left), grouped(all)));
+        ui.strong(format!("triangles {} / {}", grouped(left), grouped(all)));
         ui.label(format!("({})", percent(left, all)));
         ui.separator();
         let saved = all.saturating_sub(left);
         let share = if all == 0 { 0.0 } else { saved as f32 / all as f32 };
         let bar = egui::ProgressBar::new(share).desired_width(90.0).desired_height(12.0);
         ui.add(bar.text(format!("saved {}", percent(saved, all))))
-            .on_hover_text("The share of faces that culling saved the graphics card");
+            .on_hover_text("The share of triangles that culling saved the graphics card");
         let backs = session.whole().is_some_and(|w| w.kept_backs.is_most(w.counts.triangles));
         let sentence = session.kept_backs().filter(|_| backs);
         let mut one_sided = false;

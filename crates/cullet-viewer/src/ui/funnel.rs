@@ -41,9 +41,9 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         if unit != Some(row.unit) {
             unit = Some(row.unit);
             ui.weak(match row.unit {
-                Unit::Instances => "things",
-                Unit::Clusters => "clusters of things that are left",
-                Unit::Triangles => "faces of clusters that are left",
+                Unit::Instances => "instances",
+                Unit::Clusters => "clusters of what is left",
+                Unit::Triangles => "triangles of what is left",
             });
         }
         let (entered, left) = (row.entered.of(row.unit), row.left.of(row.unit));
@@ -128,7 +128,7 @@ fn history(ui: &mut egui::Ui, session: &Session) {
         painter.circle_filled(egui::pos2(x + 3.0, middle), 3.0, colour(rgb));
         painter.galley(egui::pos2(x + 10.0, rect.min.y + 1.0), galley, ink);
     };
-    named(true, "faces left".to_owned(), faces);
+    named(true, "triangles left".to_owned(), faces);
     named(false, format!("culling, to {slowest:.1} ms"), times);
     response.on_hover_text(
         "The last 240 decisions: the share of faces that was left, and what deciding took",
@@ -136,7 +136,7 @@ fn history(ui: &mut egui::Ui, session: &Session) {
 }
 
 fn legend(ui: &mut egui::Ui, session: &mut Session) {
-    ui.strong("Why things went")
+    ui.strong("Culled by reason")
         .on_hover_text("The colours of map, ghosts and funnel. Switches show or hide ghosts");
     let mut counts = [0u64; Stage::ALL.len()];
     let mut kept = 0;
@@ -207,7 +207,7 @@ fn proof(ui: &mut egui::Ui, session: &mut Session) {
     } else {
         ui.horizontal(|ui| {
             swatch(ui, palette::LOST);
-            ui.label(format!("{} visible things were dropped!", found.lost.len()));
+            ui.label(format!("{} visible instances were dropped!", found.lost.len()));
         });
         if session.state.stages.detail_px > 0.0 {
             ui.weak("Dropping what is small may lose what is seen.");
@@ -215,7 +215,7 @@ fn proof(ui: &mut egui::Ui, session: &mut Session) {
     }
     ui.horizontal(|ui| {
         swatch(ui, palette::UNSEEN);
-        let text = format!("{} of {} kept things are hidden", grouped(found.unseen_count), grouped(found.kept_instances));
+        let text = format!("{} of {} kept instances are hidden", grouped(found.unseen_count), grouped(found.kept_instances));
         ui.label(text).on_hover_text("Kept, though no pixel shows them: what occlusion culling could gain. Yellow in colours by reason");
     });
     let tight = found.kept as f64 / found.visible.max(1) as f64;

@@ -16,7 +16,7 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     let (Some(world), Some(decision), Some(inspected)) =
         (&session.world, &session.decision, &session.inspected)
     else {
-        ui.weak("Click a thing: it tells which tests it came to, and their numbers.");
+        ui.weak("Click an instance: which tests it came to, and their numbers.");
         return;
     };
     let scene = &world.model.scene;

@@ -18,7 +18,7 @@ pub(super) fn title(ui: &mut egui::Ui, session: &mut Session) {
                 ui.label(short(&world.name));
                 let c = world.counts;
                 let text = format!(
-                    "{} vertices · {} faces · {} things",
+                    "{} vertices · {} triangles · {} instances",
                     grouped(c.vertices),
                     grouped(c.triangles),
                     grouped(c.instances)

@@ -72,7 +72,7 @@ fn figures(ui: &mut egui::Ui, session: &Session) {
     let (Some(f), Some(world), Some(inspected)) =
         (&session.figures, &session.world, &session.inspected)
     else {
-        ui.weak("Click a thing to study its back faces.");
+        ui.weak("Click an instance to study its back faces.");
         return;
     };
     if f.too_large {
@@ -95,7 +95,7 @@ fn audit(ui: &mut egui::Ui, session: &mut Session) {
         ui,
         &mut session.state.structure.audit,
         "bounds audit",
-        "Holds every vertex against the box that its thing is culled by: what leaves it may vanish in plain sight",
+        "Tests every vertex against the box that its instance is culled by: what leaves it may vanish in plain sight",
     );
     if !session.state.structure.audit {
         return;
@@ -105,10 +105,10 @@ fn audit(ui: &mut egui::Ui, session: &mut Session) {
         return;
     };
     if found.is_empty() {
-        ui.weak("Every vertex is within its thing's bounds.");
+        ui.weak("Every vertex is within its instance's bounds.");
         return;
     }
-    let text = format!("{} things leave their bounds", grouped(found.len() as u64));
+    let text = format!("{} instances leave their bounds", grouped(found.len() as u64));
     ui.colored_label(ui.visuals().error_fg_color, text);
     let mut chosen = None;
     let worst = found.iter().take(8);

@@ -42,7 +42,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         switch(ui, &mut s.on, "cull", "All culling at once; off draws everything (C)");
         ui.separator();
         for (name, about, preset) in [
-            ("plain", "Whole things by the frustum, as most engines begin (6)", Stages::plain()),
+            ("plain", "Whole instances by the frustum, as most engines begin (6)", Stages::plain()),
             (
                 "open",
                 "Also back faces, down to clusters; but not what lies behind something (7)",
@@ -57,7 +57,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         }
     });
     ui.add_enabled_ui(s.on, |ui| {
-        switch(ui, &mut s.frustum, "frustum", "Drops what is beside, behind or too far: never wrong, some nanoseconds a thing");
+        switch(ui, &mut s.frustum, "frustum", "Drops what is beside, behind or too far: never wrong, some nanoseconds per instance");
         ui.add_enabled_ui(s.frustum, |ui| {
             let about = "Also drops big boxes near the frustum's corners, at some 50 ns for each that straddles";
             switch(ui, &mut s.frustum_exact, "exact at corners", about);
@@ -94,11 +94,11 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         }
         occlusion(ui, s);
         ui.horizontal(|ui| {
-            ui.label("down to");
+            ui.label("depth");
             choices(ui, &mut s.depth, &[
-                (Output::Instances, "things", "Whole instances: the cheapest answer"),
-                (Output::Clusters, "clusters", "Groups of up to 124 triangles of things that straddle or face away in part"),
-                (Output::Triangles, "faces", "Single triangles: the tightest answer, at some 15 ns a face that is asked about"),
+                (Output::Instances, "instances", "Whole instances: the cheapest answer"),
+                (Output::Clusters, "clusters", "Groups of up to 124 triangles of instances that straddle or face away in part"),
+                (Output::Triangles, "triangles", "Single triangles: the tightest answer, and the most expensive"),
             ]);
         });
     });
@@ -444,7 +444,7 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
         ui,
         &mut s.occluders,
         "occluders only",
-        "Draws the things of which something was drawn into the buffer, and nothing else (0)",
+        "Draws the instances of which something was drawn into the buffer, and nothing else (0)",
     );
     switch(
         ui,
