@@ -224,7 +224,7 @@ fn what_cannot_be_opened_is_told_and_what_was_open_stays() {
     let mut session = begin("", "solids");
     let camera = session.state.camera;
     for (source, part) in [
-        (Source::File("no/such/file.glb".into()), "there is no such file"),
+        (Source::File("no/such/file.glb".into()), "there is no file no/such/file.glb"),
         (bytes("a.glb", b"glTF broken"), "a.glb"),
         (bytes("notes.txt", b"hello"), "notes.txt"),
         (Source::Builtin("city:sub=999999".to_owned()), "sub"),
