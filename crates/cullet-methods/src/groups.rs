@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use cullet::Level;
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks, ViewCone, cull_masked_words};
+use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks, ViewCone};
 
 /// Runs of triangles and their spheres.
 #[derive(Clone, Debug, Default)]
@@ -169,7 +169,7 @@ impl Groups {
             let (start, end) = (range.start as usize, range.end as usize);
             for first in (start / 64..end.div_ceil(64)).step_by(block.len()) {
                 let words = (end.div_ceil(64) - first).min(block.len());
-                cull_masked_words(level, masks, &mask, first, &mut block[..words]);
+                masks.cull_words(level, &mask, first, &mut block[..words]);
                 for (i, word) in block[..words].iter().enumerate() {
                     let base = (first + i) * 64;
                     // Words at the ends are shared with neighbours.

@@ -10,7 +10,8 @@
 //! | [`cluster`] | bounds of the normals of a cluster, with one trait over all; trackers, trees, culling volumes | the engine uses the elliptic cone |
 //! | [`Groups`] | normal masks with a viewing cone for each group of triangles | Zhang & Hoff (1997) |
 //! | [`sectors`] | normal masks by the corners of a frustum, and for its sectors | Zhang & Hoff (1997) |
-//! | [`Planes32`] | planes of triangles in 16 bytes | loses to 4 and 8 bytes everywhere |
+//! | [`Planes16`], [`Planes32`] | planes of triangles in 8 and 16 bytes | lose to the engine's 4 bytes |
+//! | [`Bulk`] | the answers of many tests as a mask, a count or a list | the engine wants masks alone |
 //! | [`BezierPatch`] | curved patches, culled before they are tessellated | after Shirman & Abi-Ezzi (1993) |
 //! | [`screen`] | the back-face test after projection, as graphics hardware does it | equal to the engine's |
 //! | [`back_regions`] | connected regions of what faces away | how small clusters must be |
@@ -18,6 +19,7 @@
 //! ```
 //! use cullet::Level;
 //! use cullet::cull::backface::{ClusterPlanes, EllipticCone};
+//! use cullet_methods::Bulk;
 //! use cullet_methods::cluster::{Bound, ClusterBounds, NormalBox, NormalCone};
 //!
 //! // One triangle that faces up, and one that faces down, seen from above.
@@ -36,16 +38,20 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod answers;
 mod back_regions;
+mod bulk;
 pub mod cluster;
 mod groups;
 mod patch;
+mod planes;
+mod planes16;
 mod planes32;
 pub mod screen;
 pub mod sectors;
 
 pub use back_regions::back_regions;
+pub use bulk::Bulk;
 pub use groups::Groups;
 pub use patch::{BezierPatch, PatchError};
+pub use planes16::Planes16;
 pub use planes32::Planes32;

@@ -1,20 +1,15 @@
 //! Triangle planes in f32: 16 bytes each, the reference of the quantised forms in size and speed.
 
 use cullet::Level;
-use cullet::bounds::Aabb;
-use cullet::cull::Indices;
-use cullet::cull::backface::ClusterPlanes;
 use fearless_simd::{Simd, dispatch, prelude::*};
-use glam::{DVec3, DVec4};
 
-use crate::answers;
+use crate::bulk::Bulk;
+use crate::planes::Frame;
 
 /// Planes of a mesh's triangles in sixteen bytes each.
 #[derive(Clone, Debug)]
 pub struct Planes32 {
-    /// What offsets are relative to, and divided by, so that they are comparable to normals.
-    centre: DVec3,
-    scale: f64,
+    frame: Frame,
     /// nx, ny, nz and −d of sixteen triangles, the largest number of each triangle ±1.
     blocks: Vec<Block>,
     len: usize,
@@ -38,11 +33,7 @@ impl Planes32 {
     pub fn new(positions: &[[f32; 3]], indices: &[u32]) -> Self {
         let len = indices.len() / 3;
         let blocks = vec![Block([[0.0; 16]; 4]); len.next_multiple_of(64) / 16];
-        let bounds = Aabb::from_points(positions);
-        let centre = if bounds.is_empty() { DVec3::ZERO } else { bounds.center().into() };
-        let scale = DVec3::from(bounds.half_extent()).length();
-        let scale = if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
-        let mut planes = Self { centre, scale, blocks, len };
+        let mut planes = Self { frame: Frame::around(positions), blocks, len };
         for (i, t) in indices.as_chunks::<3>().0.iter().enumerate() {
             planes.set(i, t.map(|v| positions[v as usize]));
         }
@@ -52,53 +43,16 @@ impl Planes32 {
     /// Replaces the plane of triangle `index`; see [`Planes8::set`](cullet::cull::backface::Planes8::set).
     ///
     /// # Panics
-    /// If `index` is not below [`len`](Self::len).
+    /// If `index` is not below the number of triangles.
     pub fn set(&mut self, index: usize, corners: [[f32; 3]; 3]) {
         assert!(index < self.len, "triangle {index} of {}", self.len);
-        // A sliver has no plane: zeros, which no eye is behind.
-        let triangle = ClusterPlanes::new([corners]);
-        let plane = triangle.half_spaces().next().map_or(DVec4::ZERO, |(n, d)| {
-            let n = DVec3::from(n);
-            let plane = n.extend((n.dot(self.centre) - d) / self.scale);
-            plane / plane.abs().max_element()
-        });
+        let plane = self.frame.plane(corners);
         for (row, v) in self.blocks[index / 16].0.iter_mut().zip(plane.to_array()) {
             row[index % 16] = v as f32;
         }
     }
 
-    /// How many triangles there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Whether there is no triangle.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    /// As [`Planes8::cull`](cullet::cull::backface::Planes8::cull).
-    pub fn cull(&self, level: Level, eye: [f64; 4], culled: &mut Vec<u64>) {
-        let eye = self.relative(eye);
-        answers::cull(self.len, culled, |first, out| self.words(level, eye, first, out));
-    }
-
-    /// How many triangles [`cull`](Self::cull) culls.
-    #[must_use]
-    pub fn count(&self, level: Level, eye: [f64; 4]) -> u64 {
-        let eye = self.relative(eye);
-        answers::count(self.len, |first, out| self.words(level, eye, first, out))
-    }
-
-    /// Lists the triangles that are *not* culled, ascending.
-    pub fn keep(&self, level: Level, eye: [f64; 4], kept: &mut Indices) {
-        let eye = self.relative(eye);
-        answers::keep(self.len, level, kept, |first, out| self.words(level, eye, first, out));
-    }
-
-    /// The oracle of [`cull`](Self::cull): one triangle after the other.
+    /// The oracle of [`Bulk::cull`]: one triangle after the other.
     #[must_use]
     pub fn cull_ref(&self, eye: [f64; 4]) -> Vec<u64> {
         let mut culled = vec![0; self.len.div_ceil(64)];
@@ -112,21 +66,20 @@ impl Planes32 {
         culled
     }
 
-    /// The eye in units of the planes, its largest number ±1; `None` where it is not finite, zero, or of
-    /// negative weight.
     fn relative(&self, eye: [f64; 4]) -> Option<[f32; 4]> {
-        let eye = DVec4::from(eye);
-        let e = (eye.truncate() - self.centre * eye.w).extend(eye.w * self.scale);
-        let largest = e.abs().max_element();
-        // The largest of some NaN and a number may be the number.
-        let right = eye.w >= 0.0 && largest > 0.0 && e.is_finite();
-        right.then(|| (e / largest).to_array().map(|v| v as f32))
+        Some(self.frame.eye(eye)?.to_array().map(|v| v as f32))
+    }
+}
+
+impl Bulk<[f64; 4]> for Planes32 {
+    fn count_all(&self) -> usize {
+        self.len
     }
 
-    fn words(&self, level: Level, eye: Option<[f32; 4]>, first: usize, out: &mut [u64]) {
-        let Some(eye) = eye else { return out.fill(0) };
-        let blocks = &self.blocks[first * 4..(first + out.len()) * 4];
-        dispatch!(level, simd => words(simd, blocks, eye, out));
+    fn cull_words(&self, level: Level, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+        let Some(eye) = self.relative(eye) else { return culled.fill(0) };
+        let blocks = &self.blocks[first * 4..(first + culled.len()) * 4];
+        dispatch!(level, simd => words(simd, blocks, eye, culled));
     }
 }
 

@@ -8,6 +8,7 @@ use common::{Rng, cross, dot, front};
 use cullet::cull::Indices;
 use cullet::cull::backface::{ClusterEye, ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch::levels;
+use cullet_methods::Bulk;
 use cullet_methods::cluster::{
     Bound, ClusterBounds, ClusterFacing, ClusterTracker, EllipticConeQuantised, NoRegion,
     NormalBox, NormalBoxAtOrigin, NormalBoxTurned, NormalCone, NormalConeCentre, Pyramid, TwoWay,

@@ -6,6 +6,7 @@ mod common;
 use common::{fibonacci, front, model};
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::{Level, Mesh, MeshData};
+use cullet_methods::Bulk;
 use cullet_methods::cluster::{
     Bound, ClusterBounds, ClusterTracker, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin,
     NormalBoxTurned, NormalCone, Pyramid,

@@ -7,13 +7,13 @@ mod common;
 use common::{fibonacci, front, model};
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
-use cullet::cull::backface::{MaskGrid, NormalMasks, Planes8, Planes16, ViewCone, cull_masked};
+use cullet::cull::backface::{MaskGrid, NormalMasks, Planes8, ViewCone};
 use cullet::{Level, Mesh, MeshData};
-use cullet_methods::Planes32;
 use cullet_methods::cluster::{
     Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin, NormalBoxTurned,
     NormalCone, Pyramid,
 };
+use cullet_methods::{Bulk, Planes16, Planes32};
 
 const VIEWS: usize = 1000;
 
@@ -48,7 +48,7 @@ fn forms(mesh: &Mesh, sphere: Sphere) -> Vec<Form> {
         grid.encode_triangles(positions, indices, &mut masks);
         forms.push(Form::new(&format!("masks, N = {n}"), false, move |eye, words| {
             let cone = ViewCone::to_sphere(eye, &sphere);
-            cull_masked(level, &masks, &grid.mask(level, cone.as_ref()), words);
+            masks.cull(level, &grid.mask(level, cone.as_ref()), words);
         }));
     }
     let planes = Planes8::new(positions, indices);

@@ -13,6 +13,7 @@ use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch::levels;
 use cullet::hierarchy::spatial_order;
 use cullet::{Level, Mesh, MeshData};
+use cullet_methods::Bulk;
 use cullet_methods::cluster::{Bound, ClusterCut, ClusterNodes, NormalCone, join};
 
 type Corners = [[f32; 3]; 3];

@@ -4,10 +4,10 @@ use cullet::Level;
 use cullet::MeshData;
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{
-    BackfaceMask, ClusterPlanes, EllipticCone, MaskGrid, Planes8, Planes16, ViewCone,
+    BackfaceMask, ClusterPlanes, EllipticCone, MaskGrid, Planes8, ViewCone,
 };
 use cullet_methods::cluster::{Bound, ClusterBounds};
-use cullet_methods::{Groups, Planes32};
+use cullet_methods::{Bulk, Groups, Planes16, Planes32};
 
 const FAR: [f64; 4] = [3.0, 5.0, 7.0, 1.0];
 

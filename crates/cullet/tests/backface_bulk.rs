@@ -7,10 +7,7 @@ use backface_common::{Rng, cross, dot, front};
 use cullet::Level;
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
-use cullet::cull::backface::{
-    BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, Planes16, ViewCone, count_masked,
-    cull_masked, cull_masked_ref, keep_unmasked,
-};
+use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, ViewCone};
 use cullet::cull::frustum::batch::levels;
 
 /// Small triangles all over a sphere, some of them slivers or points, wound outward.
@@ -43,11 +40,6 @@ fn ones(words: &[u64]) -> u64 {
     words.iter().map(|w| u64::from(w.count_ones())).sum()
 }
 
-/// The numbers below `len` whose bits are 0.
-fn unset(words: &[u64], len: u32) -> Vec<u32> {
-    (0..len).filter(|&i| words[i as usize / 64] >> (i % 64) & 1 == 0).collect()
-}
-
 #[test]
 fn nothing_in_front_is_culled() {
     let mut rng = Rng(7);
@@ -60,9 +52,8 @@ fn nothing_in_front_is_culled() {
         masks
     });
     let planes8 = Planes8::new(&positions, &indices);
-    let planes16 = Planes16::new(&positions, &indices);
     let sphere = Sphere { center: [0.0; 3], radius: 1.1 };
-    let (mut exact, mut by8, mut by16, mut by_mask) = (0, 0, 0, 0);
+    let (mut exact, mut by8, mut by_mask) = (0, 0, 0);
     for round in 0..200 {
         let far = if round % 10 == 0 { 0.5 } else { 1.2 + f64::from(round) * 0.02 };
         let d = rng.vector();
@@ -76,30 +67,20 @@ fn nothing_in_front_is_culled() {
             for (grid, masks) in grids.iter().zip(&masks) {
                 let mask = grid.mask(level, cone.as_ref());
                 assert!(cone.is_some() || mask == BackfaceMask::NOTHING);
-                let (mut culled, mut kept) = (Vec::new(), Indices::new());
-                cull_masked(level, masks, &mask, &mut culled);
-                assert_eq!(culled, cull_masked_ref(masks, &mask), "{level_name}");
-                assert_eq!(count_masked(level, masks, &mask), ones(&culled));
-                keep_unmasked(level, masks, &mask, &mut kept);
-                assert_eq!(*kept, *unset(&culled, 3000));
+                let mut culled = vec![!0; 47];
+                masks.cull_words(level, &mask, 0, &mut culled);
+                assert_eq!(culled, masks.cull_ref(&mask), "{level_name}");
                 answers.push(("mask", culled));
             }
-            let (mut a, mut b) = (vec![!0; 100], Vec::new());
-            planes8.cull(level, eye, &mut a);
-            planes16.cull(level, eye, &mut b);
-            for (mask, count) in [(&a, planes8.count(level, eye)), (&b, planes16.count(level, eye))]
-            {
-                assert_eq!(ones(mask), count, "{level_name}");
-            }
-            let mut kept = [Indices::new(), Indices::new()];
-            planes8.keep(level, eye, &mut kept[0]);
-            planes16.keep(level, eye, &mut kept[1]);
-            for (kept, mask) in kept.iter().zip([&a, &b]) {
-                assert_eq!(**kept, *unset(mask, 3000), "{level_name}");
-            }
-            assert_eq!(a, planes8.cull_ref(eye), "{level_name}");
-            assert_eq!(b, planes16.cull_ref(eye), "{level_name}");
-            answers.extend([("8", a), ("16", b)]);
+            let prepared = planes8.eye(eye, Facing::Back, 0.0).expect("an eye");
+            let mut culled = vec![!0; 47];
+            planes8.cull_words(level, &prepared, 0, &mut culled);
+            assert_eq!(culled, planes8.cull_ref(&prepared), "{level_name}");
+            // A word by itself is as in the whole.
+            let mut word = [0];
+            planes8.cull_words(level, &prepared, 46, &mut word);
+            assert_eq!(word[0], culled[46], "{level_name}");
+            answers.push(("8", culled));
         }
         for t in 0..3000 {
             let (value, size) = front(corners(t), eye);
@@ -110,14 +91,13 @@ fn nothing_in_front_is_culled() {
                 }
             }
         }
-        by8 += ones(&planes8.cull_ref(eye));
-        by16 += ones(&planes16.cull_ref(eye));
+        let prepared = planes8.eye(eye, Facing::Back, 0.0).expect("an eye");
+        by8 += ones(&planes8.cull_ref(&prepared));
         let mask = grids[3].mask(Level::new(), cone.as_ref());
-        by_mask += count_masked(Level::new(), &masks[3], &mask);
+        by_mask += ones(&masks[3].cull_ref(&mask));
     }
-    println!("of {exact}: 16 bits {by16}, 8 bits {by8}, masks {by_mask}");
+    println!("of {exact}: 8 bits {by8}, masks {by_mask}");
     // Recorded floors, of the exact count at this seed.
-    assert!(by16 * 1000 > exact * 970, "16 bits: {by16} of {exact}");
     assert!(by8 * 1000 > exact * 950, "8 bits: {by8} of {exact}");
     assert!(by_mask * 1000 > exact * 200, "masks: {by_mask} of {exact}");
 }
@@ -131,34 +111,11 @@ fn odd_inputs() {
         assert_eq!(grid.encode(bad).bit_mask, 0);
     }
     let planes = Planes8::new(&[[0.0; 3]; 3], &[0, 1, 2]);
-    let mut culled = Vec::new();
-    planes.cull(Level::new(), [f64::NAN; 4], &mut culled);
-    assert_eq!(culled, [0]);
-    planes.cull(Level::new(), [1.0, 2.0, 3.0, 1.0], &mut culled);
-    assert_eq!(culled, [0], "a point has no back");
+    assert_eq!(planes.eye([f64::NAN; 4], Facing::Back, 0.0), None);
+    let eye = planes.eye([1.0, 2.0, 3.0, 1.0], Facing::Back, 0.0).expect("an eye");
+    assert_eq!(planes.cull_ref(&eye), [0], "a point has no back");
     assert!(ViewCone::around([0.0; 3], 0.1).is_none());
     assert!(ViewCone::around([1.0, 0.0, 0.0], 2.0).is_none());
-}
-
-#[test]
-fn some_words_are_listed_as_in_the_whole() {
-    let mut rng = Rng(23);
-    let (positions, indices) = triangles(&mut rng, 64 * 130 + 7);
-    let planes = Planes8::new(&positions, &indices);
-    let eye = [2.0, 0.5, -1.0, 1.0];
-    let prepared = planes.eye(eye, Facing::Back, 0.0).expect("an eye");
-    let culled = planes.cull_ref(eye);
-    let all = unset(&culled, planes.len() as u32);
-    // Runs over the ends of 64 words, single words, all, none; and bits of words that are not there.
-    for words in [[u64::MAX; 3], [0; 3], [0x8000_0000_0000_0001, 0xff00_0000_0000_000d, 0b101]] {
-        let wanted = |t: &u32| words[*t as usize / 4096] >> (*t / 64 % 64) & 1 == 1;
-        let expected: Vec<u32> = all.iter().copied().filter(wanted).collect();
-        for (name, level) in levels() {
-            let mut kept = Indices::new();
-            planes.keep_in_words(level, &prepared, &words, &mut kept);
-            assert_eq!(*kept, *expected, "{name}, {words:x?}");
-        }
-    }
 }
 
 #[test]

@@ -75,17 +75,21 @@ fn looking_at(eye: [f64; 3], target: [f64; 3]) -> View {
 #[test]
 fn fast_drops_what_exact_drops() {
     let mut rng = Rng(21);
-    let mut exact_dropped = 0_u64;
+    let (mut exact_dropped, mut masks_dropped) = (0_u64, 0_u64);
     for round in 0..200 {
         let scene = random_scene(&mut rng, 15);
         let view = random_view(&mut rng);
-        let [off, fast, exact] = [Backface::Off, Backface::Fast, Backface::Exact]
-            .map(|way| listed(&cull(&by(way, Output::Triangles), &scene, &view)));
+        let ways = [Backface::Off, Backface::Masks, Backface::Fast, Backface::Exact];
+        let [off, masks, fast, exact] =
+            ways.map(|way| listed(&cull(&by(way, Output::Triangles), &scene, &view)));
         assert_eq!(exact, fast, "round {round}");
-        assert!(fast.is_subset(&off), "round {round}");
+        assert!(exact.is_subset(&masks) && masks.is_subset(&off), "round {round}");
         exact_dropped += (off.len() - exact.len()) as u64;
+        masks_dropped += (off.len() - masks.len()) as u64;
     }
+    println!("exact {exact_dropped}, masks {masks_dropped}");
     assert!(exact_dropped > 7_000, "{exact_dropped}");
+    assert!(masks_dropped * 10 > exact_dropped * 7, "masks {masks_dropped} of {exact_dropped}");
 }
 
 /// Clusters that are left out hold nothing that the exact test keeps.
@@ -166,11 +170,13 @@ fn every_simd_level_culls_the_same() {
         scene.add(Instance::new(mesh, Transform::IDENTITY)).expect("the mesh exists");
         let view = random_view(&mut rng);
         for output in [Output::Clusters, Output::Triangles] {
-            let answers: Vec<Visible> = common::levels()
-                .into_iter()
-                .map(|level| cull(&Culler { level, ..by(Backface::Fast, output) }, &scene, &view))
-                .collect();
-            assert!(answers.windows(2).all(|w| w[0] == w[1]));
+            for way in [Backface::Fast, Backface::Masks] {
+                let answers: Vec<Visible> = common::levels()
+                    .into_iter()
+                    .map(|level| cull(&Culler { level, ..by(way, output) }, &scene, &view))
+                    .collect();
+                assert!(answers.windows(2).all(|w| w[0] == w[1]));
+            }
         }
     }
 }

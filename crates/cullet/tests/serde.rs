@@ -30,8 +30,8 @@ fn names_are_those_of_files_and_links() {
         assert_eq!(json(&unit), format!("\"{}\"", unit.name()));
     }
     assert_eq!(
-        json(&[Backface::Off, Backface::Fast, Backface::Exact]),
-        r#"["off","fast","exact"]"#
+        json(&[Backface::Off, Backface::Fast, Backface::Masks, Backface::Exact]),
+        r#"["off","fast","masks","exact"]"#
     );
     let measures = [Measure::WidthAndHeight, Measure::Area, Measure::Diameter];
     assert_eq!(json(&measures), r#"["box","area","diameter"]"#);

@@ -11,6 +11,7 @@ use cullet::mesh::{Alpha, Part};
 use cullet::{Camera, Depth, Instance, Mesh, MeshData, Projection, Scene, Transform, View};
 use cullet_command::console::interrupted;
 use cullet_draw::{RenderOptions, Selection, render};
+use cullet_methods::Bulk;
 use cullet_methods::cluster::{Bound, ClusterBounds};
 
 use crate::bench::bumpy_ball;

@@ -5,7 +5,6 @@
 //! same at every level.
 
 use cullet::Level;
-use cullet::cull::Indices;
 use cullet::cull::backface::ClusterEye;
 use fearless_simd::{Simd, dispatch, prelude::*};
 
@@ -13,7 +12,7 @@ use super::{
     Batch, Bound, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin, NormalBoxTurned, NormalCone,
     NormalConeCentre, Pyramid,
 };
-use crate::answers;
+use crate::bulk::Bulk;
 
 /// One number of sixteen clusters.
 type Row = [f32; 16];
@@ -59,41 +58,25 @@ impl<B: Bound> ClusterBounds<B> {
         self.batch.is_empty()
     }
 
-    /// Sets bit i of `culled` where the eye is proved behind cluster i; bits beyond the last are 0. An
-    /// eye that is none (see [`ClusterEye::new`]) culls nothing. Allocates only where `culled` was never
-    /// as large.
-    pub fn cull(&self, level: Level, eye: [f64; 4], culled: &mut Vec<u64>) {
-        let eye = ClusterEye::new(eye);
-        answers::cull(self.len(), culled, |first, out| self.words(level, eye.as_ref(), first, out));
-    }
-
-    /// How many clusters [`cull`](Self::cull) culls.
-    #[must_use]
-    pub fn count(&self, level: Level, eye: [f64; 4]) -> u64 {
-        let eye = ClusterEye::new(eye);
-        answers::count(self.len(), |first, out| self.words(level, eye.as_ref(), first, out))
-    }
-
-    /// The clusters that are *not* culled, ascending.
-    pub fn keep(&self, level: Level, eye: [f64; 4], kept: &mut Indices) {
-        let eye = ClusterEye::new(eye);
-        answers::keep(self.len(), level, kept, |first, out| {
-            self.words(level, eye.as_ref(), first, out);
-        });
-    }
-
-    fn words(&self, level: Level, eye: Option<&ClusterEye>, first: usize, out: &mut [u64]) {
-        match eye {
-            Some(eye) => self.batch.cull_words(level, eye, first, out),
-            None => out.fill(0),
-        }
-    }
-
     /// Bits of 64 clusters.
     pub(super) fn word(&self, level: Level, word: usize, eye: &ClusterEye) -> u64 {
         let mut out = [0];
         self.batch.cull_words(level, eye, word, &mut out);
         out[0]
+    }
+}
+
+/// An eye that is none (see [`ClusterEye::new`]) culls nothing.
+impl<B: Bound> Bulk<[f64; 4]> for ClusterBounds<B> {
+    fn count_all(&self) -> usize {
+        self.len()
+    }
+
+    fn cull_words(&self, level: Level, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+        match ClusterEye::new(eye) {
+            Some(eye) => self.batch.cull_words(level, &eye, first, culled),
+            None => culled.fill(0),
+        }
     }
 }
 

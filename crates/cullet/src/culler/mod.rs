@@ -49,6 +49,10 @@ pub enum Backface {
     /// triangles are tested from their corners. The triangles left are those that `Exact` leaves.
     #[default]
     Fast,
+    /// As `Fast`, but where the eye is outside the sphere around a mesh, its triangles by classes of their normals:
+    /// two bytes each, one mask of 256 bytes an instance. Quicker on large meshes that are far, and finds less. Masks
+    /// are [prepared](Preparation::masks); without, as `Fast`.
+    Masks,
     /// Every triangle from its corners, where triangles are asked for: nothing is prepared, and it
     /// takes some fifty times as long.
     Exact,
@@ -189,8 +193,9 @@ impl Culler {
     #[must_use]
     pub fn preparation(&self) -> Preparation {
         Preparation {
-            backfaces: self.backface == Backface::Fast,
+            backfaces: matches!(self.backface, Backface::Fast | Backface::Masks),
             frontfaces: false,
+            masks: self.backface == Backface::Masks,
             occluder: self.occlusion.is_some(),
         }
     }

@@ -4,13 +4,11 @@
 use std::ops::Range;
 
 use cullet::cull::Indices;
-use cullet::cull::backface::{
-    BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, Planes16, ViewCone,
-};
+use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, ViewCone};
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch;
 use cullet_methods::cluster::{Bound, ClusterBounds, ClusterFacing, TwoWay};
-use cullet_methods::{Groups, Planes32};
+use cullet_methods::{Bulk, Groups, Planes32};
 
 use super::super::measure::{fastest_of_both, stream};
 use super::super::measured::{Measured, Yardstick};
@@ -23,14 +21,13 @@ const TRIANGLES: usize = 69_440;
 const CLUSTER: usize = 64;
 const GROUPS: usize = 64;
 
-const NAMES: [&str; 7] = [
+const NAMES: [&str; 6] = [
     "backface/frame/group-masks",
     "backface/frame/clusters",
     "backface/frame/ranges-and-lists",
     "backface/frame/vertices-f32",
     "backface/update/masks",
     "backface/update/planes8",
-    "backface/update/planes16",
 ];
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
@@ -156,7 +153,7 @@ fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(
         .collect();
     let behind: ClusterBounds<EllipticCone> = fits.iter().map(|f| f.back).collect();
     let before: ClusterBounds<EllipticCone> = fits.iter().map(|f| f.front).collect();
-    let culled = planes.cull_ref(EYE);
+    let culled = planes.cull_ref(&eye);
     let facing: Vec<ClusterFacing> = fits.iter().map(|f| f.facing(EYE)).collect();
     let is_kept = |t: &u32| match facing[*t as usize / CLUSTER] {
         ClusterFacing::Back => false,
@@ -191,7 +188,7 @@ fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(
                 let here = u64::MAX >> (64 - (count - i * 64).min(64));
                 *back = !(*back | front) & here;
             }
-            planes.keep_in_words(level, &eye, &back, &mut list);
+            planes.keep_in(level, EYE, &back, &mut list);
         };
         pass();
         let bytes = 96 * fits.len() + 4 * CLUSTER * mixed;
@@ -251,7 +248,7 @@ fn vertices(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn
 /// All triangles of the model encoded anew, as those of a deforming mesh are. Read are twelve bytes of
 /// indices a triangle, and half a vertex.
 fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn FnMut(Measured)) {
-    let [.., masks_name, name8, name16] = NAMES;
+    let [.., masks_name, name8] = NAMES;
     let sizes = [TRIANGLES, TRIANGLES, 18];
     // What is updated is first made of another shape in the same box.
     let other: Vec<[f32; 3]> = positions.iter().map(|[x, y, z]| [-x, *y, *z]).collect();
@@ -267,22 +264,14 @@ fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn 
     }
     if options.wants(name8) {
         let mut planes = Planes8::new(positions, indices);
-        let expected = planes.cull_ref(EYE);
+        let culled =
+            |planes: &Planes8| planes.eye(EYE, Facing::Back, 0.0).map(|eye| planes.cull_ref(&eye));
+        let expected = culled(&planes);
         planes.update(&other, indices, 0..TRIANGLES);
-        let changed = planes.cull_ref(EYE) != expected;
+        let changed = culled(&planes) != expected;
         planes.update(positions, indices, 0..TRIANGLES);
-        let same = changed && planes.cull_ref(EYE) == expected;
+        let same = changed && culled(&planes) == expected;
         let pass = || planes.update(positions, indices, 0..TRIANGLES);
         measure(options, (name8, "scalar"), sizes, each, pass, || same);
-    }
-    if options.wants(name16) {
-        let mut planes = Planes16::new(positions, indices);
-        let expected = planes.cull_ref(EYE);
-        planes.update(&other, indices, 0..TRIANGLES);
-        let changed = planes.cull_ref(EYE) != expected;
-        planes.update(positions, indices, 0..TRIANGLES);
-        let same = changed && planes.cull_ref(EYE) == expected;
-        let pass = || planes.update(positions, indices, 0..TRIANGLES);
-        measure(options, (name16, "scalar"), sizes, each, pass, || same);
     }
 }

@@ -6,16 +6,14 @@ mod frame;
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
 use cullet::cull::backface::{
-    BackfaceMask, MaskGrid, NormalMasks, ObjectEye, Planes8, Planes16, ViewCone, count_masked,
-    cull_masked, cull_masked_ref, keep_unmasked,
+    ClusterPlanes, EllipticCone, Facing, MaskGrid, NormalMasks, ObjectEye, Planes8, ViewCone,
 };
-use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch;
 use cullet::{CullFace, FrontFace, Level, Transform};
-use cullet_methods::Planes32;
 use cullet_methods::cluster::{
     Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalCone, Pyramid,
 };
+use cullet_methods::{Bulk, Planes16, Planes32};
 
 use super::measure::{fastest_of_both, stream};
 use super::measured::{Measured, Yardstick};
@@ -27,69 +25,6 @@ pub(crate) use ball::bumpy_ball;
 const DISTINCT: usize = 256;
 /// As many clusters as a large scene shows, in the second cache.
 const CLUSTERS: usize = 16_384;
-
-/// One way to test all triangles or clusters: answers as mask, count and list.
-trait Test {
-    fn mask(&self, level: Level, culled: &mut Vec<u64>);
-    fn count(&self, level: Level) -> u64;
-    fn keep(&self, level: Level, kept: &mut Indices);
-    fn oracle(&self) -> Vec<u64>;
-}
-
-macro_rules! planes {
-    ($($planes:ty),*) => {$(
-        impl Test for $planes {
-            fn mask(&self, level: Level, culled: &mut Vec<u64>) {
-                self.cull(level, EYE, culled);
-            }
-            fn count(&self, level: Level) -> u64 {
-                self.count(level, EYE)
-            }
-            fn keep(&self, level: Level, kept: &mut Indices) {
-                self.keep(level, EYE, kept);
-            }
-            fn oracle(&self) -> Vec<u64> {
-                self.cull_ref(EYE)
-            }
-        }
-    )*};
-}
-planes!(Planes8, Planes16, Planes32);
-
-impl Test for (NormalMasks, BackfaceMask) {
-    fn mask(&self, level: Level, culled: &mut Vec<u64>) {
-        cull_masked(level, &self.0, &self.1, culled);
-    }
-    fn count(&self, level: Level) -> u64 {
-        count_masked(level, &self.0, &self.1)
-    }
-    fn keep(&self, level: Level, kept: &mut Indices) {
-        keep_unmasked(level, &self.0, &self.1, kept);
-    }
-    fn oracle(&self) -> Vec<u64> {
-        cull_masked_ref(&self.0, &self.1)
-    }
-}
-
-impl<B: Bound> Test for (ClusterBounds<B>, Vec<Option<B>>) {
-    fn mask(&self, level: Level, culled: &mut Vec<u64>) {
-        self.0.cull(level, EYE, culled);
-    }
-    fn count(&self, level: Level) -> u64 {
-        self.0.count(level, EYE)
-    }
-    fn keep(&self, level: Level, kept: &mut Indices) {
-        self.0.keep(level, EYE, kept);
-    }
-    fn oracle(&self) -> Vec<u64> {
-        let mut culled = vec![0; self.1.len().div_ceil(64)];
-        for (i, bound) in self.1.iter().enumerate() {
-            let behind = bound.as_ref().is_some_and(|b| b.is_behind(EYE));
-            culled[i / 64] |= u64::from(behind) << (i % 64);
-        }
-        culled
-    }
-}
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     for &len in &options.sizes {
@@ -105,11 +40,13 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         // One form at a time: four million triangles fill much memory.
         if wanted("planes32") {
             let planes = Planes32::new(&positions, &indices);
-            run_test(options, &triangles("planes32", len), &planes, [len, 16], None, each);
+            let test = (&planes, EYE, planes.cull_ref(EYE));
+            run_test(options, &triangles("planes32", len), test, [len, 16], None, each);
         }
         if wanted("planes16") {
             let planes = Planes16::new(&positions, &indices);
-            run_test(options, &triangles("planes16", len), &planes, [len, 8], None, each);
+            let test = (&planes, EYE, planes.cull_ref(EYE));
+            run_test(options, &triangles("planes16", len), test, [len, 8], None, each);
         }
         if wanted("planes8") {
             let planes = Planes8::new(&positions, &indices);
@@ -121,7 +58,9 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
                 let [_, time] = fastest_of_both(options.seconds, |_| (), pass);
                 ("vertices-f32", time / len as f64)
             });
-            run_test(options, &name, &planes, [len, 4], versus, each);
+            let Some(eye) = planes.eye(EYE, Facing::Back, 0.0) else { continue };
+            let test = (&planes, EYE, planes.cull_ref(&eye));
+            run_test(options, &name, test, [len, 4], versus, each);
         }
         if let Some(grid) = MaskGrid::new(16).filter(|_| wanted("masks")) {
             let mut masks = NormalMasks::default();
@@ -129,7 +68,8 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             let sphere = Sphere { center: [0.0; 3], radius: 1.0 };
             let cone = ViewCone::to_sphere(EYE, &sphere);
             let mask = grid.mask(Level::new(), cone.as_ref());
-            run_test(options, &triangles("masks", len), &(masks, mask), [len, 2], None, each);
+            let test = (&masks, &mask, masks.cull_ref(&mask));
+            run_test(options, &triangles("masks", len), test, [len, 2], None, each);
         }
     }
     let (positions, indices) = bumpy_ball(DISTINCT * 64);
@@ -161,8 +101,13 @@ fn run_clusters<B: Bound>(
     }
     let fits: Vec<Option<B>> = planes.iter().map(B::fit).collect();
     let all: Vec<Option<B>> = fits.iter().copied().cycle().take(CLUSTERS).collect();
-    let test = (all.iter().copied().collect::<ClusterBounds<B>>(), all);
-    run_test(options, &name, &test, [CLUSTERS, bytes], None, each);
+    let mut expected = vec![0; CLUSTERS.div_ceil(64)];
+    for (i, bound) in all.iter().enumerate() {
+        let behind = bound.as_ref().is_some_and(|b| b.is_behind(EYE));
+        expected[i / 64] |= u64::from(behind) << (i % 64);
+    }
+    let bounds: ClusterBounds<B> = all.into_iter().collect();
+    run_test(options, &name, (&bounds, EYE, expected), [CLUSTERS, bytes], None, each);
 }
 
 const OUTPUTS: [&str; 3] = ["mask", "count", "list"];
@@ -181,16 +126,15 @@ fn triangles(kind: &str, len: usize) -> String {
     }
 }
 
-/// `versus` is the name and the time an item of what lists are held against.
-fn run_test(
+/// A set of bounds, its eye, and what the oracle culls. `versus` is the name and the time an item of what lists are held against.
+fn run_test<E: Copy>(
     options: &BenchOptions,
     name: &str,
-    test: &impl Test,
+    (test, eye, expected): (&impl Bulk<E>, E, Vec<u64>),
     [len, bytes]: [usize; 2],
     versus: Option<(&'static str, f64)>,
     each: &mut dyn FnMut(Measured),
 ) {
-    let expected = test.oracle();
     let culled_of = |words: &[u64]| words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
     let culled = culled_of(&expected);
     let kept_ref: Vec<u32> =
@@ -205,18 +149,18 @@ fn run_test(
         }
         for (level_name, level) in batch::levels() {
             let mut pass = || match output {
-                "mask" => test.mask(level, &mut words),
+                "mask" => test.cull(level, eye, &mut words),
                 "count" => {
-                    std::hint::black_box(test.count(level));
+                    std::hint::black_box(test.count(level, eye));
                 }
-                _ => test.keep(level, &mut kept),
+                _ => test.keep(level, eye, &mut kept),
             };
             pass();
             let [limit, time] =
                 fastest_of_both(options.seconds, |turn| stream(best, &same_bytes, turn), pass);
             let checked = match output {
                 "mask" => words == expected,
-                "count" => test.count(level) == culled,
+                "count" => test.count(level, eye) == culled,
                 _ => *kept == *kept_ref,
             };
             each(Measured {

@@ -9,6 +9,7 @@ use cullet::cull::backface::{MaskGrid, NormalMask, ViewCone};
 use cullet::{Level, Mesh};
 use cullet_command::console::Progress;
 use cullet_command::exit::Failure;
+use cullet_methods::Bulk;
 use cullet_methods::cluster::{
     Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin, NormalBoxTurned,
     NormalCone, NormalConeCentre, Pyramid,

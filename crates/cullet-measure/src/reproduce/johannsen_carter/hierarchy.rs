@@ -5,6 +5,7 @@ use std::hint::black_box;
 use cullet::cull::backface::EllipticCone;
 use cullet::{Level, Mesh};
 use cullet_bake::joint::JointHierarchy;
+use cullet_methods::Bulk;
 use cullet_methods::cluster::{ClusterBounds, ClusterFacing, TwoWay};
 use serde::Serialize;
 

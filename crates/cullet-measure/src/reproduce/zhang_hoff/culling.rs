@@ -1,11 +1,10 @@
 //! How much the masks cull: two copies, seen from everywhere at one distance.
 
 use cullet::bounds::Sphere;
-use cullet::cull::backface::{
-    BackfaceMask, MaskGrid, NormalMasks, ObjectEye, ViewCone, count_masked, cull_masked,
-};
+use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks, ObjectEye, ViewCone};
 use cullet::{CullFace, FrontFace, Level, Transform};
 use cullet_command::console::Progress;
+use cullet_methods::Bulk;
 
 use super::record::{PAPER, Row, ShareRow};
 use crate::reproduce::model::{Subject, fibonacci};
@@ -80,7 +79,7 @@ impl<'a> Pair<'a> {
                 for eye in self.eyes(fibonacci(i, directions as usize), radii) {
                     for (((grid, masks), _), culled) in known.iter().zip(&mut culled) {
                         let mask = mask_to(grid, eye, &self.subject.sphere);
-                        *culled += count_masked(level, masks, &mask);
+                        *culled += masks.count(level, &mask);
                     }
                 }
             }
@@ -120,7 +119,7 @@ impl<'a> Pair<'a> {
                 exact += keep_exactly(self.subject, eye, &mut kept);
                 for ((grid, masks), culled) in grids.0.iter().zip(&mut culled) {
                     let mask = mask_to(grid, eye, &self.subject.sphere);
-                    cull_masked(level, masks, &mask, &mut words);
+                    masks.cull(level, &mask, &mut words);
                     *culled += ones(words.iter().copied());
                     lost += ones(words.iter().zip(&kept).map(|(c, k)| c & k));
                 }

@@ -7,13 +7,14 @@
 use std::time::{Duration, Instant};
 
 use cullet::cull::Indices;
-use cullet::cull::backface::{Planes8, keep_unmasked};
+use cullet::cull::backface::Planes8;
 use cullet::{
     Camera, Depth, Instance, Level, Projection, Scene, Transform, TriangleRange, View, Visible,
 };
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure};
 use cullet_draw::{Frame, RenderOptions, Selection, render};
+use cullet_methods::Bulk;
 
 use super::culling::{Grids, Pair, mask_to};
 use crate::reproduce::model::fibonacci;
@@ -111,7 +112,7 @@ pub(super) fn draw(
                     Way::Masks(n) => lists.list(eyes, |eye, kept| {
                         let (grid, masks) = &grids.0[n];
                         let mask = mask_to(grid, eye, &pair.subject.sphere);
-                        keep_unmasked(Level::new(), masks, &mask, kept);
+                        masks.keep(Level::new(), &mask, kept);
                     }),
                 };
                 let frame = render(&scene, &view, selection, &options);

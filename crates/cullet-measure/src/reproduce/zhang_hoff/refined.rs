@@ -3,12 +3,12 @@
 
 use std::time::{Duration, Instant};
 
-use cullet::cull::backface::{MaskGrid, NormalMasks, ViewCone, count_masked};
+use cullet::cull::backface::{MaskGrid, NormalMasks, ViewCone};
 use cullet::{Camera, Depth, Level, Projection, View};
 use cullet_command::console::Progress;
 use cullet_command::exit::Failure;
-use cullet_methods::Groups;
 use cullet_methods::sectors::{MaskUse, corner_directions, mask_of_sectors};
+use cullet_methods::{Bulk, Groups};
 
 use super::culling::{keep_exactly, ones};
 use super::drawing::internal;
@@ -107,7 +107,7 @@ pub(super) fn sectors(
             let (culled, _) = sweep(views, |direction| {
                 let eye = subject.eye(direction, distance_copy_radii);
                 let mask = grid.mask(level, cone(direction, eye).as_ref());
-                (count_masked(level, &all, &mask), Duration::ZERO)
+                (all.count(level, &mask), Duration::ZERO)
             });
             percent(subject, culled, views)
         };
@@ -128,7 +128,7 @@ pub(super) fn sectors(
                     let each = clusters.spheres().iter().zip(&of_clusters);
                     Ok(each
                         .filter_map(|(sphere, masks)| {
-                            Some(count_masked(level, masks, &sectors.for_sphere(eye, sphere)?))
+                            Some(masks.count(level, &sectors.for_sphere(eye, sphere)?))
                         })
                         .sum())
                 });

@@ -9,6 +9,8 @@
 //! that are back-facing for a cone of lines of sight with axis a and half-angle α, n·a ≥ sin α |n|,
 //! form a convex cone, and a cell is the positive hull of its corners.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use fearless_simd::{Level, dispatch, prelude::*};
 use glam::{DVec3, DVec4};
@@ -263,6 +265,25 @@ impl MaskGrid {
     ) {
         masks.resize(indices.len() / 3);
         self.update(positions, indices, 0..masks.len(), masks);
+    }
+
+    /// Replaces the masks of the triangles of `range` by those of moved vertices; `positions` and `indices` are the
+    /// whole mesh's. Zhang & Hoff leave what deforms to others; but a triangle's mask depends on its own corners
+    /// alone, so that those which moved can be replaced in place.
+    ///
+    /// # Panics
+    /// If the range reaches beyond the masks or the indices, or an index beyond the positions.
+    pub fn update(
+        &self,
+        positions: &[[f32; 3]],
+        indices: &[u32],
+        range: Range<usize>,
+        masks: &mut NormalMasks,
+    ) {
+        let triangles = &indices[range.start * 3..range.end * 3];
+        for (i, t) in range.zip(triangles.as_chunks::<3>().0) {
+            masks.set(i, self.encode_triangle(t.map(|v| positions[v as usize])));
+        }
     }
 
     /// The mask of a cone of lines of sight; [`BackfaceMask::NOTHING`] for `None`.

@@ -7,64 +7,31 @@
 
 use fearless_simd::{Level, Simd, dispatch, prelude::*, u8x16};
 
-use super::bulk::{self, Culled};
 use super::{BackfaceMask, NormalMasks};
-use crate::cull::Indices;
 
-/// Sets bit i of `culled` where triangle i is back-facing for the view of `mask`; bits beyond the last
-/// triangle are 0. The answer is the same at every level.
-pub fn cull_masked(level: Level, masks: &NormalMasks, mask: &BackfaceMask, culled: &mut Vec<u64>) {
-    bulk::cull(&Seen { masks, mask }, level, culled);
-}
-
-/// How many triangles are back-facing for the view of `mask`.
-#[must_use]
-pub fn count_masked(level: Level, masks: &NormalMasks, mask: &BackfaceMask) -> u64 {
-    bulk::count(&Seen { masks, mask }, level)
-}
-
-/// Lists the triangles that are *not* culled, ascending.
-pub fn keep_unmasked(level: Level, masks: &NormalMasks, mask: &BackfaceMask, kept: &mut Indices) {
-    bulk::keep(&Seen { masks, mask }, level, kept);
-}
-
-/// Triangles and a view.
-struct Seen<'a> {
-    masks: &'a NormalMasks,
-    mask: &'a BackfaceMask,
-}
-
-impl Culled for Seen<'_> {
-    fn len(&self) -> usize {
-        self.masks.len()
+impl NormalMasks {
+    /// The oracle of [`cull_words`](Self::cull_words): all words, one triangle after the other.
+    #[must_use]
+    pub fn cull_ref(&self, mask: &BackfaceMask) -> Vec<u64> {
+        let mut culled = vec![0; self.len().div_ceil(64)];
+        for i in (0..self.len()).filter(|&i| mask.culls(self.get(i))) {
+            culled[i / 64] |= 1 << (i % 64);
+        }
+        culled
     }
 
-    fn fill(&self, level: Level, first: usize, out: &mut [u64]) {
-        cull_masked_words(level, self.masks, self.mask, first, out);
+    /// Fills words `first..` of the mask of culled triangles, as many as `culled` has: bit i of word w is set where
+    /// triangle 64 · w + i is back-facing for the view of `mask`; bits beyond the last triangle are 0. The same at
+    /// every level.
+    ///
+    /// # Panics
+    /// If the words reach beyond the last triangle's.
+    pub fn cull_words(&self, level: Level, mask: &BackfaceMask, first: usize, culled: &mut [u64]) {
+        fill(level, self, mask, first, culled);
     }
 }
 
-/// The oracle: one triangle after the other.
-#[must_use]
-pub fn cull_masked_ref(masks: &NormalMasks, mask: &BackfaceMask) -> Vec<u64> {
-    let mut culled = vec![0; masks.len().div_ceil(64)];
-    for i in (0..masks.len()).filter(|&i| mask.culls(masks.get(i))) {
-        culled[i / 64] |= 1 << (i % 64);
-    }
-    culled
-}
-
-/// Fills words `first..` of the mask of [`cull_masked`], as many as `out` has.
-///
-/// # Panics
-/// If the words reach beyond the last triangle's.
-pub fn cull_masked_words(
-    level: Level,
-    masks: &NormalMasks,
-    mask: &BackfaceMask,
-    first: usize,
-    out: &mut [u64],
-) {
+fn fill(level: Level, masks: &NormalMasks, mask: &BackfaceMask, first: usize, out: &mut [u64]) {
     let range = first * 64..(first + out.len()) * 64;
     let offsets = masks.byte_offset[range.clone()].as_chunks::<64>().0;
     let bits = masks.bit_mask[range].as_chunks::<64>().0;

@@ -6,8 +6,8 @@
 //! edge-on, or cannot be told from edge-on, is kept.
 //!
 //! [`ObjectEye`] is the eye in the space of the mesh, where triangles are tested, which is right for every
-//! transform. [`Planes8`] and [`Planes16`] are quantised planes of triangles, [`NormalMasks`] classes of
-//! their normals, [`EllipticCone`]s bound whole clusters; [`Backfaces`] is what a culler prepares of a mesh.
+//! transform. [`Planes8`] are quantised planes of triangles, [`NormalMasks`] classes of their normals,
+//! [`EllipticCone`]s bound whole clusters; [`Backfaces`] is what a culler prepares of a mesh.
 //!
 //! A mirrored instance is not inside out: as in glTF, the winding of its triangles is that of object
 //! space.
@@ -26,20 +26,18 @@
 //! assert_eq!(kept, [0]);
 //! ```
 
-mod bulk;
 mod cluster;
 mod mask;
 mod mask_cull;
+mod planes;
 mod prepared;
-mod quantised;
 mod triangle;
-mod update;
 
 pub use cluster::{Apex, ClusterEye, ClusterPlanes, EllipticCone, EllipticCones};
 pub use mask::{BackfaceMask, MaskGrid, NormalMask, NormalMasks, ViewCone};
-pub use mask_cull::{count_masked, cull_masked, cull_masked_ref, cull_masked_words, keep_unmasked};
+pub use planes::{PlaneEye, Planes8};
+pub(crate) use prepared::mask_grid;
 pub use prepared::{BackfaceEye, Backfaces, ClusterCones};
-pub use quantised::{PlaneEye, Planes8, Planes16};
 pub use triangle::{ObjectEye, ViewEye, facing_ref};
 
 use crate::view::FrontFace;

@@ -1,11 +1,14 @@
-//! Back faces: whole clusters by their cones, then triangles by their planes.
+//! Back faces: whole clusters by their cones, then triangles by their planes or by the masks of their normals.
 
 use super::super::Backface;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::{Run, next_bit, triangles_of};
 use super::super::sets::{Clusters, Sets};
-use crate::cull::backface::{BackfaceEye, Backfaces, ClusterCones, ObjectEye, ViewEye};
+use crate::cull::backface::{
+    BackfaceEye, BackfaceMask, Backfaces, ClusterCones, MaskGrid, NormalMasks, ObjectEye, ViewEye,
+    mask_grid,
+};
 use crate::cull::output::keep_listed;
 use crate::funnel::Stage;
 use crate::mesh::{Cluster, Mesh};
@@ -15,6 +18,8 @@ use crate::mesh::{Cluster, Mesh};
 pub(in super::super) struct Cache {
     culled: Vec<u64>,
     doubt: Vec<u64>,
+    /// Made by the first view that culls by masks.
+    grid: Option<MaskGrid>,
 }
 
 /// The tests of the back faces of a view's instances.
@@ -29,8 +34,10 @@ enum Eye<'a> {
     Undecided,
     /// Only the test from the corners is fine enough, or it is asked for.
     Exact(ObjectEye),
-    /// Cones and planes.
-    Fast(ObjectEye, &'a Backfaces, BackfaceEye),
+    /// Cones of clusters, planes of triangles, and corners where those are in doubt.
+    Planes(ObjectEye, &'a Backfaces, BackfaceEye),
+    /// Masks of normals.
+    Masks(&'a NormalMasks, BackfaceMask),
 }
 
 impl<'a> Backs<'a> {
@@ -62,16 +69,20 @@ impl<'a> Backs<'a> {
         mesh.is_two_sided() || mesh.is_deformable() || self.cones(slot).is_none()
     }
 
-    fn eye_of(&self, slot: u32) -> Eye<'a> {
+    /// The eye for triangles; masks are taken only with a `grid`.
+    fn eye_of(&self, slot: u32, grid: Option<&MaskGrid>) -> Eye<'a> {
         let eye = self.eye.in_space_of(self.frame.scene.transform(slot));
         if !eye.culls_any() {
             return Eye::Undecided;
         }
-        let planes = self.frame.scene.prepared_of(slot).backfaces();
-        let fast = planes
-            .filter(|_| self.frame.culler.backface == Backface::Fast)
-            .and_then(|planes| Some(Eye::Fast(eye, planes, planes.eye(&eye)?)));
-        fast.unwrap_or(Eye::Exact(eye))
+        let prepared = self.frame.scene.prepared_of(slot).backfaces();
+        let is_exact = self.frame.culler.backface == Backface::Exact;
+        let Some(planes) = prepared.filter(|_| !is_exact) else { return Eye::Exact(eye) };
+        let level = self.frame.culler.level;
+        let masked = grid
+            .and_then(|grid| Some(Eye::Masks(planes.masks()?, planes.mask(level, grid, &eye)?)));
+        let fast = || Some(Eye::Planes(eye, planes, planes.eye(&eye)?));
+        masked.or_else(fast).unwrap_or(Eye::Exact(eye))
     }
 
     /// Sets the bits of those clusters of an instance that face away; whether there may be any.
@@ -80,7 +91,7 @@ impl<'a> Backs<'a> {
             return false;
         }
         let Some(cones) = self.cones(slot) else { return false };
-        let Eye::Fast(_, _, eye) = self.eye_of(slot) else { return false };
+        let Eye::Planes(_, _, eye) = self.eye_of(slot, None) else { return false };
         cones.cull(self.frame.culler.level, &eye, culled);
         true
     }
@@ -108,7 +119,9 @@ pub(in super::super) fn triangles(
         return;
     }
     let backs = Backs::new(frame);
-    let Cache { culled: words, doubt } = cache;
+    let Cache { culled: words, doubt, grid } = cache;
+    let grid: Option<&MaskGrid> =
+        (frame.culler.backface == Backface::Masks).then(|| &*grid.get_or_insert_with(mask_grid));
     let Sets { clusters, triangles, .. } = sets;
     let mut rest = &clusters.runs[..];
     triangles.filter(&clusters.runs, Stage::Backface, log, |slot, triangles, kept| {
@@ -116,43 +129,51 @@ pub(in super::super) fn triangles(
             return false;
         }
         let (level, mesh) = (frame.culler.level, frame.scene.mesh(slot));
-        match backs.eye_of(slot) {
-            Eye::Undecided => return false,
-            Eye::Exact(eye) => keep_exact(mesh, &eye, triangles, kept),
-            Eye::Fast(exact, planes, eye) => {
-                // Runs and ranges ascend by slot, most often in step.
-                let of = |from: &[Run], wanted: fn(u32, u32) -> bool| {
-                    from.iter().take_while(|run| wanted(run.slot, slot)).count()
-                };
-                rest = &rest[of(rest, |run, slot| run < slot)..];
-                let own;
-                (own, rest) = rest.split_at(of(rest, |run, slot| run == slot));
-                let base = triangles.first().map_or(0, |&t| t / 64);
-                words.clear();
-                // In two turns: neighbouring runs share a word, and the first turn writes it anew.
-                for find_doubt in [false, true] {
-                    for run in own {
-                        let range = triangles_of(mesh, *run);
-                        // The first triangles of a run may have gone for the frustum.
-                        let (first, end) = ((range.start / 64).max(base), range.end.div_ceil(64));
-                        if end <= first {
-                            continue;
-                        }
-                        words.resize(words.len().max((end - base) as usize), 0);
-                        let words = &mut words[(first - base) as usize..(end - base) as usize];
-                        if !find_doubt {
-                            planes.cull_words(level, &eye, first as usize, words);
-                            continue;
-                        }
-                        doubt.resize(words.len(), 0);
-                        planes.keep_words(level, &eye, first as usize, doubt);
-                        doubt.iter_mut().zip(&*words).for_each(|(d, w)| *d = !(*d | w));
-                        cull_in_doubt(mesh, &exact, *run, first, doubt, words);
-                    }
-                }
-                keep_listed(level, triangles, base, words, kept);
-            }
+        let eye = backs.eye_of(slot, grid);
+        if let Eye::Undecided = eye {
+            return false;
         }
+        if let Eye::Exact(eye) = eye {
+            keep_exact(mesh, &eye, triangles, kept);
+            return true;
+        }
+        // Runs and ranges ascend by slot, most often in step.
+        let of = |from: &[Run], wanted: fn(u32, u32) -> bool| {
+            from.iter().take_while(|run| wanted(run.slot, slot)).count()
+        };
+        rest = &rest[of(rest, |run, slot| run < slot)..];
+        let own;
+        (own, rest) = rest.split_at(of(rest, |run, slot| run == slot));
+        let base = triangles.first().map_or(0, |&t| t / 64);
+        words.clear();
+        let mut each_run = |test: &mut dyn FnMut(Run, u32, &mut [u64])| {
+            for run in own {
+                let range = triangles_of(mesh, *run);
+                // The first triangles of a run may have gone for the frustum.
+                let (first, end) = ((range.start / 64).max(base), range.end.div_ceil(64));
+                if end > first {
+                    words.resize(words.len().max((end - base) as usize), 0);
+                    let words = &mut words[(first - base) as usize..(end - base) as usize];
+                    test(*run, first, words);
+                }
+            }
+        };
+        if let Eye::Masks(masks, mask) = &eye {
+            each_run(&mut |_, first, words| masks.cull_words(level, mask, first as usize, words));
+        }
+        if let Eye::Planes(exact, planes, eye) = &eye {
+            // In two turns: neighbouring runs share a word, and the first turn writes it anew.
+            each_run(&mut |_, first, words| {
+                planes.cull_words(level, eye, first as usize, words);
+            });
+            each_run(&mut |run, first, words| {
+                doubt.resize(words.len(), 0);
+                planes.keep_words(level, eye, first as usize, doubt);
+                doubt.iter_mut().zip(&*words).for_each(|(d, w)| *d = !(*d | w));
+                cull_in_doubt(mesh, exact, run, first, doubt, words);
+            });
+        }
+        keep_listed(level, triangles, base, words, kept);
         true
     });
 }

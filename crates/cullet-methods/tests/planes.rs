@@ -1,4 +1,4 @@
-//! Planes in 16 bytes: never a front face, the same at every level, and a floor on how much they cull.
+//! Planes in 8 and 16 bytes: never a front face, the same at every level, and a floor on how much they cull.
 
 #[path = "../../cullet/tests/backface_common/mod.rs"]
 mod common;
@@ -6,10 +6,35 @@ mod common;
 use common::{Rng, dot, front};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::levels;
-use cullet_methods::Planes32;
+use cullet_methods::{Bulk, Planes16, Planes32};
+
+/// One form of the planes, as built and by its oracle.
+trait Form: Bulk<[f64; 4]> {
+    fn of(positions: &[[f32; 3]], indices: &[u32]) -> Self;
+    fn oracle(&self, eye: [f64; 4]) -> Vec<u64>;
+}
+
+macro_rules! forms {
+    ($($planes:ty),*) => {$(
+        impl Form for $planes {
+            fn of(positions: &[[f32; 3]], indices: &[u32]) -> Self {
+                Self::new(positions, indices)
+            }
+            fn oracle(&self, eye: [f64; 4]) -> Vec<u64> {
+                self.cull_ref(eye)
+            }
+        }
+    )*};
+}
+forms!(Planes16, Planes32);
 
 #[test]
 fn nothing_in_front_is_culled_and_hardly_anything_else_kept() {
+    check::<Planes16>();
+    check::<Planes32>();
+}
+
+fn check<P: Form>() {
     let mut rng = Rng(11);
     // Triangles of all sizes and directions, some thin and some points.
     let positions: Vec<[f32; 3]> = (0..900)
@@ -21,15 +46,15 @@ fn nothing_in_front_is_culled_and_hardly_anything_else_kept() {
         })
         .collect();
     let indices: Vec<u32> = (0..positions.len() as u32).collect();
-    let planes = Planes32::new(&positions, &indices);
-    assert!(planes.len() == 900 && !planes.is_empty());
+    let planes = P::of(&positions, &indices);
+    assert_eq!(planes.count_all(), 900);
     let (mut culled, mut exact) = (0, 0);
     for round in 0..100 {
         let far = 0.3 + f64::from(round) * 0.05;
         let d = rng.direction();
         let weight = f64::from(round % 7 != 0);
         let eye = [d[0] * far, d[1] * far, d[2] * far, weight];
-        let expected = planes.cull_ref(eye);
+        let expected = planes.oracle(eye);
         let ones: u64 = expected.iter().map(|w| u64::from(w.count_ones())).sum();
         let bit = |t: usize| expected[t / 64] >> (t % 64) & 1 == 1;
         for (name, level) in levels() {
@@ -40,6 +65,13 @@ fn nothing_in_front_is_culled_and_hardly_anything_else_kept() {
             planes.keep(level, eye, &mut kept);
             let list = (0..900).filter(|&t| !bit(t)).map(|t| t as u32);
             assert!(kept.iter().copied().eq(list), "{name}");
+            // Runs over the ends of words, single words, all, none; and bits of words that are not there.
+            for words in [u64::MAX, 0, 0x7ff1, 0b100_0000_0101] {
+                planes.keep_in(level, eye, &[words], &mut kept);
+                let wanted = |t: &usize| words >> (t / 64) & 1 == 1;
+                let list = (0..900).filter(|t| wanted(t) && !bit(*t)).map(|t| t as u32);
+                assert!(kept.iter().copied().eq(list), "{name}, {words:x}");
+            }
         }
         for t in 0..900 {
             let corners = [0, 1, 2].map(|k| positions[t * 3 + k]);
