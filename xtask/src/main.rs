@@ -1,4 +1,4 @@
-//! Everything that CI does, runnable by hand: `cargo xtask test | web | book | pictures | figures | bench | bare`.
+//! Everything that CI does, runnable by hand: `cargo xtask test | web | book | pictures | figures | bench | semver | bare`.
 #![forbid(unsafe_code)]
 
 mod bare;
@@ -9,6 +9,7 @@ mod compiler;
 mod figures;
 mod graphics;
 mod pictures;
+mod release;
 mod rooms;
 mod runner;
 mod steps;
@@ -34,6 +35,8 @@ cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask bench-viewer [SCENE]
                        what each stage saves the viewer's renderer, against the hardware's back-face culling alone
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
+cargo xtask semver COMMIT
+                       what changed in the public interface since a commit or tag, and whether the version says so
 cargo xtask bare       the README's two commands as a stranger meets them: in a fresh clone of what is committed,
                        with no data beside it and nothing used but Rust and a C compiler";
 
@@ -56,6 +59,7 @@ fn main() -> ExitCode {
         ["bench-viewer"] => bench_viewer::measure(None),
         ["bench-viewer", scene] if !scene.starts_with('-') => bench_viewer::measure(Some(scene)),
         ["peers-cut"] => steps::peers_cut(),
+        ["semver", since] if !since.starts_with('-') => release::semver(since),
         ["bare"] => bare::try_out(),
         [] | ["help" | "--help" | "-h"] => {
             println!("{HELP}");

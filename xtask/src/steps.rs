@@ -4,6 +4,7 @@ use crate::checked;
 use crate::compiler::{Compiler, words};
 use crate::graphics;
 use crate::pictures;
+use crate::release;
 use crate::rooms;
 use crate::runner::{self, End, Ended, Skip, Step, all};
 use crate::tools::{
@@ -18,6 +19,8 @@ const STEPS: &[Step] = &[
     Step { name: "book", run: book },
     Step { name: "licences", run: licences },
     Step { name: "neon", run: neon },
+    Step { name: "packages", run: release::packages },
+    Step { name: "oldest", run: release::oldest_compiler },
     Step { name: "features", run: features },
     Step { name: "graphics", run: graphics::prepare },
     Step { name: "lints", run: lints },
