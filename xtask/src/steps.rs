@@ -59,7 +59,9 @@ fn features() -> Ended {
         check(&[package])?;
     }
     check(&["cullet-cut", "--no-default-features"])?;
-    check(&["cullet", "--features", "serde"])?;
+    for feature in ["serde", "mint", "rayon"] {
+        check(&["cullet", "--features", feature])?;
+    }
     Ok(End::Passed)
 }
 

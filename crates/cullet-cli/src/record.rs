@@ -62,7 +62,7 @@ impl StageRecord {
             instances: [a.instances, b.instances],
             clusters: [a.clusters, b.clusters],
             triangles: [a.triangles, b.triangles],
-            ms: row.nanoseconds.map(|ns| ns as f64 * 1e-6),
+            ms: row.time().map(|ns| ns as f64 * 1e-6),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Culler, Output, ViewState, Visible};
+use cullet::{Culler, FunnelRow, Output, ViewState, Visible};
 use cullet_viewer::compose::{Composition, Role, compose, instance_colours};
 use cullet_viewer::cutaway::{CutAway, Part};
 use cullet_viewer::nearness;
@@ -55,7 +55,7 @@ fn direct(session: &Session) -> Visible {
 
 /// The same without what a clock said.
 fn without_times(mut visible: Visible) -> Visible {
-    visible.funnel.rows.iter_mut().for_each(|row| row.nanoseconds = None);
+    visible.funnel.rows.iter_mut().for_each(|row| row.nanoseconds = FunnelRow::NO_TIME);
     visible
 }
 

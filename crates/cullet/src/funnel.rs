@@ -59,6 +59,7 @@ impl Stage {
 /// the plane). Two bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct Reason {
     /// The stage that dropped it.
     pub stage: Stage,
@@ -75,13 +76,14 @@ impl Reason {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+#[repr(u8)]
 pub enum Unit {
     /// Instances.
-    Instances,
+    Instances = 0,
     /// Clusters.
-    Clusters,
+    Clusters = 1,
     /// Triangles.
-    Triangles,
+    Triangles = 2,
 }
 
 impl Unit {
@@ -170,6 +172,7 @@ impl std::iter::Sum for Counts {
 /// Counts of one stage at one unit: what came in and what went on, in all three units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct FunnelRow {
     /// The stage.
     pub stage: Stage,
@@ -179,11 +182,20 @@ pub struct FunnelRow {
     pub entered: Counts,
     /// What went on.
     pub left: Counts,
-    /// How long it took, where the caller gave a clock.
-    pub nanoseconds: Option<u64>,
+    /// How long it took in nanoseconds, or [`NO_TIME`](Self::NO_TIME); see [`time`](Self::time).
+    pub nanoseconds: u64,
 }
 
 impl FunnelRow {
+    /// The [`nanoseconds`](Self::nanoseconds) of a row where the caller gave no clock.
+    pub const NO_TIME: u64 = u64::MAX;
+
+    /// How long the stage took in nanoseconds, where the caller gave a clock.
+    #[must_use]
+    pub fn time(&self) -> Option<u64> {
+        (self.nanoseconds != Self::NO_TIME).then_some(self.nanoseconds)
+    }
+
     /// What the stage took, of each unit.
     #[must_use]
     pub fn dropped(&self) -> Counts {

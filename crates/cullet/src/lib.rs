@@ -49,6 +49,8 @@
 //!
 //! | feature | adds |
 //! |---|---|
+//! | `mint` | matrices of [`mint`](https://docs.rs/mint), and so of glam, nalgebra and cgmath, where a [`Matrix`] is asked for |
+//! | `rayon` | [`Culler::cull`] takes its views, and [`Scene::prepare`] its meshes, side by side on rayon's pool |
 //! | `serde` | settings and results can be written and read; what is read is checked |
 //! | `force_support_fallback` | the scalar code beside that of the machine's SIMD levels, for tests |
 //!
@@ -64,6 +66,7 @@ mod culler;
 pub mod exact;
 mod funnel;
 pub mod hierarchy;
+mod matrix;
 pub mod mesh;
 mod prepared;
 mod scene;
@@ -78,6 +81,7 @@ pub use funnel::{
     Counts, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, Stage, Unit,
 };
 pub use hierarchy::{Commit, Handle};
+pub use matrix::Matrix;
 pub use mesh::{Mesh, MeshData};
 pub use prepared::{Preparation, Prepared};
 pub use scene::{

@@ -171,6 +171,17 @@ impl Prepared {
     }
 }
 
+/// Makes what is wanted of many meshes.
+pub(crate) fn add_all(prepared: &mut [Prepared], meshes: &[Mesh], wanted: Preparation) {
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        prepared.par_iter_mut().zip(meshes).for_each(|(prepared, mesh)| prepared.add(mesh, wanted));
+    }
+    #[cfg(not(feature = "rayon"))]
+    prepared.iter_mut().zip(meshes).for_each(|(prepared, mesh)| prepared.add(mesh, wanted));
+}
+
 fn is_one_sided(mesh: &Mesh, cluster: &Cluster) -> bool {
     !mesh.parts()[cluster.part as usize].two_sided
 }

@@ -4,10 +4,12 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::bounds::{Aabb, Obb, Sphere, round_up};
 use crate::exact;
+use crate::matrix::Matrix;
 
 /// Any affine transform, mirrored and singular ones included: x ↦ linear · x + translation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::AnyBitPattern)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct Transform {
     /// The columns of the linear part.
     pub linear: [[f32; 3]; 3],
@@ -59,7 +61,8 @@ impl Transform {
 
     /// From a column-major 4×4 matrix whose last row is 0, 0, 0, 1; that row is not read.
     #[must_use]
-    pub fn from_matrix(m: &[f64; 16]) -> Self {
+    pub fn from_matrix(m: impl Into<Matrix>) -> Self {
+        let Matrix(m) = m.into();
         let column = |c: usize| [m[c * 4] as f32, m[c * 4 + 1] as f32, m[c * 4 + 2] as f32];
         Self { linear: [column(0), column(1), column(2)], translation: [m[12], m[13], m[14]] }
     }

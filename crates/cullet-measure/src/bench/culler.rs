@@ -219,7 +219,7 @@ impl<'a> Record<'a> {
                     stages.len() - 1
                 });
                 let sum = &mut stages[at].2;
-                let took = row.nanoseconds.unwrap_or(0) as f64 * 1e-6;
+                let took = row.time().unwrap_or(0) as f64 * 1e-6;
                 sum.entered += row.entered.of(row.unit) as f64 / views;
                 sum.left += row.left.of(row.unit) as f64 / views;
                 sum.ms += took / views;

@@ -223,7 +223,12 @@ mod tests {
 
     /// All of an answer but the buffer and the times.
     fn answer(mut decision: Decision) -> (Visible, FrustumWork, OcclusionWork, Vec<u32>) {
-        decision.visible.funnel.rows.iter_mut().for_each(|row| row.nanoseconds = None);
+        decision
+            .visible
+            .funnel
+            .rows
+            .iter_mut()
+            .for_each(|row| row.nanoseconds = FunnelRow::NO_TIME);
         decision.visible.funnel.occlusion.times = None;
         let Decision { visible, occluders, .. } = decision;
         let (frustum, occlusion) = (visible.funnel.frustum, visible.funnel.occlusion);
@@ -293,7 +298,7 @@ mod tests {
             unit,
             entered: Counts { instances: u64::MAX, clusters: 7, triangles: 9 },
             left: Counts { instances: 3, clusters: 2, triangles: 1 },
-            nanoseconds: Some(0),
+            nanoseconds: 0,
         };
         let mut decision = Memory::default().decide(request.clone());
         decision.visible.reasons = [&[None], &reasons[..]].concat();

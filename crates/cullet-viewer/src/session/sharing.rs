@@ -42,7 +42,7 @@ pub fn funnel_json(funnel: &Funnel) -> String {
     let mut out = String::from("{\n  \"funnel\": [");
     for (i, row) in funnel.rows.iter().enumerate() {
         let comma = if i > 0 { "," } else { "" };
-        let took = row.nanoseconds.map_or("null".to_owned(), |n| n.to_string());
+        let took = row.time().map_or("null".to_owned(), |n| n.to_string());
         // Names of stages and units are plain words.
         let _ = write!(
             out,

@@ -71,8 +71,7 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         put(rect.min.x, egui::Align2::LEFT_TOP, row.stage.name().to_owned(), ink);
         let words = format!("−{}   {} left", grouped(dropped), grouped(left));
         put(rect.max.x, egui::Align2::RIGHT_TOP, words, ink);
-        let took =
-            row.nanoseconds.map_or(String::new(), |n| format!(", in {:.3} ms", n as f64 * 1e-6));
+        let took = row.time().map_or(String::new(), |n| format!(", in {:.3} ms", n as f64 * 1e-6));
         response.on_hover_text(format!(
             "{}: {} of {} {} dropped ({}), {} triangles with them{took}",
             row.stage.name(),

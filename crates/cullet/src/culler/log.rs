@@ -129,7 +129,7 @@ impl<'a> Log<'a> {
     }
 
     pub(super) fn push_row(&mut self, stage: Stage, unit: Unit, entered: Counts, left: Counts) {
-        let nanoseconds = self.clock.map(|now| {
+        let nanoseconds = self.clock.map_or(FunnelRow::NO_TIME, |now| {
             let now = now();
             let took = now.saturating_sub(self.stage_began);
             self.stage_began = now;

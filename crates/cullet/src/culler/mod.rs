@@ -214,7 +214,8 @@ impl Culler {
         }
     }
 
-    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would. Walking the nodes once for
+    /// Culls one scene for several views, each as [`cull_one`](Self::cull_one) would; with the feature `rayon` side by side
+    /// on the threads of its pool. Walking the nodes once for
     /// all views was tried: nodes are shared, but tests are not, and what a view remembers of its last frame
     /// saves more.
     ///
@@ -234,6 +235,13 @@ impl Culler {
                 results: results.len(),
             });
         }
+        #[cfg(feature = "rayon")]
+        {
+            use rayon::prelude::*;
+            let all = views.par_iter().zip(states).zip(results);
+            all.for_each(|((view, state), result)| self.cull_one(scene, view, state, result));
+        }
+        #[cfg(not(feature = "rayon"))]
         for ((view, state), result) in views.iter().zip(states).zip(results) {
             self.cull_one(scene, view, state, result);
         }

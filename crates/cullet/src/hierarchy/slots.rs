@@ -4,9 +4,12 @@ use crate::bits;
 
 /// The caller's stable name for a thing in a slot: an index, and a generation that tells a removed thing
 /// from the one that took its index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, bytemuck::Pod, bytemuck::Zeroable,
+)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(from = "[u32; 2]", into = "[u32; 2]"))]
+#[repr(C)]
 pub struct Handle {
     /// Index into the handle table.
     pub index: u32,

@@ -7,7 +7,7 @@ use crate::bounds::{Aabb, Boxes};
 use crate::cull::occlusion::Occluder;
 use crate::hierarchy::{Commit, Handle, Hierarchy, NO_SLOT};
 use crate::mesh::Mesh;
-use crate::prepared::{Preparation, Prepared};
+use crate::prepared::{Preparation, Prepared, add_all};
 use crate::transform::Transform;
 
 mod audit;
@@ -552,12 +552,10 @@ impl Scene {
     /// Makes what is wanted of every mesh, and not yet there. Nothing of it for two-sided and for deformable meshes; see
     /// [`Prepared::of`] for the cost.
     ///
-    /// Runs on this thread. To use more, make [`Prepared::of`] each mesh on them and hand it to
-    /// [`set_prepared`](Self::set_prepared).
+    /// Runs on this thread; with the feature `rayon` on the threads of its pool. To use others, make [`Prepared::of`] each
+    /// mesh on them and hand it to [`set_prepared`](Self::set_prepared).
     pub fn prepare(&mut self, wanted: Preparation) {
-        for (prepared, mesh) in self.prepared.iter_mut().zip(&self.meshes) {
-            prepared.add(mesh, wanted);
-        }
+        add_all(&mut self.prepared, &self.meshes, wanted);
     }
 
     /// Triangles of all instances, degenerate ones included. O(different masks of layers).

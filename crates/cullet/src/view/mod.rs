@@ -17,6 +17,7 @@ use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;
 
 use crate::bounds::{Plane, ROUNDING};
+use crate::matrix::Matrix;
 
 /// Which clip depth is near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -181,15 +182,16 @@ impl View {
     /// # Errors
     /// If a number is not finite, or the matrix is singular, or the viewport is empty.
     pub fn from_matrix(
-        clip_from_world: &[f64; 16],
+        clip_from_world: impl Into<Matrix>,
         depth: Depth,
         viewport: [u32; 2],
     ) -> Result<Self, ViewError> {
+        let Matrix(clip_from_world) = clip_from_world.into();
         if !clip_from_world.iter().all(|v| v.is_finite()) {
             return Err(ViewError::NotFinite("view-projection matrix"));
         }
         check_viewport(viewport)?;
-        let m = DMat4::from_cols_array(clip_from_world);
+        let m = DMat4::from_cols_array(&clip_from_world);
         let (eye, mirrored) =
             homogeneous_eye(&m, depth).ok_or(ViewError::Singular(m.determinant()))?;
         Ok(Self {
