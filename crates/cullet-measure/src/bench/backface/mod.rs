@@ -2,14 +2,13 @@
 
 mod ball;
 mod frame;
+mod ways;
 
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
 use cullet::cull::backface::{
-    BackfaceMask, MaskGrid, NormalMasks, ObjectEye, Planes8, Planes16, ViewCone, count_masked,
-    cull_masked, cull_masked_ref, keep_unmasked,
+    ClusterPlanes, EllipticCone, MaskGrid, NormalMasks, ObjectEye, Planes8, Planes16, ViewCone,
 };
-use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::frustum::batch;
 use cullet::{CullFace, FrontFace, Level, Transform};
 use cullet_methods::Planes32;
@@ -17,79 +16,17 @@ use cullet_methods::cluster::{
     Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalCone, Pyramid,
 };
 
-use super::measure::{fastest_of_both, stream};
-use super::measured::{Measured, Yardstick};
+use super::measure::{beside_reading, fastest_of_both};
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 use ball::EYE;
 pub(crate) use ball::bumpy_ball;
+use ways::Test;
 
 /// Distinct clusters to fit; more are repetitions, for fitting takes longer than all the rest.
 const DISTINCT: usize = 256;
 /// As many clusters as a large scene shows, in the second cache.
 const CLUSTERS: usize = 16_384;
-
-/// One way to test all triangles or clusters: answers as mask, count and list.
-trait Test {
-    fn mask(&self, level: Level, culled: &mut Vec<u64>);
-    fn count(&self, level: Level) -> u64;
-    fn keep(&self, level: Level, kept: &mut Indices);
-    fn oracle(&self) -> Vec<u64>;
-}
-
-macro_rules! planes {
-    ($($planes:ty),*) => {$(
-        impl Test for $planes {
-            fn mask(&self, level: Level, culled: &mut Vec<u64>) {
-                self.cull(level, EYE, culled);
-            }
-            fn count(&self, level: Level) -> u64 {
-                self.count(level, EYE)
-            }
-            fn keep(&self, level: Level, kept: &mut Indices) {
-                self.keep(level, EYE, kept);
-            }
-            fn oracle(&self) -> Vec<u64> {
-                self.cull_ref(EYE)
-            }
-        }
-    )*};
-}
-planes!(Planes8, Planes16, Planes32);
-
-impl Test for (NormalMasks, BackfaceMask) {
-    fn mask(&self, level: Level, culled: &mut Vec<u64>) {
-        cull_masked(level, &self.0, &self.1, culled);
-    }
-    fn count(&self, level: Level) -> u64 {
-        count_masked(level, &self.0, &self.1)
-    }
-    fn keep(&self, level: Level, kept: &mut Indices) {
-        keep_unmasked(level, &self.0, &self.1, kept);
-    }
-    fn oracle(&self) -> Vec<u64> {
-        cull_masked_ref(&self.0, &self.1)
-    }
-}
-
-impl<B: Bound> Test for (ClusterBounds<B>, Vec<Option<B>>) {
-    fn mask(&self, level: Level, culled: &mut Vec<u64>) {
-        self.0.cull(level, EYE, culled);
-    }
-    fn count(&self, level: Level) -> u64 {
-        self.0.count(level, EYE)
-    }
-    fn keep(&self, level: Level, kept: &mut Indices) {
-        self.0.keep(level, EYE, kept);
-    }
-    fn oracle(&self) -> Vec<u64> {
-        let mut culled = vec![0; self.1.len().div_ceil(64)];
-        for (i, bound) in self.1.iter().enumerate() {
-            let behind = bound.as_ref().is_some_and(|b| b.is_behind(EYE));
-            culled[i / 64] |= u64::from(behind) << (i % 64);
-        }
-        culled
-    }
-}
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     for &len in &options.sizes {
@@ -195,8 +132,6 @@ fn run_test(
     let culled = culled_of(&expected);
     let kept_ref: Vec<u32> =
         (0..len as u32).filter(|&i| expected[i as usize / 64] >> (i % 64) & 1 == 0).collect();
-    let best = batch::levels()[0].1;
-    let same_bytes = vec![1.0_f32; len * bytes / 4];
     let (mut words, mut kept) = (Vec::new(), Indices::new());
     for output in OUTPUTS {
         let name = format!("{name}/{output}");
@@ -212,24 +147,18 @@ fn run_test(
                 _ => test.keep(level, &mut kept),
             };
             pass();
-            let [limit, time] =
-                fastest_of_both(options.seconds, |turn| stream(best, &same_bytes, turn), pass);
+            let times = beside_reading(options.seconds, len * bytes, pass);
             let checked = match output {
                 "mask" => words == expected,
                 "count" => test.count(level) == culled,
                 _ => *kept == *kept_ref,
             };
+            let (name, visible) = (name.clone(), kept_ref.len());
+            let workload = Workload { name, level: level_name, items: len, visible, checked };
+            let versus = versus.filter(|_| output == "list");
             each(Measured {
-                name: name.clone(),
-                level: level_name,
-                items: len,
-                visible: kept_ref.len(),
-                ns_per_item: time / len as f64,
-                yardstick: Yardstick::streaming(bytes, len, time, limit),
-                checked,
-                versus: versus
-                    .filter(|_| output == "list")
-                    .map(|(name, ns)| (name, ns * len as f64 / time)),
+                versus: versus.map(|(name, ns)| (name, ns * len as f64 / times[1])),
+                ..workload.streaming(bytes, times)
             });
         }
     }
@@ -246,28 +175,21 @@ fn run_vertices(
     let eye = ObjectEye::new(EYE, identity, face, CullFace::Back);
     let mut kept = Vec::new();
     // Twelve bytes of indices, and half a vertex of twelve.
-    let same_bytes = vec![1.0_f32; len * 18 / 4];
-    let best = batch::levels()[0].1;
-    let [limit, time] = fastest_of_both(
-        options.seconds,
-        |turn| stream(best, &same_bytes, turn),
-        || {
-            kept.clear();
-            eye.keep_into(positions, indices, 0..len as u32, &mut kept);
-        },
-    );
+    const BYTES: usize = 18;
+    let times = beside_reading(options.seconds, len * BYTES, || {
+        kept.clear();
+        eye.keep_into(positions, indices, 0..len as u32, &mut kept);
+    });
     let corners = |t: usize| [0, 1, 2].map(|k| positions[indices[t * 3 + k] as usize]);
     let expected = (0..len).filter(|&t| !eye.culls(&corners(t))).map(|t| t as u32);
-    each(Measured {
+    let workload = Workload {
         name: format!("{}/list", triangles("vertices", len)),
         level: "scalar",
         items: len,
         visible: kept.len(),
-        ns_per_item: time / len as f64,
-        yardstick: Yardstick::streaming(18, len, time, limit),
         checked: expected.eq(kept.iter().copied()),
-        versus: None,
-    });
+    };
+    each(workload.streaming(BYTES, times));
 }
 
 #[cfg(test)]
