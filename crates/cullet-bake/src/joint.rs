@@ -52,7 +52,7 @@ type Set = [u64; VIEWS / 64];
 #[derive(Clone, Debug)]
 pub struct JointHierarchy {
     /// In depth-first order: what follows a node is its first child, or its next relative.
-    nodes: Vec<Node>,
+    nodes: Vec<JointNode>,
     /// Clusters in the order of the leaves.
     order: Vec<u32>,
     /// Clusters that no bound can decide: drawn from both sides, or facing all ways.
@@ -62,7 +62,7 @@ pub struct JointHierarchy {
 }
 
 #[derive(Clone, Debug)]
-struct Node {
+struct JointNode {
     bound: TwoWay<EllipticCone>,
     /// Its clusters, in `order`.
     first: u32,
@@ -184,7 +184,7 @@ impl JointHierarchy {
     }
 }
 
-impl Node {
+impl JointNode {
     fn is_leaf(&self, at: usize) -> bool {
         self.skip as usize == at + 1
     }
@@ -312,7 +312,7 @@ impl Planner<'_> {
                         let (cluster, bound) = &self.leaves[j as usize];
                         let (first, skip) = (out.order.len() as u32, out.nodes.len() as u32 + 1);
                         out.order.push(*cluster);
-                        out.nodes.push(Node { bound: *bound, first, count: 1, skip });
+                        out.nodes.push(JointNode { bound: *bound, first, count: 1, skip });
                         tests.push(vec![1; VIEWS]);
                     }
                 },
@@ -353,7 +353,7 @@ impl Planner<'_> {
         // What was below moves by one.
         out.nodes[at..].iter_mut().for_each(|n| n.skip += 1);
         let (count, skip) = (out.order.len() as u32 - first, out.nodes.len() as u32 + 1);
-        out.nodes.insert(at, Node { bound, first, count, skip });
+        out.nodes.insert(at, JointNode { bound, first, count, skip });
         let of = |i: usize| 1 + if decided[i / 64] >> (i % 64) & 1 == 1 { 0 } else { below[i] };
         (0..VIEWS).map(of).collect()
     }

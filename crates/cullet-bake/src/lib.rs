@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 pub mod clusters;
+mod corners;
 pub mod joint;
 pub mod occluders;
 mod sample;

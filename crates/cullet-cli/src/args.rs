@@ -72,9 +72,9 @@ impl Cli {
     /// Puts what depends on the scene where nothing was given.
     pub(crate) fn settle(&mut self) {
         match &mut self.command {
-            Command::Report(args) => args.settle(),
-            Command::Verify(args) => args.settle(),
-            Command::Picture(args) => args.settle(),
+            Command::Report(args) => args.input.settle(),
+            Command::Verify(args) => args.input.settle(),
+            Command::Picture(args) => args.input.settle(),
             Command::Bench(args) => args.settle(),
             _ => {}
         }
@@ -110,7 +110,7 @@ pub(crate) enum Command {
     /// Cut a scene open at planes or a box, with caps
     #[command(after_help = cut::HELP)]
     Cut(Box<CutArgs>),
-    /// Make what can stand for each mesh when things behind it are looked for
+    /// Bake occluders for each mesh: boxes inside of it and polygons in its surface
     #[command(after_help = occluders::HELP)]
     Occluders(Box<OccludersArgs>),
     /// Write a scene as triangles, boxes and views for comparing occlusion cullers

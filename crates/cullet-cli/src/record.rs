@@ -155,7 +155,7 @@ pub(crate) struct ViewRecord {
     /// Null where the far plane is at infinity.
     pub(crate) far: Option<f64>,
     pub(crate) stages: Vec<StageRecord>,
-    /// What the frustum stage asked of the scene's hierarchy.
+    /// Work of the frustum stage on the scene's hierarchy.
     pub(crate) hierarchy: FrustumWork,
     /// Whole instances and their triangles, kind of culling after kind of culling.
     pub(crate) whole: WholeRecord,
@@ -197,7 +197,7 @@ pub(crate) struct Summary {
     pub(crate) advice: Vec<Advice>,
 }
 
-/// What is left when whole instances alone are dropped, as a renderer that draws objects sees it: the classic
+/// What is left when whole instances alone are dropped, as a renderer that draws instance by instance sees it: the classic
 /// table of the power plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct WholeRecord {

@@ -1,27 +1,14 @@
 //! Planes and boxes, as the command line gives them.
 
-use clap::ValueEnum;
 use cullet::bounds::Plane;
 use cullet_command::exit::Failure;
 use cullet_cut::{Keep, MAX_CUT_PLANES, box_planes};
 
-/// Which part is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum KeepArg {
-    /// What is inside of all planes
-    Inside,
-    /// What is outside of any
-    Outside,
-}
-
-impl From<KeepArg> for Keep {
-    fn from(keep: KeepArg) -> Self {
-        match keep {
-            KeepArg::Inside => Self::Inside,
-            KeepArg::Outside => Self::Outside,
-        }
-    }
-}
+/// Which part is kept, by its name on the command line.
+pub(crate) const KEPT: &[(&str, Keep, &str)] = &[
+    ("inside", Keep::Inside, "What is inside of all planes"),
+    ("outside", Keep::Outside, "What is outside of any"),
+];
 
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let values: Option<Vec<f64>> = text.split(',').map(|v| v.trim().parse().ok()).collect();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cullet::cull::occlusion::Recording;
-use cullet_command::args::{CullArgs, SceneArgs, ViewArgs};
+use cullet_command::args::InputArgs;
 use cullet_command::console::{Console, agree, count, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Outcome};
 use cullet_command::files::write_json;
@@ -35,11 +35,7 @@ Examples
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
     #[command(flatten)]
-    pub(crate) scene: SceneArgs,
-    #[command(flatten)]
-    pub(crate) view: ViewArgs,
-    #[command(flatten)]
-    pub(crate) cull: CullArgs,
+    pub(crate) input: InputArgs,
     /// N x N jittered samples a pixel; 1 is off
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) samples: u32,
@@ -49,13 +45,6 @@ pub(crate) struct VerifyArgs {
     /// Write the result as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
-}
-
-impl VerifyArgs {
-    /// Puts what depends on the scene where nothing was given.
-    pub(crate) fn settle(&mut self) {
-        self.view.settle(&self.scene);
-    }
 }
 
 /// Losses printed of one view; all of them are in the JSON.
@@ -73,18 +62,18 @@ struct VerifyRecord<'a> {
 
 /// Runs the command.
 pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
-    let mut model = inputs::load(&args.scene, console)?;
-    occluders::give(&mut model, &args.cull, console)?;
-    inputs::begin(&mut model, &args.view, console)?;
-    let views = inputs::views(&model, &args.view, console)?;
+    let mut model = inputs::load(&args.input.scene, console)?;
+    occluders::give(&mut model, &args.input.cull, console)?;
+    inputs::begin(&mut model, &args.input.view, console)?;
+    let views = inputs::views(&model, &args.input.view, console)?;
     let options = cullet_draw::VerifyOptions {
         samples: args.samples,
-        seed: args.view.seed,
-        threads: args.view.threads,
+        seed: args.input.view.seed,
+        threads: args.input.view.threads,
         count_layers: false,
     };
-    let mut survey = Survey::new(model, inputs::culler(&args.cull), options);
-    survey.move_over(inputs::times(&args.view, views.len()));
+    let mut survey = Survey::new(model, inputs::culler(&args.input.cull), options);
+    survey.move_over(inputs::times(&args.input.view, views.len()));
     let mut progress = console.progress("views", views.len() as u64);
     let mut recording = Recording::default();
     for view in &views {

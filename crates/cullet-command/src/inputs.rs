@@ -6,9 +6,9 @@ use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::Occlusion;
 use cullet::{Backface, Culler, Preparation, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
-use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, Up, scenes};
+use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, scenes};
 
-use crate::args::{CullArgs, DetailMeasure, OccluderKind, OnlyStage, SceneArgs, UpAxis, ViewArgs};
+use crate::args::{CullArgs, OccluderKind, SceneArgs, ViewArgs};
 use crate::console::{Console, count};
 use crate::exit::{Exit, Failure};
 
@@ -35,16 +35,13 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
         model
     } else {
         let mut options = LoadOptions {
+            up: args.up,
             two_sided,
             details,
             // Commands that cull know what they need.
             prepare: Preparation::NONE,
             ..LoadOptions::default()
         };
-        options.up = args.up.map(|up| match up {
-            UpAxis::Y => Up::Y,
-            UpAxis::Z => Up::Z,
-        });
         if let Some(most) = args.max_triangles {
             options.max_triangles = most;
         }
@@ -204,28 +201,20 @@ pub fn path_words(args: &ViewArgs) -> String {
 
 /// The culler asked for.
 pub fn culler(args: &CullArgs) -> Culler {
-    let measure = match args.detail_by {
-        DetailMeasure::Sides => Measure::WidthAndHeight,
-        DetailMeasure::Area => Measure::Area,
-        DetailMeasure::Diameter => Measure::Diameter,
-    };
+    let detail = |threshold_px| Detail { measure: args.detail_by, threshold_px };
     let culler = Culler {
         frustum: !args.no_frustum,
         frustum_exact: args.exact_frustum,
         backface: if args.no_backface { Backface::Off } else { Backface::default() },
         degenerate: !args.no_degenerate,
-        detail: args.detail.map(|threshold_px| Detail { measure, threshold_px }),
+        detail: args.detail.map(detail),
         occlusion: (!args.no_occlusion)
             .then_some(Occlusion { width: args.occlusion_width, budget: args.occlusion_budget }),
         ..Culler::default()
     };
     match args.only {
         None => culler,
-        Some(OnlyStage::Frustum) => culler.only(Stage::Frustum),
-        Some(OnlyStage::Detail) => culler.only(Stage::Detail),
-        Some(OnlyStage::Occlusion) => culler.only(Stage::Occlusion),
-        Some(OnlyStage::Backface) => culler.only(Stage::Backface),
-        Some(OnlyStage::Degenerate) => culler.only(Stage::Degenerate),
+        Some(stage) => culler.only(stage),
     }
 }
 
@@ -236,7 +225,7 @@ pub fn culling_words(args: &CullArgs) -> Vec<String> {
         Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
         Stage::Detail => {
             let px = culler.detail.map_or(0.0, |d| d.threshold_px);
-            let unit = if args.detail_by == DetailMeasure::Area { "square px" } else { "px" };
+            let unit = if args.detail_by == Measure::Area { "square px" } else { "px" };
             format!("detail under {px} {unit} (lossy)")
         }
         Stage::Occlusion => match args.occluders {

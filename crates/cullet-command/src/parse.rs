@@ -1,5 +1,22 @@
 //! Values of the command line: each parser says what it got, and what it wants.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+
+/// One of a few values of any type, each by its name and with a sentence for `--help`.
+pub fn choice<T>(
+    all: &'static [(&'static str, T, &'static str)],
+) -> impl TypedValueParser<Value = T>
+where
+    T: Clone + Send + Sync + 'static,
+{
+    let named = all.iter().map(|(name, _, about)| PossibleValue::new(name).help(about));
+    PossibleValuesParser::new(named).try_map(|text| {
+        let found = all.iter().find(|(name, ..)| *name == text);
+        // What is none of them was refused by its name.
+        found.map(|(_, value, _)| value.clone()).ok_or_else(|| format!("'{text}' is unknown"))
+    })
+}
+
 /// `1280x720`
 pub fn size(text: &str) -> Result<[u32; 2], String> {
     // Above this an ID buffer and its depth no longer fit ordinary memory.
@@ -64,7 +81,7 @@ pub fn span(text: &str) -> Result<[f64; 2], String> {
     let (from, to) = text.split_once("..").unwrap_or((text, text));
     match (second(from), second(to)) {
         (Some(from), Some(to)) => Ok([from, to]),
-        _ => Err(format!("'{text}' is no time in seconds, nor two; try 1.5, or 0..4")),
+        _ => Err(format!("'{text}' is not a time in seconds, nor two; try 1.5, or 0..4")),
     }
 }
 
@@ -86,6 +103,18 @@ pub fn nanoseconds(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn choices_go_by_their_names() {
+        let parser = choice(&[("one", 1, "The first"), ("two", 2, "The second")]);
+        let of = |text: &str| {
+            let command = clap::Command::new("test");
+            parser.parse_ref(&command, None, text.as_ref()).map_err(|e| e.to_string())
+        };
+        assert_eq!((of("one"), of("two")), (Ok(1), Ok(2)));
+        let refused = of("three").unwrap_err();
+        assert!(refused.contains("three") && refused.contains("one, two"), "{refused}");
+    }
 
     #[test]
     fn sizes_are_width_by_height() {

@@ -1,6 +1,7 @@
 //! What is cut and how, and why it may be refused.
 
 use cullet::bounds::Plane;
+use cullet::mesh::MeshError;
 use thiserror::Error;
 
 /// The most planes of one region.
@@ -63,7 +64,9 @@ pub struct CapOptions {
 #[non_exhaustive]
 pub enum CutError {
     /// A plane whose normal is zero, or with a number that is not finite.
-    #[error("plane {plane}: {value:?} is no plane; its normal must not be zero, and all be finite")]
+    #[error(
+        "plane {plane}: {value:?} is not a plane: its normal must not be zero, and all must be finite"
+    )]
     Plane {
         /// Which.
         plane: usize,
@@ -73,27 +76,9 @@ pub enum CutError {
     /// Too many planes.
     #[error("{0} planes exceed the limit of {MAX_CUT_PLANES}; cut several times")]
     TooManyPlanes(usize),
-    /// A vertex that is not finite.
-    #[error("vertex {vertex} is not finite: {position:?}")]
-    NotFinite {
-        /// Which.
-        vertex: usize,
-        /// Where it is.
-        position: [f32; 3],
-    },
-    /// An index beyond the vertices.
-    #[error("index {at} is {index}, but there are {vertices} vertices")]
-    Index {
-        /// Which entry of the index list.
-        at: usize,
-        /// Its value.
-        index: u32,
-        /// How many vertices there are.
-        vertices: usize,
-    },
-    /// The number of indices is not a multiple of three.
-    #[error("{0} indices do not make whole triangles")]
-    NotTriangles(usize),
+    /// What is cut is no mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// The attributes are not `stride` numbers a vertex, or a cap's do not fit in them.
     #[error("{what}: {count} where {expected} are needed")]
     Attributes {
@@ -104,26 +89,27 @@ pub enum CutError {
         /// How many it takes.
         expected: usize,
     },
-    /// More triangles or vertices than 32-bit numbers name.
-    #[error("{0} triangles or vertices exceed the limit of {limit}", limit = u32::MAX / 3)]
-    TooLarge(usize),
 }
 
 /// Refuses what does not fit together; planes and positions are checked where they are used.
 pub(crate) fn check(input: &CutInput<'_>, options: &CutOptions) -> Result<(), CutError> {
-    if !input.indices.len().is_multiple_of(3) {
-        return Err(CutError::NotTriangles(input.indices.len()));
+    const LIMIT: usize = (u32::MAX / 3) as usize;
+    let (vertices, indices) = (input.positions.len(), input.indices.len());
+    if !indices.is_multiple_of(3) {
+        return Err(MeshError::NotTriangles(indices).into());
     }
-    let vertices = input.positions.len();
-    for count in [vertices, input.indices.len() / 3] {
-        if count > (u32::MAX / 3) as usize {
-            return Err(CutError::TooLarge(count));
+    for (what, count) in [("vertices", vertices), ("triangles", indices / 3)] {
+        if count > LIMIT {
+            return Err(MeshError::TooMany { what, count, limit: LIMIT }.into());
         }
     }
+    // The greatest first: that is found many at a time.
     let greatest = input.indices.iter().fold(0, |m, &i| m.max(i));
-    if !input.indices.is_empty() && greatest as usize >= vertices {
-        let at = input.indices.iter().position(|&i| i == greatest).unwrap_or_default();
-        return Err(CutError::Index { at, index: greatest, vertices });
+    let wrong = |&i: &u32| i as usize >= vertices;
+    if wrong(&greatest)
+        && let Some(at) = input.indices.iter().position(wrong)
+    {
+        return Err(MeshError::Index { at, index: input.indices[at], vertices }.into());
     }
     let attributes = |what, count, expected| Err(CutError::Attributes { what, count, expected });
     let expected = vertices.saturating_mul(input.stride);

@@ -2,6 +2,7 @@
 
 use cullet::bounds::Plane;
 use cullet::exact::plane_sign;
+use cullet::mesh::MeshError;
 use glam::DVec3;
 
 use crate::options::{CutError, MAX_CUT_PLANES};
@@ -158,7 +159,7 @@ impl Sides {
             }
             if unsure != 0 {
                 if !position.iter().all(|v| v.is_finite()) {
-                    return Err(CutError::NotFinite { vertex, position });
+                    return Err(MeshError::NotFinite { vertex, position }.into());
                 }
                 for (i, plane) in planes.iter().enumerate().filter(|(i, _)| unsure >> i & 1 == 1) {
                     match plane.exact_side(p) {
@@ -175,7 +176,7 @@ impl Sides {
         if planes.is_empty()
             && let Some(vertex) = positions.iter().position(|p| !p.iter().all(|v| v.is_finite()))
         {
-            return Err(CutError::NotFinite { vertex, position: positions[vertex] });
+            return Err(MeshError::NotFinite { vertex, position: positions[vertex] }.into());
         }
         Ok(Self { outside, on })
     }

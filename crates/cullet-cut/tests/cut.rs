@@ -5,6 +5,7 @@ mod common;
 
 use common::{Random, capped, check_halves, cube, join, leaks, open, soup, sphere, turned, volume};
 use cullet::bounds::Plane;
+use cullet::mesh::MeshError;
 use cullet_cut::{
     CapOptions, CutError, CutInput, CutOptions, Keep, NO_ORIGIN, box_planes, cut, cut_both,
     outline_area,
@@ -307,17 +308,20 @@ fn what_is_wrong_is_named() {
     let many = vec![Plane::new(Z, 0.5); 33];
     assert_eq!(cut(&input, &many, &options), Err(CutError::TooManyPlanes(33)));
     let bad = CutInput { indices: &[0, 1, 8], ..input };
-    let error = CutError::Index { at: 2, index: 8, vertices: 8 };
+    let error = CutError::Mesh(MeshError::Index { at: 2, index: 8, vertices: 8 });
     assert_eq!(cut(&bad, &[], &options), Err(error));
     let bad = CutInput { indices: &[0, 1], ..input };
-    assert_eq!(cut(&bad, &[], &options), Err(CutError::NotTriangles(2)));
+    assert_eq!(cut(&bad, &[], &options), Err(CutError::Mesh(MeshError::NotTriangles(2))));
     for value in [f32::NAN, f32::INFINITY] {
         let mut broken = positions.clone();
         broken[3][1] = value;
         let bad = CutInput { positions: &broken, ..input };
         for planes in [&[][..], &[Plane::new(Z, 0.5)]] {
             let error = cut(&bad, planes, &options).unwrap_err();
-            assert!(matches!(error, CutError::NotFinite { vertex: 3, .. }), "{error}");
+            assert!(
+                matches!(error, CutError::Mesh(MeshError::NotFinite { vertex: 3, .. })),
+                "{error}"
+            );
         }
     }
     let bad = CutInput { stride: 1, ..input };

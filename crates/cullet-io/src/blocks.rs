@@ -37,6 +37,9 @@ impl Source<'static> {
 }
 
 impl<'a> Source<'a> {
+    /// Bytes from the start by which a kind of file is recognised.
+    pub(crate) const HEAD: usize = 64 * 1024;
+
     /// Bytes in memory.
     pub(crate) fn memory(bytes: &'a [u8]) -> Self {
         Self { bytes: Bytes::Memory(bytes), size: bytes.len() as u64, block: BLOCK }

@@ -166,9 +166,6 @@ fn compose(outer: &Transform, inner: &Transform) -> Transform {
     }
 }
 
-/// The colour of what has no material.
-pub(crate) const GREY: [f32; 4] = [0.8, 0.8, 0.8, 1.0];
-
 #[cfg(test)]
 mod tests {
     use super::*;

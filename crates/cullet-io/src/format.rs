@@ -16,10 +16,8 @@ pub(crate) enum Format {
     Occscn,
 }
 
-/// Bytes from the start that are looked at.
-pub(crate) const LOOK: usize = 64 * 1024;
-
-/// The kind of a file that has `size` bytes and begins with `head`, the first [`LOOK`] of them.
+/// The kind of a file that has `size` bytes and begins with `head`, the first
+/// [`Source::HEAD`](crate::blocks::Source::HEAD) of them.
 ///
 /// # Errors
 /// [`ErrorKind::Unsupported`], with a way to convert the file where there is one.

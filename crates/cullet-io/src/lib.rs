@@ -1,21 +1,28 @@
 //! Loads and saves models, and makes scenes.
+//!
+//! Each layer knows those below it: the model and how it moves; the builder and what reads blocks and text; a file for
+//! each format; which format a file has; loading, posing and saving. Built-in scenes are another way to a model, and
+//! camera paths look at one.
 #![forbid(unsafe_code)]
 
 mod attributes;
 mod beside;
 mod blocks;
 mod builder;
+mod compact;
 mod error;
 mod format;
 mod gltf;
 mod load;
 mod model;
+mod motion;
 mod mtl;
 mod named;
 mod node_tree;
 mod obj;
 pub mod occscn;
 mod off;
+mod options;
 pub mod paths;
 mod ply;
 mod polygon;
@@ -28,9 +35,11 @@ mod weld;
 
 pub use attributes::Attributes;
 pub use error::{ErrorKind, LoadError};
-pub use load::{LoadOptions, load, load_bytes, load_bytes_with};
-pub use model::{CameraNode, Cell, CellGraph, Material, MatrixView, Model, Portal, Up, Warning};
+pub use load::{load, load_bytes, load_bytes_with};
+pub use model::{CameraNode, Cell, CellGraph, Material, MatrixView, Model, Portal, Warning};
+pub use motion::Motion;
 pub use named::{files_named, files_named_in};
 pub use node_tree::{NodeTree, NodeTreeStatistics};
-pub use pose::{Motion, PoseError};
+pub use options::{LoadOptions, Up};
+pub use pose::PoseError;
 pub use save::{SaveError, SaveErrorKind, SaveFormat, save};

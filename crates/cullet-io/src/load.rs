@@ -2,45 +2,10 @@
 
 use std::path::Path;
 
-use cullet::Preparation;
-
 use crate::beside::Beside;
 use crate::blocks::Source;
-use crate::format::{Format, LOOK, recognise};
-use crate::{ErrorKind, LoadError, Model, Up, gltf, obj, occscn, off, ply, stl};
-
-/// How to load.
-#[derive(Clone, Debug)]
-pub struct LoadOptions {
-    /// Which axis of the file points up; `None` takes what the format says, or Y. It turns the instances;
-    /// vertices stay as the file has them.
-    pub up: Option<Up>,
-    /// Overrides what the file says of sides: every part two-sided (`true`) or one-sided (`false`).
-    pub two_sided: Option<bool>,
-    /// The most triangles that may be decoded, instances counted once.
-    pub max_triangles: u64,
-    /// The most instances.
-    pub max_instances: u64,
-    /// Whether what only writers of files need is kept: normals, texture coordinates and colours of vertices
-    /// (glTF, OBJ and PLY), and the places of nodes that draw nothing (glTF). Off unless asked for; it costs
-    /// up to 36 bytes a vertex and 128 a node.
-    pub details: bool,
-    /// What is made ready of each mesh for culling; [`Scene::prepare`](cullet::Scene::prepare) does it later.
-    pub prepare: Preparation,
-}
-
-impl Default for LoadOptions {
-    fn default() -> Self {
-        Self {
-            up: None,
-            two_sided: None,
-            max_triangles: 500_000_000,
-            max_instances: 50_000_000,
-            details: false,
-            prepare: Preparation::default(),
-        }
-    }
-}
+use crate::format::{Format, recognise};
+use crate::{ErrorKind, LoadError, LoadOptions, Model, gltf, obj, occscn, off, ply, stl};
 
 /// Loads a model: GLB, glTF, OBJ, PLY, STL, OFF or `OCCSCN01`, told by content first, then by ending.
 ///
@@ -114,7 +79,7 @@ fn decode(
     beside: Beside<'_>,
 ) -> Result<Model, ErrorKind> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let head = source.head(LOOK)?;
+    let head = source.head(Source::HEAD)?;
     // What was read of the file is freed before meshes are made: the peak is the greater of the two
     // halves, not their sum.
     let builder = match recognise(path, &head, source.size())? {

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use cullet::{Handle, Projection, Scene, Transform};
 use serde::{Deserialize, Serialize};
 
-use crate::{Attributes, Motion, NodeTree};
+use crate::{Attributes, Motion, NodeTree, NodeTreeStatistics};
 
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
@@ -52,6 +52,14 @@ impl Model {
         });
         Cow::Owned(format!("{} {}", mesh.map_or("instance", String::as_str), handle.index))
     }
+
+    /// Measures the node tree; `None` if it is none: a file's is one, but one that was written by hand may have
+    /// a loop. O(nodes + instances).
+    #[must_use]
+    pub fn node_tree_statistics(&self) -> Option<NodeTreeStatistics> {
+        let handles = self.scene.slots().filter_map(|slot| self.scene.handle(slot));
+        self.node_tree.statistics(handles.map(|handle| handle.index))
+    }
 }
 
 /// A material, as far as visibility and simple pictures care.
@@ -61,6 +69,11 @@ pub struct Material {
     pub name: String,
     /// Linear base colour and alpha.
     pub color: [f32; 4],
+}
+
+impl Material {
+    /// The colour of what has no material.
+    pub(crate) const GREY: [f32; 4] = [0.8, 0.8, 0.8, 1.0];
 }
 
 /// A camera of a file.
@@ -118,16 +131,6 @@ pub struct CellGraph {
     pub cells: Vec<Cell>,
     /// The portals.
     pub portals: Vec<Portal>,
-}
-
-/// Which axis of a file points up; the scene's is Y.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Up {
-    /// +Y: nothing to do.
-    #[default]
-    Y,
-    /// +Z: (x, y, z) becomes (x, z, −y).
-    Z,
 }
 
 /// Something odd in a file that did not stop it: which item, and what about it.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use cullet::mesh::Alpha;
 
+use crate::Material;
 use crate::beside::{Beside, Missing};
 use crate::blocks::Source;
 use crate::text::Cursor;
@@ -18,7 +19,7 @@ pub(crate) struct MtlMaterial {
 
 impl Default for MtlMaterial {
     fn default() -> Self {
-        Self { color: crate::builder::GREY, alpha: Alpha::Opaque }
+        Self { color: Material::GREY, alpha: Alpha::Opaque }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use crate::blocks::Source;
-use crate::format::{Format, LOOK, recognise};
+use crate::format::{Format, recognise};
 use crate::{ErrorKind, LoadError, gltf, obj};
 
 /// The files that loading a model looks for beside it: buffers of a glTF, material libraries of an OBJ. Paths from the
@@ -30,7 +30,7 @@ pub fn files_named_in(name: &str, bytes: &[u8]) -> Result<Vec<PathBuf>, LoadErro
 }
 
 fn named(path: &Path, source: Source<'_>) -> Result<Vec<PathBuf>, ErrorKind> {
-    let all = match recognise(path, &source.head(LOOK)?, source.size())? {
+    let all = match recognise(path, &source.head(Source::HEAD)?, source.size())? {
         Format::Gltf => gltf::named(path, &source)?,
         Format::Obj => obj::named(source)?,
         Format::Ply | Format::Stl | Format::Off | Format::Occscn => Vec::new(),

@@ -1,7 +1,5 @@
 //! The node tree of a file: what its author called things, and how they nest.
 
-use crate::Model;
-
 /// The nodes of a file, or of whatever made the model. Empty for formats that have none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeTree {
@@ -79,33 +77,32 @@ impl NodeTree {
         }
         Some((order, depth))
     }
-}
 
-impl Model {
-    /// Measures the node tree; `None` if it is none: a file's is one, but one that was written by hand may have
-    /// a loop. O(nodes + instances).
-    #[must_use]
-    pub fn node_tree_statistics(&self) -> Option<NodeTreeStatistics> {
-        let tree = &self.node_tree;
-        let (order, depth) = tree.parents_first()?;
-        let mut own = vec![0; tree.len()];
-        let mut below = vec![0; tree.len()];
-        for handle in self.scene.slots().filter_map(|slot| self.scene.handle(slot)) {
-            let node = tree.node_of_instance.get(handle.index as usize).map(|&n| n as usize);
-            if let Some(node) = node.filter(|&n| n < tree.len()) {
+    /// Measures the tree with its instances, given by the indices of their handles. `None` if a parent is no node, or
+    /// parents go round in a loop. O(nodes + instances).
+    pub(crate) fn statistics(
+        &self,
+        instances: impl Iterator<Item = u32>,
+    ) -> Option<NodeTreeStatistics> {
+        let (order, depth) = self.parents_first()?;
+        let mut own = vec![0; self.len()];
+        let mut below = vec![0; self.len()];
+        for index in instances {
+            let node = self.node_of_instance.get(index as usize).map(|&n| n as usize);
+            if let Some(node) = node.filter(|&n| n < self.len()) {
                 own[node] += 1;
                 below[node] += 1;
             }
         }
         for &node in order.iter().rev() {
-            let parent = tree.parents[node as usize];
-            if parent != NodeTree::NONE {
+            let parent = self.parents[node as usize];
+            if parent != Self::NONE {
                 own[parent as usize] += 1;
                 below[parent as usize] += below[node as usize];
             }
         }
         Some(NodeTreeStatistics {
-            nodes: tree.len(),
+            nodes: self.len(),
             empty: below.iter().filter(|&&instances| instances == 0).count(),
             depth: depth.into_iter().max().unwrap_or(0),
             widest: own.into_iter().max().unwrap_or(0),
@@ -116,33 +113,30 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{LoadOptions, load_bytes};
 
-    fn model(parents: &[u32]) -> Model {
-        let obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-        let mut model = load_bytes("a.obj", obj, &LoadOptions::default()).expect("a triangle");
-        assert!(model.node_tree.is_empty());
-        model.node_tree.parents = parents.to_vec();
-        model
+    fn tree(parents: &[u32]) -> NodeTree {
+        NodeTree { parents: parents.to_vec(), ..NodeTree::default() }
     }
 
     #[test]
     fn a_tree_is_measured_whatever_the_order_of_its_nodes() {
         const NONE: u32 = NodeTree::NONE;
-        // 3 is a root over 1 and 2; 0 is below 2, and draws the triangle; 4 is a root of its own.
-        let mut model = model(&[2, 3, 3, NONE, NONE]);
-        model.node_tree.node_of_instance = vec![0];
-        let found = model.node_tree_statistics().expect("a tree");
+        // 3 is a root over 1 and 2; 0 is below 2, and draws the instance; 4 is a root of its own.
+        let mut tree = tree(&[2, 3, 3, NONE, NONE]);
+        tree.node_of_instance = vec![0];
+        let found = tree.statistics([0].into_iter()).expect("a tree");
         assert_eq!(found, NodeTreeStatistics { nodes: 5, empty: 2, depth: 3, widest: 2 });
-        model.node_tree.node_of_instance = vec![NONE];
-        assert_eq!(model.node_tree_statistics().expect("a tree").empty, 5);
+        tree.node_of_instance = vec![NONE];
+        assert_eq!(tree.statistics([0].into_iter()).expect("a tree").empty, 5);
+        assert_eq!(tree.statistics([0, 1].into_iter()).expect("a tree").empty, 5, "beyond the end");
     }
 
     #[test]
     fn loops_and_parents_that_are_no_nodes_are_told() {
         for parents in [&[0][..], &[1, 0], &[NodeTree::NONE, 2, 3, 1], &[7]] {
-            assert_eq!(model(parents).node_tree_statistics(), None, "{parents:?}");
+            assert_eq!(tree(parents).statistics([0].into_iter()), None, "{parents:?}");
         }
-        assert_eq!(model(&[]).node_tree_statistics(), Some(NodeTreeStatistics::default()));
+        let none = tree(&[]).statistics([0].into_iter());
+        assert_eq!(none, Some(NodeTreeStatistics::default()));
     }
 }

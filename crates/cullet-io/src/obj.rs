@@ -12,10 +12,11 @@ use cullet::mesh::{Alpha, MeshData, Part};
 use self::attributes::{Corners, List};
 use crate::beside::Beside;
 use crate::blocks::{Source, push};
-use crate::builder::{Builder, GREY};
-use crate::polygon::Triangulator;
+use crate::builder::Builder;
+use crate::compact::Compact;
+use crate::polygon::{CONCAVE, Triangulator};
 use crate::text::{Cursor, quote};
-use crate::{ErrorKind, LoadOptions, mtl};
+use crate::{ErrorKind, LoadOptions, Material, mtl};
 
 /// Triangles of one mesh with one material.
 #[derive(Debug, Default)]
@@ -373,7 +374,10 @@ impl<'a> Reader<'a> {
             let (first, word) = &s.first_unknown;
             builder.warn(
                 format!("line {}", self.c.line_of(*first)),
-                format!("\"{word}\" is no statement of OBJ; {} such lines were skipped", s.unknown),
+                format!(
+                    "\"{word}\" is not a statement of OBJ; {} such lines were skipped",
+                    s.unknown
+                ),
             );
         }
     }
@@ -413,7 +417,7 @@ impl<'a> Reader<'a> {
             } else {
                 String::from_utf8_lossy(material).into_owned()
             };
-            builder.material(shown, found.map_or(GREY, |m| m.color));
+            builder.material(shown, found.map_or(Material::GREY, |m| m.color));
             alphas.push(found.map_or(Alpha::Opaque, |m| m.alpha));
         }
         // Each is shrunk while the others wait: what was made too large never adds up with copies.
@@ -474,45 +478,3 @@ impl<'a> Reader<'a> {
 }
 
 const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// For a warning, after a count.
-pub(crate) const CONCAVE: &str = "concave polygons that cross themselves or are very large were \
-     cut as fans, which may cover more than they do";
-
-/// Gives each mesh the vertices that it uses, out of those that all share. O(vertices) once, then
-/// O(indices) a mesh.
-#[derive(Debug)]
-pub(crate) struct Compact {
-    /// The mesh that last used a vertex, from 1, and the vertex's number there.
-    used: Vec<(u32, u32)>,
-    mesh: u32,
-}
-
-impl Compact {
-    pub(crate) fn new(vertices: usize) -> Self {
-        Self { used: vec![(0, 0); vertices], mesh: 0 }
-    }
-
-    /// The vertices that `indices` use, in the order of first use; renumbers the indices.
-    pub(crate) fn take<T: Copy>(&mut self, vertices: &[T], indices: &mut [u32]) -> Vec<T> {
-        self.mesh += 1;
-        let mut count = 0;
-        for index in &mut *indices {
-            let used = &mut self.used[*index as usize];
-            if used.0 != self.mesh {
-                *used = (self.mesh, count);
-                count += 1;
-            }
-        }
-        let mut own = Vec::with_capacity(count as usize);
-        for index in indices {
-            let (_, number) = self.used[*index as usize];
-            // Numbers are in the order of first use.
-            if number as usize == own.len() {
-                own.push(vertices[*index as usize]);
-            }
-            *index = number;
-        }
-        own
-    }
-}

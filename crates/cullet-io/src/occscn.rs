@@ -16,9 +16,9 @@ use cullet::{BoundsOverride, Instance, InstanceFlags, Transform};
 
 pub use make::{MakeOptions, Objects, occluder_slots};
 
-use crate::builder::{Builder, GREY};
-use crate::obj::Compact;
-use crate::{ErrorKind, LoadOptions, MatrixView, Model, Up};
+use crate::builder::Builder;
+use crate::compact::Compact;
+use crate::{ErrorKind, LoadOptions, Material, MatrixView, Model, Up};
 
 /// The first bytes of a file.
 pub const MAGIC: &[u8; 8] = b"OCCSCN01";
@@ -375,7 +375,7 @@ pub(crate) fn read<'o>(
 ) -> Result<Builder<'o>, ErrorKind> {
     let scene = Occscn::parse(bytes)?;
     let mut builder = Builder::new(name, options);
-    builder.material("default", GREY);
+    builder.material("default", Material::GREY);
     let mut compact = Compact::new(scene.vertices.len());
     for (i, mesh) in scene.meshes.iter().enumerate() {
         let mut indices = scene.triangles_of(mesh).as_flattened().to_vec();

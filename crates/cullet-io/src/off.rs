@@ -4,10 +4,10 @@
 use cullet::mesh::MeshData;
 
 use crate::blocks::{Source, make_room};
-use crate::builder::{Builder, GREY};
-use crate::polygon::Triangulator;
+use crate::builder::Builder;
+use crate::polygon::{CONCAVE, Triangulator};
 use crate::text::Cursor;
-use crate::{ErrorKind, LoadOptions};
+use crate::{ErrorKind, LoadOptions, Material};
 
 /// Whether a word can begin an OFF file: `[ST][C][N][4][n]OFF`.
 pub(crate) fn is_keyword(word: &[u8]) -> bool {
@@ -29,7 +29,7 @@ pub(crate) fn read<'o>(
     options: &'o LoadOptions,
 ) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
-    builder.material("default", GREY);
+    builder.material("default", Material::GREY);
     let mut c = Cursor::new(source);
     c.skip_mark()?;
     let [vertices, faces] = read_header(&mut c)?;
@@ -58,10 +58,9 @@ pub(crate) fn read<'o>(
         let line = c.line_of(c.offset());
         builder.warn(format!("line {line}"), "what follows the last face was ignored");
     }
-    for (count, what) in [
-        (short, "faces of fewer than 3 vertices were skipped"),
-        (triangulator.fanned, crate::obj::CONCAVE),
-    ] {
+    for (count, what) in
+        [(short, "faces of fewer than 3 vertices were skipped"), (triangulator.fanned, CONCAVE)]
+    {
         if count > 0 {
             builder.warn("file", format!("{count} {what}"));
         }

@@ -8,6 +8,10 @@ use crate::blocks::make_room;
 /// to some 250 corners stay well below; it keeps a hostile file from costing the cube of its size.
 const TESTS_PER_CORNER: usize = 512;
 
+/// For a warning, after the count of [`Triangulator::fanned`].
+pub(crate) const CONCAVE: &str = "concave polygons that cross themselves or are very large were \
+     cut as fans, which may cover more than they do";
+
 /// Cuts polygons of n corners into n − 2 triangles: a fan from the first corner where the polygon is
 /// convex, ears where it is not (Meisters, *Polygons Have Ears*, 1975).
 #[derive(Debug, Default)]

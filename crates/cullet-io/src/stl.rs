@@ -4,12 +4,11 @@
 use cullet::mesh::MeshData;
 
 use crate::blocks::{Records, Source, make_room};
-use crate::builder::{Builder, GREY};
-use crate::format::LOOK;
-use crate::polygon::Triangulator;
+use crate::builder::Builder;
+use crate::polygon::{CONCAVE, Triangulator};
 use crate::text::{Cursor, quote};
 use crate::weld::Welder;
-use crate::{ErrorKind, LoadOptions};
+use crate::{ErrorKind, LoadOptions, Material};
 
 /// Bytes before the first triangle of a binary file: 80 of comment, 4 of count.
 const HEADER: u64 = 84;
@@ -32,8 +31,8 @@ pub(crate) fn read<'o>(
     options: &'o LoadOptions,
 ) -> Result<Builder<'o>, ErrorKind> {
     let mut builder = Builder::new(name, options);
-    builder.material("default", GREY);
-    let bytes = source.head(LOOK)?;
+    builder.material("default", Material::GREY);
+    let bytes = source.head(Source::HEAD)?;
     let head = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes).trim_ascii_start();
     let solid = head.get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
     // No text has a zero byte.
@@ -185,7 +184,7 @@ fn read_ascii(source: Source<'_>, start: u64, builder: &mut Builder<'_>) -> Resu
     finish(&mut solid, &mut triangles, builder)?;
     for (count, what) in [
         (loops.polygons, "facets of more than 3 vertices were cut into triangles"),
-        (loops.triangulator.fanned, crate::obj::CONCAVE),
+        (loops.triangulator.fanned, CONCAVE),
     ] {
         if count > 0 {
             builder.warn("file", format!("{count} {what}"));
@@ -195,7 +194,7 @@ fn read_ascii(source: Source<'_>, start: u64, builder: &mut Builder<'_>) -> Resu
         let (count, first, word) = unknown;
         builder.warn(
             format!("line {}", c.line_of(first)),
-            format!("\"{word}\" is no word of STL; {count} such lines were skipped"),
+            format!("\"{word}\" is not a word of STL; {count} such lines were skipped"),
         );
     }
     Ok(())

@@ -200,7 +200,7 @@ fn scene_file(text: &str, path: &Path) -> Result<(String, SceneFile), SiteError>
         return Err(no_scene(text, "it is a folder; name a file in it".to_owned()));
     }
     if !meta.is_file() {
-        return Err(no_scene(text, "it is no ordinary file".to_owned()));
+        return Err(no_scene(text, "it is not a regular file".to_owned()));
     }
     // Said now rather than as a picture that never comes.
     fs::File::open(path).map_err(read)?;

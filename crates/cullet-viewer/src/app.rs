@@ -5,19 +5,17 @@ use std::sync::Arc;
 use eframe::{egui, egui_wgpu, wgpu};
 
 use crate::camera::Rig;
-use crate::compose::{Composition, Role, compose, instance_colours};
-use crate::decide::Decision;
+use crate::compose::{Composition, Role};
 use crate::device::Watch;
-use crate::draw::{Paint, Renderer};
 use crate::link;
-use crate::present::Present;
+use crate::painter::Painter;
 use crate::script::{self, Script, Step};
-use crate::session::{Drawn, Inspected, Session};
+use crate::session::Session;
 use crate::snapshot;
 use crate::state::State;
-use crate::task::{clock, until};
+use crate::task::clock;
 use crate::ui::{self, Shown};
-use crate::world::{Source, World};
+use crate::world::Source;
 
 /// Frames that a step of a script, or what a screenshot shows, gets to settle in.
 const FRAMES_TO_SETTLE: u32 = 3;
@@ -39,35 +37,10 @@ pub struct Start {
     pub script: Script,
 }
 
-/// What a picture depends on: if none of it changed, neither did the picture.
-#[derive(Clone, Debug, PartialEq)]
-struct Look {
-    state: State,
-    size: [u32; 2],
-    world: Option<*const World>,
-    decided: u64,
-    inspected: Option<Inspected>,
-    proved: bool,
-    /// Of which measurement the path's colours are.
-    measured: Option<usize>,
-    chase: crate::camera::Chase,
-}
-
 /// The viewer.
 pub struct App {
     session: Session,
-    renderer: Renderer,
-    present: Present,
-    texture: Option<egui::TextureId>,
-    render_state: egui_wgpu::RenderState,
-    /// The scene that the renderer has.
-    uploaded: Option<Arc<World>>,
-    /// The scene that it is given piece by piece, and whether that has begun.
-    coming: Option<(Arc<World>, bool)>,
-    /// What the instances' colours were made of.
-    coloured: Option<(Option<*const World>, u64, bool)>,
-    last: Option<Look>,
-    composition: Composition,
+    painter: Painter,
     last_frame: u64,
     screenshot: Option<String>,
     script: Option<std::vec::IntoIter<Step>>,
@@ -106,14 +79,6 @@ impl App {
         style(&cc.egui_ctx);
         Ok(Self {
             session: Session::new(cc.egui_ctx.clone(), &start.link, start.source),
-            renderer: Renderer::new(&render_state.adapter, &render_state.device),
-            present: Present::new(&render_state.device),
-            texture: None,
-            uploaded: None,
-            coming: None,
-            coloured: None,
-            last: None,
-            composition: Composition::default(),
             last_frame: clock(),
             screenshot: start.screenshot,
             script: (start.script != Script::None).then(|| start.script.steps().into_iter()),
@@ -123,7 +88,7 @@ impl App {
             warm_ups: WARM_UPS,
             before: [None; 2],
             address: start.link,
-            render_state,
+            painter: Painter::new(render_state),
         })
     }
 
@@ -170,20 +135,7 @@ impl eframe::App for App {
         let dt = ((now - self.last_frame) as f64 * 1e-9).min(0.25);
         self.last_frame = now;
         self.listen(&ctx);
-        let Self {
-            session,
-            renderer,
-            present,
-            texture,
-            render_state,
-            uploaded,
-            coming,
-            coloured,
-            last,
-            composition,
-            lost,
-            ..
-        } = self;
+        let Self { session, painter, lost, .. } = self;
         let lost = lost.is_some();
         ui::show(ui, session, |session, size| {
             session.advance(dt, size);
@@ -191,20 +143,8 @@ impl eframe::App for App {
                 // Nothing more can be drawn with it.
                 return (Shown::default(), Composition::default());
             }
-            let mut stage = Stage {
-                renderer,
-                present,
-                texture,
-                render_state,
-                uploaded,
-                coming,
-                coloured,
-                last,
-                composition,
-                began: now,
-            };
-            stage.picture(session, dt);
-            (Shown { texture: *stage.texture }, stage.composition.clone())
+            painter.paint(session, now, dt);
+            (Shown { texture: painter.texture() }, painter.composition().clone())
         });
         if self.session.state.always
             || self.session.journey.playing
@@ -217,7 +157,7 @@ impl eframe::App for App {
         }
         if self.session.saving.is_some() {
             // WebGL hands pixels over only to who asks, and nobody does while nothing is drawn.
-            let _ = self.render_state.device.poll(wgpu::PollType::Poll);
+            let _ = self.painter.device().poll(wgpu::PollType::Poll);
             ctx.request_repaint();
         }
         self.unattended(&ctx);
@@ -228,127 +168,6 @@ impl eframe::App for App {
     #[cfg(target_arch = "wasm32")]
     fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
         Some(&mut *self)
-    }
-}
-
-/// What drawing a picture takes.
-struct Stage<'a> {
-    renderer: &'a mut Renderer,
-    present: &'a mut Present,
-    texture: &'a mut Option<egui::TextureId>,
-    render_state: &'a egui_wgpu::RenderState,
-    uploaded: &'a mut Option<Arc<World>>,
-    coming: &'a mut Option<(Arc<World>, bool)>,
-    coloured: &'a mut Option<(Option<*const World>, u64, bool)>,
-    last: &'a mut Option<Look>,
-    composition: &'a mut Composition,
-    /// When the frame began.
-    began: u64,
-}
-
-impl Stage<'_> {
-    /// Draws the session's picture if it changed.
-    fn picture(&mut self, session: &mut Session, dt: f64) {
-        session.uploading = !self.upload(session);
-        if session.uploading {
-            return;
-        }
-        let world = self.uploaded.as_ref().map(Arc::as_ptr);
-        let decided = session.decision.as_ref().map_or(0, |d| d.number);
-        let proved = session.truth.finding().is_some();
-        let look = Look {
-            state: session.state.clone(),
-            size: session.size,
-            world,
-            decided,
-            inspected: session.inspected.clone(),
-            proved,
-            measured: session.measured.costs().map(|c| Arc::as_ptr(c) as usize),
-            chase: session.chase,
-        };
-        let changed = self.last.as_ref() != Some(&look);
-        let again = std::mem::take(&mut session.refresh) || session.state.always;
-        // Before anything is decided there is nothing to draw: all of a large scene would take long.
-        if !(changed || again) || world.is_none() || session.decision.is_none() {
-            return;
-        }
-        *self.last = Some(look);
-        *self.composition = compose(session);
-        let began = clock();
-        let kept = session.decision.as_ref().map(|d: &Decision| &d.visible);
-        let panes = self.composition.panes(kept);
-        let egui_wgpu::RenderState { device, queue, .. } = self.render_state;
-        let key = (world, decided, proved);
-        if panes.iter().any(|p| p.style.paint == Paint::Instances) && *self.coloured != Some(key) {
-            self.renderer.set_instance_colours(queue, &instance_colours(session));
-            *self.coloured = Some(key);
-        }
-        let ground = if session.state.dark { [0.082, 0.098, 0.122] } else { [0.90, 0.91, 0.92] };
-        let fresh = self.renderer.draw(device, queue, session.size, ground, &panes);
-        let fresh = self.present.encode(device, queue, self.renderer.colour(), session.size, fresh);
-        if let (true, Some(view)) = (fresh, self.present.shown()) {
-            let mut egui = self.render_state.renderer.write();
-            let filter = wgpu::FilterMode::Linear;
-            match *self.texture {
-                None => *self.texture = Some(egui.register_native_texture(device, view, filter)),
-                Some(id) => egui.update_egui_texture_from_wgpu_texture(device, view, filter, id),
-            }
-        }
-        let stats = self.renderer.stats();
-        let before = session.drawn;
-        let smooth = if before.per_second > 0.0 { 0.9 } else { 0.0 };
-        let rate = if dt > 0.0 { (1.0 / dt) as f32 } else { 0.0 };
-        session.drawn = Drawn {
-            milliseconds: (clock() - began) as f32 * 1e-6,
-            device_ms: stats.device_ms,
-            triangles: stats.triangles,
-            draws: stats.draws,
-            per_second: before.per_second * smooth + rate * (1.0 - smooth),
-            pictures: before.pictures + 1,
-        };
-    }
-
-    /// Gives the renderer the scene, if it has another; on a page, which has one thread, a piece at a time. True when
-    /// it has it.
-    fn upload(&mut self, session: &mut Session) -> bool {
-        let Some(world) = session.world.clone() else { return true };
-        if self.uploaded.as_ref().is_some_and(|w| Arc::ptr_eq(w, &world)) {
-            return true;
-        }
-        let egui_wgpu::RenderState { device, queue, .. } = self.render_state;
-        let begun = match &self.coming {
-            Some((coming, begun)) if Arc::ptr_eq(coming, &world) => *begun,
-            _ => {
-                *self.coming = Some((Arc::clone(&world), false));
-                // The frame that decided what of it is drawn has done enough.
-                if clock() >= until(self.began) {
-                    session.ctx.request_repaint();
-                    return false;
-                }
-                false
-            }
-        };
-        if !begun {
-            if let Err(error) = self.renderer.begin_scene(device, queue, &world.model) {
-                *self.coming = None;
-                let text = format!("{}: {error}.", world.name);
-                session.refuse(self.uploaded.clone(), text);
-                // Held on to even where it does not fit, or it would be tried at every frame.
-                self.uploaded.get_or_insert(world);
-                return true;
-            }
-            *self.coming = Some((Arc::clone(&world), true));
-        }
-        let end = until(clock());
-        if !self.renderer.go_on(queue, &world.model, || clock() < end) {
-            session.ctx.request_repaint();
-            return false;
-        }
-        *self.coming = None;
-        *self.coloured = None;
-        *self.last = None;
-        *self.uploaded = Some(world);
-        true
     }
 }
 
@@ -393,11 +212,13 @@ impl App {
                 match step {
                     Step::Throw(toggle) => match script::thrown(&self.session.state, toggle) {
                         Some(state) => self.session.state = state,
-                        None => self.session.tell(format!("'{toggle}' is no part of a link"), true),
+                        None => {
+                            self.session.tell(format!("'{toggle}' is not a part of a link"), true)
+                        }
                     },
                     Step::Order(_, order) => order(&mut self.session),
                     Step::Lose => {
-                        let device = &self.render_state.device;
+                        let device = self.painter.device();
                         device.destroy();
                         // A device that is lost says so at once; one that is destroyed, when it is asked.
                         let _ = device.poll(wgpu::PollType::Poll);
@@ -457,7 +278,7 @@ impl App {
     /// The panes of the last picture, with what they are for.
     #[must_use]
     pub fn panes(&self) -> Vec<(Role, [u32; 4])> {
-        self.composition.panels.iter().map(|p| (p.role, p.place)).collect()
+        self.painter.composition().panels.iter().map(|p| (p.role, p.place)).collect()
     }
 
     /// The text of the present state.

@@ -9,8 +9,8 @@ use cullet_io::paths::PathSpec;
 
 use crate::draw::{DrawError, Pane, Renderer, Style};
 use crate::headless::Gpu;
+use crate::numbers::grouped;
 use crate::state::Stages;
-use crate::ui::grouped;
 use crate::world::World;
 
 /// The pictures' size.
@@ -69,7 +69,7 @@ fn ways() -> Vec<Way> {
 /// The way that the others are measured against.
 const BASE: &str = "hardware back faces alone";
 
-/// What a way took on the mean over the views.
+/// What a way took on average over the views.
 #[derive(Clone, Copy, Debug, Default)]
 struct Took {
     culling_ms: f64,

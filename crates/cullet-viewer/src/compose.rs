@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::draw::{Paint, Pane, Style};
 use crate::lines::{Lines, tint};
 use crate::session::Session;
-use crate::state::{Colour, GhostForm, Layout};
+use crate::state::{Colour, GhostForm, Layout, Look, Part};
 use crate::structure;
 use crate::study::Seen;
 
@@ -128,7 +128,7 @@ pub fn compose(session: &Session) -> Composition {
     let free = |size: [u32; 2]| if frozen { flown.view(size).ok() } else { culling(size) };
     let mut add = |role, place: [u32; 4], view: Option<View>| {
         if let Some(view) = view.filter(|_| place[2] > 0 && place[3] > 0) {
-            let style = state.look.style();
+            let style = style(&state.look);
             let (lines, overlay, ghosts) = Default::default();
             let content = Content::Kept;
             made.panels.push(Panel { role, place, view, content, style, lines, overlay, ghosts });
@@ -157,6 +157,28 @@ pub fn compose(session: &Session) -> Composition {
     }
     decorate(session, &mut made);
     made
+}
+
+/// What the renderer is told of a look.
+fn style(look: &Look) -> Style {
+    Style {
+        paint: match look.colour {
+            Colour::Material => Paint::Material,
+            Colour::Reason => Paint::Instances,
+            Colour::Sides => Paint::Sides,
+            Colour::Clusters => Paint::Clusters,
+            Colour::Overdraw => Paint::Overdraw,
+            Colour::Size => Paint::TriangleSize,
+            Colour::Depth => Paint::Depth,
+        },
+        fill: look.fill,
+        wireframe: look.wireframe,
+        cull_face: if look.hardware { look.cull } else { CullFace::None },
+        clockwise: look.clockwise,
+        face_normals: look.face_normals,
+        vertex_normals: look.vertex_normals,
+        samples: if look.fine { 4 } else { 1 },
+    }
 }
 
 /// The part of a view between two columns of its picture.
@@ -311,7 +333,7 @@ fn study(session: &Session, lines: &mut Lines, sides: &mut Lines) -> Option<bool
 
 /// The outlines of the cut, of planes whose cut side is in sight: from behind there is scene between.
 fn outlines(session: &Session, view: &View, lines: &mut Lines) {
-    let inside = session.state.cut.part == crate::cutaway::Part::Inside;
+    let inside = session.state.cut.part == Part::Inside;
     let ink = if session.state.dark { palette::CHALK } else { palette::INK };
     let [x, y, z, w] = view.eye();
     for outline in &session.cutting.outlines {

@@ -4,128 +4,18 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use cullet::Preparation;
 use cullet::bounds::Plane;
-use cullet::{Preparation, Transform};
 use cullet_cut::{CutModel, Keep, ModelError, ModelOptions, box_planes, cut_model};
-use glam::{DMat3, DVec3};
-use serde::{Deserialize, Serialize};
+use glam::DVec3;
 
+use crate::state::{CutAway, Part, Shape};
 use crate::task::{Progress, Task};
 use crate::world::World;
 
 /// The most triangles of things that a plane goes through: each becomes a mesh of its own. A page has less memory,
 /// and waits while it cuts.
 pub const MOST_CUT: u64 = if cfg!(target_arch = "wasm32") { 400_000 } else { 4_000_000 };
-/// How far beyond the scene planes may stand, in half extents: at 1 they touch it.
-pub const REACH: f64 = 1.05;
-
-/// What the scene is cut by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Shape {
-    /// A plane.
-    #[default]
-    Plane,
-    /// An upright box.
-    Box,
-}
-
-/// Which part is shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Part {
-    /// What lies behind the plane, or inside the box.
-    #[default]
-    Inside,
-    /// The rest.
-    Outside,
-}
-
-/// How the scene is cut.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CutAway {
-    /// Whether it is.
-    pub on: bool,
-    /// By what.
-    pub shape: Shape,
-    /// The plane's normal, of any length but 0.
-    pub normal: [f64; 3],
-    /// Where the plane stands along its normal: −1 and 1 are the ends of the scene, 0 is its middle.
-    pub at: f64,
-    /// The box's low corner, each axis as `at`.
-    pub low: [f64; 3],
-    /// The box's high corner.
-    pub high: [f64; 3],
-    /// Which part is shown.
-    pub part: Part,
-    /// Whether the cut is closed, where it can be.
-    pub caps: bool,
-    /// Whether the outlines of the cut are drawn, as in a section drawing.
-    pub outlines: bool,
-}
-
-impl Default for CutAway {
-    fn default() -> Self {
-        Self {
-            on: false,
-            shape: Shape::Plane,
-            normal: [1.0, 0.0, 0.0],
-            at: 0.0,
-            low: [0.0, -REACH, 0.0],
-            high: [REACH; 3],
-            part: Part::Inside,
-            caps: true,
-            outlines: true,
-        }
-    }
-}
-
-impl CutAway {
-    /// What is wrong with it, if anything: which number, its value, and what it must be.
-    ///
-    /// # Errors
-    /// If a number is not finite or out of its range.
-    pub fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
-        let length = DVec3::from(self.normal).length();
-        if !(1e-6..=1e6).contains(&length) {
-            return Err(("the length of cut.normal", length, "between 1e-6 and 1e6"));
-        }
-        let places = self.low.iter().chain(&self.high).chain([&self.at]);
-        for v in places {
-            if !(-2.0..=2.0).contains(v) {
-                return Err(("a place of cut", *v, "between -2 and 2"));
-            }
-        }
-        Ok(())
-    }
-
-    /// The planes, in world space, pointing out of what [`Part::Inside`] keeps.
-    #[must_use]
-    pub fn planes(&self, world: &World) -> Vec<Plane> {
-        let (centre, half) = (DVec3::from(world.centre), DVec3::from(world.half));
-        match self.shape {
-            Shape::Plane => {
-                let n = DVec3::from(self.normal).normalize_or(DVec3::X);
-                let d = n.dot(centre) + self.at * n.abs().dot(half);
-                vec![Plane::new(n.into(), d)]
-            }
-            Shape::Box => {
-                let (a, b) = (DVec3::from(self.low), DVec3::from(self.high));
-                let at = |v: DVec3| (centre + v * half).to_array();
-                box_planes(at(a.min(b)), at(a.max(b))).to_vec()
-            }
-        }
-    }
-
-    fn keep(&self) -> Keep {
-        match self.part {
-            Part::Inside => Keep::Inside,
-            Part::Outside => Keep::Outside,
-        }
-    }
-}
-
 /// An outline of a cut, in world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
@@ -133,6 +23,24 @@ pub struct Outline {
     pub plane: Plane,
     /// Its points; the last is joined to the first.
     pub points: Vec<[f64; 3]>,
+}
+
+/// The planes of a cut, in world space, pointing out of what [`Part::Inside`] keeps.
+#[must_use]
+pub fn planes(how: &CutAway, world: &World) -> Vec<Plane> {
+    let (centre, half) = (DVec3::from(world.centre), DVec3::from(world.half));
+    match how.shape {
+        Shape::Plane => {
+            let n = DVec3::from(how.normal).normalize_or(DVec3::X);
+            let d = n.dot(centre) + how.at * n.abs().dot(half);
+            vec![Plane::new(n.into(), d)]
+        }
+        Shape::Box => {
+            let (a, b) = (DVec3::from(how.low), DVec3::from(how.high));
+            let at = |v: DVec3| (centre + v * half).to_array();
+            box_planes(at(a.min(b)), at(a.max(b))).to_vec()
+        }
+    }
 }
 
 /// What came of a cut.
@@ -172,10 +80,13 @@ pub struct CutWorld {
 /// The text of what is wrong, for the user: more than [`MOST_CUT`] triangles to cut, or nothing left.
 pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
     let began = crate::task::clock();
-    let planes = how.planes(whole);
+    let planes = planes(how, whole);
     let options = ModelOptions {
         planes: &planes,
-        keep: how.keep(),
+        keep: match how.part {
+            Part::Inside => Keep::Inside,
+            Part::Outside => Keep::Outside,
+        },
         caps: how.caps,
         outlines: how.outlines,
         show_insides: true,
@@ -213,13 +124,6 @@ pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
         milliseconds: (crate::task::clock() - began) as f32 * 1e-6,
     };
     Ok(CutWorld { world: Arc::new(world), outlines, tally })
-}
-
-/// A point of a mesh in world space.
-#[must_use]
-pub fn to_world(transform: &Transform, p: [f32; 3]) -> DVec3 {
-    let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
-    linear * DVec3::from(p.map(f64::from)) + DVec3::from(transform.translation)
 }
 
 /// The cut under way, and what is shown of the last one.
@@ -292,6 +196,7 @@ mod tests {
     use cullet_io::scenes;
 
     use super::*;
+    use crate::lines::to_world;
 
     fn world(text: &str) -> World {
         World::new(scenes::build(text).expect("built in"), text.to_owned())
@@ -333,7 +238,7 @@ mod tests {
     fn what_is_shown_lies_on_the_side_that_is_kept() {
         let whole = world("solids");
         let how = CutAway { normal: [1.0, 0.5, 0.0], at: -0.2, ..CutAway::default() };
-        let plane = how.planes(&whole)[0];
+        let plane = planes(&how, &whole)[0];
         let made = cut(&whole, &how).expect("cut");
         let scene = &made.world.model.scene;
         for slot in scene.slots() {

@@ -5,6 +5,7 @@ pub mod app;
 pub mod audit;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod bench;
+pub mod bytes;
 pub mod camera;
 #[cfg(not(target_arch = "wasm32"))]
 mod chooser;
@@ -21,11 +22,16 @@ pub mod inbox;
 pub mod journey;
 pub mod lines;
 pub mod link;
+pub mod measures;
 pub mod nearness;
+pub mod numbers;
 pub mod outcodes;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod pace;
+pub mod packed;
+mod painter;
 mod present;
+pub mod remaking;
 pub mod report;
 pub mod script;
 pub mod session;

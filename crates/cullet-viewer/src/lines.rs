@@ -1,8 +1,8 @@
 //! Lines and translucent triangles over the scene: frusta, boxes, cones.
 
-use cullet::View;
 use cullet::bounds::Aabb;
-use glam::DVec3;
+use cullet::{Transform, View};
+use glam::{DMat3, DVec3};
 
 use crate::draw::LineVertex;
 
@@ -26,6 +26,13 @@ const EDGES: [[usize; 2]; 12] = [
 #[must_use]
 pub fn tint([r, g, b]: [u8; 3], alpha: u8) -> [u8; 4] {
     [r, g, b, alpha]
+}
+
+/// A point of a mesh in world space.
+#[must_use]
+pub fn to_world(transform: &Transform, p: [f32; 3]) -> DVec3 {
+    let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
+    linear * DVec3::from(p.map(f64::from)) + DVec3::from(transform.translation)
 }
 
 /// Vertices of lines, two each, or of triangles, three each.

@@ -19,7 +19,7 @@ pub enum LinkError {
     #[error("the link's part '{0}' is not of the form name=value")]
     Part(String),
     /// A name or a value that a state does not have.
-    #[error("the link makes no sense: {0}")]
+    #[error("the link cannot be read: {0}")]
     Value(String),
 }
 
@@ -78,7 +78,9 @@ fn read(parts: &[&str]) -> Result<Result<State, serde_json::Error>, LinkError> {
                 Value::Object(map) => {
                     map.entry(step.to_owned()).or_insert_with(|| Value::Object(Map::new()))
                 }
-                _ => return Err(LinkError::Value(format!("'{name}' is no name of a setting"))),
+                _ => {
+                    return Err(LinkError::Value(format!("'{name}' is not the name of a setting")));
+                }
             };
             // A camera that is absent by default begins as an empty object.
             if place.is_null() {
@@ -87,7 +89,7 @@ fn read(parts: &[&str]) -> Result<Result<State, serde_json::Error>, LinkError> {
         }
         match place {
             Value::Object(map) => map.insert(leaf.to_owned(), new),
-            _ => return Err(LinkError::Value(format!("'{name}' is no name of a setting"))),
+            _ => return Err(LinkError::Value(format!("'{name}' is not the name of a setting"))),
         };
     }
     Ok(serde_json::from_value(all))

@@ -12,8 +12,7 @@ use cullet_viewer::bench::BenchError;
 use cullet_viewer::device::Watch;
 use cullet_viewer::link;
 use cullet_viewer::script::Script;
-use cullet_viewer::sides::Sides;
-use cullet_viewer::state::State;
+use cullet_viewer::state::{Sides, State};
 use cullet_viewer::world::{Source, World};
 use eframe::egui;
 
@@ -52,10 +51,10 @@ const TOO_SOON: Duration = Duration::from_secs(60);
 const AGAIN: &str = "--after-lost-device";
 
 /// What the command line says.
-struct Line {
+struct CommandLine {
     start: Start,
     size: [f32; 2],
-    bench: Option<Bench>,
+    bench: Option<Measurement>,
     /// Said in the link too; a measurement follows none.
     sides: Sides,
     /// Whether it is opened again after its device was lost.
@@ -64,15 +63,15 @@ struct Line {
 
 /// What is measured in place of a window.
 #[derive(Clone, Copy)]
-enum Bench {
+enum Measurement {
     Drawing,
     Culling,
 }
 
 /// Reads the command line; what is to be printed in place of a window is the error, with the exit code.
-fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
+fn parse(mut args: impl Iterator<Item = String>) -> Result<CommandLine, (u8, String)> {
     let wrong = |text: String| (2, format!("error: {text}\nTry cullet-viewer --help."));
-    let mut line = Line {
+    let mut line = CommandLine {
         start: Start::default(),
         size: [1280.0, 800.0],
         bench: None,
@@ -99,8 +98,8 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<Line, (u8, String)> {
                 }
                 line.sides = sides;
             }
-            "--bench" => line.bench = Some(Bench::Drawing),
-            "--bench-culling" => line.bench = Some(Bench::Culling),
+            "--bench" => line.bench = Some(Measurement::Drawing),
+            "--bench-culling" => line.bench = Some(Measurement::Culling),
             "--screenshot" => line.start.screenshot = Some(value()?),
             "--script" => {
                 let name = value()?;
@@ -178,7 +177,7 @@ impl eframe::App for Judged {
 }
 
 /// Measures, without a window.
-fn bench(start: &Start, what: Bench, sides: Sides) -> ExitCode {
+fn bench(start: &Start, what: Measurement, sides: Sides) -> ExitCode {
     let told = |code: u8, text: String| {
         let _ = writeln!(std::io::stderr(), "error: {text}");
         ExitCode::from(code)
@@ -192,7 +191,7 @@ fn bench(start: &Start, what: Bench, sides: Sides) -> ExitCode {
         Ok(world) => world,
         Err(error) => return told(3, error),
     };
-    if let Bench::Culling = what {
+    if let Measurement::Culling = what {
         return match cullet_viewer::pace::run(world, &mut std::io::stdout().lock()) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => told(3, format!("the table cannot be written: {error}")),
@@ -280,7 +279,7 @@ fn reopen(reason: &str, link: &str, [w, h]: [f32; 2], screenshot: Option<String>
 }
 
 /// Opens the window, until it is closed, or until its device is lost.
-fn window(line: Line, left: &Arc<Left>) -> eframe::Result {
+fn window(line: CommandLine, left: &Arc<Left>) -> eframe::Result {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("cullet")

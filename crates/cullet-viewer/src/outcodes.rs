@@ -9,8 +9,7 @@ use cullet::{Mesh, Transform, View};
 use cullet_draw::palette;
 use glam::DVec3;
 
-use crate::cutaway::to_world;
-use crate::lines::{Lines, tint};
+use crate::lines::{Lines, tint, to_world};
 use crate::structure::WHOLE;
 
 /// A triangle against the planes of a view.

@@ -8,9 +8,9 @@ use cullet::{Output, Stage};
 
 use crate::camera::{Mode, Rig};
 use crate::decide::{Decider, Decision, Request};
+use crate::numbers::grouped;
 use crate::state::Stages;
 use crate::task::clock;
-use crate::ui::grouped;
 use crate::world::World;
 
 /// The picture's size.

@@ -8,12 +8,11 @@ use std::path::PathBuf;
 use cullet::Backface;
 use cullet::cull::detail::Measure;
 
-use crate::sides::Sides;
-use crate::state::Stages;
+use crate::state::{Sides, Stages};
 
 /// What a report is made of.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Order {
+pub struct ReportOrder {
     /// The scene as the command line takes it; a file by its path.
     pub scene: String,
     /// The camera path as JSON.
@@ -31,7 +30,7 @@ pub struct Order {
 /// The most views of a report: each is drawn and proved, which takes its time.
 pub const MOST_VIEWS: usize = 16;
 
-impl Order {
+impl ReportOrder {
     /// The arguments of `cullet`, for a path file and a folder to write into.
     #[must_use]
     pub fn arguments(&self, cameras: &Path, out: &Path) -> Vec<String> {

@@ -1,59 +1,12 @@
-//! Which sides of triangles are drawn: what a file says of it, the switch over that, and why back faces are kept.
-
-use std::sync::Arc;
+//! Sides of the triangles of a model: what its file declares, how that is declared anew, and why back faces are kept.
 
 use cullet::Mesh;
 use cullet::mesh::{Clustering, MeshError};
 use cullet_io::{Model, scenes};
 use serde::{Deserialize, Serialize};
 
-use crate::task::{Progress, Task};
-use crate::world::World;
-
-/// Which sides of its triangles a scene is taken to have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sides {
-    /// Those that the file declares; where its format says nothing, solids have one and all else has two.
-    #[default]
-    Automatic,
-    /// One, whatever the file says: a back that is in sight is then dropped.
-    OneSided,
-    /// Two, whatever the file says: no back face is culled.
-    TwoSided,
-}
-
-impl Sides {
-    /// All of them, with what a menu says.
-    pub const ALL: [(Self, &'static str, &'static str); 3] = [
-        (
-            Self::Automatic,
-            "automatic",
-            "As the file declares; where it says nothing, solids are one-sided and all else is two-sided",
-        ),
-        (
-            Self::OneSided,
-            "one-sided",
-            "Every triangle has a front alone, whatever the file says: for scans with small holes, whose insides nobody \
-             sees. Where a back is in sight the picture changes",
-        ),
-        (
-            Self::TwoSided,
-            "two-sided",
-            "Every triangle is drawn from both sides, whatever the file says: no back face is culled",
-        ),
-    ];
-
-    /// The same as [`cullet_io::LoadOptions::two_sided`] has it.
-    #[must_use]
-    pub fn two_sided(self) -> Option<bool> {
-        match self {
-            Self::Automatic => None,
-            Self::OneSided => Some(false),
-            Self::TwoSided => Some(true),
-        }
-    }
-}
+use crate::numbers::percent;
+use crate::state::Sides;
 
 /// Whether each part of a model's meshes is two-sided, one mesh after the other.
 pub(crate) fn of_parts(model: &Model) -> Vec<bool> {
@@ -172,7 +125,7 @@ impl KeptBacks {
                 Some(format!("no back face is culled: the mesh {how}, since {why}"))
             }
             _ => {
-                let share = crate::ui::percent(kept, all);
+                let share = percent(kept, all);
                 let most = if name.is_empty() { "the largest such mesh" } else { name };
                 Some(format!(
                     "back faces of {share} of the faces are kept: {most} {how}, since {why}"
@@ -203,70 +156,13 @@ fn is_gltf(name: &str) -> bool {
     ["glb", "gltf"].iter().any(|e| ending.eq_ignore_ascii_case(e))
 }
 
-/// A scene being made again with other sides, beside the one that is shown.
-#[derive(Debug, Default)]
-pub struct Remaking {
-    task: Option<(Sides, Task<Result<World, String>>)>,
-    /// What could not be made, and is not tried again.
-    refused: Option<Sides>,
-}
-
-impl Remaking {
-    /// Whether a scene has the sides that are wanted, or cannot have them.
-    #[must_use]
-    pub fn is_settled(&self, whole: &World, wanted: Sides) -> bool {
-        self.task.is_none() && (whole.sides == wanted || self.refused == Some(wanted))
-    }
-
-    /// Goes on towards the sides that are wanted of a whole scene: begins to make it again, and returns it once it is
-    /// made, or what the user is to be told. `wake` is called when it is.
-    pub fn advance(
-        &mut self,
-        whole: &Arc<World>,
-        wanted: Sides,
-        wake: impl FnOnce() + Send + 'static,
-    ) -> Option<Result<Arc<World>, String>> {
-        if let Some((sides, task)) = &self.task {
-            let made = match task.poll() {
-                Progress::Working => return None,
-                Progress::Done(made) => made,
-                Progress::Lost => Err("The other sides ended without a result".to_owned()),
-            };
-            let sides = *sides;
-            self.task = None;
-            // What was wanted may be another by now.
-            if sides == wanted {
-                if made.is_err() {
-                    self.refused = Some(wanted);
-                }
-                return Some(made.map(Arc::new));
-            }
-        }
-        if !self.is_settled(whole, wanted) {
-            self.task = Some((wanted, remake(Arc::clone(whole), wanted, wake)));
-        }
-        None
-    }
-}
-
-#[cfg(not(target_arch = "wasm32"))]
-fn remake(
-    whole: Arc<World>,
-    sides: Sides,
-    wake: impl FnOnce() + Send + 'static,
-) -> Task<Result<World, String>> {
-    Task::start(move || whole.with_sides(sides), wake)
-}
-
-#[cfg(target_arch = "wasm32")]
-use crate::web::remake;
-
 #[cfg(test)]
 mod tests {
     use cullet::mesh::{MeshData, Part};
     use cullet::{Instance, Transform};
 
     use super::*;
+    use crate::world::World;
 
     /// An open strip of two parts with other sides, and an open strip of one part.
     fn world(name: &str) -> World {

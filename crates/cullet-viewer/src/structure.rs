@@ -6,9 +6,9 @@ use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Trace;
 use cullet::{Scene, Stage, View};
 use cullet_draw::palette;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
-use crate::lines::{Lines, tint};
+use crate::lines::{Lines, tint, to_world};
 
 /// Kept whole, as in the pictures of `cullet picture hierarchy`.
 pub const WHOLE: [u8; 3] = palette::PROVED;
@@ -63,16 +63,13 @@ pub fn hierarchy(scene: &Scene, view: &View, level: u32, lines: &mut Lines) -> L
 /// Returns how many cones there are and how many clusters. O(triangles of the mesh).
 pub fn cones(scene: &Scene, view: &View, slot: u32, lines: &mut Lines) -> [usize; 2] {
     let (mesh, transform) = (scene.mesh(slot), scene.transform(slot));
-    let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
-    let to_world =
-        |p: [f32; 3]| linear * DVec3::from(p.map(f64::from)) + DVec3::from(transform.translation);
-    let flip = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+    let flip = if transform.is_mirrored() { -1.0 } else { 1.0 };
     let [x, y, z, w] = view.eye();
     let eye = DVec3::new(x, y, z);
     let mut shown = 0;
     for cluster in mesh.clusters().iter().take(MOST_BOXES / 4) {
         let triangles: Vec<[DVec3; 3]> =
-            cluster.triangles().map(|t| mesh.corners(t).map(to_world)).collect();
+            cluster.triangles().map(|t| mesh.corners(t).map(|p| to_world(transform, p))).collect();
         let normals: Vec<DVec3> = triangles
             .iter()
             .filter_map(|[a, b, c]| ((*b - *a).cross(*c - *a) * flip).try_normalize())

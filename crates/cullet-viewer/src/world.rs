@@ -3,16 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use cullet::Output;
-use cullet::bounds::Aabb;
 use cullet_io::paths::{self, Overrides, PathSpec};
-use cullet_io::{LoadOptions, Model, Warning, load, load_bytes_with, scenes};
+use cullet_io::{LoadOptions, Model, load, load_bytes_with, scenes};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
 use crate::camera::Rig;
-use crate::sides::{self, KeptBacks, Sides};
-use crate::state::{Colour, Layout, Look, Manner, Stages};
-use crate::web::packed::{Unpacker, pack};
+use crate::measures::{Counts, Measures, at_rest};
+use crate::packed::{Unpacker, pack};
+use crate::sides::{self, KeptBacks};
+use crate::state::{Colour, Layout, Look, Manner, Sides, Stages};
 
 /// A scene of so many instances is large.
 const MANY: u64 = 200;
@@ -57,37 +56,6 @@ impl Source {
     }
 }
 
-/// What is said of a model that moves, since the viewer does not show it moving.
-#[must_use]
-pub fn at_rest(model: &Model) -> Option<Warning> {
-    let seconds = model.motion.as_ref()?.seconds();
-    let what = match seconds {
-        // Skins and morph targets that nothing moves.
-        Some(0.0) => return None,
-        Some(seconds) => format!("{seconds:.1} s of animation are not played"),
-        None => "it moves, but not here".to_owned(),
-    };
-    let message = format!(
-        "{what}: the scene is shown at rest, as it is stored; cullet report --time SECONDS takes another moment"
-    );
-    Some(Warning { item: "animation".to_owned(), message })
-}
-
-/// How much there is of a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Counts {
-    /// Meshes, each counted once.
-    pub meshes: u64,
-    /// Instances.
-    pub instances: u64,
-    /// Vertices of all instances.
-    pub vertices: u64,
-    /// Triangles of all instances.
-    pub triangles: u64,
-    /// Clusters of all instances.
-    pub clusters: u64,
-}
-
 /// A loaded scene, with what the viewer needs of it at every frame.
 #[derive(Debug)]
 pub struct World {
@@ -112,48 +80,6 @@ pub struct World {
     /// The worker that made it and can be asked about it; none of a scene that was made here.
     #[cfg(target_arch = "wasm32")]
     pub(crate) keeper: Option<std::sync::Arc<crate::web::Keeper>>,
-}
-
-/// What is found out of a scene once, in time that grows with its instances and with its largest two-sided mesh.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Measures {
-    /// How much there is of it.
-    pub counts: Counts,
-    /// As [`World::reach`].
-    pub reach: f64,
-    /// As [`World::centre`].
-    pub centre: [f64; 3],
-    /// As [`World::half`].
-    pub half: [f64; 3],
-    /// As [`World::kept_backs`].
-    pub kept_backs: KeptBacks,
-}
-
-impl Measures {
-    /// Measures a model whose sides are as they were stored. O(instances), and [`KeptBacks::of`].
-    #[must_use]
-    pub fn of(model: &Model) -> Self {
-        let scene = &model.scene;
-        let mut counts = Counts {
-            meshes: scene.meshes().len() as u64,
-            instances: u64::from(scene.instance_count()),
-            triangles: scene.triangle_count(),
-            ..Counts::default()
-        };
-        for slot in scene.slots() {
-            let mesh = scene.mesh(slot);
-            counts.vertices += mesh.positions().len() as u64;
-            counts.clusters += mesh.clusters().len() as u64;
-        }
-        let things = things(model);
-        let half = DVec3::from(things.half_extent()).length();
-        let centre = DVec3::from(things.center()) + DVec3::from(scene.origin());
-        let sound = half > 0.0 && half.is_finite() && centre.is_finite();
-        let (reach, centre) = if sound { (half, centre.into()) } else { (1.0, [0.0; 3]) };
-        let half = if sound { things.half_extent() } else { [1.0; 3] };
-        let kept_backs = KeptBacks::of(model, Sides::Automatic);
-        Self { counts, reach, centre, half, kept_backs }
-    }
 }
 
 impl World {
@@ -320,19 +246,4 @@ impl World {
             ..*around
         }
     }
-}
-
-/// The box around all instances but those that are more than half as large as the whole: a ground, a sky.
-fn things(model: &Model) -> Aabb {
-    let scene = &model.scene;
-    let size = |b: &Aabb| DVec3::from(b.half_extent()).length();
-    let extent = scene.extent();
-    if extent.is_empty() {
-        return Aabb::new([-1.0; 3], [1.0; 3]);
-    }
-    let limit = size(&extent) * 0.5;
-    let boxes = scene.slots().map(|s| scene.bounds(s));
-    let things =
-        boxes.filter(|b| b.is_finite() && size(b) < limit).fold(Aabb::EMPTY, |a, b| a.union(&b));
-    if things.is_empty() { extent } else { things }
 }

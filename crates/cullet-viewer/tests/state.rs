@@ -3,12 +3,11 @@
 use cullet::Output;
 use cullet_viewer::camera::{Mode, Rig};
 use cullet_viewer::clipping::{Clipping, SIDES};
-use cullet_viewer::cutaway::{CutAway, Part, Shape};
 use cullet_viewer::link::{MAX_LENGTH, from_text, to_text};
 use cullet_viewer::script::{TOGGLES, thrown};
-use cullet_viewer::sides::Sides;
-use cullet_viewer::state::{Colour, GhostForm, Layout, State};
-use cullet_viewer::study::{By, Study};
+use cullet_viewer::state::{
+    By, Colour, CutAway, GhostForm, Layout, Part, Shape, Sides, State, Study,
+};
 use proptest::prelude::*;
 
 fn rig() -> impl Strategy<Value = Rig> {
@@ -124,13 +123,13 @@ fn nonsense_is_named() {
         ("scene=%zz", "'scene=%zz' is not of the form"),
         ("colour=red", "unknown field `colour`"),
         ("stages.frustum=7", "invalid type"),
-        ("scene.a.b=1", "'scene.a.b' is no name of a setting"),
+        ("scene.a.b=1", "'scene.a.b' is not the name of a setting"),
         ("camera.distance=0", "camera.distance is 0; it must be between"),
         ("camera.pitch=90", "camera.pitch is 90"),
         ("camera.target=[1e300,0,0]", "camera.target is 1e"),
-        ("camera.near=1e999", "the link makes no sense"),
+        ("camera.near=1e999", "the link cannot be read"),
         ("wipe=2", "wipe is 2"),
-        ("scene=city&wipe=%22no%22&dark=false", "makes no sense: wipe=%22no%22: invalid type"),
+        ("scene=city&wipe=%22no%22&dark=false", "cannot be read: wipe=%22no%22: invalid type"),
         ("stages.detail_px=-1", "stages.detail_px is -1"),
         ("structure.level=65", "structure.level is 65"),
         ("cut.at=3", "a place of cut is 3; it must be between -2 and 2"),

@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 
 use cullet::bounds::Aabb;
 
-use super::surface::Surface;
+use super::surface::PartSurface;
 use crate::sample::find;
 
 /// How often a cluster is culled.
@@ -46,14 +46,14 @@ pub(super) struct Start {
 
 impl Start {
     /// Single triangles, joined at their edges.
-    pub(super) fn triangles(surface: &Surface) -> Self {
+    pub(super) fn triangles(surface: &PartSurface) -> Self {
         let of: Vec<u32> = (0..surface.len() as u32).collect();
         Self { links: links(surface, &of), clusters: of.len(), of }
     }
 }
 
 /// Pairs of clusters that share an edge, each once.
-pub(super) fn links(surface: &Surface, of: &[u32]) -> Vec<(u32, u32)> {
+pub(super) fn links(surface: &PartSurface, of: &[u32]) -> Vec<(u32, u32)> {
     let mut pairs = Vec::with_capacity(of.len() * 2);
     for t in 0..of.len() as u32 {
         let a = of[t as usize];
@@ -95,7 +95,7 @@ struct Node<S> {
 /// O(n log n), some 4 µs a triangle from single ones. `step` is told now and then how many merges were
 /// made, and stops them by returning false: what was merged stays.
 pub(super) fn merge<E: Estimate>(
-    surface: &Surface,
+    surface: &PartSurface,
     estimate: &E,
     start: &Start,
     limits: Limits,
@@ -182,7 +182,7 @@ pub(super) fn merge<E: Estimate>(
 
 /// The clusters to start with; `next` becomes the chains of their triangles.
 fn nodes<E: Estimate>(
-    surface: &Surface,
+    surface: &PartSurface,
     estimate: &E,
     start: &Start,
     next: &mut [u32],
@@ -272,7 +272,7 @@ pub(super) mod tests {
     use crate::sample::view_points;
 
     /// A bumpy sheet of `side`² quads.
-    pub(in super::super) fn sheet(side: u32) -> (Vec<[f32; 3]>, Surface, Views<4>) {
+    pub(in super::super) fn sheet(side: u32) -> (Vec<[f32; 3]>, PartSurface, Views<4>) {
         let at = |i: u32, j: u32| i * (side + 1) + j;
         let positions: Vec<[f32; 3]> = (0..(side + 1).pow(2))
             .map(|v| {
@@ -289,7 +289,7 @@ pub(super) mod tests {
             .collect();
         let triangles = indices.len() as u32 / 3;
         let surface =
-            Surface::new(&positions, &indices, &weld(&positions), (0..triangles).collect());
+            PartSurface::new(&positions, &indices, &weld(&positions), (0..triangles).collect());
         let frame = Frame::around(&positions, std::slice::from_ref(&surface));
         let points = view_points(256, &[1.5, 3.0]);
         let views = Views::new(&positions, &surface, &frame, &points);
@@ -297,7 +297,12 @@ pub(super) mod tests {
     }
 
     /// The oracle: looks at all pairs of clusters in each step, and knows a cluster by its triangles.
-    fn merge_ref(surface: &Surface, views: &Views<4>, limits: Limits, test: f64) -> Vec<Vec<u32>> {
+    fn merge_ref(
+        surface: &PartSurface,
+        views: &Views<4>,
+        limits: Limits,
+        test: f64,
+    ) -> Vec<Vec<u32>> {
         let value = |c: &[u32]| {
             let hits =
                 c.iter().fold([u64::MAX; 4], |b, &t| views.join(&b, &views.behind[t as usize]));

@@ -5,6 +5,7 @@ use cullet::mesh::{Cluster, Clustering};
 use meshopt::VertexDataAdapter;
 
 use super::{ClusterError, checked_parts, drawn};
+use crate::corners::turned;
 
 /// Clusters as meshoptimizer's `meshopt_buildMeshlets` makes them, part by part, in the form that
 /// [`Mesh::with_clusters`](cullet::Mesh::with_clusters) takes. Degenerate triangles are left out as in
@@ -77,15 +78,4 @@ pub fn build_meshopt(
         }
     }
     Ok(result)
-}
-
-/// The same triangle with its least corner first.
-fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
-    if a <= b && a <= c {
-        [a, b, c]
-    } else if b <= c {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    }
 }

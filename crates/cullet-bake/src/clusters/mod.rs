@@ -62,7 +62,7 @@ pub use options::{ClusterError, ClusterOptions, Probability};
 pub use report::{OnePart, Quality, Report};
 
 use part::{Made, Task};
-use surface::{Frame, Surface};
+use surface::{Frame, PartSurface};
 
 /// How far [`build_reported`] has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,17 +101,17 @@ pub fn build_reported(
     options.check()?;
     let parts = checked_parts(data)?;
     let welded = weld(&data.positions);
-    let surfaces: Vec<Surface> = parts
+    let surfaces: Vec<PartSurface> = parts
         .iter()
         .map(|p| {
             let all = p.first_triangle..p.first_triangle + p.triangle_count;
-            Surface::new(&data.positions, &data.indices, &welded, drawn(data, all))
+            PartSurface::new(&data.positions, &data.indices, &welded, drawn(data, all))
         })
         .collect();
     let frame = Frame::around(&data.positions, &surfaces);
     let one_sided = parts.iter().zip(&surfaces).filter(|(p, s)| !p.two_sided && s.len() > 0);
     let joint = options.measure_parts && one_sided.count() > 1;
-    let total: usize = surfaces.iter().map(Surface::len).sum();
+    let total: usize = surfaces.iter().map(PartSurface::len).sum();
     let work = if joint { total * 2 } else { total }.max(1);
     let mut stopped = false;
     let mut before = 0;
@@ -131,7 +131,7 @@ pub fn build_reported(
     if joint && !stopped {
         let sources = parts.iter().zip(&surfaces).filter(|(p, _)| !p.two_sided);
         let source: Vec<u32> = sources.flat_map(|(_, s)| s.source.iter().copied()).collect();
-        let surface = Surface::new(&data.positions, &data.indices, &welded, source);
+        let surface = PartSurface::new(&data.positions, &data.indices, &welded, source);
         let task = Task { data, surface: &surface, frame: &frame, options, two_sided: false };
         let last = parts.len() as u32 - 1;
         let whole = task.run(&mut |share| {
@@ -175,7 +175,7 @@ fn drawn(data: &MeshData, range: std::ops::Range<u32>) -> Vec<u32> {
 fn assemble(
     data: &MeshData,
     parts: &[Part],
-    surfaces: &[Surface],
+    surfaces: &[PartSurface],
     made: &[Made],
     options: &ClusterOptions,
 ) -> (Clustering, Report) {

@@ -6,7 +6,7 @@ use super::merge::{Estimate, Limits, Prices, Start, links, merge};
 use super::options::{ClusterOptions, Probability};
 use super::refine::{Partition, Weights};
 use super::spatial;
-use super::surface::{Frame, Surface};
+use super::surface::{Frame, PartSurface};
 use super::views::Views;
 use super::volume::{Against, Volumes};
 use crate::sample::{nearby, view_points};
@@ -14,7 +14,7 @@ use crate::sample::{nearby, view_points};
 /// One part to be clustered.
 pub(super) struct Task<'a> {
     pub(super) data: &'a MeshData,
-    pub(super) surface: &'a Surface,
+    pub(super) surface: &'a PartSurface,
     pub(super) frame: &'a Frame,
     pub(super) options: &'a ClusterOptions,
     pub(super) two_sided: bool,

@@ -1,7 +1,7 @@
 //! Better borders between clusters: triangles change to a neighbouring cluster where that pays.
 
 use super::merge::Limits;
-use super::surface::Surface;
+use super::surface::PartSurface;
 use super::views::{Bits, Views, count};
 
 /// A cluster under change.
@@ -120,7 +120,7 @@ pub(super) struct Weights {
 
 /// A partition of a surface into clusters, that can be changed triangle by triangle.
 pub(super) struct Partition<'a, const W: usize> {
-    surface: &'a Surface,
+    surface: &'a PartSurface,
     views: &'a Views<W>,
     limits: Limits,
     weights: Weights,
@@ -130,7 +130,7 @@ pub(super) struct Partition<'a, const W: usize> {
 
 impl<'a, const W: usize> Partition<'a, W> {
     pub(super) fn new(
-        surface: &'a Surface,
+        surface: &'a PartSurface,
         views: &'a Views<W>,
         limits: Limits,
         weights: Weights,
@@ -380,7 +380,7 @@ mod tests {
 
     /// Counts of a cluster, from its triangles alone.
     fn count_ref(
-        surface: &Surface,
+        surface: &PartSurface,
         views: &Views<4>,
         triangles: &[u32],
     ) -> (Bits<4>, Bits<4>, usize) {

@@ -3,11 +3,11 @@
 use cullet::bounds::Aabb;
 
 use super::merge::Limits;
-use super::surface::Surface;
+use super::surface::PartSurface;
 
 /// Cuts triangles in two by the middle of their centres along the longest axis until each piece is within
 /// the limits; returns the piece of each, and their number. O(n log n).
-pub(super) fn split(surface: &Surface, limits: Limits) -> (Vec<u32>, usize) {
+pub(super) fn split(surface: &PartSurface, limits: Limits) -> (Vec<u32>, usize) {
     let mut of = vec![0; surface.len()];
     let mut pieces = 0;
     let mut all: Vec<([f64; 3], u32)> =
@@ -47,7 +47,7 @@ pub(super) fn split(surface: &Surface, limits: Limits) -> (Vec<u32>, usize) {
 }
 
 /// The box of each cluster.
-pub(super) fn boxes(surface: &Surface, of: &[u32], clusters: usize) -> Vec<Aabb> {
+pub(super) fn boxes(surface: &PartSurface, of: &[u32], clusters: usize) -> Vec<Aabb> {
     let mut boxes = vec![Aabb::EMPTY; clusters];
     for (t, &c) in of.iter().enumerate() {
         boxes[c as usize] = boxes[c as usize].union(&surface.boxes[t]);

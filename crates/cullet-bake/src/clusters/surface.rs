@@ -7,7 +7,7 @@ use glam::DVec3;
 
 /// Some triangles of a mesh, numbered from 0.
 #[derive(Debug, Default)]
-pub(super) struct Surface {
+pub(super) struct PartSurface {
     /// The mesh's number of each triangle.
     pub(super) source: Vec<u32>,
     /// Its vertices, as the mesh numbers them: what the limit of vertices counts.
@@ -19,7 +19,7 @@ pub(super) struct Surface {
     starts: Vec<u32>,
 }
 
-impl Surface {
+impl PartSurface {
     /// The triangles `source` of an index list. Edges are joined where the positions of their ends are
     /// equal, so that a seam of texture coordinates is no border. O(n log n).
     pub(super) fn new(
@@ -87,7 +87,7 @@ pub(super) struct Frame {
 
 impl Frame {
     /// Around the corners of some triangles; a mesh of one point has radius 1.
-    pub(super) fn around(positions: &[[f32; 3]], surfaces: &[Surface]) -> Self {
+    pub(super) fn around(positions: &[[f32; 3]], surfaces: &[PartSurface]) -> Self {
         let points = || {
             let corners = surfaces.iter().flat_map(|s| s.corners.as_flattened());
             corners.map(|&v| DVec3::from(positions[v as usize].map(f64::from)))

@@ -7,7 +7,7 @@
 use glam::DVec4;
 
 use super::merge::Estimate;
-use super::surface::{Frame, Surface};
+use super::surface::{Frame, PartSurface};
 
 /// A set of W × 64 view points.
 pub(super) type Bits<const W: usize> = [u64; W];
@@ -26,7 +26,7 @@ impl<const W: usize> Views<W> {
     /// For W × 64 view points. Some 0.1 µs a triangle for each 64 of them.
     pub(super) fn new(
         positions: &[[f32; 3]],
-        surface: &Surface,
+        surface: &PartSurface,
         frame: &Frame,
         points: &[DVec4],
     ) -> Self {

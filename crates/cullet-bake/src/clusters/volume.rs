@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use super::merge::Estimate;
-use super::surface::{Frame, Surface};
+use super::surface::{Frame, PartSurface};
 
 /// The bound of a cluster, around the middle of its box.
 #[derive(Clone, Copy, Debug)]
@@ -152,7 +152,7 @@ pub(super) struct Volumes {
 impl Volumes {
     pub(super) fn new(
         positions: &[[f32; 3]],
-        surface: &Surface,
+        surface: &PartSurface,
         frame: &Frame,
         against: Against,
     ) -> Self {

@@ -63,7 +63,7 @@ pub use views::HiddenFrom;
 use surface::Surface;
 use voxels::Voxels;
 
-/// What stands for a mesh when things behind it are looked for, in the space of the mesh.
+/// Occluders baked for a mesh, in the space of the mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Occluders {
     /// Boxes within what the mesh seals off. They overlap each other. They block for every eye outside of
@@ -217,7 +217,7 @@ pub enum OccluderError {
 #[non_exhaustive]
 pub enum NoOccluders {
     /// None were asked for.
-    #[error("none asked for")]
+    #[error("none wanted")]
     NotAsked,
     /// Its vertices may move.
     #[error("it deforms")]

@@ -6,6 +6,8 @@ use cullet::Mesh;
 use cullet::mesh::{Alpha, weld};
 use glam::DVec3;
 
+use crate::corners::turned;
+
 /// A triangle that hides what is behind it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangle {
@@ -125,17 +127,6 @@ impl Surface {
 fn key(p: [f32; 3]) -> [u32; 3] {
     // Adding zero makes −0 into 0.
     p.map(|v| (v + 0.0).to_bits())
-}
-
-/// Three corners, the least first, in the same turn.
-fn turned([a, b, c]: [[u32; 3]; 3]) -> [[u32; 3]; 3] {
-    if a <= b && a <= c {
-        [a, b, c]
-    } else if b <= c {
-        [b, c, a]
-    } else {
-        [c, a, b]
-    }
 }
 
 /// The triangles of a surface by their corners, and whether each is drawn from both sides.

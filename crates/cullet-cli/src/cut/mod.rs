@@ -8,18 +8,18 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cullet::bounds::Plane;
-use cullet_command::args::SceneArgs;
+use cullet_command::args::{PictureViewArgs, SceneArgs};
 use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
 use cullet_command::{inputs, parse};
-use cullet_cut::{CutModel, ModelOptions, ModelReport};
+use cullet_cut::{CutModel, Keep, ModelOptions, ModelReport};
 use cullet_io::{SaveErrorKind, SaveFormat, save};
 use serde::Serialize;
 
 use crate::cutting;
 use crate::record::SCHEMA;
-use crate::shape::{self, KeepArg};
+use crate::shape;
 
 /// What `cullet cut --help` ends with.
 pub(crate) const HELP: &str = "\
@@ -51,8 +51,8 @@ pub(crate) struct CutArgs {
     #[arg(long = "box", value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = shape::bounds, allow_hyphen_values = true)]
     cut_box: Option<[f64; 6]>,
     /// Which part is kept: what is inside of all planes, or the rest
-    #[arg(long, value_enum, default_value_t = KeepArg::Inside)]
-    keep: KeepArg,
+    #[arg(long, value_parser = parse::choice(shape::KEPT), default_value = "inside")]
+    keep: Keep,
     /// Close the cut
     #[arg(long)]
     cap: bool,
@@ -72,15 +72,8 @@ pub(crate) struct CutArgs {
     /// Draw what is left, seen from where it was opened
     #[arg(long, value_name = "PNG")]
     picture: Option<PathBuf>,
-    /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
-    size: [u32; 2],
-    /// Draw the picture from this point
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "target")]
-    eye: Option<[f64; 3]>,
-    /// Draw the picture looking at this point
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "eye")]
-    target: Option<[f64; 3]>,
+    #[command(flatten)]
+    aim: PictureViewArgs,
     /// Write the figures as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
@@ -109,7 +102,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
     let model = inputs::load_to_save(&args.scene, console)?;
     let options = ModelOptions {
         planes: &planes,
-        keep: args.keep.into(),
+        keep: args.keep,
         caps: args.cap,
         outlines: args.section.is_some(),
         heal: args.heal.unwrap_or(0.0),
@@ -129,9 +122,9 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
         console.line(format!("{} written", path.display()));
     }
     if let Some(path) = &args.picture {
-        let eye = args.eye.zip(args.target);
+        let eye = args.aim.line();
         let whole = model.scene.extent();
-        let picture = picture::draw(&mut cut, &whole, &options, cap_material, eye, args.size)?;
+        let picture = picture::draw(&mut cut, &whole, &options, cap_material, eye, args.aim.size)?;
         std::fs::write(path, picture.to_png()).map_err(|e| Failure::write(path, &e))?;
         let (w, h) = (picture.width, picture.height);
         console.line(format!("{} written, {w}x{h}", path.display()));

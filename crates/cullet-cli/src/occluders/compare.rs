@@ -20,8 +20,8 @@ use serde::Serialize;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Comparison: cullet occluders --compare")]
 pub(super) struct CompareArgs {
-    /// Ask from 32 views whether 20000 random boxes are hidden, by these occluders and by all triangles,
-    /// and hold the answers against what samples of the model's triangles see
+    /// Test from 32 views of --size pixels whether 20000 random boxes are hidden, by these occluders and by all
+    /// triangles, and hold the results against what samples of the model's triangles see
     #[arg(long)]
     pub(super) compare: bool,
     /// Also by the model's own occluders: the instances that cullet occscn --occluders NAME takes, which says
@@ -38,7 +38,7 @@ pub(super) struct CompareArgs {
 pub(super) struct Comparison {
     /// Views.
     views: usize,
-    /// Boxes that each view asks for.
+    /// Boxes that each view tests.
     objects: usize,
     /// Pixels of views and buffers.
     size: [u32; 2],
@@ -50,9 +50,9 @@ pub(super) struct Comparison {
 #[derive(Debug, Serialize)]
 struct Kind {
     name: &'static str,
-    /// Shapes that a view draws, in the mean.
+    /// Shapes that a view draws, on average.
     shapes: f64,
-    /// Choosing and drawing them and asking for the instances, in the mean over the views, in milliseconds.
+    /// Choosing and drawing them and testing the instances, on average over the views, in milliseconds.
     ms: f64,
     /// How its answers stand beside the reference.
     #[serde(flatten)]
@@ -113,7 +113,12 @@ impl Comparison {
         ));
         console.line(format!(
             "{:<16} {:>13} {:>9} {:>13} {:>8} {:>12}",
-            "what hides", "shapes a view", "ms a view", "hidden, found", "of all", "false culls"
+            "what hides",
+            "shapes per view",
+            "ms per view",
+            "hidden, found",
+            "of all",
+            "false culls"
         ));
         for k in &self.kinds {
             console.line(format!(

@@ -1,4 +1,4 @@
-//! `cullet occluders`: what can stand for each mesh when things behind it are looked for.
+//! `cullet occluders`: boxes and polygons that stand for each mesh in the occlusion buffer.
 
 mod compare;
 
@@ -8,12 +8,12 @@ use std::time::Instant;
 use clap::Args;
 use cullet::{Instance, Mesh, Scene, View};
 use cullet_bake::occluders::{OccluderOptions, Occluders, Validation, occluders, validate};
-use cullet_command::args::SceneArgs;
+use cullet_command::args::{PictureViewArgs, SceneArgs};
 use cullet_command::console::{Console, agree, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
+use cullet_command::inputs;
 use cullet_command::occluders::{of_meshes, own_triangles};
-use cullet_command::{inputs, parse};
 use cullet_draw::{Picture, RenderOptions, Selection};
 use cullet_io::{Material, Model, SaveErrorKind, SaveFormat, paths, save};
 use serde::Serialize;
@@ -31,7 +31,7 @@ triangles of the mesh stand for themselves ('own').
 
 'hides' is the share of the mesh's silhouette that its occluders cover, over a number of directions.
 --check proves each box again without the grid, and tries each occluder with that many rays or points;
-an occluder that is refuted or not proved makes the exit code 1. --compare asks what they find of all that is
+an occluder that is refuted or not proved makes the exit code 1. --compare tests what they find of all that is
 truly hidden, beside the model's own occluders and all of its triangles.
 
 Examples
@@ -76,15 +76,8 @@ pub(crate) struct OccludersArgs {
     /// Draw the occluders within the model
     #[arg(long, value_name = "PNG")]
     picture: Option<PathBuf>,
-    /// Pixels of the picture, and of the views of --compare
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
-    size: [u32; 2],
-    /// Draw the picture from this point
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "target")]
-    eye: Option<[f64; 3]>,
-    /// Draw the picture looking at this point
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "eye")]
-    target: Option<[f64; 3]>,
+    #[command(flatten)]
+    aim: PictureViewArgs,
     /// Write the figures as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
@@ -120,7 +113,7 @@ struct MeshOccluders {
 
 /// What was found of a model.
 #[derive(Debug, Serialize)]
-struct Record {
+struct OccludersRecord {
     schema: u32,
     scene: String,
     resolution: u32,
@@ -163,14 +156,19 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
     let (mut record, made) = make(args, &options, &model, console)?;
     print(args, &record, console);
     if args.compare.compare {
-        let found =
-            Comparison::new(&args.compare, args.size, &mut model, console, |model: &mut Model| {
+        let found = Comparison::new(
+            &args.compare,
+            args.aim.size,
+            &mut model,
+            console,
+            |model: &mut Model| {
                 for (mesh, made) in (0..).zip(&made) {
                     let occluder = made.to_engine().map_err(Failure::input)?;
                     model.scene.set_occluder(mesh, occluder);
                 }
                 Ok(())
-            })?;
+            },
+        )?;
         found.print(console);
         record.comparison = Some(found);
     }
@@ -209,7 +207,7 @@ fn make(
     options: &OccluderOptions,
     model: &Model,
     console: &Console,
-) -> Result<(Record, Vec<Occluders>), Failure> {
+) -> Result<(OccludersRecord, Vec<Occluders>), Failure> {
     let scene = &model.scene;
     let start = Instant::now();
     let mut instances = vec![0u64; scene.meshes().len()];
@@ -248,7 +246,7 @@ fn make(
         });
         all.push(made);
     }
-    let record = Record {
+    let record = OccludersRecord {
         schema: 1,
         scene: model.name.clone(),
         resolution: options.resolution,
@@ -269,7 +267,7 @@ fn refutations(found: &Validation) -> Vec<String> {
     unproved.chain(found.escapes.iter().map(|e| format!("{e:?}"))).collect()
 }
 
-fn print(args: &OccludersArgs, record: &Record, console: &Console) {
+fn print(args: &OccludersArgs, record: &OccludersRecord, console: &Console) {
     /// Meshes that are listed where not all are asked for.
     const SHOWN: usize = 24;
     let mut order: Vec<&MeshOccluders> = record.meshes.iter().collect();
@@ -384,10 +382,10 @@ const FOV_DEGREES: f64 = 40.0;
 fn draw(args: &OccludersArgs, model: &Model, placed: &Model) -> Result<Picture, Failure> {
     let overrides =
         paths::Overrides { fov_degrees: Some(FOV_DEGREES), ..paths::Overrides::default() };
-    let [eye, target] = args.eye.zip(args.target).map_or_else(|| stand(model), |(e, t)| [e, t]);
+    let [eye, target] = args.aim.line().map_or_else(|| stand(model), |(e, t)| [e, t]);
     let camera =
-        paths::look_at(model, eye, target, args.size, &overrides).map_err(Failure::usage)?;
-    let view = View::new(&camera, overrides.depth, args.size).map_err(Failure::usage)?;
+        paths::look_at(model, eye, target, args.aim.size, &overrides).map_err(Failure::usage)?;
+    let view = View::new(&camera, overrides.depth, args.aim.size).map_err(Failure::usage)?;
     let options = RenderOptions { scale: 2, ..RenderOptions::default() };
     let shot = |m: &Model| {
         let frame = cullet_draw::render(&m.scene, &view, Selection::All, &options);

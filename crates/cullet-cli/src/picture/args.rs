@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use cullet_command::args::{CullArgs, SceneArgs, ViewArgs};
+use cullet_command::args::InputArgs;
 use cullet_measure::calibrate::ClusterArgs;
 
 /// What `cullet picture --help` ends with.
@@ -55,11 +55,7 @@ pub(crate) struct PictureArgs {
     #[arg(value_enum)]
     pub(crate) kind: PictureKind,
     #[command(flatten)]
-    pub(crate) scene: SceneArgs,
-    #[command(flatten)]
-    pub(crate) view: ViewArgs,
-    #[command(flatten)]
-    pub(crate) cull: CullArgs,
+    pub(crate) input: InputArgs,
     /// culling-volume: which cluster of the first instance, from 0 [default: the widest with a volume, of the
     /// first instance that has one]
     #[arg(long, value_name = "N")]
@@ -72,13 +68,6 @@ pub(crate) struct PictureArgs {
     /// The PNG to write [default: KIND.png]
     #[arg(long, value_name = "PATH")]
     pub(crate) out: Option<PathBuf>,
-}
-
-impl PictureArgs {
-    /// Puts what depends on the scene where nothing was given.
-    pub(crate) fn settle(&mut self) {
-        self.view.settle(&self.scene);
-    }
 }
 
 /// What a picture shows.

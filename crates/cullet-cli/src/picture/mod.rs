@@ -26,26 +26,27 @@ const SIGHT: [[f64; 3]; 2] = [[3.0, 2.0, 5.0], [0.0; 3]];
 pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
     let picture = match args.kind {
         PictureKind::NormalMask => {
-            let half = args.view.fov.unwrap_or(20.0).to_radians() * 0.5;
-            let cone = ViewCone::around(sight(&args.view)?, half).ok_or_else(|| {
+            let half = args.input.view.fov.unwrap_or(20.0).to_radians() * 0.5;
+            let cone = ViewCone::around(sight(&args.input.view)?, half).ok_or_else(|| {
                 Failure::usage(
                     "normal-mask: the lines of sight must spread by less than 180 degrees; try \
                      --fov 20",
                 )
             })?;
-            cullet_draw::normal_mask(&cone, args.view.size)
+            cullet_draw::normal_mask(&cone, args.input.view.size)
         }
-        PictureKind::NormalPartition => {
-            cullet_draw::normal_partition(args.view.fov.unwrap_or(40.0) * 0.5, args.view.size)
-        }
+        PictureKind::NormalPartition => cullet_draw::normal_partition(
+            args.input.view.fov.unwrap_or(40.0) * 0.5,
+            args.input.view.size,
+        ),
         PictureKind::ConservativeSet => {
-            cullet_draw::conservative_set(args.view.fov.unwrap_or(90.0), args.view.size)
+            cullet_draw::conservative_set(args.input.view.fov.unwrap_or(90.0), args.input.view.size)
         }
-        PictureKind::Coverage => cullet_draw::coverage(args.view.size),
-        PictureKind::Outcodes => cullet_draw::outcodes(args.view.size),
-        PictureKind::ClipPolygon => cullet_draw::clip_polygon(args.view.size),
-        PictureKind::ClipW => cullet_draw::clip_w(args.view.size),
-        PictureKind::Pipeline => cullet_draw::pipeline(&costs(), args.view.size),
+        PictureKind::Coverage => cullet_draw::coverage(args.input.view.size),
+        PictureKind::Outcodes => cullet_draw::outcodes(args.input.view.size),
+        PictureKind::ClipPolygon => cullet_draw::clip_polygon(args.input.view.size),
+        PictureKind::ClipW => cullet_draw::clip_w(args.input.view.size),
+        PictureKind::Pipeline => cullet_draw::pipeline(&costs(), args.input.view.size),
         _ => of_scene(args, console)?,
     };
     let out = args.out.clone().unwrap_or_else(|| format!("{}.png", args.kind.name()).into());
@@ -56,11 +57,11 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
 
 /// The pictures that show a scene.
 fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
-    let mut model = inputs::load(&args.scene, console)?;
-    occluders::give(&mut model, &args.cull, console)?;
-    inputs::begin(&mut model, &args.view, console)?;
-    let views = inputs::views(&model, &args.view, console)?;
-    if let Some(&seconds) = inputs::times(&args.view, views.len()).get(args.index as usize) {
+    let mut model = inputs::load(&args.input.scene, console)?;
+    occluders::give(&mut model, &args.input.cull, console)?;
+    inputs::begin(&mut model, &args.input.view, console)?;
+    let views = inputs::views(&model, &args.input.view, console)?;
+    if let Some(&seconds) = inputs::times(&args.input.view, views.len()).get(args.index as usize) {
         inputs::pose(&mut model, seconds)?;
     }
     let Some(view) = views.get(args.index as usize) else {
@@ -77,13 +78,13 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         cluster(&mut model.scene, &made.options, console)?;
         console.line(format!("clusters for {}", made.words));
     }
-    let mut culler = inputs::culler(&args.cull);
+    let mut culler = inputs::culler(&args.input.cull);
     culler.output = Output::Triangles;
     (culler.reasons, culler.dropped) = (true, true);
     model.scene.prepare(culler.preparation());
     let scene = &model.scene;
     let colors = inputs::colors(&model);
-    let options = RenderOptions { threads: args.view.threads, ..RenderOptions::default() };
+    let options = RenderOptions { threads: args.input.view.threads, ..RenderOptions::default() };
     let cull = || {
         let (mut state, mut result) = (ViewState::default(), Visible::default());
         culler.cull_one(scene, view, &mut state, &mut result);
@@ -92,7 +93,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     Ok(match args.kind {
         PictureKind::Kinds => {
             let (_, result) = cull();
-            let (picture, opened) = opening::kinds(&model, view, &result, args.view.size);
+            let (picture, opened) = opening::kinds(&model, view, &result, args.input.view.size);
             if let Some(height) = opened {
                 console.note(format!(
                     "cut open at a height of {height:.4}, for what the view sees is covered from outside"
@@ -112,15 +113,15 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         PictureKind::Map => {
             let (_, result) = cull();
             let seen = cullet_draw::render(scene, view, Selection::All, &options).visible();
-            cullet_draw::top_down(scene, view, &result, &seen, args.view.size)
+            cullet_draw::top_down(scene, view, &result, &seen, args.input.view.size)
         }
-        PictureKind::Hierarchy => cullet_draw::hierarchy(scene, view, args.view.size),
+        PictureKind::Hierarchy => cullet_draw::hierarchy(scene, view, args.input.view.size),
         PictureKind::OcclusionBuffer | PictureKind::Occluders | PictureKind::Hidden => {
             let (state, result) = cull();
             let culled = Culled { state: &state, result: &result };
             match args.kind {
                 PictureKind::OcclusionBuffer => {
-                    cullet_draw::occlusion_buffer(scene, view, &culled, args.view.size)
+                    cullet_draw::occlusion_buffer(scene, view, &culled, args.input.view.size)
                 }
                 PictureKind::Occluders => cullet_draw::occluders(scene, view, &culled, &colors),
                 _ => cullet_draw::hidden(scene, view, &culled, &colors),
@@ -224,7 +225,7 @@ fn volume(args: &PictureArgs, scene: &Scene) -> Result<(Picture, VolumeFigure), 
     let Some(first) = scene.slots().next() else {
         return Err(Failure::input("the scene has no instance, so no cluster"));
     };
-    let draw = |slot| cullet_draw::culling_volume(scene, slot, args.cluster, args.view.size);
+    let draw = |slot| cullet_draw::culling_volume(scene, slot, args.cluster, args.input.view.size);
     let clusters = scene.mesh(first).clusters().len();
     let made = match args.cluster {
         Some(_) => draw(first),

@@ -83,7 +83,7 @@ impl Context<'_> {
                 format!(
                     "{} {} pixels: {:.0} pixels for each triangle. Drawing is \
                      bound by pixels here, not by triangles; culling whole instances is enough.",
-                    count(all / verified, "triangle a view fills", "triangles a view fill"),
+                    count(all / verified, "triangle per view fills", "triangles per view fill"),
                     grouped(pixels),
                     pixels as f64 * verified as f64 / all as f64
                 ),
@@ -107,7 +107,7 @@ impl Context<'_> {
         // What was hidden is gone already where that stage ran.
         let hides = self.summary.stages.iter().any(|s| s.stage == cullet::Stage::Occlusion);
         let text = format!(
-            "{} of the {} still drawn a view {} no pixel: they lie behind others, between \
+            "{} of the {} still drawn per view {} no pixel: they lie behind others, between \
              pixel centres, or at the frustum's edge. {} of {} drawn {} not seen at all{}.",
             grouped(hidden / self.views as u64),
             count(drawn / self.views as u64, "triangle", "triangles"),
@@ -136,7 +136,7 @@ impl Context<'_> {
         let drawn: u64 = meshes.iter().map(|m| m.drawn).sum();
         let instances: u64 = meshes.iter().map(|m| m.instances).sum();
         let text = format!(
-            "{} no pixel in any of the {} ({}): {}. Even so {} drawn a view. If \
+            "{} no pixel in any of the {} ({}): {}. Even so {} drawn per view. If \
              the views are typical, {} can go, or be loaded later.",
             count(meshes.len() as u64, "mesh owns", "meshes own"),
             count(self.views as u64, "view", "views"),
@@ -159,12 +159,12 @@ impl Context<'_> {
         let first = meshes[0];
         let text = format!(
             "{} drawn all the same: their mesh is not a solid, so both its \
-             sides may be seen. The most: “{}”, {}, {} a view. Closed and wound outward, \
+             sides may be seen. The most: “{}”, {}, {} per view. Closed and wound outward, \
              back-face culling would take them; if their backs are never seen, --one-sided says so.",
             count(
                 sum / self.views as u64,
-                "triangle a view faces away and is",
-                "triangles a view face away and are"
+                "triangle per view faces away and is",
+                "triangles per view face away and are"
             ),
             first.name,
             first.defect.as_deref().unwrap_or_default(),
@@ -182,7 +182,7 @@ impl Context<'_> {
             self.worst(|m| (m.solid && m.facing_away > 0).then_some(m.facing_away))?;
         let text = format!(
             "{} declared two-sided though solid, where no back can ever be seen: {}. One-sided, {} would \
-             draw {} a view less.",
+             draw {} fewer per view.",
             count(meshes.len() as u64, "mesh is", "meshes are"),
             shown(&names),
             agree(meshes.len() as u64, "it", "they"),
@@ -232,7 +232,7 @@ impl Context<'_> {
             return None;
         }
         let text = format!(
-            "{} never wider or higher than {px} pixels, with {} a view; of these instances {} \
+            "{} never wider or higher than {px} pixels, with {} per view; of these instances {} \
              a pixel. --detail {px} drops such instances. That is lossy: try it and look.",
             count(instances.len() as u64, "instance drawn is", "instances drawn are"),
             count(triangles / self.views as u64, "triangle", "triangles"),
@@ -268,7 +268,7 @@ impl Context<'_> {
         let text = format!(
             "{} the frustum's edge in at least four of five views that draw it. “{}” ({}) does \
              in {} of {}, with {:.0} % of its clusters outside on average. Split into smaller instances, \
-             some {} a view would go by whole instances instead of by clusters.",
+             some {} per view would go by whole instances instead of by clusters.",
             count(found.len() as u64, "large instance straddles", "large instances straddle"),
             name_of(self.model, slot),
             count(u64::from(scene.mesh(slot).triangle_count()), "triangle", "triangles"),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cullet_command::args::{CullArgs, SceneArgs, ViewArgs};
+use cullet_command::args::InputArgs;
 use cullet_command::parse;
 
 use super::drawing::Show;
@@ -32,11 +32,7 @@ back faces all have something to cull; anything else is looked at from all aroun
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
     #[command(flatten)]
-    pub(crate) scene: SceneArgs,
-    #[command(flatten)]
-    pub(crate) view: ViewArgs,
-    #[command(flatten)]
-    pub(crate) cull: CullArgs,
+    pub(crate) input: InputArgs,
     #[command(flatten)]
     pub(crate) costs: CostArgs,
     /// Verify with N x N jittered samples a pixel; 1 is off
@@ -68,11 +64,4 @@ pub(crate) struct ReportArgs {
     /// What counts as tiny in the advice, in pixels
     #[arg(long, value_name = "PX", default_value_t = 4.0, value_parser = parse::pixels)]
     pub(crate) tiny: f64,
-}
-
-impl ReportArgs {
-    /// Puts what depends on the scene where nothing was given.
-    pub(crate) fn settle(&mut self) {
-        self.view.settle(&self.scene);
-    }
 }

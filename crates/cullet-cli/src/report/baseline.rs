@@ -17,7 +17,7 @@ pub(crate) fn read(path: &Path) -> Result<Value, Failure> {
     match value["schema"].as_u64() {
         Some(schema) if schema == u64::from(SCHEMA) => Ok(value),
         Some(schema) => Err(at(format!("has schema {schema}; this program reads {SCHEMA}"))),
-        None => Err(at("is no report.json: it has no \"schema\"".into())),
+        None => Err(at("is not a report.json: it has no \"schema\"".into())),
     }
 }
 

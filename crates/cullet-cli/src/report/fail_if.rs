@@ -77,8 +77,8 @@ impl FailIf {
             .iter()
             .find(|k| k.0 == name)
             .map(|k| k.1)
-            .ok_or_else(|| fail(format!("'{name}' is no key")))?;
-        let value = limit(value).ok_or_else(|| fail(format!("'{value}' is no value")))?;
+            .ok_or_else(|| fail(format!("'{name}' is not a key")))?;
+        let value = limit(value).ok_or_else(|| fail(format!("'{value}' is not a value")))?;
         Ok(Self { text: text.to_owned(), key, op, value })
     }
 

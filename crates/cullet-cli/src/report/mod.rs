@@ -62,17 +62,17 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     let baseline = args.baseline.as_deref().map(baseline::read).transpose()?;
     let costs = Origin::find(&args.costs, console)?;
     let start = Instant::now();
-    let mut model = inputs::load(&args.scene, console)?;
-    occluders::give(&mut model, &args.cull, console)?;
-    inputs::begin(&mut model, &args.view, console)?;
-    let views = inputs::views(&model, &args.view, console)?;
+    let mut model = inputs::load(&args.input.scene, console)?;
+    occluders::give(&mut model, &args.input.cull, console)?;
+    inputs::begin(&mut model, &args.input.view, console)?;
+    let views = inputs::views(&model, &args.input.view, console)?;
     let pricing = costs.map(|origin| Pricing::new(origin, &model.scene));
     let opened = Opened::new(&args.opened, &model, console)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let facts = meshes::facts(&model);
     let mut report = Report::new(args, model, facts, baseline.as_ref(), pricing, console)?;
     report.opened = opened;
-    report.survey.move_over(inputs::times(&args.view, views.len()));
+    report.survey.move_over(inputs::times(&args.input.view, views.len()));
     let mut progress = console.progress("views", views.len() as u64);
     for view in &views {
         report.add(view, views.len())?;
@@ -130,11 +130,11 @@ impl<'a> Report<'a> {
     ) -> Result<Self, Failure> {
         let options = VerifyOptions {
             samples: args.samples,
-            seed: args.view.seed,
-            threads: args.view.threads,
+            seed: args.input.view.seed,
+            threads: args.input.view.threads,
             count_layers: true,
         };
-        let mut survey = Survey::new(model, inputs::culler(&args.cull), options);
+        let mut survey = Survey::new(model, inputs::culler(&args.input.cull), options);
         survey.compare_bounds();
         survey.count_backfaces();
         let path = args.out.join("views.csv");
@@ -146,7 +146,7 @@ impl<'a> Report<'a> {
         let triangles = survey.model.scene.triangle_count();
         if triangles > MOST_TRIANGLES_VERIFIED {
             console.note(format!(
-                "{} triangles a view: verifying as many views as fit {} s (--verify-seconds)",
+                "{} triangles per view: verifying as many views as fit {} s (--verify-seconds)",
                 grouped(triangles),
                 args.verify_seconds
             ));
@@ -238,7 +238,7 @@ impl<'a> Report<'a> {
         let views = self.survey.views.clone();
         let mut summary = Summary::of(&views);
         let meshes = meshes::with_tallies(&self.facts, &self.survey.meshes);
-        let size = self.args.view.size;
+        let size = self.args.input.view.size;
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         summary.advice = advice::advise(
             &self.survey,
@@ -252,11 +252,11 @@ impl<'a> Report<'a> {
             schema: SCHEMA,
             scene: meshes::scene_record(&self.survey.model, &self.facts),
             settings: Settings {
-                path: inputs::path_words(&self.args.view),
+                path: inputs::path_words(&self.args.input.view),
                 size,
                 samples: self.args.samples,
-                seed: self.args.view.seed,
-                culling: inputs::culling_words(&self.args.cull),
+                seed: self.args.input.view.seed,
+                culling: inputs::culling_words(&self.args.input.cull),
                 version: env!("CARGO_PKG_VERSION"),
             },
             views,
@@ -344,7 +344,7 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
     let views = s.views.max(1) as u64;
     if s.whole.occluders[0] > 0 {
         console.line(format!(
-            "  whole objects: {} a view, {} in the frustum, {} not hidden",
+            "  whole instances: {} per view, {} in the frustum, {} not occluded",
             count(t.all / views, "triangle", "triangles"),
             grouped(s.whole.in_frustum[1] / views),
             grouped(s.whole.not_hidden[1] / views)

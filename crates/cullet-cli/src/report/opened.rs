@@ -4,11 +4,13 @@ use clap::Args;
 use cullet::View;
 use cullet_command::console::Console;
 use cullet_command::exit::Failure;
+use cullet_command::parse;
+use cullet_cut::Keep;
 use cullet_io::Model;
 
 use super::drawing::Titled;
 use crate::opening::Opening;
-use crate::shape::{self, KeepArg, Shape};
+use crate::shape::{self, Shape};
 use crate::survey::Seen;
 
 /// How to open the scene.
@@ -19,8 +21,8 @@ pub(crate) struct OpenedArgs {
     #[arg(long, value_name = "PLANE|BOX", value_parser = shape::shape, allow_hyphen_values = true)]
     cut: Vec<Shape>,
     /// With --cut: which part is kept, what is inside of all planes, or the rest
-    #[arg(long, value_enum, default_value_t = KeepArg::Inside, requires = "cut")]
-    cut_keep: KeepArg,
+    #[arg(long, value_parser = parse::choice(shape::KEPT), default_value = "inside", requires = "cut")]
+    cut_keep: Keep,
 }
 
 /// A model that was cut open, once.
@@ -41,15 +43,14 @@ impl Opened {
             return Ok(None);
         }
         let planes = shape::planes(&args.cut)?;
-        let keep = args.cut_keep.into();
-        let opening = Opening::new(&planes, keep, None, model, [1280, 720], console)?;
+        let opening = Opening::new(&planes, args.cut_keep, None, model, [1280, 720], console)?;
         if opening.is_empty() {
             console.note("note: --cut leaves nothing of the scene on the side that is kept");
         }
         let texts: Vec<&str> = args.cut.iter().map(|s| s.text.as_str()).collect();
         let side = match args.cut_keep {
-            KeepArg::Inside => "what is inside is left",
-            KeepArg::Outside => "what is outside is left",
+            Keep::Inside => "what is inside is left",
+            Keep::Outside => "what is outside is left",
         };
         Ok(Some(Self { opening, words: format!("{}: {side}", texts.join(" and ")) }))
     }

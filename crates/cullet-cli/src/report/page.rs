@@ -44,7 +44,7 @@ fn headline(summary: &Summary) -> String {
     let Some(visible) = t.visible.filter(|_| summary.verified_views.len() == summary.views) else {
         let culled = t.all - t.potentially_visible;
         return format!(
-            "{} of {} a view need not be drawn.",
+            "{} of {} per view need not be drawn.",
             grouped(culled / views),
             count(t.all / views, "triangle", "triangles")
         );
@@ -54,7 +54,7 @@ fn headline(summary: &Summary) -> String {
     // "under 0.1 %" says by itself how little it is, and half is not little.
     let only = if share.starts_with("under") || visible * 2 >= t.all { "" } else { "only " };
     format!(
-        "{} of {} a view {} drawn for nothing: {only}{share} can be seen.",
+        "{} of {} per view {} drawn for nothing: {only}{share} can be seen.",
         grouped(waste / views),
         count(t.all / views, "triangle", "triangles"),
         agree(waste / views, "is", "are"),
@@ -201,10 +201,10 @@ fn figures(out: &mut String, s: &Summary) {
     let verified = s.verified_views.len().max(1) as u64;
     let mut row = vec![
         (grouped(t.all / views), "triangles in the scene, each instance counted".to_owned()),
-        (grouped(t.potentially_visible / views), "left after culling, a view".to_owned()),
+        (grouped(t.potentially_visible / views), "left after culling, per view".to_owned()),
     ];
     if let Some(v) = visible {
-        row.push((grouped(v / verified), "own a pixel, a view".into()));
+        row.push((grouped(v / verified), "own a pixel, per view".into()));
     }
     if let Some(x) = s.tightness {
         row.push((format!("{}×", times(x)), "tightness: left over visible".into()));

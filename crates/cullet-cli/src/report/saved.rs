@@ -58,12 +58,12 @@ pub(crate) struct CostsRecord {
     pub(crate) rejected_triangle_ns: f64,
     /// A triangle that it would have drawn, in the scene's mix of materials.
     pub(crate) drawn_triangle_ns: f64,
-    /// What culling spares, in an average view, a renderer that takes up every triangle: a reckoning, in
+    /// What culling saves, in an average view, a renderer that takes up every triangle: an estimate, in
     /// milliseconds.
     pub(crate) saved_ms_per_view: f64,
     /// That over the triangles that culling takes, in nanoseconds; null where it takes none.
     pub(crate) saved_ns_per_triangle: Option<f64>,
-    /// What the tests would cost in bulk in an average view; null where only a triangle's price is known.
+    /// What the tests would cost in bulk in an average view; null where only a triangle's cost is known.
     pub(crate) tests_ms_per_view: Option<f64>,
     /// All of this in a sentence for people.
     pub(crate) assumption: String,
@@ -137,7 +137,7 @@ impl Pricing {
         let [rejected, drawn] = [self.rejected_ns, self.drawn_ns].map(digits);
         let Origin::File { stored, .. } = &self.origin else {
             return format!(
-                "Milliseconds are reckoned, not timed, at {drawn} ns a triangle, as --triangle-ns says."
+                "Milliseconds are estimated, not timed, at {drawn} ns per triangle, as --triangle-ns says."
             );
         };
         let machine = match stored.is_of_here() {
@@ -148,9 +148,9 @@ impl Pricing {
             format!(" The tests in bulk would cost {} of it.", about(t))
         });
         format!(
-            "Milliseconds are reckoned, not timed, for a renderer that takes up every triangle: {rejected} ns for \
+            "Milliseconds are estimated, not timed, for a renderer that takes up every triangle: {rejected} ns for \
              one outside the view or facing away, which it rejects, and r = {drawn} ns for any other, as \
-             measured with {} on {}, on {machine}. A renderer that skips whole objects by itself gains less; \
+             measured with {} on {}, on {machine}. A renderer that skips whole instances by itself gains less; \
              a GPU's r is another, and --triangle-ns takes it.{tests}",
             stored.renderer, stored.date
         )
@@ -168,7 +168,7 @@ impl CostsRecord {
         match self.saved_ns_per_triangle {
             Some(ns) if self.saves() => format!(
                 // No figure is parted from its unit at the end of a line.
-                " At {}\u{a0}ns a triangle, culling saves {} a view.",
+                " At {}\u{a0}ns per triangle, culling saves {} per view.",
                 digits(ns),
                 about(self.saved_ms_per_view).replace(" ms", "\u{a0}ms")
             ),
@@ -305,7 +305,7 @@ mod tests {
         // (1e6 × 1 + 2e6 × 2 + 4e6 × 3) / 2 views
         assert_eq!(record.tests_ms_per_view, Some(8.5));
         assert_eq!(record.saved_ns_per_triangle, Some(30e6 / 6_000_009.0));
-        assert_eq!(plain(&record), " At 5.0 ns a triangle, culling saves about 15 ms a view.");
+        assert_eq!(plain(&record), " At 5.0 ns per triangle, culling saves about 15 ms per view.");
         for part in [
             "4.0 ns for one outside",
             "r = 6.0 ns for any other",
@@ -322,8 +322,8 @@ mod tests {
         let record =
             pricing.record(&summary(&[(Stage::Frustum, 1_000_000), (Stage::Occlusion, 1_000_000)]));
         assert_eq!((record.saved_ms_per_view, record.tests_ms_per_view), (2.5, None));
-        assert!(record.assumption.contains("2.5 ns a triangle"), "{}", record.assumption);
-        assert_eq!(plain(&record), " At 2.5 ns a triangle, culling saves about 2.5 ms a view.");
+        assert!(record.assumption.contains("2.5 ns per triangle"), "{}", record.assumption);
+        assert_eq!(plain(&record), " At 2.5 ns per triangle, culling saves about 2.5 ms per view.");
     }
 
     #[test]

@@ -71,8 +71,8 @@ pub(crate) fn whole(out: &mut String, s: &Summary) {
         rows.push(("Visible", [instances, triangles], verified));
     }
     out.push_str(
-        "<h2>If whole objects alone were dropped</h2><p class=\"sub\">As a renderer sees it that draws objects: the \
-         mean over the views.",
+        "<h2>If whole instances alone were culled</h2><p class=\"sub\">As a renderer sees it that draws instance by \
+         instance: the mean over the views.",
     );
     if occluders {
         let [offered, drawn] = w.occluders.map(|n| n / views);
@@ -129,8 +129,8 @@ pub(crate) fn bounds(out: &mut String, s: &Summary) {
         out,
         "<h2>Boxes or spheres?</h2><p class=\"sub\">Both bounds of every instance against the frustum of every \
          view. A false keep is an instance kept though none of its triangles is in the frustum.</p>\
-         <div class=\"scroll\"><table><thead><tr><th>Bound</th><th class=\"n\">Kept, a view</th>\
-         <th class=\"n\">False keeps, a view</th><th class=\"n\">Share of all instances</th>\
+         <div class=\"scroll\"><table><thead><tr><th>Bound</th><th class=\"n\">Kept per view</th>\
+         <th class=\"n\">False keeps per view</th><th class=\"n\">Share of all instances</th>\
          <th class=\"n\">Cost of a test</th></tr></thead><tbody>"
     );
     let views = s.views.max(1) as u64;
@@ -156,8 +156,8 @@ pub(crate) fn meshes(out: &mut String, record: &Record) {
         out,
         "<h2>Meshes</h2><p class=\"sub\">{} of {} are solid. Ordered by triangles drawn for nothing after \
          culling.</p><div class=\"scroll\"><table><thead><tr><th>Mesh</th><th class=\"n\">Triangles</th>\
-         <th class=\"n\">Instances</th><th class=\"n\">Seen in views</th><th class=\"n\">Drawn, a view</th>\
-         <th class=\"n\">Visible, a view</th><th>Solid?</th></tr></thead><tbody>",
+         <th class=\"n\">Instances</th><th class=\"n\">Seen in views</th><th class=\"n\">Drawn per view</th>\
+         <th class=\"n\">Visible per view</th><th>Solid?</th></tr></thead><tbody>",
         grouped(record.scene.solids),
         grouped(record.scene.meshes),
     );
@@ -224,7 +224,7 @@ pub(crate) fn stages(out: &mut String, s: &Summary) {
     out.push_str("</tbody></table></div>\n");
 }
 
-/// What the frustum stage asked of the hierarchy, in a line below the stages.
+/// Work of the frustum stage on the hierarchy, in a line below the stages.
 pub(crate) fn hierarchy(out: &mut String, s: &Summary) {
     let views = s.views.max(1) as u64;
     let (h, instances) = (s.hierarchy, s.instances.all / views);
@@ -232,9 +232,9 @@ pub(crate) fn hierarchy(out: &mut String, s: &Summary) {
         [h.nodes, h.blocks, h.plane_tests, h.remembered, h.swept].map(|v| grouped(v / views));
     let _ = write!(
         out,
-        "<p class=\"sub\">To find the instances in the frustum among {}, a view asked, on the mean, nodes of the \
-         hierarchy: {nodes}; blocks of sixteen instances: {blocks}; tests of sixteen things against a plane: {tests}. \
-         Groups of 256 known from the view before: {remembered}; instances swept without asking a node: {swept}.</p>",
+        "<p class=\"sub\">To find the instances in the frustum among {}, a view tested on average {nodes} nodes of \
+         the hierarchy and {blocks} blocks of sixteen instances, with {tests} tests of sixteen boxes against a plane. \
+         Groups of 256 known from the view before: {remembered}; instances swept without a test of a node: {swept}.</p>",
         grouped(instances)
     );
 }
@@ -245,13 +245,13 @@ pub(crate) fn backfaces(out: &mut String, s: &Summary) {
     let views = b.views.max(1);
     let _ = write!(
         out,
-        "<h2>Back faces: ideal beside actual</h2><p class=\"sub\">Of {} one-sided triangles a view in clusters \
+        "<h2>Back faces: ideal beside actual</h2><p class=\"sub\">Of {} one-sided triangles per view in clusters \
          that come to this stage, {} ({}) face away. A whole cluster goes where its bound proves that all of it \
          does: who draws clusters has that for next to nothing. Then each triangle is tried by a plane of four bytes, and what \
          that leaves in doubt from its corners.{}</p>\
-         <div class=\"scroll\"><table><thead><tr><th>Taken</th><th class=\"n\">Ideal, a view</th>\
-         <th class=\"n\">Actual, a view</th><th class=\"n\">Of the ideal</th><th class=\"n\">Of what faces away</th>\
-         <th class=\"n\">Time a view</th></tr></thead><tbody>",
+         <div class=\"scroll\"><table><thead><tr><th>Taken</th><th class=\"n\">Ideal per view</th>\
+         <th class=\"n\">Actual per view</th><th class=\"n\">Of the ideal</th><th class=\"n\">Of what faces away</th>\
+         <th class=\"n\">Time per view</th></tr></thead><tbody>",
         grouped(b.one_sided / views),
         grouped(b.facing_away / views),
         percent(b.facing_away, b.one_sided),

@@ -1,6 +1,8 @@
 //! Which kinds of culling.
 
 use clap::{Args, ValueEnum};
+use cullet::Stage;
+use cullet::cull::detail::Measure;
 
 use crate::parse;
 
@@ -12,11 +14,11 @@ pub struct CullArgs {
     #[arg(long, value_name = "PX", value_parser = parse::pixels)]
     pub detail: Option<f64>,
     /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
-    #[arg(long, value_enum, default_value_t = DetailMeasure::Sides)]
-    pub detail_by: DetailMeasure,
+    #[arg(long, value_parser = parse::choice(MEASURES), default_value = "sides")]
+    pub detail_by: Measure,
     /// Run one stage alone
-    #[arg(long, value_enum, value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_backface", "no_degenerate", "no_occlusion"])]
-    pub only: Option<OnlyStage>,
+    #[arg(long, value_parser = parse::choice(ALONE), value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_backface", "no_degenerate", "no_occlusion"])]
+    pub only: Option<Stage>,
     /// Keep what is outside the frustum
     #[arg(long)]
     pub no_frustum: bool,
@@ -43,20 +45,25 @@ pub struct CullArgs {
     pub exact_frustum: bool,
 }
 
-/// A stage that can be run alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum OnlyStage {
-    /// What is outside the frustum
-    Frustum,
-    /// What is small on the screen (lossy; --detail sets the threshold, else a pixel)
-    Detail,
-    /// What is hidden behind something
-    Occlusion,
-    /// What faces away
-    Backface,
-    /// What has no area
-    Degenerate,
-}
+/// The stages that can be run alone.
+const ALONE: &[(&str, Stage, &str)] = &[
+    ("frustum", Stage::Frustum, "What is outside the frustum"),
+    (
+        "detail",
+        Stage::Detail,
+        "What is small on the screen (lossy; --detail sets the threshold, else a pixel)",
+    ),
+    ("occlusion", Stage::Occlusion, "What is hidden behind something"),
+    ("backface", Stage::Backface, "What faces away"),
+    ("degenerate", Stage::Degenerate, "What has no area"),
+];
+
+/// How detail culling measures.
+const MEASURES: &[(&str, Measure, &str)] = &[
+    ("sides", Measure::WidthAndHeight, "Width and height both under the threshold"),
+    ("area", Measure::Area, "Area under the threshold"),
+    ("diameter", Measure::Diameter, "Diagonal under the threshold"),
+];
 
 /// What stands for a mesh in the occlusion buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -67,15 +74,4 @@ pub enum OccluderKind {
     Mesh,
     /// Boxes and polygons made from it, and some of its triangles where those leave much; nothing where none do
     Baked,
-}
-
-/// How detail culling measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DetailMeasure {
-    /// Width and height both under the threshold
-    Sides,
-    /// Area under the threshold
-    Area,
-    /// Diagonal under the threshold
-    Diameter,
 }

@@ -4,6 +4,29 @@ mod cull;
 mod scene;
 mod view;
 
-pub use cull::{CullArgs, DetailMeasure, OccluderKind, OnlyStage};
-pub use scene::{SceneArgs, UpAxis};
-pub use view::ViewArgs;
+pub use cull::{CullArgs, OccluderKind};
+pub use scene::SceneArgs;
+pub use view::{PictureViewArgs, ViewArgs};
+
+use clap::Args;
+
+/// What is culled: a scene, views of it, and by which stages.
+#[derive(Clone, Debug, Args)]
+pub struct InputArgs {
+    /// Which scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Which views of it.
+    #[command(flatten)]
+    pub view: ViewArgs,
+    /// Which kinds of culling.
+    #[command(flatten)]
+    pub cull: CullArgs,
+}
+
+impl InputArgs {
+    /// Puts what depends on the scene where nothing was given.
+    pub fn settle(&mut self) {
+        self.view.settle(&self.scene);
+    }
+}

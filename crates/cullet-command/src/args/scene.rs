@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use clap::{Args, ValueEnum};
-use cullet_io::scenes;
+use clap::Args;
+use cullet_io::{Up, scenes};
+
+use crate::parse;
 
 /// Which scene, and how to read it.
 #[derive(Clone, Debug, Args)]
@@ -12,8 +14,8 @@ pub struct SceneArgs {
     #[arg(default_value = "city")]
     pub scene: String,
     /// Which axis of the file points up [default: what the format says, else y]
-    #[arg(long, value_enum)]
-    pub up: Option<UpAxis>,
+    #[arg(long, value_parser = parse::choice(AXES))]
+    pub up: Option<Up>,
     /// Take every triangle for one-sided, whatever the file says
     #[arg(long, conflicts_with = "two_sided")]
     pub one_sided: bool,
@@ -33,10 +35,4 @@ impl SceneArgs {
 }
 
 /// The axis that points up.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum UpAxis {
-    /// +Y
-    Y,
-    /// +Z
-    Z,
-}
+const AXES: &[(&str, Up, &str)] = &[("y", Up::Y, "+Y"), ("z", Up::Z, "+Z")];

@@ -59,3 +59,25 @@ impl ViewArgs {
         }
     }
 }
+
+/// The view of a picture of a whole model.
+#[derive(Clone, Debug, Args)]
+pub struct PictureViewArgs {
+    /// Pixels of the picture
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
+    pub size: [u32; 2],
+    /// Draw the picture from this point
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "target")]
+    eye: Option<[f64; 3]>,
+    /// Draw the picture looking at this point
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, requires = "eye")]
+    target: Option<[f64; 3]>,
+}
+
+impl PictureViewArgs {
+    /// From where to where it looks, if that was given.
+    #[must_use]
+    pub fn line(&self) -> Option<([f64; 3], [f64; 3])> {
+        self.eye.zip(self.target)
+    }
+}

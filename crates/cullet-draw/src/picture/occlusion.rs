@@ -234,21 +234,21 @@ fn shares(findings: &[Finding]) -> Vec<([u8; 3], String)> {
 }
 
 /// From the far end of a picture's depths to the near one.
-struct Range {
+struct NearnessRange {
     low: f64,
     high: f64,
 }
 
 /// Of what is there, but for the nearest and the farthest hundredth, which may be anything.
-fn range(nearness: impl Iterator<Item = f64>) -> Range {
+fn range(nearness: impl Iterator<Item = f64>) -> NearnessRange {
     let mut sorted: Vec<f64> = nearness.filter(|n| *n > 0.0 && n.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let at = |share: f64| sorted.get((sorted.len() as f64 * share) as usize).copied();
     let (low, high) = (at(0.01).unwrap_or(1.0), at(0.99).unwrap_or(1.0));
-    Range { low, high: high.max(low * 1.0001) }
+    NearnessRange { low, high: high.max(low * 1.0001) }
 }
 
-impl Range {
+impl NearnessRange {
     /// Where a nearness lies in it, 0 to 1: even steps are factors, for near things are far apart in it.
     fn share(&self, n: f64) -> f64 {
         ((n / self.low).ln() / (self.high / self.low).ln()).clamp(0.0, 1.0)

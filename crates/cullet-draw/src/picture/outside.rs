@@ -58,7 +58,7 @@ fn best_stand(scene: &Scene, view: &View) -> (usize, f64) {
     if is_outside(scene, &Space::new(view)) {
         return (0, 1.0);
     }
-    let Some(seen) = Sight::new(scene, view) else { return (0, 1.0) };
+    let Some(seen) = SightLines::new(scene, view) else { return (0, 1.0) };
     let mut best = (0, 0.0);
     for (i, height) in HEIGHTS.into_iter().enumerate() {
         let Some(from) = stand(scene, view, height, [320, 200]) else { continue };
@@ -224,9 +224,9 @@ fn draw_all(scene: &Scene, view: &View) -> Frame {
 }
 
 /// Points of the surfaces that a view sees, and normals of the sides that it sees.
-struct Sight(Vec<(DVec3, DVec3)>);
+struct SightLines(Vec<(DVec3, DVec3)>);
 
-impl Sight {
+impl SightLines {
     /// `None` if the view is so extreme that it cannot be made small.
     fn new(scene: &Scene, view: &View) -> Option<Self> {
         let mut small = View::from_matrix(&view.clip_from_world(), view.depth(), SMALL).ok()?;

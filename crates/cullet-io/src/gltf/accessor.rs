@@ -211,7 +211,7 @@ impl Accessors {
         let wrong = |message: String| ErrorKind::invalid(user, message);
         if a.columns * a.rows != 1 || !a.component.is_index() || a.normalized {
             return Err(wrong(format!(
-                "accessor {index} is no list of indices: {}x{} components of {:?}",
+                "accessor {index} is not a list of indices: {}x{} components of {:?}",
                 a.columns, a.rows, a.component
             )));
         }
@@ -355,7 +355,7 @@ fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accesso
     // Columns of matrices start at multiples of four bytes.
     let size = component.size();
     let column = if columns > 1 { (rows * size).next_multiple_of(4) } else { rows * size };
-    let shape = Shape {
+    let shape = ElementShape {
         component,
         size: column * (columns - 1) + rows * size,
         packed: column * columns,
@@ -385,7 +385,7 @@ fn accessor(item: &AccessorItem, buffers: &Buffers<'_>) -> Result<Option<Accesso
 }
 
 /// How elements lie in bytes.
-struct Shape {
+struct ElementShape {
     component: Component,
     /// Bytes that an element takes.
     size: usize,
@@ -401,7 +401,7 @@ fn run(
     view: Integer,
     offset: Option<Integer>,
     count: usize,
-    shape: &Shape,
+    shape: &ElementShape,
     may_stride: bool,
     buffers: &Buffers<'_>,
 ) -> Result<Run, String> {
@@ -414,7 +414,7 @@ fn run(
     }
     let offset = offset.map_or(0, Integer::index);
     let stride = view.stride.unwrap_or(shape.packed);
-    let &Shape { size, align, own_align, .. } = shape;
+    let &ElementShape { size, align, own_align, .. } = shape;
     if stride < size {
         return Err(format!(
             "bufferView {index} has a byteStride of {stride}, less than the {size} bytes of an element"
@@ -440,7 +440,7 @@ fn run(
 fn sparse(
     s: &SparseItem,
     elements: usize,
-    shape: &Shape,
+    shape: &ElementShape,
     buffers: &Buffers<'_>,
 ) -> Result<Sparse, String> {
     let count = s.count.index();
@@ -451,7 +451,7 @@ fn sparse(
         .filter(|c| c.is_index())
         .ok_or_else(|| format!("indices are of type {}", s.indices.component_type.0))?;
     let size = component.size();
-    let index = Shape { component, size, packed: size, align: size, own_align: size };
+    let index = ElementShape { component, size, packed: size, align: size, own_align: size };
     let indices = run(s.indices.buffer_view, s.indices.byte_offset, count, &index, false, buffers)
         .map_err(|m| format!("indices: {m}"))?;
     let values = run(s.values.buffer_view, s.values.byte_offset, count, shape, false, buffers)

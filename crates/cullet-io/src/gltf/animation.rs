@@ -11,8 +11,8 @@ use super::nodes::Nodes;
 use super::notes::Notes;
 use super::uri::shorten;
 use crate::ErrorKind;
-use crate::pose::Clip;
-use crate::pose::track::{Interpolation, Local, Property, Track, WeightTrack};
+use crate::motion::Clip;
+use crate::motion::track::{Interpolation, Local, Property, Track, WeightTrack};
 
 /// A curve of degree three is given by this many straight pieces between two of its keys.
 const PIECES: usize = 8;

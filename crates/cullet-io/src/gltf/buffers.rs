@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::json::{self, BufferItem, Integer, MeshoptItem, Root, ViewItem};
 use super::meshopt::{self, Filter, Mode};
-use super::uri::{self, Source};
+use super::uri::{self, UriSource};
 use crate::ErrorKind;
 use crate::beside::{Beside, Missing};
 
@@ -98,11 +98,11 @@ impl<'a> Buffers<'a> {
             }
             let data = match item.uri.as_deref() {
                 Some(text) => Data::Owned(match uri::read(text).map_err(wrong)? {
-                    Source::Embedded(bytes) => {
+                    UriSource::Embedded(bytes) => {
                         owned.push(bytes);
                         owned.len() - 1
                     }
-                    Source::File(path) => {
+                    UriSource::File(path) => {
                         // A file that several buffers name is held once, as long as the longest.
                         let number = *files.entry(path.clone()).or_insert_with(|| {
                             owned.push(Vec::new());

@@ -6,7 +6,7 @@ use glam::DAffine3;
 use super::json::{self, CameraItem, Root};
 use super::nodes::Nodes;
 use super::notes::Notes;
-use crate::pose::{Clip, transform};
+use crate::motion::{Clip, transform};
 use crate::{CameraNode, ErrorKind};
 
 /// More work than this to sample animations is no camera path but an attack.

@@ -9,7 +9,7 @@ use super::meshes::Meshes;
 use super::nodes::{Instancing, Nodes};
 use super::notes::Notes;
 use super::rig::{self, Plan};
-use crate::pose::transform;
+use crate::motion::transform;
 use crate::{ErrorKind, LoadOptions};
 
 /// An instance to be.
@@ -44,7 +44,7 @@ impl Instancing {
 
 /// What the nodes of the scene place.
 #[derive(Debug, Default)]
-pub(super) struct Placed {
+pub(super) struct PlacedScene {
     /// The file's meshes that are drawn, in the order of the file; after them one more of its mesh for each
     /// node that deforms and shares it.
     pub(super) meshes: Vec<u32>,
@@ -74,8 +74,8 @@ pub(super) fn place(
     plan: &Plan,
     options: &LoadOptions,
     notes: &mut Notes,
-) -> Result<Placed, ErrorKind> {
-    let mut placed = Placed::default();
+) -> Result<PlacedScene, ErrorKind> {
+    let mut placed = PlacedScene::default();
     let mut number_of = vec![u32::MAX; meshes.all.len()];
     let mut users = vec![0u32; meshes.all.len()];
     // Counted first: names and transforms cost more than what stands for them in the file.

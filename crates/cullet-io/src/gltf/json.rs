@@ -77,13 +77,13 @@ pub(super) struct NodeItem<'a> {
 #[derive(Debug, Default, Derive)]
 pub(super) struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(super) instancing: Option<Instancing>,
+    pub(super) instancing: Option<InstancingItem>,
     #[serde(rename = "KHR_node_visibility")]
     pub(super) visibility: Option<Visibility>,
 }
 
 #[derive(Debug, Derive)]
-pub(super) struct Instancing {
+pub(super) struct InstancingItem {
     #[serde(default)]
     pub(super) attributes: BTreeMap<String, Index>,
 }
@@ -377,7 +377,7 @@ pub(super) fn parse(text: &[u8]) -> Result<Root<'_>, ErrorKind> {
     let root: Root<'_> =
         serde_json::from_str(text).map_err(|e| ErrorKind::invalid("JSON", e.to_string()))?;
     let Some(asset) = &root.asset else {
-        return Err(ErrorKind::invalid("JSON", "`asset` is missing: this is no glTF"));
+        return Err(ErrorKind::invalid("JSON", "`asset` is missing: this is not glTF"));
     };
     if !asset.version.starts_with("2.") {
         let shown = start(&asset.version);

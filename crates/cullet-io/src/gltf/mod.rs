@@ -30,7 +30,7 @@ use cullet::{Mesh, MeshData, Scene};
 
 use crate::beside::Beside;
 use crate::blocks::Source;
-use crate::pose::{Deformed, Kind, Motion};
+use crate::motion::{Deformed, Motion, MotionKind};
 use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
 use notes::Notes;
@@ -97,8 +97,8 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
         .filter_map(|(i, raw)| {
             let item: json::BufferItem<'_> = json::item(raw, "buffer", i).ok()?;
             match uri::read(item.uri.as_deref()?).ok()? {
-                uri::Source::File(path) => Some(path),
-                uri::Source::Embedded(_) => None,
+                uri::UriSource::File(path) => Some(path),
+                uri::UriSource::Embedded(_) => None,
             }
         })
         .collect())
@@ -231,7 +231,7 @@ impl Decoded {
             }
         }
         let rig = self.plan.rig(&self.nodes, &self.followers, self.deformed, &handles);
-        let motion = rig.moves().then_some(Motion { kind: Kind::Rig(rig) });
+        let motion = rig.moves().then_some(Motion { kind: MotionKind::Rig(rig) });
         scene.sort();
         Ok(Model {
             scene,

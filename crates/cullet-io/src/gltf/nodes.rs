@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use super::json::{self, Float, NodeItem, Root, SceneItem};
 use super::notes::Notes;
 use super::uri::shorten;
-use crate::pose::track::Local;
+use crate::motion::track::Local;
 use crate::{ErrorKind, NodeTree, Up};
 
 /// How far from 1 the length of a rotation may be: what the reference validator allows for rounding.
@@ -302,7 +302,7 @@ fn scene_roots(root: &Root<'_>, all: &[Node]) -> Result<Vec<u32>, ErrorKind> {
                 None => return wrong(format!("names node {n} of {}", all.len())),
                 Some(Node { parent: Some(p), .. }) => {
                     return wrong(format!(
-                        "names node {n}, which is no root but a child of node {p}"
+                        "names node {n}, which is not a root but a child of node {p}"
                     ));
                 }
                 Some(_) => {}

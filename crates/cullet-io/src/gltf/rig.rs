@@ -16,8 +16,8 @@ use super::meshes::{Binding, Meshes};
 use super::nodes::{Node, Nodes};
 use super::notes::Notes;
 use crate::ErrorKind;
-use crate::pose::track::Property;
-use crate::pose::{Bounds, Clip, Deformed, Follower, Rig, RigNode, SkinRig};
+use crate::motion::track::Property;
+use crate::motion::{Bounds, Clip, Deformed, Follower, Rig, RigNode, SkinRig};
 
 /// A skin, its references checked.
 #[derive(Debug)]

@@ -12,12 +12,12 @@ fn load_gltf_from_memory(bytes: &[u8], options: &LoadOptions) -> Result<Model, E
 }
 
 /// A GLB under construction.
-struct Builder {
+struct GltfBuilder {
     json: Value,
     bin: Vec<u8>,
 }
 
-impl Builder {
+impl GltfBuilder {
     fn new() -> Self {
         let json = json!({
             "asset": {"version": "2.0"}, "accessors": [], "bufferViews": [], "meshes": [],
@@ -110,7 +110,7 @@ fn warned(model: &Model, part: &str) -> bool {
 
 #[test]
 fn a_mesh_of_two_nodes_is_one_mesh_with_two_instances() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     let child = b.node(json!({"mesh": mesh, "translation": [1, 0, 0]}));
     b.node(json!({"mesh": mesh, "name": "top", "children": [child], "scale": [-2, 2, 2], "translation": [0, 1e7, 0]}));
@@ -130,7 +130,7 @@ fn a_mesh_of_two_nodes_is_one_mesh_with_two_instances() {
 
 #[test]
 fn indices_of_every_type_and_parts_of_every_material() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let square = b.positions(&[[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]]);
     let u8s = b.accessor(&[0, 1, 2], 5121, "SCALAR", 3);
     let u16s = b.accessor(&[0, 0, 2, 0, 3, 0], 5123, "SCALAR", 3);
@@ -171,7 +171,7 @@ fn indices_of_every_type_and_parts_of_every_material() {
 
 #[test]
 fn quantised_interleaved_and_sparse_positions() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     // Three positions of normalised i16, each with two bytes of padding; then u8 as they are.
     let i16s = [[0, 0, 0, 7], [32767, 0, 0, 7], [0, -32768, 0, 7i16]];
     let bytes: Vec<u8> = i16s.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
@@ -210,7 +210,7 @@ fn packed_geometry_is_the_geometry() {
         .flat_map(|y| (0..9).map(move |x| y * 10 + x))
         .flat_map(|v| [v, v + 1, v + 10, v + 1, v + 11, v + 10])
         .collect();
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let packed = [
         (meshopt::encode_vertex_buffer_level(&points, 2, Some(0)).unwrap(), 12, 100, "ATTRIBUTES"),
         (meshopt::encode_index_buffer(&list, 100).unwrap(), 4, list.len(), "TRIANGLES"),
@@ -250,7 +250,7 @@ fn packed_geometry_is_the_geometry() {
 
 #[test]
 fn gpu_instancing_places_below_the_node() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     let t = b.positions(&[[1., 0., 0.], [0., 2., 0.]]);
     let half = std::f32::consts::FRAC_1_SQRT_2;
@@ -276,7 +276,7 @@ fn gpu_instancing_places_below_the_node() {
 
 #[test]
 fn z_up_turns_transforms_not_vertices() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     b.node(json!({"mesh": mesh, "translation": [1, 2, 3]}));
     let options = LoadOptions { up: Some(Up::Z), ..LoadOptions::default() };
@@ -288,12 +288,12 @@ fn z_up_turns_transforms_not_vertices() {
 
 #[test]
 fn only_the_scene_that_was_chosen() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     for name in ["a", "b", "c"] {
         b.node(json!({"mesh": mesh, "name": name}));
     }
-    let names = |b: &Builder| b.load().unwrap().instance_names;
+    let names = |b: &GltfBuilder| b.load().unwrap().instance_names;
     assert_eq!(names(&b), ["a", "b", "c"]);
     b.json["scenes"] = json!([{"nodes": [1]}, {"nodes": [2, 0]}]);
     assert_eq!(names(&b), ["b"]);
@@ -305,7 +305,7 @@ fn only_the_scene_that_was_chosen() {
 
 #[test]
 fn meshes_that_share_vertices_get_their_own() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let shared = b.positions(&[
         [0.; 3],
         [1., 0., 0.],
@@ -330,7 +330,7 @@ fn meshes_that_share_vertices_get_their_own() {
 
 #[test]
 fn a_bad_vertex_is_named_and_a_bad_transform_kept() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let positions = b.positions(&[[0.; 3], [1., f32::NAN, 0.], [0., 1., 0.]]);
     let mesh = b.push(
         "meshes",
@@ -343,7 +343,7 @@ fn a_bad_vertex_is_named_and_a_bad_transform_kept() {
         "{error}"
     );
 
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     b.node(json!({"mesh": mesh, "name": "far", "translation": [7, 0, 0]}));
     // serde_json writes no number beyond f64, so the text is patched.
@@ -359,7 +359,7 @@ fn a_bad_vertex_is_named_and_a_bad_transform_kept() {
 
 #[test]
 fn skinned_and_morphed_meshes_may_deform() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let positions = b.positions(&TRIANGLE);
     let joints = b.accessor(&[0; 12], 5121, "VEC4", 3);
     let skinned = b.mesh(json!([{"attributes": {"POSITION": positions, "JOINTS_0": joints}}]));
@@ -379,7 +379,7 @@ fn skinned_and_morphed_meshes_may_deform() {
 
 #[test]
 fn cameras_stand_or_move_with_their_ancestors() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     b.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}));
     b.push("cameras", json!({"type": "orthographic", "orthographic": {"xmag": 2, "ymag": 1, "znear": 0, "zfar": 9}}));
     b.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 9.0, "znear": 0.1}}));
@@ -443,7 +443,7 @@ fn cameras_stand_or_move_with_their_ancestors() {
 
 #[test]
 fn a_deep_chain_of_nodes_is_no_recursion() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     let depth = 50_000;
     let mut nodes: Vec<Value> = (1..depth).map(|i| json!({"children": [i]})).collect();
@@ -458,7 +458,7 @@ fn a_deep_chain_of_nodes_is_no_recursion() {
 
 #[test]
 fn counts_that_the_file_cannot_back_are_refused() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     b.node(json!({"mesh": mesh}));
     for count in [4u64, 1 << 40, u64::MAX] {
@@ -475,7 +475,7 @@ fn counts_that_the_file_cannot_back_are_refused() {
 
 #[test]
 fn draco_is_refused_with_the_way_out_unless_there_is_a_fallback() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     b.node(json!({"mesh": mesh}));
     b.json["meshes"][0]["primitives"][0]["extensions"] =
@@ -489,7 +489,7 @@ fn draco_is_refused_with_the_way_out_unless_there_is_a_fallback() {
 
 #[test]
 fn bounds_that_lie_are_noted() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     let mesh = b.triangle();
     b.node(json!({"mesh": mesh}));
     b.json["accessors"][0]["min"] = json!([0, 0, 0]);
@@ -501,7 +501,7 @@ fn bounds_that_lie_are_noted() {
 
 #[test]
 fn buffers_of_other_files_are_not_read_from_memory() {
-    let mut b = Builder::new();
+    let mut b = GltfBuilder::new();
     b.json["buffers"] = json!([{"uri": "x.bin", "byteLength": 4}]);
     assert!(b.error().contains("x.bin"), "{}", b.error());
 }

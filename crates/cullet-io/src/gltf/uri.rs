@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 /// Where the bytes of a buffer are.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Source {
+pub(super) enum UriSource {
     /// In the URI itself, decoded.
     Embedded(Vec<u8>),
     /// In a file, relative to the model's folder.
@@ -16,9 +16,9 @@ pub(super) enum Source {
 ///
 /// # Errors
 /// What is wrong with it, and what to do instead.
-pub(super) fn read(uri: &str) -> Result<Source, String> {
+pub(super) fn read(uri: &str) -> Result<UriSource, String> {
     if uri.len() >= 5 && uri.is_char_boundary(5) && uri[..5].eq_ignore_ascii_case("data:") {
-        return embedded(&uri[5..]).map(Source::Embedded);
+        return embedded(&uri[5..]).map(UriSource::Embedded);
     }
     let shown = shorten(uri);
     if uri.is_empty() {
@@ -42,7 +42,7 @@ pub(super) fn read(uri: &str) -> Result<Source, String> {
             "its URI {shown:?} leaves the folder of the model: put the file beside the model"
         ));
     }
-    Ok(Source::File(path))
+    Ok(UriSource::File(path))
 }
 
 /// The part of a data URI after `data:`.
@@ -133,8 +133,8 @@ mod tests {
 
     fn file(uri: &str) -> PathBuf {
         match read(uri).unwrap() {
-            Source::File(path) => path,
-            Source::Embedded(_) => panic!("embedded"),
+            UriSource::File(path) => path,
+            UriSource::Embedded(_) => panic!("embedded"),
         }
     }
 
@@ -177,14 +177,14 @@ mod tests {
             ("Zm9vYmE=", b"fooba"),
             ("+/+/", b"\xfb\xff\xbf"),
         ] {
-            assert_eq!(data(text), Ok(Source::Embedded(bytes.to_vec())), "{text}");
+            assert_eq!(data(text), Ok(UriSource::Embedded(bytes.to_vec())), "{text}");
         }
         for text in ["A", "A===", "Zm9vA", "Zm-v", "Zm9v\n"] {
             assert!(data(text).is_err(), "{text}");
         }
         assert_eq!(
             read("data:application/gltf-buffer,%00a%fF"),
-            Ok(Source::Embedded(b"\0a\xff".to_vec()))
+            Ok(UriSource::Embedded(b"\0a\xff".to_vec()))
         );
         assert!(read("data:application/gltf-buffer,%0").is_err());
         assert!(read("data:").is_err());

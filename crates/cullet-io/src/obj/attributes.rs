@@ -3,9 +3,10 @@
 
 use std::collections::HashMap;
 
-use super::{Compact, Reader};
+use super::Reader;
 use crate::attributes::{NO_COLOR, NO_NORMAL, NO_UV, linear};
 use crate::blocks::push;
+use crate::compact::Compact;
 use crate::{Attributes, ErrorKind};
 
 /// Which list of the file.

@@ -47,14 +47,14 @@ pub(super) fn gather(scene: &Scene, queries: &[[DVec3; 2]]) -> Vec<Vec<u32>> {
 }
 
 /// A slot's geometry in world space.
-struct Placed<'a> {
+struct PlacedMesh<'a> {
     mesh: &'a Mesh,
     transform: &'a Transform,
     linear: DMat3,
     translation: DVec3,
 }
 
-impl<'a> Placed<'a> {
+impl<'a> PlacedMesh<'a> {
     fn new(scene: &'a Scene, slot: u32) -> Self {
         let transform = scene.transform(slot);
         let column = |c: usize| DVec3::from(transform.linear[c].map(f64::from));
@@ -112,7 +112,7 @@ impl<'a> Placed<'a> {
 pub(super) fn is_free(scene: &Scene, slots: &[u32], point: DVec3, clearance: f64) -> bool {
     let origin = DVec3::from(scene.origin());
     slots.iter().all(|&slot| {
-        let placed = Placed::new(scene, slot);
+        let placed = PlacedMesh::new(scene, slot);
         let mut free = true;
         let near = |low: DVec3, high: DVec3| point.clamp(low, high).distance(point) < clearance;
         placed.triangles(near, |t| free &= distance(point, t) >= clearance);
@@ -130,7 +130,7 @@ pub(super) fn heights(scene: &Scene, slots: &[u32], x: f64, z: f64) -> Vec<f64> 
     let mut found = Vec::new();
     for &slot in slots {
         let over = |low: DVec3, high: DVec3| low.x <= x && x <= high.x && low.z <= z && z <= high.z;
-        Placed::new(scene, slot).triangles(over, |[a, b, c]| {
+        PlacedMesh::new(scene, slot).triangles(over, |[a, b, c]| {
             let side = |p: DVec3, q: DVec3| (q.x - p.x) * (z - p.z) - (q.z - p.z) * (x - p.x);
             let (u, v, w) = (side(b, c), side(c, a), side(a, b));
             let sum = u + v + w;
@@ -156,7 +156,7 @@ pub(super) fn sight(scene: &Scene, slots: &[u32], point: DVec3, along: DVec3, fa
             // A NaN (0/0) means that the line runs in a face of the box: look inside.
             enter <= leave || enter.is_nan() || leave.is_nan()
         };
-        Placed::new(scene, slot).triangles(crosses, |[a, b, c]| {
+        PlacedMesh::new(scene, slot).triangles(crosses, |[a, b, c]| {
             // Möller, Trumbore, *Fast, Minimum Storage Ray/Triangle Intersection*, 1997.
             let (e1, e2) = (b - a, c - a);
             let p = along.cross(e2);
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn winding_tells_inside_from_outside() {
         let scene = scene();
-        let placed = Placed::new(&scene, 0);
+        let placed = PlacedMesh::new(&scene, 0);
         assert!((placed.winding(DVec3::new(11.5, 0.3, -0.2)) - 1.0).abs() < 1e-9);
         assert!(placed.winding(DVec3::new(13.0, 0.3, -0.2)).abs() < 1e-9);
     }

@@ -1,6 +1,6 @@
 //! Properties of vertices besides their positions.
 
-use super::header::{Element, Kind};
+use super::header::{Element, Scalar};
 use crate::Attributes;
 use crate::attributes::{NO_COLOR, NO_NORMAL, NO_UV, linear};
 
@@ -20,7 +20,7 @@ pub(super) struct Columns {
 
 /// The attributes of one vertex.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row {
+pub(super) struct VertexAttributes {
     normal: [f32; 3],
     uv: [f32; 2],
     color: [f32; 4],
@@ -37,10 +37,10 @@ impl Columns {
         };
         let color = three(["red", "green", "blue"]).or_else(|| three(["r", "g", "b"]));
         let most = color.map_or(1.0, |[red, ..]| match element.properties[red].kind {
-            Kind::U8 | Kind::I8 => 255.0,
-            Kind::U16 | Kind::I16 => 65_535.0,
-            Kind::U32 | Kind::I32 => f64::from(u32::MAX),
-            Kind::F32 | Kind::F64 => 1.0,
+            Scalar::U8 | Scalar::I8 => 255.0,
+            Scalar::U16 | Scalar::I16 => 65_535.0,
+            Scalar::U32 | Scalar::I32 => f64::from(u32::MAX),
+            Scalar::F32 | Scalar::F64 => 1.0,
         });
         Self {
             normal: three(["nx", "ny", "nz"]),
@@ -60,13 +60,13 @@ impl Columns {
     }
 
     /// A vertex before anything is known of it.
-    pub(super) fn none(&self) -> Row {
-        Row { normal: NO_NORMAL, uv: NO_UV, color: NO_COLOR }
+    pub(super) fn none(&self) -> VertexAttributes {
+        VertexAttributes { normal: NO_NORMAL, uv: NO_UV, color: NO_COLOR }
     }
 
     /// Takes the value of a property.
     #[inline]
-    pub(super) fn take(&self, property: usize, value: f64, row: &mut Row) {
+    pub(super) fn take(&self, property: usize, value: f64, row: &mut VertexAttributes) {
         let place = |columns: &[usize]| columns.iter().position(|&c| c == property);
         if let Some(i) = self.normal.and_then(|c| place(&c)) {
             row.normal[i] = value as f32;
@@ -86,7 +86,7 @@ impl Columns {
 
     /// Appends a vertex.
     #[inline]
-    pub(super) fn push(&self, row: &Row, to: &mut Attributes) {
+    pub(super) fn push(&self, row: &VertexAttributes, to: &mut Attributes) {
         if self.normal.is_some() {
             to.normals.push(row.normal);
         }

@@ -13,7 +13,7 @@ pub(super) enum Encoding {
 
 /// The type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum Scalar {
     I8,
     U8,
     I16,
@@ -24,7 +24,7 @@ pub(super) enum Kind {
     F64,
 }
 
-impl Kind {
+impl Scalar {
     fn parse(word: &[u8]) -> Option<Self> {
         Some(match word {
             b"char" | b"int8" => Self::I8,
@@ -56,12 +56,12 @@ impl Kind {
 
 /// A property of an element.
 #[derive(Clone, Debug)]
-pub(super) struct Property {
+pub(super) struct PlyProperty {
     pub(super) name: String,
     /// The type of the value, or of each value of the list.
-    pub(super) kind: Kind,
+    pub(super) kind: Scalar,
     /// The type of the number of values, where it is a list.
-    pub(super) count: Option<Kind>,
+    pub(super) count: Option<Scalar>,
 }
 
 /// A kind of row: vertices, faces, and whatever else.
@@ -69,7 +69,7 @@ pub(super) struct Property {
 pub(super) struct Element {
     pub(super) name: String,
     pub(super) count: u64,
-    pub(super) properties: Vec<Property>,
+    pub(super) properties: Vec<PlyProperty>,
     /// Where its count stands, for messages.
     at: u64,
 }
@@ -221,12 +221,12 @@ fn parse_element(c: &mut Cursor<'_>) -> Result<Element, ErrorKind> {
     Ok(Element { name, count, properties: Vec::new(), at })
 }
 
-fn parse_property(c: &mut Cursor<'_>) -> Result<Property, ErrorKind> {
+fn parse_property(c: &mut Cursor<'_>) -> Result<PlyProperty, ErrorKind> {
     c.skip_blanks();
     let kind = |c: &mut Cursor<'_>| {
         c.skip_blanks();
         let start = c.offset();
-        Kind::parse(c.token()).ok_or_else(|| {
+        Scalar::parse(c.token()).ok_or_else(|| {
             c.seek(start);
             c.expected("a type: char, uchar, short, ushort, int, uint, float or double")
         })
@@ -242,5 +242,5 @@ fn parse_property(c: &mut Cursor<'_>) -> Result<Property, ErrorKind> {
         (None, kind(c)?)
     };
     c.skip_blanks();
-    Ok(Property { name: quote(c.token()), kind, count })
+    Ok(PlyProperty { name: quote(c.token()), kind, count })
 }

@@ -8,12 +8,12 @@ mod header;
 use cullet::mesh::MeshData;
 
 use self::attributes::Columns;
-use self::header::{Element, Encoding, Header, Kind};
+use self::header::{Element, Encoding, Header, Scalar};
 use crate::blocks::{Records, Source, make_room};
-use crate::builder::{Builder, GREY};
-use crate::polygon::Triangulator;
+use crate::builder::Builder;
+use crate::polygon::{CONCAVE, Triangulator};
 use crate::text::Cursor;
-use crate::{Attributes, ErrorKind, LoadOptions};
+use crate::{Attributes, ErrorKind, LoadOptions, Material};
 
 pub(crate) fn read<'o>(
     name: &str,
@@ -23,7 +23,7 @@ pub(crate) fn read<'o>(
     let mut c = Cursor::new(source);
     let header = header::parse(&mut c)?;
     let mut builder = Builder::new(name, options);
-    builder.material("default", GREY);
+    builder.material("default", Material::GREY);
     let body = header.body;
     match header.encoding {
         Encoding::Ascii => {
@@ -45,11 +45,11 @@ pub(crate) fn read<'o>(
 /// The values of the body, one after the other. Every 32-bit integer and float is exact in f64.
 trait Values {
     /// The next value.
-    fn value(&mut self, kind: Kind, row: &Row<'_>) -> Result<f64, ErrorKind>;
+    fn value(&mut self, kind: Scalar, row: &Row<'_>) -> Result<f64, ErrorKind>;
     /// Skips rows of which each has the same size.
     fn skip_fixed(&mut self, element: &Element) -> Result<(), ErrorKind>;
     /// The most values of a type that the bytes left can hold.
-    fn most(&self, kind: Kind) -> u64;
+    fn most(&self, kind: Scalar) -> u64;
     /// Bytes left.
     fn left(&self) -> u64;
     /// Refines an error with a place, where the file has lines.
@@ -77,12 +77,12 @@ struct Ascii<'a> {
 
 impl Values for Ascii<'_> {
     #[inline]
-    fn value(&mut self, kind: Kind, row: &Row<'_>) -> Result<f64, ErrorKind> {
+    fn value(&mut self, kind: Scalar, row: &Row<'_>) -> Result<f64, ErrorKind> {
         self.c.skip_lines()?;
         // Rounded once, to the type that the header declares.
         let value = match kind {
-            Kind::F32 => self.c.f32().map(f64::from),
-            Kind::F64 => self.c.f64(),
+            Scalar::F32 => self.c.f32().map(f64::from),
+            Scalar::F64 => self.c.f64(),
             _ => {
                 let at = self.c.offset();
                 match self.c.integer() {
@@ -112,7 +112,7 @@ impl Values for Ascii<'_> {
         Ok(())
     }
 
-    fn most(&self, _kind: Kind) -> u64 {
+    fn most(&self, _kind: Scalar) -> u64 {
         self.c.left().div_ceil(2)
     }
 
@@ -143,16 +143,16 @@ impl<const BIG: bool> Binary<'_, BIG> {
 
 impl<const BIG: bool> Values for Binary<'_, BIG> {
     #[inline]
-    fn value(&mut self, kind: Kind, row: &Row<'_>) -> Result<f64, ErrorKind> {
+    fn value(&mut self, kind: Scalar, row: &Row<'_>) -> Result<f64, ErrorKind> {
         let value = match kind {
-            Kind::I8 => self.take()?.map(|b| f64::from(i8::from_le_bytes(b))),
-            Kind::U8 => self.take()?.map(|b| f64::from(u8::from_le_bytes(b))),
-            Kind::I16 => self.take()?.map(|b| f64::from(i16::from_le_bytes(b))),
-            Kind::U16 => self.take()?.map(|b| f64::from(u16::from_le_bytes(b))),
-            Kind::I32 => self.take()?.map(|b| f64::from(i32::from_le_bytes(b))),
-            Kind::U32 => self.take()?.map(|b| f64::from(u32::from_le_bytes(b))),
-            Kind::F32 => self.take()?.map(|b| f64::from(f32::from_le_bytes(b))),
-            Kind::F64 => self.take()?.map(f64::from_le_bytes),
+            Scalar::I8 => self.take()?.map(|b| f64::from(i8::from_le_bytes(b))),
+            Scalar::U8 => self.take()?.map(|b| f64::from(u8::from_le_bytes(b))),
+            Scalar::I16 => self.take()?.map(|b| f64::from(i16::from_le_bytes(b))),
+            Scalar::U16 => self.take()?.map(|b| f64::from(u16::from_le_bytes(b))),
+            Scalar::I32 => self.take()?.map(|b| f64::from(i32::from_le_bytes(b))),
+            Scalar::U32 => self.take()?.map(|b| f64::from(u32::from_le_bytes(b))),
+            Scalar::F32 => self.take()?.map(|b| f64::from(f32::from_le_bytes(b))),
+            Scalar::F64 => self.take()?.map(f64::from_le_bytes),
         };
         value.ok_or_else(|| self.error(row, "the file ends here; it may be cut short".into()))
     }
@@ -169,7 +169,7 @@ impl<const BIG: bool> Values for Binary<'_, BIG> {
         Ok(())
     }
 
-    fn most(&self, kind: Kind) -> u64 {
+    fn most(&self, kind: Scalar) -> u64 {
         self.left() / kind.size() as u64
     }
 
@@ -198,15 +198,15 @@ fn read_rows(
         return Err(ErrorKind::OverLimit { item: "vertices".into(), count: vertex.count, limit });
     };
     let details = builder.keeps_details();
-    let mut out = Surface { vertex_count, details, ..Surface::default() };
+    let mut out = PlyMesh { vertex_count, details, ..PlyMesh::default() };
     for element in &header.elements {
         match element.name.as_str() {
             // Without properties there are no bytes, and a loop over the rows may never end.
             _ if element.properties.is_empty() => {}
             "vertex" => out.read_vertices(element, &mut values)?,
-            "face" | "faces" => out.read_lists(element, &mut values, builder, Surface::polygon)?,
+            "face" | "faces" => out.read_lists(element, &mut values, builder, PlyMesh::polygon)?,
             "tristrips" | "tristrip" => {
-                out.read_lists(element, &mut values, builder, Surface::strip)?;
+                out.read_lists(element, &mut values, builder, PlyMesh::strip)?;
             }
             _ if element.is_fixed() => values.skip_fixed(element)?,
             _ => skip(element, &mut values)?,
@@ -221,7 +221,7 @@ fn read_rows(
     }
     for (count, what) in [
         (out.short, "faces of fewer than 3 vertices were skipped"),
-        (out.triangulator.fanned, crate::obj::CONCAVE),
+        (out.triangulator.fanned, CONCAVE),
     ] {
         if count > 0 {
             builder.warn("file", format!("{count} {what}"));
@@ -235,7 +235,7 @@ fn read_rows(
         return Ok(());
     }
     let name = builder.model.name.clone();
-    let Surface { positions, attributes, indices, polygons, .. } = out;
+    let PlyMesh { positions, attributes, indices, polygons, .. } = out;
     if details {
         builder.attributes(attributes);
     }
@@ -244,7 +244,7 @@ fn read_rows(
 
 /// The mesh that is being read.
 #[derive(Default)]
-struct Surface {
+struct PlyMesh {
     vertex_count: u32,
     /// Whether attributes are kept.
     details: bool,
@@ -261,7 +261,7 @@ struct Surface {
 /// Stands for the index −1, which ends a strip.
 const RESTART: u32 = u32::MAX;
 
-impl Surface {
+impl PlyMesh {
     fn read_vertices(
         &mut self,
         element: &Element,
@@ -324,7 +324,7 @@ impl Surface {
         };
         // Room for a triangle a row: quads take it twice, and it grows.
         let list = &element.properties[indices];
-        let size = list.kind.size() as u64 * 3 + list.count.map_or(0, Kind::size) as u64;
+        let size = list.kind.size() as u64 * 3 + list.count.map_or(0, Scalar::size) as u64;
         let rows = element.count.min(values.left() / size);
         make_room(&mut self.indices, rows as usize * 3);
         for row in 0..element.count {
@@ -393,7 +393,7 @@ impl Surface {
 #[inline]
 fn list_length(at: &Row<'_>, values: &mut impl Values) -> Result<usize, ErrorKind> {
     let property = &at.element.properties[at.property];
-    let count = values.value(property.count.unwrap_or(Kind::U8), at)?;
+    let count = values.value(property.count.unwrap_or(Scalar::U8), at)?;
     let most = values.most(property.kind);
     if !(count >= 0.0 && count <= most as f64) || count.fract() != 0.0 {
         let message = format!("a list of {count} values, but the bytes left hold at most {most}");

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use cullet::mesh::{Alpha, MeshData};
 use cullet::{Projection, Transform};
 
+use super::builder::{SceneBuilder, Sides, fill};
 use super::rng::{Rng, morton_grid, sin_cos};
 use super::shapes::{Shape, mesh_data};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
-use super::{Builder, Sides, fill};
 use crate::{CameraNode, Model};
 
 pub(super) const INFO: SceneInfo = SceneInfo {
@@ -138,7 +138,7 @@ fn kinds() -> [(&'static str, u32, Shape); 7] {
 pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     let seed = spec.get("seed");
     let cells = spec.get("cells") as u32;
-    let mut b = Builder::new(spec);
+    let mut b = SceneBuilder::new(spec);
 
     let mut rng = Rng::new(seed, 1);
     let buildings = (0..cells * cells)

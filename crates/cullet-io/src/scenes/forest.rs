@@ -2,10 +2,10 @@
 
 use cullet::mesh::MeshData;
 
+use super::builder::{SceneBuilder, Sides, turned};
 use super::rng::{Rng, morton_grid, sin_cos};
 use super::shapes::{Shape, mesh_data};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
-use super::{Builder, Sides, turned};
 use crate::Model;
 
 pub(super) const INFO: SceneInfo = SceneInfo {
@@ -135,7 +135,7 @@ fn fir() -> [Shape; 2] {
 pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     let seed = spec.get("seed");
     let n = spec.get("n");
-    let mut b = Builder::new(spec);
+    let mut b = SceneBuilder::new(spec);
     let bark = b.material("bark", 0x6B4F35);
     let pine = b.material("fir needles", 0x2E5E3A);
     let leaf = b.material("leaves", 0x5E8C3A);

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use cullet::Transform;
 use glam::DVec3;
 
+use super::builder::{SceneBuilder, Sides};
 use super::shapes::Shape;
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
-use super::{Builder, Sides};
 use crate::Model;
 
 pub(super) const INFO: SceneInfo = SceneInfo {
@@ -25,7 +25,7 @@ pub(super) const INFO: SceneInfo = SceneInfo {
 
 pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     let (positions, indices) = knobbly_ball(spec.get("n") as u16);
-    let mut b = Builder::new(spec);
+    let mut b = SceneBuilder::new(spec);
     let material = b.material("clay", 0xCFC8BC);
     let mesh = b.mesh("knobbly ball", &[(Shape { positions, indices }, material)], Sides::One)?;
     // Its lowest point is 1.15 below its middle at the most: three knobs of 0.05.

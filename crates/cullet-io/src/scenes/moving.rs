@@ -8,12 +8,12 @@ use cullet::mesh::Alpha;
 use cullet::{BoundsOverride, Instance, Mesh, Transform};
 use glam::{DAffine3, DVec3};
 
+use super::builder::{SceneBuilder, Sides, fill, turned};
 use super::rng::{Rng, sin_cos};
 use super::shapes::{Shape, mesh_data};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
-use super::{Builder, Sides, fill, turned};
 use crate::Model;
-use crate::pose::{Kind, Motion};
+use crate::motion::{Motion, MotionKind};
 
 pub(super) const INFO: SceneInfo = SceneInfo {
     name: "moving",
@@ -217,7 +217,7 @@ impl Way {
     }
 }
 
-impl Builder {
+impl SceneBuilder {
     /// Adds a mesh of its own for one instance that deforms, under bounds that were made without it.
     fn deformed(
         &mut self,
@@ -265,7 +265,7 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     let n = spec.get("n") as u32;
     let t = spec.get("t") as f64 * 1e-3;
     let mut rng = Rng::new(spec.get("seed"), 1);
-    let mut b = Builder::new(spec);
+    let mut b = SceneBuilder::new(spec);
     let paving = b.material("paving", 0xB9B4AA);
     let stone = b.material("stone", 0x8D8B86);
     let wood = b.material("wood", 0xA9773F);
@@ -332,6 +332,6 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
             }
         }
     }
-    b.model.motion = Some(Motion { kind: Kind::Scene(spec.canonical()) });
+    b.model.motion = Some(Motion { kind: MotionKind::Scene(spec.canonical()) });
     Ok(b.finish())
 }

@@ -5,10 +5,10 @@ mod furniture;
 use cullet::mesh::Alpha;
 use cullet::{MeshId, Transform};
 
+use super::builder::{SceneBuilder, Sides, fill, turned};
 use super::rng::Rng;
 use super::shapes::{Shape, mesh_data};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
-use super::{Builder, Sides, fill, turned};
 use crate::{Cell, Model, Portal};
 use furniture::Furniture;
 
@@ -126,7 +126,7 @@ struct Line {
 }
 
 struct Office {
-    b: Builder,
+    b: SceneBuilder,
     wall: MeshId,
     slab: MeshId,
     glass: MeshId,
@@ -138,7 +138,7 @@ struct Office {
 }
 
 pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
-    let mut b = Builder::new(spec);
+    let mut b = SceneBuilder::new(spec);
     let plaster = b.material("plaster", 0xE9E4D8);
     let concrete = b.material("concrete", 0xA7A39B);
     let lawn = b.material("lawn", 0x7E9B5B);

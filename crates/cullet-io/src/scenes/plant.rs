@@ -6,10 +6,10 @@ mod piping;
 use cullet::{MeshId, Projection, Transform};
 use glam::{DMat3, DVec3};
 
+use super::builder::{SceneBuilder, Sides, fill, turned};
 use super::rng::Rng;
 use super::shapes::Shape;
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
-use super::{Builder, Sides, fill, turned};
 use crate::{CameraNode, Model};
 
 pub(super) const INFO: SceneInfo = SceneInfo {
@@ -93,7 +93,7 @@ struct Parts {
 }
 
 struct Plant {
-    b: Builder,
+    b: SceneBuilder,
     parts: Parts,
     bays: usize,
     floors: usize,
@@ -101,7 +101,7 @@ struct Plant {
 }
 
 pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
-    let mut b = Builder::new(spec);
+    let mut b = SceneBuilder::new(spec);
     let floors = spec.get("floors") as usize;
     let mut rng = Rng::new(spec.get("seed"), 1);
     let parts = Parts::new(&mut b, spec, floors as f64 * STOREY, &mut rng)?;
@@ -118,7 +118,7 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
 
 impl Parts {
     fn new(
-        b: &mut Builder,
+        b: &mut SceneBuilder,
         spec: &Spec,
         height: f64,
         rng: &mut Rng,

@@ -5,10 +5,10 @@ use std::f64::consts::SQRT_2;
 use cullet::Transform;
 use glam::{DMat3, DVec3};
 
+use super::builder::{SceneBuilder, Sides, any_rotation, fill};
 use super::rng::{Rng, sin_cos};
 use super::shapes::{Shape, star};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
-use super::{Builder, Sides, any_rotation, fill};
 use crate::Model;
 
 pub(super) const INFO: SceneInfo = SceneInfo {
@@ -192,7 +192,7 @@ fn knot(t: f64) -> (DVec3, DVec3, DVec3) {
 pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
     let n = spec.get("n") as u32;
     let mut rng = Rng::new(spec.get("seed"), 1);
-    let mut b = Builder::new(spec);
+    let mut b = SceneBuilder::new(spec);
     let mut meshes = Vec::new();
     for (i, (name, shape)) in kinds().into_iter().enumerate() {
         let material = b.material(name, COLOURS[i % COLOURS.len()]);

@@ -6,45 +6,25 @@ use cullet::clip::{Clipper, GuardBand, ObjectRegion, Region, Sorted, Window, spa
 use cullet::cull::frustum::batch;
 use cullet::{Camera, Depth, Projection, Transform, View};
 
-use super::measure::{fastest_of_both, stream};
-use super::measured::{Measured, Yardstick};
+use super::measure::beside_reading;
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
+use super::world::{Random, size_name};
 
 /// Triangles or lines of the workloads that cut: in the second cache, and no predictor learns them.
 const PRIMITIVES: usize = 16_384;
 /// Half the side of the cube of points, and where the camera stands in it.
 const HALF: f32 = 100.0;
 
-/// What a workload needs besides its work.
-struct Row<'a> {
-    name: &'a str,
-    level: &'static str,
-    items: usize,
-    visible: usize,
-    bytes: usize,
-    checked: bool,
-}
-
 fn measure(
     options: &BenchOptions,
-    row: &Row<'_>,
+    workload: Workload,
+    bytes: usize,
     each: &mut dyn FnMut(Measured),
     pass: impl FnMut(),
 ) {
-    let best = batch::levels()[0].1;
-    let same_bytes = vec![1.0_f32; row.items * row.bytes / 4];
-    let [limit, time] =
-        fastest_of_both(options.seconds, |turn| stream(best, &same_bytes, turn), pass);
-    each(Measured {
-        name: row.name.to_owned(),
-        level: row.level,
-        items: row.items,
-        visible: row.visible,
-        ns_per_item: time / row.items as f64,
-        yardstick: Yardstick::streaming(row.bytes, row.items, time, limit),
-        checked: row.checked,
-        versus: None,
-    });
+    let times = beside_reading(options.seconds, workload.items * bytes, pass);
+    each(workload.streaming(bytes, times));
 }
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
@@ -56,22 +36,6 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     both_places(options, each);
 }
 
-/// Numbers in −1..1 (Marsaglia, *Xorshift RNGs*, 2003).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 40) as f32 / (1 << 23) as f32 - 1.0
-    }
-
-    fn point<const D: usize>(&mut self, size: f32) -> [f32; D] {
-        std::array::from_fn(|_| self.next() * size)
-    }
-}
-
 fn view() -> View {
     let projection =
         Projection::Perspective { fov_y_radians: 1.0, aspect: 16.0 / 9.0, near: 0.1, far: 1000.0 };
@@ -81,31 +45,25 @@ fn view() -> View {
 
 /// One word a point, and triangles sorted by them.
 fn outcodes(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) {
-    let power = len.checked_ilog10().unwrap_or(0);
-    let scale = 10_usize.pow(power);
-    let size = if len.is_multiple_of(scale) {
-        format!("{}e{power}", len / scale)
-    } else {
-        len.to_string()
-    };
-    let [points_name, sort_name] = ["outcodes", "sort"].map(|what| format!("clip/{what}/{size}"));
+    let [points_name, sort_name] =
+        ["outcodes", "sort"].map(|what| format!("clip/{what}/{}", size_name(len)));
     if !options.wants(&points_name) && !options.wants(&sort_name) {
         return;
     }
-    let mut random = Random(0x1234_5678_9abc_def1);
+    let mut random = Random::new();
     let points: Vec<[f32; 3]> = (0..len).map(|_| random.point(HALF)).collect();
     let region = ObjectRegion::new(&view().frustum(), &Transform::IDENTITY);
     if options.wants(&points_name) {
         let expected: Vec<u32> = points.iter().map(|&p| region.outcode(p).outside).collect();
         let visible = expected.iter().filter(|c| **c == 0).count();
         let mut codes = Vec::new();
-        for (name, level) in batch::levels() {
+        for (level_name, level) in batch::levels() {
             region.outcodes_into(level, &points, u32::MAX, &mut codes);
             let checked = codes == expected;
+            let name = points_name.clone();
+            let workload = Workload { name, level: level_name, items: len, visible, checked };
             // Twelve bytes read, four written.
-            let row =
-                Row { name: &points_name, level: name, items: len, visible, bytes: 16, checked };
-            measure(options, &row, each, || {
+            measure(options, workload, 16, each, || {
                 region.outcodes_into(level, &points, u32::MAX, &mut codes);
             });
         }
@@ -123,9 +81,8 @@ fn outcodes(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) 
             region.rejects(&corners, u32::MAX).is_none()
         });
         let checked = by_one.count() == visible;
-        let row =
-            Row { name: &sort_name, level: "scalar", items: len, visible, bytes: 24, checked };
-        measure(options, &row, each, || {
+        let workload = Workload { name: sort_name, level: "scalar", items: len, visible, checked };
+        measure(options, workload, 24, each, || {
             region.sort_into(&points, &indices, 0..len as u32, &mut sorted);
         });
     }
@@ -133,13 +90,13 @@ fn outcodes(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) 
 
 /// Lines of which a third is accepted or rejected by outcodes and the rest is cut.
 fn lines(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
-    let mut random = Random(0x1234_5678_9abc_def1);
+    let mut random = Random::new();
     let ends: Vec<[[f32; 3]; 2]> =
         (0..PRIMITIVES).map(|_| [random.point(2.0), random.point(2.0)]).collect();
     let window = Window::new([-1.0_f32; 3], [1.0; 3]).expect("low is below high");
     let region = window.region();
-    type Way<'a> = Box<dyn Fn(&[[f32; 3]; 2]) -> Option<[f32; 2]> + 'a>;
-    let ways: [(&str, Way<'_>); 3] = [
+    type LineTest<'a> = Box<dyn Fn(&[[f32; 3]; 2]) -> Option<[f32; 2]> + 'a>;
+    let ways: [(&str, LineTest<'_>); 3] = [
         ("cohen-sutherland", Box::new(|[a, b]| window.cohen_sutherland(a, b))),
         ("liang-barsky", Box::new(|[a, b]| window.liang_barsky(a, b))),
         ("cyrus-beck", Box::new(|[a, b]| region.clip_line(a, b))),
@@ -160,9 +117,8 @@ fn lines(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         });
         let visible = ends.iter().filter(|line| way(line).is_some()).count();
         let mut found = vec![None; PRIMITIVES];
-        let row =
-            Row { name: &name, level: "scalar", items: PRIMITIVES, visible, bytes: 24, checked };
-        measure(options, &row, each, || {
+        let workload = Workload { name, level: "scalar", items: PRIMITIVES, visible, checked };
+        measure(options, workload, 24, each, || {
             for (found, line) in found.iter_mut().zip(&ends) {
                 *found = way(line);
             }
@@ -180,7 +136,7 @@ fn window_in_f64() -> Region<f64, 3> {
 /// planes; one with a corner behind the eye straddles several, for that is outside of left or right whatever
 /// its x.
 fn straddling(guard: &GuardBand<f32>, planes: u32) -> Vec<[[f32; 4]; 3]> {
-    let mut random = Random(0x1234_5678_9abc_def1);
+    let mut random = Random::new();
     let m = view().clip_from_world();
     let mut found = Vec::with_capacity(PRIMITIVES);
     while found.len() < PRIMITIVES {
@@ -233,9 +189,10 @@ fn guard_band(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
                 let exact = area_of(exact.iter().copied());
                 (0..3).all(|i| (area[i] - exact[i]).abs() < 1e-2)
             });
-            let row = Row { name, level: "scalar", items: PRIMITIVES, visible, bytes: 48, checked };
+            let (name, items) = (name.to_owned(), PRIMITIVES);
+            let workload = Workload { name, level: "scalar", items, visible, checked };
             let mut vertices = Vec::with_capacity(PRIMITIVES * 9);
-            measure(options, &row, each, || {
+            measure(options, workload, 48, each, || {
                 vertices.clear();
                 for t in triangles {
                     vertices.extend_from_slice(clip(&guard, region, banded, &mut clipper, t));
@@ -279,7 +236,7 @@ fn both_places(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         return;
     }
     let view = view();
-    let mut random = Random(0x1234_5678_9abc_def1);
+    let mut random = Random::new();
     let triangles: Vec<[[f64; 3]; 3]> = (0..PRIMITIVES)
         .map(|_| {
             let at: [f32; 3] = random.point(20.0);
@@ -312,15 +269,16 @@ fn both_places(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         let [a, b] = [0, 1].map(|i| area_of(vertices[i].iter().copied()));
         checked &= (0..3).all(|i| (a[i] - b[i]).abs() < 1e-6);
     }
-    type Place<'a> = &'a mut dyn FnMut(&[[f64; 3]; 3], &mut Vec<[f64; 4]>);
-    let places: [Place<'_>; 2] = [&mut in_world, &mut in_clip];
+    type Clip<'a> = &'a mut dyn FnMut(&[[f64; 3]; 3], &mut Vec<[f64; 4]>);
+    let places: [Clip<'_>; 2] = [&mut in_world, &mut in_clip];
     for (name, place) in names.iter().zip(places) {
         if !options.wants(name) {
             continue;
         }
-        let row = Row { name, level: "scalar", items: PRIMITIVES, visible, bytes: 72, checked };
+        let (name, items) = (name.clone(), PRIMITIVES);
+        let workload = Workload { name, level: "scalar", items, visible, checked };
         let out = &mut vertices[0];
-        measure(options, &row, each, || {
+        measure(options, workload, 72, each, || {
             out.clear();
             triangles.iter().for_each(|t| place(t, out));
             black_box(&*out);

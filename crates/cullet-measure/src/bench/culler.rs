@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use cullet::cull::frustum::batch::levels;
 use cullet::{Culler, Funnel, Output, Scene, Stage, Unit, ViewState, Visible};
-use cullet_command::args::{CullArgs, SceneArgs, ViewArgs};
+use cullet_command::args::InputArgs;
 use cullet_command::clock::clock;
 use cullet_command::console::{Console, count, grouped, interrupted};
 use cullet_command::exit::{Exit, Outcome};
@@ -29,14 +29,10 @@ Examples
 #[derive(Debug, Args)]
 pub(crate) struct CullerArgs {
     #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    view: ViewArgs,
-    #[command(flatten)]
-    cull: CullArgs,
+    input: InputArgs,
     /// How deep the answer goes
-    #[arg(long, value_enum, default_value_t = Deep::Clusters)]
-    output: Deep,
+    #[arg(long, value_parser = parse::choice(OUTPUTS), default_value = "clusters")]
+    output: Output,
     /// Seconds for each view
     #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = parse::distance)]
     seconds: f64,
@@ -48,7 +44,7 @@ pub(crate) struct CullerArgs {
 impl CullerArgs {
     /// Puts the path that suits the scene where none was given.
     pub(crate) fn settle(&mut self) {
-        self.view.settle(&self.scene);
+        self.input.settle();
     }
 
     /// Where JSON is asked for.
@@ -57,19 +53,16 @@ impl CullerArgs {
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Deep {
-    /// Whole instances
-    Instances,
-    /// Instances and clusters
-    Clusters,
-    /// Triangles too
-    Triangles,
-}
+/// How deep the answer goes.
+const OUTPUTS: &[(&str, Output, &str)] = &[
+    ("instances", Output::Instances, "Whole instances"),
+    ("clusters", Output::Clusters, "Instances and clusters"),
+    ("triangles", Output::Triangles, "Triangles too"),
+];
 
 /// A stage in all views.
 #[derive(Debug, Serialize)]
-struct Row {
+struct StageMeans {
     stage: &'static str,
     unit: &'static str,
     /// Means over the views.
@@ -93,14 +86,14 @@ struct Work {
 }
 
 #[derive(Debug, Serialize)]
-struct Record<'a> {
+struct CullerRecord<'a> {
     schema: u32,
     machine: Machine,
     scene: &'a str,
     instances: u32,
     views: usize,
     level: &'static str,
-    stages: Vec<Row>,
+    stages: Vec<StageMeans>,
     /// All of a cull, what is between and after the stages included.
     ms: f64,
     worst_ms: f64,
@@ -121,16 +114,12 @@ struct Fastest {
 
 /// Runs the command.
 pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
-    let mut model = inputs::load(&args.scene, console)?;
-    occluders::give(&mut model, &args.cull, console)?;
-    inputs::begin(&mut model, &args.view, console)?;
-    let views = inputs::views(&model, &args.view, console)?;
-    let mut culler = inputs::culler(&args.cull);
-    culler.output = match args.output {
-        Deep::Instances => Output::Instances,
-        Deep::Clusters => Output::Clusters,
-        Deep::Triangles => Output::Triangles,
-    };
+    let mut model = inputs::load(&args.input.scene, console)?;
+    occluders::give(&mut model, &args.input.cull, console)?;
+    inputs::begin(&mut model, &args.input.view, console)?;
+    let views = inputs::views(&model, &args.input.view, console)?;
+    let mut culler = inputs::culler(&args.input.cull);
+    culler.output = args.output;
     model.scene.prepare(culler.preparation());
     let scene = &model.scene;
     let level = levels()[0].0;
@@ -174,7 +163,7 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
         return Ok(Exit::Interrupted);
     }
     let complete = bests.len() == views.len() && !interrupted();
-    let record = Record::new(&model.name, scene, level, &bests, checked);
+    let record = CullerRecord::new(&model.name, scene, level, &bests, checked);
     record.print(console);
     if let Some(path) = &args.json {
         write_json(path, &record)?;
@@ -196,7 +185,7 @@ fn is_same(a: &Visible, b: &Visible) -> bool {
         && counts(a) == counts(b)
 }
 
-impl<'a> Record<'a> {
+impl<'a> CullerRecord<'a> {
     fn new(
         name: &'a str,
         scene: &Scene,
@@ -206,7 +195,7 @@ impl<'a> Record<'a> {
     ) -> Self {
         let views = bests.len() as f64;
         let ms = |d: Duration| d.as_secs_f64() * 1e3;
-        let mut stages: Vec<(Stage, Unit, Row)> = Vec::new();
+        let mut stages: Vec<(Stage, Unit, StageMeans)> = Vec::new();
         let mut work = Work::default();
         for best in bests {
             for row in &best.funnel.rows {
@@ -214,7 +203,7 @@ impl<'a> Record<'a> {
                 let at = at.unwrap_or_else(|| {
                     let (stage, unit) = (row.stage.name(), row.unit.name());
                     let empty =
-                        Row { stage, unit, entered: 0.0, left: 0.0, ms: 0.0, worst_ms: 0.0 };
+                        StageMeans { stage, unit, entered: 0.0, left: 0.0, ms: 0.0, worst_ms: 0.0 };
                     stages.push((row.stage, row.unit, empty));
                     stages.len() - 1
                 });

@@ -1,13 +1,12 @@
 //! Cutting a sphere open: with one plane and with the six of a box, left open and capped.
 
-use cullet::Level;
 use cullet::bounds::Plane;
 use cullet::mesh::Topology;
 use cullet_cut::{CapOptions, CutInput, CutMesh, CutOptions, Keep, box_planes, cut};
 use glam::DVec3;
 
-use super::measure::{fastest_of_both, stream};
-use super::measured::{Measured, Yardstick};
+use super::measure::beside_reading;
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 
 /// Triangles of the sphere.
@@ -48,13 +47,9 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         let read = positions.len() * (12 + stride * 4) + indices.len() * 4;
         let first = cut(&input, planes, &settings).unwrap_or_default();
         let written = first.positions.len() * (12 + stride * 4) + first.indices.len() * 4;
-        let floats = vec![1.0; (read + written) / 4];
-        let level = Level::new();
-        let [limit, time] = fastest_of_both(
-            options.seconds,
-            |turn| stream(level, &floats, turn),
-            || done = cut(&input, planes, &settings).unwrap_or_default(),
-        );
+        let times = beside_reading(options.seconds, read + written, || {
+            done = cut(&input, planes, &settings).unwrap_or_default();
+        });
         let checked = if capped {
             Topology::of(&done.positions, &done.indices).boundary_edges == 0
                 && !done.caps.is_empty()
@@ -62,16 +57,9 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             let (left, right) = (area(&done.positions, &done.indices), area_ref(&input, planes));
             done == first && (left - right).abs() < right * 1e-5
         };
-        each(Measured {
-            name: name(what),
-            level: "scalar",
-            items,
-            visible: done.origin.len(),
-            ns_per_item: time / items as f64,
-            yardstick: Yardstick::streaming((read + written) / items, items, time, limit),
-            versus: None,
-            checked,
-        });
+        let visible = done.origin.len();
+        let workload = Workload { name: name(what), level: "scalar", items, visible, checked };
+        each(workload.streaming((read + written) / items, times));
     }
 }
 

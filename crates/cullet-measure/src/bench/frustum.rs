@@ -5,9 +5,9 @@ use cullet::bounds::{Boxes, Sphere, Spheres};
 use cullet::cull::frustum::batch::{self, Indices, Planes};
 
 use super::measure::{fastest_of_both, stream};
-use super::measured::{Measured, Yardstick};
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
-use super::world::{Layout, Random, planes_that_see, size_name};
+use super::world::{HALF, Layout, Random, planes_that_see, size_name};
 
 /// Shares of the items that are to be visible, in percent.
 const VISIBLE: [usize; 3] = [5, 30, 70];
@@ -75,21 +75,14 @@ fn run_kind<B>(options: &BenchOptions, kind: &Kind<B>, each: &mut dyn FnMut(Meas
             let mut visible = Indices::new();
             (kind.cull)(level, &planes, &kind.batch, &mut visible);
             let checked = *visible == *expected;
-            let [limit, time] = fastest_of_both(
+            let times = fastest_of_both(
                 options.seconds,
                 |turn| stream(best, (kind.floats)(&kind.batch), turn),
                 || (kind.cull)(level, &planes, &kind.batch, &mut visible),
             );
-            each(Measured {
-                name: name.clone(),
-                level: level_name,
-                items: kind.len,
-                visible: visible.len(),
-                ns_per_item: time / kind.len as f64,
-                yardstick: Yardstick::streaming(kind.bytes, kind.len, time, limit),
-                checked,
-                versus: None,
-            });
+            let (name, items, visible) = (name.clone(), kind.len, visible.len());
+            let workload = Workload { name, level: level_name, items, visible, checked };
+            each(workload.streaming(kind.bytes, times));
         }
     }
 }
@@ -99,7 +92,7 @@ fn random_spheres(len: usize) -> Spheres {
     let mut spheres = Spheres::new();
     spheres.resize(len);
     for i in 0..len {
-        let center = random.point();
+        let center = random.point(HALF);
         spheres.set(i, &Sphere { center, radius: random.next() * 5.0 });
     }
     spheres

@@ -7,38 +7,12 @@ use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::Hierarchy;
 
 use super::measure::fastest_of_both;
-use super::measured::{Measured, Yardstick};
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 use super::world::{Layout, camera_over, planes_of, size_name};
 
 /// Shares of the boxes that are to be visible, in percent.
 const VISIBLE: [usize; 4] = [1, 10, 50, 100];
-
-/// A way to cull, timed against another.
-pub(super) struct Against {
-    pub(super) name: String,
-    pub(super) level: &'static str,
-    pub(super) items: usize,
-    pub(super) visible: usize,
-    pub(super) checked: bool,
-}
-
-impl Against {
-    /// With the times of the yardstick and of this.
-    pub(super) fn measured(self, [other, time]: [f64; 2], ratio_to: &str) -> Measured {
-        let Self { name, level, items, visible, checked } = self;
-        Measured {
-            name,
-            level,
-            items,
-            visible,
-            ns_per_item: time / items as f64,
-            yardstick: Yardstick::Other { ratio_to: ratio_to.to_owned(), ratio: time / other },
-            checked,
-            versus: None,
-        }
-    }
-}
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     for layout in Layout::ALL {
@@ -101,7 +75,7 @@ impl World {
         let sweep = |level: Level, boxes: &Boxes, list: &mut Indices| {
             batch::cull_boxes(level, &planes, boxes, list);
         };
-        let row = |what: &str, level, checked| Against {
+        let row = |what: &str, level, checked| Workload {
             name: format!("{name}{what}"),
             level,
             items: boxes.len(),
@@ -127,7 +101,7 @@ impl World {
                 &mut walk,
             );
             best = best.min(times[1]);
-            each(row("list", level_name, *list == *expected).measured(times, "flat list"));
+            each(row("list", level_name, *list == *expected).against(times, "flat list"));
         }
         let (level_name, level) = levels[0];
         let mut ranges = Vec::new();
@@ -138,14 +112,14 @@ impl World {
         );
         let listed = ranges.iter().flat_map(|&[first, count]| first..first + count);
         let checked = listed.eq(expected.iter().copied());
-        each(row("ranges", level_name, checked).measured(times, "flat list"));
+        each(row("ranges", level_name, checked).against(times, "flat list"));
         let times = fastest_of_both(
             options.seconds,
             |_| sweep(level, &self.unsorted, &mut flat),
             || sweep(level, boxes, &mut list),
         );
         let checked = *list == *expected;
-        each(row("sorted sweep", level_name, checked).measured(times, "flat list"));
+        each(row("sorted sweep", level_name, checked).against(times, "flat list"));
         (best, expected.len())
     }
 
@@ -159,7 +133,7 @@ impl World {
     ) -> Option<f64> {
         let here = time / visible.max(1) as f64;
         if let Some(before) = before.filter(|_| self.unsorted.len() >= LARGE) {
-            let row = Against {
+            let row = Workload {
                 name: format!("{name}visible box"),
                 level: batch::levels()[0].0,
                 items: visible.max(1),
@@ -168,7 +142,7 @@ impl World {
                 checked: true,
             };
             let all = visible.max(1) as f64;
-            each(row.measured([before * all, here * all], "one in a smaller world"));
+            each(row.against([before * all, here * all], "one in a smaller world"));
         }
         Some(here)
     }

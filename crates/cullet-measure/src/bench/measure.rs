@@ -34,6 +34,13 @@ pub(super) fn fastest_of_both(
     best.map(|d| d.as_nanos() as f64)
 }
 
+/// The fastest pass of reading `bytes` bytes at the best level, and of something else, taken in turns as
+/// [`fastest_of_both`] does.
+pub(super) fn beside_reading(seconds: f64, bytes: usize, pass: impl FnMut()) -> [f64; 2] {
+    let (level, floats) = (Level::new(), vec![1.0_f32; bytes / 4]);
+    fastest_of_both(seconds, |turn| stream(level, &floats, turn), pass)
+}
+
 /// Reads every number once, at the given level, and does as little as can be with it: a sum. Odd turns
 /// read four quarters side by side, which memory likes better where they lie beyond the caches; the limit
 /// is the faster of the two.

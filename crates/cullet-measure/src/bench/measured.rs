@@ -1,4 +1,4 @@
-//! One workload at one SIMD level, and what its time is held against.
+//! A row of the table: one workload at one SIMD level, and what its time is held against.
 
 use std::fmt;
 
@@ -49,19 +49,49 @@ pub enum Yardstick {
     },
 }
 
-impl Yardstick {
-    /// Nanoseconds for all items against those for reading them.
-    pub fn streaming(bytes: usize, items: usize, time: f64, limit: f64) -> Self {
-        Self::Streaming {
+/// A row of the table but for its times.
+#[derive(Clone, Debug)]
+pub(super) struct Workload {
+    /// As [`Measured::name`].
+    pub(super) name: String,
+    /// As [`Measured::level`].
+    pub(super) level: &'static str,
+    /// As [`Measured::items`].
+    pub(super) items: usize,
+    /// As [`Measured::visible`].
+    pub(super) visible: usize,
+    /// As [`Measured::checked`].
+    pub(super) checked: bool,
+}
+
+impl Workload {
+    /// With the time of reading `bytes` for each item and that of the workload, in nanoseconds for all items.
+    pub(super) fn streaming(self, bytes: usize, [limit, time]: [f64; 2]) -> Measured {
+        let yardstick = Yardstick::Streaming {
             bytes_per_item: bytes,
-            limit_ns_per_item: limit / items as f64,
+            limit_ns_per_item: limit / self.items as f64,
             limit_ratio: time / limit,
-        }
+        };
+        self.measured(time, yardstick)
     }
 
+    /// With the time of another way and that of the workload, in nanoseconds for all items.
+    pub(super) fn against(self, [other, time]: [f64; 2], ratio_to: &str) -> Measured {
+        let yardstick = Yardstick::Other { ratio_to: ratio_to.to_owned(), ratio: time / other };
+        self.measured(time, yardstick)
+    }
+
+    fn measured(self, time: f64, yardstick: Yardstick) -> Measured {
+        let Self { name, level, items, visible, checked } = self;
+        let ns_per_item = time / items as f64;
+        Measured { name, level, items, visible, ns_per_item, yardstick, checked, versus: None }
+    }
+}
+
+#[cfg(test)]
+impl Yardstick {
     /// How many times as long as what it is held against.
-    #[cfg(test)]
-    pub fn ratio(&self) -> f64 {
+    pub(super) fn ratio(&self) -> f64 {
         match self {
             Self::Streaming { limit_ratio: ratio, .. } | Self::Other { ratio, .. } => *ratio,
         }

@@ -7,9 +7,8 @@ use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::{BuildJob, Handle, Hierarchy};
 use rayon::prelude::*;
 
-use super::hierarchy::Against;
 use super::measure::{fastest_of_both, stream};
-use super::measured::{Measured, Yardstick};
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 use super::world::{Layout, Random, camera_over, planes_of, size_name};
 
@@ -36,7 +35,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             if !(build || moves || !drift.is_empty()) {
                 continue;
             }
-            let world = World { options, name: name.clone(), items: layout.boxes(len) };
+            let world = Moving { options, name: name.clone(), items: layout.boxes(len) };
             let each = &mut |row: Measured| {
                 if options.wants(&row.name) {
                     each(row);
@@ -55,19 +54,20 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     }
 }
 
-struct World<'a> {
+/// A hierarchy whose boxes move.
+struct Moving<'a> {
     options: &'a BenchOptions,
     name: String,
     items: Vec<Aabb>,
 }
 
-impl World<'_> {
+impl Moving<'_> {
     fn built(&self) -> (Hierarchy, Vec<Handle>) {
         Hierarchy::build(&self.items).expect("fewer than there are slots")
     }
 
-    fn row(&self, what: &str, visible: usize, checked: bool) -> Against {
-        Against {
+    fn row(&self, what: &str, visible: usize, checked: bool) -> Workload {
+        Workload {
             name: format!("{}{what}", self.name),
             level: batch::levels()[0].0,
             items: self.items.len(),
@@ -80,13 +80,13 @@ impl World<'_> {
         let (h, _) = self.built();
         let ok = h.validate().is_ok() && holds(&h, &self.items, |handle| handle.index as usize);
         let floats = h.boxes().as_floats();
-        let [limit, time] = fastest_of_both(
+        let times = fastest_of_both(
             self.options.seconds,
             |turn| stream(Level::new(), floats, turn),
             || drop(self.built()),
         );
         let row = self.row("build", self.items.len(), ok);
-        each(against_stream(row, time, limit));
+        each(row.streaming(size_of::<Aabb>(), times));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
         let in_jobs = || {
             let run = |jobs: Vec<BuildJob<'_>>| jobs.into_par_iter().map(BuildJob::run).collect();
@@ -100,7 +100,7 @@ impl World<'_> {
         let same = h.boxes().as_floats() == other.boxes().as_floats()
             && (0..h.slot_count()).all(|slot| h.handle(slot) == other.handle(slot));
         let row = self.row("build, two threads", self.items.len(), same);
-        each(row.measured(times, "build"));
+        each(row.against(times, "build"));
     }
 
     fn moves(&self, each: &mut dyn FnMut(Measured)) {
@@ -111,20 +111,21 @@ impl World<'_> {
         let mut random = Random::new();
         let moved: Vec<_> = self.items.iter().map(|b| shifted(b, &mut random)).collect();
 
-        let [limit, time] = fastest_of_both(
+        let times = fastest_of_both(
             seconds,
             |turn| stream(Level::new(), &floats, turn),
             || drop(h.bounds_mut()),
         );
         let valid = h.validate().is_ok();
-        each(against_stream(self.row("refit", self.items.len(), valid), time, limit));
+        let row = self.row("refit", self.items.len(), valid);
+        each(row.streaming(size_of::<Aabb>(), times));
         let pairs = |to: &[Aabb], every: usize| -> Vec<(Handle, Aabb)> {
             handles.iter().copied().zip(to.iter().copied()).step_by(every).collect()
         };
         for (what, every, one_by_one) in MOVES {
             let [back, forth] = [pairs(&self.items, every), pairs(&moved, every)];
             let mut there = false;
-            let [limit, time] = fastest_of_both(
+            let times = fastest_of_both(
                 seconds,
                 |turn| stream(Level::new(), &floats, turn),
                 || {
@@ -147,7 +148,7 @@ impl World<'_> {
             let expected: Vec<_> = (0..self.items.len()).map(|i| *now(i)).collect();
             let valid = h.validate().is_ok() && holds(&h, &expected, at);
             let row = self.row(what, self.items.len().div_ceil(every), valid);
-            each(against_stream(row, time, limit));
+            each(row.streaming(size_of::<Aabb>(), times));
             h.set_many(&back).expect("none was ever removed");
         }
     }
@@ -194,7 +195,7 @@ impl World<'_> {
         old.list(Level::new(), &mut listed);
         let same = *swept == *listed && old.count() == new.count();
         let row = self.row(what, listed.len(), valid && same);
-        each(row.measured(times, "just built"));
+        each(row.against(times, "just built"));
     }
 
     fn floats(&self) -> Vec<f32> {
@@ -204,21 +205,6 @@ impl World<'_> {
 
 fn cull(h: &Hierarchy, planes: &Planes, cut: &mut Cut) {
     cut.cull(Level::new(), planes, h.nodes(), h.boxes());
-}
-
-fn against_stream(row: Against, time: f64, limit: f64) -> Measured {
-    let Against { name, level, items, visible, checked } = row;
-    let yardstick = Yardstick::streaming(size_of::<Aabb>(), items, time, limit);
-    Measured {
-        name,
-        level,
-        items,
-        visible,
-        ns_per_item: time / items as f64,
-        yardstick,
-        checked,
-        versus: None,
-    }
 }
 
 /// A box moved by up to a frame's way.

@@ -7,7 +7,7 @@ use cullet::hierarchy::{Nodes, spatial_order};
 use cullet::{Frustum, Level, View};
 
 use super::measure::{fastest_of_both, stream};
-use super::measured::{Measured, Yardstick};
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 use super::world::{HALF, Layout, size_name};
 
@@ -78,22 +78,14 @@ fn run_light(
         let mut casters = ShadowCasters::new();
         casters.cull(level, &region(), Some(nodes), boxes);
         let checked = *casters.kept() == *expected;
-        let [limit, time] = fastest_of_both(
+        let times = fastest_of_both(
             options.seconds,
             |turn| stream(best, boxes.as_floats(), turn),
             || casters.cull(level, &region(), Some(nodes), boxes),
         );
-        let len = boxes.len() as f64;
-        each(Measured {
-            name: name.clone(),
-            level: level_name,
-            items: boxes.len(),
-            visible: casters.count(),
-            ns_per_item: time / len,
-            yardstick: Yardstick::streaming(24, boxes.len(), time, limit),
-            checked,
-            versus: None,
-        });
+        let (name, items, visible) = (name.clone(), boxes.len(), casters.count());
+        let workload = Workload { name, level: level_name, items, visible, checked };
+        each(workload.streaming(24, times));
     }
 }
 

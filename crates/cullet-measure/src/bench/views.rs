@@ -6,9 +6,8 @@ use cullet::cull::frustum::tree::{CullJob, Cut};
 use cullet::hierarchy::Hierarchy;
 use rayon::prelude::*;
 
-use super::hierarchy::Against;
 use super::measure::fastest_of_both;
-use super::measured::Measured;
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 use super::world::{Layout, camera_over, planes_of, size_name};
 
@@ -26,20 +25,21 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             }
             let (hierarchy, _) =
                 Hierarchy::build(&layout.boxes(len)).expect("fewer than there are slots");
-            World { options, name: name.clone(), hierarchy }.threads(each);
+            Walks { options, name: name.clone(), hierarchy }.threads(each);
         }
     }
 }
 
-struct World<'a> {
+/// Walks of one hierarchy.
+struct Walks<'a> {
     options: &'a BenchOptions,
     name: String,
     hierarchy: Hierarchy,
 }
 
-impl World<'_> {
-    fn row(&self, what: &str, visible: usize, checked: bool) -> Against {
-        Against {
+impl Walks<'_> {
+    fn row(&self, what: &str, visible: usize, checked: bool) -> Workload {
+        Workload {
             name: format!("{}{what}", self.name),
             level: batch::levels()[0].0,
             items: self.hierarchy.boxes().len(),
@@ -73,7 +73,7 @@ impl World<'_> {
             });
             let same = one.visible() == split.visible() && one.inside() == split.inside();
             let row = self.row(what, split.count(), same);
-            each(row.measured(times, "one thread"));
+            each(row.against(times, "one thread"));
         }
     }
 }

@@ -22,8 +22,9 @@ impl Random {
         (self.0 >> 40) as f32 / (1 << 24) as f32
     }
 
-    pub(super) fn point(&mut self) -> [f32; 3] {
-        std::array::from_fn(|_| (self.next() * 2.0 - 1.0) * HALF)
+    /// A point of the cube that reaches as far as `half` from its middle.
+    pub(super) fn point<const D: usize>(&mut self, half: f32) -> [f32; D] {
+        std::array::from_fn(|_| (self.next() * 2.0 - 1.0) * half)
     }
 }
 
@@ -52,11 +53,11 @@ impl Layout {
         let mut random = Random::new();
         let heaps: Vec<_> = match self {
             Self::Random => Vec::new(),
-            Self::Clustered => (0..HEAPS).map(|_| random.point()).collect(),
+            Self::Clustered => (0..HEAPS).map(|_| random.point(HALF)).collect(),
         };
         let mut one = || {
             let min = if heaps.is_empty() {
-                random.point()
+                random.point(HALF)
             } else {
                 let heap = heaps[(random.next() * HEAPS as f32) as usize];
                 // The sum of four is nearly a bell, some 23 wide.

@@ -83,12 +83,12 @@ pub(super) fn measure(rounds: u32, mut step: impl FnMut()) -> Option<[Spread; 8]
         let scenes = QUADS.map(|quads| sheet(PATCHES, quads, alpha, side));
         Series::new(scenes, |s| s.triangle_count() as f64)
     };
-    let splits = SPLITS.map(|n| sheet(n, SPLIT_QUADS / n, Alpha::Opaque, Side::Front));
+    let splits = SPLITS.map(|n| sheet(n, SPLIT_QUADS / n, Alpha::Opaque, Seen::Front));
     let series = [
-        by_triangles(Alpha::Opaque, Side::Away),
-        by_triangles(Alpha::Opaque, Side::Front),
-        by_triangles(Alpha::Masked, Side::Front),
-        by_triangles(Alpha::Blended, Side::Front),
+        by_triangles(Alpha::Opaque, Seen::Away),
+        by_triangles(Alpha::Opaque, Seen::Front),
+        by_triangles(Alpha::Masked, Seen::Front),
+        by_triangles(Alpha::Blended, Seen::Front),
         Series::new(splits, |s| f64::from(s.instance_count())),
     ];
     let mut done = Vec::new();
@@ -213,7 +213,7 @@ fn slope(points: &[[f64; 2]]) -> f64 {
 
 /// Which side of the sheet the viewer sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Side {
+enum Seen {
     Front,
     /// The back of what has only a front.
     Away,
@@ -221,7 +221,7 @@ enum Side {
 
 /// A flat sheet from −1 to 1, cut into `patches`² instances of one mesh of `quads`² quads. One mesh, so
 /// that what the renderer prepares once a mesh is not counted once an instance.
-fn sheet(patches: u32, quads: u32, alpha: Alpha, side: Side) -> Scene {
+fn sheet(patches: u32, quads: u32, alpha: Alpha, side: Seen) -> Scene {
     let width = 2.0 / f64::from(patches);
     let step = width / f64::from(quads);
     let at = |i: u32| (f64::from(i) * step) as f32;
@@ -233,8 +233,8 @@ fn sheet(patches: u32, quads: u32, alpha: Alpha, side: Side) -> Scene {
             let a = y * (quads + 1) + x;
             let (b, c, d) = (a + 1, a + quads + 1, a + quads + 2);
             indices.extend(match side {
-                Side::Front => [a, b, d, a, d, c],
-                Side::Away => [a, d, b, a, c, d],
+                Seen::Front => [a, b, d, a, d, c],
+                Seen::Away => [a, d, b, a, c, d],
             });
         }
     }
@@ -301,16 +301,16 @@ mod tests {
             let options = RenderOptions { threads: 1, ..RenderOptions::default() };
             (scene.triangle_count(), render(&scene, &view, Selection::All, &options))
         };
-        let (few, a) = draw(2, 3, Alpha::Opaque, Side::Front);
-        let (many, b) = draw(4, 9, Alpha::Opaque, Side::Front);
+        let (few, a) = draw(2, 3, Alpha::Opaque, Seen::Front);
+        let (many, b) = draw(4, 9, Alpha::Opaque, Seen::Front);
         assert_eq!((few, many), (72, 2592));
         assert_eq!(a.stats.covered_pixels, b.stats.covered_pixels);
         assert!(a.stats.covered_pixels > 240_000, "{}", a.stats.covered_pixels);
         for alpha in [Alpha::Masked, Alpha::Blended] {
-            let (n, frame) = draw(2, 3, alpha, Side::Front);
+            let (n, frame) = draw(2, 3, alpha, Seen::Front);
             assert_eq!((frame.stats.covered_pixels, frame.blended.len() as u64), (0, n));
         }
-        let (_, away) = draw(2, 3, Alpha::Opaque, Side::Away);
+        let (_, away) = draw(2, 3, Alpha::Opaque, Seen::Away);
         assert_eq!(away.stats.covered_pixels, 0);
     }
 }

@@ -171,7 +171,7 @@ fn forget(console: &Console) -> Outcome {
 
 /// Symbol and words for each cost, in the order of [`cullet::Costs::named`].
 const WORDS: [(&str, &str); 8] = [
-    ("", "frustum test of an object's box"),
+    ("", "frustum test of an instance's box"),
     ("t", "back-face test of a cluster"),
     ("", "back-face test of a triangle"),
     ("", "triangle rejected by the renderer"),

@@ -3,7 +3,7 @@
 use cullet::Level;
 use cullet::cull::backface::{ClusterEye, ClusterPlanes, EllipticCone, EllipticCones};
 
-use super::tracker::elliptic_margin;
+use super::margin::elliptic_margin;
 use super::{Batch, Bound};
 
 impl Bound for EllipticCone {

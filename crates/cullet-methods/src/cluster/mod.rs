@@ -25,6 +25,8 @@
 
 mod batch;
 mod elliptic;
+mod lanes;
+mod margin;
 mod no_region;
 mod nodes;
 mod normal_box;
@@ -39,13 +41,14 @@ use std::fmt::Debug;
 use cullet::Level;
 use cullet::cull::backface::{ClusterEye, ClusterPlanes};
 
-pub use batch::{Blocks, ByteRows, ClusterBounds, Lanes, PyramidRows, Rows};
+pub use batch::{Blocks, ClusterBounds};
+pub use lanes::{Lanes, Rows};
 pub use no_region::{NoRegion, region};
 pub use nodes::{ClusterCut, ClusterNodes, join};
 pub use normal_box::{NormalBox, NormalBoxAtOrigin, NormalBoxTurned};
 pub use normal_cone::{NormalCone, NormalConeCentre};
-pub use pyramid::Pyramid;
-pub use quantised::EllipticConeQuantised;
+pub use pyramid::{Pyramid, PyramidRows};
+pub use quantised::{ByteRows, EllipticConeQuantised};
 pub use region::{CullingRegion, RegionFace};
 pub use tracker::ClusterTracker;
 

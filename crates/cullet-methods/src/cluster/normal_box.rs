@@ -11,8 +11,10 @@
 //! 2014 choose the signs from the position of the eye, `w_e`·(e − c); they must come from v = e − c.
 
 use cullet::cull::backface::{ClusterEye, ClusterPlanes, EllipticCone};
+use fearless_simd::{Simd, prelude::*};
 use glam::{DMat3, DVec3};
 
+use super::lanes::{self, Row, plain};
 use super::{Blocks, Bound, dot};
 
 /// What a side of the box of normals is moved out by: the rounding of the test (3e-7 of each product), of
@@ -214,4 +216,44 @@ impl Bound for NormalBoxTurned {
         let v = eye.way_from(origin);
         farthest(largest, smallest, self.axes.map(|axis| dot(axis, v))) < d * eye.weight()
     }
+}
+
+plain!(NormalBox, 10, |simd, block, start, eye| {
+    let v = lanes::to_eye(simd, block.three(7), start, eye);
+    behind_box(simd, [block.three(0), block.three(3)], block.one(6), v, start, eye)
+});
+
+plain!(NormalBoxAtOrigin, 7, |simd, block, start, eye| {
+    let v = eye.xyz().map(|v| S::f32s::splat(simd, v));
+    behind_box(simd, [block.three(0), block.three(3)], block.one(6), v, start, eye)
+});
+
+plain!(NormalBoxTurned, 19, |simd, block, start, eye| {
+    let v = lanes::to_eye(simd, block.three(16), start, eye);
+    let v = [
+        lanes::dot::<S>(lanes::rows(simd, block.three(0), start), v),
+        lanes::dot::<S>(lanes::rows(simd, block.three(3), start), v),
+        lanes::dot::<S>(lanes::rows(simd, block.three(6), start), v),
+    ];
+    behind_box(simd, [block.three(9), block.three(12)], block.one(15), v, start, eye)
+});
+
+/// Σ max(mₖvₖ, m′ₖvₖ) < d.
+#[inline(always)]
+fn behind_box<S: Simd>(
+    simd: S,
+    [largest, smallest]: [&[Row; 3]; 2],
+    d: &Row,
+    v: [S::f32s; 3],
+    start: usize,
+    eye: &ClusterEye,
+) -> u64 {
+    let part = |k: usize| {
+        let a = lanes::load::<S>(simd, &largest[k], start) * v[k];
+        let b = lanes::load::<S>(simd, &smallest[k], start) * v[k];
+        a.max(b)
+    };
+    let sum = part(0) + part(1) + part(2);
+    let d = lanes::load::<S>(simd, d, start) * S::f32s::splat(simd, eye.weight());
+    sum.simd_lt(d).to_bitmask()
 }

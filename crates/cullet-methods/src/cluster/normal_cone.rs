@@ -4,8 +4,11 @@
 //! the form that meshoptimizer stores, from whose bounds it can be made as it is.
 
 use cullet::cull::backface::{ClusterEye, ClusterPlanes};
+use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 
+use super::lanes::{self, plain};
+use super::margin::margin;
 use super::{ANGULAR_SLACK, Blocks, Bound, dot};
 
 /// The region {e : z < 0 and z² > cutoff² |w|²} with w = e − apex and z = axis·w: 28 bytes.
@@ -55,9 +58,29 @@ impl Bound for NormalCone {
     }
 
     fn margin(&self, eye: [f64; 3]) -> f64 {
-        self.margin_of(eye)
+        let apex = DVec3::from(self.apex.map(f64::from));
+        let axis = DVec3::from(self.axis.map(f64::from));
+        let w = DVec3::from(eye) - apex;
+        let sine = f64::from(self.cutoff);
+        // Such a cone culls nothing, ever.
+        if sine >= 1.0 {
+            return f64::INFINITY;
+        }
+        // The largest g·w of the unit normals at the border of the cone.
+        let z = axis.dot(w);
+        let off = (w.length_squared() - z * z).max(0.0).sqrt();
+        let value = -(z * (1.0 - sine * sine).sqrt() + off * sine);
+        // The axis is a unit vector of f32 numbers, and cutoffs near 1 have few digits.
+        margin(value, 1.0 + 1e-6, 4.0 / (1.0 - sine * sine).sqrt(), w.length(), apex)
     }
 }
+
+plain!(NormalCone, 7, |simd, block, start, eye| {
+    let w = lanes::to_eye(simd, block.three(0), start, eye);
+    let z = lanes::dot::<S>(lanes::rows(simd, block.three(3), start), w);
+    let cutoff = lanes::load::<S>(simd, block.one(6), start);
+    lanes::in_cone(simd, z, cutoff * cutoff * lanes::dot::<S>(w, w))
+});
 
 /// The cone with a sphere around the cluster in place of the apex: 32 bytes.
 ///
@@ -78,7 +101,7 @@ pub struct NormalConeCentre {
 
 impl NormalConeCentre {
     /// The least z that culls: the squares of less have no digits left.
-    pub(super) const LEAST: f32 = 1e-15;
+    const LEAST: f32 = 1e-15;
 
     /// The cone of `cone`'s normals with a sphere that holds the whole cluster. The smaller the sphere,
     /// the more is culled. With a centre or radius of NaN or infinity nothing is; a negative radius holds
@@ -109,3 +132,15 @@ impl Bound for NormalConeCentre {
         z > Self::LEAST && z * z - self.cutoff * self.cutoff * dot(w, w) > ClusterEye::LEAST_SQUARE
     }
 }
+
+plain!(NormalConeCentre, 8, |simd, block, start, eye| {
+    let w = lanes::to_eye(simd, block.three(0), start, eye);
+    let room = lanes::load::<S>(simd, block.one(3), start) * S::f32s::splat(simd, eye.weight());
+    let z = S::f32s::splat(simd, 0.0)
+        - lanes::dot::<S>(lanes::rows(simd, block.three(4), start), w)
+        - room;
+    let cutoff = lanes::load::<S>(simd, block.one(7), start);
+    let least = S::f32s::splat(simd, NormalConeCentre::LEAST);
+    let above = z * z - cutoff * cutoff * lanes::dot::<S>(w, w);
+    (z.simd_gt(least) & above.simd_gt(S::f32s::splat(simd, ClusterEye::LEAST_SQUARE))).to_bitmask()
+});

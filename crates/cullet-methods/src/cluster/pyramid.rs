@@ -1,8 +1,11 @@
 //! The pyramid: k planes through one apex.
 
 use cullet::cull::backface::{ClusterEye, ClusterPlanes};
+use fearless_simd::{Simd, prelude::*};
 use glam::{DVec2, DVec3};
 
+use super::lanes::{self, Lanes, Row, ZEROS};
+use super::margin::margin;
 use super::{ANGULAR_SLACK, Blocks, Bound, dot};
 
 /// The region {e : g·(e − apex) < 0 for each of K generators g}: 12 + 12 K bytes. Six planes come within
@@ -44,7 +47,45 @@ impl<const K: usize> Bound for Pyramid<K> {
     }
 
     fn margin(&self, eye: [f64; 3]) -> f64 {
-        self.margin_of(eye)
+        let apex = DVec3::from(self.apex.map(f64::from));
+        let w = DVec3::from(eye) - apex;
+        let g = self.generators.map(|g| DVec3::from(g.map(f64::from)));
+        let value = g.iter().map(|g| -g.dot(w)).fold(f64::INFINITY, f64::min);
+        margin(value, 1.0 + 1e-6, 1.0, w.length(), apex)
+    }
+}
+
+/// Sixteen pyramids.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct PyramidRows<const K: usize> {
+    apex: [Row; 3],
+    generators: [[Row; 3]; K],
+}
+
+impl<const K: usize> Lanes for Pyramid<K> {
+    type Block = PyramidRows<K>;
+    const NOTHING: PyramidRows<K> = PyramidRows { apex: ZEROS, generators: [ZEROS; K] };
+
+    fn set_lane(&self, block: &mut PyramidRows<K>, lane: usize) {
+        for k in 0..3 {
+            block.apex[k][lane] = self.apex[k];
+            for (rows, g) in block.generators.iter_mut().zip(self.generators) {
+                rows[k][lane] = g[k];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn test_lanes<S: Simd>(simd: S, block: &PyramidRows<K>, start: usize, eye: &ClusterEye) -> u64 {
+        let w = lanes::to_eye(simd, &block.apex, start, eye);
+        let zero = S::f32s::splat(simd, 0.0);
+        let behind = |g: &[Row; 3]| lanes::dot::<S>(lanes::rows(simd, g, start), w).simd_lt(zero);
+        let mut all = zero.simd_eq(zero);
+        for g in &block.generators {
+            all &= behind(g);
+        }
+        all.to_bitmask()
     }
 }
 

@@ -1,9 +1,11 @@
 //! The elliptic cone in 21 bytes.
 
 use cullet::cull::backface::{Apex, ClusterEye, ClusterPlanes, EllipticCone};
+use fearless_simd::Simd;
 use glam::DVec3;
 
-use super::tracker::elliptic_margin;
+use super::lanes::{self, ByteRow, Lanes, Row, ZEROS};
+use super::margin::elliptic_margin;
 use super::{Blocks, Bound, dot};
 
 /// An [`EllipticCone`] in 21 bytes: directions in signed bytes, on one scale.
@@ -52,6 +54,39 @@ impl Bound for EllipticConeQuantised {
 
     fn margin(&self, eye: [f64; 3]) -> f64 {
         elliptic_margin(self.apex, [self.axis, self.s, self.t].map(|v| v.map(f32::from)), eye)
+    }
+}
+
+/// Sixteen elliptic cones in bytes.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub struct ByteRows {
+    apex: [Row; 3],
+    /// axis, s and t.
+    vectors: [[ByteRow; 3]; 3],
+}
+
+impl Lanes for EllipticConeQuantised {
+    type Block = ByteRows;
+    const NOTHING: ByteRows = ByteRows { apex: ZEROS, vectors: [[[0; 16]; 3]; 3] };
+
+    fn set_lane(&self, block: &mut ByteRows, lane: usize) {
+        for k in 0..3 {
+            block.apex[k][lane] = self.apex[k];
+            for (rows, vector) in block.vectors.iter_mut().zip([self.axis, self.s, self.t]) {
+                rows[k][lane] = vector[k];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn test_lanes<S: Simd>(simd: S, block: &ByteRows, start: usize, eye: &ClusterEye) -> u64 {
+        let w = lanes::to_eye(simd, &block.apex, start, eye);
+        let [axis, s, t] = &block.vectors;
+        let z = lanes::dot::<S>(lanes::byte_rows(simd, axis, start), w);
+        let s = lanes::dot::<S>(lanes::byte_rows(simd, s, start), w);
+        let t = lanes::dot::<S>(lanes::byte_rows(simd, t, start), w);
+        lanes::in_cone(simd, z, s * s + t * t)
     }
 }
 

@@ -9,7 +9,7 @@ use cullet::Level;
 use cullet::cull::backface::ClusterEye;
 use glam::DVec3;
 
-use super::{Bound, ClusterBounds, NormalCone, Pyramid};
+use super::{Bound, ClusterBounds};
 
 /// The answers of a set of bounds for an eye that moves, kept up to date at the cost of the clusters
 /// near whose borders it is. The same answers as [`ClusterBounds::cull`] in every frame.
@@ -149,59 +149,5 @@ impl<B: Bound> ClusterTracker<B> {
     #[must_use]
     pub fn bounds(&self) -> &ClusterBounds<B> {
         &self.bounds
-    }
-}
-
-/// The margin of a cone through an apex: `value` changes by at most `steepness` a unit, is positive
-/// behind and negative elsewhere, and is off by at most a few roundings of `size` times the way to the
-/// apex and the apex itself.
-fn margin(value: f64, steepness: f64, size: f64, way: f64, apex: DVec3) -> f64 {
-    // The eye may go as far as twice its way; f32 is worth 6e-8, the test 7 of it, and the squares of
-    // less than 1e-18 nothing.
-    let error = size * (3e-6 * way + 5e-7 * apex.length()) + 4e-18;
-    ((value.abs() - error) / steepness).max(0.0)
-}
-
-pub(super) fn elliptic_margin(apex: [f32; 3], vectors: [[f32; 3]; 3], eye: [f64; 3]) -> f64 {
-    let [axis, s, t] = vectors.map(|v| DVec3::from(v.map(f64::from)));
-    let apex = DVec3::from(apex.map(f64::from));
-    let w = DVec3::from(eye) - apex;
-    // The least of −g·w over the normals g = axis + β s + γ t of the cone, which is as steep as the
-    // longest of them.
-    let value = -axis.dot(w) - s.dot(w).hypot(t.dot(w));
-    let widest = s.length_squared() + t.length_squared();
-    let across = s.length_squared() - t.length_squared();
-    let widest = 0.5 * (widest + across.hypot(2.0 * s.dot(t)));
-    let skew = axis.dot(s).hypot(axis.dot(t));
-    let steepness = (axis.length_squared() + 2.0 * skew + widest).sqrt() * (1.0 + 1e-12);
-    margin(value, steepness, axis.length() + s.length() + t.length(), w.length(), apex)
-}
-
-impl NormalCone {
-    pub(super) fn margin_of(&self, eye: [f64; 3]) -> f64 {
-        let apex = DVec3::from(self.apex.map(f64::from));
-        let axis = DVec3::from(self.axis.map(f64::from));
-        let w = DVec3::from(eye) - apex;
-        let sine = f64::from(self.cutoff);
-        // Such a cone culls nothing, ever.
-        if sine >= 1.0 {
-            return f64::INFINITY;
-        }
-        // The largest g·w of the unit normals at the border of the cone.
-        let z = axis.dot(w);
-        let off = (w.length_squared() - z * z).max(0.0).sqrt();
-        let value = -(z * (1.0 - sine * sine).sqrt() + off * sine);
-        // The axis is a unit vector of f32 numbers, and cutoffs near 1 have few digits.
-        margin(value, 1.0 + 1e-6, 4.0 / (1.0 - sine * sine).sqrt(), w.length(), apex)
-    }
-}
-
-impl<const K: usize> Pyramid<K> {
-    pub(super) fn margin_of(&self, eye: [f64; 3]) -> f64 {
-        let apex = DVec3::from(self.apex.map(f64::from));
-        let w = DVec3::from(eye) - apex;
-        let g = self.generators.map(|g| DVec3::from(g.map(f64::from)));
-        let value = g.iter().map(|g| -g.dot(w)).fold(f64::INFINITY, f64::min);
-        margin(value, 1.0 + 1e-6, 1.0, w.length(), apex)
     }
 }

@@ -9,10 +9,9 @@ use std::sync::Arc;
 use cullet::{Culler, DroppedRange, Funnel, Reason, Stage, View, Visible};
 
 use super::{Decision, Request};
-use crate::sides::Sides;
+use crate::bytes::{Reader, UnpackError, Writer};
+use crate::state::Sides;
 use crate::task::clock;
-use crate::web::bytes::{Reader, Writer};
-use crate::web::packed::UnpackError;
 use crate::world::World;
 
 impl Request {

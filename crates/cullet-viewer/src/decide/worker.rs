@@ -24,7 +24,7 @@ pub struct Decider {
     memory: Memory,
     /// The newest request, while nobody is at it.
     waiting: Option<Request>,
-    line: Option<Line>,
+    line: Option<WorkerLine>,
     /// The number of the newest request that is answered.
     answered: u64,
     decided: u64,
@@ -86,7 +86,7 @@ impl Decider {
         if self.line.as_ref().is_none_or(|line| !line.leads_to(&request.world)) {
             // First: one that ends stops listening to its worker, which may be the same.
             self.line = None;
-            self.line = Line::to(&request.world, &self.wake);
+            self.line = WorkerLine::to(&request.world, &self.wake);
         }
         if let Some(line) = self.line.as_mut().filter(|l| l.asked.is_none() && l.can(request)) {
             match line.post(request) {
@@ -129,31 +129,31 @@ impl Decider {
     }
 }
 
-type Said = Result<Uint8Array, String>;
+type Reply = Result<Uint8Array, String>;
 
 /// The way to the worker of a scene and back. It is at one request at a time, so that the newest never waits for more
 /// than the one before.
-struct Line {
+struct WorkerLine {
     world: Weak<World>,
     worker: Worker,
     /// What it is at.
     asked: Option<Request>,
     /// What it said that nobody has looked at.
-    inbox: Rc<RefCell<VecDeque<Said>>>,
+    inbox: Rc<RefCell<VecDeque<Reply>>>,
     /// What the browser calls; not to be dropped before.
     _answered: Closure<dyn Fn(MessageEvent)>,
     _failed: Closure<dyn Fn(Event)>,
     is_broken: bool,
 }
 
-impl Line {
+impl WorkerLine {
     /// To the scene's worker, if it has one.
     fn to(world: &Arc<World>, wake: &Rc<dyn Fn()>) -> Option<Self> {
         let worker = world.keeper.as_ref()?.worker().clone();
         let inbox = Rc::new(RefCell::new(VecDeque::new()));
         let put = {
             let (inbox, wake) = (Rc::clone(&inbox), Rc::clone(wake));
-            Rc::new(move |said: Said| {
+            Rc::new(move |said: Reply| {
                 inbox.borrow_mut().push_back(said);
                 wake();
             })
@@ -205,7 +205,7 @@ impl Line {
     }
 }
 
-impl Drop for Line {
+impl Drop for WorkerLine {
     fn drop(&mut self) {
         // It may still have something to say.
         self.worker.set_onmessage(None);

@@ -38,7 +38,7 @@ pub(super) struct DrawList {
     pub(super) picked: Vec<u32>,
     /// The group of each run of `picked`.
     picks: Vec<(u32, Range<u32>)>,
-    source: Source,
+    source: ListSource,
     /// One a block of entries: whether it has to be uploaded.
     dirty: Vec<bool>,
     /// How many entries of each group are in use.
@@ -48,7 +48,7 @@ pub(super) struct DrawList {
 
 /// What a list was made from.
 #[derive(Debug, Default)]
-enum Source {
+enum ListSource {
     #[default]
     Nothing,
     All {
@@ -68,7 +68,7 @@ impl DrawList {
         self.items.clear();
         self.picked.clear();
         self.picks.clear();
-        self.source = Source::Nothing;
+        self.source = ListSource::Nothing;
     }
 
     /// Makes the list follow `visible`, or everything in `layers`; true if it changed. Costs a comparison
@@ -81,8 +81,8 @@ impl DrawList {
         layers: u32,
     ) -> bool {
         match (&mut self.source, visible) {
-            (Source::All { layers: known }, None) if *known == layers => return false,
-            (Source::Visible(known), Some(v)) => {
+            (ListSource::All { layers: known }, None) if *known == layers => return false,
+            (ListSource::Visible(known), Some(v)) => {
                 if same(known, v) {
                     return false;
                 }
@@ -92,7 +92,7 @@ impl DrawList {
                 known.triangles.clone_from(&v.triangles);
             }
             (source, Some(v)) => {
-                *source = Source::Visible(Box::new(Visible {
+                *source = ListSource::Visible(Box::new(Visible {
                     whole: v.whole.clone(),
                     partial: v.partial.clone(),
                     triangle_ranges: v.triangle_ranges.clone(),
@@ -100,7 +100,7 @@ impl DrawList {
                     ..Visible::default()
                 }));
             }
-            (source, None) => *source = Source::All { layers },
+            (source, None) => *source = ListSource::All { layers },
         }
         self.used.clear();
         self.used.resize(instances.groups.len(), 0);

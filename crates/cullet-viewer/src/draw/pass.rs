@@ -8,7 +8,7 @@ use eframe::wgpu::*;
 use super::frame::{Paint, Pane};
 use super::list::{Item, What};
 use super::pane::{PaneState, Picks, culled, is_pulled};
-use super::pipelines::{Mix, Near, Pipelines, Source, Way};
+use super::pipelines::{Mix, Near, PipelineKey, Pipelines, VertexSource};
 use super::upload::Uploaded;
 
 /// What the drawing of one pane works with.
@@ -32,20 +32,29 @@ pub(super) struct Extras {
 }
 
 impl PaneDraw<'_> {
-    fn way(&self, source: Source, mix: Mix, near: Near) -> Way {
+    fn way(&self, source: VertexSource, mix: Mix, near: Near) -> PipelineKey {
         let reversed = self.pane.view.depth() == Depth::Reversed;
         // One pipeline does for all that paints nothing.
         let paint = if source.is_painted() { self.pane.style.paint } else { Paint::default() };
-        Way { source, paint, cut: false, mix, near, cull: None, reversed, samples: self.samples }
+        PipelineKey {
+            source,
+            paint,
+            cut: false,
+            mix,
+            near,
+            cull: None,
+            reversed,
+            samples: self.samples,
+        }
     }
 
-    fn set(&mut self, pass: &mut RenderPass<'_>, way: Way) {
+    fn set(&mut self, pass: &mut RenderPass<'_>, way: PipelineKey) {
         pass.set_pipeline(&self.pipelines.get(self.device, way));
     }
 
     /// Empties the pane: its colour, and the depth of what other panes left there.
     pub(super) fn clear(&mut self, pass: &mut RenderPass<'_>) {
-        let way = self.way(Source::Clear, Mix::Replace, Near::Overwrite);
+        let way = self.way(VertexSource::Clear, Mix::Replace, Near::Overwrite);
         self.set(pass, way);
         pass.draw(0..3, 0..1);
     }
@@ -61,10 +70,11 @@ impl PaneDraw<'_> {
                 true => (Mix::Add, Near::Ignore),
                 false => (Mix::Replace, Near::Write),
             };
-            let source = if is_pulled(&style) { Source::Pulled } else { Source::Indexed };
+            let source =
+                if is_pulled(&style) { VertexSource::Pulled } else { VertexSource::Indexed };
             let holes = style.paint == Paint::Instances && self.translucent;
             let cut = style.wireframe || holes;
-            let mut way = Way { cut, ..self.way(source, mix, near) };
+            let mut way = PipelineKey { cut, ..self.way(source, mix, near) };
             self.items(pass, scene, state, way, blends.then_some(false));
             if blends {
                 (way.mix, way.near) = (Mix::Alpha, Near::Test);
@@ -72,8 +82,8 @@ impl PaneDraw<'_> {
             }
         }
         for (asked, source) in [
-            (style.face_normals, Source::FaceNormals),
-            (style.vertex_normals, Source::VertexNormals),
+            (style.face_normals, VertexSource::FaceNormals),
+            (style.vertex_normals, VertexSource::VertexNormals),
         ] {
             if asked {
                 let way = self.way(source, Mix::Replace, Near::Write);
@@ -88,11 +98,11 @@ impl PaneDraw<'_> {
         pass: &mut RenderPass<'_>,
         scene: &Uploaded,
         state: &PaneState,
-        way: Way,
+        way: PipelineKey,
         blended: Option<bool>,
     ) {
         let (mut bound_chunk, mut bound_cull) = (None, None);
-        let slots = u32::from(way.source == Source::Indexed);
+        let slots = u32::from(way.source == VertexSource::Indexed);
         pass.set_vertex_buffer(slots, state.slots.buffer.slice(..));
         for item in &state.list.items {
             let kind = &scene.instances.groups[item.group as usize].kind;
@@ -109,7 +119,7 @@ impl PaneDraw<'_> {
                     continue;
                 }
                 if bound_chunk != Some(mesh.chunk) {
-                    if way.source == Source::Indexed {
+                    if way.source == VertexSource::Indexed {
                         pass.set_vertex_buffer(0, chunk.vertices.slice(..));
                     } else {
                         let Some(group) = chunk.group() else { continue };
@@ -119,9 +129,12 @@ impl PaneDraw<'_> {
                 }
                 if bound_cull != Some(cull) {
                     // Lines have no sides.
-                    let lines = matches!(way.source, Source::FaceNormals | Source::VertexNormals);
+                    let lines = matches!(
+                        way.source,
+                        VertexSource::FaceNormals | VertexSource::VertexNormals
+                    );
                     let cull = if lines { None } else { cull };
-                    self.set(pass, Way { cull, ..way });
+                    self.set(pass, PipelineKey { cull, ..way });
                 }
                 bound_cull = Some(cull);
                 let entries = item.entries.clone();
@@ -135,21 +148,23 @@ impl PaneDraw<'_> {
                     |r: &Range<u32>| r.start + mesh.first_triangle..r.end + mesh.first_triangle;
                 let times = |r: Range<u32>, n: u32| r.start * n..r.end * n;
                 match (way.source, what) {
-                    (Source::Indexed, What::Triangles(r)) => {
+                    (VertexSource::Indexed, What::Triangles(r)) => {
                         pass.set_index_buffer(chunk.indices.slice(..), IndexFormat::Uint32);
                         pass.draw_indexed(times(from(&r), 3), 0, entries);
                     }
-                    (Source::Indexed, What::Picked(r)) => {
+                    (VertexSource::Indexed, What::Picked(r)) => {
                         picked(pass, state, Picks::Indices, times(r, 3), entries);
                     }
-                    (Source::Pulled, What::Triangles(r)) => pass.draw(times(from(&r), 3), entries),
-                    (Source::Pulled, What::Picked(r)) => {
+                    (VertexSource::Pulled, What::Triangles(r)) => {
+                        pass.draw(times(from(&r), 3), entries)
+                    }
+                    (VertexSource::Pulled, What::Picked(r)) => {
                         picked(pass, state, Picks::Corners, times(r, 3), entries);
                     }
-                    (Source::FaceNormals, What::Triangles(r)) => {
+                    (VertexSource::FaceNormals, What::Triangles(r)) => {
                         pass.draw(times(from(&r), 2), entries);
                     }
-                    (Source::FaceNormals, What::Picked(r)) => {
+                    (VertexSource::FaceNormals, What::Picked(r)) => {
                         picked(pass, state, Picks::Lines, times(r, 2), entries);
                     }
                     // Of an instance of which some triangles are drawn, all vertices are.
@@ -165,9 +180,9 @@ impl PaneDraw<'_> {
     /// Draws what the caller gave besides.
     pub(super) fn extras(&mut self, pass: &mut RenderPass<'_>, buffer: &Buffer, extras: &Extras) {
         for (range, source, near) in [
-            (&extras.lines, Source::Lines, Near::Write),
-            (&extras.ghosts, Source::Ghosts, Near::Test),
-            (&extras.overlay, Source::Lines, Near::Ignore),
+            (&extras.lines, VertexSource::Lines, Near::Write),
+            (&extras.ghosts, VertexSource::Ghosts, Near::Test),
+            (&extras.overlay, VertexSource::Lines, Near::Ignore),
         ] {
             if !range.is_empty() {
                 let way = self.way(source, Mix::Alpha, near);

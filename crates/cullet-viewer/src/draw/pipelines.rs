@@ -9,7 +9,7 @@ use super::textures::{COLOUR, DEPTH};
 
 /// Where vertices come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Source {
+pub(super) enum VertexSource {
     /// Vertex and index buffers.
     Indexed,
     /// Textures, three corners a triangle.
@@ -52,8 +52,8 @@ pub(super) enum Near {
 
 /// One way of drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Way {
-    pub(super) source: Source,
+pub(super) struct PipelineKey {
+    pub(super) source: VertexSource,
     /// What triangles of the scene are painted by.
     pub(super) paint: Paint,
     /// Whether fragments may be discarded, or edges are drawn.
@@ -76,10 +76,10 @@ pub(super) struct Pipelines {
     pub(super) pane_layout: BindGroupLayout,
     /// For the corners of a chunk's triangles.
     pub(super) chunk_layout: BindGroupLayout,
-    made: HashMap<Way, RenderPipeline>,
+    made: HashMap<PipelineKey, RenderPipeline>,
 }
 
-impl Source {
+impl VertexSource {
     /// Whether it makes triangles of the scene.
     pub(super) fn is_painted(self) -> bool {
         matches!(self, Self::Indexed | Self::Pulled)
@@ -137,7 +137,7 @@ impl Pipelines {
     }
 
     /// The pipeline of a way of drawing.
-    pub(super) fn get(&mut self, device: &Device, way: Way) -> RenderPipeline {
+    pub(super) fn get(&mut self, device: &Device, way: PipelineKey) -> RenderPipeline {
         if let Some(made) = self.made.get(&way) {
             return made.clone();
         }
@@ -146,7 +146,7 @@ impl Pipelines {
         made
     }
 
-    fn make(&self, device: &Device, way: Way) -> RenderPipeline {
+    fn make(&self, device: &Device, way: PipelineKey) -> RenderPipeline {
         let slots = VertexBufferLayout {
             array_stride: 4,
             step_mode: VertexStepMode::Instance,
@@ -164,17 +164,17 @@ impl Pipelines {
         };
         let triangles = PrimitiveTopology::TriangleList;
         let (entry, topology, buffers) = match way.source {
-            Source::Indexed => ("vs_indexed", triangles, vec![Some(vertices), Some(slots)]),
-            Source::Pulled => ("vs_pulled", triangles, vec![Some(slots)]),
-            Source::FaceNormals => {
+            VertexSource::Indexed => ("vs_indexed", triangles, vec![Some(vertices), Some(slots)]),
+            VertexSource::Pulled => ("vs_pulled", triangles, vec![Some(slots)]),
+            VertexSource::FaceNormals => {
                 ("vs_face_normal", PrimitiveTopology::LineList, vec![Some(slots)])
             }
-            Source::VertexNormals => {
+            VertexSource::VertexNormals => {
                 ("vs_vertex_normal", PrimitiveTopology::LineList, vec![Some(slots)])
             }
-            Source::Lines => ("vs_line", PrimitiveTopology::LineList, vec![Some(lines)]),
-            Source::Ghosts => ("vs_line", triangles, vec![Some(lines)]),
-            Source::Clear => ("vs_clear", triangles, vec![]),
+            VertexSource::Lines => ("vs_line", PrimitiveTopology::LineList, vec![Some(lines)]),
+            VertexSource::Ghosts => ("vs_line", triangles, vec![Some(lines)]),
+            VertexSource::Clear => ("vs_clear", triangles, vec![]),
         };
         let fragment = match way.source {
             source if source.is_painted() && way.cut => "fs_cut",
@@ -208,8 +208,13 @@ impl Pipelines {
         device.create_render_pipeline(&RenderPipelineDescriptor {
             label: Some(entry),
             layout: Some(match way.source {
-                Source::Pulled | Source::FaceNormals | Source::VertexNormals => &self.pulling,
-                Source::Indexed | Source::Lines | Source::Ghosts | Source::Clear => &self.plain,
+                VertexSource::Pulled | VertexSource::FaceNormals | VertexSource::VertexNormals => {
+                    &self.pulling
+                }
+                VertexSource::Indexed
+                | VertexSource::Lines
+                | VertexSource::Ghosts
+                | VertexSource::Clear => &self.plain,
             }),
             vertex: VertexState {
                 module: &self.module,

@@ -5,7 +5,8 @@ use glam::DVec3;
 
 use super::Session;
 use crate::camera::{Mode, Rig};
-use crate::state::{GhostForm, Layout, Manner};
+use crate::cutaway::planes;
+use crate::state::{GhostForm, Layout, Manner, Part};
 
 impl Session {
     /// The rig that decides what is drawn.
@@ -126,9 +127,9 @@ impl Session {
     /// Looks straight at the cut, from far away through a narrow lens, so that it is drawn almost to scale.
     pub fn face_cut(&mut self) {
         let Some(world) = self.whole() else { return };
-        let Some(plane) = self.state.cut.planes(world).first().copied() else { return };
+        let Some(plane) = planes(&self.state.cut, world).first().copied() else { return };
         let (reach, centre) = (world.reach, DVec3::from(world.centre));
-        let inside = self.state.cut.part == crate::cutaway::Part::Inside;
+        let inside = self.state.cut.part == Part::Inside;
         let n = DVec3::from(plane.normal) * if inside { 1.0 } else { -1.0 };
         let foot = centre - DVec3::from(plane.normal) * plane.distance(centre);
         // Looking against the normal; straight down or up there is no heading to keep.

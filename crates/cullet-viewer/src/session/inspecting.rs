@@ -5,7 +5,7 @@ use cullet::{Explanation, Handle, View};
 use super::Session;
 use crate::decide::{Request, pick};
 use crate::outcodes::Coded;
-use crate::state::GhostForm;
+use crate::state::{By, GhostForm};
 use crate::study::{self, Cube, Seen};
 
 /// What the user clicked, and why it is drawn or not.
@@ -83,11 +83,8 @@ impl Session {
     /// Studies the back faces of what is inspected, where anything of that changed.
     pub(super) fn study(&mut self) {
         let settings = &self.state.study;
-        let wanted = (settings.by != study::By::None).then_some((
-            &self.world,
-            &self.decision,
-            &self.inspected,
-        ));
+        let wanted =
+            (settings.by != By::None).then_some((&self.world, &self.decision, &self.inspected));
         let Some((Some(world), Some(decision), Some(inspected))) = wanted else {
             (self.figures, self.studied) = (None, None);
             return;

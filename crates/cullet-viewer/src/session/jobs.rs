@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Session;
 use crate::cost::Measured;
 use crate::journey::json;
-use crate::report::{MOST_VIEWS, Order};
+use crate::report::{MOST_VIEWS, ReportOrder};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::task::Task;
 use crate::task::clock;
@@ -37,7 +37,7 @@ impl Session {
     /// What a report of the present scene, path and settings is made of: of a path cameras that are spread over it,
     /// without one the camera that culls.
     #[must_use]
-    pub fn order(&self) -> Option<Order> {
+    pub fn order(&self) -> Option<ReportOrder> {
         let size = self.culling_size().map(|v| v.max(1));
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         let rigs = match self.journey.rigs.as_slice() {
@@ -51,7 +51,7 @@ impl Session {
         let views = rigs.len();
         let (scene, stages) = (self.state.scene.clone(), self.state.stages.clone());
         let (cameras, sides) = (json(&rigs, aspect).ok()?, self.state.sides);
-        Some(Order { scene, cameras, views, size, stages, sides })
+        Some(ReportOrder { scene, cameras, views, size, stages, sides })
     }
 
     /// Whether a report is being made.

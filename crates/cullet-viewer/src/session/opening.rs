@@ -10,7 +10,8 @@ use crate::cost::Measured;
 use crate::cutaway::Cutting;
 use crate::inbox::{Read, model_of};
 use crate::journey::Journey;
-use crate::sides::{Remaking, Sides};
+use crate::remaking::Remaking;
+use crate::state::Sides;
 use crate::task::Progress;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::task::Task;

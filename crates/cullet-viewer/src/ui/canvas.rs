@@ -5,6 +5,7 @@ use eframe::egui;
 use super::Shown;
 use crate::camera::{Mode, Rig};
 use crate::compose::{Composition, Role};
+use crate::numbers::grouped;
 use crate::session::Session;
 use crate::state::{Colour, GhostForm, Layout};
 #[cfg(not(target_arch = "wasm32"))]
@@ -157,9 +158,9 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
                 "from outside: orange is seen from behind".to_owned()
             }
             (Role::Outside, _) => "from outside: what is drawn".to_owned(),
-            (Role::Bare, _) => format!("without culling: {} triangles", super::grouped(all)),
+            (Role::Bare, _) => format!("without culling: {} triangles", grouped(all)),
             (Role::Flown, Layout::Wipe) => {
-                format!("with culling: {} triangles", super::grouped(left))
+                format!("with culling: {} triangles", grouped(left))
             }
             (Role::Flown, _) if frozen => "frozen: the frustum decided what is drawn".to_owned(),
             (Role::Flown, _) => continue,

@@ -2,9 +2,10 @@
 
 use eframe::egui;
 
-use super::words::{button, choices, grouped, switch};
-use crate::cutaway::{Part, REACH, Shape};
+use super::words::{button, choices, switch};
+use crate::numbers::grouped;
 use crate::session::Session;
+use crate::state::{CutAway, Part, REACH, Shape};
 
 /// The section.
 pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
@@ -90,7 +91,7 @@ pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
     }
 }
 
-fn plane(ui: &mut egui::Ui, cut: &mut crate::cutaway::CutAway) {
+fn plane(ui: &mut egui::Ui, cut: &mut CutAway) {
     ui.horizontal(|ui| {
         ui.label("across");
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {

@@ -2,9 +2,10 @@
 
 use eframe::egui;
 
-use super::words::{button, grouped, percent};
+use super::words::button;
+use crate::numbers::{grouped, percent};
 use crate::session::Session;
-use crate::sides::Sides;
+use crate::state::Sides;
 
 /// The line of figures.
 pub(super) fn bar(ui: &mut egui::Ui, session: &mut Session) {

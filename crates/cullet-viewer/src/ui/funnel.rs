@@ -4,8 +4,9 @@ use cullet::{Funnel, Stage, Unit};
 use cullet_draw::palette;
 use eframe::egui;
 
-use super::words::{button, colour, grouped, percent, swatch};
+use super::words::{button, colour, swatch};
 use crate::compose::MOST_GHOSTS;
+use crate::numbers::{grouped, percent};
 use crate::session::{HISTORY, Session};
 use crate::state::GhostForm;
 use crate::truth::Truth;
@@ -17,7 +18,7 @@ const BAR: f32 = 3.0;
 pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
-        ui.strong("Funnel").on_hover_text("What came into each stage of culling, and what went on");
+        ui.strong("Funnel").on_hover_text("What entered each stage of culling, and what passed it");
         if button(ui, "Copy", "Copies the funnel as JSON (J)") {
             session.copy_funnel();
         }
@@ -85,7 +86,7 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
     let w = funnel.frustum;
     if w.nodes + w.blocks + w.swept + w.remembered > 0 {
         let text =
-            format!("{} nodes asked, {} plane tests", grouped(w.nodes), grouped(w.plane_tests));
+            format!("{} nodes tested, {} plane tests", grouped(w.nodes), grouped(w.plane_tests));
         ui.weak(text).on_hover_text(format!(
             "The frustum's walk of the hierarchy: {} blocks of 16 things tested one by one, {} groups of 256 \
              not asked since the last frame's answer still held, {} things swept without asking a node",

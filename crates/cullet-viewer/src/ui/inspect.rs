@@ -4,7 +4,8 @@ use cullet::Stage;
 use cullet_draw::palette;
 use eframe::egui;
 
-use super::words::{grouped, swatch};
+use super::words::swatch;
+use crate::numbers::grouped;
 use crate::session::Session;
 
 /// The most names of what hides a thing.

@@ -22,9 +22,6 @@ use eframe::egui;
 use crate::compose::Composition;
 use crate::session::Session;
 
-pub use words::grouped;
-pub(crate) use words::percent;
-
 /// A window of fewer points has no room for a panel on both sides of the picture: a telephone, held upright.
 const NARROW: f32 = 560.0;
 

@@ -3,7 +3,8 @@
 use cullet_io::scenes;
 use eframe::egui;
 
-use super::words::{FINGER, button, grouped};
+use super::words::{FINGER, button};
+use crate::numbers::grouped;
 use crate::session::Session;
 use crate::world::Source;
 

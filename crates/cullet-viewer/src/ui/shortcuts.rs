@@ -3,9 +3,8 @@
 use eframe::egui::{self, Key};
 
 use crate::camera::Mode;
-use crate::cutaway::REACH;
 use crate::session::Session;
-use crate::state::{Colour, GhostForm, Layout, Stages};
+use crate::state::{Colour, GhostForm, Layout, REACH, Stages};
 use crate::structure;
 
 /// What a key does.

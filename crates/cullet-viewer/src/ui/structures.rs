@@ -3,10 +3,12 @@
 use cullet::cull::backface::MaskGrid;
 use eframe::egui;
 
-use super::words::{button, grouped, percent, switch};
+use super::words::{button, switch};
+use crate::numbers::{grouped, percent};
 use crate::outcodes::names;
 use crate::session::Session;
-use crate::study::{By, MOST_GROUPS, MOST_TRIANGLES};
+use crate::state::{By, MOST_GROUPS};
+use crate::study::MOST_TRIANGLES;
 
 /// What stands below the hierarchy and the cones.
 pub(super) fn more(ui: &mut egui::Ui, session: &mut Session) {

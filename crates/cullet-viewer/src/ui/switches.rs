@@ -5,13 +5,13 @@ use cullet::{Backface, CullFace, Output};
 use cullet_io::paths::PathSpec;
 use eframe::egui;
 
-use super::words::{button, choices, colour, grouped, switch};
+use super::words::{button, choices, colour, switch};
 use crate::camera::{Chase, Mode};
 use crate::cost::Measured;
 use crate::journey::RATE;
+use crate::numbers::grouped;
 use crate::session::Session;
-use crate::sides::Sides;
-use crate::state::{Colour, GhostForm, Layout, Stages, WIDEST_BUFFER};
+use crate::state::{Colour, GhostForm, Layout, Sides, Stages, WIDEST_BUFFER};
 use crate::structure;
 
 /// All of them.
@@ -423,7 +423,7 @@ fn structures(ui: &mut egui::Ui, session: &mut Session) {
             ui.selectable_value(level, 0, "off");
             for l in 1..=levels {
                 ui.selectable_value(level, l, format!("level {l}")).on_hover_text(
-                    "Boxes that the walk asked: blue outside, green inside, yellow tested further",
+                    "Boxes that the walk tested: blue outside, green inside, yellow tested further",
                 );
             }
         });

@@ -2,7 +2,7 @@
 
 use eframe::egui;
 
-use super::words::{grouped, percent};
+use crate::numbers::{grouped, percent};
 use crate::session::{STOPS, Session, Tour};
 use crate::state::{GhostForm, Layout};
 

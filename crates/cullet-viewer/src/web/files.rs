@@ -6,7 +6,7 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{CustomEvent, CustomEventInit, HtmlInputElement};
 
-use super::load::thrown;
+use super::worker::thrown;
 use crate::inbox::Read;
 
 /// Opens the browser's dialog; what is chosen is read and put. A browser opens it only soon after a click

@@ -9,10 +9,13 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{MessageEvent, Response, Worker, WorkerOptions, WorkerType};
 
-use super::packed::{UnpackError, Unpacker};
-use crate::sides::Sides;
+use super::worker::{Keeper, thrown};
+use crate::bytes::UnpackError;
+use crate::measures::Measures;
+use crate::packed::{Unpacker, pack};
+use crate::state::Sides;
 use crate::task::{SLICE, Task, clock};
-use crate::world::{Measures, Source, World};
+use crate::world::{Source, World};
 
 /// Begins to load a scene; `wake` is called when it is there or cannot be had. A path is an address of the
 /// server that the page came from (`/scene/model.glb`).
@@ -57,7 +60,7 @@ pub(crate) fn remake(
 ) -> Task<Result<World, String>> {
     let (send, task) = Task::waiting();
     spawn_local(async move {
-        let made = unpack(super::packed::pack(&whole.model)).await;
+        let made = unpack(pack(&whole.model)).await;
         // Nobody listens any more when the user has gone on to something else.
         let _ = send.send(made.and_then(|(model, _)| whole.again(model, sides)));
         wake();
@@ -87,22 +90,6 @@ async fn fetch(address: &str) -> Result<Uint8Array, String> {
 /// A file as the worker takes it: its name and its bytes.
 fn given(name: &str, bytes: &Uint8Array) -> Array {
     Array::of2(&name.into(), bytes)
-}
-
-/// A worker with the scene that it made. It ends with the last who holds this: that gives its memory back.
-#[derive(Debug)]
-pub(crate) struct Keeper(Worker);
-
-impl Keeper {
-    pub(crate) fn worker(&self) -> &Worker {
-        &self.0
-    }
-}
-
-impl Drop for Keeper {
-    fn drop(&mut self) {
-        self.0.terminate();
-    }
 }
 
 /// Parses the first of some files, or makes a built-in scene where there are none, in a worker of its own: a fault in
@@ -190,15 +177,6 @@ async fn pause() {
     let _ = JsFuture::from(later).await;
 }
 
-/// What JavaScript throws, for people.
-pub(crate) fn thrown(what: JsValue) -> String {
-    if let Some(text) = what.as_string() {
-        return text;
-    }
-    let message = Reflect::get(&what, &"message".into()).ok().and_then(|m| m.as_string());
-    message.unwrap_or_else(|| format!("{what:?}"))
-}
-
 thread_local! {
     /// In the worker: the scene as the page was given it, until it is [kept](keep).
     static PACKED: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
@@ -206,7 +184,7 @@ thread_local! {
 
 /// A model as bytes, for the page and for the worker itself.
 fn hand_over(model: Model) -> Uint8Array {
-    let packed = super::packed::pack(&model);
+    let packed = pack(&model);
     // The page's own follows: there need not be three.
     drop(model);
     let bytes = Uint8Array::from(&packed[..]);

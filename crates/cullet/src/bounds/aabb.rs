@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::plane::ROUNDING;
-use super::{Obb, Plane, Side, Sphere};
+use super::{Plane, Side};
 
 /// An axis-aligned box. Empty when some `min` exceeds its `max`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -154,50 +154,6 @@ impl Aabb {
     }
 }
 
-impl From<&Sphere> for Aabb {
-    /// The box around a sphere, rounded outward; [`Aabb::EVERYTHING`] where the sphere is not finite.
-    fn from(s: &Sphere) -> Self {
-        if s.has_nan() {
-            return Self::EVERYTHING;
-        }
-        if s.is_empty() {
-            return Self::EMPTY;
-        }
-        let r = f64::from(s.radius);
-        let edge = |sign: f64| {
-            s.center.map(|c| {
-                let (c, r) = (f64::from(c), sign * r);
-                c + r + sign * (c.abs() + r.abs()) * f64::EPSILON
-            })
-        };
-        let (min, max) = (edge(-1.0), edge(1.0));
-        // An infinite centre with an infinite radius.
-        if min.iter().chain(&max).any(|v| v.is_nan()) {
-            return Self::EVERYTHING;
-        }
-        Self::rounded_out(min, max)
-    }
-}
-
-impl From<&Obb> for Aabb {
-    /// The box around an oriented box, rounded outward; [`Aabb::EVERYTHING`] where it is not finite.
-    fn from(b: &Obb) -> Self {
-        if b.is_empty() {
-            return Self::EMPTY;
-        }
-        if !b.is_finite() {
-            return Self::EVERYTHING;
-        }
-        let side = |a: usize, sign: f64| {
-            let mut axis = [0.0; 3];
-            axis[a] = sign;
-            sign * b.span(&Plane::new(axis, 0.0))[1]
-        };
-        let [min, max] = [-1.0, 1.0].map(|sign| std::array::from_fn(|a| side(a, sign)));
-        Self::rounded_out(min, max)
-    }
-}
-
 /// The surface of a box with these half sides.
 pub(crate) fn surface_area(h: [f64; 3]) -> f64 {
     8.0 * (h[0] * h[1] + h[1] * h[2] + h[2] * h[0])
@@ -249,13 +205,5 @@ mod tests {
     fn a_nan_point_gives_everything() {
         assert_eq!(Aabb::from_points(&[[0.0; 3], [f32::NAN, 1.0, 2.0]]), Aabb::EVERYTHING);
         assert_eq!(Aabb::from_points(&[]), Aabb::EMPTY);
-    }
-
-    #[test]
-    fn around_a_sphere_that_is_not_finite() {
-        assert_eq!(Aabb::from(&Sphere::EVERYTHING), Aabb::EVERYTHING);
-        assert_eq!(Aabb::from(&Sphere::EMPTY), Aabb::EMPTY);
-        let s = Sphere { center: [f32::INFINITY, 0.0, 0.0], radius: f32::INFINITY };
-        assert_eq!(Aabb::from(&s), Aabb::EVERYTHING);
     }
 }

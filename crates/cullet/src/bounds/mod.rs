@@ -2,6 +2,7 @@
 
 mod aabb;
 mod batch;
+mod convert;
 mod deform;
 mod fit;
 mod obb;

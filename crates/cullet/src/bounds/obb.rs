@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use super::aabb::{round_up, surface_area};
 use super::fit;
 use super::plane::ROUNDING;
-use super::{Aabb, Plane, Side, Sphere};
+use super::{Aabb, Plane, Side};
 
 /// A box with three axes of its own: all points `center + Σ tᵢ·half[i]·axes[i]` with |tᵢ| ≤ 1.
 ///
@@ -23,7 +23,7 @@ pub struct Obb {
     pub half: [f32; 3],
 }
 
-const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub(super) const IDENTITY: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl Obb {
     /// The box of nothing: joining it with another gives the other.
@@ -241,40 +241,6 @@ impl Obb {
     }
 }
 
-impl From<&Aabb> for Obb {
-    /// The same box, rounded outward: the centre is an f32, so far from the origin the box may grow by
-    /// a unit in the last place of its coordinates. [`Obb::EVERYTHING`] where the box is not finite.
-    fn from(b: &Aabb) -> Self {
-        if b.is_empty() {
-            return Self::EMPTY;
-        }
-        if !b.is_finite() {
-            return Self::EVERYTHING;
-        }
-        let center = b.center().map(|v| v as f32);
-        let half = std::array::from_fn(|a| {
-            let c = f64::from(center[a]);
-            let reach = (f64::from(b.max[a]) - c).max(c - f64::from(b.min[a]));
-            round_up(reach * (1.0 + ROUNDING))
-        });
-        let b = Self { center, axes: IDENTITY, half };
-        if b.is_finite() { b } else { Self::EVERYTHING }
-    }
-}
-
-impl From<&Sphere> for Obb {
-    /// The axis-aligned cube around a sphere; [`Obb::EVERYTHING`] where the sphere is not finite.
-    fn from(s: &Sphere) -> Self {
-        if s.is_empty() {
-            Self::EMPTY
-        } else if s.is_finite() {
-            Self { center: s.center, axes: IDENTITY, half: [s.radius; 3] }
-        } else {
-            Self::EVERYTHING
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -312,9 +278,6 @@ mod tests {
         assert_eq!(b.side(&X), Side::Straddling);
         assert_eq!(Obb::from_points(&[]), Obb::EMPTY);
         assert_eq!(Obb::from_points(&[[0.0, f32::INFINITY, 0.0]]), Obb::EVERYTHING);
-        assert_eq!(Obb::from(&Aabb::EVERYTHING), Obb::EVERYTHING);
-        assert_eq!(Obb::from(&Aabb::EMPTY), Obb::EMPTY);
-        assert_eq!(Aabb::from(&Obb::EMPTY), Aabb::EMPTY);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::aabb::round_up;
 use super::plane::ROUNDING;
-use super::{Aabb, Obb, Plane, Side};
+use super::{Aabb, Plane, Side};
 
 /// A ball: all points no farther than `radius` from `center`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -82,7 +82,7 @@ impl Sphere {
     }
 
     /// The sphere around `points` with its centre at `center`, rounded to f32.
-    fn at_center(center: DVec3, points: &[[f32; 3]]) -> Self {
+    pub(super) fn at_center(center: DVec3, points: &[[f32; 3]]) -> Self {
         let center = center.to_array().map(|v| v as f32);
         let c = DVec3::from(center.map(f64::from));
         let square = points
@@ -178,45 +178,12 @@ impl Sphere {
     }
 }
 
-impl From<&Aabb> for Sphere {
-    /// The sphere around a box's corners, rounded outward; [`Sphere::EVERYTHING`] where the box is not
-    /// finite.
-    fn from(b: &Aabb) -> Self {
-        if b.is_empty() {
-            Self::EMPTY
-        } else if b.is_finite() {
-            Self::at_center(b.center().into(), &b.corners())
-        } else {
-            Self::EVERYTHING
-        }
-    }
-}
-
-impl From<&Obb> for Sphere {
-    /// The sphere around an oriented box's corners, rounded outward; [`Sphere::EVERYTHING`] where the
-    /// box is not finite.
-    fn from(b: &Obb) -> Self {
-        if b.is_empty() {
-            return Self::EMPTY;
-        }
-        if !b.is_finite() {
-            return Self::EVERYTHING;
-        }
-        // From the centre, where no large coordinate cancels.
-        let [x, y, z] =
-            std::array::from_fn(|a| DVec3::from(b.axes[a].map(f64::from)) * f64::from(b.half[a]));
-        let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
-        let reach = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
-        Self { center: b.center, radius: grown(reach) }
-    }
-}
-
 /// Passes over the points before the ball found so far must do. Each pass with a new farthest point
 /// grows the ball, and twenty are rare.
 const MAX_PASSES: usize = 64;
 
 /// A length that was computed in f64, rounded to an f32 not below the true one.
-fn grown(length: f64) -> f32 {
+pub(super) fn grown(length: f64) -> f32 {
     round_up(length * (1.0 + ROUNDING))
 }
 

@@ -8,7 +8,6 @@
 
 use std::ops::Range;
 
-use fearless_simd::Level;
 use glam::DVec3;
 
 use super::polygon::Clipper;
@@ -153,24 +152,6 @@ impl ObjectRegion {
             code.not_inside |= u32::from(!inside) << i;
         }
         code
-    }
-
-    /// The planes of `active` that each point is proved outside of, one word a point, in place of what
-    /// `codes` held. A triangle may be rejected where the words of its corners share a bit.
-    ///
-    /// Sixty-four points at a time are tested in f32, with a margin in which f32 could be wrong; where a point is
-    /// within it, its sixty-four are tested again as [`outcode`](Self::outcode) does, so that the answer is that one's
-    /// at every level.
-    pub fn outcodes_into(
-        &self,
-        level: Level,
-        points: &[[f32; 3]],
-        active: u32,
-        codes: &mut Vec<u32>,
-    ) {
-        // Every word is overwritten.
-        codes.resize(points.len(), 0);
-        super::outcode_batch::fill(level, self, active & self.present, points, codes);
     }
 
     /// Rejects a triangle ([`Side::Outside`]: all corners outside one plane), accepts it

@@ -45,22 +45,32 @@ impl Narrow {
     }
 }
 
-/// Writes the code of each point.
-pub(super) fn fill(
-    level: Level,
-    region: &ObjectRegion,
-    active: u32,
-    points: &[[f32; 3]],
-    codes: &mut [u32],
-) {
-    let mut planes = [Narrow::default(); 32];
-    let mut count = 0;
-    for i in bits(active) {
-        planes[count] = Narrow::new(region, i);
-        count += 1;
+impl ObjectRegion {
+    /// The planes of `active` that each point is proved outside of, one word a point, in place of what
+    /// `codes` held. A triangle may be rejected where the words of its corners share a bit.
+    ///
+    /// Sixty-four points at a time are tested in f32, with a margin in which f32 could be wrong; where a point is
+    /// within it, its sixty-four are tested again as [`outcode`](Self::outcode) does, so that the answer is that one's
+    /// at every level.
+    pub fn outcodes_into(
+        &self,
+        level: Level,
+        points: &[[f32; 3]],
+        active: u32,
+        codes: &mut Vec<u32>,
+    ) {
+        // Every word is overwritten.
+        codes.resize(points.len(), 0);
+        let active = active & self.present();
+        let mut planes = [Narrow::default(); 32];
+        let mut count = 0;
+        for i in bits(active) {
+            planes[count] = Narrow::new(self, i);
+            count += 1;
+        }
+        let planes = &planes[..count];
+        dispatch!(level, simd => blocks(simd, self, active, planes, points, codes));
     }
-    let planes = &planes[..count];
-    dispatch!(level, simd => blocks(simd, region, active, planes, points, codes));
 }
 
 #[inline(always)]

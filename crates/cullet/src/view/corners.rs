@@ -2,7 +2,6 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Frustum, FrustumPlane};
 use crate::bounds::{Plane, ROUNDING, meet_homogeneous, unit};
 
 /// A corner of a frustum, or the direction in which it has none.
@@ -17,21 +16,21 @@ pub(crate) struct Corner {
 }
 
 /// Whether corner `corner` (bits right, top, far) lies on plane `plane`.
-pub(crate) fn lies_on(corner: usize, plane: usize) -> bool {
+pub(super) fn lies_on(corner: usize, plane: usize) -> bool {
     plane < 6 && corner >> (plane / 2) & 1 == plane & 1
 }
 
 /// Corners less exact than this are not used: 1 / the sine of the angles at which the planes meet.
 const MAX_CONDITION: f64 = 1e6;
 
-/// The corners by the first six planes, bit 0, 1, 2 of the index for right, top, far. `None` unless they
+/// The corners by the six planes of a view, bit 0, 1, 2 of the index for right, top, far. `None` unless they
 /// are the corners of exactly that region: then the region is their convex hull.
 ///
 /// Why checking each corner against all planes is enough: from a corner that satisfies them all, the
 /// region goes on along three edges, each of which ends in another of the eight (or runs to infinity
 /// as one of the four directions). The edges of a convex body connect all its corners, so there are no more.
-pub(crate) fn of(f: &Frustum) -> Option<[Corner; 8]> {
-    let plane = |which: usize| f.plane(FrustumPlane::ALL[which]);
+pub(super) fn of(planes: [Option<&Plane>; 6]) -> Option<[Corner; 8]> {
+    let plane = |which: usize| planes[which];
     let mut corners = [Corner { point: DVec3::ZERO, at_infinity: false, error: 0.0 }; 8];
     for (i, corner) in corners.iter_mut().enumerate() {
         let (x, y) = (plane(i & 1)?, plane(2 + (i >> 1 & 1))?);

@@ -2,7 +2,8 @@
 
 use glam::{DMat4, DVec3, DVec4};
 
-use super::{Depth, ViewError, corners};
+use super::corners::{self, Corner};
+use super::{Depth, ViewError};
 use crate::bounds::{Plane, ROUNDING, dot2};
 use crate::transform::Transform;
 
@@ -132,7 +133,7 @@ impl Frustum {
             if !cancels || f.present >> i & 1 == 0 {
                 continue;
             }
-            let Some(corners) = corners::of(&f) else { break };
+            let Some(corners) = f.corners_with_error() else { break };
             let give = (0..8)
                 .filter(|&c| corners::lies_on(c, i) && !corners[c].at_infinity)
                 .map(|c| (a.abs() + b.abs()).dot(corners[c].point.abs().extend(1.0)))
@@ -177,8 +178,13 @@ impl Frustum {
     /// on are not looked at. Rounded.
     #[must_use]
     pub fn corners(&self) -> Option<[[f64; 4]; 8]> {
-        corners::of(self)
+        self.corners_with_error()
             .map(|all| all.map(|c| c.point.extend(if c.at_infinity { 0.0 } else { 1.0 }).into()))
+    }
+
+    /// [`corners`](Self::corners), with what rounding may have done to each.
+    pub(crate) fn corners_with_error(&self) -> Option<[Corner; 8]> {
+        corners::of(FrustumPlane::ALL.map(|which| self.plane(which)))
     }
 
     /// The same region for coordinates relative to `origin`. Each d is rounded once, however large the

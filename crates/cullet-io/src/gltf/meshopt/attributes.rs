@@ -1,6 +1,6 @@
 //! Mode 0: elements as byte-wise deltas, in groups of 16.
 
-use super::Reader;
+use super::ByteReader;
 
 const HEADER: u8 = 0xA0;
 const GROUP: usize = 16;
@@ -14,7 +14,7 @@ pub(super) fn tail(stride: usize) -> usize {
 
 /// Decodes `count` elements of `stride` bytes.
 pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8>, String> {
-    let (mut reader, tail) = Reader::open(bytes, HEADER, tail(stride))?;
+    let (mut reader, tail) = ByteReader::open(bytes, HEADER, tail(stride))?;
     let mut last = tail[tail.len() - stride..].to_vec();
     let mut out = vec![0u8; count * stride];
     let most = ((MOST_BLOCK_BYTES / stride) & !(GROUP - 1)).min(MOST_BLOCK_ELEMENTS);
@@ -30,7 +30,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
 
 /// Byte `k` of every element of a block.
 fn channel(
-    reader: &mut Reader<'_>,
+    reader: &mut ByteReader<'_>,
     block: &mut [u8],
     elements: usize,
     k: usize,
@@ -61,7 +61,7 @@ fn channel(
 }
 
 /// A group of `bits` a delta, highest first; all ones stand for a whole byte that follows.
-fn packed(reader: &mut Reader<'_>, bits: usize) -> Result<[u8; GROUP], String> {
+fn packed(reader: &mut ByteReader<'_>, bits: usize) -> Result<[u8; GROUP], String> {
     let codes = reader.take(GROUP * bits / 8)?;
     let sentinel = (1u8 << bits) - 1;
     let mut out = [0; GROUP];

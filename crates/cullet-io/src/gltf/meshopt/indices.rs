@@ -1,6 +1,6 @@
 //! Modes 1 and 2: indices of triangle lists, and of anything.
 
-use super::Reader;
+use super::ByteReader;
 
 const TRIANGLES_HEADER: u8 = 0xE1;
 const SEQUENCE_HEADER: u8 = 0xD1;
@@ -31,7 +31,7 @@ impl<T: Copy> Fifo<T> {
 }
 
 struct Triangles<'a> {
-    data: Reader<'a>,
+    data: ByteReader<'a>,
     next: u32,
     last: u32,
     edges: Fifo<[u32; 2]>,
@@ -106,7 +106,7 @@ impl Triangles<'_> {
 
 /// Decodes the `count` indices of a triangle list.
 pub(super) fn triangles(bytes: &[u8], count: usize) -> Result<Vec<u32>, String> {
-    let (mut data, table) = Reader::open(bytes, TRIANGLES_HEADER, TRIANGLES_TAIL)?;
+    let (mut data, table) = ByteReader::open(bytes, TRIANGLES_HEADER, TRIANGLES_TAIL)?;
     let codes = data.take(count / 3)?;
     let mut state = Triangles {
         data,
@@ -142,7 +142,7 @@ pub(super) fn triangles(bytes: &[u8], count: usize) -> Result<Vec<u32>, String> 
 
 /// Decodes `count` indices.
 pub(super) fn sequence(bytes: &[u8], count: usize) -> Result<Vec<u32>, String> {
-    let (mut data, _) = Reader::open(bytes, SEQUENCE_HEADER, SEQUENCE_TAIL)?;
+    let (mut data, _) = ByteReader::open(bytes, SEQUENCE_HEADER, SEQUENCE_TAIL)?;
     let mut last = [0u32; 2];
     let mut out = Vec::with_capacity(count);
     for _ in 0..count {

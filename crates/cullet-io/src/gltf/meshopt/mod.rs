@@ -121,11 +121,11 @@ fn narrow(indices: &[u32], stride: usize) -> Vec<u8> {
 }
 
 /// Reads bytes from the front.
-struct Reader<'a> {
+struct ByteReader<'a> {
     rest: &'a [u8],
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ByteReader<'a> {
     /// The stream after its header byte and before its tail, and the tail.
     fn open(bytes: &'a [u8], header: u8, tail: usize) -> Result<(Self, &'a [u8]), String> {
         match bytes.split_first() {

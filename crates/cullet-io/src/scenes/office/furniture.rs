@@ -2,10 +2,10 @@
 
 use cullet::MeshId;
 
+use super::super::builder::{SceneBuilder, Sides, turned};
 use super::super::rng::Rng;
 use super::super::shapes::Shape;
 use super::super::spec::SceneSpecError;
-use super::super::{Builder, Sides, turned};
 
 /// Side of the square that a piece may take, with room to walk past.
 const PLACE: f64 = 1.6;
@@ -17,7 +17,7 @@ pub(super) struct Furniture {
 }
 
 impl Furniture {
-    pub(super) fn new(b: &mut Builder) -> Result<Self, SceneSpecError> {
+    pub(super) fn new(b: &mut SceneBuilder) -> Result<Self, SceneSpecError> {
         let oak = b.material("oak", 0xC29A66);
         let steel = b.material("steel", 0x8F99A3);
         let fabric = b.material("fabric", 0x3F6C8F);
@@ -99,7 +99,7 @@ impl Furniture {
     /// Stands up to `pieces` in the room `low`..`high`, at most one a place of a grid.
     pub(super) fn fill_room(
         &self,
-        b: &mut Builder,
+        b: &mut SceneBuilder,
         rng: &mut Rng,
         low: [f64; 3],
         high: [f64; 3],
@@ -129,7 +129,7 @@ impl Furniture {
     /// Stands one piece in the hall, facing across it.
     pub(super) fn stand_in_hall(
         &self,
-        b: &mut Builder,
+        b: &mut SceneBuilder,
         rng: &mut Rng,
         at: [f64; 3],
     ) -> Result<(), SceneSpecError> {

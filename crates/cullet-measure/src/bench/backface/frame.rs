@@ -10,8 +10,8 @@ use cullet::cull::frustum::batch;
 use cullet_methods::cluster::{Bound, ClusterBounds, ClusterFacing, TwoWay};
 use cullet_methods::{Bulk, Groups, Planes32};
 
-use super::super::measure::{fastest_of_both, stream};
-use super::super::measured::{Measured, Yardstick};
+use super::super::measure::beside_reading;
+use super::super::measured::{Measured, Workload};
 use super::super::options::BenchOptions;
 use super::ball::{EYE, bumpy_ball};
 
@@ -48,23 +48,12 @@ fn measure(
     (name, level): (&str, &'static str),
     [items, visible, bytes]: [usize; 3],
     each: &mut dyn FnMut(Measured),
-    mut pass: impl FnMut(),
+    pass: impl FnMut(),
     checked: impl FnOnce() -> bool,
 ) {
-    let same_bytes = vec![1.0_f32; items * bytes / 4];
-    let best = batch::levels()[0].1;
-    let [limit, time] =
-        fastest_of_both(options.seconds, |turn| stream(best, &same_bytes, turn), &mut pass);
-    each(Measured {
-        name: name.to_owned(),
-        level,
-        items,
-        visible,
-        ns_per_item: time / items as f64,
-        yardstick: Yardstick::streaming(bytes, items, time, limit),
-        checked: checked(),
-        versus: None,
-    });
+    let times = beside_reading(options.seconds, items * bytes, pass);
+    let (name, checked) = (name.to_owned(), checked());
+    each(Workload { name, level, items, visible, checked }.streaming(bytes, times));
 }
 
 type Model = (Vec<[f32; 3]>, Vec<u32>);
@@ -192,23 +181,13 @@ fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(
         };
         pass();
         let bytes = 96 * fits.len() + 4 * CLUSTER * mixed;
-        let best = batch::levels()[0].1;
-        let same_bytes = vec![1.0_f32; bytes / 4];
-        let [limit, time] =
-            fastest_of_both(options.seconds, |turn| stream(best, &same_bytes, turn), pass);
+        let times = beside_reading(options.seconds, bytes, pass);
         let mut found: Vec<u32> = ranges.iter().cloned().flatten().collect();
         found.extend_from_slice(&list);
         found.sort_unstable();
-        each(Measured {
-            name: name.to_owned(),
-            level: level_name,
-            items: 1,
-            visible: 1,
-            ns_per_item: time,
-            yardstick: Yardstick::streaming(bytes, 1, time, limit),
-            checked: found == expected,
-            versus: None,
-        });
+        let (name, checked) = (name.to_owned(), found == expected);
+        let workload = Workload { name, level: level_name, items: 1, visible: 1, checked };
+        each(workload.streaming(bytes, times));
     }
 }
 
@@ -245,11 +224,12 @@ fn vertices(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn
     measure(options, (name, "scalar"), sizes, each, pass, || same && dropped < TRIANGLES / 1000);
 }
 
-/// All triangles of the model encoded anew, as those of a deforming mesh are. Read are twelve bytes of
-/// indices a triangle, and half a vertex.
+/// Triangles, all of which are updated, and what is read of each: twelve bytes of indices, and half a vertex.
+const UPDATE_SIZES: [usize; 3] = [TRIANGLES, TRIANGLES, 18];
+
+/// All triangles of the model encoded anew, as those of a deforming mesh are.
 fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn FnMut(Measured)) {
     let [.., masks_name, name8] = NAMES;
-    let sizes = [TRIANGLES, TRIANGLES, 18];
     // What is updated is first made of another shape in the same box.
     let other: Vec<[f32; 3]> = positions.iter().map(|[x, y, z]| [-x, *y, *z]).collect();
     if let Some(grid) = MaskGrid::new(16).filter(|_| options.wants(masks_name)) {
@@ -260,7 +240,7 @@ fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn 
         grid.update(positions, indices, 0..TRIANGLES, &mut masks);
         let same = (0..TRIANGLES).all(|i| masks.get(i) == expected.get(i));
         let pass = || grid.update(positions, indices, 0..TRIANGLES, &mut masks);
-        measure(options, (masks_name, "scalar"), sizes, each, pass, || same);
+        measure(options, (masks_name, "scalar"), UPDATE_SIZES, each, pass, || same);
     }
     if options.wants(name8) {
         let mut planes = Planes8::new(positions, indices);
@@ -272,6 +252,6 @@ fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn 
         planes.update(positions, indices, 0..TRIANGLES);
         let same = changed && culled(&planes) == expected;
         let pass = || planes.update(positions, indices, 0..TRIANGLES);
-        measure(options, (name8, "scalar"), sizes, each, pass, || same);
+        measure(options, (name8, "scalar"), UPDATE_SIZES, each, pass, || same);
     }
 }

@@ -15,8 +15,8 @@ use cullet_methods::cluster::{
 };
 use cullet_methods::{Bulk, Planes16, Planes32};
 
-use super::measure::{fastest_of_both, stream};
-use super::measured::{Measured, Yardstick};
+use super::measure::{beside_reading, fastest_of_both};
+use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 use ball::EYE;
 pub(crate) use ball::bumpy_ball;
@@ -139,8 +139,6 @@ fn run_test<E: Copy>(
     let culled = culled_of(&expected);
     let kept_ref: Vec<u32> =
         (0..len as u32).filter(|&i| expected[i as usize / 64] >> (i % 64) & 1 == 0).collect();
-    let best = batch::levels()[0].1;
-    let same_bytes = vec![1.0_f32; len * bytes / 4];
     let (mut words, mut kept) = (Vec::new(), Indices::new());
     for output in OUTPUTS {
         let name = format!("{name}/{output}");
@@ -156,24 +154,18 @@ fn run_test<E: Copy>(
                 _ => test.keep(level, eye, &mut kept),
             };
             pass();
-            let [limit, time] =
-                fastest_of_both(options.seconds, |turn| stream(best, &same_bytes, turn), pass);
+            let times = beside_reading(options.seconds, len * bytes, pass);
             let checked = match output {
                 "mask" => words == expected,
                 "count" => test.count(level, eye) == culled,
                 _ => *kept == *kept_ref,
             };
+            let (name, visible) = (name.clone(), kept_ref.len());
+            let workload = Workload { name, level: level_name, items: len, visible, checked };
+            let versus = versus.filter(|_| output == "list");
             each(Measured {
-                name: name.clone(),
-                level: level_name,
-                items: len,
-                visible: kept_ref.len(),
-                ns_per_item: time / len as f64,
-                yardstick: Yardstick::streaming(bytes, len, time, limit),
-                checked,
-                versus: versus
-                    .filter(|_| output == "list")
-                    .map(|(name, ns)| (name, ns * len as f64 / time)),
+                versus: versus.map(|(name, ns)| (name, ns * len as f64 / times[1])),
+                ..workload.streaming(bytes, times)
             });
         }
     }
@@ -190,28 +182,21 @@ fn run_vertices(
     let eye = ObjectEye::new(EYE, identity, face, CullFace::Back);
     let mut kept = Vec::new();
     // Twelve bytes of indices, and half a vertex of twelve.
-    let same_bytes = vec![1.0_f32; len * 18 / 4];
-    let best = batch::levels()[0].1;
-    let [limit, time] = fastest_of_both(
-        options.seconds,
-        |turn| stream(best, &same_bytes, turn),
-        || {
-            kept.clear();
-            eye.keep_into(positions, indices, 0..len as u32, &mut kept);
-        },
-    );
+    const BYTES: usize = 18;
+    let times = beside_reading(options.seconds, len * BYTES, || {
+        kept.clear();
+        eye.keep_into(positions, indices, 0..len as u32, &mut kept);
+    });
     let corners = |t: usize| [0, 1, 2].map(|k| positions[indices[t * 3 + k] as usize]);
     let expected = (0..len).filter(|&t| !eye.culls(&corners(t))).map(|t| t as u32);
-    each(Measured {
+    let workload = Workload {
         name: format!("{}/list", triangles("vertices", len)),
         level: "scalar",
         items: len,
         visible: kept.len(),
-        ns_per_item: time / len as f64,
-        yardstick: Yardstick::streaming(18, len, time, limit),
         checked: expected.eq(kept.iter().copied()),
-        versus: None,
-    });
+    };
+    each(workload.streaming(BYTES, times));
 }
 
 #[cfg(test)]

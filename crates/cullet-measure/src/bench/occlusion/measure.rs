@@ -32,7 +32,7 @@ pub(super) struct Mode {
 
 /// What testing the objects takes and finds, with the buffer filled as `sorted` does: means over views.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
-pub(super) struct Test {
+pub(super) struct ObjectTests {
     /// Time for those in the frustum alone, projection included, by their number.
     pub(super) ns_per_object: f64,
     /// Time for all objects, those outside of the frustum too.
@@ -51,7 +51,7 @@ pub(super) struct Found {
     /// By [`MODES`].
     pub(super) modes: [Mode; 3],
     /// The tests.
-    pub(super) test: Test,
+    pub(super) test: ObjectTests,
     /// View by view, an answer for each object.
     pub(super) answers: Vec<u8>,
     /// Views that were measured: all, unless it was stopped.
@@ -95,7 +95,7 @@ pub(super) fn measure(
     let mut scratch = Scratch::default();
     let mut found = Found {
         modes: MODES.map(|name| Mode { name, ..Mode::default() }),
-        test: Test::default(),
+        test: ObjectTests::default(),
         answers: Vec::new(),
         views: 0,
     };

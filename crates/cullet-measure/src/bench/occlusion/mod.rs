@@ -69,7 +69,7 @@ fn level(text: &str) -> Result<(&'static str, Level), String> {
     let levels = levels();
     levels.iter().find(|l| l.0 == text).copied().ok_or_else(|| {
         let known: Vec<&str> = levels.iter().map(|l| l.0).collect();
-        format!("'{text}' is no level of this machine; it has {}", known.join(", "))
+        format!("'{text}' is not a SIMD level of this machine; it has {}", known.join(", "))
     })
 }
 

@@ -5,8 +5,8 @@ use cullet_command::console::{Console, count, grouped};
 use serde::Serialize;
 
 use super::super::measure::{fastest_of_both, stream};
-use super::super::measured::{Measured, Yardstick};
-use super::measure::{Found, MODES, Mode, Test};
+use super::super::measured::{Measured, Workload};
+use super::measure::{Found, MODES, Mode, ObjectTests};
 use super::scene::Prepared;
 use super::threads::Shared;
 use super::truth::Verdict;
@@ -25,7 +25,7 @@ pub struct Occlusion {
     /// The ways to fill the buffer.
     modes: [Mode; 3],
     /// The tests of objects.
-    test: Test,
+    test: ObjectTests,
     /// Drawing on several threads, where that was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     shared: Option<Shared>,
@@ -90,16 +90,9 @@ pub(super) fn measured(
     {
         let items = (items.round() as usize).max(1);
         let limit = (items * bytes) as f64 / streaming.rate;
-        each(Measured {
-            name,
-            level,
-            items,
-            visible: visible.round() as usize,
-            ns_per_item: time / items as f64,
-            yardstick: Yardstick::streaming(bytes, items, time, limit),
-            checked,
-            versus: None,
-        });
+        let visible = visible.round() as usize;
+        let workload = Workload { name, level, items, visible, checked };
+        each(workload.streaming(bytes, [limit, time]));
     }
 }
 

@@ -73,7 +73,7 @@ impl Reference {
                 let (view, object) = (at / objects, at % objects);
                 let value = values[at];
                 return Err(fail(format!(
-                    "view {view}, object {object}: {value} is no answer; they are 0 to {MOST}"
+                    "view {view}, object {object}: {value} is not a result; they are 0 to {MOST}"
                 )));
             }
             found.push(Self { samples, values });

@@ -2,7 +2,7 @@
 
 use cullet_draw::palette;
 
-use super::record::Record;
+use super::record::AssarssonMollerRecord;
 use crate::reproduce::chart::{Anchor, Chart, Plot};
 
 /// One box at a time, and sixteen: told apart by anyone.
@@ -16,7 +16,7 @@ const GRID: [u8; 3] = [0xDD, 0xDB, 0xD5];
 const STEP: f64 = 56.0;
 
 /// Draws the chart.
-pub(super) fn chart(record: &Record) -> Chart {
+pub(super) fn chart(record: &AssarssonMollerRecord) -> Chart {
     let bars = record.rows.len() + record.wide.len();
     let height = 200.0 + STEP * bars as f64;
     let title = "Assarsson & Moller: times as fast as plain view frustum culling";

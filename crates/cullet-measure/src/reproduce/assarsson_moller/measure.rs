@@ -10,7 +10,7 @@ use cullet_command::exit::{Exit, Failure};
 use cullet_io::Model;
 use glam::{DVec2, DVec3};
 
-use super::record::{Record, Row, WideRow};
+use super::record::{AssarssonMollerRecord, TricksRow, WideRow};
 use super::scalar::{Counts, Sides, Tree, Tricks, sides};
 use crate::machine::Machine;
 
@@ -77,7 +77,11 @@ pub(super) struct Walk {
 }
 
 /// Measures everything.
-pub(super) fn all(walk: &Walk, model: &Model, console: &Console) -> Result<Record, Failure> {
+pub(super) fn all(
+    walk: &Walk,
+    model: &Model,
+    console: &Console,
+) -> Result<AssarssonMollerRecord, Failure> {
     let scene = &model.scene;
     let count = scene.slot_count();
     if count > MOST_BOXES {
@@ -102,7 +106,7 @@ pub(super) fn all(walk: &Walk, model: &Model, console: &Console) -> Result<Recor
     let (mut truth, mut found) = (vec![0_u64; words], vec![0_u64; words]);
     let mut costs: Vec<Cost> = VARIANTS.iter().map(|_| Cost::new(frames.len())).collect();
     let mut wide = [Cost::new(frames.len()), Cost::new(frames.len())];
-    let mut record = Record {
+    let mut record = AssarssonMollerRecord {
         schema: 1,
         model: model.name.clone(),
         boxes: u64::from(count),
@@ -185,7 +189,7 @@ pub(super) fn all(walk: &Walk, model: &Model, console: &Console) -> Result<Recor
         .zip(&costs)
         .map(|((variant, _), cost)| {
             let ns = cost.mean_ns(done);
-            Row {
+            TricksRow {
                 variant,
                 nodes: per_frame(cost.nodes),
                 plane_tests: per_frame(cost.planes),

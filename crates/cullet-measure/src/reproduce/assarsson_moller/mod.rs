@@ -57,12 +57,12 @@ pub(crate) struct AssarssonMollerArgs {
 }
 
 fn degrees(text: &str) -> Result<f64, String> {
-    let wrong = || format!("'{text}' is no angle of 0 to 180 degrees");
+    let wrong = || format!("'{text}' is not an angle of 0 to 180 degrees");
     text.parse().ok().filter(|v| (0.0..=180.0).contains(v)).ok_or_else(wrong)
 }
 
 fn stride(text: &str) -> Result<f64, String> {
-    let wrong = || format!("'{text}' is no length of 0 to 1e9");
+    let wrong = || format!("'{text}' is not a length of 0 to 1e9");
     text.parse().ok().filter(|v| (0.0..=1e9).contains(v)).ok_or_else(wrong)
 }
 

@@ -1,10 +1,10 @@
 //! The results as a table for people.
 
-use super::record::Record;
+use super::record::AssarssonMollerRecord;
 use cullet_command::console::{Console, grouped};
 
 /// Prints it.
-pub(super) fn all(console: &Console, record: &Record) {
+pub(super) fn all(console: &Console, record: &AssarssonMollerRecord) {
     console.line(
         "Assarsson & Möller 2000, Optimized View Frustum Culling Algorithms for Bounding Boxes",
     );
@@ -58,7 +58,7 @@ pub(super) fn all(console: &Console, record: &Record) {
 }
 
 /// What it says.
-fn words(console: &Console, record: &Record) {
+fn words(console: &Console, record: &AssarssonMollerRecord) {
     let best = record.rows.iter().max_by(|a, b| a.speedup.total_cmp(&b.speedup));
     if let (Some(best), [cold, warm]) = (best, &record.wide[..]) {
         console.line(format!(

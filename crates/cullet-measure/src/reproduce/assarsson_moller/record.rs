@@ -6,7 +6,7 @@ use crate::machine::Machine;
 
 /// All that the command finds.
 #[derive(Debug, Serialize)]
-pub(super) struct Record {
+pub(super) struct AssarssonMollerRecord {
     pub(super) schema: u32,
     pub(super) model: String,
     pub(super) boxes: u64,
@@ -18,7 +18,7 @@ pub(super) struct Record {
     pub(super) visible_percent: f64,
     pub(super) machine: Machine,
     /// The scalar binary tree, in f64: plain, each trick alone, all together.
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<TricksRow>,
     /// The engine's own tree, in f32, sixteen boxes at once.
     pub(super) wide: Vec<WideRow>,
     /// Frames in which a variant of the scalar tree found something else than the plain one; 0, or a fault.
@@ -36,7 +36,7 @@ pub(super) struct Record {
 
 /// What a way of culling costs a frame; means over the frames.
 #[derive(Debug, Serialize)]
-pub(super) struct Row {
+pub(super) struct TricksRow {
     pub(super) variant: &'static str,
     pub(super) nodes: f64,
     pub(super) plane_tests: f64,

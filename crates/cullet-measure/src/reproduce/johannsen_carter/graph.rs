@@ -2,7 +2,7 @@
 
 use cullet_draw::palette;
 
-use super::record::Record;
+use super::record::JohannsenCarterRecord;
 use crate::reproduce::chart::{Anchor, Chart, Plot};
 
 const BAR: [u8; 3] = [0x00, 0x72, 0xB2];
@@ -15,7 +15,7 @@ const STEP: f64 = 46.0;
 const HALF: f64 = 15.0;
 
 /// Draws the chart.
-pub(super) fn chart(record: &Record) -> Chart {
+pub(super) fn chart(record: &JohannsenCarterRecord) -> Chart {
     let bars = record.bounds.len() as f64;
     let title = "Johannsen & Carter: triangles that each bound of a cluster culls";
     let mut c = Chart::new([1200, (STEP * bars + 290.0) as u32], title);

@@ -18,7 +18,7 @@ use cullet_command::files::write_json;
 
 use self::bounds::{Clusters, DISTANCES, MAIN, Wrong};
 use self::clustering::{Made, MaterialRow};
-use self::record::{Clusterer, ModelRecord, Record};
+use self::record::{Clusterer, JohannsenCarterRecord, ModelRecord};
 use super::model::Subject;
 use super::output::Places;
 use crate::calibrate::{ClusterArgs, ClusterCosts};
@@ -104,7 +104,7 @@ fn measure(
     made: &Made,
     costs: &ClusterCosts,
     console: &Console,
-) -> Result<Record, Failure> {
+) -> Result<JohannsenCarterRecord, Failure> {
     const BOUNDS: u64 = 8 + 4;
     let clusters = Clusters::new(&made.mesh);
     let of_views = DISTANCES.len() as u64 * u64::from(args.directions);
@@ -118,7 +118,7 @@ fn measure(
     bar.finish();
     let mesh = &made.mesh;
     let triangles = u64::from(mesh.triangle_count() - mesh.degenerate_count());
-    Ok(Record {
+    Ok(JohannsenCarterRecord {
         schema: 1,
         model: ModelRecord {
             name: subject.name.clone(),
@@ -155,7 +155,7 @@ fn measure(
 
 /// What takes longer: other clusterings, and the hierarchy.
 fn more(
-    record: &mut Record,
+    record: &mut JohannsenCarterRecord,
     subject: &Subject,
     made: &Made,
     options: &ClusterOptions,

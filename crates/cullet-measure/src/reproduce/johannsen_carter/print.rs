@@ -3,11 +3,11 @@
 use super::bounds::BoundRow;
 use super::clustering::ProbabilityRow;
 use super::hierarchy::HierarchyRow;
-use super::record::{Clusterer, Record};
+use super::record::{Clusterer, JohannsenCarterRecord};
 use cullet_command::console::{Console, count};
 
 /// Prints all that was found.
-pub(super) fn all(console: &Console, record: &Record) {
+pub(super) fn all(console: &Console, record: &JohannsenCarterRecord) {
     head(console, record);
     bounds(console, record);
     distances(console, record);
@@ -32,7 +32,7 @@ pub(super) fn all(console: &Console, record: &Record) {
     }
 }
 
-fn head(console: &Console, record: &Record) {
+fn head(console: &Console, record: &JohannsenCarterRecord) {
     let m = &record.model;
     console.line("Johannsen & Carter 1998, Clustered Backface Culling");
     console.line(format!(
@@ -88,7 +88,7 @@ fn table_head(console: &Console) {
     ));
 }
 
-fn bounds(console: &Console, record: &Record) {
+fn bounds(console: &Console, record: &JohannsenCarterRecord) {
     console.line(format!(
         "\nBounds from {} radii of the model's sphere, means over {}. Exact tests each \
          triangle, ideal\nall planes of a cluster: no bound culls more. Times are of batches, one \
@@ -110,7 +110,7 @@ fn bounds(console: &Console, record: &Record) {
     }
 }
 
-fn distances(console: &Console, record: &Record) {
+fn distances(console: &Console, record: &JohannsenCarterRecord) {
     console.line("\nCulled, %, from other distances; in brackets the share of the ideal.");
     let line = |name: &str, cell: &dyn Fn(usize) -> String| {
         let cells = (0..record.distances_radii.len()).map(|i| format!("{:>15}", cell(i)));
@@ -131,7 +131,7 @@ fn distances(console: &Console, record: &Record) {
     }
 }
 
-fn origins(console: &Console, record: &Record) {
+fn origins(console: &Console, record: &JohannsenCarterRecord) {
     console.line(
         "\nJohannsen & Carter's bound, by where its origin c is: the questions that the lectures leave \
          open.",
@@ -168,7 +168,7 @@ fn origins(console: &Console, record: &Record) {
     ));
 }
 
-fn hierarchy(console: &Console, record: &Record, h: &HierarchyRow) {
+fn hierarchy(console: &Console, record: &JohannsenCarterRecord, h: &HierarchyRow) {
     if h.flat_tests_per_frame == 0.0 {
         console.line(
             "\nHierarchy of joint clusters: no cluster faces wholly one way from any view, so there is \
@@ -199,7 +199,7 @@ fn hierarchy(console: &Console, record: &Record, h: &HierarchyRow) {
     ));
 }
 
-fn clusterings(console: &Console, record: &Record) {
+fn clusterings(console: &Console, record: &JohannsenCarterRecord) {
     if !record.probabilities.is_empty() {
         console.line(
             "\nHow often is a cluster culled? P of T = t + (1 − P) n r, estimated in three ways; greedy \

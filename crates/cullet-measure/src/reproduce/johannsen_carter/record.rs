@@ -20,7 +20,7 @@ pub(super) enum Clusterer {
 
 /// All that the command finds.
 #[derive(Debug, Serialize)]
-pub(super) struct Record {
+pub(super) struct JohannsenCarterRecord {
     pub(super) schema: u32,
     pub(super) model: ModelRecord,
     pub(super) clusters_by: Clusterer,

@@ -6,7 +6,7 @@ use cullet::{CullFace, FrontFace, Level, Transform};
 use cullet_command::console::Progress;
 use cullet_methods::Bulk;
 
-use super::record::{PAPER, Row, ShareRow};
+use super::record::{PAPER, ShareRow, TableRow};
 use crate::reproduce::model::{Subject, fibonacci};
 
 /// Half the distance between the middles of the copies, in radii of one: they nearly touch.
@@ -28,7 +28,7 @@ pub(super) struct Grids(pub(super) Vec<(MaskGrid, NormalMasks)>);
 
 /// The shares at one distance.
 #[derive(Debug)]
-pub(super) struct Found {
+pub(super) struct CullingFound {
     pub(super) rows: Vec<ShareRow>,
     /// Triangles culled that the exact test keeps.
     pub(super) lost: u64,
@@ -110,7 +110,7 @@ impl<'a> Pair<'a> {
         radii: f64,
         directions: u32,
         progress: &mut Progress,
-    ) -> Found {
+    ) -> CullingFound {
         let level = Level::new();
         let (mut culled, mut exact, mut lost) = (vec![0; grids.0.len()], 0, 0);
         let (mut words, mut kept) = (Vec::new(), Vec::new());
@@ -139,7 +139,7 @@ impl<'a> Pair<'a> {
                 exact_percent: percent(exact),
             }
         };
-        Found { rows: culled.iter().zip(&grids.0).map(row).collect(), lost }
+        CullingFound { rows: culled.iter().zip(&grids.0).map(row).collect(), lost }
     }
 }
 
@@ -163,8 +163,8 @@ pub(super) fn ones(words: impl Iterator<Item = u64>) -> u64 {
 
 impl ShareRow {
     /// The row of Table 1 that it becomes beside the paper's; times are to come.
-    pub(super) fn row(&self, (_, paper_percent, paper_ms): (u32, f64, f64)) -> Row {
-        Row {
+    pub(super) fn row(&self, (_, paper_percent, paper_ms): (u32, f64, f64)) -> TableRow {
+        TableRow {
             n: self.n,
             classes: self.classes,
             front: self.front,

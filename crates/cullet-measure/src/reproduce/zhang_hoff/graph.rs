@@ -3,7 +3,7 @@
 use cullet_command::console::count;
 use cullet_draw::palette;
 
-use super::record::{Record, Row};
+use super::record::{TableRow, ZhangHoffRecord};
 use crate::reproduce::chart::{Anchor, Chart, Plot};
 
 /// Share culled: a blue and its paler self for the paper's.
@@ -21,7 +21,7 @@ const CLAIMED: [f64; 2] = [1.6, 1.8];
 const QUOTED: f64 = 1.5;
 
 /// Draws the graph.
-pub(super) fn chart(record: &Record) -> Chart {
+pub(super) fn chart(record: &ZhangHoffRecord) -> Chart {
     let mut c = Chart::new([1200, 820], "Graph 1: share culled and speed-up by number of classes");
     c.heading([80.0, 40.0], "Normal masks: share culled and speed-up");
     let m = &record.model;
@@ -68,8 +68,8 @@ pub(super) fn chart(record: &Record) -> Chart {
     if let Some(r) = record.rows.first() {
         c.line(share.at(1.0, r.exact_percent), share.at(19.0, r.exact_percent), 2.0, EXACT);
     }
-    let points = |plot: &Plot, value: &dyn Fn(&Row) -> Option<f64>| {
-        let at = |r: &Row| value(r).map(|v| plot.at(f64::from(r.n), v));
+    let points = |plot: &Plot, value: &dyn Fn(&TableRow) -> Option<f64>| {
+        let at = |r: &TableRow| value(r).map(|v| plot.at(f64::from(r.n), v));
         record.rows.iter().filter_map(at).collect::<Vec<_>>()
     };
     c.curve(&points(&share, &|r| Some(r.culled_percent)), SHARE, false);

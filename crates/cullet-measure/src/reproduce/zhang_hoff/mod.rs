@@ -23,7 +23,7 @@ use self::culling::{Grids, Pair};
 use super::model::Subject;
 use super::output::Places;
 use crate::machine::Machine;
-use record::{Distance, Drawn, ModelRecord, PAPER, Record, Row};
+use record::{CopiesRecord, Distance, Drawn, PAPER, TableRow, ZhangHoffRecord};
 
 pub(super) const HELP: &str = "\
 Two copies of the model side by side, every triangle one-sided; each copy has a viewing cone from its
@@ -70,8 +70,9 @@ pub(super) fn run(args: &ZhangHoffArgs, console: &Console) -> Outcome {
     let subject = Subject::load(args.model.as_deref(), console)?;
     if let Some(defect) = &subject.defect {
         let name = &subject.name;
-        console
-            .note(format!("{name} is no solid ({defect}); its triangles are taken as one-sided"));
+        console.note(format!(
+            "{name} is not a solid ({defect}); its triangles are taken as one-sided"
+        ));
     }
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let record = measure(args, &subject, console)?;
@@ -85,7 +86,11 @@ pub(super) fn run(args: &ZhangHoffArgs, console: &Console) -> Outcome {
     })
 }
 
-fn measure(args: &ZhangHoffArgs, subject: &Subject, console: &Console) -> Result<Record, Failure> {
+fn measure(
+    args: &ZhangHoffArgs,
+    subject: &Subject,
+    console: &Console,
+) -> Result<ZhangHoffRecord, Failure> {
     let pair = Pair::new(subject);
     let grids = Grids::new(subject);
     let directions = args.directions;
@@ -93,7 +98,8 @@ fn measure(args: &ZhangHoffArgs, subject: &Subject, console: &Console) -> Result
     let distances = 1 + OTHER_DISTANCES.len() as u64;
     let mut progress = console.progress("culling", distances * u64::from(directions));
     let found = pair.shares(&grids, distance_radii, directions, &mut progress);
-    let mut rows: Vec<Row> = found.rows.iter().zip(PAPER).map(|(s, paper)| s.row(paper)).collect();
+    let mut rows: Vec<TableRow> =
+        found.rows.iter().zip(PAPER).map(|(s, paper)| s.row(paper)).collect();
     let differences = rows.iter().filter(|r| r.n >= 6).map(|r| r.culled_percent - r.paper_percent);
     let worst = differences.fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
     let mut lost = found.lost;
@@ -119,9 +125,9 @@ fn measure(args: &ZhangHoffArgs, subject: &Subject, console: &Console) -> Result
         (groups, refined::sectors(subject, directions, &mut progress)?)
     };
     let [w, h] = args.size;
-    Ok(Record {
+    Ok(ZhangHoffRecord {
         schema: 1,
-        model: ModelRecord {
+        model: CopiesRecord {
             name: subject.name.clone(),
             copies: 2,
             triangles: pair.triangles(),

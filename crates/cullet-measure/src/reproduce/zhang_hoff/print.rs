@@ -1,11 +1,11 @@
 //! The results as tables for people.
 
-use super::record::{Distance, PAPER, PAPER_TRIANGLES, Record};
+use super::record::{Distance, PAPER, PAPER_TRIANGLES, ZhangHoffRecord};
 use super::refined::{DISTANCES, SECTORS};
 use cullet_command::console::{Console, count, grouped};
 
 /// Prints all tables.
-pub(super) fn all(console: &Console, record: &Record) {
+pub(super) fn all(console: &Console, record: &ZhangHoffRecord) {
     table1(console, record);
     others(console, record);
     if record.complete {
@@ -16,7 +16,7 @@ pub(super) fn all(console: &Console, record: &Record) {
     }
 }
 
-fn table1(console: &Console, record: &Record) {
+fn table1(console: &Console, record: &ZhangHoffRecord) {
     let m = &record.model;
     console.line("Zhang & Hoff 1997, Fast Backface Culling Using Normal Masks");
     console.line(format!(
@@ -107,7 +107,7 @@ fn views(n: u32) -> String {
 }
 
 /// Why the paper's speed-up is another.
-fn claim(console: &Console, record: &Record) {
+fn claim(console: &Console, record: &ZhangHoffRecord) {
     // What the paper's frame took for each triangle that its masks kept.
     let each = PAPER.map(|(_, culled, ms)| ms * 1e3 / (PAPER_TRIANGLES * (1.0 - culled / 100.0)));
     let [least, most] = [f64::min, f64::max].map(|f| each.into_iter().reduce(f).unwrap_or(0.0));
@@ -120,7 +120,7 @@ fn claim(console: &Console, record: &Record) {
     ));
 }
 
-fn others(console: &Console, record: &Record) {
+fn others(console: &Console, record: &ZhangHoffRecord) {
     console.line(
         "\nOther distances. Share culled, %: farther away masks cull more, and the exact test less.",
     );
@@ -138,7 +138,7 @@ fn others(console: &Console, record: &Record) {
     console.line(columns("exact", &|d| format!("{:.1}", d.rows[0].exact_percent)));
 }
 
-fn groups(console: &Console, record: &Record) {
+fn groups(console: &Console, record: &ZhangHoffRecord) {
     console.line(
         "\nGroups. A viewing cone for each group of triangles (kd split, N = 16; one copy, distances in its \
          own\nradii): smaller groups, narrower cones. Each group costs a mask a frame.",
@@ -155,7 +155,7 @@ fn groups(console: &Console, record: &Record) {
     console.line(format!(" exact{}", exact.collect::<String>()).trim_end());
 }
 
-fn sectors(console: &Console, record: &Record) {
+fn sectors(console: &Console, record: &ZhangHoffRecord) {
     console.line(
         "\nSectors. One copy that just fits a square window, N = 16: one mask for the cone around the \
          frustum, one\nfor the cone around the model's sphere, and masks from the lines of sight at the \

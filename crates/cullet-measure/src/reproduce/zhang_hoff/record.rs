@@ -23,9 +23,9 @@ pub(super) const PAPER_TRIANGLES: f64 = 138_901.0;
 
 /// All that the command finds.
 #[derive(Debug, Serialize)]
-pub(super) struct Record {
+pub(super) struct ZhangHoffRecord {
     pub(super) schema: u32,
-    pub(super) model: ModelRecord,
+    pub(super) model: CopiesRecord,
     /// Views that the shares are means over.
     pub(super) directions: u32,
     /// The fitted distance, in radii of the sphere around all copies.
@@ -44,7 +44,7 @@ pub(super) struct Record {
     pub(super) baseline_ms: Option<f64>,
     /// Of it, what a frame of no triangle takes: no culling saves that.
     pub(super) empty_ms: Option<f64>,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<TableRow>,
     /// The engine's own test of triangles at the same views, for comparison.
     pub(super) planes8: Option<Drawn>,
     pub(super) other_distances: Vec<Distance>,
@@ -55,7 +55,7 @@ pub(super) struct Record {
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct ModelRecord {
+pub(super) struct CopiesRecord {
     pub(super) name: String,
     pub(super) copies: u32,
     /// Triangles of all copies.
@@ -66,7 +66,7 @@ pub(super) struct ModelRecord {
 
 /// A row of Table 1. Counts are of all copies, means over the directions.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Row {
+pub(super) struct TableRow {
     pub(super) n: u32,
     pub(super) classes: u32,
     /// What the masks keep; the paper's word for it is front-facing.

@@ -28,12 +28,13 @@
 //! assert_eq!(*visible, [0, 2]);
 //! ```
 
-pub(in crate::cull::frustum) mod boxes;
+mod boxes;
 mod levels;
 pub(in crate::cull::frustum) mod planes;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 mod six;
 mod spheres;
+pub(in crate::cull::frustum) mod words;
 
 use fearless_simd::Level;
 

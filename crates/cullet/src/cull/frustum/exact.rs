@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use crate::bounds::{Aabb, Plane, ROUNDING, Side, unit};
 use crate::view::Frustum;
-use crate::view::corners::{self, Corner};
+use crate::view::corners::Corner;
 
 /// 32 planes of the frustum, 6 faces of a box, and both directions of 3 × 12 pairs of edges.
 const MAX_TESTS: usize = Frustum::MAX_PLANES + 6 + 72;
@@ -39,7 +39,7 @@ impl ExactFrustum {
         let mut exact = Self { planes, count: 0, own: 0, complete: false };
         frustum.planes().for_each(|(_, plane)| exact.push(*plane));
         exact.own = exact.count;
-        if let Some(corners) = corners::of(frustum) {
+        if let Some(corners) = frustum.corners_with_error() {
             exact.complete = true;
             let axes = DVec3::AXES;
             for axis in axes {

@@ -86,7 +86,7 @@ impl CasterRegion {
             Reach::Lit(lit) => (lit.apex, lit.range, lit.cone()),
         };
         let sphere = (!apex.at_infinity && range.is_finite()).then_some((apex.point, range));
-        let corners = corners::of(frustum);
+        let corners = frustum.corners_with_error();
         let own = FrustumPlane::ALL.map(|which| frustum.plane(which).copied());
         let mut body;
         let mut of_range = 0;

@@ -9,8 +9,8 @@
 use fearless_simd::prelude::*;
 use fearless_simd::x86::Avx512;
 
-use super::boxes::{BLOCKS, bits, load, padded, parts, valid};
 use super::planes::{BoxPlane, Six};
+use super::words::{BLOCKS, bits, load, padded, parts, valid};
 use crate::bounds::BoxBlock;
 
 pub(super) fn visible(

@@ -3,8 +3,8 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 
-use super::boxes::{BLOCKS, bits, load, padded, parts, valid};
 use super::planes::{Planes, SharedSides, SidePair, SpherePlane};
+use super::words::{BLOCKS, bits, load, padded, parts, valid};
 use crate::bounds::SphereBlock;
 
 /// The visible spheres of words `first..` of a batch of `len`.

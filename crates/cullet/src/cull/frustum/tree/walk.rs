@@ -9,8 +9,8 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 
-use super::super::batch::boxes::load;
 use super::super::batch::planes::{BoxPlane, Planes};
+use super::super::batch::words::load;
 use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;

@@ -11,21 +11,9 @@ use cullet::{
     BoundsOverride, Handle, Instance, InstanceFlags, Mesh, Preparation, Prepared, Scene, Transform,
 };
 use cullet_io::{CellGraph, Model, NodeTree, Warning};
-use thiserror::Error;
 
-use super::bytes::{Reader, Writer};
-use crate::world::{Measures, at_rest};
-
-/// Why bytes make no model, nor anything else that was packed.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum UnpackError {
-    /// They end before what they promise.
-    #[error("the packed bytes end early, at byte {0}")]
-    Short(usize),
-    /// What they say cannot be.
-    #[error("the packed bytes are damaged: {0}")]
-    Damaged(String),
-}
+use crate::bytes::{Reader, UnpackError, Writer};
+use crate::measures::{Measures, at_rest};
 
 /// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is stored. Instances come
 /// in the order of their slots, so that nobody need sort them again; the handle of each is its place among them.

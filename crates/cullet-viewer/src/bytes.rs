@@ -4,8 +4,18 @@
 use bytemuck::{AnyBitPattern, NoUninit};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use thiserror::Error;
 
-use super::packed::UnpackError;
+/// Why bytes make no model, nor anything else that was packed.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum UnpackError {
+    /// They end before what they promise.
+    #[error("the packed bytes end early, at byte {0}")]
+    Short(usize),
+    /// What they say cannot be.
+    #[error("the packed bytes are damaged: {0}")]
+    Damaged(String),
+}
 
 /// Appends to a list of bytes.
 #[derive(Debug, Default)]
@@ -38,7 +48,7 @@ impl Writer {
     }
 }
 
-type Read<T> = Result<T, UnpackError>;
+type Unpacked<T> = Result<T, UnpackError>;
 
 /// Reads what a [`Writer`] wrote.
 #[derive(Debug)]
@@ -57,7 +67,7 @@ impl<'a> Reader<'a> {
         self.at
     }
 
-    pub(crate) fn value<T: DeserializeOwned>(&mut self) -> Read<T> {
+    pub(crate) fn value<T: DeserializeOwned>(&mut self) -> Unpacked<T> {
         let left = self.bytes.get(self.at..).unwrap_or_default();
         let (value, left) = postcard::take_from_bytes(left).map_err(|error| match error {
             postcard::Error::DeserializeUnexpectedEnd => UnpackError::Short(self.bytes.len()),
@@ -67,25 +77,25 @@ impl<'a> Reader<'a> {
         Ok(value)
     }
 
-    pub(crate) fn take(&mut self, count: usize) -> Read<&'a [u8]> {
+    pub(crate) fn take(&mut self, count: usize) -> Unpacked<&'a [u8]> {
         let end = self.at.checked_add(count);
         let taken = end.and_then(|end| self.bytes.get(self.at..end));
         self.at += taken.map_or(0, <[u8]>::len);
         taken.ok_or(UnpackError::Short(self.at))
     }
 
-    pub(crate) fn pod<T: AnyBitPattern>(&mut self) -> Read<T> {
+    pub(crate) fn pod<T: AnyBitPattern>(&mut self) -> Unpacked<T> {
         Ok(bytemuck::pod_read_unaligned(self.take(size_of::<T>())?))
     }
 
-    pub(crate) fn pods<T: AnyBitPattern>(&mut self) -> Read<Vec<T>> {
+    pub(crate) fn pods<T: AnyBitPattern>(&mut self) -> Unpacked<Vec<T>> {
         let mut values = Vec::new();
         self.pods_into(&mut values)?;
         Ok(values)
     }
 
     /// As [`pods`](Self::pods), in place of what a list holds.
-    pub(crate) fn pods_into<T: AnyBitPattern>(&mut self, values: &mut Vec<T>) -> Read<()> {
+    pub(crate) fn pods_into<T: AnyBitPattern>(&mut self, values: &mut Vec<T>) -> Unpacked<()> {
         let count = self.count(size_of::<T>())?;
         let bytes = self.take(count * size_of::<T>())?;
         values.clear();
@@ -95,7 +105,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A count of items of at least `size` bytes, if there can be as many.
-    pub(crate) fn count(&mut self, size: usize) -> Read<usize> {
+    pub(crate) fn count(&mut self, size: usize) -> Unpacked<usize> {
         let count: u64 = self.value()?;
         let left = (self.bytes.len() - self.at) as u64;
         if count.checked_mul(size as u64).is_none_or(|bytes| bytes > left) {

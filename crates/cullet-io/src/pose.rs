@@ -1,49 +1,23 @@
 //! Models that move: posed at a time, with bounds that hold the pose.
 
-mod rig;
-pub(crate) mod track;
+use std::collections::HashMap;
 
-pub(crate) use rig::{Bounds, Clip, Deformed, Follower, Rig, RigNode, SkinRig, transform};
-
+use cullet::bounds::{Morphs, Skin};
 use cullet::mesh::MeshError;
-use cullet::{BoundsOverride, SceneError};
+use cullet::{BoundsOverride, Mesh, MeshData, SceneError, Transform};
+use glam::DAffine3;
 use thiserror::Error;
 
 use crate::Model;
+use crate::motion::{Deformed, MotionKind, Rig, transform};
 use crate::scenes::{self, SceneSpecError};
-
-/// How a model moves: the animations, skins and morph targets of a glTF, or a built-in scene's time.
-#[derive(Debug)]
-pub struct Motion {
-    pub(crate) kind: Kind,
-}
-
-#[derive(Debug)]
-pub(crate) enum Kind {
-    /// Of a file.
-    Rig(Rig),
-    /// The text of a built-in scene, made anew at each time.
-    Scene(String),
-}
-
-impl Motion {
-    /// For how many seconds it moves before it has shown everything: the longest animation. 0 where
-    /// skins and morph targets stand still, `None` where it does not end.
-    #[must_use]
-    pub fn seconds(&self) -> Option<f64> {
-        match &self.kind {
-            Kind::Rig(rig) => Some(rig.clips.iter().map(Clip::seconds).fold(0.0, f64::max)),
-            Kind::Scene(_) => None,
-        }
-    }
-}
 
 /// Why a model cannot be posed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum PoseError {
     /// The time is no number of seconds.
-    #[error("{0} is no time: give finite seconds")]
+    #[error("{0} is not a time: give finite seconds")]
     Time(f64),
     /// A vertex is nowhere.
     #[error(
@@ -91,8 +65,8 @@ impl Model {
         // Put back whatever comes, so that an error leaves a model that can be posed again.
         let Some(motion) = self.motion.take() else { return Ok(()) };
         let posed = match &motion.kind {
-            Kind::Rig(rig) => rig.pose(self, seconds),
-            Kind::Scene(text) => scenes::build_at(text, seconds)
+            MotionKind::Rig(rig) => pose_rig(rig, self, seconds),
+            MotionKind::Scene(text) => scenes::build_at(text, seconds)
                 .map_err(PoseError::from)
                 .and_then(|now| take_pose(self, &now)),
         };
@@ -100,6 +74,77 @@ impl Model {
         self.scene.refit();
         posed
     }
+}
+
+/// Puts what moves with a node where it is then, and gives deformed meshes their positions and bounds.
+fn pose_rig(rig: &Rig, model: &mut Model, seconds: f64) -> Result<(), PoseError> {
+    let globals = rig.globals(seconds);
+    for f in &rig.followers {
+        model.scene.set_transform(f.handle, f.place(&globals))?;
+    }
+    let mut weights = HashMap::new();
+    for clip in &rig.clips {
+        let time = clip.time(seconds);
+        weights.extend(clip.weights.iter().map(|t| (t.node, t.at(time))));
+    }
+    for d in &rig.deformed {
+        let weights = weights.get(&d.node).unwrap_or(&d.weights);
+        pose_deformed(d, model, &globals, weights, seconds)?;
+    }
+    Ok(())
+}
+
+fn pose_deformed(
+    deformed: &Deformed,
+    model: &mut Model,
+    globals: &[DAffine3],
+    weights: &[f32],
+    seconds: f64,
+) -> Result<(), PoseError> {
+    let mut positions = Vec::new();
+    if weights.iter().any(|w| *w != 0.0) && !deformed.targets.is_empty() {
+        let targets: Vec<&[[f32; 3]]> = deformed.targets.iter().map(Vec::as_slice).collect();
+        let morphs = Morphs { positions: &deformed.data.positions, targets: &targets };
+        positions = morphs.pose(weights).unwrap_or_default();
+    }
+    if positions.is_empty() {
+        positions.clone_from(&deformed.data.positions);
+    }
+    let mut joints = Vec::new();
+    let mut place = None;
+    if let Some(skin) = &deformed.skin {
+        // A skin is placed by its joints alone. About the first of them, so that positions stay small.
+        let centre = skin.nodes.first().map(|&n| globals[n as usize].translation);
+        let centre = centre.filter(|c| c.is_finite()).unwrap_or_default();
+        let local = |&n: &u32| {
+            let g = globals[n as usize];
+            transform(&DAffine3 { translation: g.translation - centre, ..g })
+        };
+        joints = skin.nodes.iter().map(local).collect();
+        place = Some(Transform::from_translation(centre));
+        let bound = Skin {
+            positions: &positions,
+            joints: &skin.joints,
+            weights: &skin.weights,
+            inverse_binds: &skin.inverse_binds,
+        };
+        debug_assert!(bound.pose(&joints).is_ok(), "joints were checked when loading");
+        positions = bound.pose(&joints).unwrap_or(positions);
+    }
+    let bounds = deformed.bounds.at(&joints, weights);
+    let mesh = Mesh::new(MeshData { positions, ..deformed.rest() }).map_err(|error| {
+        let name = deformed.instances.first().map(|f| model.instance_name(f.handle).into_owned());
+        PoseError::NotFinite { instance: name.unwrap_or_default(), seconds, error }
+    })?;
+    model.scene.edit_mesh(deformed.mesh, |old| *old = mesh);
+    let origin = model.scene.origin();
+    for f in &deformed.instances {
+        let place = place.unwrap_or_else(|| f.place(globals));
+        model.scene.set_transform(f.handle, place)?;
+        let world = place.transform_box(&bounds, origin);
+        model.scene.set_bounds(f.handle, BoundsOverride::World(world))?;
+    }
+    Ok(())
 }
 
 /// Takes the places, shapes and bounds of a model with the same meshes and instances.

@@ -1,14 +1,10 @@
 //! The nodes, animations, skins and morph targets of a file.
 
-use std::collections::HashMap;
-
-use cullet::bounds::{Aabb, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
-use cullet::{BoundsOverride, Handle, Mesh, MeshData, MeshId, Transform};
+use cullet::bounds::{Aabb, JointBoxes, MorphBounds, MorphedJointBoxes};
+use cullet::{Handle, MeshData, MeshId, Transform};
 use glam::DAffine3;
 
-use super::PoseError;
 use super::track::{Local, Track, WeightTrack};
-use crate::Model;
 
 /// A node of the tree.
 #[derive(Debug)]
@@ -34,7 +30,7 @@ impl Clip {
     }
 
     /// The time of its own at a time of the model: it starts again at its end.
-    fn time(&self, seconds: f64) -> f64 {
+    pub(crate) fn time(&self, seconds: f64) -> f64 {
         match self.seconds() {
             length if length > 0.0 => seconds.rem_euclid(length),
             _ => seconds,
@@ -72,7 +68,7 @@ pub(crate) enum Bounds {
 
 impl Bounds {
     /// In the space that the joints are given in, or the mesh's.
-    fn at(&self, joints: &[Transform], weights: &[f32]) -> Aabb {
+    pub(crate) fn at(&self, joints: &[Transform], weights: &[f32]) -> Aabb {
         match self {
             Self::Joints(b) => b.bounds(joints, [0.0; 3]),
             Self::Morphs(b) => b.bounds(weights),
@@ -118,25 +114,8 @@ impl Rig {
         !(self.followers.is_empty() && self.deformed.is_empty())
     }
 
-    pub(super) fn pose(&self, model: &mut Model, seconds: f64) -> Result<(), PoseError> {
-        let globals = self.globals(seconds);
-        for f in &self.followers {
-            model.scene.set_transform(f.handle, f.place(&globals))?;
-        }
-        let mut weights = HashMap::new();
-        for clip in &self.clips {
-            let time = clip.time(seconds);
-            weights.extend(clip.weights.iter().map(|t| (t.node, t.at(time))));
-        }
-        for d in &self.deformed {
-            let weights = weights.get(&d.node).unwrap_or(&d.weights);
-            d.pose(model, &globals, weights, seconds)?;
-        }
-        Ok(())
-    }
-
     /// Where every node is.
-    fn globals(&self, seconds: f64) -> Vec<DAffine3> {
+    pub(crate) fn globals(&self, seconds: f64) -> Vec<DAffine3> {
         let mut locals: Vec<Local> = self.nodes.iter().map(|n| n.local).collect();
         for clip in &self.clips {
             let time = clip.time(seconds);
@@ -156,68 +135,15 @@ impl Rig {
 }
 
 impl Follower {
-    fn place(&self, globals: &[DAffine3]) -> Transform {
+    pub(crate) fn place(&self, globals: &[DAffine3]) -> Transform {
         let global = globals[self.node as usize];
         transform(&self.inner.map_or(global, |inner| global * inner))
     }
 }
 
 impl Deformed {
-    fn pose(
-        &self,
-        model: &mut Model,
-        globals: &[DAffine3],
-        weights: &[f32],
-        seconds: f64,
-    ) -> Result<(), PoseError> {
-        let mut positions = Vec::new();
-        if weights.iter().any(|w| *w != 0.0) && !self.targets.is_empty() {
-            let targets: Vec<&[[f32; 3]]> = self.targets.iter().map(Vec::as_slice).collect();
-            let morphs = Morphs { positions: &self.data.positions, targets: &targets };
-            positions = morphs.pose(weights).unwrap_or_default();
-        }
-        if positions.is_empty() {
-            positions.clone_from(&self.data.positions);
-        }
-        let mut joints = Vec::new();
-        let mut place = None;
-        if let Some(skin) = &self.skin {
-            // A skin is placed by its joints alone. About the first of them, so that positions stay small.
-            let centre = skin.nodes.first().map(|&n| globals[n as usize].translation);
-            let centre = centre.filter(|c| c.is_finite()).unwrap_or_default();
-            let local = |&n: &u32| {
-                let g = globals[n as usize];
-                transform(&DAffine3 { translation: g.translation - centre, ..g })
-            };
-            joints = skin.nodes.iter().map(local).collect();
-            place = Some(Transform::from_translation(centre));
-            let bound = Skin {
-                positions: &positions,
-                joints: &skin.joints,
-                weights: &skin.weights,
-                inverse_binds: &skin.inverse_binds,
-            };
-            debug_assert!(bound.pose(&joints).is_ok(), "joints were checked when loading");
-            positions = bound.pose(&joints).unwrap_or(positions);
-        }
-        let bounds = self.bounds.at(&joints, weights);
-        let mesh = Mesh::new(MeshData { positions, ..self.rest() }).map_err(|error| {
-            let name = self.instances.first().map(|f| model.instance_name(f.handle).into_owned());
-            PoseError::NotFinite { instance: name.unwrap_or_default(), seconds, error }
-        })?;
-        model.scene.edit_mesh(self.mesh, |old| *old = mesh);
-        let origin = model.scene.origin();
-        for f in &self.instances {
-            let place = place.unwrap_or_else(|| f.place(globals));
-            model.scene.set_transform(f.handle, place)?;
-            let world = place.transform_box(&bounds, origin);
-            model.scene.set_bounds(f.handle, BoundsOverride::World(world))?;
-        }
-        Ok(())
-    }
-
     /// All of the mesh but its positions.
-    fn rest(&self) -> MeshData {
+    pub(crate) fn rest(&self) -> MeshData {
         let d = &self.data;
         MeshData {
             positions: Vec::new(),

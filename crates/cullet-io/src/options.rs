@@ -1,0 +1,46 @@
+//! What is asked of a loader: axes, sides, limits, and what is kept and prepared.
+
+use cullet::Preparation;
+
+/// How to load.
+#[derive(Clone, Debug)]
+pub struct LoadOptions {
+    /// Which axis of the file points up; `None` takes what the format says, or Y. It turns the instances;
+    /// vertices stay as the file has them.
+    pub up: Option<Up>,
+    /// Overrides what the file says of sides: every part two-sided (`true`) or one-sided (`false`).
+    pub two_sided: Option<bool>,
+    /// The most triangles that may be decoded, instances counted once.
+    pub max_triangles: u64,
+    /// The most instances.
+    pub max_instances: u64,
+    /// Whether what only writers of files need is kept: normals, texture coordinates and colours of vertices
+    /// (glTF, OBJ and PLY), and the places of nodes that draw nothing (glTF). Off unless asked for; it costs
+    /// up to 36 bytes a vertex and 128 a node.
+    pub details: bool,
+    /// What is made ready of each mesh for culling; [`Scene::prepare`](cullet::Scene::prepare) does it later.
+    pub prepare: Preparation,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            up: None,
+            two_sided: None,
+            max_triangles: 500_000_000,
+            max_instances: 50_000_000,
+            details: false,
+            prepare: Preparation::default(),
+        }
+    }
+}
+
+/// Which axis of a file points up; the scene's is Y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Up {
+    /// +Y: nothing to do.
+    #[default]
+    Y,
+    /// +Z: (x, y, z) becomes (x, z, −y).
+    Z,
+}

@@ -1,0 +1,180 @@
+//! The picture of a session: what of it changed is given to the renderer, and shown to the window as a texture.
+
+use std::sync::Arc;
+
+use eframe::{egui, egui_wgpu, wgpu};
+
+use crate::compose::{Composition, compose, instance_colours};
+use crate::decide::Decision;
+use crate::draw::{Paint, Renderer};
+use crate::present::Present;
+use crate::session::{Drawn, Inspected, Session};
+use crate::state::State;
+use crate::task::{clock, until};
+use crate::world::World;
+
+/// What a picture depends on: if none of it changed, neither did the picture.
+#[derive(Clone, Debug, PartialEq)]
+struct PictureKey {
+    state: State,
+    size: [u32; 2],
+    world: Option<*const World>,
+    decided: u64,
+    inspected: Option<Inspected>,
+    proved: bool,
+    /// Of which measurement the path's colours are.
+    measured: Option<usize>,
+    chase: crate::camera::Chase,
+}
+
+/// Draws a session's picture, and knows what it drew last.
+pub(crate) struct Painter {
+    renderer: Renderer,
+    present: Present,
+    texture: Option<egui::TextureId>,
+    render_state: egui_wgpu::RenderState,
+    /// The scene that the renderer has.
+    uploaded: Option<Arc<World>>,
+    /// The scene that it is given piece by piece, and whether that has begun.
+    coming: Option<(Arc<World>, bool)>,
+    /// What the instances' colours were made of.
+    coloured: Option<(Option<*const World>, u64, bool)>,
+    last: Option<PictureKey>,
+    composition: Composition,
+}
+
+impl Painter {
+    pub(crate) fn new(render_state: egui_wgpu::RenderState) -> Self {
+        Self {
+            renderer: Renderer::new(&render_state.adapter, &render_state.device),
+            present: Present::new(&render_state.device),
+            texture: None,
+            uploaded: None,
+            coming: None,
+            coloured: None,
+            last: None,
+            composition: Composition::default(),
+            render_state,
+        }
+    }
+
+    /// The graphics device.
+    pub(crate) fn device(&self) -> &wgpu::Device {
+        &self.render_state.device
+    }
+
+    /// The picture, if one was drawn.
+    pub(crate) fn texture(&self) -> Option<egui::TextureId> {
+        self.texture
+    }
+
+    /// The panes of the last picture.
+    pub(crate) fn composition(&self) -> &Composition {
+        &self.composition
+    }
+
+    /// Draws the session's picture if it changed, in a frame that began at `began` on the clock, `dt` seconds after the
+    /// one before.
+    pub(crate) fn paint(&mut self, session: &mut Session, began: u64, dt: f64) {
+        session.uploading = !self.upload(session, began);
+        if session.uploading {
+            return;
+        }
+        let world = self.uploaded.as_ref().map(Arc::as_ptr);
+        let decided = session.decision.as_ref().map_or(0, |d| d.number);
+        let proved = session.truth.finding().is_some();
+        let now = PictureKey {
+            state: session.state.clone(),
+            size: session.size,
+            world,
+            decided,
+            inspected: session.inspected.clone(),
+            proved,
+            measured: session.measured.costs().map(|c| Arc::as_ptr(c) as usize),
+            chase: session.chase,
+        };
+        let changed = self.last.as_ref() != Some(&now);
+        let again = std::mem::take(&mut session.refresh) || session.state.always;
+        // Before anything is decided there is nothing to draw: all of a large scene would take long.
+        if !(changed || again) || world.is_none() || session.decision.is_none() {
+            return;
+        }
+        self.last = Some(now);
+        self.composition = compose(session);
+        let drawing = clock();
+        let kept = session.decision.as_ref().map(|d: &Decision| &d.visible);
+        let panes = self.composition.panes(kept);
+        let egui_wgpu::RenderState { device, queue, .. } = &self.render_state;
+        let key = (world, decided, proved);
+        if panes.iter().any(|p| p.style.paint == Paint::Instances) && self.coloured != Some(key) {
+            self.renderer.set_instance_colours(queue, &instance_colours(session));
+            self.coloured = Some(key);
+        }
+        let ground = if session.state.dark { [0.082, 0.098, 0.122] } else { [0.90, 0.91, 0.92] };
+        let fresh = self.renderer.draw(device, queue, session.size, ground, &panes);
+        let fresh = self.present.encode(device, queue, self.renderer.colour(), session.size, fresh);
+        if let (true, Some(view)) = (fresh, self.present.shown()) {
+            let mut egui = self.render_state.renderer.write();
+            let filter = wgpu::FilterMode::Linear;
+            match self.texture {
+                None => self.texture = Some(egui.register_native_texture(device, view, filter)),
+                Some(id) => egui.update_egui_texture_from_wgpu_texture(device, view, filter, id),
+            }
+        }
+        let stats = self.renderer.stats();
+        let before = session.drawn;
+        let smooth = if before.per_second > 0.0 { 0.9 } else { 0.0 };
+        let rate = if dt > 0.0 { (1.0 / dt) as f32 } else { 0.0 };
+        session.drawn = Drawn {
+            milliseconds: (clock() - drawing) as f32 * 1e-6,
+            device_ms: stats.device_ms,
+            triangles: stats.triangles,
+            draws: stats.draws,
+            per_second: before.per_second * smooth + rate * (1.0 - smooth),
+            pictures: before.pictures + 1,
+        };
+    }
+
+    /// Gives the renderer the scene, if it has another; on a page, which has one thread, a piece at a time. True when
+    /// it has it.
+    fn upload(&mut self, session: &mut Session, began: u64) -> bool {
+        let Some(world) = session.world.clone() else { return true };
+        if self.uploaded.as_ref().is_some_and(|w| Arc::ptr_eq(w, &world)) {
+            return true;
+        }
+        let egui_wgpu::RenderState { device, queue, .. } = &self.render_state;
+        let begun = match &self.coming {
+            Some((coming, begun)) if Arc::ptr_eq(coming, &world) => *begun,
+            _ => {
+                self.coming = Some((Arc::clone(&world), false));
+                // The frame that decided what of it is drawn has done enough.
+                if clock() >= until(began) {
+                    session.ctx.request_repaint();
+                    return false;
+                }
+                false
+            }
+        };
+        if !begun {
+            if let Err(error) = self.renderer.begin_scene(device, queue, &world.model) {
+                self.coming = None;
+                let text = format!("{}: {error}.", world.name);
+                session.refuse(self.uploaded.clone(), text);
+                // Held on to even where it does not fit, or it would be tried at every frame.
+                self.uploaded.get_or_insert(world);
+                return true;
+            }
+            self.coming = Some((Arc::clone(&world), true));
+        }
+        let end = until(clock());
+        if !self.renderer.go_on(queue, &world.model, || clock() < end) {
+            session.ctx.request_repaint();
+            return false;
+        }
+        self.coming = None;
+        self.coloured = None;
+        self.last = None;
+        self.uploaded = Some(world);
+        true
+    }
+}

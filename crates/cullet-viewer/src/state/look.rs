@@ -1,0 +1,113 @@
+//! How triangles and what was dropped of them are drawn.
+
+use cullet::{CullFace, FrontFace};
+use serde::{Deserialize, Serialize};
+
+/// What triangles are coloured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Colour {
+    /// Their material.
+    #[default]
+    Material,
+    /// Why their instance was dropped.
+    Reason,
+    /// Which side is seen.
+    Sides,
+    /// Their cluster.
+    Clusters,
+    /// How often pixels are drawn to.
+    Overdraw,
+    /// How many pixels a triangle covers.
+    Size,
+    /// Distance.
+    Depth,
+}
+
+impl Colour {
+    /// All of them, with what a menu says.
+    pub const ALL: [(Self, &'static str, &'static str); 7] = [
+        (Self::Material, "material", "The colours of the file."),
+        (Self::Reason, "reason", "Each instance in the colour of the stage that dropped it."),
+        (Self::Sides, "sides", "Front faces light, back faces in another colour."),
+        (Self::Clusters, "clusters", "A colour for each cluster of up to 124 triangles."),
+        (Self::Overdraw, "overdraw", "How often each pixel is drawn to: bright is waste."),
+        (
+            Self::Size,
+            "triangle size",
+            "Bright triangles cover few pixels: they cost most for least.",
+        ),
+        (Self::Depth, "depth", "Distance from the eye."),
+    ];
+}
+
+/// How triangles are drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Look {
+    /// What they are coloured by.
+    pub colour: Colour,
+    /// Filled.
+    pub fill: bool,
+    /// Their edges.
+    pub wireframe: bool,
+    /// Which faces of one-sided meshes are culled.
+    pub cull: CullFace,
+    /// Whether the graphics hardware drops those faces too, of every mesh, two-sided ones not excepted.
+    pub hardware: bool,
+    /// Front faces are those that are clockwise.
+    pub clockwise: bool,
+    /// A line from the middle of each face.
+    pub face_normals: bool,
+    /// A line from each vertex.
+    pub vertex_normals: bool,
+    /// Four samples a pixel.
+    pub fine: bool,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            colour: Colour::Material,
+            fill: true,
+            wireframe: false,
+            cull: CullFace::Back,
+            hardware: false,
+            clockwise: false,
+            face_normals: false,
+            vertex_normals: false,
+            fine: false,
+        }
+    }
+}
+
+impl Look {
+    /// Which winding a view takes for front.
+    #[must_use]
+    pub fn front_face(&self) -> FrontFace {
+        if self.clockwise { FrontFace::Clockwise } else { FrontFace::CounterClockwise }
+    }
+}
+
+/// How what was dropped is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GhostForm {
+    /// Not at all.
+    #[default]
+    Off,
+    /// As boxes.
+    Boxes,
+    /// As it is, in the colour of the reason.
+    Solid,
+}
+
+/// Ghosts of what was dropped.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ghosts {
+    /// How they are shown.
+    pub form: GhostForm,
+    /// Names of the stages whose ghosts are not shown.
+    pub hidden: Vec<String>,
+}

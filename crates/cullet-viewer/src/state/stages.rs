@@ -1,0 +1,113 @@
+//! What culls: the culler's settings as the switches have them.
+
+use cullet::cull::detail::{Detail, Measure};
+use cullet::cull::occlusion::Occlusion;
+use cullet::{Backface, Culler, Output};
+use serde::{Deserialize, Serialize};
+
+/// What culls: the settings of a [`Culler`], and whether it is asked at all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Stages {
+    /// Whether anything is culled; off draws all.
+    pub on: bool,
+    /// See [`Culler::frustum`].
+    pub frustum: bool,
+    /// See [`Culler::frustum_exact`].
+    pub frustum_exact: bool,
+    /// See [`Culler::backface`].
+    pub backface: Backface,
+    /// See [`Culler::degenerate`].
+    pub degenerate: bool,
+    /// The size in pixels under which things are dropped; 0 drops none.
+    pub detail_px: f64,
+    /// How that size is measured.
+    pub detail_by: Measure,
+    /// Whether things behind others are dropped; see [`Culler::occlusion`].
+    pub occlusion: bool,
+    /// See [`Occlusion::width`].
+    pub occlusion_width: u32,
+    /// See [`Occlusion::budget`].
+    pub occlusion_budget: f32,
+    /// How deep the answer goes.
+    pub depth: Output,
+}
+
+impl Default for Stages {
+    fn default() -> Self {
+        Self {
+            on: true,
+            frustum: true,
+            frustum_exact: false,
+            backface: Backface::Fast,
+            degenerate: true,
+            detail_px: 0.0,
+            detail_by: Measure::WidthAndHeight,
+            occlusion: true,
+            occlusion_width: Occlusion::default().width,
+            occlusion_budget: Occlusion::default().budget,
+            depth: Output::Clusters,
+        }
+    }
+}
+
+impl Stages {
+    /// Nothing is culled.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            on: false,
+            frustum: false,
+            backface: Backface::Off,
+            degenerate: false,
+            occlusion: false,
+            ..Self::default()
+        }
+    }
+
+    /// Whole instances by the frustum alone, what most engines begin with.
+    #[must_use]
+    pub fn plain() -> Self {
+        Self {
+            backface: Backface::Off,
+            degenerate: false,
+            occlusion: false,
+            depth: Output::Instances,
+            ..Self::default()
+        }
+    }
+
+    /// Everything, down to triangles, and what stays under two pixels too.
+    #[must_use]
+    pub fn all() -> Self {
+        Self { frustum_exact: true, detail_px: 2.0, depth: Output::Triangles, ..Self::default() }
+    }
+
+    /// All but what asks what lies before what.
+    #[must_use]
+    pub fn open() -> Self {
+        Self { occlusion: false, ..Self::default() }
+    }
+
+    /// The culler with these settings, which is asked for reasons and keeps time by `clock`.
+    #[must_use]
+    pub fn culler(&self, clock: fn() -> u64) -> Culler {
+        let on = self.on;
+        Culler {
+            frustum: on && self.frustum,
+            frustum_exact: on && self.frustum_exact,
+            backface: if on { self.backface } else { Backface::Off },
+            degenerate: on && self.degenerate,
+            detail: (on && self.detail_px > 0.0)
+                .then_some(Detail { measure: self.detail_by, threshold_px: self.detail_px }),
+            occlusion: (on && self.occlusion).then_some(Occlusion {
+                width: self.occlusion_width,
+                budget: self.occlusion_budget,
+            }),
+            output: self.depth,
+            reasons: true,
+            clock: Some(clock),
+            ..Culler::default()
+        }
+    }
+}
