@@ -1,12 +1,9 @@
 //! Planes in 16 bytes: never a front face, the same at every level, and a floor on how much they cull.
 
-#[path = "../../cullet/tests/backface_common/mod.rs"]
-mod common;
-
-use common::{Rng, dot, front};
 use cullet::cull::Indices;
-use cullet::cull::frustum::batch::levels;
 use cullet_methods::Planes32;
+use cullet_testkit::vectors::{dot, front};
+use cullet_testkit::{Rng, at_every_level};
 
 #[test]
 fn nothing_in_front_is_culled_and_hardly_anything_else_kept() {
@@ -14,9 +11,9 @@ fn nothing_in_front_is_culled_and_hardly_anything_else_kept() {
     // Triangles of all sizes and directions, some thin and some points.
     let positions: Vec<[f32; 3]> = (0..900)
         .flat_map(|i| {
-            let p = rng.vector();
+            let p = rng.vector(1.0);
             let size = [0.1, 1e-3, 0.0][usize::from(i % 9 == 0) + usize::from(i % 81 == 0)];
-            [p, rng.vector(), rng.vector()]
+            [p, rng.vector(1.0), rng.vector(1.0)]
                 .map(|v| [0, 1, 2].map(|k| (p[k] + (v[k] - p[k]) * size) as f32))
         })
         .collect();
@@ -32,7 +29,7 @@ fn nothing_in_front_is_culled_and_hardly_anything_else_kept() {
         let expected = planes.cull_ref(eye);
         let ones: u64 = expected.iter().map(|w| u64::from(w.count_ones())).sum();
         let bit = |t: usize| expected[t / 64] >> (t % 64) & 1 == 1;
-        for (name, level) in levels() {
+        at_every_level!(|name, level| {
             let (mut mask, mut kept) = (vec![!0; 100], Indices::new());
             planes.cull(level, eye, &mut mask);
             assert_eq!(mask, expected, "{name}");
@@ -40,7 +37,7 @@ fn nothing_in_front_is_culled_and_hardly_anything_else_kept() {
             planes.keep(level, eye, &mut kept);
             let list = (0..900).filter(|&t| !bit(t)).map(|t| t as u32);
             assert!(kept.iter().copied().eq(list), "{name}");
-        }
+        });
         for t in 0..900 {
             let corners = [0, 1, 2].map(|k| positions[t * 3 + k]);
             let (value, size) = front(corners, eye);
