@@ -12,8 +12,8 @@ use imports::Files;
 
 /// The crates, from the ground up. One may depend on those of lower floors.
 const CRATES: &[&[&str]] = &[
-    &["cullet", "cullet-testkit"],
-    &["cullet-methods"],
+    &["cullet"],
+    &["cullet-methods", "cullet-testkit"],
     &["cullet-bake", "cullet-draw", "cullet-gpu", "cullet-io"],
     &["cullet-command", "cullet-cut"],
     &["cullet-measure"],

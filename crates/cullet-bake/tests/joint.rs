@@ -1,29 +1,21 @@
 //! The hierarchy of joint clusters, held against the triangles and the flat sweep.
 
-mod common;
-
-use common::{ball, model, soup};
 use cullet::cull::backface::ClusterPlanes;
 use cullet::mesh::Part;
 use cullet::{Mesh, MeshData};
 use cullet_bake::clusters::{ClusterOptions, build};
 use cullet_bake::joint::JointHierarchy;
 use cullet_methods::cluster::ClusterFacing;
+use cullet_testkit::meshes::one_sided_data;
+use cullet_testkit::models::model;
+use cullet_testkit::soups::{bumpy_ball, scattered};
+use cullet_testkit::vectors::fibonacci;
 
 const DISTANCES: [f64; 4] = [1.5, 2.0, 3.0, 6.0];
 
 fn clustered(data: MeshData) -> Mesh {
     let clustering = build(&data, &ClusterOptions::fast()).expect("valid");
     Mesh::with_clusters(data, &clustering).expect("valid")
-}
-
-fn directions(n: usize) -> impl Iterator<Item = [f64; 3]> {
-    (0..n).map(move |i| {
-        let z = 1.0 - (2 * i + 1) as f64 / n as f64;
-        let (s, c) = (i as f64 * 2.399_963_229_728_653).sin_cos();
-        let r = (1.0 - z * z).sqrt();
-        [r * c, r * s, z]
-    })
 }
 
 /// The facing of each cluster by the hierarchy and by the flat sweep, and their counts of tests.
@@ -57,7 +49,7 @@ fn check(mesh: &Mesh, distance: f64, views: usize) -> [f64; 2] {
     let radius = half.iter().map(|h| h * h).sum::<f64>().sqrt();
     let mut sum = [0.0; 2];
     let mut decided = 0;
-    for d in directions(views) {
+    for d in (0..views).map(|i| fibonacci(i, views)) {
         let place = |k: usize| centre[k] + d[k] * radius * distance;
         let eye = [place(0), place(1), place(2), 1.0];
         let ([tree, flat], tests) = both(&h, mesh, eye);
@@ -79,7 +71,7 @@ fn check(mesh: &Mesh, distance: f64, views: usize) -> [f64; 2] {
 
 #[test]
 fn a_ball_takes_fewer_tests_than_a_sweep() {
-    let mesh = clustered(ball(60, 0.0));
+    let mesh = clustered(one_sided_data(bumpy_ball(60, 0.0)));
     let [tree, flat] = check(&mesh, 3.0, 50);
     let h = JointHierarchy::build(&mesh, &DISTANCES);
     println!("{tree} {flat} {:?} joints {}", h.expected_tests(), h.joint_count());
@@ -92,7 +84,7 @@ fn a_ball_takes_fewer_tests_than_a_sweep() {
 
 #[test]
 fn nodes_that_do_not_pay_are_not_kept() {
-    let mesh = clustered(soup(2000));
+    let mesh = clustered(one_sided_data(scattered(2000)));
     let h = JointHierarchy::build(&mesh, &DISTANCES);
     assert_eq!(h.joint_count(), 0, "{:?}", h.expected_tests());
     // Without joints it is the flat sweep.
@@ -102,7 +94,7 @@ fn nodes_that_do_not_pay_are_not_kept() {
 
 #[test]
 fn what_no_bound_can_decide_is_not_tested() {
-    let mut data = ball(24, 0.0);
+    let mut data = one_sided_data(bumpy_ball(24, 0.0));
     let triangles = data.parts[0].triangle_count;
     data.parts = vec![
         Part { triangle_count: 1000, two_sided: true, ..Part::default() },
@@ -131,7 +123,7 @@ fn what_no_bound_can_decide_is_not_tested() {
 fn tests_of_the_shared_models_against_the_sweep() {
     for (name, most) in [("stanford-bunny/bun_zipper.ply", 0.9), ("armadillo/armadillo.obj", 1.02)]
     {
-        let Some(data) = model(name) else { continue };
+        let Some(data) = model(name).map(one_sided_data) else { continue };
         let [tree, flat] = check(&clustered(data), 3.0, 20);
         println!("{name}: {tree:.1} tests, {flat:.1} flat");
         assert!(tree < flat * most, "{name}: {tree} {flat}");

@@ -1,9 +1,6 @@
 //! Occluders against an oracle that shares no code with them: a ray from any point of a box must meet the
 //! mesh, whichever way it goes.
 
-mod common;
-
-use common::{ball, one_sided, soup};
 use cullet::bounds::Aabb;
 use cullet::mesh::{Alpha, Part};
 use cullet::{Mesh, MeshData};
@@ -11,6 +8,8 @@ use cullet_bake::occluders::{
     NoOccluders, OccluderError, OccluderOptions, OccluderReport, Occluders, Polygon, Sheet,
     occluders, validate,
 };
+use cullet_testkit::meshes::one_sided_data;
+use cullet_testkit::soups::{block, bumpy_ball, join, scattered, turned};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -57,34 +56,8 @@ fn make(data: &MeshData, options: &OccluderOptions) -> (Mesh, Occluders, Occlude
     (mesh, made, report)
 }
 
-/// No triangle, a box of two corners, wound outward; or inward.
-fn block(low: [f32; 3], high: [f32; 3], inward: bool) -> (Vec<[f32; 3]>, Vec<u32>) {
-    let positions =
-        (0..8).map(|i| [0, 1, 2].map(|a| if i >> a & 1 == 1 { high[a] } else { low[a] })).collect();
-    let quads =
-        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let indices = quads
-        .iter()
-        .flat_map(|&[a, b, c, d]| if inward { [a, c, b, a, d, c] } else { [a, b, c, a, c, d] })
-        .collect();
-    (positions, indices)
-}
-
-fn joined(pieces: &[(Vec<[f32; 3]>, Vec<u32>)]) -> (Vec<[f32; 3]>, Vec<u32>) {
-    let (mut positions, mut indices) = (Vec::new(), Vec::new());
-    for (p, i) in pieces {
-        indices.extend(i.iter().map(|v| v + positions.len() as u32));
-        positions.extend(p);
-    }
-    (positions, indices)
-}
-
 fn two_sided((positions, indices): (Vec<[f32; 3]>, Vec<u32>)) -> MeshData {
     MeshData { positions, indices, ..MeshData::default() }
-}
-
-fn one_sided_of((positions, indices): (Vec<[f32; 3]>, Vec<u32>)) -> MeshData {
-    one_sided(positions, indices)
 }
 
 /// A ring of square cross-section, around the y axis.
@@ -103,7 +76,7 @@ fn torus(around: u32, radius: f32, thick: f32) -> MeshData {
             indices.extend([a, b, c, a, c, d]);
         }
     }
-    one_sided(positions, indices)
+    one_sided_data((positions, indices))
 }
 
 const QUICK: OccluderOptions = OccluderOptions {
@@ -118,8 +91,8 @@ const QUICK: OccluderOptions = OccluderOptions {
 
 #[test]
 fn a_box_is_its_own_occluder() {
-    let cube = block([-1.0, 2.0, 100.0], [3.0, 2.5, 107.0], false);
-    for data in [one_sided_of(cube.clone()), two_sided(cube)] {
+    let cube = block([-1.0, 2.0, 100.0], [3.0, 2.5, 107.0]);
+    for data in [one_sided_data(cube.clone()), two_sided(cube)] {
         let (_, made, report) = make(&data, &QUICK);
         assert_eq!((made.boxes.len(), made.polygons.len()), (1, 0));
         assert!(report.efficiency() > 0.99, "{report:?}");
@@ -130,8 +103,8 @@ fn a_box_is_its_own_occluder() {
 
 #[test]
 fn a_room_seen_from_outside_hides_nothing_if_its_walls_are_seen_through() {
-    let room = block([0.0; 3], [4.0; 3], true);
-    let (_, made, report) = make(&one_sided_of(room.clone()), &QUICK);
+    let room = turned(block([0.0; 3], [4.0; 3]));
+    let (_, made, report) = make(&one_sided_data(room.clone()), &QUICK);
     assert!(made.boxes.is_empty());
     assert_eq!(report.no_boxes, Some(NoOccluders::Thin));
     // Its walls block from within.
@@ -153,13 +126,13 @@ fn a_room_seen_from_outside_hides_nothing_if_its_walls_are_seen_through() {
 
 #[test]
 fn open_shells_have_no_box_however_small_the_gap() {
-    let (positions, mut indices) = block([0.0; 3], [1.0; 3], false);
+    let (positions, mut indices) = block([0.0; 3], [1.0; 3]);
     indices.truncate(33);
     let (_, made, report) = make(&two_sided((positions.clone(), indices.clone())), &QUICK);
     assert_eq!((made.boxes.len(), report.no_boxes), (0, Some(NoOccluders::Open)));
     assert!(made.polygons.len() >= 5 && report.efficiency() > 0.5, "{report:?}");
     // A crack of a hundred-thousandth, between two corners that should be one.
-    let (mut positions, mut indices) = block([0.0; 3], [1.0; 3], false);
+    let (mut positions, mut indices) = block([0.0; 3], [1.0; 3]);
     positions.push([1.0, 1.0, 1.000_01]);
     indices[33..].iter_mut().filter(|i| **i == 7).for_each(|i| *i = 8);
     let (_, made, report) = make(&two_sided((positions, indices)), &QUICK);
@@ -184,7 +157,7 @@ fn house() -> (Vec<[f32; 3]>, Vec<u32>) {
 #[test]
 fn an_open_house_is_stood_for_by_its_own_triangles() {
     let options = OccluderOptions { max_triangles: 64, ..QUICK };
-    let (_, made, report) = make(&one_sided_of(house()), &options);
+    let (_, made, report) = make(&one_sided_data(house()), &options);
     assert_eq!(report.no_boxes, Some(NoOccluders::Open));
     assert_eq!(report.no_polygons, Some(NoOccluders::Triangles));
     assert_eq!(made.sheets.len(), 1);
@@ -194,7 +167,7 @@ fn an_open_house_is_stood_for_by_its_own_triangles() {
     assert_eq!(engine.shapes().len(), 1);
     assert_eq!(made.to_data(0, 1).indices.len(), 14 * 3);
     // Without them, walls alone: the roof is no plane that f32 can hold.
-    let (_, few, without) = make(&one_sided_of(house()), &QUICK);
+    let (_, few, without) = make(&one_sided_data(house()), &QUICK);
     assert!(few.sheets.is_empty() && few.polygons.len() >= 4);
     assert_eq!(without.triangle_gain, 0.0);
 }
@@ -202,13 +175,13 @@ fn an_open_house_is_stood_for_by_its_own_triangles() {
 #[test]
 fn triangles_are_taken_only_where_little_else_stands_for_them() {
     let options = OccluderOptions { max_triangles: 64, ..QUICK };
-    let solid = one_sided_of(block([0.0; 3], [1.0, 2.0, 3.0], false));
+    let solid = one_sided_data(block([0.0; 3], [1.0, 2.0, 3.0]));
     assert!(make(&solid, &options).1.sheets.is_empty(), "a box does");
-    let mut room = block([0.0; 3], [4.0; 3], true);
+    let mut room = turned(block([0.0; 3], [4.0; 3]));
     room.1.truncate(30);
-    assert!(make(&one_sided_of(room), &options).1.sheets.is_empty(), "polygons do");
+    assert!(make(&one_sided_data(room), &options).1.sheets.is_empty(), "polygons do");
     // A ball with a hole has more triangles than may be taken: the largest of them.
-    let mut open = ball(16, 0.05);
+    let mut open = one_sided_data(bumpy_ball(16, 0.05));
     open.indices.truncate(open.indices.len() - 3);
     open.parts[0].triangle_count -= 1;
     let (mesh, made, report) = make(&open, &options);
@@ -220,25 +193,25 @@ fn triangles_are_taken_only_where_little_else_stands_for_them() {
 
 #[test]
 fn fins_and_twins_do_not_open_a_solid() {
-    let (mut positions, mut indices) = block([0.0; 3], [1.0; 3], false);
+    let (mut positions, mut indices) = block([0.0; 3], [1.0; 3]);
     indices.extend_from_within(..6);
     positions.push([-3.0, 0.5, 0.5]);
     indices.extend([0, 1, 8]);
-    let (_, made, _) = make(&one_sided_of((positions, indices)), &QUICK);
+    let (_, made, _) = make(&one_sided_data((positions, indices)), &QUICK);
     assert_eq!(made.boxes.len(), 1);
 }
 
 #[test]
 fn transparent_masked_and_deforming_meshes_have_none() {
-    let cube = block([0.0; 3], [1.0; 3], false);
+    let cube = block([0.0; 3], [1.0; 3]);
     for alpha in [Alpha::Masked, Alpha::Blended] {
-        let mut data = one_sided_of(cube.clone());
+        let mut data = one_sided_data(cube.clone());
         data.parts[0].alpha = alpha;
         let (_, made, report) = make(&data, &QUICK);
         assert!(made.is_empty());
         assert_eq!(report.no_boxes, Some(NoOccluders::Transparent));
         // One face of glass opens it.
-        let mut data = one_sided_of(cube.clone());
+        let mut data = one_sided_data(cube.clone());
         data.parts[0].triangle_count = 10;
         data.parts.push(Part { first_triangle: 10, triangle_count: 2, alpha, ..Part::default() });
         let (_, made, report) = make(&data, &QUICK);
@@ -246,7 +219,7 @@ fn transparent_masked_and_deforming_meshes_have_none() {
         assert_eq!(report.no_boxes, Some(NoOccluders::Open));
         assert_eq!((made.polygons.len(), report.transparent_triangles), (5, 2));
     }
-    let data = MeshData { deformable: true, ..one_sided_of(cube) };
+    let data = MeshData { deformable: true, ..one_sided_data(cube) };
     let (_, made, report) = make(&data, &QUICK);
     assert!(made.is_empty());
     assert_eq!(report.no_polygons, Some(NoOccluders::Deformable));
@@ -255,16 +228,13 @@ fn transparent_masked_and_deforming_meshes_have_none() {
 #[test]
 fn solids_that_overlap_act_as_one() {
     // A cross of two bars, which neither fills: the crossing is inside of both.
-    let bars = [
-        block([0.0, 4.0, 0.0], [9.0, 5.0, 1.0], false),
-        block([4.0, 0.0, 0.0], [5.0, 9.0, 1.0], false),
-    ];
-    let (_, made, report) = make(&one_sided_of(joined(&bars)), &QUICK);
+    let bars = [block([0.0, 4.0, 0.0], [9.0, 5.0, 1.0]), block([4.0, 0.0, 0.0], [5.0, 9.0, 1.0])];
+    let (_, made, report) = make(&one_sided_data(join(bars)), &QUICK);
     assert_eq!(made.boxes.len(), 2);
     assert!(report.efficiency() > 0.98, "{}", report.efficiency());
     // A ball within a ball hides nothing more; a cavity is hidden too, for the outer shell is around it.
-    let nested = [block([0.0; 3], [9.0; 3], false), block([3.0; 3], [6.0; 3], true)];
-    let (_, made, _) = make(&one_sided_of(joined(&nested)), &QUICK);
+    let nested = [block([0.0; 3], [9.0; 3]), turned(block([3.0; 3], [6.0; 3]))];
+    let (_, made, _) = make(&one_sided_data(join(nested)), &QUICK);
     assert_eq!(made.boxes.len(), 1);
 }
 
@@ -318,7 +288,7 @@ fn thin_walls_and_slopes_have_polygons() {
 
 #[test]
 fn soup_and_flat_and_empty_and_huge_meshes_are_answered() {
-    make(&soup(300), &QUICK);
+    make(&one_sided_data(scattered(300)), &QUICK);
     let (_, made, report) = make(&MeshData::default(), &QUICK);
     assert_eq!((made, report.no_boxes), (Occluders::default(), Some(NoOccluders::Empty)));
     let line = MeshData {
@@ -328,20 +298,20 @@ fn soup_and_flat_and_empty_and_huge_meshes_are_answered() {
     };
     assert_eq!(make(&line, &QUICK).2.no_polygons, Some(NoOccluders::Empty));
     for size in [1e-30, 1e-3, 1e7, 1e30] {
-        let (_, made, _) = make(&one_sided_of(block([-size; 3], [size; 3], false)), &QUICK);
+        let (_, made, _) = make(&one_sided_data(block([-size; 3], [size; 3])), &QUICK);
         assert_eq!(made.boxes.len(), 1, "{size}");
     }
     // As far from the origin as f32 still has eight places between its corners.
-    let (_, made, _) = make(&one_sided_of(block([1e7; 3], [1e7 + 8.0; 3], false)), &QUICK);
+    let (_, made, _) = make(&one_sided_data(block([1e7; 3], [1e7 + 8.0; 3])), &QUICK);
     assert!(made.boxes.len() == 1);
     let max = f32::MAX;
-    let (_, made, _) = make(&one_sided_of(block([-max; 3], [max; 3], false)), &QUICK);
+    let (_, made, _) = make(&one_sided_data(block([-max; 3], [max; 3])), &QUICK);
     assert!(made.boxes.iter().all(Aabb::is_finite));
 }
 
 #[test]
 fn options_out_of_range_are_refused() {
-    let mesh = Mesh::new(one_sided_of(block([0.0; 3], [1.0; 3], false))).expect("valid");
+    let mesh = Mesh::new(one_sided_data(block([0.0; 3], [1.0; 3]))).expect("valid");
     let made = |options| occluders(&mesh, &options).map(|m| m.0);
     for resolution in [0, 3, 193, u32::MAX] {
         let refused = made(OccluderOptions { resolution, ..QUICK });
@@ -365,7 +335,7 @@ fn options_out_of_range_are_refused() {
 
 #[test]
 fn what_is_false_is_refuted() {
-    let mesh = Mesh::new(one_sided_of(block([0.0; 3], [1.0; 3], false))).expect("valid");
+    let mesh = Mesh::new(one_sided_data(block([0.0; 3], [1.0; 3]))).expect("valid");
     let b = |low: f32, high: f32| Aabb { min: [low; 3], max: [high; 3] };
     let boxes = vec![b(0.1, 0.9), b(0.1, 1.1), b(-0.1, 0.5), b(2.0, 3.0), b(0.0, 1.0)];
     let square = |z: f32| Polygon {
@@ -434,7 +404,7 @@ fn castle_meshes_hide_most_of_what_they_are() {
 }
 
 /// A rotation about a tilted axis.
-fn turned(data: &mut MeshData, angle: f32) {
+fn rotate(data: &mut MeshData, angle: f32) {
     let (s, c) = angle.sin_cos();
     for p in &mut data.positions {
         let [x, y, z] = *p;
@@ -456,10 +426,13 @@ proptest! {
     ) {
         let pieces: Vec<_> = solids
             .iter()
-            .map(|(low, size, inward)| block(*low, [0, 1, 2].map(|a| low[a] + size[a]), *inward))
+            .map(|(low, size, inward)| {
+                let block = block(*low, [0, 1, 2].map(|a| low[a] + size[a]));
+                if *inward { turned(block) } else { block }
+            })
             .collect();
-        let mut data = one_sided_of(joined(&pieces));
-        turned(&mut data, angle);
+        let mut data = one_sided_data(join(pieces));
+        rotate(&mut data, angle);
         let (mesh, made, _) = make(&data, &OccluderOptions { resolution, ..QUICK });
         // In the order of the file, a block is 12 triangles.
         let indices = mesh.original_indices();
@@ -477,7 +450,7 @@ proptest! {
 
     #[test]
     fn boxes_are_inside_of_bumpy_balls(rings in 3..14u32, bump in 0.0..0.2f32, resolution in 6..48u32) {
-        let (mesh, made, _) = make(&ball(rings, bump), &OccluderOptions { resolution, ..QUICK });
+        let (mesh, made, _) = make(&one_sided_data(bumpy_ball(rings, bump)), &OccluderOptions { resolution, ..QUICK });
         let all = triangles(&mesh);
         for b in &made.boxes {
             for p in points(b, 4) {
@@ -506,7 +479,7 @@ proptest! {
             })
             .collect();
         let mut data = two_sided((positions, indices));
-        turned(&mut data, angle);
+        rotate(&mut data, angle);
         let (_, made, report) = make(&data, &OccluderOptions { max_triangles, ..QUICK });
         prop_assert!(made.is_empty() != full.contains(&true));
         prop_assert!(report.efficiency() <= 1.0);

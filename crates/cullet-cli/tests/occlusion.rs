@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use cullet_testkit::data;
+use cullet_testkit::{Rng, data};
 use serde_json::Value;
 
 /// A folder of its own, gone when the test is.
@@ -152,11 +152,8 @@ fn a_report_has_the_classic_table_and_baked_occluders_lose_nothing() {
 
 /// Leaves over a board: three thousand triangles that do not touch, each of a few pixels.
 fn leaves() -> String {
-    let mut seed = 1_u32;
-    let mut random = |low: f64, high: f64| {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        low + (high - low) * f64::from(seed >> 8) / f64::from(1 << 24)
-    };
+    let mut rng = Rng(1);
+    let mut random = |low, high| rng.range(low, high);
     let mut text =
         "o board\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 1 3 2\nf 1 4 3\no leaves\n".to_owned();
     for leaf in 0..3000 {

@@ -1,14 +1,12 @@
 //! The share of each stage in a report, against runs of that stage alone, triangle for triangle.
 
-#[path = "../../cullet/tests/common/alone.rs"]
-mod alone;
-
 use std::process::Command;
 
 use cullet::cull::occlusion::Occlusion;
 use cullet::{Culler, Stage, Unit, View, ViewState, Visible};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{LoadOptions, Model, load, scenes};
+use cullet_testkit::oracles::alone;
 use serde_json::Value;
 
 const VIEWS: usize = 4;

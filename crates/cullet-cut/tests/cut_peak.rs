@@ -1,19 +1,18 @@
 //! What cutting holds at once: at most twice the input and the output together.
 
-#[path = "cut_common/mod.rs"]
-mod common;
-#[path = "../../cullet-io/tests/peak_common/mod.rs"]
-mod peak;
-
-use common::sphere;
 use cullet::bounds::Plane;
 use cullet_cut::{CapOptions, CutInput, CutOptions, Keep, box_planes, cut};
+use cullet_testkit::memory::{Counting, peak_of};
+use cullet_testkit::soups::ball_at;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 // One test alone in this file: another thread's allocations would be counted too.
 #[test]
 fn a_cut_holds_at_most_twice_what_comes_in_and_goes_out() {
     const STRIDE: usize = 8;
-    let (positions, indices) = sphere([0.0; 3], 1.0, 250);
+    let (positions, indices) = ball_at([0.0; 3], 1.0, 250);
     let attributes = vec![0.5; positions.len() * STRIDE];
     let plane = vec![Plane::new([0.48, 0.6, 0.64], 0.05)];
     let cube = box_planes([-0.6, -0.5, -0.7], [0.5, 0.6, 0.4]).to_vec();
@@ -25,7 +24,7 @@ fn a_cut_holds_at_most_twice_what_comes_in_and_goes_out() {
                     CutInput { positions: &positions, indices: &indices, attributes, stride };
                 let vertex = 12 + stride * 4;
                 let options = CutOptions { keep, caps };
-                let (done, held) = peak::peak_of(|| cut(&input, planes, &options).unwrap());
+                let (done, held) = peak_of(|| cut(&input, planes, &options).unwrap());
                 let came = positions.len() * vertex + indices.len() * 4;
                 let went =
                     done.positions.len() * vertex + (done.indices.len() + done.origin.len()) * 4;

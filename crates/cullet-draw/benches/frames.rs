@@ -1,13 +1,12 @@
 //! How long a frame of the reference renderer takes: `cargo bench -p cullet-draw`.
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-
 use std::time::Instant;
 
-use common::{ball, city, look};
 use cullet::{Instance, Scene, Transform, View};
 use cullet_draw::{RenderOptions, Selection, render};
+use cullet_testkit::scenes::city;
+use cullet_testkit::views::look;
+use cullet_testkit::{meshes, soups};
 
 fn time(name: &str, scene: &Scene, view: &View) {
     for (count_layers, what) in [(false, "nearest only"), (true, "all layers")] {
@@ -39,7 +38,7 @@ fn main() {
     time("city, from 60 m", &scene, &look([0.0, 60.0, 800.0], [0.0, 20.0, 0.0], size));
     drop(scene);
     let mut big = Scene::new();
-    let mesh = big.add_mesh(ball(708, 708));
+    let mesh = big.add_mesh(meshes::one_sided(soups::ball(708, 708)));
     big.add(Instance::new(mesh, Transform::IDENTITY)).unwrap();
     time("one mesh of 1e6 triangles", &big, &look([0.0, 0.5, 2.5], [0.0; 3], size));
     time("the same from within", &big, &look([0.0, 0.0, 0.3], [0.0; 3], size));

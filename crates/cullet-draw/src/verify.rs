@@ -236,15 +236,13 @@ fn dropped(stage: &Stage, layers: u32, result: &Visible) -> Vec<bool> {
 }
 
 #[cfg(test)]
-#[path = "../tests/common/mod.rs"]
-mod common;
-
-#[cfg(test)]
 mod tests {
     use cullet::{Instance, Stage as Kind, Transform, TriangleRange};
+    use cullet_testkit::scenes::{city, mixed_scene};
+    use cullet_testkit::views::{look, mixed_view};
+    use cullet_testkit::{Rng, meshes};
     use proptest::prelude::*;
 
-    use super::common::{Random, city, cuboid, look, scene, view};
     use super::*;
     use crate::reference::render_samples;
 
@@ -270,12 +268,12 @@ mod tests {
 
         #[test]
         fn finds_the_instances_of_the_whole_finer_image(seed in any::<u64>()) {
-            let mut random = Random::new(seed);
-            let scene = scene(&mut random);
-            let size = [1 + random.below(40) as u32, 1 + random.below(30) as u32];
-            let view = view(&mut random, size);
-            let n = 2 + random.below(3) as u32;
-            let result = kept(&scene, |_| random.chance(0.5));
+            let mut rng = Rng(seed);
+            let scene = mixed_scene(&mut rng);
+            let size = [1 + rng.below(40) as u32, 1 + rng.below(30) as u32];
+            let view = mixed_view(&mut rng, size);
+            let n = 2 + rng.below(3) as u32;
+            let result = kept(&scene, |_| rng.chance(0.5));
             let samples = Samples::new(size.map(|v| v * n), Jitter::Hashed(seed));
             let whole = render_samples(&scene, &view, Selection::All, &samples, false);
             let dropped = dropped(&Stage::new(&scene), view.layers, &result);
@@ -339,7 +337,7 @@ mod tests {
     fn what_falls_between_the_pixels_is_found_by_finer_samples() {
         // A speck a fifth of a pixel wide, where no centre sees it.
         let mut scene = Scene::new();
-        let mesh = scene.add_mesh(cuboid([-1.0; 3], [1.0; 3]));
+        let mesh = scene.add_mesh(meshes::block([-1.0; 3], [1.0; 3]));
         let t = Transform::from_scale_translation([0.01; 3], [0.26, 0.26, 0.0]);
         scene.add(Instance::new(mesh, t)).unwrap();
         let view = look([0.0, 0.0, 10.0], [0.0; 3], [100, 100]);

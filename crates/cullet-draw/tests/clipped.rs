@@ -1,9 +1,9 @@
 //! Clipping before and after projection gives the picture that no clipping gives.
 
-mod common;
-
-use common::{Random, city, look, scene, view};
 use cullet_draw::{ClipPlace, Frame, RenderOptions, Selection, render_clipped, render_ref};
+use cullet_testkit::Rng;
+use cullet_testkit::scenes::{city, mixed_scene};
+use cullet_testkit::views::{look, mixed_view};
 
 const PLACES: [ClipPlace; 2] = [ClipPlace::World, ClipPlace::Clip];
 
@@ -22,9 +22,9 @@ fn on_edges(whole: &Frame, clipped: &Frame) -> usize {
 fn random_scenes_look_the_same_clipped_in_either_place() {
     let (mut cut, mut edges) = ([0; 2], 0);
     for seed in 0..150 {
-        let mut random = Random::new(seed);
-        let scene = scene(&mut random);
-        let view = view(&mut random, [60, 40]);
+        let mut rng = Rng(seed);
+        let scene = mixed_scene(&mut rng);
+        let view = mixed_view(&mut rng, [60, 40]);
         let options = RenderOptions::default();
         let whole = render_ref(&scene, &view, Selection::All, &options);
         for (i, place) in PLACES.into_iter().enumerate() {

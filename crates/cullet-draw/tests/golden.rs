@@ -1,11 +1,8 @@
 //! Pictures against those in `tests/golden`. `CULLET_UPDATE_GOLDEN=1` writes those anew; a failure
 //! leaves expected, got and difference side by side in `target/golden`.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{city, frustum_kept, look};
 use cullet::cull::backface::ViewCone;
 use cullet::{Scene, View};
 use cullet_draw::{
@@ -13,6 +10,10 @@ use cullet_draw::{
     conservative_set, culling_volume, depth_complexity, kinds_of, normal_mask, normal_partition,
     render, shaded, top_down, verify_visible,
 };
+use cullet_testkit::meshes;
+use cullet_testkit::oracles::visible::frustum_kept;
+use cullet_testkit::scenes::city;
+use cullet_testkit::views::look;
 
 /// A channel may differ by so much: sine and power are not the same to the last bit everywhere.
 const TOLERANCE: u8 = 6;
@@ -168,7 +169,7 @@ fn regions_that_face_away() {
 #[test]
 fn a_box_has_one_region_that_faces_away() {
     let mut scene = Scene::new();
-    let mesh = scene.add_mesh(common::cuboid([-1.0; 3], [1.0; 3]));
+    let mesh = scene.add_mesh(meshes::block([-1.0; 3], [1.0; 3]));
     scene.add(cullet::Instance::new(mesh, cullet::Transform::IDENTITY)).unwrap();
     scene.commit();
     let (_, count) = back_regions(&scene, &look([4.0, 3.0, 5.0], [0.0; 3], [192, 108]));

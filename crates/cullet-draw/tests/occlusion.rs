@@ -1,15 +1,14 @@
 //! The two judges of what is hidden: cases with known answers, and each against the other.
 
-#[path = "common/mod.rs"]
-mod common;
-
-use common::{Random, city, look, scene, view};
 use cullet::bounds::Aabb;
 use cullet::{Camera, Depth, Projection, Transform, View};
 use cullet_draw::{
     OccluderTriangles, Proof, ProofOptions, Prover, SampleOptions, Sampled, VerifyOptions,
     occluder_scene, prove_hidden, sampled_boxes, sampled_instances,
 };
+use cullet_testkit::Rng;
+use cullet_testkit::scenes::{city, mixed_scene};
+use cullet_testkit::views::{look, mixed_view};
 use proptest::prelude::*;
 
 /// Triangles as they are written down in a test.
@@ -345,11 +344,11 @@ fn sides_hide_as_they_are_drawn() {
 }
 
 /// Boxes about a scene, some of them placed by a transform of any kind.
-fn boxes(random: &mut Random, n: u32) -> Vec<Aabb> {
+fn boxes(rng: &mut Rng, n: u32) -> Vec<Aabb> {
     (0..n)
         .map(|_| {
-            let half = random.range(0.01, 0.6) as f32;
-            cube(std::array::from_fn(|_| random.range(-5.0, 5.0) as f32), half)
+            let half = rng.range(0.01, 0.6) as f32;
+            cube(std::array::from_fn(|_| rng.range(-5.0, 5.0) as f32), half)
         })
         .collect()
 }
@@ -388,11 +387,11 @@ proptest! {
 
     #[test]
     fn the_judges_agree(seed in any::<u64>()) {
-        let mut random = Random::new(seed);
-        let scene = scene(&mut random);
-        let size = [1 + random.below(60) as u32, 1 + random.below(40) as u32];
-        let view = view(&mut random, size);
-        agree(&scene, &view, &boxes(&mut random, 20), seed);
+        let mut rng = Rng(seed);
+        let scene = mixed_scene(&mut rng);
+        let size = [1 + rng.below(60) as u32, 1 + rng.below(40) as u32];
+        let view = mixed_view(&mut rng, size);
+        agree(&scene, &view, &boxes(&mut rng, 20), seed);
     }
 }
 
@@ -400,11 +399,11 @@ proptest! {
 fn the_judges_agree_on_a_city_and_decide_nearly_all_of_it() {
     let scene = city(8, 2, 0);
     let view = look([3.0, 1.7, 97.0], [20.0, 4.0, 0.0], [320, 180]);
-    let mut random = Random::new(3);
+    let mut rng = Rng(3);
     let boxes: Vec<Aabb> = (0..300)
         .map(|_| {
-            let p = [random.range(-95.0, 95.0), 1.3, random.range(-95.0, 80.0)];
-            cube(p.map(|v| v as f32), random.range(0.2, 1.0) as f32)
+            let p = [rng.range(-95.0, 95.0), 1.3, rng.range(-95.0, 80.0)];
+            cube(p.map(|v| v as f32), rng.range(0.2, 1.0) as f32)
         })
         .collect();
     let [proved, refuted, undecided] = agree(&scene, &view, &boxes, 5);
@@ -414,7 +413,7 @@ fn the_judges_agree_on_a_city_and_decide_nearly_all_of_it() {
 
 #[test]
 fn more_occluders_and_smaller_boxes_are_never_seen_more() {
-    let mut random = Random::new(11);
+    let mut rng = Rng(11);
     let all = city(6, 1, 0);
     let view = look([0.0, 3.0, 80.0], [0.0, 2.0, 0.0], [160, 90]);
     let mut fewer = city(6, 1, 0);
@@ -423,9 +422,7 @@ fn more_occluders_and_smaller_boxes_are_never_seen_more() {
         fewer.remove(handle).unwrap();
     }
     let boxes: Vec<Aabb> = (0..200)
-        .map(|_| {
-            cube([random.range(-70.0, 70.0), 1.0, random.range(-70.0, 70.0)].map(|v| v as f32), 0.7)
-        })
+        .map(|_| cube([rng.range(-70.0, 70.0), 1.0, rng.range(-70.0, 70.0)].map(|v| v as f32), 0.7))
         .collect();
     let smaller: Vec<Aabb> =
         boxes.iter().map(|b| cube(b.center().map(|v| v as f32), 0.3)).collect();

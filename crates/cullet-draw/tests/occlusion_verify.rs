@@ -1,16 +1,14 @@
 //! Verifying a set from which what is hidden was dropped, and the sampled judge on the large city.
 
-#[path = "common/mod.rs"]
-mod common;
-
 use std::time::Instant;
 
-use common::{city, look};
 use cullet::bounds::Aabb;
 use cullet::{Reason, Scene, Stage, TriangleRange, View, Visible};
 use cullet_draw::{
     Prover, SampleOptions, Sampled, VerifyOptions, sampled_boxes, sampled_instances, verify_visible,
 };
+use cullet_testkit::scenes::city;
+use cullet_testkit::views::look;
 
 /// All triangles of the slots for which `keep` holds, as an occlusion culler would return them.
 fn kept(scene: &Scene, keep: impl Fn(u32) -> bool) -> Visible {

@@ -1,13 +1,13 @@
 //! The renderer against its slow twin, and against what must be so.
 
-mod common;
-
-use common::{Random, ball, city, cuboid, elsewhere, look, mesh, scene, view};
 use cullet::{
     Camera, Depth, Instance, InstanceFlags, Projection, Scene, Transform, TriangleRange, View,
     Visible,
 };
 use cullet_draw::{Frame, PixelId, RenderOptions, Selection, render, render_ref};
+use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
+use cullet_testkit::views::{look, mixed_view};
+use cullet_testkit::{Rng, meshes, soups};
 use proptest::prelude::*;
 
 proptest! {
@@ -15,35 +15,35 @@ proptest! {
 
     #[test]
     fn agrees_with_its_slow_twin(seed in any::<u64>()) {
-        let mut random = Random::new(seed);
-        let mut scene = scene(&mut random);
-        let size = [1 + random.below(90) as u32, 1 + random.below(70) as u32];
-        let mut view = view(&mut random, size);
-        if random.chance(0.3) {
-            view = elsewhere(&mut scene, &view, &mut random);
+        let mut rng = Rng(seed);
+        let mut scene = mixed_scene(&mut rng);
+        let size = [1 + rng.below(90) as u32, 1 + rng.below(70) as u32];
+        let mut view = mixed_view(&mut rng, size);
+        if rng.chance(0.3) {
+            view = elsewhere(&mut scene, &view, &mut rng);
         }
-        let jitter = if random.chance(0.5) { [0.5; 2] } else { [random.unit(), random.unit()] };
+        let jitter = if rng.chance(0.5) { [0.5; 2] } else { [rng.unit(), rng.unit()] };
         let options = RenderOptions {
             jitter,
-            count_layers: random.chance(0.3),
-            threads: random.below(3) as usize,
+            count_layers: rng.chance(0.3),
+            threads: rng.index(3),
             ..RenderOptions::default()
         };
         let slow = render_ref(&scene, &view, Selection::All, &options);
         prop_assert!(render(&scene, &view, Selection::All, &options) == slow);
-        let some = some_of(&scene, &mut random);
+        let some = some_of(&scene, &mut rng);
         let slow = render_ref(&scene, &view, Selection::Visible(&some), &options);
         prop_assert!(render(&scene, &view, Selection::Visible(&some), &options) == slow);
     }
 }
 
 /// Some triangles of some instances, as a culler would list them.
-fn some_of(scene: &Scene, random: &mut Random) -> Visible {
+fn some_of(scene: &Scene, rng: &mut Rng) -> Visible {
     let mut visible = Visible::default();
     for slot in scene.slots() {
         let first = visible.triangles.len() as u32;
         let all = 0..scene.mesh(slot).triangle_count();
-        visible.triangles.extend(all.filter(|_| random.chance(0.6)));
+        visible.triangles.extend(all.filter(|_| rng.chance(0.6)));
         let count = visible.triangles.len() as u32 - first;
         if count > 0 {
             visible.triangle_ranges.push(TriangleRange { slot, first, count });
@@ -99,7 +99,7 @@ fn a_grid_whose_edges_meet_samples_covers_each_pixel_once() {
                 indices.extend(quad);
             }
         }
-        let scene = one(mesh(positions, indices, Vec::new()));
+        let scene = one(meshes::of_parts((positions, indices), Vec::new()));
         for (size, jitter) in [(16, 0.5), (32, 0.0), (48, 0.5), (32, 1.0)] {
             let options = RenderOptions {
                 count_layers: true,
@@ -123,21 +123,21 @@ fn a_grid_whose_edges_meet_samples_covers_each_pixel_once() {
 
 #[test]
 fn fans_cover_each_pixel_once_from_any_eye() {
-    let mut random = Random::new(3);
+    let mut rng = Rng(3);
     for _ in 0..60 {
         // A closed fan in a plane: every sample that it covers is covered just once.
-        let sides = 3 + random.below(40) as u32;
-        let centre = [random.range(-0.5, 0.5) as f32, 0.0, random.range(-0.5, 0.5) as f32];
+        let sides = 3 + rng.below(40) as u32;
+        let centre = [rng.range(-0.5, 0.5) as f32, 0.0, rng.range(-0.5, 0.5) as f32];
         let mut positions = vec![centre];
         for k in 0..sides {
             let (s, c) = (std::f64::consts::TAU * f64::from(k) / f64::from(sides)).sin_cos();
             positions.push([(4.0 * c) as f32, 0.0, (4.0 * s) as f32]);
         }
         let indices = (0..sides).flat_map(|k| [0, 1 + k, 1 + (k + 1) % sides]).collect();
-        let scene = one(mesh(positions, indices, Vec::new()));
+        let scene = one(meshes::of_parts((positions, indices), Vec::new()));
         // Near enough that much of it is beside and behind the eye.
-        let eye = [random.range(-1.0, 1.0), random.range(0.1, 1.5), random.range(-1.0, 1.0)];
-        let view = look(eye, [random.range(-2.0, 2.0), 0.0, 1.0], [80, 60]);
+        let eye = [rng.range(-1.0, 1.0), rng.range(0.1, 1.5), rng.range(-1.0, 1.0)];
+        let view = look(eye, [rng.range(-2.0, 2.0), 0.0, 1.0], [80, 60]);
         let frame = counted(&scene, &view);
         assert!(frame.stats.max_layers <= 1, "{:?}", frame.stats);
         assert!(frame.stats.covered_pixels > 500);
@@ -146,14 +146,14 @@ fn fans_cover_each_pixel_once_from_any_eye() {
 
 #[test]
 fn a_closed_surface_around_the_eye_covers_each_pixel_once() {
-    let mut scene = one(ball(17, 23));
+    let mut scene = one(meshes::one_sided(soups::ball(17, 23)));
     scene.edit_meshes(|_, m| m.set_two_sided(true));
     let projection =
         Projection::Perspective { fov_y_radians: 2.6, aspect: 1.0, near: 1e-3, far: f64::INFINITY };
-    let mut random = Random::new(11);
+    let mut rng = Rng(11);
     for depth in [Depth::Standard, Depth::Reversed] {
         for _ in 0..8 {
-            let mut at = || random.range(-0.4, 0.4);
+            let mut at = || rng.range(-0.4, 0.4);
             let camera = Camera::look_at([at(), at(), at()], [at(), at(), at()], projection);
             let frame = counted(&scene, &View::new(&camera, depth, [128, 96]).unwrap());
             assert!(frame.layers.iter().all(|&n| n == 1));
@@ -168,7 +168,7 @@ fn a_solid_shows_its_front_alone_under_any_mirror() {
         [([1.0, 1.0, 1.0], true), ([-1.0, 1.0, 1.0], true), ([1.0, -1.0, -1.0], true)]
     {
         let mut scene = Scene::new();
-        let mesh = scene.add_mesh(cuboid([-1.0; 3], [1.0; 3]));
+        let mesh = scene.add_mesh(meshes::block([-1.0; 3], [1.0; 3]));
         let t = Transform::from_scale_translation(scale, [0.0; 3]);
         let handle = scene.add(Instance::new(mesh, t)).unwrap();
         let one_sided = counted(&scene, &view);
@@ -187,7 +187,7 @@ fn a_solid_shows_its_front_alone_under_any_mirror() {
 fn ties_go_to_the_lowest_slot_and_triangle() {
     let positions = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
     // The same triangle thrice, started elsewhere and wound the other way.
-    let mut scene = one(mesh(positions, vec![1, 2, 0, 0, 1, 2, 2, 1, 0], Vec::new()));
+    let mut scene = one(meshes::of_parts((positions, vec![1, 2, 0, 0, 1, 2, 2, 1, 0]), Vec::new()));
     scene.add(Instance::new(0, Transform::IDENTITY)).unwrap();
     for depth in [Depth::Standard, Depth::Reversed] {
         let frame =
@@ -200,7 +200,7 @@ fn ties_go_to_the_lowest_slot_and_triangle() {
 fn blended_things_hide_nothing_and_are_seen_in_front() {
     let square = |z: f32| {
         let p = vec![[-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]];
-        mesh(p, vec![0, 1, 2], Vec::new())
+        meshes::of_parts((p, vec![0, 1, 2]), Vec::new())
     };
     let mut scene = Scene::new();
     for z in [0.5, 0.0, -0.5] {
@@ -222,7 +222,7 @@ fn blended_things_hide_nothing_and_are_seen_in_front() {
 #[test]
 fn nothing_at_all_makes_an_empty_frame() {
     let view = flat_view([5, 3], Depth::Reversed);
-    for scene in [Scene::new(), one(mesh(Vec::new(), Vec::new(), Vec::new()))] {
+    for scene in [Scene::new(), one(meshes::of_parts(Default::default(), Vec::new()))] {
         let frame = counted(&scene, &view);
         assert_eq!(frame.ids, vec![PixelId::NONE; 15]);
         assert_eq!(frame.depth, vec![0.0; 15]);
@@ -232,7 +232,7 @@ fn nothing_at_all_makes_an_empty_frame() {
 
 #[test]
 fn a_broken_selection_is_skipped() {
-    let scene = one(cuboid([-1.0; 3], [1.0; 3]));
+    let scene = one(meshes::block([-1.0; 3], [1.0; 3]));
     let visible = Visible {
         triangle_ranges: vec![
             TriangleRange { slot: 9, first: 0, count: 2 },

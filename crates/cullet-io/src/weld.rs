@@ -96,11 +96,9 @@ mod tests {
     fn welds_as_a_map_would() {
         let mut welder = Welder::new();
         let mut map: HashMap<[u32; 3], u32> = HashMap::new();
-        let mut state = 1u64;
+        let mut rng = cullet_testkit::Rng(1);
         for _ in 0..20_000 {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            let digit = |shift: u32| ((state >> shift) % 20) as f32 * 0.1;
-            let p = [digit(20), digit(30), digit(40)];
+            let p = [(); 3].map(|()| rng.below(20) as f32 * 0.1);
             let next = map.len() as u32;
             let expected = *map.entry(p.map(f32::to_bits)).or_insert(next);
             assert_eq!(welder.weld(p), expected);

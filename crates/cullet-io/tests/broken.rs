@@ -1,13 +1,11 @@
 //! Every broken or odd file of the data folder in the formats without a specification to validate
 //! against: each ends in a clear error or a correct load, within the memory that is promised.
 
-mod peak_common;
-
 use std::path::{Path, PathBuf};
 
 use cullet_io::{ErrorKind, LoadOptions, load, load_bytes};
 use cullet_testkit::data;
-use peak_common::peak_of;
+use cullet_testkit::memory::{Counting, peak_of};
 
 /// What loading may take beyond the file's size.
 const ALLOWANCE: usize = 256 << 20;
@@ -30,6 +28,9 @@ enum Expect {
     Meshes(&'static [[u32; 3]], &'static str),
 }
 use Expect::{Error, Meshes};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 const NO_TRIANGLES: &str = "it has no triangles";
 

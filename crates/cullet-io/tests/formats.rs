@@ -1,14 +1,16 @@
 //! Small files written here, and every model of the data folder in these formats.
 
-mod formats_common;
-
 use std::fmt::Write as _;
 
 use cullet::mesh::Alpha;
 use cullet_io::{LoadOptions, Model, Up, load, load_bytes, occscn};
 use cullet_testkit::data;
-use formats_common::of;
 use proptest::prelude::*;
+
+/// A model from memory that must load.
+fn of(name: &str, bytes: &[u8]) -> Model {
+    load_bytes(name, bytes, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
 
 /// Vertices, triangles and polygons of all meshes.
 fn counts(model: &Model) -> [usize; 3] {

@@ -1,12 +1,13 @@
 //! Loading a large GLB takes little more than its geometry, and not long.
 
-mod peak_common;
-
 use std::time::Instant;
 
 use cullet::Preparation;
 use cullet_io::{LoadOptions, load};
-use peak_common::peak_of;
+use cullet_testkit::memory::{Counting, peak_of};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 /// A GLB of a wavy square of 2·n² triangles, with normals and texture coordinates that are of no use here.
 fn terrain(n: u32) -> Vec<u8> {

@@ -1,14 +1,15 @@
 //! Loading takes at most three times the decoded geometry, in every format that has no test of its own:
 //! files are read in blocks, arrays grow by little, and the check for solids is lean.
 
-mod peak_common;
-
 use std::fmt::Write as _;
 use std::time::Instant;
 
 use cullet::Preparation;
 use cullet_io::{LoadOptions, load};
-use peak_common::peak_of;
+use cullet_testkit::memory::{Counting, peak_of};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 type Soup = (Vec<[f32; 3]>, Vec<[u32; 3]>);
 

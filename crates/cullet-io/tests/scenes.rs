@@ -6,6 +6,7 @@ use cullet::mesh::Alpha;
 use cullet::{Mesh, Transform};
 use cullet_io::scenes::{self, SceneSpecError};
 use cullet_io::{CellGraph, Model};
+use cullet_testkit::Rng;
 
 /// FNV-1a over everything that geometry is made of.
 fn fingerprint(model: &Model) -> u64 {
@@ -286,19 +287,15 @@ fn between_cells_one_sees_through_portals_alone() {
         .filter(|&s| ["wall", "slab"].contains(&mesh_name(&model, s)))
         .map(|s| (*model.scene.transform(s), s))
         .collect();
-    let mut seed = 1u64;
-    let mut unit = move || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut rng = Rng(1);
     let mut crossed = 0;
     for cell in cells {
         for _ in 0..400 {
             let p: [f64; 3] =
-                std::array::from_fn(|k| cell.min[k] + (cell.max[k] - cell.min[k]) * unit());
+                std::array::from_fn(|k| cell.min[k] + (cell.max[k] - cell.min[k]) * rng.unit());
             // Out of the cell through each of its six faces, 0.6 m on: past the wall or slab.
-            let axis = (unit() * 3.0) as usize % 3;
-            let up = unit() < 0.5;
+            let axis = (rng.unit() * 3.0) as usize % 3;
+            let up = rng.unit() < 0.5;
             let plane = if up { cell.max[axis] } else { cell.min[axis] };
             let at = |d: f64| {
                 let mut q = p;

@@ -1,19 +1,17 @@
 //! Bounds of clusters: never behind where a triangle is in front, the same answers at every level and
 //! from frame to frame.
 
-#[path = "../../cullet/tests/backface_common/mod.rs"]
-mod common;
-
-use common::{Rng, cross, dot, front};
+use cullet::Level;
 use cullet::cull::Indices;
 use cullet::cull::backface::{ClusterEye, ClusterPlanes, EllipticCone};
-use cullet::cull::frustum::batch::levels;
 use cullet_methods::Bulk;
 use cullet_methods::cluster::{
     Bound, ClusterBounds, ClusterFacing, ClusterTracker, EllipticConeQuantised, NoRegion,
     NormalBox, NormalBoxAtOrigin, NormalBoxTurned, NormalCone, NormalConeCentre, Pyramid, TwoWay,
     region,
 };
+use cullet_testkit::vectors::{cross, dot, front};
+use cullet_testkit::{Rng, at_every_level};
 
 type Triangle = [[f32; 3]; 3];
 
@@ -28,10 +26,10 @@ fn cluster(rng: &mut Rng, kind: usize, size: f64, middle: [f64; 3]) -> Vec<Trian
     let v = cross(axis, u);
     // How far normals lean, in radians at the rim.
     let bend = [0.0, 0.3, 0.9, 1.4, 1.0, 0.6, 3.0][kind];
-    let count = 1 + rng.below(40);
+    let count = 1 + rng.index(40);
     let mut triangles = Vec::new();
     for i in 0..count {
-        let (x, y) = (rng.unit(), if kind == 5 { rng.unit() * 1e-3 } else { rng.unit() });
+        let (x, y) = (rng.signed(), if kind == 5 { rng.signed() * 1e-3 } else { rng.signed() });
         // A cap of a sphere, of a cylinder for kind 4, or a plane.
         let lean = [x * bend, if kind == 4 { 0.0 } else { y * bend }];
         let angle = lean[0].hypot(lean[1]);
@@ -44,7 +42,7 @@ fn cluster(rng: &mut Rng, kind: usize, size: f64, middle: [f64; 3]) -> Vec<Trian
             };
             std::array::from_fn(|k| u[k] * x + v[k] * y + axis[k] * height)
         };
-        let step = [0.05, 0.05, 1e-4, 0.2][rng.below(4)];
+        let step = [0.05, 0.05, 1e-4, 0.2][rng.index(4)];
         let thin = if i % 7 == 3 { 1e-5 } else { 1.0 };
         let mut corners = [at(x, y), at(x + step, y + step * thin * 0.1), at(x, y + step * thin)];
         if i % 11 == 5 {
@@ -82,7 +80,7 @@ fn eyes(
     };
     let mut eyes: Vec<[f64; 4]> = Vec::new();
     for i in 0..count {
-        let far = [0.3, 0.99, 1.1, 3.0, 20.0, 1e4, 1e7][i % 7] * (1.0 + rng.unit() * 0.1);
+        let far = [0.3, 0.99, 1.1, 3.0, 20.0, 1e4, 1e7][i % 7] * (1.0 + rng.signed() * 0.1);
         if i % 9 == 0 {
             let d = rng.direction();
             eyes.push([d[0], d[1], d[2], 0.0]);
@@ -124,8 +122,8 @@ macro_rules! all_bounds {
 fn clusters(seed: u64, count: usize) -> Vec<(usize, ClusterPlanes, Vec<Triangle>)> {
     let mut rng = Rng(seed);
     let made = (0..count).map(|i| {
-        let size = [1.0, 1e-12, 1e9, 0.01, 1e-25][rng.below(5)];
-        let offset = [0.0, 3.0, 100.0, 1e4][rng.below(4)] * size;
+        let size = [1.0, 1e-12, 1e9, 0.01, 1e-25][rng.index(5)];
+        let offset = [0.0, 3.0, 100.0, 1e4][rng.index(4)] * size;
         let middle = rng.direction().map(|v| v * offset);
         let triangles = cluster(&mut rng, i % 7, size, middle);
         (i % 7, ClusterPlanes::new(triangles.iter().copied()), triangles)
@@ -190,7 +188,7 @@ fn same_at_every_level<B: Bound>(name: &str, clusters: &[(usize, ClusterPlanes, 
         let count = single.iter().filter(|b| **b).count();
         culled_ever += count;
         assert!(i >= bad.len() || count == 0, "{name}: {eye:?} is no eye");
-        for (level_name, level) in levels() {
+        at_every_level!(|level_name, level| {
             let mut culled = vec![!0; 1000];
             bounds.cull(level, eye, &mut culled);
             assert_eq!(culled.len(), clusters.len().div_ceil(64));
@@ -204,7 +202,7 @@ fn same_at_every_level<B: Bound>(name: &str, clusters: &[(usize, ClusterPlanes, 
             let expected: Vec<u32> =
                 (0..single.len() as u32).filter(|&i| !single[i as usize]).collect();
             assert_eq!(*kept, *expected, "{name} at {level_name}");
-        }
+        });
     }
     assert!(culled_ever > 100, "{name}");
 }
@@ -216,7 +214,7 @@ fn batches_answer_as_single_bounds_do() {
 }
 
 fn tracks<B: Bound>(name: &str, clusters: &[(usize, ClusterPlanes, Vec<Triangle>)]) {
-    let level = levels()[0].1;
+    let level = Level::new();
     let fits: Vec<Option<B>> = clusters.iter().map(|(_, p, _)| B::fit(p)).collect();
     let bounds: ClusterBounds<B> = fits.iter().copied().collect();
     let mut tracker: ClusterTracker<B> = fits.iter().copied().collect();
@@ -278,10 +276,10 @@ fn joined_boxes_are_behind_only_where_both_are() {
     let (mut both, mut joint) = (0, 0);
     for _ in 0..200 {
         let near = rng.direction();
-        let offset = [2.0, 30.0][rng.below(2)];
+        let offset = [2.0, 30.0][rng.index(2)];
         let pair = [0, 1].map(|i| {
             let middle = near.map(|v| v * offset + f64::from(i) * 0.5);
-            let kind = rng.below(3);
+            let kind = rng.index(3);
             ClusterPlanes::new(cluster(&mut rng, kind, 1.0, middle))
         });
         let fits = pair.each_ref().map(|p| NormalBox::fit(p).expect("planes"));
@@ -300,7 +298,7 @@ fn joined_boxes_are_behind_only_where_both_are() {
         }
         // The culling volume is the intersection of eight half-spaces.
         for _ in 0..50 {
-            let e = rng.vector().map(|v| v * 40.0);
+            let e = rng.vector(1.0).map(|v| v * 40.0);
             let inside = joined.half_spaces().iter().all(|(n, d)| dot(*n, e) < *d);
             let slack = joined.half_spaces().iter().any(|(n, d)| (dot(*n, e) - d).abs() < 1e-4);
             assert!(slack || inside == joined.is_behind([e[0], e[1], e[2], 1.0]));

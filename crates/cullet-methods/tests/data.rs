@@ -1,9 +1,5 @@
 //! Bounds of clusters on real models: how much of the ideal each finds, and nothing wrong.
 
-#[path = "../../cullet/tests/backface_common/mod.rs"]
-mod common;
-
-use common::{fibonacci, front, model};
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::{Level, Mesh, MeshData};
 use cullet_methods::Bulk;
@@ -11,6 +7,8 @@ use cullet_methods::cluster::{
     Bound, ClusterBounds, ClusterTracker, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin,
     NormalBoxTurned, NormalCone, Pyramid,
 };
+use cullet_testkit::models::model;
+use cullet_testkit::vectors::{fibonacci, front};
 
 struct Clusters {
     mesh: Mesh,

@@ -1,24 +1,22 @@
 //! Masks for groups of triangles and for sectors of a frustum.
 
-#[path = "../../cullet/tests/backface_common/mod.rs"]
-mod common;
-
-use common::{Rng, cross, dot, fibonacci, front, model};
 use cullet::bounds::{Aabb, Sphere};
 use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks};
-use cullet::cull::frustum::batch::levels;
 use cullet::{Camera, Level, Projection};
 use cullet_methods::Groups;
 use cullet_methods::sectors::{
     MaskUse, SectorError, corner_directions, mask_of_corners, mask_of_sectors,
 };
+use cullet_testkit::models::model;
+use cullet_testkit::vectors::{cross, dot, fibonacci, front};
+use cullet_testkit::{Rng, at_every_level};
 
 /// Small triangles all over a unit sphere, wound outward.
 fn ball(rng: &mut Rng, count: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
     let mut positions = Vec::new();
     for _ in 0..count {
         let p = rng.direction();
-        let (mut u, mut v) = (rng.vector(), rng.vector());
+        let (mut u, mut v) = (rng.vector(1.0), rng.vector(1.0));
         for e in [&mut u, &mut v] {
             let along = dot(*e, p) * 0.7;
             (0..3).for_each(|k| e[k] = (e[k] - p[k] * along) * 0.05);
@@ -73,10 +71,10 @@ fn more_groups_cull_more_and_nothing_in_front() {
                 eye[3] = 0.0;
             }
             let expected = groups.cull_ref(&grid, &masks, eye);
-            for (name, level) in levels() {
+            at_every_level!(|name, level| {
                 groups.cull(level, &grid, &masks, eye, &mut culled);
                 assert_eq!(culled, expected, "{name}");
-            }
+            });
             total += ones(&culled);
             for (place, t) in groups.order().iter().enumerate() {
                 if culled[place / 64] >> (place % 64) & 1 == 1 {

@@ -1,10 +1,6 @@
 //! No front face is lost: every form of the test, on five models, from a thousand eyes each, near and far and
 //! within the model, against f64.
 
-#[path = "../../cullet/tests/backface_common/mod.rs"]
-mod common;
-
-use common::{fibonacci, front, model};
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::backface::{MaskGrid, NormalMasks, Planes8, ViewCone};
@@ -14,6 +10,8 @@ use cullet_methods::cluster::{
     NormalCone, Pyramid,
 };
 use cullet_methods::{Bulk, Planes16, Planes32};
+use cullet_testkit::models::model;
+use cullet_testkit::vectors::{fibonacci, front};
 
 const VIEWS: usize = 1000;
 

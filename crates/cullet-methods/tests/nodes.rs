@@ -2,19 +2,17 @@
 //!
 //! `cargo test --release -p cullet-methods --test nodes -- --nocapture` prints what the nodes save.
 
-#[path = "../../cullet/tests/backface_common/mod.rs"]
-mod common;
-
 use std::time::Instant;
 
-use common::{Rng, fibonacci, front, model};
 use cullet::bounds::Aabb;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
-use cullet::cull::frustum::batch::levels;
 use cullet::hierarchy::spatial_order;
 use cullet::{Level, Mesh, MeshData};
 use cullet_methods::Bulk;
 use cullet_methods::cluster::{Bound, ClusterCut, ClusterNodes, NormalCone, join};
+use cullet_testkit::models::model;
+use cullet_testkit::vectors::{cross, fibonacci, front};
+use cullet_testkit::{Rng, at_every_level};
 
 type Corners = [[f32; 3]; 3];
 
@@ -23,13 +21,13 @@ fn sheet(rng: &mut Rng, count: usize, bend: f64) -> Vec<Vec<Corners>> {
     (0..count)
         .map(|i| {
             let turn = bend * i as f64 / count as f64;
-            let middle = [turn.sin() * 20.0, turn.cos() * 20.0, rng.unit() * 5.0];
-            (0..rng.below(6))
+            let middle = [turn.sin() * 20.0, turn.cos() * 20.0, rng.signed() * 5.0];
+            (0..rng.index(6))
                 .map(|_| {
-                    let out = [turn.sin() + rng.unit() * 0.2, turn.cos() + rng.unit() * 0.2];
-                    let out = [out[0], out[1], rng.unit() * 0.2];
-                    let u = common::cross(out, [0.0, 0.0, 1.0]);
-                    let v = common::cross(out, u);
+                    let out = [turn.sin() + rng.signed() * 0.2, turn.cos() + rng.signed() * 0.2];
+                    let out = [out[0], out[1], rng.signed() * 0.2];
+                    let u = cross(out, [0.0, 0.0, 1.0]);
+                    let v = cross(out, u);
                     let at = |a: f64, b: f64| {
                         std::array::from_fn(|k| (middle[k] + u[k] * a + v[k] * b) as f32)
                     };
@@ -68,15 +66,15 @@ fn nodes_prove_all_that_clusters_do_and_nothing_wrong() {
             let nodes = ClusterNodes::<EllipticCone>::fit(&planes);
             assert_eq!((nodes.len(), nodes.is_empty()), (count, count == 0));
             for i in 0..30 {
-                let far = 1.0 + 60.0 * rng.unit().abs();
+                let far = 1.0 + 60.0 * rng.signed().abs();
                 let d = rng.direction();
                 let eye = [d[0] * far, d[1] * far, d[2] * far, f64::from(u8::from(i % 4 != 0))];
                 let mut first: Option<[Vec<u64>; 2]> = None;
-                for (_, level) in levels() {
+                at_every_level!(|level| {
                     nodes.cull(level, eye, &mut cut);
                     let masks = [cut.culled().to_vec(), cut.front().to_vec()];
                     assert_eq!(first.get_or_insert_with(|| masks.clone()), &masks, "{level:?}");
-                }
+                });
                 check_truth(&clusters, eye, &cut);
                 let mut flat = Vec::new();
                 for (bounds, mask) in nodes.clusters().iter().zip([cut.culled(), cut.front()]) {
@@ -106,7 +104,7 @@ fn joined_planes_are_those_of_all_triangles() {
     assert_eq!((joined.len(), joined.is_complete()), (all.len(), true));
     assert!(joined.radius() >= all.radius() && joined.radius() < all.radius() * 1.000_001);
     for _ in 0..200 {
-        let e = rng.vector().map(|v| v * 50.0);
+        let e = rng.vector(1.0).map(|v| v * 50.0);
         let eye = [e[0], e[1], e[2], 1.0];
         assert_eq!(joined.height(eye), all.height(eye));
     }

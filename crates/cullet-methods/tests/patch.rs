@@ -1,14 +1,12 @@
 //! Bézier patches: a patch that is culled whole has nothing in front, on its surface or in any grid.
 
-#[path = "../../cullet/tests/backface_common/mod.rs"]
-mod common;
-
-use common::{Rng, cross, dot, fibonacci};
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet_methods::cluster::{
     Bound, EllipticConeQuantised, NoRegion, NormalCone, Pyramid, TwoWay, region,
 };
 use cullet_methods::{BezierPatch, PatchError};
+use cullet_testkit::Rng;
+use cullet_testkit::vectors::{cross, dot, fibonacci};
 
 type Point = [f64; 3];
 
@@ -59,11 +57,11 @@ fn smooth() -> [Net; 4] {
 
 /// Sheets of any degrees, bent and shaken, turned and set somewhere.
 fn random(rng: &mut Rng) -> Net {
-    let degree = [1 + rng.below(4), 1 + rng.below(4)];
-    let bend = [0.0, 0.2, 0.6, 1.2][rng.below(4)];
-    let shake = [0.0, 0.02, 0.1][rng.below(3)];
-    let size = [1e-3, 1.0, 50.0][rng.below(3)];
-    let middle = rng.vector().map(|v| v * size * [0.0, 3.0, 100.0][rng.below(3)]);
+    let degree = [1 + rng.index(4), 1 + rng.index(4)];
+    let bend = [0.0, 0.2, 0.6, 1.2][rng.index(4)];
+    let shake = [0.0, 0.02, 0.1][rng.index(3)];
+    let size = [1e-3, 1.0, 50.0][rng.index(3)];
+    let middle = rng.vector(1.0).map(|v| v * size * [0.0, 3.0, 100.0][rng.index(3)]);
     let axis = rng.direction();
     let side = cross(axis, rng.direction());
     let length = dot(side, side).sqrt().max(1e-2);
@@ -71,7 +69,7 @@ fn random(rng: &mut Rng) -> Net {
     let v = cross(axis, u);
     Net::of("random", degree, |i, j| {
         let (x, y) = (i as f64 / degree[0] as f64 - 0.5, j as f64 / degree[1] as f64 - 0.5);
-        let height = -bend * (x * x + y * y) + shake * (rng.unit() - 0.5);
+        let height = -bend * (x * x + y * y) + shake * (rng.signed() - 0.5);
         std::array::from_fn(|k| (u[k] * x + v[k] * y + axis[k] * height) * size + middle[k])
     })
 }
@@ -112,7 +110,7 @@ fn eyes(rng: &mut Rng, planes: &ClusterPlanes) -> Vec<[f64; 4]> {
             if i % 9 == 0 {
                 return [d[0], d[1], d[2], 0.0];
             }
-            let far = radius * [0.3, 0.9, 1.5, 3.0, 20.0][rng.below(5)];
+            let far = radius * [0.3, 0.9, 1.5, 3.0, 20.0][rng.index(5)];
             let p: Point = std::array::from_fn(|k| centre[k] + d[k] * far);
             [p[0], p[1], p[2], 1.0]
         })
@@ -124,7 +122,7 @@ fn a_culled_patch_has_nothing_in_front() {
     let mut rng = Rng(0x7EA9_0715);
     let nets = smooth()
         .into_iter()
-        .chain((0..120).map(|_| random(&mut Rng(rng.below(1 << 30) as u64 + 1))));
+        .chain((0..120).map(|_| random(&mut Rng(rng.index(1 << 30) as u64 + 1))));
     let nets: Vec<Net> = nets.collect();
     let (mut culled, mut bounded) = (0, 0);
     for net in &nets {

@@ -1,12 +1,9 @@
 //! Planes in 8 and 16 bytes: never a front face, the same at every level, and a floor on how much they cull.
 
-#[path = "../../cullet/tests/backface_common/mod.rs"]
-mod common;
-
-use common::{Rng, dot, front};
 use cullet::cull::Indices;
-use cullet::cull::frustum::batch::levels;
 use cullet_methods::{Bulk, Planes16, Planes32};
+use cullet_testkit::vectors::{dot, front};
+use cullet_testkit::{Rng, at_every_level};
 
 /// One form of the planes, as built and by its oracle.
 trait Form: Bulk<[f64; 4]> {
@@ -39,9 +36,9 @@ fn check<P: Form>() {
     // Triangles of all sizes and directions, some thin and some points.
     let positions: Vec<[f32; 3]> = (0..900)
         .flat_map(|i| {
-            let p = rng.vector();
+            let p = rng.vector(1.0);
             let size = [0.1, 1e-3, 0.0][usize::from(i % 9 == 0) + usize::from(i % 81 == 0)];
-            [p, rng.vector(), rng.vector()]
+            [p, rng.vector(1.0), rng.vector(1.0)]
                 .map(|v| [0, 1, 2].map(|k| (p[k] + (v[k] - p[k]) * size) as f32))
         })
         .collect();
@@ -57,7 +54,7 @@ fn check<P: Form>() {
         let expected = planes.oracle(eye);
         let ones: u64 = expected.iter().map(|w| u64::from(w.count_ones())).sum();
         let bit = |t: usize| expected[t / 64] >> (t % 64) & 1 == 1;
-        for (name, level) in levels() {
+        at_every_level!(|name, level| {
             let (mut mask, mut kept) = (vec![!0; 100], Indices::new());
             planes.cull(level, eye, &mut mask);
             assert_eq!(mask, expected, "{name}");
@@ -72,7 +69,7 @@ fn check<P: Form>() {
                 let list = (0..900).filter(|t| wanted(t) && !bit(*t)).map(|t| t as u32);
                 assert!(kept.iter().copied().eq(list), "{name}, {words:x}");
             }
-        }
+        });
         for t in 0..900 {
             let corners = [0, 1, 2].map(|k| positions[t * 3 + k]);
             let (value, size) = front(corners, eye);

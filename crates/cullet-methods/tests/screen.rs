@@ -1,12 +1,9 @@
 //! The form after projection against the exact oracle and the form in object space.
 
-#[path = "../../cullet/tests/backface_common/inputs.rs"]
-mod inputs;
-
 use cullet::cull::backface::{Facing, ObjectEye, facing_ref};
 use cullet::{CullFace, Depth, FrontFace, Transform, View};
 use cullet_methods::screen::{flips_winding, screen_facing};
-use inputs::{corners, transform, view};
+use cullet_testkit::strategies::{corners, distant_transform, distant_view};
 use proptest::prelude::*;
 
 /// The corners in clip space, as a renderer in f64 would have them.
@@ -40,7 +37,7 @@ proptest! {
     /// Nothing is called front or back, what matters to verification, that an f64 renderer might see the
     /// other way round.
     #[test]
-    fn what_is_decided_is_seen_so_after_projection(view in view(), transform in transform(), corners in corners()) {
+    fn what_is_decided_is_seen_so_after_projection(view in distant_view(), transform in distant_transform(), corners in corners()) {
         let facing = ObjectEye::of_view(&view, &transform).facing(&corners);
         if facing != Facing::Edge {
             for clip in [clip, clip_combined] {

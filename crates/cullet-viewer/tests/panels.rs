@@ -1,9 +1,8 @@
 //! Panels without a window: keys are pressed and buttons clicked as a user would, and what comes of it is read.
 
-mod common;
-
 use std::time::{Duration, Instant};
 
+use cullet_testkit::soups::lumpy_ball_as_obj;
 use cullet_viewer::compose::{Composition, compose};
 use cullet_viewer::session::{STOPS, Session, funnel_json};
 use cullet_viewer::state::GhostForm;
@@ -214,7 +213,7 @@ fn on_a_telephone_no_window_is_cut_off_and_the_tour_covers_no_map() {
 #[test]
 fn one_click_culls_the_back_faces_of_an_open_mesh() {
     let mut panels = Panels::open("city:sub=1", "");
-    panels.session.open(bytes("ball.obj", common::ball(2).as_bytes()));
+    panels.session.open(bytes("ball.obj", lumpy_ball_as_obj(2).as_bytes()));
     while panels.session.loading().is_some() {
         panels.frame(Vec::new());
     }

@@ -1,12 +1,11 @@
 //! Sides and first sight: a closed model opens with its back faces culled, an open one says why they are kept and is
 //! culled as soon as it is taken for one-sided.
 
-mod common;
-
 use std::time::{Duration, Instant};
 
-use common::{ball, data};
 use cullet::{Output, ViewState, Visible};
+use cullet_testkit::data;
+use cullet_testkit::soups::lumpy_ball_as_obj as ball;
 use cullet_viewer::camera::Rig;
 use cullet_viewer::compose::{Role, compose};
 use cullet_viewer::session::Session;

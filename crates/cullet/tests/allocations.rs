@@ -1,11 +1,5 @@
 //! Culling allocates nothing once its state has grown.
 
-mod common;
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicU64, Ordering};
-
-use common::{Rng, random_scene, random_view};
 use cullet::bounds::Aabb;
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Coherent;
@@ -15,24 +9,10 @@ use cullet::{
     Culler, DrawList, Instance, Level, Output, Preparation, Scene, Transform, View, ViewState,
     Visible,
 };
-
-struct Counting;
-
-static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promised.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promised.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use cullet_testkit::memory::{Counting, allocations_of};
+use cullet_testkit::scenes::random_scene;
+use cullet_testkit::views::{looking_down_z, random_view};
+use cullet_testkit::{Rng, meshes};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -56,17 +36,17 @@ fn steady_state_allocates_nothing() {
             culler.cull_one(&scene, view, &mut state, &mut result);
             fill(&result);
         }
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
-        for view in &views {
-            culler.cull_one(&scene, view, &mut state, &mut result);
-            fill(&result);
-        }
-        let after = ALLOCATIONS.load(Ordering::Relaxed);
-        assert_eq!(after - before, 0, "{output:?}");
+        let ((), allocations) = allocations_of(|| {
+            for view in &views {
+                culler.cull_one(&scene, view, &mut state, &mut result);
+                fill(&result);
+            }
+        });
+        assert_eq!(allocations, 0, "{output:?}");
     }
     // Solids beyond the near plane: one that crosses it is cut, which takes memory of its own.
     let mut solids = Scene::new();
-    let mesh = solids.add_mesh(common::tetrahedron());
+    let mesh = solids.add_mesh(meshes::tetrahedron());
     for i in 0..400 {
         let place = [rng.range(-6.0, 6.0), rng.range(-6.0, 6.0), -8.0 - f64::from(i) * 0.1];
         solids.add(Instance::new(mesh, Transform::from_translation(place))).expect("few");
@@ -79,12 +59,11 @@ fn steady_state_allocates_nothing() {
         ..Culler::default()
     };
     let (mut state, mut result) = (ViewState::default(), Visible::default());
-    let view = common::looking_down_z();
+    let view = looking_down_z();
     culler.cull_one(&solids, &view, &mut state, &mut result);
     assert!(result.funnel.occlusion.drawn > 10, "{:?}", result.funnel.occlusion);
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    culler.cull_one(&solids, &view, &mut state, &mut result);
-    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 0, "occlusion");
+    let again = || culler.cull_one(&solids, &view, &mut state, &mut result);
+    assert_eq!(allocations_of(again).1, 0, "occlusion");
 
     let boxes: Vec<Aabb> = (0..60_000)
         .map(|_| rng.vector(60.0).map(|v| v as f32))
@@ -102,12 +81,10 @@ fn steady_state_allocates_nothing() {
                 answered += coherent.answered();
             }
         }
-        ALLOCATIONS.load(Ordering::Relaxed)
     };
     // Two results take turns, and each may have to grow.
     pass();
-    let grown = pass();
-    assert_eq!(pass() - grown, 0, "coherent");
+    pass();
+    assert_eq!(allocations_of(pass).1, 0, "coherent");
     assert!(answered > 0);
-    assert!(ALLOCATIONS.load(Ordering::Relaxed) > 0, "the allocator counts");
 }

@@ -1,12 +1,10 @@
 //! Back-face tests against the exact oracle.
 
-#[path = "backface_common/inputs.rs"]
-mod inputs;
-
 use cullet::cull::backface::{Facing, ObjectEye, facing_ref};
 use cullet::cull::degenerate::{self, Flattening};
 use cullet::{CullFace, FrontFace, Transform};
-use inputs::{corners, transform, view};
+use cullet_testkit::strategies::{corners, distant_transform, distant_view};
+use cullet_testkit::vectors::fibonacci;
 use proptest::prelude::*;
 
 proptest! {
@@ -15,7 +13,7 @@ proptest! {
     /// Nothing is called front or back that the exact answer does not call so. (That no renderer in f64 sees it
     /// the other way round is tested in `cullet-methods`, with the form after projection.)
     #[test]
-    fn what_is_decided_is_right(view in view(), transform in transform(), corners in corners()) {
+    fn what_is_decided_is_right(view in distant_view(), transform in distant_transform(), corners in corners()) {
         let facing = ObjectEye::of_view(&view, &transform).facing(&corners);
         if facing != Facing::Edge {
             prop_assert_eq!(facing, facing_ref(&view, &transform, &corners));
@@ -23,7 +21,7 @@ proptest! {
     }
 
     #[test]
-    fn flattening_equals_the_oracle(transform in transform(), corners in corners(), snap: bool) {
+    fn flattening_equals_the_oracle(transform in distant_transform(), corners in corners(), snap: bool) {
         let corners = if snap { corners.map(|p| p.map(|v| (v * 2.0).round())) } else { corners };
         let flat = Flattening::of(&transform);
         prop_assert_eq!(flat.flattens(&corners), degenerate::flattens_ref(&transform, &corners));
@@ -61,10 +59,7 @@ fn sphere_of_triangles() -> (Vec<[f32; 3]>, Vec<u32>) {
     let (mut positions, mut indices) = (Vec::new(), Vec::new());
     let n = 1000;
     for i in 0..n {
-        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
-        let (s, c) = (f64::from(i) * 2.399_963_229_728_653).sin_cos();
-        let r = (1.0 - z * z).sqrt();
-        let normal = glam::DVec3::new(r * c, r * s, z);
+        let normal = glam::DVec3::from(fibonacci(i, n));
         let u = normal.any_orthonormal_vector();
         let v = normal.cross(u);
         for p in [normal, normal + u * 0.01, normal + v * 0.01] {

@@ -1,23 +1,21 @@
 //! Normal masks and quantised planes: never a front face, the same at every level, and a floor on how
 //! much they cull.
 
-mod backface_common;
-
-use backface_common::{Rng, cross, dot, front};
 use cullet::Level;
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
 use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, ViewCone};
-use cullet::cull::frustum::batch::levels;
+use cullet_testkit::vectors::{cross, dot, front};
+use cullet_testkit::{Rng, at_every_level};
 
 /// Small triangles all over a sphere, some of them slivers or points, wound outward.
 fn triangles(rng: &mut Rng, count: usize) -> (Vec<[f32; 3]>, Vec<u32>) {
     let mut positions = Vec::new();
     for i in 0..count {
-        let p = rng.vector();
+        let p = rng.vector(1.0);
         let length = dot(p, p).sqrt().max(1e-9);
         let p = p.map(|v| v / length);
-        let (mut u, mut v) = (rng.vector(), rng.vector());
+        let (mut u, mut v) = (rng.vector(1.0), rng.vector(1.0));
         let size = if i % 50 == 0 { 1e-7 } else { 0.05 };
         for e in [&mut u, &mut v] {
             let along = dot(*e, p) * 0.7;
@@ -56,14 +54,14 @@ fn nothing_in_front_is_culled() {
     let (mut exact, mut by8, mut by_mask) = (0, 0, 0);
     for round in 0..200 {
         let far = if round % 10 == 0 { 0.5 } else { 1.2 + f64::from(round) * 0.02 };
-        let d = rng.vector();
+        let d = rng.vector(1.0);
         let length = dot(d, d).sqrt();
         let d = d.map(|v| v / length * far);
         let eye = [d[0], d[1], d[2], if round % 7 == 0 { 0.0 } else { 1.0 }];
         let cone = ViewCone::to_sphere(eye, &sphere);
         assert_eq!(cone.is_some(), far > 1.1 || eye[3] == 0.0, "nothing is culled from inside");
         let mut answers: Vec<(&str, Vec<u64>)> = Vec::new();
-        for (level_name, level) in levels() {
+        at_every_level!(|level_name, level| {
             for (grid, masks) in grids.iter().zip(&masks) {
                 let mask = grid.mask(level, cone.as_ref());
                 assert!(cone.is_some() || mask == BackfaceMask::NOTHING);
@@ -81,7 +79,7 @@ fn nothing_in_front_is_culled() {
             planes8.cull_words(level, &prepared, 46, &mut word);
             assert_eq!(word[0], culled[46], "{level_name}");
             answers.push(("8", culled));
-        }
+        });
         for t in 0..3000 {
             let (value, size) = front(corners(t), eye);
             exact += u64::from(value < 0.0);
@@ -125,12 +123,12 @@ fn lists_are_appended_in_any_pieces() {
         .map(|i| match i % 4 {
             0 => 0,
             1 => u64::MAX,
-            _ => (rng.below(1 << 30) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15),
+            _ => (rng.index(1 << 30) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15),
         })
         .collect();
     let expected: Vec<u32> =
         (0..40 * 64).filter(|&i| words[i as usize / 64] >> (i % 64) & 1 == 1).collect();
-    for (name, level) in levels() {
+    at_every_level!(|name, level| {
         let mut list = Indices::new();
         for piece in [1, 7, 40] {
             list.clear();
@@ -139,5 +137,5 @@ fn lists_are_appended_in_any_pieces() {
             }
             assert_eq!(*list, *expected, "{name}, {piece} at once");
         }
-    }
+    });
 }

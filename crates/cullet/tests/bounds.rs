@@ -1,12 +1,11 @@
 //! Bounds fitted to points, joined and converted: what they must hold they hold.
 
-mod view_common;
-
 use cullet::Transform;
-use cullet::bounds::{Aabb, Obb, Plane, Side, Sphere};
+use cullet::bounds::{Aabb, Boxes, Obb, Plane, Side, Sphere};
+use cullet_testkit::at_every_level;
+use cullet_testkit::strategies::*;
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
-use view_common::*;
 
 type Points = Vec<[f32; 3]>;
 
@@ -73,7 +72,7 @@ fn smallest_radius(points: &[[f32; 3]]) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(cases(300))]
+    #![proptest_config(config(300))]
 
     #[test]
     fn a_sphere_holds_its_points(points in points()) {
@@ -240,4 +239,25 @@ fn what_is_not_finite_stays_everything() {
     assert_eq!(t.transform_sphere(&Sphere::EMPTY, [0.0; 3]), Sphere::EMPTY);
     assert_eq!(t.transform_box_oriented(&Aabb::EMPTY, [0.0; 3]), Obb::EMPTY);
     assert_eq!(t.transform_box_oriented(&Aabb::EVERYTHING, [0.0; 3]), Obb::EVERYTHING);
+}
+
+#[test]
+fn gathered_boxes_are_those_set_one_by_one() {
+    let mut items: Vec<_> = (0..100)
+        .map(|i| i as f32 * 1e-3 * (-1.5f32).powi(i))
+        .map(|v| Aabb::new([v, -v.abs(), v], [v, v.abs() + 1.0, v + 1e-30]))
+        .collect();
+    items[40] = Aabb::EMPTY;
+    items[41] = Aabb::EVERYTHING;
+    items[42].max[1] = f32::NAN;
+    items[60] = Aabb::new([1.0; 3], [1.0_f32.next_down(); 3]);
+    items[90].min[2] = -1e18;
+    let order: Vec<_> = (0..95).map(|i| i * 37 % 100).collect();
+    at_every_level!(|level| {
+        let mut gathered = Boxes::new();
+        gathered.gather(level, &items, &order);
+        let mut one_by_one = Boxes::new();
+        order.iter().for_each(|&i| one_by_one.push(&items[i as usize]));
+        assert_eq!(gathered.as_floats(), one_by_one.as_floats());
+    });
 }

@@ -1,16 +1,16 @@
 //! Bounds against frusta: the certain answers are true, the `_ref` forms agree, and enough is culled.
 
-mod frustum_oracles;
-mod view_common;
-
 use cullet::bounds::{Aabb, Obb, Plane, Side, Sphere};
 use cullet::cull::frustum::exact::ExactFrustum;
 use cullet::cull::frustum::single::{classify_aabb, classify_obb, classify_sphere};
 use cullet::{Camera, Frustum};
-use frustum_oracles::{classify_aabb_ref, classify_obb_ref, classify_sphere_ref, intersects_ref};
+use cullet_testkit::Rng;
+use cullet_testkit::oracles::frustum::{
+    classify_aabb_ref, classify_obb_ref, classify_sphere_ref, intersects_ref,
+};
+use cullet_testkit::strategies::*;
 use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
-use view_common::*;
 
 /// A camera at any scale, its frustum, and a box, a turned box and a sphere somewhere around it.
 #[derive(Debug, Clone)]
@@ -92,7 +92,7 @@ fn check(
 }
 
 proptest! {
-    #![proptest_config(cases(600))]
+    #![proptest_config(config(600))]
 
     #[test]
     fn certain_answers_about_boxes_are_true_and_those_of_the_ref(c in case()) {
@@ -187,18 +187,6 @@ proptest! {
     }
 }
 
-/// Deterministic numbers in 0..1 (the generator of `SplitMix64`).
-fn numbers(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ z >> 31) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 #[test]
 fn enough_is_culled_and_the_exact_test_leaves_none_in_vain() {
     // Keeping everything would pass every test above; these floors are what was measured, less a little.
@@ -206,10 +194,10 @@ fn enough_is_culled_and_the_exact_test_leaves_none_in_vain() {
         .unwrap();
     let f = view.frustum();
     let exact = ExactFrustum::new(&f);
-    let mut next = numbers(7);
+    let mut rng = Rng(7);
     let (mut outside, mut by_planes, mut by_exact, mut by_spheres, total) = (0, 0, 0, 0, 20_000);
     for _ in 0..total {
-        let mut coordinate = |reach: f64| (next() * 2.0 - 1.0) * reach;
+        let mut coordinate = |reach: f64| rng.range(-reach, reach);
         let m = DVec3::new(coordinate(150.0), coordinate(150.0), coordinate(150.0));
         let h = DVec3::new(coordinate(40.0), coordinate(40.0), coordinate(40.0)).abs();
         let b = Aabb::rounded_out((m - h).into(), (m + h).into());

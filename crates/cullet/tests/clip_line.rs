@@ -3,15 +3,8 @@
 use cullet::Depth;
 use cullet::clip::line::{at, clip_line_ref};
 use cullet::clip::{HalfSpace, Region, Window, space};
+use cullet_testkit::strategies::{number, point};
 use proptest::prelude::*;
-
-fn number() -> impl Strategy<Value = f64> {
-    prop_oneof![(-4..=4_i32).prop_map(f64::from), -4.0..4.0f64]
-}
-
-fn point<const D: usize>() -> impl Strategy<Value = [f64; D]> {
-    prop::collection::vec(number(), D).prop_map(|v| std::array::from_fn(|i| v[i]))
-}
 
 /// Equal but for rounding; a sliver that rounding hides may be there or not.
 fn alike(found: Option<[f64; 2]>, exact: Option<[f64; 2]>) -> bool {

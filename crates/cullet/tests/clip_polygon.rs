@@ -4,16 +4,8 @@ use cullet::bounds::Plane;
 use cullet::clip::polygon::clip_polygon_ref;
 use cullet::clip::{Clipper, GuardBand, HalfSpace, Region, space};
 use cullet::{Depth, Frustum};
+use cullet_testkit::strategies::{number, point};
 use proptest::prelude::*;
-
-/// Numbers of which many coincide, so that vertices lie on planes; and numbers of which none do.
-fn number() -> impl Strategy<Value = f64> {
-    prop_oneof![(-4..=4_i32).prop_map(f64::from), -4.0..4.0f64]
-}
-
-fn point<const D: usize>() -> impl Strategy<Value = [f64; D]> {
-    prop::collection::vec(number(), D).prop_map(|v| std::array::from_fn(|i| v[i]))
-}
 
 fn region<const D: usize>(planes: usize) -> impl Strategy<Value = Region<f64, D>> {
     prop::collection::vec((point::<D>(), number()), 0..=planes).prop_map(|sides| {

@@ -1,23 +1,17 @@
 //! The fast way to cull back faces against the exact one: the same triangles by triangle, and a part of
 //! them by cluster.
 
-mod common;
-
-use common::{Rng, listed, random_scene, random_view};
 use cullet::cull::backface::{Facing, ObjectEye, ViewEye};
 use cullet::mesh::Part;
 use cullet::{
     Backface, Camera, CullFace, Culler, Depth, FrontFace, Instance, Mesh, MeshData, Output,
-    Preparation, Prepared, Projection, Reason, Scene, Stage, Transform, Unit, View, ViewState,
-    Visible,
+    Preparation, Prepared, Projection, Reason, Scene, Stage, Transform, Unit, View, Visible,
 };
+use cullet_testkit::answers::{cull, listed};
+use cullet_testkit::scenes::random_scene;
+use cullet_testkit::views::random_view;
+use cullet_testkit::{Rng, at_every_level, meshes};
 use proptest::prelude::*;
-
-fn cull(culler: &Culler, scene: &Scene, view: &View) -> Visible {
-    let mut result = Visible::default();
-    culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
-    result
-}
 
 fn by(backface: Backface, output: Output) -> Culler {
     Culler { backface, output, reasons: true, ..Culler::default() }
@@ -47,12 +41,7 @@ fn ball(rings: u32, bumps: f64, centre: [f64; 3]) -> Mesh {
             indices.extend([a, b, c, b, d, c]);
         }
     }
-    one_sided(positions, indices)
-}
-
-fn one_sided(positions: Vec<[f32; 3]>, indices: Vec<u32>) -> Mesh {
-    let parts = vec![Part { triangle_count: (indices.len() / 3) as u32, ..Part::default() }];
-    Mesh::new(MeshData { positions, indices, parts, ..MeshData::default() }).expect("a good mesh")
+    meshes::one_sided((positions, indices))
 }
 
 fn alone(mesh: Mesh, transform: Transform) -> Scene {
@@ -171,11 +160,11 @@ fn every_simd_level_culls_the_same() {
         let view = random_view(&mut rng);
         for output in [Output::Clusters, Output::Triangles] {
             for way in [Backface::Fast, Backface::Masks] {
-                let answers: Vec<Visible> = common::levels()
-                    .into_iter()
-                    .map(|level| cull(&Culler { level, ..by(way, output) }, &scene, &view))
-                    .collect();
-                assert!(answers.windows(2).all(|w| w[0] == w[1]));
+                let expected = cull(&by(way, output), &scene, &view);
+                at_every_level!(|level| {
+                    let culled = cull(&Culler { level, ..by(way, output) }, &scene, &view);
+                    assert!(culled == expected);
+                });
             }
         }
     }
@@ -197,7 +186,7 @@ fn leaf(degenerate: bool) -> Mesh {
     if degenerate {
         indices.extend([0, 0, 1]);
     }
-    one_sided(positions, indices)
+    meshes::one_sided((positions, indices))
 }
 
 #[test]

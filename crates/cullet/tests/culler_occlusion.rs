@@ -1,8 +1,5 @@
 //! The culler's occlusion stage: what it drops and says, and that nothing but the scene and the view matters.
 
-mod common;
-
-use common::Rng;
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Occluder, Occlusion, Shape};
 use cullet::mesh::Part;
@@ -11,6 +8,8 @@ use cullet::{
     MeshData, Output, Preparation, Projection, Reason, Scene, Stage, Transform, Unit, View,
     ViewState, Visible,
 };
+use cullet_testkit::Rng;
+use cullet_testkit::answers::{cull, listed, slots};
 
 const HIDDEN: Option<Reason> = Some(Reason { stage: Stage::Occlusion, detail: 0 });
 
@@ -50,12 +49,6 @@ fn view() -> View {
 
 fn culler() -> Culler {
     Culler { occlusion: Some(Occlusion::default()), reasons: true, ..Culler::default() }
-}
-
-fn cull(culler: &Culler, scene: &Scene, view: &View) -> Visible {
-    let mut result = Visible::default();
-    culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
-    result
 }
 
 /// A wall before three cubes, and a cube beside it.
@@ -98,7 +91,7 @@ fn what_is_behind_a_wall_goes_and_the_funnel_counts_it() {
     let s = street();
     for output in [Output::Instances, Output::Clusters, Output::Triangles] {
         let result = cull(&Culler { output, ..culler() }, &s.scene, &view());
-        assert_eq!(common::slots(&result).len(), 2);
+        assert_eq!(slots(&result).len(), 2);
         let row = result.funnel.rows.iter().find(|r| r.stage == Stage::Occlusion).unwrap();
         assert_eq!((row.unit, row.entered.instances, row.left.instances), (Unit::Instances, 5, 2));
         let work = result.funnel.occlusion;
@@ -383,7 +376,7 @@ fn hidden_clusters_go_and_others_stay() {
     let clusters = row(Unit::Clusters);
     assert!(clusters.dropped().clusters > 10, "{clusters:?}");
     // The wall as a box; what is dropped must lie behind it, corner by corner.
-    let listed = common::listed(&result);
+    let listed = listed(&result);
     let mesh = s.scene.mesh(slot);
     let eye = [0.3, 0.1, 10.0];
     let (mut kept, mut dropped) = (0, 0);

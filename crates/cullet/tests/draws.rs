@@ -7,18 +7,17 @@ use cullet::{
     Culler, DrawCommand, DrawKey, DrawList, DrawState, Instance, InstanceFlags, Mesh, MeshData,
     MeshPlace, Output, Preparation, Scene, Transform, ViewState, Visible,
 };
-
-mod common;
-
-use common::{Rng, random_culler, random_view};
+use cullet_testkit::scenes::random_scene;
+use cullet_testkit::views::{looking_down_z, random_culler, random_view};
+use cullet_testkit::{Rng, meshes};
 
 /// Triangles by slot and original number, and how often each is drawn.
 type Drawn = BTreeMap<(u32, [u32; 3]), u32>;
 
 /// A ball in four parts of all classes, among others.
 fn scene(rng: &mut Rng) -> Scene {
-    let mut scene = common::random_scene(rng, 40);
-    let ball = common::ball(24).to_data();
+    let mut scene = random_scene(rng, 40);
+    let ball = meshes::ball(24).to_data();
     let quarter = ball.indices.len() as u32 / 12;
     let part = |n: u32, alpha, two_sided, material| Part {
         first_triangle: n * quarter,
@@ -180,7 +179,7 @@ fn an_empty_answer_has_no_draws_and_meshes_without_a_place_begin_at_zero() {
     assert!(list.commands.is_empty() && list.instances.is_empty());
     let everything = Culler { frustum: false, output: Output::Instances, ..Culler::default() };
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
-    everything.cull_one(&scene, &common::looking_down_z(), &mut state, &mut visible);
+    everything.cull_one(&scene, &looking_down_z(), &mut state, &mut visible);
     list.fill(&scene, &visible, &[]);
     let mut firsts = list.keys.iter().zip(&list.commands).filter(|(key, _)| key.part == 0);
     assert!(firsts.all(|(_, command)| (command.first_index, command.base_vertex) == (0, 0)));

@@ -1,26 +1,19 @@
 //! The funnel counts what each stage took, triangle for triangle.
 
-#[path = "common/alone.rs"]
-mod alone;
-mod common;
-
-use alone::{check_rows, fates, fates_alone, telling};
-use common::{Rng, random_culler, random_scene, random_view};
 use cullet::cull::detail::Detail;
 use cullet::cull::occlusion::Occlusion;
-use cullet::{Culler, Instance, Output, Scene, Stage, Unit, View, ViewState, Visible};
-
-fn cull(culler: &Culler, scene: &Scene, view: &View) -> Visible {
-    let mut result = Visible::default();
-    culler.cull_one(scene, view, &mut ViewState::default(), &mut result);
-    result
-}
+use cullet::{Culler, Instance, Output, Scene, Stage, Unit};
+use cullet_testkit::answers::cull;
+use cullet_testkit::oracles::alone::{check_rows, fates, fates_alone, telling};
+use cullet_testkit::scenes::random_scene;
+use cullet_testkit::views::{random_culler, random_view};
+use cullet_testkit::{Rng, meshes};
 
 /// Settings of all kinds.
 /// Two balls of many clusters beside the others, so that clusters go as well.
 fn scene(rng: &mut Rng) -> Scene {
     let mut scene = random_scene(rng, 14);
-    let ball = scene.add_mesh(common::ball(24));
+    let ball = scene.add_mesh(meshes::ball(24));
     for _ in 0..3 {
         let scale = [rng.range(0.5, 9.0) as f32; 3];
         let at = rng.vector(9.0);
@@ -186,7 +179,7 @@ fn counts_follow_the_scene() {
                 }
                 3 => scene.set_layers(handle, 1 << rng.below(3)).expect("it is there"),
                 4 => {
-                    let mesh = common::blob(&mut rng);
+                    let mesh = meshes::blob(&mut rng);
                     scene.edit_mesh(rng.below(4) as u32, |m| *m = mesh);
                 }
                 5 => scene.edit_meshes(|_, mesh| mesh.set_two_sided(true)),

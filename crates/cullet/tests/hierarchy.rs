@@ -1,10 +1,7 @@
 //! The hierarchy under random treatment: always valid, and its walk always the answer of a flat sweep.
 
-mod common;
-
 use std::collections::HashMap;
 
-use common::{Rng, random_box, random_planes};
 use cullet::Level;
 use cullet::bounds::{Aabb, Boxes, Side};
 use cullet::cull::Indices;
@@ -13,11 +10,13 @@ use cullet::cull::frustum::tree::{CullJob, Cut, Trace};
 use cullet::hierarchy::{
     BuildJob, Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order,
 };
+use cullet_testkit::views::{looking_down_z, random_box, random_planes};
+use cullet_testkit::{Rng, at_every_level};
 
 /// The walk says what the sweep says, in every form, at every level.
 fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
     let words = mask_words(boxes.len());
-    for level in common::levels() {
+    at_every_level!(|level| {
         let (mut visible, mut inside) = (vec![0; words], vec![0; words]);
         batch::classify_boxes(level, planes, boxes, 0, &mut visible, &mut inside);
         cut.cull(level, planes, nodes, boxes);
@@ -63,7 +62,7 @@ fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
             ranges.extend(first..first + count);
         });
         assert_eq!(ranges, *swept);
-    }
+    });
 }
 
 #[test]
@@ -349,7 +348,7 @@ fn a_stale_node_is_found() {
 #[test]
 fn a_million_alike_and_a_world_of_one() {
     let one = Aabb::new([0.0, 0.0, -5.0], [1.0, 1.0, -4.0]);
-    let planes = Planes::new(&common::looking_down_z().frustum());
+    let planes = Planes::new(&looking_down_z().frustum());
     for len in [1, 1_000_000] {
         let (h, _) = Hierarchy::build(&vec![one; len]).expect("fits");
         let mut cut = Cut::new();

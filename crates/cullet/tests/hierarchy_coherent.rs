@@ -1,15 +1,13 @@
 //! A view that moves: the coherent walk gives the answers of a cold one in every frame, and asks less.
 
-mod common;
-
 use std::time::Instant;
 
-use common::Rng;
 use cullet::bounds::{Aabb, Plane};
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::{Coherent, Cut};
 use cullet::hierarchy::{Handle, Hierarchy};
 use cullet::{Camera, Frustum, Level, Projection};
+use cullet_testkit::{Rng, at_every_level};
 use glam::{DQuat, DVec3};
 
 fn random_box(rng: &mut Rng) -> Aabb {
@@ -112,7 +110,7 @@ fn a_wandering_view_sees_what_a_cold_one_sees() {
     let mut rng = Rng(31);
     for count in [0, 5, 16, 17, 300, 5000, 30_000] {
         let (h, _) = world(&mut rng, count);
-        for level in common::levels() {
+        at_every_level!(|level| {
             let (mut walker, mut state, mut answered) = (Walker::new(), Coherent::new(), 0);
             for _ in 0..150 {
                 walker.wander(&mut rng);
@@ -120,7 +118,7 @@ fn a_wandering_view_sees_what_a_cold_one_sees() {
                 answered += same(level, &planes, &h, 0, &mut state);
             }
             assert!(count < 300 || answered > count / 64, "{answered} of {count}");
-        }
+        });
     }
 }
 

@@ -1,8 +1,5 @@
 //! Meshes: construction, clusters, topology and repair, on shapes made here.
 
-#[path = "mesh_support/mod.rs"]
-mod support;
-
 use std::collections::BTreeMap;
 
 use cullet::bounds::{Aabb, Boxes};
@@ -11,8 +8,8 @@ use cullet::mesh::{
     Part, Topology, is_degenerate, orient_triangles,
 };
 use cullet::{Mesh, MeshData};
+use cullet_testkit::soups::{Soup, ball_at, block, join, terrain, turned};
 use proptest::prelude::*;
-use support::{Soup, ball, block, join, terrain, turned};
 
 fn data((positions, indices): Soup) -> MeshData {
     MeshData { positions, indices, ..MeshData::default() }
@@ -226,13 +223,13 @@ fn every_reason_not_to_be_solid() {
 #[test]
 fn a_cavity_is_not_an_inward_shell() {
     let room = |inner| join([block([0.0; 3], [10.0; 3]), inner]);
-    let hollow = room(turned(ball([5.0; 3], 3.0, 8)));
+    let hollow = room(turned(ball_at([5.0; 3], 3.0, 8)));
     assert_eq!(Topology::of(&hollow.0, &hollow.1).solid(), Ok(()));
     // A body in the cavity is right outward, and wrong inward.
-    let body = |inner| join([room(turned(ball([5.0; 3], 3.0, 8))), inner]);
-    let good = body(ball([5.0; 3], 1.0, 6));
+    let body = |inner| join([room(turned(ball_at([5.0; 3], 3.0, 8))), inner]);
+    let good = body(ball_at([5.0; 3], 1.0, 6));
     assert_eq!(Topology::of(&good.0, &good.1).solid(), Ok(()));
-    let bad = body(turned(ball([5.0; 3], 1.0, 6)));
+    let bad = body(turned(ball_at([5.0; 3], 1.0, 6)));
     assert_eq!(Topology::of(&bad.0, &bad.1).inward_shells, 1);
     // Beside it on the same wall: touching is not being inside.
     let touching = room(turned(block([10.0, 2.0, 2.0], [11.0, 3.0, 3.0])));
@@ -278,10 +275,10 @@ fn repair_turns_what_is_wrong_and_nothing_else() {
     let mut soup = join([
         block([0.0; 3], [10.0; 3]),
         // A cavity, rightly inward, and a body in it, wrongly so.
-        turned(ball([5.0; 3], 3.0, 8)),
+        turned(ball_at([5.0; 3], 3.0, 8)),
         turned(block([4.5; 3], [5.5; 3])),
         // Beside it: wholly inward; and with two triangles turned.
-        turned(ball([20.0, 5.0, 5.0], 2.0, 6)),
+        turned(ball_at([20.0, 5.0, 5.0], 2.0, 6)),
         block([30.0; 3], [31.0; 3]),
         // An open sheet with one triangle turned.
         terrain(4),
@@ -304,7 +301,7 @@ fn repair_turns_what_is_wrong_and_nothing_else() {
 
 #[test]
 fn an_oriented_mesh_keeps_its_clusters_and_numbers() {
-    let source = data(turned(ball([1.0, 2.0, 3.0], 2.0, 20)));
+    let source = data(turned(ball_at([1.0, 2.0, 3.0], 2.0, 20)));
     let mesh = Mesh::new(source).expect("valid");
     assert!(matches!(mesh.solid(), Err(NotSolid::Inward { .. })));
     let (fixed, repair) = mesh.clone().oriented();
@@ -397,7 +394,7 @@ proptest! {
     #[test]
     fn repair_undoes_any_turning_of_a_solid(turn in prop::collection::vec(any::<bool>(), 128)) {
         // The larger part of each shell decides nothing here: the volume does.
-        let good = join([ball([0.0; 3], 2.0, 5), block([5.0; 3], [6.0; 3])]);
+        let good = join([ball_at([0.0; 3], 2.0, 5), block([5.0; 3], [6.0; 3])]);
         let mut soup = good.clone();
         for (triangle, turn) in soup.1.chunks_exact_mut(3).zip(&turn) {
             if *turn {

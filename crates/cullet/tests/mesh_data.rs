@@ -1,15 +1,12 @@
 //! Topology and clusters of the shared test models, against the table in their README.
 
-#[path = "mesh_support/mod.rs"]
-mod support;
-
 use cullet::mesh::{NotSolid, Topology};
 use cullet::{Mesh, MeshData};
-use support::read;
+use cullet_testkit::models::model;
 
 /// Triangles, boundary edges and non-manifold edges, as the README has them by index.
 fn counts(name: &str, expected: [u32; 3]) -> Option<Topology> {
-    let (positions, indices) = read(name)?;
+    let (positions, indices) = model(name)?;
     let t = Topology::of_indices(&positions, &indices);
     let triangles = (indices.len() / 3) as u32;
     assert_eq!([triangles, t.boundary_edges, t.non_manifold_edges], expected, "{name}");
@@ -61,7 +58,7 @@ fn closed_models_are_solids() {
         ("classic-meshes/rocker-arm.obj", 20_088),
     ];
     for (name, triangles) in models {
-        let Some((positions, indices)) = read(name) else { continue };
+        let Some((positions, indices)) = model(name) else { continue };
         let mesh = Mesh::new(MeshData { positions, indices, ..MeshData::default() }).expect(name);
         assert_eq!((mesh.triangle_count(), mesh.solid()), (triangles, Ok(())), "{name}");
         let turned = mesh.clone().oriented().1.triangles_turned;
@@ -73,7 +70,7 @@ fn closed_models_are_solids() {
 
 #[test]
 fn the_truck_is_made_consistent_where_it_can_be() {
-    let Some((positions, indices)) = read("broken/truck-misoriented.obj") else { return };
+    let Some((positions, indices)) = model("broken/truck-misoriented.obj") else { return };
     let mesh = Mesh::new(MeshData { positions, indices, ..MeshData::default() }).expect("valid");
     let before = mesh.topology();
     let (fixed, repair) = mesh.oriented();

@@ -1,10 +1,11 @@
 //! Batches of boxes get the answer of one box at a time, at every SIMD level, with nodes or without.
 
 use cullet::bounds::{Aabb, Boxes};
-use cullet::cull::frustum::batch::{levels, mask_words};
+use cullet::cull::frustum::batch::mask_words;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Verdict};
 use cullet::hierarchy::{Nodes, spatial_order};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet_testkit::at_every_level;
 use proptest::prelude::*;
 
 fn view(orthographic: bool, depth: Depth, eye: [f64; 3]) -> View {
@@ -91,7 +92,7 @@ proptest! {
             let words = mask_words(boxes.len());
             let asked = vec![u64::MAX; words];
             let mut before = None;
-            for (name, level) in levels() {
+            at_every_level!(|name, level| {
                 let (mut visible, mut hidden) = (vec![0; words], vec![0; words]);
                 buffer.ask_boxes(level, &boxes, 0, &asked, &mut visible, &mut hidden);
                 for (i, verdict) in alone.iter().enumerate() {
@@ -127,7 +128,7 @@ proptest! {
                 }
                 let answer = (visible, hidden);
                 prop_assert_eq!(before.get_or_insert(answer.clone()), &answer, "{}", name);
-            }
+            });
         }
     }
 }

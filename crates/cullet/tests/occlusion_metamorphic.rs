@@ -1,14 +1,12 @@
 //! What must not change an answer, and what may change it in one way alone: order, threads, SIMD levels, mirrors and
 //! origins; more occluders, smaller things.
 
-mod common;
-
-use common::levels;
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::occlusion::{
     Band, Convex, DrawJob, OcclusionBuffer, OcclusionError, Patch, Verdict,
 };
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet_testkit::at_every_level;
 use proptest::prelude::*;
 
 /// An occluder of any kind, and where it stands.
@@ -186,10 +184,10 @@ proptest! {
     ) {
         let view = view(kind, reversed);
         let best = all(&buffer(&view, size, Level::new(), &drawn), &things);
-        for level in levels() {
+        at_every_level!(|level| {
             let other = all(&buffer(&view, size, level, &drawn), &things);
             prop_assert!(other == best, "{level:?}");
-        }
+        });
     }
 
     #[test]
@@ -217,7 +215,7 @@ proptest! {
         let bounds: Vec<Aabb> = drawn.iter().map(Drawn::bounds).collect();
         let order: Vec<u32> = shuffled.iter().map(|&i| i as u32).collect();
         let boxes = Boxes::from_slice(&bounds);
-        for level in levels() {
+        at_every_level!(|level| {
             let mut some = buffer(&view, size, level, []);
             let draw = |b: &mut Band<'_>, i: u32| drawn[i as usize].draw_in(level, b);
             let count = some.draw_unless_hidden(level, &boxes, &order, draw);
@@ -232,7 +230,7 @@ proptest! {
                 });
                 prop_assert!(all(&jobs, &things) == straight);
             }
-        }
+        });
     }
 
     #[test]

@@ -2,16 +2,14 @@
 //!
 //! `CULLET_WRITE_RECORDINGS=1` writes the regression files of `tests/recordings` anew.
 
-mod common;
-
 use std::path::PathBuf;
 
-use common::levels;
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{
     Convex, OcclusionBuffer, Patch, Recording, RecordingError, Shape, Verdict,
 };
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet_testkit::at_every_level;
 use proptest::prelude::*;
 
 /// A buffer that notes what it does.
@@ -171,12 +169,12 @@ fn regression_files_are_answered_as_they_were() {
         assert!(bytes.len() < 20_000, "{}: {} bytes", path.display(), bytes.len());
         let recording = Recording::decode(&bytes).unwrap();
         assert_eq!(recording.encode(), bytes, "{}", path.display());
-        for level in levels() {
+        at_every_level!(|level| {
             let found = recording.replay(level).unwrap();
             assert_eq!(found.changed, [], "{} at {level:?}", path.display());
             // Neither all nor nothing is hidden in any of them.
             assert!(found.hidden > 0 && found.hidden < found.asked, "{}", path.display());
-        }
+        });
         files += 1;
     }
     assert!(files >= 3, "{files} files");

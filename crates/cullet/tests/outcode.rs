@@ -2,56 +2,16 @@
 
 use cullet::bounds::Side;
 use cullet::clip::{ObjectRegion, Sorted, Verdict, outcode_ref};
-use cullet::cull::frustum::batch::levels;
-use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet::{Level, Transform};
+use cullet_testkit::at_every_level;
+use cullet_testkit::strategies::{corners, distant_transform, distant_view};
 use proptest::prelude::*;
-
-fn vector() -> impl Strategy<Value = [f64; 3]> {
-    prop::array::uniform3(-1.0..1.0f64)
-}
-
-fn view() -> impl Strategy<Value = View> {
-    let place = (vector(), 0..8i32).prop_map(|(v, e)| v.map(|v| v * 10f64.powi(e)));
-    let far = prop_oneof![Just(f64::INFINITY), 10.0..1e5];
-    (place, vector(), 0.1..3.0f64, 0.01..1.0f64, far, any::<bool>()).prop_filter_map(
-        "no orientation",
-        |(eye, direction, size, near, far, parallel)| {
-            let projection = if parallel {
-                let far = near + 100.0;
-                Projection::Orthographic {
-                    left: -size,
-                    right: size * 2.0,
-                    bottom: -1.0,
-                    top: 1.0,
-                    near,
-                    far,
-                }
-            } else {
-                Projection::Perspective { fov_y_radians: size, aspect: 1.5, near, far }
-            };
-            let camera = Camera { eye, direction, up: [0.1, 1.0, 0.2], projection };
-            View::new(&camera, Depth::Reversed, [640, 480]).ok()
-        },
-    )
-}
-
-fn transform() -> impl Strategy<Value = Transform> {
-    let linear = prop::array::uniform3(prop::array::uniform3(-2.0..2.0f32));
-    let place = (vector(), 0..8i32).prop_map(|(v, e)| v.map(|v| v * 10f64.powi(e)));
-    (linear, place).prop_map(|(linear, translation)| Transform { linear, translation })
-}
-
-fn corners() -> impl Strategy<Value = [[f32; 3]; 3]> {
-    let point = || prop::array::uniform3(-1.0..1.0f32);
-    (point(), point(), point(), 0..6i32)
-        .prop_map(|(a, b, c, e)| [a, b, c].map(|p| p.map(|v| v * 10f32.powi(e))))
-}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cullet_testkit::cases(2000)))]
 
     #[test]
-    fn outside_and_inside_are_proofs(view in view(), transform in transform(), corners in corners()) {
+    fn outside_and_inside_are_proofs(view in distant_view(), transform in distant_transform(), corners in corners()) {
         let frustum = view.frustum();
         let region = ObjectRegion::new(&frustum, &transform);
         let codes = corners.map(|p| region.outcode(p));
@@ -85,7 +45,7 @@ proptest! {
 
     /// A point that a renderer in f64 would find within the clip volume is outside of no plane.
     #[test]
-    fn what_a_renderer_keeps_is_kept(view in view(), transform in transform(), corners in corners()) {
+    fn what_a_renderer_keeps_is_kept(view in distant_view(), transform in distant_transform(), corners in corners()) {
         let region = ObjectRegion::new(&view.frustum(), &transform);
         let (m, t) = (view.clip_from_world(), transform.to_matrix());
         let entry = |r: usize, c: usize| (0..4).map(|k| m[k * 4 + r] * t[c * 4 + k]).sum::<f64>();
@@ -104,8 +64,8 @@ proptest! {
     /// Far points, near ones, ones on a plane or not finite: at every level what one point alone gets.
     #[test]
     fn many_points_at_once_are_each_alone(
-        view in view(),
-        transform in transform(),
+        view in distant_view(),
+        transform in distant_transform(),
         points in prop::collection::vec(corners(), 0..60),
         odd in 0..8usize,
     ) {
@@ -116,18 +76,18 @@ proptest! {
         }
         let expected: Vec<u32> = points.iter().map(|&p| region.outcode(p).outside & 0b11_0111).collect();
         let mut codes = Vec::new();
-        for (name, level) in levels() {
+        at_every_level!(|name, level| {
             region.outcodes_into(level, &points, 0b11_0111, &mut codes);
             prop_assert_eq!(&codes, &expected, "{}", name);
-        }
+        });
     }
 
     /// Accepted, rejected or a candidate, in a batch as one by one; and of the candidates those that
     /// miss have no point that is inside.
     #[test]
     fn sorted_triangles_are_those_of_single_verdicts(
-        view in view(),
-        transform in transform(),
+        view in distant_view(),
+        transform in distant_transform(),
         triangles in prop::collection::vec(corners(), 1..30),
         weights in prop::collection::vec(prop::array::uniform3(0.0..1.0f32), 20),
     ) {

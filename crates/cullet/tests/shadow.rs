@@ -1,8 +1,5 @@
 //! Shadow casters: what throws a shadow that the view sees is never dropped, and most of the rest is.
 
-mod common;
-
-use common::Rng;
 use cullet::bounds::{Aabb, Boxes, Sphere};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{list_boxes, mask_words};
@@ -11,6 +8,8 @@ use cullet::cull::shadow::{
 };
 use cullet::hierarchy::{Nodes, spatial_order};
 use cullet::{Frustum, Level, View};
+use cullet_testkit::views::{random_view, view_and_moved};
+use cullet_testkit::{Rng, at_every_level};
 
 fn random_light(rng: &mut Rng) -> Light {
     let range = if rng.below(3) == 0 { f64::INFINITY } else { rng.range(1.0, 60.0) };
@@ -159,7 +158,7 @@ fn what_is_between_a_lit_receiver_and_the_light_is_kept() {
     let mut rng = Rng(10);
     let mut tested = [0; 3];
     for _ in 0..3000 {
-        let f = common::random_view(&mut rng).frustum();
+        let f = random_view(&mut rng).frustum();
         let (light, receivers) = (random_light(&mut rng), random_receivers(&mut rng));
         let region = CasterRegion::new(&f, receivers.as_ref(), &light);
         let grown = region.clone().with_margin(0.5);
@@ -185,7 +184,7 @@ fn the_planes_are_almost_as_tight_as_the_oracle() {
     let mut rng = Rng(11);
     let (mut needed, mut not_needed, mut dropped) = (0, 0, 0);
     for _ in 0..400 {
-        let f = common::random_view(&mut rng).frustum();
+        let f = random_view(&mut rng).frustum();
         let (light, receivers) = (random_light(&mut rng), random_receivers(&mut rng));
         if f.corners().is_none() {
             continue;
@@ -248,17 +247,17 @@ fn tree_sweep_list_counts_and_reasons_agree() {
         let mut boxes = Boxes::new();
         boxes.gather(Level::new(), &unsorted, &spatial_order(&unsorted));
         let nodes = Nodes::over(Level::new(), &boxes);
-        let f = common::random_view(&mut rng).frustum();
+        let f = random_view(&mut rng).frustum();
         let light = random_light(&mut rng);
         let region = CasterRegion::new(&f, random_receivers(&mut rng).as_ref(), &light);
         answer.cull(Level::new(), &region, None, &boxes);
         let flat = answer.kept().to_vec();
-        for level in common::levels() {
+        at_every_level!(|level| {
             answer.cull(level, &region, Some(&nodes), &boxes);
             assert_eq!(answer.kept(), flat, "{level:?}");
             answer.cull(level, &region, None, &boxes);
             assert_eq!(answer.kept(), flat, "{level:?}");
-        }
+        });
         let mut list = Indices::new();
         answer.list(Level::new(), &mut list);
         let bits = (0..boxes.len()).filter(|i| flat[i / 64] >> (i % 64) & 1 == 1);
@@ -455,7 +454,7 @@ fn far_from_the_origin_nothing_is_lost() {
     let mut tested = 0;
     for _ in 0..400 {
         let offset = rng.vector(1e7);
-        let (_, view) = common::view_and_moved(&mut rng, offset);
+        let (_, view) = view_and_moved(&mut rng, offset);
         let f = view.frustum();
         let light = match random_light(&mut rng) {
             Light::Point { position, range } => {

@@ -1,12 +1,10 @@
 //! Casters hidden from the light: what they would shade is in shadow already.
 
-mod common;
-
-use common::Rng;
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Shape};
 use cullet::cull::shadow::drop_unlit;
 use cullet::{Level, Transform, View};
+use cullet_testkit::Rng;
 
 /// Whether the open way from a point towards the light meets a box, which is where it is shaded (slabs, in f64).
 fn is_shaded(b: &Aabb, point: [f64; 3], to_light: [f64; 3]) -> bool {

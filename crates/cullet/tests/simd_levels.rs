@@ -1,8 +1,9 @@
 //! Batch frustum tests: the same answer at every SIMD level, in every form, and never a false cull.
 
 use cullet::bounds::{Aabb, Boxes, Plane, Side, Sphere, Spheres};
-use cullet::cull::frustum::batch::{self, Indices, Planes, VISIBLE, levels, mask_words};
+use cullet::cull::frustum::batch::{self, Indices, Planes, VISIBLE, mask_words};
 use cullet::{Camera, Depth, Frustum, Projection, View};
+use cullet_testkit::at_every_level;
 use proptest::prelude::*;
 
 /// Signed distance of the nearest and the farthest corner of a box along a plane's normal, in f64.
@@ -58,7 +59,7 @@ macro_rules! all_answers {
             let expected = batch::$cull_ref(&planes, &batch);
             let lone: Vec<Side> = items.iter().map(|b| planes.$lone(b)).collect();
             let mut reasons = Vec::new();
-            for (level_name, level) in levels() {
+            at_every_level!(|level_name, level| {
                 let mut list = Indices::new();
                 batch::$cull(level, &planes, &batch, &mut list);
                 assert_eq!(*list, *expected, "list at {level_name}");
@@ -84,7 +85,7 @@ macro_rules! all_answers {
                 batch::$reject(level, &planes, &batch, 0, &mut these);
                 assert!(reasons.is_empty() || reasons == these, "reasons at {level_name}");
                 reasons = these;
-            }
+            });
             lone.into_iter().zip(reasons).collect()
         }
     };
@@ -353,7 +354,10 @@ fn grid() -> Vec<Aabb> {
 
 #[test]
 fn every_level_of_this_machine_is_run() {
-    let names: Vec<_> = levels().iter().map(|l| l.0).collect();
+    let mut names = Vec::new();
+    at_every_level!(|name, _| {
+        names.push(name);
+    });
     println!("levels: {names:?}");
     if !cfg!(target_arch = "aarch64") {
         println!("skipped: NEON, which only compiles here");

@@ -1,13 +1,11 @@
 //! Views and frusta: properties over every kind of projection.
 
-mod view_common;
-
 use cullet::bounds::{Plane, Side};
 use cullet::view::ViewError;
 use cullet::{Camera, Depth, Frustum, Projection, Transform, View};
+use cullet_testkit::strategies::*;
 use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
-use view_common::*;
 
 /// How far two planes are apart at these points, relative to the size of the coordinates.
 fn apart(a: &Plane, b: &Plane, points: &[DVec3]) -> f64 {
@@ -17,7 +15,7 @@ fn apart(a: &Plane, b: &Plane, points: &[DVec3]) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(cases(400))]
+    #![proptest_config(config(400))]
 
     #[test]
     fn the_geometric_construction_equals_the_matrix(

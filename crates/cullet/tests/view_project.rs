@@ -1,12 +1,11 @@
 //! Projected sizes against samples of the things themselves.
 
-mod view_common;
-
 use cullet::bounds::{Aabb, Sphere};
 use cullet::{Depth, Projection, View};
+use cullet_testkit::strategies::*;
+use cullet_testkit::vectors::fibonacci;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
-use view_common::*;
 
 fn pixel(view: &View, p: DVec3) -> Option<[f64; 2]> {
     view.project_point(p).map(|[x, y, _]| [x, y])
@@ -18,11 +17,7 @@ fn reach(view: &View, center: DVec3, radius: f64, along: DVec2) -> f64 {
     let value = |u: DVec3| {
         pixel(view, center + u * radius).map_or(f64::NEG_INFINITY, |p| along.dot(p.into()))
     };
-    let spiral = (0..400).map(|i| {
-        let z = 1.0 - (f64::from(i) + 0.5) / 200.0;
-        let (s, c) = (f64::from(i) * 2.399_963).sin_cos();
-        DVec3::new(c, s, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z
-    });
+    let spiral = (0..400).map(|i| DVec3::from(fibonacci(i, 400)));
     let mut best = spiral.max_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap();
     let mut step = 0.1;
     while step > 1e-9 {
@@ -39,7 +34,7 @@ fn reach(view: &View, center: DVec3, radius: f64, along: DVec2) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(cases(250))]
+    #![proptest_config(config(250))]
 
     #[test]
     fn a_sphere_fills_its_rectangle_and_no_more(
@@ -121,9 +116,7 @@ proptest! {
         let Some(rect) = view.project_sphere(&sphere, origin) else { return Err(TestCaseError::fail("no rectangle")) };
         let rect_of_box = view.project_box(&Aabb::from(&sphere), origin);
         for i in 0..200 {
-            let z = 1.0 - (f64::from(i) + 0.5) / 100.0;
-            let (sin, cos) = (f64::from(i) * 2.399_963).sin_cos();
-            let u = DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
+            let u = DVec3::from(fibonacci(i, 200));
             let p = pixel(&view, center + u * f64::from(sphere.radius)).unwrap();
             prop_assert!(rect.contains(p), "{:?} outside {:?}", p, rect);
             prop_assert!(rect_of_box.is_none_or(|r| r.contains(p)));

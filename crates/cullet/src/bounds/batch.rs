@@ -415,27 +415,6 @@ mod tests {
     }
 
     #[test]
-    fn gathered_boxes_are_those_set_one_by_one() {
-        let mut items: Vec<_> = (0..100)
-            .map(|i| i as f32 * 1e-3 * (-1.5f32).powi(i))
-            .map(|v| Aabb::new([v, -v.abs(), v], [v, v.abs() + 1.0, v + 1e-30]))
-            .collect();
-        items[40] = Aabb::EMPTY;
-        items[41] = Aabb::EVERYTHING;
-        items[42].max[1] = f32::NAN;
-        items[60] = Aabb::new([1.0; 3], [1.0_f32.next_down(); 3]);
-        items[90].min[2] = -1e18;
-        let order: Vec<_> = (0..95).map(|i| i * 37 % 100).collect();
-        for (name, level) in crate::cull::frustum::batch::levels() {
-            let mut gathered = Boxes::new();
-            gathered.gather(level, &items, &order);
-            let mut one_by_one = Boxes::new();
-            order.iter().for_each(|&i| one_by_one.push(&items[i as usize]));
-            assert_eq!(gathered.as_floats(), one_by_one.as_floats(), "{name}");
-        }
-    }
-
-    #[test]
     fn a_batch_that_shrank_grows_with_points_at_the_origin() {
         let mut batch = Boxes::from_slice(&[Aabb::new([1.0; 3], [2.0; 3]); 20]);
         batch.resize(3);

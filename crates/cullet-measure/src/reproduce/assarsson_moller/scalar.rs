@@ -258,11 +258,8 @@ mod tests {
 
     #[test]
     fn every_trick_gives_the_answer_of_testing_each_box() {
-        let mut seed = 1_u64;
-        let mut number = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 40) as f64 / f64::from(1 << 24) - 0.5
-        };
+        let mut rng = cullet_testkit::Rng(1);
+        let mut number = || rng.range(-0.5, 0.5);
         let boxes: Vec<[DVec3; 2]> = (0..2000)
             .map(|_| {
                 let corner = DVec3::new(number(), number(), number()) * 200.0;

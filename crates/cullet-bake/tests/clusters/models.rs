@@ -1,0 +1,96 @@
+//! Clusters of the shared test models: floors on what is culled, on how full clusters are, and, where
+//! meshoptimizer is there, on the lead over it.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use cullet_bake::clusters::{ClusterOptions, Quality, build_reported};
+use cullet_testkit::meshes::one_sided_data;
+use cullet_testkit::models::model;
+
+use crate::check;
+
+const BUNNY: &str = "stanford-bunny/bun_zipper.ply";
+const ARMADILLO: &str = "armadillo/armadillo.obj";
+const BUDDHA: &str = "happy-buddha/buddha-100k.obj";
+
+/// Ideal share at 3 radii and triangles a cluster.
+fn measure(name: &str, preset: &str, options: &ClusterOptions) -> Option<[f64; 2]> {
+    let data = one_sided_data(model(name)?);
+    let start = Instant::now();
+    let (clustering, report) =
+        build_reported(&data, options, |_| ControlFlow::Continue(())).expect("valid");
+    let seconds = start.elapsed().as_secs_f64();
+    check(&data, &clustering, options);
+    let quality = Quality::of(&data, &clustering, 3.0);
+    println!(
+        "{name} {preset}: {} clusters, {:.1} triangles each, ideal {:.2} %, exact {:.2} %, {} never \
+         culled, vertices {:.2} times, {:.2} s a 100,000",
+        report.clusters,
+        report.triangles_per_cluster(),
+        quality.ideal * 100.0,
+        quality.exact * 100.0,
+        report.never_culled,
+        report.vertex_duplication,
+        seconds * 1e5 / f64::from(report.triangles),
+    );
+    assert!(quality.ideal < quality.exact);
+    Some([quality.ideal * 100.0, report.triangles_per_cluster()])
+}
+
+#[test]
+fn clusters_are_full_and_culled() {
+    let goals = [(BUNNY, 43.0, 85.0), (ARMADILLO, 30.4, 85.0), (BUDDHA, 29.0, 82.0)];
+    for (name, ideal, full) in goals {
+        for (preset, options, less) in
+            [("fast", ClusterOptions::fast(), 9.0), ("default", ClusterOptions::default(), 0.0)]
+        {
+            let Some([got, fill]) = measure(name, preset, &options) else { continue };
+            assert!(got > ideal && fill > full - less, "{name} {preset}: {got} {fill}");
+        }
+    }
+}
+
+#[test]
+fn the_best_preset_is_better() {
+    for (name, ideal, full) in [(BUNNY, 43.5, 87.0), (ARMADILLO, 31.0, 86.5)] {
+        let Some([got, fill]) = measure(name, "best", &ClusterOptions::best()) else { continue };
+        assert!(got > ideal && fill > full, "{name}: {got} {fill}");
+    }
+}
+
+/// Meshoptimizer's clusters with limits that make about as many as ours, and its usual ones.
+#[cfg(feature = "meshopt")]
+#[test]
+fn more_is_culled_than_of_as_many_meshlets() {
+    use cullet_bake::clusters::build_meshopt;
+
+    for (name, lead) in [(BUNNY, 2.0), (ARMADILLO, 4.0)] {
+        let Some(data) = model(name).map(one_sided_data) else { continue };
+        let options = ClusterOptions::default();
+        let Some([ours, fill]) = measure(name, "default", &options) else { continue };
+        let triangles = (data.indices.len() / 3) as f64;
+        let mut theirs = 0.0;
+        for weight in [0.5, 1.0] {
+            let mut above: Option<(f64, f64)> = None;
+            for most in [124, 100, 96, 92, 88, 84, 80] {
+                let clustering = build_meshopt(&data, 64, most, weight).expect("valid");
+                check(&data, &clustering, &ClusterOptions { max_triangles: most, ..options });
+                let per = triangles / clustering.clusters.len() as f64;
+                let ideal = Quality::of(&data, &clustering, 3.0).ideal * 100.0;
+                println!("  meshopt 64/{most} w {weight}: {per:.1} each, ideal {ideal:.2} %");
+                if per > fill {
+                    above = Some((per, ideal));
+                    continue;
+                }
+                // At our number of clusters, between the settings just above and just below.
+                let (full, less) = above.expect("it fills clusters more than we do");
+                let share = (full - fill) / (full - per);
+                theirs = f64::max(theirs, less + (ideal - less) * share);
+                break;
+            }
+        }
+        println!("{name}: {ours:.2} %, meshopt {theirs:.2} %");
+        assert!(theirs > 0.0 && ours > theirs + lead, "{name}: {ours} {theirs}");
+    }
+}

@@ -1,0 +1,89 @@
+//! Slow oracles of the frustum tests: plain f64, literally as the lectures have them.
+
+use cullet::Frustum;
+use cullet::bounds::{Aabb, Obb, Plane, Side};
+use glam::DVec3;
+
+/// The lecture's loop, literally: the planes in camera space, out at the first plane that the sphere is
+/// wholly outside of, inside only when it is inside of all.
+///
+/// `camera_space` is [`cullet::Projection::frustum`], `center` is the sphere's centre
+/// by [`cullet::Camera::to_camera_space`]. Plain f64; NaN is straddling.
+pub fn classify_sphere_ref(camera_space: &Frustum, center: [f64; 3], radius: f64) -> Side {
+    let mut inside_of = 0;
+    let mut planes = 0;
+    for (_, plane) in camera_space.planes() {
+        planes += 1;
+        let distance = plane.distance(center);
+        if distance > radius {
+            return Side::Outside;
+        }
+        if distance < -radius {
+            inside_of += 1;
+        }
+    }
+    if inside_of == planes { Side::Inside } else { Side::Straddling }
+}
+
+/// All eight corners against every plane: outside where one plane has all of them outside, inside where
+/// all planes have all of them inside. Plain f64; NaN is straddling.
+pub fn classify_aabb_ref(frustum: &Frustum, b: &Aabb) -> Side {
+    classify_corners_ref(frustum, &b.corners().map(|c| c.map(f64::from)))
+}
+
+/// As [`classify_aabb_ref`], for an oriented box.
+pub fn classify_obb_ref(frustum: &Frustum, b: &Obb) -> Side {
+    classify_corners_ref(frustum, &b.corners())
+}
+
+fn classify_corners_ref(frustum: &Frustum, corners: &[[f64; 3]; 8]) -> Side {
+    let mut inside = true;
+    for (_, plane) in frustum.planes() {
+        if corners.iter().all(|&c| plane.distance(c) > 0.0) {
+            return Side::Outside;
+        }
+        inside &= corners.iter().all(|&c| plane.distance(c) < 0.0);
+    }
+    if inside { Side::Inside } else { Side::Straddling }
+}
+
+/// The slow oracle: whether box and frustum share a point, in plain f64. The six faces of the box are cut by all
+/// planes of the frustum (Sutherland & Hodgman, *Reentrant Polygon Clipping*, 1974); if nothing is left of any,
+/// the frustum may still lie wholly in the box.
+///
+/// `None` where the box is not finite, or where the frustum has no near corner to ask about.
+pub fn intersects_ref(frustum: &Frustum, b: &Aabb) -> Option<bool> {
+    if !b.is_finite() {
+        return None;
+    }
+    let corners = b.corners().map(|c| DVec3::from(c.map(f64::from)));
+    const FACES: [[usize; 4]; 6] =
+        [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+    for face in FACES {
+        let mut polygon = face.map(|c| corners[c]).to_vec();
+        for (_, plane) in frustum.planes() {
+            polygon = clipped(&polygon, plane);
+        }
+        if !polygon.is_empty() {
+            return Some(true);
+        }
+    }
+    let [x, y, z, _] = frustum.corners()?[0];
+    let p = [x, y, z];
+    Some((0..3).all(|a| f64::from(b.min[a]) <= p[a] && p[a] <= f64::from(b.max[a])))
+}
+
+fn clipped(polygon: &[DVec3], plane: &Plane) -> Vec<DVec3> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for i in 0..polygon.len() {
+        let (p, q) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+        let (s, t) = (plane.distance(p), plane.distance(q));
+        if s <= 0.0 {
+            kept.push(p);
+        }
+        if (s < 0.0 && t > 0.0) || (s > 0.0 && t < 0.0) {
+            kept.push(p + (q - p) * (s / (s - t)));
+        }
+    }
+    kept
+}

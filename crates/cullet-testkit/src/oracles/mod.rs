@@ -1,0 +1,5 @@
+//! What must come out, by slow and plain means that share nothing with the engine's.
+
+pub mod alone;
+pub mod frustum;
+pub mod visible;

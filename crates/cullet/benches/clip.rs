@@ -1,0 +1,67 @@
+//! Outcodes of points, lines and polygons clipped: `cargo bench -p cullet --bench clip`.
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use cullet::Transform;
+use cullet::clip::line::clip_line_ref;
+use cullet::clip::polygon::clip_polygon_ref;
+use cullet::clip::{Clipper, HalfSpace, ObjectRegion, Region, outcode_ref};
+use cullet_testkit::views::look;
+use cullet_testkit::{Rng, at_every_level};
+
+const ITEMS: usize = 10_000;
+
+fn bench(c: &mut Criterion) {
+    let mut rng = Rng(1);
+    let mut group = c.benchmark_group("clip");
+    group.throughput(Throughput::Elements(ITEMS as u64));
+
+    let points: Vec<[f32; 3]> = (0..ITEMS).map(|_| rng.vector(600.0).map(|v| v as f32)).collect();
+    let frustum = look([-400.0, 200.0, 500.0], [0.0; 3], [1600, 1000]).frustum();
+    let region = ObjectRegion::new(&frustum, &Transform::IDENTITY);
+    let mut codes = Vec::new();
+    at_every_level!(|name, level| {
+        group.bench_function(format!("outcodes/{name}"), |b| {
+            b.iter(|| region.outcodes_into(level, &points, u32::MAX, &mut codes));
+        });
+        region.outcodes_into(level, &points, u32::MAX, &mut codes);
+        for (code, point) in codes.iter().zip(&points) {
+            // Outside is a proof; the other way round, rounding may keep.
+            let exact = outcode_ref(&frustum, &Transform::IDENTITY, *point).outside;
+            assert_eq!(code & !exact, 0, "{point:?}");
+        }
+        assert!(codes.iter().filter(|c| **c != 0).count() > ITEMS / 2);
+    });
+
+    let cube = (0..6).map(|side| {
+        let mut normal = [0.0; 3];
+        normal[side / 2] = [-1.0, 1.0][side % 2];
+        HalfSpace::new(normal, 1.0).expect("a normal")
+    });
+    let cube = Region::new(cube).expect("six sides");
+    let lines: Vec<_> = (0..ITEMS).map(|_| [rng.vector(2.0), rng.vector(2.0)]).collect();
+    group.bench_function("lines", |b| {
+        b.iter(|| lines.iter().filter(|[p, q]| cube.clip_line(p, q).is_some()).count());
+    });
+    for [p, q] in lines.iter().step_by(10) {
+        let (found, exact) = (cube.clip_line(p, q), clip_line_ref(&cube, p, q));
+        let (found, exact) = (found.unwrap_or_default(), exact.unwrap_or_default());
+        assert!((0..2).all(|i| (found[i] - exact[i]).abs() < 1e-9), "{p:?} {q:?}");
+    }
+
+    let triangles: Vec<[[f64; 3]; 3]> =
+        (0..ITEMS).map(|_| std::array::from_fn(|_| rng.vector(2.0))).collect();
+    let mut clipper = Clipper::new();
+    group.bench_function("triangles", |b| {
+        b.iter(|| triangles.iter().map(|t| clipper.clip(&cube, t).len()).sum::<usize>());
+    });
+    for t in triangles.iter().step_by(100) {
+        let (found, exact) = (clipper.clip(&cube, t), clip_polygon_ref(&cube, t));
+        assert_eq!(found.len(), exact.len(), "{t:?}");
+        let near = |p: &[f64; 3], q: &[f64; 3]| (0..3).all(|a| (p[a] - q[a]).abs() < 1e-9);
+        assert!(found.iter().zip(&exact).all(|(p, q)| near(p, q)), "{t:?}");
+    }
+    group.finish();
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);
