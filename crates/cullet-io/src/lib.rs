@@ -5,6 +5,7 @@ mod attributes;
 mod beside;
 mod blocks;
 mod builder;
+pub mod deform;
 mod error;
 mod format;
 mod gltf;

@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
-use cullet::bounds::{Aabb, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
+use cullet::bounds::Aabb;
 use cullet::{BoundsOverride, Handle, Mesh, MeshData, MeshId, Transform};
 use glam::DAffine3;
 
 use super::PoseError;
 use super::track::{Local, Track, WeightTrack};
 use crate::Model;
+use crate::deform::{JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
 
 /// A node of the tree.
 #[derive(Debug)]

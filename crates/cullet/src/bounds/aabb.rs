@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::plane::ROUNDING;
-use super::{Obb, Plane, Side, Sphere};
+use super::{Plane, Side, Sphere};
 
 /// An axis-aligned box. Empty when some `min` exceeds its `max`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -175,25 +175,6 @@ impl From<&Sphere> for Aabb {
         if min.iter().chain(&max).any(|v| v.is_nan()) {
             return Self::EVERYTHING;
         }
-        Self::rounded_out(min, max)
-    }
-}
-
-impl From<&Obb> for Aabb {
-    /// The box around an oriented box, rounded outward; [`Aabb::EVERYTHING`] where it is not finite.
-    fn from(b: &Obb) -> Self {
-        if b.is_empty() {
-            return Self::EMPTY;
-        }
-        if !b.is_finite() {
-            return Self::EVERYTHING;
-        }
-        let side = |a: usize, sign: f64| {
-            let mut axis = [0.0; 3];
-            axis[a] = sign;
-            sign * b.span(&Plane::new(axis, 0.0))[1]
-        };
-        let [min, max] = [-1.0, 1.0].map(|sign| std::array::from_fn(|a| side(a, sign)));
         Self::rounded_out(min, max)
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::aabb::round_up;
 use super::plane::ROUNDING;
-use super::{Aabb, Obb, Plane, Side};
+use super::{Aabb, Plane, Side};
 
 /// A ball: all points no farther than `radius` from `center`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -189,25 +189,6 @@ impl From<&Aabb> for Sphere {
         } else {
             Self::EVERYTHING
         }
-    }
-}
-
-impl From<&Obb> for Sphere {
-    /// The sphere around an oriented box's corners, rounded outward; [`Sphere::EVERYTHING`] where the
-    /// box is not finite.
-    fn from(b: &Obb) -> Self {
-        if b.is_empty() {
-            return Self::EMPTY;
-        }
-        if !b.is_finite() {
-            return Self::EVERYTHING;
-        }
-        // From the centre, where no large coordinate cancels.
-        let [x, y, z] =
-            std::array::from_fn(|a| DVec3::from(b.axes[a].map(f64::from)) * f64::from(b.half[a]));
-        let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
-        let reach = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
-        Self { center: b.center, radius: grown(reach) }
     }
 }
 
