@@ -10,6 +10,7 @@ mod beside;
 mod blocks;
 mod builder;
 mod compact;
+pub mod deform;
 mod error;
 mod format;
 mod gltf;

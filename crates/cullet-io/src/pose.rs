@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use cullet::bounds::{Morphs, Skin};
 use cullet::mesh::MeshError;
 use cullet::{BoundsOverride, Mesh, MeshData, SceneError, Transform};
 use glam::DAffine3;
 use thiserror::Error;
 
 use crate::Model;
+use crate::deform::{Morphs, Skin};
 use crate::motion::{Deformed, MotionKind, Rig, transform};
 use crate::scenes::{self, SceneSpecError};
 

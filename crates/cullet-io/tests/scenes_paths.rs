@@ -266,7 +266,10 @@ fn a_path_comes_back_from_its_file() {
             assert!((x - y).abs() <= 1e-12 * x.abs().max(1.0), "{a:?} {b:?}");
         }
     }
-    let off = Camera { projection: Projection::from_near_plane(1.0, 2.0, 0.1, 9.0), ..sent[0] };
+    let (near, far) = (0.1, 9.0);
+    let projection =
+        Projection::OffCentre { left: -0.5, right: 0.5, bottom: -1.0, top: 1.0, near, far };
+    let off = Camera { projection, ..sent[0] };
     let off = Camera {
         projection: match off.projection {
             Projection::OffCentre { bottom, top, near, far, .. } => {

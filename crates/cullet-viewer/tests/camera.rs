@@ -115,7 +115,14 @@ fn headings_are_those_of_the_documentation() {
         eye: [0.0; 3],
         direction: [f64::NAN; 3],
         up: [0.0; 3],
-        projection: Projection::from_near_plane(1.0, 1.0, 1.0, 2.0),
+        projection: Projection::OffCentre {
+            left: -0.5,
+            right: 0.5,
+            bottom: -0.5,
+            top: 0.5,
+            near: 1.0,
+            far: 2.0,
+        },
     };
     assert!(Rig::of(&odd, f64::NAN).check().is_ok());
 }

@@ -2,6 +2,8 @@
 
 use std::ops::{Add, AddAssign, Sub, SubAssign};
 
+use crate::cull::shadow::CasterReason;
+
 /// One kind of culling in the pipeline, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -10,7 +12,7 @@ use std::ops::{Add, AddAssign, Sub, SubAssign};
 pub enum Stage {
     /// Layers that view and instance do not share.
     Layer = 1,
-    /// Outside the view's frustum.
+    /// Outside the view's frustum; of a light, where no caster can matter.
     Frustum = 2,
     /// Not seen through any portal.
     Portal = 3,
@@ -63,13 +65,21 @@ impl Stage {
 pub struct Reason {
     /// The stage that dropped it.
     pub stage: Stage,
-    /// For the frustum, the number of the first plane it is outside of, or [`Reason::MIXED`]; else 0.
+    /// For the frustum, the number of the first plane it is outside of, or [`Reason::MIXED`], and for a light what
+    /// [`Reason::caster`] reads; else 0.
     pub detail: u8,
 }
 
 impl Reason {
     /// The detail where the parts of a thing went for different details of one stage.
     pub const MIXED: u8 = u8::MAX;
+
+    /// Why its shadow cannot matter, in an answer of [`Culler::cull_shadows`](crate::Culler::cull_shadows); `None`
+    /// where another stage than the frustum took it.
+    #[must_use]
+    pub fn caster(self) -> Option<CasterReason> {
+        (self.stage == Stage::Frustum).then(|| CasterReason::from_detail(self.detail))
+    }
 }
 
 /// What a stage counts.

@@ -75,7 +75,7 @@ pub mod view;
 mod visible;
 
 pub use costs::{Costs, CostsError};
-pub use culler::{Backface, CullError, Culler, Explanation, Output, Step, ViewState};
+pub use culler::{Backface, CullError, Culler, Explanation, Output, ShadowView, Step, ViewState};
 pub use fearless_simd::Level;
 pub use funnel::{
     Counts, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, Stage, Unit,

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::bounds::{Aabb, Obb, Sphere, round_up};
+use crate::bounds::Aabb;
 use crate::exact;
 use crate::matrix::Matrix;
 
@@ -149,49 +149,6 @@ impl Transform {
         Aabb::rounded_out(min.into(), max.into())
     }
 
-    /// A sphere around the image of `s`, relative to `origin`, rounded outward. Its radius grows by the
-    /// most that the linear part stretches any direction, so it is exact for rotations and uniform scale
-    /// and as loose as the longest axis otherwise.
-    ///
-    /// [`Sphere::EVERYTHING`] where a number is not finite; empty for an empty sphere.
-    #[must_use]
-    pub fn transform_sphere(&self, s: &Sphere, origin: [f64; 3]) -> Sphere {
-        if s.is_empty() {
-            return Sphere::EMPTY;
-        }
-        let m = self.linear_f64();
-        let center = DVec3::from(s.center.map(f64::from));
-        let image = m * center + (DVec3::from(self.translation) - DVec3::from(origin));
-        let rounded = image.to_array().map(|v| v as f32);
-        let size = self.reach(center.abs()) + DVec3::from(origin).abs();
-        // What the centre lost: to f64 on the way, and to f32 at the end.
-        let slack = size.length() * 1e-15 + image.distance(DVec3::from(rounded.map(f64::from)));
-        let radius = (f64::from(s.radius) * stretch(&m) + slack) * (1.0 + 1e-15);
-        let s = Sphere { center: rounded, radius: round_up(radius) };
-        if s.is_finite() { s } else { Sphere::EVERYTHING }
-    }
-
-    /// A tight oriented box around the image of `b`, relative to `origin`, rounded outward: the image
-    /// itself where the linear part turns and scales along the box's sides, a box fitted to its corners
-    /// where it shears.
-    ///
-    /// [`Obb::EVERYTHING`] where a number is not finite; empty for an empty box.
-    #[must_use]
-    pub fn transform_box_oriented(&self, b: &Aabb, origin: [f64; 3]) -> Obb {
-        if b.is_empty() {
-            return Obb::EMPTY;
-        }
-        if !(b.is_finite() && self.is_finite()) {
-            return Obb::EVERYTHING;
-        }
-        let m = self.linear_f64();
-        let (center, half) = (DVec3::from(b.center()), DVec3::from(b.half_extent()));
-        let image = m * center + (DVec3::from(self.translation) - DVec3::from(origin));
-        let edges = DMat3::from_cols(m.x_axis * half.x, m.y_axis * half.y, m.z_axis * half.z);
-        let size = self.reach(center.abs() + half) + DVec3::from(origin).abs();
-        Obb::around_parallelepiped(image, &edges, size.max_element() * 1e-15)
-    }
-
     /// |linear|·size + |translation|: what rounding in the image of points up to `size` is relative to.
     fn reach(&self, size: DVec3) -> DVec3 {
         let m = self.linear_f64();
@@ -200,35 +157,4 @@ impl Transform {
             + m.z_axis.abs() * size.z
             + DVec3::from(self.translation).abs()
     }
-}
-
-/// The most that `m` stretches any direction, or a little more: the root of the largest eigenvalue of
-/// `MᵀM`, taken from above by its rows (exact where the columns are square to each other) and by the
-/// norm of its square (at most 3^(1/8), 15 %, too large).
-fn stretch(m: &DMat3) -> f64 {
-    let gram = m.transpose() * *m;
-    let lengths = DVec3::new(gram.x_axis.x, gram.y_axis.y, gram.z_axis.z);
-    // Gershgorin: no eigenvalue exceeds the largest sum of a row; for square columns that is exact.
-    let off = DVec3::new(
-        gram.x_axis.y.abs() + gram.x_axis.z.abs(),
-        gram.y_axis.x.abs() + gram.y_axis.z.abs(),
-        gram.z_axis.x.abs() + gram.z_axis.y.abs(),
-    );
-    let rows = (lengths + off).max_element();
-    // λ⁴ is at most the sum of fourth powers of all eigenvalues, the squared norm of (MᵀM)².
-    let top = lengths.max_element();
-    if !m.is_finite() || !top.is_finite() {
-        return f64::INFINITY;
-    }
-    if top == 0.0 {
-        return 0.0;
-    }
-    let scaled = gram * (1.0 / top);
-    let square = scaled * scaled;
-    let norm = (square.x_axis.length_squared()
-        + square.y_axis.length_squared()
-        + square.z_axis.length_squared())
-    .powf(0.25)
-        * top;
-    rows.min(norm).sqrt() * (1.0 + 1e-15)
 }

@@ -172,8 +172,8 @@ fn thirty_two_planes_round_off_a_square() {
 #[test]
 fn a_frustum_is_a_region_with_the_same_numbers() {
     let planes = [None, Some(Plane::new([1.0, 0.0, 0.0], 1.0)), None, None, None, None];
-    let frustum =
-        Frustum::from_planes(planes).with_plane(Plane::new([0.0, 1.0, 0.0], 2.0)).unwrap();
+    let mut frustum = Frustum::from_planes(planes);
+    frustum.push(Plane::new([0.0, 1.0, 0.0], 2.0)).unwrap();
     let region = Region::<f64, 3>::from(&frustum);
     assert_eq!(region.present(), 0b100_0010);
     assert_eq!(region.outcode(&[2.0, 3.0, 0.0]), 0b100_0010);

@@ -6,7 +6,7 @@ use cullet::Level;
 use cullet::bounds::{Aabb, Boxes, Side};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{self, Planes, mask_words};
-use cullet::cull::frustum::tree::{CullJob, Cut, Trace};
+use cullet::cull::frustum::tree::{Cut, Trace};
 use cullet::hierarchy::{
     BuildJob, Handle, Hierarchy, HierarchyError, Nodes, NodesError, spatial_order,
 };
@@ -22,21 +22,6 @@ fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
         cut.cull(level, planes, nodes, boxes);
         assert_eq!(cut.visible(), visible, "visible, {level:?}");
         assert_eq!(cut.inside(), inside, "inside, {level:?}");
-        for jobs in [1, 2, 7] {
-            let mut split = Cut::new();
-            // Last first, as threads might.
-            split.cull_in_jobs(level, planes, nodes, boxes, jobs, |all| {
-                assert!((1..=jobs).contains(&all.len()));
-                all.into_iter().rev().map(CullJob::run).collect()
-            });
-            assert_eq!((split.visible(), split.inside()), (&*visible, &*inside), "{jobs} jobs");
-            assert!(split.touched().eq(cut.touched()));
-            // Unless all was swept: jobs never do that.
-            if (cut.swept() as usize) < boxes.len() {
-                assert_eq!(split.nodes_asked(), cut.nodes_asked());
-                assert_eq!(split.leaves_asked(), cut.leaves_asked());
-            }
-        }
         let trace = Trace::new(planes, nodes, boxes);
         if cut.swept() as usize <= boxes.len() - nodes.len() / 64 * 64 {
             let asking = |level: &[Option<Side>]| {

@@ -1,15 +1,11 @@
 //! Shadow casters: what throws a shadow that the view sees is never dropped, and most of the rest is.
 
 use cullet::bounds::{Aabb, Boxes, Sphere};
-use cullet::cull::Indices;
-use cullet::cull::frustum::batch::{list_boxes, mask_words};
-use cullet::cull::shadow::{
-    CasterCounts, CasterReason, CasterRegion, Light, ShadowCasters, casts_into_ref,
-};
-use cullet::hierarchy::{Nodes, spatial_order};
+use cullet::cull::frustum::batch::{Planes, VISIBLE, reject_boxes};
+use cullet::cull::shadow::{CasterReason, CasterRegion, Light, casts_into_ref};
 use cullet::{Frustum, Level, View};
+use cullet_testkit::Rng;
 use cullet_testkit::views::{random_view, view_and_moved};
-use cullet_testkit::{Rng, at_every_level};
 
 fn random_light(rng: &mut Rng) -> Light {
     let range = if rng.below(3) == 0 { f64::INFINITY } else { rng.range(1.0, 60.0) };
@@ -133,14 +129,16 @@ fn box_around(rng: &mut Rng, x: [f64; 3]) -> Aabb {
     Aabb::rounded_out(x.map(|v| v - rng.range(0.0, size)), x.map(|v| v + rng.range(0.0, size)))
 }
 
-fn kept(region: &CasterRegion, casters: &[Aabb]) -> Vec<bool> {
-    let mut answer = ShadowCasters::new();
-    answer.cull(Level::new(), region, None, &Boxes::from_slice(casters));
-    (0..casters.len()).map(|i| answer.kept()[i / 64] >> (i % 64) & 1 == 1).collect()
+/// Why a caster does not matter, by the region and the planes that the frustum's own test is handed.
+fn reason_of(region: &CasterRegion, caster: Aabb) -> Option<CasterReason> {
+    let boxes = Boxes::from_slice(&[caster]);
+    let mut plane = [VISIBLE];
+    reject_boxes(Level::new(), &Planes::new(region.frustum()), &boxes, 0, &mut plane);
+    region.reason(&boxes.get(0), (plane[0] != VISIBLE).then_some(plane[0]))
 }
 
 fn keeps(region: &CasterRegion, caster: Aabb) -> bool {
-    kept(region, &[caster])[0]
+    reason_of(region, caster).is_none()
 }
 
 fn wide_view() -> View {
@@ -166,9 +164,9 @@ fn what_is_between_a_lit_receiver_and_the_light_is_kept() {
             let Some(y) = lit_receiver(&mut rng, &f, receivers.as_ref(), &light) else { break };
             let x = on_the_way(&mut rng, &light, y);
             let b = box_around(&mut rng, x);
-            let reason = region.reason(&Boxes::from_slice(&[b]), 0);
+            let reason = reason_of(&region, b);
             assert_eq!(reason, None, "{b:?} shades {y:?} from {light:?}, receivers {receivers:?}");
-            assert!(keeps(&region, b) && keeps(&grown, b));
+            assert!(keeps(&grown, b));
             tested[match light {
                 Light::Directional { .. } => 0,
                 Light::Point { .. } => 1,
@@ -217,7 +215,7 @@ fn the_planes_are_almost_as_tight_as_the_oracle() {
                 }
                 _ => true,
             };
-            let reason = region.reason(&Boxes::from_slice(&[cube(centre, half)]), 0);
+            let reason = reason_of(&region, cube(centre, half));
             assert!(kept || !in_range, "{light:?} {receivers:?} {centre:?} {half}: {reason:?}");
             needed += 1;
         } else if !oracle(half * 1.001) {
@@ -228,58 +226,6 @@ fn the_planes_are_almost_as_tight_as_the_oracle() {
     println!("{needed} matter; of {not_needed} that do not, {dropped} are dropped");
     assert!(needed > 60 && not_needed > 150, "{needed} {not_needed}");
     assert!(dropped * 100 >= not_needed * 97, "{dropped} of {not_needed}");
-}
-
-#[test]
-fn tree_sweep_list_counts_and_reasons_agree() {
-    let mut rng = Rng(12);
-    let mut answer = ShadowCasters::new();
-    let mut seen = CasterCounts::default();
-    for round in 0..40 {
-        let unsorted: Vec<_> = (0..[0, 1, 17, 700, 3000][round % 5])
-            .map(|i| match i % 50 {
-                0 => Aabb::EMPTY,
-                1 => Aabb::EVERYTHING,
-                2 => Aabb::new([f32::NAN, 1.0, 2.0], [3.0; 3]),
-                _ => cube(rng.vector(40.0).map(|v| v as f32), 0.5),
-            })
-            .collect();
-        let mut boxes = Boxes::new();
-        boxes.gather(Level::new(), &unsorted, &spatial_order(&unsorted));
-        let nodes = Nodes::over(Level::new(), &boxes);
-        let f = random_view(&mut rng).frustum();
-        let light = random_light(&mut rng);
-        let region = CasterRegion::new(&f, random_receivers(&mut rng).as_ref(), &light);
-        answer.cull(Level::new(), &region, None, &boxes);
-        let flat = answer.kept().to_vec();
-        at_every_level!(|level| {
-            answer.cull(level, &region, Some(&nodes), &boxes);
-            assert_eq!(answer.kept(), flat, "{level:?}");
-            answer.cull(level, &region, None, &boxes);
-            assert_eq!(answer.kept(), flat, "{level:?}");
-        });
-        let mut list = Indices::new();
-        answer.list(Level::new(), &mut list);
-        let bits = (0..boxes.len()).filter(|i| flat[i / 64] >> (i % 64) & 1 == 1);
-        assert!(list.iter().map(|&i| i as usize).eq(bits));
-        let mut reasons = vec![None; boxes.len()];
-        answer.reasons_into(&region, &boxes, &mut reasons);
-        for (i, reason) in reasons.iter().enumerate() {
-            assert_eq!(*reason, region.reason(&boxes, i), "{i}");
-            assert_eq!(reason.is_none(), list.contains(&(i as u32)), "{i}");
-        }
-        let c = answer.counts(&region, &boxes);
-        assert_eq!(c.casters, boxes.len() as u64);
-        assert_eq!(c.kept, list.len() as u64);
-        let gone = c.no_receiver + c.beyond_range + c.outside_cone + c.outside_sweep;
-        assert_eq!(c.kept + gone, c.casters);
-        seen.no_receiver += c.no_receiver;
-        seen.beyond_range += c.beyond_range;
-        seen.outside_cone += c.outside_cone;
-        seen.outside_sweep += c.outside_sweep;
-    }
-    let all = [seen.no_receiver, seen.beyond_range, seen.outside_cone, seen.outside_sweep];
-    assert!(all.iter().all(|&n| n > 0), "the test must see every reason: {seen:?}");
 }
 
 #[test]
@@ -315,8 +261,7 @@ fn a_light_that_is_none_keeps_all_and_one_that_lights_nothing_drops_all() {
     for light in nothing {
         let region = CasterRegion::new(&f, None, &light);
         assert!(region.no_receiver() && !keeps(&region, Aabb::EVERYTHING), "{light:?}");
-        let reason = region.reason(&Boxes::from_slice(&[behind]), 0);
-        assert_eq!(reason, Some(CasterReason::NoReceiver));
+        assert_eq!(reason_of(&region, behind), Some(CasterReason::NoReceiver));
     }
     // A NaN range is none, a NaN angle no cone.
     let region = CasterRegion::new(&f, None, &spot([0.0, 1.0, 0.0], f64::NAN, f64::NAN));
@@ -344,12 +289,8 @@ fn bounds_that_are_not_finite_are_kept_and_empty_ones_not() {
     let region = CasterRegion::new(&wide_view().frustum(), None, &SUN);
     let far = Aabb::new([1e30, 0.0, 0.0], [f32::INFINITY, 1.0, 1.0]);
     let nan = Aabb::new([1e6; 3], [f32::NAN; 3]);
-    assert_eq!(
-        kept(&region, &[far, nan, Aabb::EVERYTHING, Aabb::EMPTY]),
-        [true, true, true, false]
-    );
-    let reason = region.reason(&Boxes::from_slice(&[Aabb::EMPTY]), 0);
-    assert_eq!(reason, Some(CasterReason::OutsideSweep(u8::MAX)));
+    assert!([far, nan, Aabb::EVERYTHING].into_iter().all(|b| keeps(&region, b)));
+    assert_eq!(reason_of(&region, Aabb::EMPTY), Some(CasterReason::OutsideSweep(u8::MAX)));
 }
 
 #[test]
@@ -357,7 +298,7 @@ fn a_lamp_in_the_view_asks_only_for_what_is_in_its_range_and_the_view() {
     let f = wide_view().frustum();
     let lamp = Light::Point { position: [0.0, 3.0, -10.0], range: 4.0 };
     let region = CasterRegion::new(&f, None, &lamp);
-    let reason = |b: Aabb| region.reason(&Boxes::from_slice(&[b]), 0);
+    let reason = |b: Aabb| reason_of(&region, b);
     assert_eq!(reason(cube([0.0, 3.0, -10.0], 0.1)), None, "a caster that holds the light");
     assert_eq!(reason(cube([2.0, 3.0, -10.0], 0.1)), None);
     assert_eq!(reason(cube([5.0, 3.0, -10.0], 0.5)), Some(CasterReason::BeyondRange));
@@ -390,7 +331,7 @@ fn a_spot_asks_only_for_what_is_in_its_cone() {
     };
     let region =
         CasterRegion::new(&f, Some(&Aabb::new([-20.0, 0.0, -40.0], [20.0, 0.5, -1.0])), &spot);
-    let reason = |b: Aabb| region.reason(&Boxes::from_slice(&[b]), 0);
+    let reason = |b: Aabb| reason_of(&region, b);
     assert_eq!(reason(cube([0.0, 6.0, -10.0], 0.2)), None);
     assert_eq!(reason(cube([3.0, 6.0, -10.0], 0.2)), Some(CasterReason::OutsideCone));
     assert_eq!(reason(cube([0.0, 11.0, -10.0], 0.2)), Some(CasterReason::OutsideCone));
@@ -475,10 +416,22 @@ fn far_from_the_origin_nothing_is_lost() {
 #[test]
 fn the_planes_serve_other_tests() {
     let region = CasterRegion::new(&wide_view().frustum(), None, &SUN);
-    let boxes = Boxes::from_slice(&[cube([0.0, 90.0, -9.0], 1.0), cube([0.0, 90.0, 9.0], 1.0)]);
-    let mut out = [0; 64];
-    assert_eq!(list_boxes(Level::new(), region.planes(), &boxes, &mut out), 1);
-    assert_eq!(mask_words(boxes.len()), 1);
+    let planes = Planes::new(region.frustum());
     let over = Sphere::new([0.0, 90.0, -9.0], 1.0);
-    assert_eq!(region.planes().classify_sphere(&over), cullet::bounds::Side::Inside);
+    assert_eq!(planes.classify_sphere(&over), cullet::bounds::Side::Inside);
+    let behind = Sphere::new([0.0, 90.0, 9.0], 1.0);
+    assert_eq!(planes.classify_sphere(&behind), cullet::bounds::Side::Outside);
+}
+
+#[test]
+fn what_is_beside_the_map_goes_and_the_rest_stays() {
+    let f = wide_view().frustum();
+    let from = [0.0, 40.0, -20.0];
+    let map = View::perspective(from, [0.1, 0.0, -20.0], 0.2, 1.0, 60.0, [512, 512]).expect("good");
+    let lamp = Light::Point { position: from, range: f64::INFINITY };
+    let whole = CasterRegion::new(&f, None, &lamp);
+    let region = whole.clone().within_map(&map.frustum());
+    let [on_axis, beside] = [[0.0, 20.0, -20.0], [9.0, 20.0, -20.0]].map(|at| cube(at, 0.5));
+    assert!(keeps(&whole, on_axis) && keeps(&region, on_axis) && keeps(&whole, beside));
+    assert_eq!(reason_of(&region, beside), Some(CasterReason::OutsideMap));
 }

@@ -168,11 +168,9 @@ proptest! {
         let c = scaled(&c, s);
         let view = view_of(&c, depth);
         let p = point_in(&c, at);
-        let [x, y, z] = view.project_point(p).unwrap();
+        let [x, y, _] = view.project_point(p).unwrap();
         // Window coordinates that are given backwards run backwards on the screen too.
         prop_assert!((x / 640.0 - at[0]).abs() < 1e-9 && ((480.0 - y) / 480.0 - at[1]).abs() < 1e-9);
-        let back = DVec3::from(view.unproject([x, y], z).unwrap());
-        prop_assert!(back.distance(p) / p.length() < 1e-7, "{:?} not {:?}", back, p);
         let ray = view.ray([x, y]).unwrap();
         let (o, d) = (DVec3::from(ray.origin), DVec3::from(ray.direction));
         prop_assert!((p - o).dot(d) > 0.0, "the ray goes away from the viewer");
@@ -251,7 +249,14 @@ fn near_width_and_distance_say_the_same_as_a_field_of_view() {
     let height = 2.0 * near * (fov_y_radians / 2.0).tan();
     let [a, b] = [
         Projection::Perspective { fov_y_radians, aspect, near, far },
-        Projection::from_near_plane(height * aspect, height, near, far),
+        Projection::OffCentre {
+            left: -height * aspect / 2.0,
+            right: height * aspect / 2.0,
+            bottom: -height / 2.0,
+            top: height / 2.0,
+            near,
+            far,
+        },
     ]
     .map(|p| Camera::look_at([1.0, 2.0, 3.0], [4.0, 4.0, 4.0], p).frustum().unwrap());
     for ((_, a), (_, b)) in a.planes().zip(b.planes()) {
@@ -331,15 +336,15 @@ fn there_are_thirty_two_planes_and_no_more() {
     let refused = f.push(Plane::new([0.0, 1.0, 0.0], 1.0));
     assert_eq!(refused, Err(ViewError::TooManyPlanes { limit: 32 }));
     let nothing = Plane::new([0.0; 3], 1.0);
-    assert_eq!(Frustum::everything().with_plane(nothing), Err(ViewError::NoPlane(nothing)));
+    assert_eq!(Frustum::everything().push(nothing), Err(ViewError::NoPlane(nothing)));
     let nan = Plane::new([1.0, f64::NAN, 0.0], 1.0);
     assert!(Frustum::everything().push(nan).is_err());
     // Taken as they are, such planes count as absent, and nothing is lost by them.
     let f = Frustum::from_planes([Some(nan), Some(nothing), None, None, None, None]);
     assert_eq!(f.present(), 0);
-    let full =
+    let mut cut =
         View::perspective([0.0; 3], [1.0, 0.0, 0.0], 1.0, 1.0, 9.0, [8, 8]).unwrap().frustum();
-    let cut = full.with_plane(Plane::new([1.0, 0.0, 0.0], 5.0)).unwrap();
+    cut.push(Plane::new([1.0, 0.0, 0.0], 5.0)).unwrap();
     assert!(cut.contains([4.0, 0.0, 0.0]) && !cut.contains([6.0, 0.0, 0.0]));
 }
 

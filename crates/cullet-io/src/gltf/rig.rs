@@ -5,7 +5,6 @@
 
 use std::collections::{HashMap, HashSet};
 
-use cullet::bounds::{DeformError, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
 use cullet::{Handle, MeshData, Transform};
 use glam::DAffine3;
 
@@ -16,6 +15,7 @@ use super::meshes::{Binding, Meshes};
 use super::nodes::{Node, Nodes};
 use super::notes::Notes;
 use crate::ErrorKind;
+use crate::deform::{DeformError, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
 use crate::motion::track::Property;
 use crate::motion::{Bounds, Clip, Deformed, Follower, Rig, RigNode, SkinRig};
 

@@ -1,10 +1,11 @@
 //! The nodes, animations, skins and morph targets of a file.
 
-use cullet::bounds::{Aabb, JointBoxes, MorphBounds, MorphedJointBoxes};
+use cullet::bounds::Aabb;
 use cullet::{Handle, MeshData, MeshId, Transform};
 use glam::DAffine3;
 
 use super::track::{Local, Track, WeightTrack};
+use crate::deform::{JointBoxes, MorphBounds, MorphedJointBoxes};
 
 /// A node of the tree.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 //! The scene stands still at a time that its text gives. What deforms has a mesh of its own, posed at that
 //! time, and bounds of its joints or targets, as an engine would give them: neither knows the other.
 
-use cullet::bounds::{Aabb, JointBoxes, MorphBounds, Morphs, Skin};
+use cullet::bounds::Aabb;
 use cullet::mesh::Alpha;
 use cullet::{BoundsOverride, Instance, Mesh, Transform};
 use glam::{DAffine3, DVec3};
@@ -13,6 +13,7 @@ use super::rng::{Rng, sin_cos};
 use super::shapes::{Shape, mesh_data};
 use super::spec::{KeyInfo, SceneInfo, SceneSpecError, Spec};
 use crate::Model;
+use crate::deform::{JointBoxes, MorphBounds, Morphs, Skin};
 use crate::motion::{Motion, MotionKind};
 
 pub(super) const INFO: SceneInfo = SceneInfo {

@@ -94,7 +94,7 @@ pub enum SceneSpecError {
     Mesh(#[from] cullet::mesh::MeshError),
     /// A deforming mesh has no bounds.
     #[error("the scene cannot be made: {0}")]
-    Deform(#[from] cullet::bounds::DeformError),
+    Deform(#[from] crate::deform::DeformError),
 }
 
 /// A scene's text, taken apart: one value for each of its keys.

@@ -18,7 +18,6 @@ pub mod occlusion;
 mod options;
 mod results;
 mod shadow;
-mod views;
 pub(crate) mod world;
 
 use std::path::{Path, PathBuf};
@@ -40,7 +39,7 @@ use crate::machine::Machine;
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct BenchArgs {
-    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, views, moving, occlusion
+    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, moving, occlusion
     filter: Option<String>,
     /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 1 GiB, some minutes
     #[arg(long)]
@@ -115,16 +114,8 @@ pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
 type Workloads = fn(&BenchOptions, &mut dyn FnMut(Measured));
 
 /// The subjects in the order in which they run. Occlusion follows them, for it has more to tell.
-const SUBJECTS: [Workloads; 8] = [
-    frustum::run,
-    backface::run,
-    shadow::run,
-    hierarchy::run,
-    views::run,
-    moving::run,
-    clip::run,
-    cut::run,
-];
+const SUBJECTS: [Workloads; 7] =
+    [frustum::run, backface::run, shadow::run, hierarchy::run, moving::run, clip::run, cut::run];
 
 /// Runs the workloads that are wanted.
 #[must_use]
@@ -163,8 +154,8 @@ mod tests {
         // three answers each, and the vertices. A frame: three at each level, and four that have none.
         // Shadows: three lights.
         let flat = (2 * 3 + (4 + 6) * 3 + 3 + 3) * levels + 1 + 4;
-        // Two layouts: four shares, a list at each level, ranges and sorted; three of views; eight of moves.
-        let trees = 2 * (4 * (levels + 2) + 3 + 8);
+        // Two layouts: four shares, a list at each level, ranges and sorted; eight of moves.
+        let trees = 2 * (4 * (levels + 2) + 8);
         // Outcodes; sorting, three ways for lines, four for triangles, two places. Cuts: six.
         let clipping = levels + 1 + 3 + 4 + 2 + 6;
         // Three ways to draw, and the tests.

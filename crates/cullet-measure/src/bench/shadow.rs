@@ -1,8 +1,10 @@
-//! Shadow casters of one light and one view: the region, and the walk of the tree.
+//! Shadow casters of one light and one view: the region, and the walk of the tree, as the culler's frustum stage does
+//! them.
 
 use cullet::bounds::{Aabb, Boxes};
-use cullet::cull::frustum::batch;
-use cullet::cull::shadow::{CasterRegion, Light, ShadowCasters};
+use cullet::cull::frustum::batch::{self, Planes};
+use cullet::cull::frustum::tree::Cut;
+use cullet::cull::shadow::{CasterRegion, Light};
 use cullet::hierarchy::{Nodes, spatial_order};
 use cullet::{Frustum, Level, View};
 
@@ -57,6 +59,41 @@ fn lights() -> [(&'static str, Light); 3] {
     ]
 }
 
+/// The casters of one region: a mask, and what to clear of it.
+#[derive(Default)]
+struct Casters {
+    cut: Cut,
+    kept: Vec<u64>,
+    touched: Vec<usize>,
+}
+
+impl Casters {
+    fn cull(&mut self, level: Level, region: &CasterRegion, nodes: &Nodes, boxes: &Boxes) {
+        self.touched.drain(..).for_each(|word| self.kept[word] = 0);
+        self.kept.resize(batch::mask_words(boxes.len()), 0);
+        if region.no_receiver() {
+            return;
+        }
+        self.cut.cull(level, &Planes::new(region.frustum()), nodes, boxes);
+        for word in self.cut.touched() {
+            let mut visible = self.cut.visible()[word];
+            let mut kept = visible;
+            while region.has_range() && visible != 0 {
+                let bit = visible.trailing_zeros() as usize;
+                let beyond = region.is_beyond_range(&boxes.get(word * 64 + bit));
+                kept &= !(u64::from(beyond) << bit);
+                visible &= visible - 1;
+            }
+            self.kept[word] = kept;
+            self.touched.push(word);
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.touched.iter().map(|&word| self.kept[word].count_ones() as usize).sum()
+    }
+}
+
 fn run_light(
     options: &BenchOptions,
     name: String,
@@ -70,18 +107,22 @@ fn run_light(
     let region = || CasterRegion::new(&frustum, Some(&floor), light);
     // Box by box, in scalar arithmetic.
     let oracle = region();
+    let mut rejecting = vec![batch::VISIBLE; boxes.len()];
+    batch::reject_boxes(best, &Planes::new(oracle.frustum()), boxes, 0, &mut rejecting);
     let mut expected = vec![0_u64; batch::mask_words(boxes.len())];
-    for i in 0..boxes.len() {
-        expected[i / 64] |= u64::from(oracle.reason(boxes, i).is_none()) << (i % 64);
+    for (i, &plane) in rejecting.iter().enumerate() {
+        let plane = (plane != batch::VISIBLE).then_some(plane);
+        let kept = oracle.reason(&boxes.get(i), plane).is_none();
+        expected[i / 64] |= u64::from(kept) << (i % 64);
     }
     for (level_name, level) in levels {
-        let mut casters = ShadowCasters::new();
-        casters.cull(level, &region(), Some(nodes), boxes);
-        let checked = *casters.kept() == *expected;
+        let mut casters = Casters::default();
+        casters.cull(level, &region(), nodes, boxes);
+        let checked = casters.kept == expected;
         let times = fastest_of_both(
             options.seconds,
             |turn| stream(best, boxes.as_floats(), turn),
-            || casters.cull(level, &region(), Some(nodes), boxes),
+            || casters.cull(level, &region(), nodes, boxes),
         );
         let (name, items, visible) = (name.clone(), boxes.len(), casters.count());
         let workload = Workload { name, level: level_name, items, visible, checked };
@@ -93,7 +134,8 @@ fn run_light(
 mod tests {
     use super::*;
     use cullet::bounds::Plane;
-    use cullet::cull::frustum::batch::{Planes, mask_boxes, mask_words};
+    use cullet::cull::frustum::batch::{mask_boxes, mask_words};
+    use cullet::{Culler, Output, ShadowView, ViewState, Visible};
     use cullet_io::paths::{Overrides, PathSpec, views};
 
     fn visible(frustum: &Frustum, boxes: &Boxes) -> Vec<u64> {
@@ -105,6 +147,12 @@ mod tests {
     /// How many of `kept` are not `seen`.
     fn unseen(kept: &[u64], seen: &[u64]) -> u64 {
         kept.iter().zip(seen).map(|(k, s)| u64::from((k & !s).count_ones())).sum()
+    }
+
+    /// How many slots are kept, and how many of those are not `seen`.
+    fn counts(kept: &Visible, seen: &[u64]) -> [u64; 2] {
+        let is_seen = |slot: &u32| seen[*slot as usize / 64] >> (slot % 64) & 1 == 1;
+        [kept.instance_count, kept.slots().filter(|slot| !is_seen(slot)).count() as u64]
     }
 
     /// The box along the light around the frustum, open towards the light: what a shadow map of the view covers.
@@ -141,34 +189,40 @@ mod tests {
         let mut sums = [[0; 4]; 2];
         let mut lamps = [0; 3];
         let everything = visible(&Frustum::everything(), boxes);
-        let mut answer = ShadowCasters::new();
+        let culler = Culler { output: Output::Instances, ..Culler::default() };
+        let (mut state, mut in_view) = (ViewState::default(), Visible::default());
+        let (mut of_light, mut casters) = (ViewState::default(), Visible::default());
+        let mut in_range = Casters::default();
         for view in &walk {
             let frustum = view.frustum();
             let seen = visible(&frustum, boxes);
-            let receivers = (0..boxes.len())
-                .filter(|i| seen[i / 64] >> (i % 64) & 1 == 1)
-                .fold(Aabb::EMPTY, |b, i| b.union(&boxes.get(i)));
-            let mut kept = |frustum: &Frustum, receivers: Option<&Aabb>, light: &Light| {
-                let region = CasterRegion::new(frustum, receivers, light);
-                answer.cull(Level::new(), &region, Some(nodes), boxes);
-                (unseen(answer.kept(), &seen), answer.count() as u64)
+            culler.cull_one(&model.scene, view, &mut state, &mut in_view);
+            let mut kept = |by_receivers: bool, light: Light| {
+                let mut shadows = ShadowView::new(view.clone(), light);
+                if by_receivers {
+                    shadows = shadows.receiving(&model.scene, &in_view);
+                }
+                culler.cull_shadows(&model.scene, &shadows, &mut of_light, &mut casters);
+                counts(&casters, &seen)
             };
             for ((_, direction), sums) in suns.iter().zip(&mut sums) {
                 let sun = Light::Directional { direction: *direction };
                 let in_box = visible(&lights_box(&frustum, direction.map(|c| -c)), boxes);
                 sums[0] += unseen(&everything, &seen);
                 sums[1] += unseen(&in_box, &seen);
-                sums[2] += kept(&frustum, None, &sun).0;
-                sums[3] += kept(&frustum, Some(&receivers), &sun).0;
+                sums[2] += kept(false, sun)[1];
+                sums[3] += kept(true, sun)[1];
             }
             // A lamp every 48 m, whose light reaches 20 m.
             for (i, j) in (0..20).flat_map(|i| (0..20).map(move |j| (i, j))) {
                 let at = |k: i32| f64::from(k - 10) * 48.0 + 12.0;
                 let position = [at(i), 6.0, at(j)];
                 let lamp = Light::Point { position, range: 20.0 };
-                lamps[0] += kept(&Frustum::everything(), None, &lamp).1;
-                lamps[1] += kept(&frustum, None, &lamp).1;
-                lamps[2] += kept(&frustum, Some(&receivers), &lamp).1;
+                let region = CasterRegion::new(&Frustum::everything(), None, &lamp);
+                in_range.cull(Level::new(), &region, nodes, boxes);
+                lamps[0] += in_range.count() as u64;
+                lamps[1] += kept(false, lamp)[0];
+                lamps[2] += kept(true, lamp)[0];
             }
         }
         for ((name, _), [all, in_box, swept, with_receivers]) in suns.iter().zip(sums) {

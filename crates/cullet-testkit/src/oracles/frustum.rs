@@ -1,14 +1,14 @@
 //! Slow oracles of the frustum tests: plain f64, literally as the lectures have them.
 
 use cullet::Frustum;
-use cullet::bounds::{Aabb, Obb, Plane, Side};
+use cullet::bounds::{Aabb, Plane, Side};
 use glam::DVec3;
 
 /// The lecture's loop, literally: the planes in camera space, out at the first plane that the sphere is
 /// wholly outside of, inside only when it is inside of all.
 ///
 /// `camera_space` is [`cullet::Projection::frustum`], `center` is the sphere's centre
-/// by [`cullet::Camera::to_camera_space`]. Plain f64; NaN is straddling.
+/// in camera space. Plain f64; NaN is straddling.
 pub fn classify_sphere_ref(camera_space: &Frustum, center: [f64; 3], radius: f64) -> Side {
     let mut inside_of = 0;
     let mut planes = 0;
@@ -28,15 +28,7 @@ pub fn classify_sphere_ref(camera_space: &Frustum, center: [f64; 3], radius: f64
 /// All eight corners against every plane: outside where one plane has all of them outside, inside where
 /// all planes have all of them inside. Plain f64; NaN is straddling.
 pub fn classify_aabb_ref(frustum: &Frustum, b: &Aabb) -> Side {
-    classify_corners_ref(frustum, &b.corners().map(|c| c.map(f64::from)))
-}
-
-/// As [`classify_aabb_ref`], for an oriented box.
-pub fn classify_obb_ref(frustum: &Frustum, b: &Obb) -> Side {
-    classify_corners_ref(frustum, &b.corners())
-}
-
-fn classify_corners_ref(frustum: &Frustum, corners: &[[f64; 3]; 8]) -> Side {
+    let corners = b.corners().map(|c| c.map(f64::from));
     let mut inside = true;
     for (_, plane) in frustum.planes() {
         if corners.iter().all(|&c| plane.distance(c) > 0.0) {

@@ -3,9 +3,6 @@
 mod aabb;
 mod batch;
 mod convert;
-mod deform;
-mod fit;
-mod obb;
 mod plane;
 mod sphere;
 
@@ -14,8 +11,6 @@ pub(crate) use aabb::{round_down, round_up};
 pub(crate) use batch::{LANES, gather_into};
 
 pub use batch::{Batch, Block, BoxBlock, Boxes, SphereBlock, Spheres};
-pub use deform::{DeformError, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
-pub use obb::Obb;
 pub use plane::{Plane, Side};
 pub use sphere::Sphere;
 

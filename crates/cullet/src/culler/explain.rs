@@ -1,7 +1,8 @@
 //! Why one instance is drawn or not, with the numbers of every stage that it came to.
 
-use super::frame::{Alone, Frame};
+use super::frame::{Alone, Frame, Viewer};
 use super::pipeline::{self, Scratch};
+use super::shadow::ShadowView;
 use super::stage::{degenerate, detail, frustum, layer, occlusion};
 use super::{CullError, Culler, Output};
 use crate::bits;
@@ -51,19 +52,43 @@ impl Culler {
         view: &View,
         handle: Handle,
     ) -> Result<Explanation, CullError> {
+        self.explain_to(scene, Viewer::Camera(view), handle)
+    }
+
+    /// As [`explain`](Self::explain), for a light: the reason is the one that [`cull_shadows`](Self::cull_shadows)
+    /// writes.
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn explain_shadows(
+        &self,
+        scene: &Scene,
+        shadows: &ShadowView,
+        handle: Handle,
+    ) -> Result<Explanation, CullError> {
+        self.explain_to(scene, Viewer::Light(shadows), handle)
+    }
+
+    fn explain_to(
+        &self,
+        scene: &Scene,
+        viewer: Viewer<'_>,
+        handle: Handle,
+    ) -> Result<Explanation, CullError> {
         let slot = scene.slot(handle)?;
-        let telling = Self { reasons: true, clock: None, ..self.clone() };
+        let own = viewer.settings(self).into_owned();
+        let telling = Self { reasons: true, clock: None, ..own };
         let (mut scratch, mut all, mut result) =
             (Scratch::default(), Visible::default(), Visible::default());
-        if self.occlusion.is_some() {
+        if telling.occlusion.is_some() {
             // What hides an instance is everything else.
             let instances = Self { output: Output::Instances, ..telling.clone() };
-            pipeline::run(&instances, scene, view, None, &mut scratch, &mut all);
+            pipeline::run(&instances, scene, viewer, None, &mut scratch, &mut all);
         }
         let only = Some(Alone { slot, all: &all });
-        pipeline::run(&telling, scene, view, only, &mut scratch, &mut result);
+        pipeline::run(&telling, scene, viewer, only, &mut scratch, &mut result);
         let reason = result.reasons[slot as usize];
-        let frame = Frame::new(&telling, scene, view, only);
+        let frame = Frame::new(&telling, scene, viewer, only);
         let occlusion = &scratch.caches.occlusion;
         let rows = result.funnel.rows.iter().filter(|row| row.entered.of(row.unit) > 0);
         let steps = rows.map(|row| Step {

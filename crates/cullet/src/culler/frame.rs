@@ -1,21 +1,53 @@
 //! The frame: everything that the stages derive from a view, derived once.
 
+use std::borrow::Cow;
+
+use super::shadow::ShadowView;
 use super::{Backface, Culler, Output};
-use crate::cull::frustum::batch::Planes;
+use crate::bounds::{Plane, ROUNDING};
+use crate::cull::frustum::batch::{Planes, VISIBLE};
+use crate::cull::shadow::{CasterReason, CasterRegion};
+use crate::funnel::Stage;
 use crate::scene::Scene;
-use crate::view::{CullFace, Frustum, View};
+use crate::view::{CullFace, Frustum, FrustumPlane, View};
 use crate::visible::Visible;
+
+/// Who looks: a camera, or a light for the shadows that a camera sees.
+#[derive(Clone, Copy)]
+pub(super) enum Viewer<'a> {
+    Camera(&'a View),
+    Light(&'a ShadowView),
+}
+
+impl Viewer<'_> {
+    /// The settings without the stages that this viewer has no use for.
+    pub(super) fn settings<'c>(&self, culler: &'c Culler) -> Cow<'c, Culler> {
+        let Self::Light(shadows) = self else { return Cow::Borrowed(culler) };
+        let mut own = match shadows.map {
+            Some(_) => culler.clone(),
+            None => [Stage::Detail, Stage::Occlusion, Stage::Backface]
+                .into_iter()
+                .fold(culler.clone(), |culler, stage| culler.without(stage)),
+        };
+        // The six first planes of a region are not the sides of a view.
+        own.frustum_exact = false;
+        Cow::Owned(own)
+    }
+}
 
 /// One cull of one view, as all stages see it.
 pub(super) struct Frame<'a> {
     pub(super) culler: &'a Culler,
     pub(super) scene: &'a Scene,
+    /// What is drawn: for a light, its map; its camera where it has none, and no stage looks through it.
     pub(super) view: &'a View,
-    /// In world space, and relative to the scene's origin, as its boxes are.
+    /// In world space, and relative to the scene's origin, as its boxes are: of a light, where casters matter.
     pub(super) world_frustum: Frustum,
     pub(super) frustum: Frustum,
     /// Of `frustum`.
     pub(super) planes: Planes,
+    /// Of a light, relative to the scene's origin.
+    pub(super) casters: Option<CasterRegion>,
     /// The one instance that is culled, where an explanation is wanted.
     pub(super) only: Option<Alone<'a>>,
 }
@@ -29,21 +61,47 @@ pub(super) struct Alone<'a> {
 }
 
 impl<'a> Frame<'a> {
+    /// `culler` has the viewer's own [settings](Viewer::settings).
     pub(super) fn new(
         culler: &'a Culler,
         scene: &'a Scene,
-        view: &'a View,
+        viewer: Viewer<'a>,
         only: Option<Alone<'a>>,
     ) -> Self {
-        let world_frustum = view.frustum();
-        let frustum = world_frustum.relative_to(scene.origin());
+        let origin = scene.origin();
+        let (view, world_frustum, frustum, casters) = match viewer {
+            Viewer::Camera(view) => {
+                let world = view.frustum();
+                let frustum = world.relative_to(origin);
+                (view, world, frustum, None)
+            }
+            Viewer::Light(shadows) => {
+                let region = region(shadows, origin);
+                let frustum = region.frustum().clone();
+                (shadows.drawn(), in_world(&frustum, origin), frustum, Some(region))
+            }
+        };
         let planes = Planes::new(&frustum);
-        Self { culler, scene, view, world_frustum, frustum, planes, only }
+        Self { culler, scene, view, world_frustum, frustum, planes, casters, only }
     }
 
     /// The slot of the one instance that is culled.
     pub(super) fn only_slot(&self) -> Option<u32> {
         self.only.map(|only| only.slot)
+    }
+
+    /// Whether there is nothing to be seen at all: a light that lights nothing which its camera sees.
+    pub(super) fn sees_nothing(&self) -> bool {
+        self.casters.as_ref().is_some_and(CasterRegion::no_receiver)
+    }
+
+    /// The number of the first plane that an instance is outside of; of a light, its [`CasterReason`] as a number.
+    pub(super) fn rejection(&self, slot: u32) -> u8 {
+        let plane = self.planes.first_rejecting(self.scene.boxes(), slot as usize);
+        let Some(casters) = &self.casters else { return plane };
+        let plane = (plane != VISIBLE).then_some(plane);
+        let bounds = self.scene.boxes().get(slot as usize);
+        casters.reason(&bounds, plane).map_or(VISIBLE, CasterReason::detail)
     }
 
     /// Whether back faces are culled by whole clusters.
@@ -57,4 +115,38 @@ impl<'a> Frame<'a> {
     pub(super) fn culls_backs_by_triangle(&self) -> bool {
         self.culler.backface != Backface::Off && self.view.cull_face != CullFace::None
     }
+}
+
+/// Where casters matter, relative to an origin: near it, where f64 is finest, whatever its distance.
+fn region(shadows: &ShadowView, origin: [f64; 3]) -> CasterRegion {
+    let mut light = shadows.light;
+    let mut margin = shadows.margin_world.max(0.0);
+    if let Some(map) = &shadows.map {
+        let eye = map.eye();
+        light = light.seen_from(eye);
+        // The eye is off by the rounding of the matrix that it is found from.
+        margin += eye.iter().map(|v| v.abs()).sum::<f64>() * (64.0 * ROUNDING);
+    }
+    let camera = shadows.camera.frustum().relative_to(origin);
+    let light = light.relative_to(origin);
+    let region = CasterRegion::new(&camera, shadows.receivers.as_ref(), &light);
+    let region = region.with_margin(margin);
+    match &shadows.map {
+        Some(map) => region.within_map(&map.frustum().relative_to(origin)),
+        None => region,
+    }
+}
+
+/// Planes relative to an origin, in world space, moved out by more than that rounds.
+fn in_world(frustum: &Frustum, origin: [f64; 3]) -> Frustum {
+    let out = |plane: &Plane| {
+        let moved = plane.relative_to(origin.map(|v| -v));
+        Plane { d: moved.d + moved.d.abs() * ROUNDING, ..moved }
+    };
+    let mut world = Frustum::from_planes(FrustumPlane::ALL.map(|p| frustum.plane(p).map(out)));
+    for (_, plane) in frustum.planes().filter(|(number, _)| *number >= FrustumPlane::ALL.len()) {
+        // One that is refused is one fewer to reject by.
+        let _ = world.push(out(plane));
+    }
+    world
 }

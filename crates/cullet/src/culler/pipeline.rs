@@ -5,14 +5,13 @@
 //! before the next begins, cheapest test first, so that its time and its counts are its own.
 
 use super::answer;
-use super::frame::{Alone, Frame};
+use super::frame::{Alone, Frame, Viewer};
 use super::log::Log;
 use super::sets::Sets;
 use super::stage::{backface, degenerate, detail, frustum, layer, occlusion};
 use super::{Culler, Output};
 use crate::funnel::{Stage, Unit};
 use crate::scene::Scene;
-use crate::view::View;
 use crate::visible::Visible;
 
 /// A stage at work on one of the sets.
@@ -97,16 +96,17 @@ pub(super) struct Scratch {
     pub(super) caches: Caches,
 }
 
-/// Culls for one view; with `only`, one instance alone, by what the scratch has of the whole scene.
+/// Culls for a camera or a light; with `only`, one instance alone, by what the scratch has of the whole scene.
 pub(super) fn run(
     culler: &Culler,
     scene: &Scene,
-    view: &View,
+    viewer: Viewer<'_>,
     only: Option<Alone<'_>>,
     scratch: &mut Scratch,
     result: &mut Visible,
 ) {
-    let frame = Frame::new(culler, scene, view, only);
+    let culler = &*viewer.settings(culler);
+    let frame = Frame::new(culler, scene, viewer, only);
     let Scratch { sets, caches } = scratch;
     sets.triangles.swap_with(result);
     sets.clear();

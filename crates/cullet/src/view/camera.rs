@@ -54,20 +54,6 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// The symmetric perspective whose near plane is `width` × `height` at distance `near`: the way
-    /// older texts give a camera.
-    #[must_use]
-    pub const fn from_near_plane(width: f64, height: f64, near: f64, far: f64) -> Self {
-        Self::OffCentre {
-            left: -width * 0.5,
-            right: width * 0.5,
-            bottom: -height * 0.5,
-            top: height * 0.5,
-            near,
-            far,
-        }
-    }
-
     /// Window on the near plane (left, right, bottom, top), near, far, and whether lines of sight meet.
     fn window(&self) -> ([f64; 4], f64, f64, bool) {
         match *self {
@@ -147,16 +133,6 @@ impl Camera {
         self.check()?;
         let m = self.axes()?;
         Ok([m.x_axis.into(), m.y_axis.into(), m.z_axis.into()])
-    }
-
-    /// `point` in camera space: relative to the eye, along right, up and back.
-    ///
-    /// # Errors
-    /// As [`basis`](Self::basis).
-    pub fn to_camera_space(&self, point: impl Into<[f64; 3]>) -> Result<[f64; 3], ViewError> {
-        self.check()?;
-        let offset = DVec3::from(point.into()) - DVec3::from(self.eye);
-        Ok((self.axes()?.transpose() * offset).into())
     }
 
     /// The unit axes right, up and back of the camera: right is direction × up.

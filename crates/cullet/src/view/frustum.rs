@@ -94,15 +94,6 @@ impl Frustum {
         Ok(number)
     }
 
-    /// The same region cut by one more half-space; see [`push`](Self::push).
-    ///
-    /// # Errors
-    /// As [`push`](Self::push).
-    pub fn with_plane(mut self, plane: Plane) -> Result<Self, ViewError> {
-        self.push(plane)?;
-        Ok(self)
-    }
-
     /// The planes of a matrix that takes world to clip space, by its rows (Gribb & Hartmann, *Fast
     /// Extraction of Viewing Frustum Planes*, 2001), turned to point out.
     pub(super) fn from_matrix(m: &DMat4, depth: Depth) -> Self {

@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3, DVec4};
 
 use super::{Depth, View};
-use crate::bounds::{Aabb, ROUNDING, Sphere};
+use crate::bounds::{Aabb, ROUNDING};
 
 /// A rectangle on the screen, in pixels from the top left corner; it may reach beyond the viewport.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,68 +121,6 @@ impl View {
         }
         let on = (0..2).all(|a| min[a] <= 1.0 && max[a] >= 0.0 && (max[a] - min[a]).is_finite());
         on.then(|| [min.map(|v| v.max(0.0)), max.map(|v| v.min(1.0))])
-    }
-
-    /// The rectangle around the projection of a sphere given relative to `origin`: its four edges
-    /// touch the sphere's outline wherever on the screen it is, but for outward rounding.
-    ///
-    /// `None` where the sphere reaches in front of the near plane or behind the eye, where it is not
-    /// finite, and where it is empty.
-    ///
-    /// An edge of the rectangle is a plane through the eye, x = k·w in clip space, that touches the sphere:
-    /// a quadratic for k, in any projection. (M. Mara & M. `McGuire`, *2D Polyhedral Bounds of a Clipped,
-    /// Perspective-Projected 3D Sphere*, 2013, of which this is the case without clipping.)
-    #[must_use]
-    pub fn project_sphere(&self, sphere: &Sphere, origin: [f64; 3]) -> Option<ScreenRect> {
-        if sphere.is_empty() || !sphere.is_finite() {
-            return None;
-        }
-        let m = &self.clip_from_world;
-        let local = DVec3::from(sphere.center.map(f64::from));
-        let clip: DVec4 = *m * (local + DVec3::from(origin)).extend(1.0);
-        let error = absolute(m) * (local.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
-        let [x, y, z, w] = std::array::from_fn(|i| m.row(i).truncate());
-        let radius = f64::from(sphere.radius);
-        let (nearest, near, near_error) = match self.depth {
-            Depth::Standard => (clip.z, z, error.z),
-            Depth::Reversed => (clip.w - clip.z, w - z, error.w + error.z),
-        };
-        // Proved to be on this side of the eye with digits to spare: the outline of a sphere that
-        // almost touches the plane of the eye is almost infinite.
-        let behind_eye = clip.w - radius * w.length() - error.w;
-        let proved = behind_eye > clip.w * 1e-9
-            && nearest - radius * near.length() >= -near_error
-            && clip.is_finite();
-        if !proved {
-            return None;
-        }
-        let mut rect = ScreenRect { min: [f64::INFINITY; 2], max: [f64::NEG_INFINITY; 2] };
-        for (a, row) in [x, y].into_iter().enumerate() {
-            let (c, cw) = (clip[a], clip.w);
-            // A centre off by `error` is a centre where it was computed and a larger radius: no plane
-            // x = k·w has a normal row − k·w shorter than `slope`, no edge a k beyond `reach`.
-            let reach = (c.abs() + radius * row.length() + error[a]) / behind_eye;
-            let slope =
-                if w == DVec3::ZERO { row.length() } else { row.cross(w).length() / w.length() };
-            let grown = radius * (1.0 + ROUNDING) + (error[a] + reach * error.w) / slope;
-            // (c − k·cw)² = r²|row − k·w|², solved for k; the discriminant is written so that it does not
-            // cancel: r²(|row·cw − w·c|² − r²|row × w|²).
-            let square = grown * grown;
-            let denominator = cw * cw - square * w.length_squared();
-            let across = (row * cw - w * c).length_squared();
-            let inner = (across - square * row.cross(w).length_squared()).max(0.0);
-            let root = grown * inner.sqrt();
-            let middle = c * cw - square * row.dot(w);
-            let slack = (c.abs() * cw + square * row.length() * w.length() + root) * 4.0 * ROUNDING;
-            let far_enough = denominator > cw * cw * 1e-9;
-            let (low, high) =
-                ((middle - root - slack) / denominator, (middle + root + slack) / denominator);
-            if !(far_enough && low.is_finite() && high.is_finite()) {
-                return None;
-            }
-            self.extend(&mut rect, a, low, high);
-        }
-        Some(rect)
     }
 
     /// Stretches `rect` along an axis over `low`..`high` in device coordinates, rounding outward.

@@ -41,14 +41,6 @@ impl View {
         Some(Ray { origin, direction: direction.into() })
     }
 
-    /// The point that is seen at `pixel` (from the top left corner) with clip depth `depth`, as a depth
-    /// buffer of this view stores it. `None` where it is at infinity.
-    #[must_use]
-    pub fn unproject(&self, pixel: [f64; 2], depth: f64) -> Option<[f64; 3]> {
-        let [a, b] = self.planes_of_sight(pixel);
-        Plane::meet(&a, &b, &self.plane_of_depth(depth)?)
-    }
-
     /// Where a point is seen: pixels from the top left corner, and clip depth. `None` for a point that is
     /// not in front of the eye (w ≤ 0) or not finite. It may lie beyond the viewport or the depth range.
     #[must_use]

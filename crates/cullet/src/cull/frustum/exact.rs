@@ -199,7 +199,8 @@ mod tests {
 
     #[test]
     fn without_sides_only_the_planes_are_left() {
-        let f = Frustum::everything().with_plane(Plane::new([2.0, 0.0, 0.0], 2.0)).unwrap();
+        let mut f = Frustum::everything();
+        f.push(Plane::new([2.0, 0.0, 0.0], 2.0)).unwrap();
         let exact = ExactFrustum::new(&f);
         assert!(!exact.has_corners());
         assert!(exact.is_outside(&Aabb::new([1.1, 0.0, 0.0], [2.0; 3])));

@@ -8,7 +8,7 @@
 //! None of them is exact for big things: a box beside a corner of the frustum may be outside without
 //! being outside of any one plane. See [`exact`](super::exact).
 
-use crate::bounds::{Aabb, Obb, Plane, Side, Sphere};
+use crate::bounds::{Aabb, Plane, Side, Sphere};
 use crate::view::Frustum;
 
 /// Where a sphere lies, and the number of the first plane that rejects it. O(planes), early out.
@@ -38,15 +38,6 @@ pub fn classify_sphere(frustum: &Frustum, sphere: &Sphere) -> (Side, Option<u8>)
 /// ```
 #[must_use]
 pub fn classify_aabb(frustum: &Frustum, b: &Aabb) -> (Side, Option<u8>) {
-    classify(frustum, b.is_empty(), b.is_finite(), |plane| b.side(plane))
-}
-
-/// Where an oriented box lies, and the number of the first plane that rejects it. O(planes), early
-/// out.
-///
-/// Empty is outside, with no plane to blame; NaN or infinite is straddling.
-#[must_use]
-pub fn classify_obb(frustum: &Frustum, b: &Obb) -> (Side, Option<u8>) {
     classify(frustum, b.is_empty(), b.is_finite(), |plane| b.side(plane))
 }
 
@@ -102,7 +93,6 @@ mod tests {
             let expected = (Side::Outside, Some(plane as u8));
             let b = Aabb::new(c.map(|v| v - 1.0), c.map(|v| v + 1.0));
             assert_eq!(classify_aabb(&f, &b), expected);
-            assert_eq!(classify_obb(&f, &Obb::from(&b)), expected);
             assert_eq!(classify_sphere(&f, &Sphere::new(c, 1.0)), expected);
         }
     }
@@ -117,17 +107,14 @@ mod tests {
         );
         let b = Aabb::new([-0.5; 3], [0.5; 3]);
         assert_eq!(classify_aabb(&f, &b), (Side::Inside, None));
-        assert_eq!(classify_obb(&f, &Obb::from(&b)), (Side::Inside, None));
     }
 
     #[test]
     fn empty_nan_and_infinite_things() {
         for f in [unit_cube(), Frustum::everything()] {
             assert_eq!(classify_aabb(&f, &Aabb::EMPTY), (Side::Outside, None));
-            assert_eq!(classify_obb(&f, &Obb::EMPTY), (Side::Outside, None));
             assert_eq!(classify_sphere(&f, &Sphere::EMPTY), (Side::Outside, None));
             assert_eq!(classify_aabb(&f, &Aabb::EVERYTHING), (Side::Straddling, None));
-            assert_eq!(classify_obb(&f, &Obb::EVERYTHING), (Side::Straddling, None));
             assert_eq!(classify_sphere(&f, &Sphere::EVERYTHING), (Side::Straddling, None));
             let nan = Aabb::new([f32::NAN, 9.0, 9.0], [9.0; 3]);
             assert_eq!(classify_aabb(&f, &nan), (Side::Straddling, None));

@@ -71,6 +71,34 @@ impl Light {
     /// sixteen would be 2 %, and take half of the planes that a region may have.
     pub(super) const CONE_SIDES: usize = 8;
 
+    /// The light of a map that is drawn with this homogeneous eye: it stands where that looks from, whatever place or
+    /// direction it has itself; its range and its cone stay.
+    pub(crate) fn seen_from(self, [x, y, z, w]: [f64; 4]) -> Self {
+        if w == 0.0 {
+            return Self::Directional { direction: [-x, -y, -z] };
+        }
+        let position = [x / w, y / w, z / w];
+        match self {
+            Self::Directional { .. } => Self::Point { position, range: f64::INFINITY },
+            Self::Point { range, .. } => Self::Point { position, range },
+            Self::Spot { direction, half_angle_radians, range, .. } => {
+                Self::Spot { position, direction, half_angle_radians, range }
+            }
+        }
+    }
+
+    /// The same light in coordinates relative to `origin`.
+    pub(crate) fn relative_to(self, origin: [f64; 3]) -> Self {
+        let moved = |p: [f64; 3]| std::array::from_fn(|a| p[a] - origin[a]);
+        match self {
+            Self::Directional { .. } => self,
+            Self::Point { position, range } => Self::Point { position: moved(position), range },
+            Self::Spot { position, direction, half_angle_radians, range } => {
+                Self::Spot { position: moved(position), direction, half_angle_radians, range }
+            }
+        }
+    }
+
     pub(super) fn reach(&self) -> Reach {
         match *self {
             Self::Directional { direction } => {

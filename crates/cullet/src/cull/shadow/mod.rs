@@ -1,10 +1,11 @@
-//! Shadow-caster culling: which things can throw a shadow that a view sees, wherever they stand themselves.
+//! Shadow-caster culling: which instances can throw a shadow that a view sees, wherever they stand themselves.
 //!
 //! What a light shows of a view is the part R of its frustum that holds receivers and that the light reaches. A
 //! caster matters only if it has a point on the way from some point of R to the light. All those ways together
 //! are the convex hull of R and the light: for a directional light R swept towards it without end, for a point or
 //! spot light a body with the light at its tip. [`CasterRegion`] finds the planes of that hull once per light and
-//! view; then casters are culled as by any frustum, sixteen at a time or by a tree ([`ShadowCasters`]).
+//! view; then casters are culled as by any frustum, sixteen at a time or by a tree. The culler does so for a
+//! [`ShadowView`](crate::ShadowView).
 //!
 //! Sweeping the other way, each caster along the light against the planes of the frustum, drops nothing that this
 //! keeps: a swept caster is outside a plane of R only where that plane leans away from the light, and those planes
@@ -14,7 +15,8 @@
 //!
 //! ```
 //! use cullet::bounds::{Aabb, Boxes};
-//! use cullet::cull::shadow::{CasterRegion, Light, ShadowCasters};
+//! use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
+//! use cullet::cull::shadow::{CasterRegion, Light};
 //! use cullet::{Level, View};
 //!
 //! // Ten units of floor in front of a camera, the sun straight above it.
@@ -28,21 +30,17 @@
 //!     Aabb::new([-1.0, 30.0, 4.0], [1.0, 31.0, 6.0]),   // behind the camera
 //!     Aabb::new([-1.0, -2.0, -8.0], [1.0, -1.0, -6.0]), // under the floor
 //! ]);
-//! let mut kept = ShadowCasters::new();
-//! kept.cull(Level::new(), &region, None, &casters);
-//! assert_eq!(kept.kept(), [0b001]);
+//! let mut kept = Indices::new();
+//! cull_boxes(Level::new(), &Planes::new(region.frustum()), &casters, &mut kept);
+//! assert_eq!(*kept, [0]);
 //! # Ok::<(), cullet::view::ViewError>(())
 //! ```
 
 mod body;
-mod casters;
-mod hidden;
 mod light;
 mod oracle;
 mod region;
 
-pub use casters::{CasterCounts, ShadowCasters};
-pub use hidden::drop_unlit;
 pub use light::Light;
 pub use oracle::casts_into_ref;
 pub use region::{CasterReason, CasterRegion};

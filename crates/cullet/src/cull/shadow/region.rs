@@ -4,8 +4,7 @@ use glam::DVec3;
 
 use super::body::{Body, Vertex};
 use super::light::{Apex, Light, Reach};
-use crate::bounds::{Aabb, Boxes, Plane, ROUNDING, unit};
-use crate::cull::frustum::batch::{Planes, VISIBLE};
+use crate::bounds::{Aabb, Plane, ROUNDING, unit};
 use crate::view::corners;
 use crate::view::{Frustum, FrustumPlane};
 
@@ -19,12 +18,20 @@ pub enum CasterReason {
     BeyondRange,
     /// It is outside the spot's cone.
     OutsideCone,
+    /// It is outside the view that the shadow map is drawn with.
+    OutsideMap,
     /// It is outside this plane of [`CasterRegion::frustum`]: its shadow falls beside what the view sees, or it is
-    /// behind that, seen from the light. [`u8::MAX`] for an empty box.
+    /// behind that, seen from the light. [`u8::MAX`] for an empty box, and where the parts of a caster are outside
+    /// different planes.
     OutsideSweep(u8),
 }
 
 impl CasterReason {
+    const NO_RECEIVER: u8 = 64;
+    const BEYOND_RANGE: u8 = 65;
+    const OUTSIDE_CONE: u8 = 66;
+    const OUTSIDE_MAP: u8 = 67;
+
     /// A short name, as reports print it.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -32,29 +39,45 @@ impl CasterReason {
             Self::NoReceiver => "no-receiver",
             Self::BeyondRange => "beyond-range",
             Self::OutsideCone => "outside-cone",
+            Self::OutsideMap => "outside-map",
             Self::OutsideSweep(_) => "outside-sweep",
         }
     }
-}
 
-/// What is known of the region.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    /// No caster matters.
-    Nothing,
-    /// Planes tell.
-    Planes,
+    /// The reason in one byte.
+    pub(crate) const fn detail(self) -> u8 {
+        match self {
+            Self::NoReceiver => Self::NO_RECEIVER,
+            Self::BeyondRange => Self::BEYOND_RANGE,
+            Self::OutsideCone => Self::OUTSIDE_CONE,
+            Self::OutsideMap => Self::OUTSIDE_MAP,
+            Self::OutsideSweep(plane) => plane,
+        }
+    }
+
+    /// The reason that the frustum stage gave for a caster, by the detail that it wrote.
+    pub(crate) const fn from_detail(detail: u8) -> Self {
+        match detail {
+            Self::NO_RECEIVER => Self::NoReceiver,
+            Self::BEYOND_RANGE => Self::BeyondRange,
+            Self::OUTSIDE_CONE => Self::OutsideCone,
+            Self::OUTSIDE_MAP => Self::OutsideMap,
+            plane => Self::OutsideSweep(plane),
+        }
+    }
 }
 
 /// All points from which a shadow can fall on what a view sees: the hull of the lit part of the view and the
 /// light, as up to 32 planes. Made once per light and view, without allocation; see [`CasterRegion::new`].
 #[derive(Clone, Debug)]
 pub struct CasterRegion {
-    kind: Kind,
-    planes: Planes,
-    /// Bit i: plane i is the light's own.
+    /// No caster matters.
+    is_nothing: bool,
+    frustum: Frustum,
+    /// Bit i: plane i is the light's own, or its map's.
     of_range: u32,
     of_cone: u32,
+    of_map: u32,
     /// The light and how far it reaches, where that is a sphere.
     sphere: Option<(DVec3, f64)>,
 }
@@ -124,7 +147,7 @@ impl CasterRegion {
     }
 
     fn nothing() -> Self {
-        Self { kind: Kind::Nothing, ..Self::of(&Sweep::new(0.0), None) }
+        Self { is_nothing: true, ..Self::of(&Sweep::new(0.0), None) }
     }
 
     fn of(sweep: &Sweep, sphere: Option<(DVec3, f64)>) -> Self {
@@ -138,10 +161,11 @@ impl CasterRegion {
         let of =
             |which| (0..planes.len()).fold(0, |b, i| b | u32::from(sweep.label[i] == which) << i);
         Self {
-            kind: Kind::Planes,
-            planes: Planes::new(&frustum),
+            is_nothing: false,
+            frustum,
             of_range: of(Label::Range),
             of_cone: of(Label::Cone),
+            of_map: of(Label::Map),
             sphere,
         }
     }
@@ -151,11 +175,11 @@ impl CasterRegion {
     /// is infinite keeps every caster.
     #[must_use]
     pub fn with_margin(self, margin_world: f64) -> Self {
-        if self.kind == Kind::Nothing || margin_world.is_nan() || margin_world <= 0.0 {
+        if self.is_nothing || margin_world.is_nan() || margin_world <= 0.0 {
             return self;
         }
         let mut sweep = Sweep::new(0.0);
-        for (number, plane) in self.frustum().planes() {
+        for (number, plane) in self.frustum.planes() {
             let d = plane.d + margin_world;
             let label = self.label(number as u8);
             sweep.push(Plane { d: d + d.abs() * ROUNDING, ..*plane }, label);
@@ -163,34 +187,43 @@ impl CasterRegion {
         Self::of(&sweep, self.sphere.map(|(p, range)| (p, range + margin_world)))
     }
 
+    /// The region cut by the planes of the view that the shadow map is drawn with: what is outside of that is not in the
+    /// map. Planes for which there is no room are left out.
+    #[must_use]
+    pub fn within_map(mut self, map: &Frustum) -> Self {
+        for (_, plane) in map.planes() {
+            match self.frustum.push(*plane) {
+                Ok(number) => self.of_map |= 1 << number,
+                Err(_) => break,
+            }
+        }
+        self
+    }
+
     /// Its planes, pointing out: whatever a frustum can be tested with, this can, and what is outside is no
     /// caster that matters. Without a plane if every caster is kept, and also if [`no_receiver`](Self::no_receiver):
     /// ask that first.
     #[must_use]
     pub fn frustum(&self) -> &Frustum {
-        self.planes.frustum()
-    }
-
-    /// The same planes made ready for batches and trees.
-    #[must_use]
-    pub fn planes(&self) -> &Planes {
-        &self.planes
+        &self.frustum
     }
 
     /// Whether the light lights nothing that the view sees, so that it needs no shadows at all.
     #[must_use]
     pub fn no_receiver(&self) -> bool {
-        self.kind == Kind::Nothing
+        self.is_nothing
     }
 
-    /// Whether there is a range to be beyond.
-    pub(super) fn has_sphere(&self) -> bool {
+    /// Whether there is a range to be [beyond](Self::is_beyond_range).
+    #[must_use]
+    pub fn has_range(&self) -> bool {
         self.sphere.is_some()
     }
 
     /// Whether a box is proved to be farther from the light than it reaches, which the planes can only say
     /// of the box around the light's sphere. NaN is not beyond.
-    pub(super) fn is_beyond_range(&self, b: &Aabb) -> bool {
+    #[must_use]
+    pub fn is_beyond_range(&self, b: &Aabb) -> bool {
         let Some((light, range)) = self.sphere else { return false };
         let (mut apart, mut size) = (DVec3::ZERO, range);
         for axis in 0..3 {
@@ -201,38 +234,34 @@ impl CasterRegion {
         apart.length() > range + size * ROUNDING
     }
 
-    /// Why casters like the box at `index` of a batch do not matter; `None` if one may.
-    ///
-    /// # Panics
-    /// If `index` is not below the batch's length.
+    /// Why a caster with these bounds does not matter; `None` if it may. `plane` is the number of the first plane of
+    /// [`frustum`](Self::frustum) that rejects them, by whatever test the caller has for boxes and planes.
     #[must_use]
-    pub fn reason(&self, boxes: &Boxes, index: usize) -> Option<CasterReason> {
-        let b = boxes.get(index);
+    pub fn reason(&self, b: &Aabb, plane: Option<u8>) -> Option<CasterReason> {
         if self.no_receiver() {
             return Some(CasterReason::NoReceiver);
         }
-        if !b.is_empty() && self.is_beyond_range(&b) {
+        if !b.is_empty() && self.is_beyond_range(b) {
             return Some(CasterReason::BeyondRange);
         }
-        let plane = self.planes.first_rejecting(boxes, index);
-        if plane == VISIBLE {
-            return None;
-        }
+        let plane = plane?;
         if b.is_empty() {
             return Some(CasterReason::OutsideSweep(u8::MAX));
         }
         Some(match self.label(plane) {
             Label::Range => CasterReason::BeyondRange,
             Label::Cone => CasterReason::OutsideCone,
+            Label::Map => CasterReason::OutsideMap,
             Label::Sweep => CasterReason::OutsideSweep(plane),
         })
     }
 
     fn label(&self, plane: u8) -> Label {
         let is = |bits: u32| bits.checked_shr(plane.into()).unwrap_or(0) & 1 == 1;
-        match (is(self.of_range), is(self.of_cone)) {
-            (true, _) => Label::Range,
-            (_, true) => Label::Cone,
+        match (is(self.of_range), is(self.of_cone), is(self.of_map)) {
+            (true, ..) => Label::Range,
+            (_, true, _) => Label::Cone,
+            (.., true) => Label::Map,
             _ => Label::Sweep,
         }
     }
@@ -244,6 +273,7 @@ enum Label {
     Sweep,
     Range,
     Cone,
+    Map,
 }
 
 /// A box, and the bits of those of its faces (low x, high x and so on) that are the light's range.

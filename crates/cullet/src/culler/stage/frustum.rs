@@ -13,6 +13,7 @@ use crate::clip::outcode::ObjectRegion;
 use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::exact::ExactFrustum;
 use crate::cull::frustum::tree::{Coherent, Cut};
+use crate::cull::shadow::{CasterReason, CasterRegion};
 use crate::funnel::{FrustumWork, Reason, Stage, Unit};
 use crate::scene::Tally;
 use crate::view::FrustumPlane;
@@ -76,24 +77,29 @@ fn take_visible(
         coherent.forget();
     }
     let (boxes, version) = (hierarchy.boxes(), hierarchy.change_version());
-    coherent.cull(frame.culler.level, planes, hierarchy.nodes(), boxes, version);
-    let cut = coherent.cut();
-    log.frustum = FrustumWork {
-        nodes: cut.nodes_asked(),
-        blocks: cut.leaves_asked(),
-        plane_tests: cut.plane_tests(),
-        remembered: coherent.answered(),
-        swept: cut.swept(),
-    };
     let mut exempt = scene.exempt_words().peekable();
-    for word in cut.touched() {
-        while let Some(before) = exempt.next_if(|&e| e < word) {
-            set.take(frame, before, 0, 0, all_in);
+    if !frame.sees_nothing() {
+        coherent.cull(frame.culler.level, planes, hierarchy.nodes(), boxes, version);
+        let cut = coherent.cut();
+        log.frustum = FrustumWork {
+            nodes: cut.nodes_asked(),
+            blocks: cut.leaves_asked(),
+            plane_tests: cut.plane_tests(),
+            remembered: coherent.answered(),
+            swept: cut.swept(),
+        };
+        for word in cut.touched() {
+            while let Some(before) = exempt.next_if(|&e| e < word) {
+                set.take(frame, before, 0, 0, all_in);
+            }
+            exempt.next_if_eq(&word);
+            set.take(frame, word, cut.visible()[word], cut.inside()[word], all_in);
         }
-        exempt.next_if_eq(&word);
-        set.take(frame, word, cut.visible()[word], cut.inside()[word], all_in);
     }
     exempt.for_each(|word| set.take(frame, word, 0, 0, all_in));
+    if let Some(casters) = frame.casters.as_ref().filter(|c| c.has_range()) {
+        drop_beyond_range(frame, casters, set);
+    }
     if frame.culler.frustum_exact {
         drop_beyond_planes(frame, set);
     }
@@ -103,9 +109,22 @@ fn take_visible(
             for slot in slots(word, dropped) {
                 // What is in no layer was dropped before.
                 if all_in || scene.layers(slot) & frame.view.layers != 0 {
-                    let detail = planes.first_rejecting(scene.boxes(), slot as usize);
+                    let detail = frame.rejection(slot);
                     log.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
                 }
+            }
+        }
+    }
+}
+
+/// Drops casters that no plane of the region rejects, but that the light does not reach.
+fn drop_beyond_range(frame: &Frame<'_>, casters: &CasterRegion, set: &mut Instances) {
+    let scene = frame.scene;
+    for &word in &set.live {
+        let word = word as usize;
+        for slot in slots(word, set.alive[word] & !scene.exempt()[word]) {
+            if casters.is_beyond_range(&scene.boxes().get(slot as usize)) {
+                set.alive[word] &= !(1 << (slot % 64));
             }
         }
     }
@@ -126,10 +145,18 @@ fn drop_beyond_planes(frame: &Frame<'_>, set: &mut Instances) {
 
 /// Takes one slot, by the arithmetic of the batch test, so with the same answer.
 fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u32) {
-    let (scene, planes) = (frame.scene, &frame.planes);
+    let scene = frame.scene;
     let exempt = bits::get(scene.exempt(), slot as usize);
     let bounds = scene.bounds(slot);
-    let mut side = if frame.culler.frustum { planes.classify_box(&bounds) } else { Side::Inside };
+    let mut side = match frame.culler.frustum {
+        true if frame.sees_nothing() => Side::Outside,
+        true => frame.planes.classify_box(&bounds),
+        false => Side::Inside,
+    };
+    let casters = frame.casters.as_ref().filter(|_| frame.culler.frustum);
+    if casters.is_some_and(|c| c.is_beyond_range(&scene.boxes().get(slot as usize))) {
+        side = Side::Outside;
+    }
     if frame.culler.frustum_exact
         && side == Side::Straddling
         && ExactFrustum::new(&frame.frustum).is_outside_beyond_planes(&bounds)
@@ -137,8 +164,7 @@ fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u
         side = Side::Outside;
     }
     if side == Side::Outside && !exempt {
-        let detail = planes.first_rejecting(scene.boxes(), slot as usize);
-        log.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
+        log.drop_slot(slot, Reason { stage: Stage::Frustum, detail: frame.rejection(slot) });
     } else {
         set.take_slot(slot, exempt || side == Side::Inside);
     }
@@ -296,6 +322,9 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
 pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32, reason: Option<Reason>) -> String {
     let bounds = frame.scene.bounds(slot);
     let rejecting = reason.filter(|r| r.stage == Stage::Frustum);
+    if frame.casters.is_some() {
+        return caster_finding(frame, &bounds, rejecting);
+    }
     let mut planes = frame.frustum.planes();
     let named = rejecting.and_then(|r| planes.find(|(number, _)| *number == usize::from(r.detail)));
     match named {
@@ -307,17 +336,46 @@ pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32, reason: Option<Rea
         None if rejecting.is_some() => {
             "outside: no plane alone rejects it, the exact test does".to_owned()
         }
-        None => {
-            let depths = frame
-                .frustum
-                .planes()
-                .map(|(number, plane)| (depth_inside(plane, &bounds), number));
-            depths.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(String::new, |(depth, number)| {
-                let plane = plane_name(number);
-                format!("reaches {depth:.6} units inside of the {plane} plane, its nearest")
-            })
-        }
+        None => nearest_plane(frame, &bounds).map_or_else(String::new, |(depth, number)| {
+            let plane = plane_name(number);
+            format!("reaches {depth:.6} units inside of the {plane} plane, its nearest")
+        }),
     }
+}
+
+/// Why the shadow of a caster cannot matter, or by how much it is inside of where it may.
+fn caster_finding(frame: &Frame<'_>, bounds: &Aabb, reason: Option<Reason>) -> String {
+    let Some(caster) = reason.and_then(Reason::caster) else {
+        return nearest_plane(frame, bounds).map_or_else(
+            || "nothing is known that bounds where a caster may stand".to_owned(),
+            |(depth, number)| {
+                format!("reaches {depth:.6} units inside of plane {number} of the casters' region, its nearest")
+            },
+        );
+    };
+    let why = match caster {
+        CasterReason::NoReceiver => "the light lights nothing that the camera sees".to_owned(),
+        CasterReason::BeyondRange => "it is beyond the light's range".to_owned(),
+        CasterReason::OutsideCone => "it is outside the spot's cone".to_owned(),
+        CasterReason::OutsideMap => "it is outside the view of the shadow map".to_owned(),
+        CasterReason::OutsideSweep(number) => {
+            let mut planes = frame.frustum.planes();
+            let plane = planes.find(|(n, _)| *n == usize::from(number));
+            let place = plane.map_or_else(
+                || "in parts beyond different planes".to_owned(),
+                |(n, plane)| format!("{:.6} units beyond plane {n}", -depth_inside(plane, bounds)),
+            );
+            format!("it is {place} of the region between the light and what the camera sees")
+        }
+    };
+    format!("its shadow cannot matter ({}): {why}", caster.name())
+}
+
+/// How far a box reaches inside of the plane that it is nearest to, and which that is.
+fn nearest_plane(frame: &Frame<'_>, bounds: &Aabb) -> Option<(f64, usize)> {
+    let planes = frame.frustum.planes();
+    let depths = planes.map(|(number, plane)| (depth_inside(plane, bounds), number));
+    depths.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 fn plane_name(number: usize) -> String {

@@ -89,37 +89,6 @@ impl Cut {
         }
     }
 
-    /// [`cull`](Self::cull) as at most `jobs` jobs: `run` is given them, each to be run once, on any
-    /// thread and in any order, and returns what they return. The same answer, for any number of jobs.
-    ///
-    /// With rayon: `|jobs| jobs.into_par_iter().map(CullJob::run).collect()`.
-    ///
-    /// # Panics
-    /// If the nodes are over more boxes than there are, or a job was not run.
-    pub fn cull_in_jobs(
-        &mut self,
-        level: Level,
-        planes: &Planes,
-        nodes: &Nodes,
-        boxes: &Boxes,
-        jobs: usize,
-        run: impl FnOnce(Vec<CullJob<'_>>) -> Vec<JobDone>,
-    ) {
-        self.begin(level, planes, nodes, boxes);
-        let walk = Walk { level, planes, nodes, boxes };
-        let mut fronts = std::mem::take(&mut self.fronts);
-        let all = walk.split(jobs, &mut fronts, self.target(nodes.len()));
-        let all: Vec<_> = all.into_iter().map(|job| CullJob { walk, job }).collect();
-        let expected = all.len();
-        let done = run(all);
-        assert_eq!(done.len(), expected, "jobs done, of those given");
-        self.fronts = fronts;
-        for JobDone(counts) in done {
-            self.counts.add(counts);
-        }
-        self.finish(planes, nodes.holes());
-    }
-
     /// Clears the masks, and sweeps what lies under no node.
     fn begin(&mut self, level: Level, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
         assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
@@ -134,7 +103,6 @@ impl Cut {
             visible: &mut self.visible,
             inside: &mut self.inside,
             touched: &mut self.touched,
-            first_word: 0,
             covered,
             counts: Counts::default(),
         }
@@ -277,22 +245,3 @@ impl Cut {
         }
     }
 }
-
-/// A part of a cull, to be called once on any thread.
-#[derive(Debug)]
-pub struct CullJob<'a> {
-    walk: Walk<'a>,
-    job: walk::Job<'a>,
-}
-
-impl CullJob<'_> {
-    /// Does it.
-    #[must_use]
-    pub fn run(self) -> JobDone {
-        JobDone(self.job.run(&self.walk))
-    }
-}
-
-/// What a [`CullJob`] leaves: give it back to [`Cut::cull_in_jobs`].
-#[derive(Debug)]
-pub struct JobDone(Counts);

@@ -40,14 +40,6 @@ impl Front {
         self.len = usize::from(boxes > 0);
     }
 
-    /// Takes entries of another.
-    fn set(&mut self, from: &Self, entries: Range<usize>) {
-        self.reserve(entries.len());
-        self.blocks[..entries.len()].copy_from_slice(&from.blocks[entries.clone()]);
-        self.open[..entries.len()].copy_from_slice(&from.open[entries.clone()]);
-        self.len = entries.len();
-    }
-
     pub(super) fn len(&self) -> usize {
         self.len
     }
@@ -69,14 +61,12 @@ impl Front {
     }
 }
 
-/// Part of the masks that a walk writes: what a job of its own may have.
+/// The masks that a walk writes.
 #[derive(Debug)]
 pub(super) struct Target<'a> {
     pub(super) visible: &'a mut [u64],
     pub(super) inside: &'a mut [u64],
     pub(super) touched: &'a mut [u64],
-    /// The first word of the masks that is here, a multiple of 64.
-    pub(super) first_word: usize,
     /// How many boxes lie under nodes.
     pub(super) covered: usize,
     pub(super) counts: Counts,
@@ -90,41 +80,14 @@ pub(super) struct Counts {
     pub(super) planes: u64,
 }
 
-impl Counts {
-    pub(super) fn add(&mut self, more: Self) {
-        self.nodes += more.nodes;
-        self.leaves += more.leaves;
-        self.planes += more.planes;
-    }
-}
-
 impl<'a> Target<'a> {
-    /// Splits off what begins at word `word`, a multiple of 64.
-    pub(super) fn split_at(self, word: usize) -> (Self, Self) {
-        let at = word - self.first_word;
-        let (visible, more_visible) = self.visible.split_at_mut(at.min(self.visible.len()));
-        let (inside, more_inside) = self.inside.split_at_mut(at.min(self.inside.len()));
-        let (touched, more_touched) = self.touched.split_at_mut((at / 64).min(self.touched.len()));
-        let Self { first_word, covered, counts, .. } = self;
-        let more = Target {
-            visible: more_visible,
-            inside: more_inside,
-            touched: more_touched,
-            first_word: word,
-            covered,
-            counts: Counts::default(),
-        };
-        (Target { visible, inside, touched, first_word, covered, counts }, more)
-    }
-
     /// Takes blocks of sixteen whole: those of them that there are.
     pub(super) fn take_whole(&mut self, first: usize, count: usize) {
-        let base = self.first_word * 64;
-        let first = first * LANES - base;
-        self.take_range(first..(first + count * LANES).min(self.covered - base));
+        let first = first * LANES;
+        self.take_range(first..(first + count * LANES).min(self.covered));
     }
 
-    /// Takes a range of boxes that is not empty, counted from the first that is here.
+    /// Takes a range of boxes that is not empty.
     pub(super) fn take_range(&mut self, range: Range<usize>) {
         for (word, bits) in bits::words_of(range.clone()) {
             self.visible[word] |= bits;
@@ -138,7 +101,7 @@ impl<'a> Target<'a> {
     /// Takes those of one block of sixteen whose bits are set.
     #[inline(always)]
     pub(super) fn take_block(&mut self, block: usize, visible: u32, inside: u32) {
-        let (word, shift) = (block / 4 - self.first_word, block % 4 * LANES);
+        let (word, shift) = (block / 4, block % 4 * LANES);
         self.visible[word] |= u64::from(visible) << shift;
         self.inside[word] |= u64::from(inside) << shift;
         self.touched[word / 64] |= u64::from(visible != 0) << (word % 64);
@@ -146,7 +109,7 @@ impl<'a> Target<'a> {
 
     /// Takes what was found before of the 256 boxes of a block of nodes.
     pub(super) fn take_group(&mut self, group: usize, visible: &[u64; 4], inside: &[u64; 4]) {
-        let word = group * 4 - self.first_word;
+        let word = group * 4;
         self.visible[word..word + 4].copy_from_slice(visible);
         self.inside[word..word + 4].copy_from_slice(inside);
         let touched = (0..4).fold(0, |bits, i| bits | u64::from(visible[i] != 0) << i);
@@ -155,7 +118,7 @@ impl<'a> Target<'a> {
 
     /// What was found of the 256 boxes of a block of nodes.
     pub(super) fn group(&self, group: usize) -> ([u64; 4], [u64; 4]) {
-        let word = group * 4 - self.first_word;
+        let word = group * 4;
         let four = |words: &[u64]| std::array::from_fn(|i| words[word + i]);
         (four(self.visible), four(self.inside))
     }
@@ -169,11 +132,6 @@ pub(super) struct Walk<'a> {
     pub(super) nodes: &'a Nodes,
     pub(super) boxes: &'a Boxes,
 }
-
-/// The level of nodes of which each block covers 4096 boxes: sixty-four words of the masks, and one word of
-/// what was touched. Jobs begin and end there.
-const SPLIT_LEVEL: usize = 1;
-const SPLIT_WORDS: usize = 64;
 
 /// A block that the walk asks takes some 14 ns, one that a sweep passes 9: so a walk that has to ask more
 /// than this share of the blocks is not worth its while.
@@ -211,39 +169,6 @@ impl Walk<'_> {
         front.len * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && front.len > 1
     }
 
-    /// Walks the upper levels, then hands out the rest as at most `jobs` jobs, each with its own part of
-    /// the masks.
-    pub(super) fn split<'t>(
-        &self,
-        jobs: usize,
-        fronts: &mut [Front; 2],
-        mut target: Target<'t>,
-    ) -> Vec<Job<'t>> {
-        fronts[0].set_root(self.planes.len(), self.nodes.len());
-        let top = self.nodes.levels().len();
-        let from = top.min(SPLIT_LEVEL + 1);
-        self.down(top, from, fronts, &mut target);
-        let front = &fronts[0];
-        let jobs = if from > SPLIT_LEVEL { jobs.min(front.len).max(1) } else { 1 };
-        let mut found = Vec::with_capacity(jobs);
-        let mut rest = target;
-        let mut first = 0;
-        for job in 1..=jobs {
-            let end = job * front.len / jobs;
-            let mut own = Front::default();
-            own.set(front, first..end);
-            first = end;
-            if job == jobs {
-                found.push(Job { from, fronts: [own, Front::default()], target: rest });
-                break;
-            }
-            let (target, later) = rest.split_at(front.blocks[end] as usize * SPLIT_WORDS);
-            rest = later;
-            found.push(Job { from, fronts: [own, Front::default()], target });
-        }
-        found
-    }
-
     /// Walks from the front of level `from` down to that of level `to`; levels count from 1, 0 is the boxes.
     fn down(&self, from: usize, to: usize, fronts: &mut [Front; 2], target: &mut Target<'_>) {
         let [front, next] = fronts;
@@ -261,22 +186,6 @@ impl Walk<'_> {
     fn leaves(&self, front: &Front, target: &mut Target<'_>) {
         let planes = self.planes.box_planes();
         dispatch!(self.level, simd => leaves(simd, planes, self.boxes, front, target));
-    }
-}
-
-/// A part of a walk that may run on a thread of its own.
-#[derive(Debug)]
-pub(super) struct Job<'t> {
-    from: usize,
-    fronts: [Front; 2],
-    target: Target<'t>,
-}
-
-impl Job<'_> {
-    pub(super) fn run(mut self, walk: &Walk<'_>) -> Counts {
-        walk.down(self.from, 0, &mut self.fronts, &mut self.target);
-        walk.leaves(&self.fronts[0], &mut self.target);
-        self.target.counts
     }
 }
 

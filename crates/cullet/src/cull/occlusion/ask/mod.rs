@@ -11,7 +11,7 @@ pub(crate) use nearest::Nearest;
 
 use super::buffer::{OcclusionBuffer, TILE};
 use super::tile::Tiles;
-use crate::bounds::{Aabb, Obb};
+use crate::bounds::Aabb;
 
 /// What a buffer says of a thing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,15 +52,6 @@ impl OcclusionBuffer {
             return Verdict::Outside;
         }
         self.ask_corners(&b.corners().map(|c| c.map(f64::from)))
-    }
-
-    /// As [`ask_box`](Self::ask_box), for an oriented box.
-    #[must_use]
-    pub fn ask_obb(&self, b: &Obb) -> Verdict {
-        if b.is_empty() {
-            return Verdict::Outside;
-        }
-        self.ask_corners(&b.corners())
     }
 
     /// As [`ask_box`](Self::ask_box), for the convex hull of any points.

@@ -3,7 +3,7 @@
 //!
 //! The types are prepared once from the mesh and asked once a frame; the answer, in the space that the
 //! joints or the mesh are given in, goes to the scene as
-//! [`BoundsOverride::World`](crate::BoundsOverride::World).
+//! [`BoundsOverride::World`](cullet::BoundsOverride::World).
 
 mod both;
 mod joints;
@@ -13,6 +13,8 @@ pub use both::MorphedJointBoxes;
 pub use joints::{JointBoxes, Skin};
 pub use morphs::{MorphBounds, Morphs};
 
+use cullet::Transform;
+use glam::{DMat3, DVec3};
 use thiserror::Error;
 
 /// What the evaluation of a vertex in f32 may lose, relative to the sizes of all its terms: two dozen
@@ -21,6 +23,12 @@ use thiserror::Error;
 const F32_LOSS: f64 = 32.0 / 16_777_216.0;
 /// What underflow may lose, in absolute terms.
 const F32_UNDERFLOW: f64 = 64.0 * f32::MIN_POSITIVE as f64;
+
+/// The linear part of a transform.
+fn linear(t: &Transform) -> DMat3 {
+    let [x, y, z] = t.linear.map(|c| DVec3::from(c.map(f64::from)));
+    DMat3::from_cols(x, y, z)
+}
 
 /// Why bounds cannot be prepared.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

@@ -1,12 +1,12 @@
 //! Bounds of meshes that are morphed first and skinned after, as glTF has it.
 
-use glam::{DMat3, DVec3};
+use cullet::Transform;
+use cullet::bounds::Aabb;
+use glam::DVec3;
 
 use super::joints::{JointBoxes, Moved, Skin};
 use super::morphs::Morphs;
-use super::{DeformError, F32_UNDERFLOW};
-use crate::bounds::Aabb;
-use crate::transform::Transform;
+use super::{DeformError, F32_UNDERFLOW, linear};
 
 /// For each joint the box of the vertices it moves, and for each target the box of what it adds to them,
 /// all in the joint's own space: bounds of a mesh that is morphed and then skinned, for the cost of its
@@ -50,7 +50,7 @@ impl MorphedJointBoxes {
             for (vertex, d) in target.iter().enumerate() {
                 let d = DVec3::from(d.map(f64::from));
                 for (joint, _) in skin.moved_by(vertex) {
-                    let m: DMat3 = skin.inverse_binds[usize::from(joint)].linear_f64();
+                    let m = linear(&skin.inverse_binds[usize::from(joint)]);
                     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::abs);
                     let size = x * d.x.abs() + y * d.y.abs() + z * d.z.abs();
                     // A joint that only vertices without a place name has no box, and all is unbounded.

@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 
-use cullet::bounds::{Aabb, DeformError, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
+use cullet::bounds::Aabb;
 use cullet::{BoundsOverride, Instance, Mesh, MeshData, Scene, SceneError, Transform};
+use cullet_io::deform::{DeformError, JointBoxes, MorphBounds, MorphedJointBoxes, Morphs, Skin};
 use proptest::prelude::*;
 
 type Matrix = [[f32; 3]; 4];

@@ -1,10 +1,10 @@
 //! Bounds of skinned meshes: one box a joint, around what it moves.
 
+use cullet::Transform;
+use cullet::bounds::Aabb;
 use glam::{DAffine3, DVec3};
 
-use super::{DeformError, F32_LOSS, F32_UNDERFLOW};
-use crate::bounds::Aabb;
-use crate::transform::Transform;
+use super::{DeformError, F32_LOSS, F32_UNDERFLOW, linear};
 
 /// A mesh bound to joints (linear blend skinning with four joints a vertex, as in glTF): vertex v is drawn
 /// at Σ `weightᵢ · jointᵢ · inverse_bindᵢ · v`.
@@ -66,7 +66,7 @@ impl Skin<'_> {
 }
 
 fn affine(t: &Transform) -> DAffine3 {
-    DAffine3 { matrix3: t.linear_f64(), translation: t.translation.into() }
+    DAffine3 { matrix3: linear(t), translation: t.translation.into() }
 }
 
 /// What one joint moves.

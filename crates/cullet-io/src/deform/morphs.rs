@@ -1,9 +1,9 @@
 //! Bounds of morphed meshes: the base shape's box, and how far each target pulls.
 
+use cullet::bounds::Aabb;
 use glam::DVec3;
 
 use super::{DeformError, F32_LOSS, F32_UNDERFLOW};
-use crate::bounds::Aabb;
 
 /// A mesh with shapes to morph to: vertex v is drawn at `positionᵥ + Σ weightᵢ · targetᵢᵥ`.
 #[derive(Clone, Copy, Debug)]

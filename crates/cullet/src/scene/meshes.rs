@@ -1,0 +1,115 @@
+//! The meshes of a scene, and what is prepared of them.
+
+use super::{MeshId, Scene};
+use crate::cull::occlusion::Occluder;
+use crate::mesh::Mesh;
+use crate::prepared::{Preparation, Prepared, add_all};
+
+impl Scene {
+    /// Adds a mesh that instances may share. What culling needs of it is made by the next [`commit`](Self::commit) or
+    /// [`prepare`](Self::prepare); until then stages keep what they cannot test.
+    pub fn add_mesh(&mut self, mesh: Mesh) -> MeshId {
+        self.add_prepared_mesh(mesh, Prepared::default())
+    }
+
+    /// Adds a mesh with what was prepared of it before, by jobs or by a bake.
+    pub fn add_prepared_mesh(&mut self, mesh: Mesh, prepared: Prepared) -> MeshId {
+        self.tallies.add_mesh(&mesh);
+        self.meshes.push(mesh);
+        self.prepared.push(prepared);
+        (self.meshes.len() - 1) as MeshId
+    }
+
+    /// All meshes.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// What is prepared of each mesh.
+    #[must_use]
+    pub fn prepared(&self) -> &[Prepared] {
+        &self.prepared
+    }
+
+    /// What is prepared of the mesh of a slot.
+    #[must_use]
+    pub fn prepared_of(&self, slot: u32) -> &Prepared {
+        &self.prepared[self.mesh[slot as usize] as usize]
+    }
+
+    /// Gives a mesh what was prepared of it elsewhere: by jobs, by a bake or from a file. Nothing if there is no such
+    /// mesh.
+    pub fn set_prepared(&mut self, mesh: MeshId, prepared: Prepared) {
+        if let Some(own) = self.prepared.get_mut(mesh as usize) {
+            *own = prepared;
+            self.change += 1;
+        }
+    }
+
+    /// Gives a mesh an occluder, such as one that was baked: its shapes must lie within what the mesh hides. Nothing
+    /// if there is no such mesh.
+    pub fn set_occluder(&mut self, mesh: MeshId, occluder: Occluder) {
+        if let Some(own) = self.prepared.get_mut(mesh as usize) {
+            *own = std::mem::take(own).with_occluder(occluder);
+            self.change += 1;
+        }
+    }
+
+    /// Calls `edit` with every mesh, to change its sides or to put another in its place. Bounds and counts of the
+    /// instances of a mesh that came out with others follow: O(instances), once for all meshes. What had been
+    /// prepared of a mesh is made anew; an occluder that was given is to be given again.
+    pub fn edit_meshes(&mut self, mut edit: impl FnMut(MeshId, &mut Mesh)) {
+        self.edit_meshes_of(0..self.meshes.len(), &mut edit);
+    }
+
+    /// As [`edit_meshes`](Self::edit_meshes), of one mesh; nothing if there is no such mesh.
+    pub fn edit_mesh(&mut self, mesh: MeshId, edit: impl FnOnce(&mut Mesh)) {
+        let at = mesh as usize;
+        if at < self.meshes.len() {
+            let mut edit = Some(edit);
+            self.edit_meshes_of(at..at + 1, &mut |_, mesh| {
+                if let Some(edit) = edit.take() {
+                    edit(mesh);
+                }
+            });
+        }
+    }
+
+    fn edit_meshes_of(
+        &mut self,
+        range: std::ops::Range<usize>,
+        edit: &mut dyn FnMut(MeshId, &mut Mesh),
+    ) {
+        let mut changed = vec![false; self.meshes.len()];
+        for at in range {
+            let mesh = &mut self.meshes[at];
+            let bounds = mesh.bounds();
+            edit(at as MeshId, mesh);
+            let made = self.prepared[at].made();
+            self.prepared[at] = Prepared::of(mesh, made);
+            changed[at] = self.tallies.set_mesh(at, mesh) || mesh.bounds() != bounds;
+        }
+        if changed.contains(&true) {
+            let present = self.hierarchy.present();
+            self.tallies.recount(0..present.len(), &self.mesh, present);
+            self.tallies.recount_layers(&self.mesh, &self.layers, present);
+            for slot in 0..self.slot_count() {
+                if changed[self.mesh[slot as usize] as usize] {
+                    self.update_slot(slot);
+                }
+            }
+            self.hierarchy.refit();
+        }
+        self.change += 1;
+    }
+
+    /// Makes what is wanted of every mesh, and not yet there. Nothing of it for two-sided and for deformable meshes; see
+    /// [`Prepared::of`] for the cost.
+    ///
+    /// Runs on this thread; with the feature `rayon` on the threads of its pool. To use others, make [`Prepared::of`] each
+    /// mesh on them and hand it to [`set_prepared`](Self::set_prepared).
+    pub fn prepare(&mut self, wanted: Preparation) {
+        add_all(&mut self.prepared, &self.meshes, wanted);
+    }
+}

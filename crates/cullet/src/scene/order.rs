@@ -1,0 +1,119 @@
+//! The order of the slots: commits, which sort them by place.
+
+use super::Scene;
+use crate::bits;
+use crate::hierarchy::{Commit, NO_SLOT};
+use crate::prepared::Preparation;
+
+impl Scene {
+    /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull faster,
+    /// never different. The cost is that of what moved.
+    pub fn refit(&mut self) {
+        self.hierarchy.refit();
+    }
+
+    /// Sorts the slots by place, those of [dynamic](InstanceFlags::dynamic) instances after all others, and
+    /// closes the gaps that removed instances left. Returns where each slot went. O(instances). Call it after
+    /// loading, and again after much was added or moved far.
+    ///
+    /// Then [prepares](Self::prepare) the meshes that came since, for back faces and occlusion.
+    pub fn commit(&mut self) -> Commit {
+        self.prepare(Preparation::default());
+        self.sort()
+    }
+
+    /// The part of [`commit`](Self::commit) that sorts, without preparing any mesh.
+    pub fn sort(&mut self) -> Commit {
+        let flags = &self.flags;
+        let commit = self.hierarchy.commit_parts(|slot| flags[slot as usize].dynamic);
+        let len = self.hierarchy.slot_count() as usize;
+        let mut from = vec![0; len];
+        for (old, &new) in commit.slot_of_old.iter().enumerate() {
+            if new != NO_SLOT {
+                from[new as usize] = old as u32;
+            }
+        }
+        gather(&mut self.mesh, &from);
+        gather(&mut self.transforms, &from);
+        gather(&mut self.layers, &from);
+        gather(&mut self.flags, &from);
+        gather(&mut self.overrides, &from);
+        gather(&mut self.users, &from);
+        gather_bits(&mut self.exempt, &from);
+        gather_bits(&mut self.collapsed, &from);
+        self.note_exempt();
+        let present = self.hierarchy.present();
+        self.tallies.recount(0..present.len(), &self.mesh, present);
+        self.change += 1;
+        commit
+    }
+
+    /// As [`commit`](Self::commit), without sorting: for a scene whose instances were added in the order of the slots
+    /// of one that was committed. The slots stay as they are, and no mesh is prepared. See
+    /// [`Hierarchy::commit_in_order`].
+    pub fn commit_in_order(&mut self) {
+        self.hierarchy.commit_in_order();
+        self.note_exempt();
+        self.change += 1;
+    }
+
+    /// Sorts some of the slots: call it once or more a frame where much moves, so that the order does not
+    /// decay and no frame waits for a [`commit`](Self::commit). Returns the slots that changed, as old and
+    /// new. See [`Hierarchy::commit_slice`].
+    pub fn commit_slice(&mut self) -> Vec<[u32; 2]> {
+        let moves = self.hierarchy.commit_slice();
+        rearrange(&mut self.mesh, &moves);
+        rearrange(&mut self.transforms, &moves);
+        rearrange(&mut self.layers, &moves);
+        rearrange(&mut self.flags, &moves);
+        rearrange(&mut self.overrides, &moves);
+        rearrange(&mut self.users, &moves);
+        rearrange_bits(&mut self.exempt, &moves);
+        rearrange_bits(&mut self.collapsed, &moves);
+        let mut words: Vec<usize> =
+            moves.iter().flatten().map(|&slot| slot as usize / 64).collect();
+        words.sort_unstable();
+        words.dedup();
+        self.tallies.recount(words.into_iter(), &self.mesh, self.hierarchy.present());
+        for &[_, slot] in &moves {
+            if bits::get(&self.exempt, slot as usize) {
+                bits::set(&mut self.exempt_words, slot as usize / 64, true);
+            }
+        }
+        self.change += u64::from(!moves.is_empty());
+        moves
+    }
+
+    /// Notes which words of `exempt` are not zero.
+    pub(super) fn note_exempt(&mut self) {
+        self.exempt_words.clear();
+        self.exempt_words.resize(self.exempt.len().div_ceil(64), 0);
+        for (word, &bits) in self.exempt.iter().enumerate() {
+            bits::set(&mut self.exempt_words, word, bits != 0);
+        }
+    }
+}
+
+/// Puts `values[from[i]]` at i.
+fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
+    *values = from.iter().map(|&old| values[old as usize]).collect();
+}
+
+fn gather_bits(words: &mut Vec<u64>, from: &[u32]) {
+    let mut new = vec![0; from.len().div_ceil(64)];
+    for (to, &old) in from.iter().enumerate() {
+        bits::set(&mut new, to, bits::get(words, old as usize));
+    }
+    *words = new;
+}
+
+/// Moves values from old places to new ones, all at once.
+fn rearrange<T: Copy>(values: &mut [T], moves: &[[u32; 2]]) {
+    let moved: Vec<_> = moves.iter().map(|m| values[m[0] as usize]).collect();
+    moves.iter().zip(moved).for_each(|(m, v)| values[m[1] as usize] = v);
+}
+
+fn rearrange_bits(words: &mut [u64], moves: &[[u32; 2]]) {
+    let moved: Vec<_> = moves.iter().map(|m| bits::get(words, m[0] as usize)).collect();
+    moves.iter().zip(moved).for_each(|(m, v)| bits::set(words, m[1] as usize, v));
+}
