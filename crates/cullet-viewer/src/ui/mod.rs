@@ -22,7 +22,7 @@ use eframe::egui;
 use crate::compose::Composition;
 use crate::session::Session;
 
-/// A window of fewer points has no room for a panel on both sides of the picture: a telephone, held upright.
+/// A window of fewer points has no room for a panel on both sides of the picture: a phone, held upright.
 const NARROW: f32 = 560.0;
 
 /// The picture of the scene, as the panels show it.
