@@ -13,9 +13,8 @@ use super::measured::{Measured, Yardstick};
 use super::options::BenchOptions;
 use super::world::{Layout, Random, camera_over, planes_of, size_name};
 
-/// Rows of moves: how many things move, one in so many, and whether each is set by itself.
-const MOVES: [(&str, usize, bool); 3] =
-    [("all moved", 1, false), ("10% moved", 10, false), ("all moved, one by one", 1, true)];
+/// Rows of moves: how many things move, one in so many.
+const MOVES: [(&str, usize); 2] = [("all moved", 1), ("10% moved", 10)];
 
 /// Frames of drift.
 const FRAMES: usize = 1000;
@@ -121,7 +120,7 @@ impl World<'_> {
         let pairs = |to: &[Aabb], every: usize| -> Vec<(Handle, Aabb)> {
             handles.iter().copied().zip(to.iter().copied()).step_by(every).collect()
         };
-        for (what, every, one_by_one) in MOVES {
+        for (what, every) in MOVES {
             let [back, forth] = [pairs(&self.items, every), pairs(&moved, every)];
             let mut there = false;
             let [limit, time] = fastest_of_both(
@@ -130,14 +129,7 @@ impl World<'_> {
                 || {
                     there = !there;
                     let moves = if there { &forth } else { &back };
-                    if one_by_one {
-                        for (handle, b) in moves {
-                            h.set_bounds(*handle, b).expect("it was never removed");
-                        }
-                        h.refit();
-                    } else {
-                        h.set_many(moves).expect("none was ever removed");
-                    }
+                    move_all(&mut h, moves);
                 },
             );
             let at = |handle: Handle| handle.index as usize;
@@ -148,7 +140,7 @@ impl World<'_> {
             let valid = h.validate().is_ok() && holds(&h, &expected, at);
             let row = self.row(what, self.items.len().div_ceil(every), valid);
             each(against_stream(row, time, limit));
-            h.set_many(&back).expect("none was ever removed");
+            move_all(&mut h, &back);
         }
     }
 
@@ -200,6 +192,14 @@ impl World<'_> {
     fn floats(&self) -> Vec<f32> {
         self.items.iter().flat_map(|b| b.min.into_iter().chain(b.max)).collect()
     }
+}
+
+/// Moves things one by one, and refits.
+fn move_all(h: &mut Hierarchy, moves: &[(Handle, Aabb)]) {
+    for (handle, b) in moves {
+        h.set_bounds(*handle, b).expect("it was never removed");
+    }
+    h.refit();
 }
 
 fn cull(h: &Hierarchy, planes: &Planes, cut: &mut Cut) {

@@ -8,7 +8,6 @@
 
 use std::ops::Range;
 
-use fearless_simd::Level;
 use glam::DVec3;
 
 use super::polygon::Clipper;
@@ -76,12 +75,12 @@ pub struct Sorted {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct ObjectPlane {
-    pub(super) normal: DVec3,
-    pub(super) d: f64,
+struct ObjectPlane {
+    normal: DVec3,
+    d: f64,
     /// The error of n·p − d: a constant, and a factor for each absolute coordinate.
-    pub(super) error: f64,
-    pub(super) error_per: DVec3,
+    error: f64,
+    error_per: DVec3,
 }
 
 impl ObjectPlane {
@@ -91,7 +90,7 @@ impl ObjectPlane {
     }
 
     #[inline]
-    pub(super) fn is_outside(&self, p: DVec3) -> bool {
+    fn is_outside(&self, p: DVec3) -> bool {
         // False for a NaN.
         let (value, error) = self.value(p);
         value > error
@@ -130,10 +129,6 @@ impl ObjectRegion {
         Self { planes, present: frustum.present() }
     }
 
-    pub(super) fn plane(&self, number: usize) -> &ObjectPlane {
-        &self.planes[number]
-    }
-
     /// Bit i is set where plane i exists.
     #[must_use]
     pub fn present(&self) -> u32 {
@@ -153,24 +148,6 @@ impl ObjectRegion {
             code.not_inside |= u32::from(!inside) << i;
         }
         code
-    }
-
-    /// The planes of `active` that each point is proved outside of, one word a point, in place of what
-    /// `codes` held. A triangle may be rejected where the words of its corners share a bit.
-    ///
-    /// Sixty-four points at a time are tested in f32, with a margin in which f32 could be wrong; where a point is
-    /// within it, its sixty-four are tested again as [`outcode`](Self::outcode) does, so that the answer is that one's
-    /// at every level.
-    pub fn outcodes_into(
-        &self,
-        level: Level,
-        points: &[[f32; 3]],
-        active: u32,
-        codes: &mut Vec<u32>,
-    ) {
-        // Every word is overwritten.
-        codes.resize(points.len(), 0);
-        super::outcode_batch::fill(level, self, active & self.present, points, codes);
     }
 
     /// Rejects a triangle ([`Side::Outside`]: all corners outside one plane), accepts it
