@@ -106,46 +106,6 @@ fn any_number_of_jobs_builds_what_sorting_one_by_one_gives() {
 }
 
 #[test]
-fn moving_many_at_once_is_moving_each() {
-    let mut rng = Rng(6);
-    for len in [1, 100, 5000, 20_000] {
-        let items: Vec<_> = (0..len).map(|_| random_box(&mut rng)).collect();
-        let (mut one_by_one, mut handles) = Hierarchy::build(&items).expect("few");
-        // Some without a node, some gone.
-        for _ in 0..rng.below(40) {
-            handles.push(one_by_one.insert(&random_box(&mut rng)).expect("few"));
-        }
-        let gone = handles.swap_remove(rng.below(len) as usize);
-        one_by_one.remove(gone).expect("it is there");
-        let mut at_once = one_by_one.clone();
-        for share in [0, 1, 10, 100] {
-            let mut moves = Vec::new();
-            for &handle in &handles {
-                if rng.below(100) < share {
-                    moves.push((handle, random_box(&mut rng)));
-                }
-            }
-            // One of them twice.
-            if let Some(&(handle, _)) = moves.first() {
-                moves.push((handle, random_box(&mut rng)));
-            }
-            for (handle, bounds) in &moves {
-                one_by_one.set_bounds(*handle, bounds).expect("it is there");
-            }
-            one_by_one.refit();
-            at_once.set_many(&moves).expect("all are there");
-            assert_eq!(at_once.boxes().as_floats(), one_by_one.boxes().as_floats(), "{share} %");
-            assert_eq!(at_once.validate(), one_by_one.validate());
-            check(&random_planes(&mut rng), at_once.nodes(), at_once.boxes(), &mut Cut::new());
-            // An error changes nothing.
-            moves.push((gone, Aabb::EMPTY));
-            assert_eq!(at_once.set_many(&moves), Err(HierarchyError::NoItem(gone)));
-            assert_eq!(at_once.boxes().as_floats(), one_by_one.boxes().as_floats());
-        }
-    }
-}
-
-#[test]
 fn a_hierarchy_stays_right_whatever_is_done_to_it() {
     let mut rng = Rng(2);
     for round in 0..6 {

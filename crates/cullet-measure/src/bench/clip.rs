@@ -1,9 +1,8 @@
-//! Clipping: outcodes of points, lines against windows and planes, polygons in clip space and in the world.
+//! Clipping: triangles by their outcodes, lines against windows and planes, polygons in clip space and in the world.
 
 use std::hint::black_box;
 
 use cullet::clip::{Clipper, GuardBand, ObjectRegion, Region, Sorted, Window, space};
-use cullet::cull::frustum::batch;
 use cullet::{Camera, Depth, Projection, Transform, View};
 
 use super::measure::beside_reading;
@@ -29,7 +28,7 @@ fn measure(
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     for &len in &options.sizes {
-        outcodes(options, len, each);
+        sort(options, len, each);
     }
     lines(options, each);
     guard_band(options, each);
@@ -43,49 +42,31 @@ fn view() -> View {
     View::new(&camera, Depth::Reversed, [1920, 1080]).expect("a plain perspective")
 }
 
-/// One word a point, and triangles sorted by them.
-fn outcodes(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) {
-    let [points_name, sort_name] =
-        ["outcodes", "sort"].map(|what| format!("clip/{what}/{}", size_name(len)));
-    if !options.wants(&points_name) && !options.wants(&sort_name) {
+/// Triangles sorted by the outcodes of their points.
+fn sort(options: &BenchOptions, len: usize, each: &mut dyn FnMut(Measured)) {
+    let name = format!("clip/sort/{}", size_name(len));
+    if !options.wants(&name) {
         return;
     }
     let mut random = Random::new();
     let points: Vec<[f32; 3]> = (0..len).map(|_| random.point(HALF)).collect();
     let region = ObjectRegion::new(&view().frustum(), &Transform::IDENTITY);
-    if options.wants(&points_name) {
-        let expected: Vec<u32> = points.iter().map(|&p| region.outcode(p).outside).collect();
-        let visible = expected.iter().filter(|c| **c == 0).count();
-        let mut codes = Vec::new();
-        for (level_name, level) in batch::levels() {
-            region.outcodes_into(level, &points, u32::MAX, &mut codes);
-            let checked = codes == expected;
-            let name = points_name.clone();
-            let workload = Workload { name, level: level_name, items: len, visible, checked };
-            // Twelve bytes read, four written.
-            measure(options, workload, 16, each, || {
-                region.outcodes_into(level, &points, u32::MAX, &mut codes);
-            });
-        }
-    }
-    if options.wants(&sort_name) {
-        // Each point begins a triangle with the next two, so there are as many as points.
-        let last = len.saturating_sub(1) as u32;
-        let indices: Vec<u32> =
-            (0..len as u32).flat_map(|i| [i, (i + 1).min(last), (i + 2).min(last)]).collect();
-        let mut sorted = Sorted::default();
+    // Each point begins a triangle with the next two, so there are as many as points.
+    let last = len.saturating_sub(1) as u32;
+    let indices: Vec<u32> =
+        (0..len as u32).flat_map(|i| [i, (i + 1).min(last), (i + 2).min(last)]).collect();
+    let mut sorted = Sorted::default();
+    region.sort_into(&points, &indices, 0..len as u32, &mut sorted);
+    let visible = sorted.accepted.len() + sorted.candidates.len();
+    let by_one = (0..len as u32).filter(|&t| {
+        let corners = [0, 1, 2].map(|k| points[indices[t as usize * 3 + k] as usize]);
+        region.rejects(&corners, u32::MAX).is_none()
+    });
+    let checked = by_one.count() == visible;
+    let workload = Workload { name, level: "scalar", items: len, visible, checked };
+    measure(options, workload, 24, each, || {
         region.sort_into(&points, &indices, 0..len as u32, &mut sorted);
-        let visible = sorted.accepted.len() + sorted.candidates.len();
-        let by_one = (0..len as u32).filter(|&t| {
-            let corners = [0, 1, 2].map(|k| points[indices[t as usize * 3 + k] as usize]);
-            region.rejects(&corners, u32::MAX).is_none()
-        });
-        let checked = by_one.count() == visible;
-        let workload = Workload { name: sort_name, level: "scalar", items: len, visible, checked };
-        measure(options, workload, 24, each, || {
-            region.sort_into(&points, &indices, 0..len as u32, &mut sorted);
-        });
-    }
+    });
 }
 
 /// Lines of which a third is accepted or rejected by outcodes and the rest is cut.

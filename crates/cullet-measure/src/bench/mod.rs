@@ -154,10 +154,10 @@ mod tests {
         // three answers each, and the vertices. A frame: three at each level, and four that have none.
         // Shadows: three lights.
         let flat = (2 * 3 + (4 + 6) * 3 + 3 + 3) * levels + 1 + 4;
-        // Two layouts: four shares, a list at each level, ranges and sorted; eight of moves.
-        let trees = 2 * (4 * (levels + 2) + 8);
-        // Outcodes; sorting, three ways for lines, four for triangles, two places. Cuts: six.
-        let clipping = levels + 1 + 3 + 4 + 2 + 6;
+        // Two layouts: four shares, a list at each level, ranges and sorted; seven of moves.
+        let trees = 2 * (4 * (levels + 2) + 7);
+        // Sorting, three ways for lines, four for triangles, two places. Cuts: six.
+        let clipping = 1 + 3 + 4 + 2 + 6;
         // Three ways to draw, and the tests.
         let occlusion = 4 * levels;
         assert_eq!(results.results.len(), flat + trees + clipping + occlusion);

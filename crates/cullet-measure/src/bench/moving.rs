@@ -12,9 +12,8 @@ use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 use super::world::{Layout, Random, camera_over, planes_of, size_name};
 
-/// Rows of moves: how many things move, one in so many, and whether each is set by itself.
-const MOVES: [(&str, usize, bool); 3] =
-    [("all moved", 1, false), ("10% moved", 10, false), ("all moved, one by one", 1, true)];
+/// Rows of moves: how many things move, one in so many.
+const MOVES: [(&str, usize); 2] = [("all moved", 1), ("10% moved", 10)];
 
 /// Frames of drift.
 const FRAMES: usize = 1000;
@@ -122,7 +121,7 @@ impl Moving<'_> {
         let pairs = |to: &[Aabb], every: usize| -> Vec<(Handle, Aabb)> {
             handles.iter().copied().zip(to.iter().copied()).step_by(every).collect()
         };
-        for (what, every, one_by_one) in MOVES {
+        for (what, every) in MOVES {
             let [back, forth] = [pairs(&self.items, every), pairs(&moved, every)];
             let mut there = false;
             let times = fastest_of_both(
@@ -131,14 +130,7 @@ impl Moving<'_> {
                 || {
                     there = !there;
                     let moves = if there { &forth } else { &back };
-                    if one_by_one {
-                        for (handle, b) in moves {
-                            h.set_bounds(*handle, b).expect("it was never removed");
-                        }
-                        h.refit();
-                    } else {
-                        h.set_many(moves).expect("none was ever removed");
-                    }
+                    move_all(&mut h, moves);
                 },
             );
             let at = |handle: Handle| handle.index as usize;
@@ -149,7 +141,7 @@ impl Moving<'_> {
             let valid = h.validate().is_ok() && holds(&h, &expected, at);
             let row = self.row(what, self.items.len().div_ceil(every), valid);
             each(row.streaming(size_of::<Aabb>(), times));
-            h.set_many(&back).expect("none was ever removed");
+            move_all(&mut h, &back);
         }
     }
 
@@ -201,6 +193,14 @@ impl Moving<'_> {
     fn floats(&self) -> Vec<f32> {
         self.items.iter().flat_map(|b| b.min.into_iter().chain(b.max)).collect()
     }
+}
+
+/// Moves things one by one, and refits.
+fn move_all(h: &mut Hierarchy, moves: &[(Handle, Aabb)]) {
+    for (handle, b) in moves {
+        h.set_bounds(*handle, b).expect("it was never removed");
+    }
+    h.refit();
 }
 
 fn cull(h: &Hierarchy, planes: &Planes, cut: &mut Cut) {

@@ -59,7 +59,6 @@
 mod exact_point;
 pub mod line;
 pub mod outcode;
-mod outcode_batch;
 pub mod polygon;
 pub mod region;
 pub mod space;

@@ -75,12 +75,12 @@ pub struct Sorted {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct ObjectPlane {
-    pub(super) normal: DVec3,
-    pub(super) d: f64,
+struct ObjectPlane {
+    normal: DVec3,
+    d: f64,
     /// The error of n·p − d: a constant, and a factor for each absolute coordinate.
-    pub(super) error: f64,
-    pub(super) error_per: DVec3,
+    error: f64,
+    error_per: DVec3,
 }
 
 impl ObjectPlane {
@@ -90,7 +90,7 @@ impl ObjectPlane {
     }
 
     #[inline]
-    pub(super) fn is_outside(&self, p: DVec3) -> bool {
+    fn is_outside(&self, p: DVec3) -> bool {
         // False for a NaN.
         let (value, error) = self.value(p);
         value > error
@@ -127,10 +127,6 @@ impl ObjectRegion {
             };
         }
         Self { planes, present: frustum.present() }
-    }
-
-    pub(super) fn plane(&self, number: usize) -> &ObjectPlane {
-        &self.planes[number]
     }
 
     /// Bit i is set where plane i exists.

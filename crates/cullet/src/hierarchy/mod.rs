@@ -10,7 +10,6 @@
 //! anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never waits for a commit.
 
 mod build;
-mod moves;
 mod nodes;
 mod order;
 mod sizes;
@@ -27,7 +26,6 @@ use thiserror::Error;
 
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
-use moves::Moves;
 use order::Orderer;
 use slots::Slots;
 
@@ -59,7 +57,6 @@ pub struct Hierarchy {
     order_version: u64,
     change_version: u64,
     orderer: Orderer,
-    moves: Moves,
     /// From this slot on lies what moves: see [`commit_parts`](Self::commit_parts).
     first_moving: usize,
     /// The first key of each window of those slots, at the last commit.
@@ -83,7 +80,6 @@ impl Default for Hierarchy {
             order_version: 0,
             change_version: 0,
             orderer: Orderer::default(),
-            moves: Moves::default(),
             first_moving: 0,
             windows: Vec::new(),
             next_window: 0,
@@ -155,8 +151,7 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Moves a thing: gives it other bounds. The nodes above grow as far as they must. For many at once there
-    /// is [`set_many`](Self::set_many).
+    /// Moves a thing: gives it other bounds. The nodes above grow as far as they must.
     ///
     /// # Errors
     /// If the handle names nothing.

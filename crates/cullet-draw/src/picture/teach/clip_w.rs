@@ -105,7 +105,7 @@ const SPACES: [(&str, &str, &[Test]); 4] = [
         "object",
         "before any transform",
         &[
-            ("outcodes", "clip/outcodes/1e5", "vertex"),
+            ("outcodes", "clip/sort/1e5", "triangle"),
             ("back faces: planes", "backface/planes16/1e5/mask", "triangle"),
             ("back faces: masks", "backface/masks/1e5/mask", "triangle"),
             ("clusters: cones", "backface/clusters/elliptic8/mask", "cluster"),
