@@ -101,8 +101,7 @@ pub struct PlaneEye {
 
 impl PlaneEye {
     /// The eye for the other side of the triangles: what it culls, this one can never.
-    #[must_use]
-    pub(crate) fn turned(self) -> Self {
+    fn turned(self) -> Self {
         Self { eye: self.eye.map(|v| -v), ..self }
     }
 }
@@ -201,14 +200,30 @@ impl Planes8 {
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
-    pub fn cull_words(&self, level: Level, seen: &PlaneEye, first: usize, culled: &mut [u64]) {
+    pub fn cull_words(&self, level: Level, eye: &PlaneEye, first: usize, culled: &mut [u64]) {
+        self.test_words(level, eye, first, culled, &mut []);
+    }
+
+    /// As [`cull_words`](Self::cull_words), and fills the mask of what is in doubt: neither culled nor proved to be kept,
+    /// nearly edge-on or without a plane. `doubt` is as long as `culled`, or empty where it is not wanted.
+    pub(crate) fn test_words(
+        &self,
+        level: Level,
+        &PlaneEye { eye, bound }: &PlaneEye,
+        first: usize,
+        culled: &mut [u64],
+        doubt: &mut [u64],
+    ) {
         let bytes = &self.bytes[first * 64..(first + culled.len()) * 64];
-        let PlaneEye { eye, bound } = *seen;
         #[cfg(target_arch = "x86_64")]
         if let Some(avx512) = level.as_avx512() {
-            return cull8_avx512(avx512, bytes, eye, bound, culled);
+            return test_avx512(avx512, bytes, eye, bound, culled, doubt);
         }
-        dispatch!(level, simd => cull8(simd, bytes, eye, bound, culled));
+        if doubt.is_empty() {
+            dispatch!(level, simd => test::<_, false>(simd, bytes, eye, bound, culled, doubt));
+        } else {
+            dispatch!(level, simd => test::<_, true>(simd, bytes, eye, bound, culled, doubt));
+        }
     }
 
     /// The oracle of [`cull_words`](Self::cull_words): all words, one triangle after the other.
@@ -225,12 +240,13 @@ impl Planes8 {
 }
 
 fearless_simd::kernel!(
-    fn cull8_avx512(
+    fn test_avx512(
         avx512: Avx512,
         planes: &[[u8; 4]],
         eye: [i32; 4],
         bound: i32,
         culled: &mut [u64],
+        doubt: &mut [u64],
     ) {
         use core::arch::x86_64::*;
         use fearless_simd::u8x64;
@@ -242,16 +258,26 @@ fearless_simd::kernel!(
         // Planes are biased by 128, which adds 128 times the sum of the eye to every product. What is
         // a multiple of 128 goes in before the high half is shifted, the rest into the comparison.
         let start = bound - 128 * eye.iter().sum::<i32>();
-        let limit = _mm512_set1_epi32(-start.rem_euclid(128));
+        let rest = start.rem_euclid(128);
+        let (below, above) = (_mm512_set1_epi32(-rest), _mm512_set1_epi32(2 * bound - rest));
         let start = _mm512_set1_epi32(start.div_euclid(128));
-        for (planes, culled) in planes.as_chunks::<64>().0.iter().zip(culled) {
+        for (i, (planes, culled)) in planes.as_chunks::<64>().0.iter().zip(culled).enumerate() {
             let bytes: &[u8] = planes.as_flattened();
-            *culled = 0;
-            for quarter in 0..4 {
+            let values: [__m512i; 4] = std::array::from_fn(|quarter| {
                 let p: __m512i = u8x64::from_slice(avx512, &bytes[quarter * 64..][..64]).into();
                 let high = _mm512_slli_epi32::<7>(_mm512_dpbusd_epi32(start, p, eye_high));
-                let value = _mm512_dpbusd_epi32(high, p, eye_low);
-                *culled |= u64::from(_mm512_cmplt_epi32_mask(value, limit)) << (quarter * 16);
+                _mm512_dpbusd_epi32(high, p, eye_low)
+            });
+            *culled = 0;
+            for (quarter, value) in values.into_iter().enumerate() {
+                *culled |= u64::from(_mm512_cmplt_epi32_mask(value, below)) << (quarter * 16);
+            }
+            if let Some(doubt) = doubt.get_mut(i) {
+                let mut front = 0;
+                for (quarter, value) in values.into_iter().enumerate() {
+                    front |= u64::from(_mm512_cmpgt_epi32_mask(value, above)) << (quarter * 16);
+                }
+                *doubt = !(*culled | front);
             }
         }
     }
@@ -261,7 +287,14 @@ fearless_simd::kernel!(
 /// the eye's x and z, their high bytes against y and w. (Bytes widened to a register of their own took 2.5 times
 /// as long, products of bytes with the eye in two halves 1.5 times.)
 #[inline(always)]
-fn cull8<S: Simd>(simd: S, planes: &[[u8; 4]], eye: [i32; 4], bound: i32, culled: &mut [u64]) {
+fn test<S: Simd, const DOUBT: bool>(
+    simd: S,
+    planes: &[[u8; 4]],
+    eye: [i32; 4],
+    bound: i32,
+    culled: &mut [u64],
+    doubt: &mut [u64],
+) {
     let [x, y, z, w] = eye.map(|v| v as i16);
     let pairs = |a, b| i16x16::simd_from(simd, [a, b, a, b, a, b, a, b, a, b, a, b, a, b, a, b]);
     let (mut low, mut high) = (pairs(x, z), pairs(y, w));
@@ -270,16 +303,24 @@ fn cull8<S: Simd>(simd: S, planes: &[[u8; 4]], eye: [i32; 4], bound: i32, culled
     }
     let low_byte = u16x16::splat(simd, 0xff);
     // Planes are biased by 128, which adds 128 times the sum of the eye to every product.
-    let limit = i32x8::splat(simd, 128 * eye.iter().sum::<i32>() - bound);
-    for (planes, culled) in planes.as_chunks::<64>().0.iter().zip(culled) {
+    let bias = 128 * eye.iter().sum::<i32>();
+    let (below, above) = (i32x8::splat(simd, bias - bound), i32x8::splat(simd, bias + bound));
+    for (i, (planes, culled)) in planes.as_chunks::<64>().0.iter().zip(culled).enumerate() {
         let bytes: &[u8] = planes.as_flattened();
-        *culled = 0;
+        let (mut back, mut front) = (0, 0);
         for group in 0..8 {
             let p: u16x16<S> = u8x32::from_slice(simd, &bytes[group * 32..][..32]).bitcast();
             let (of_low, of_high): (i16x16<S>, i16x16<S>) =
                 ((p & low_byte).bitcast(), (p >> 8).bitcast());
             let value = of_low.pairwise_dot_product(low) + of_high.pairwise_dot_product(high);
-            *culled |= value.simd_lt(limit).to_bitmask() << (group * 8);
+            back |= value.simd_lt(below).to_bitmask() << (group * 8);
+            if DOUBT {
+                front |= value.simd_gt(above).to_bitmask() << (group * 8);
+            }
+        }
+        *culled = back;
+        if DOUBT && let Some(doubt) = doubt.get_mut(i) {
+            *doubt = !(back | front);
         }
     }
 }

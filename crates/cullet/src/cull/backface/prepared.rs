@@ -215,20 +215,17 @@ impl Backfaces {
         self.planes.cull_words(level, &eye.planes, first, culled);
     }
 
-    /// Fills words `first..` of the mask of triangles that are proved to be kept, as
-    /// [`cull_words`](Self::cull_words) does for those that go. What neither has is in doubt: nearly
-    /// edge-on, or without a plane.
-    ///
-    /// # Panics
-    /// If the words reach beyond the last triangle's.
-    pub(crate) fn keep_words(
+    /// As [`cull_words`](Self::cull_words), and fills `doubt`, as long, with what is neither culled nor proved to be kept:
+    /// triangles nearly edge-on, or without a plane.
+    pub(crate) fn test_words(
         &self,
         level: Level,
         eye: &BackfaceEye,
         first: usize,
-        kept: &mut [u64],
+        culled: &mut [u64],
+        doubt: &mut [u64],
     ) {
-        self.planes.cull_words(level, &eye.planes.turned(), first, kept);
+        self.planes.test_words(level, &eye.planes, first, culled, doubt);
     }
 }
 

@@ -146,32 +146,40 @@ pub(in super::super) fn triangles(
         (own, rest) = rest.split_at(of(rest, |run, slot| run == slot));
         let base = triangles.first().map_or(0, |&t| t / 64);
         words.clear();
-        let mut each_run = |test: &mut dyn FnMut(Run, u32, &mut [u64])| {
+        doubt.clear();
+        // Words of the mask that a run touches: the first triangles of it may have gone for the frustum.
+        let words_of = |run: Run| {
+            let range = triangles_of(mesh, run);
+            ((range.start / 64).max(base), range.end.div_ceil(64))
+        };
+        for run in own {
+            let (first, end) = words_of(*run);
+            if end <= first {
+                continue;
+            }
+            let here = (first - base) as usize..(end - base) as usize;
+            words.resize(words.len().max(here.end), 0);
+            match &eye {
+                Eye::Masks(masks, mask) => {
+                    masks.cull_words(level, mask, first as usize, &mut words[here]);
+                }
+                Eye::Planes(_, planes, eye) => {
+                    doubt.resize(words.len(), 0);
+                    let (words, doubt) = (&mut words[here.clone()], &mut doubt[here]);
+                    planes.test_words(level, eye, first as usize, words, doubt);
+                }
+                Eye::Undecided | Eye::Exact(_) => {}
+            }
+        }
+        if let Eye::Planes(exact, ..) = &eye {
+            // In a second turn: neighbouring runs share a word, and the first turn writes it anew.
             for run in own {
-                let range = triangles_of(mesh, *run);
-                // The first triangles of a run may have gone for the frustum.
-                let (first, end) = ((range.start / 64).max(base), range.end.div_ceil(64));
+                let (first, end) = words_of(*run);
                 if end > first {
-                    words.resize(words.len().max((end - base) as usize), 0);
-                    let words = &mut words[(first - base) as usize..(end - base) as usize];
-                    test(*run, first, words);
+                    let here = (first - base) as usize..(end - base) as usize;
+                    cull_in_doubt(mesh, exact, *run, first, &doubt[here.clone()], &mut words[here]);
                 }
             }
-        };
-        if let Eye::Masks(masks, mask) = &eye {
-            each_run(&mut |_, first, words| masks.cull_words(level, mask, first as usize, words));
-        }
-        if let Eye::Planes(exact, planes, eye) = &eye {
-            // In two turns: neighbouring runs share a word, and the first turn writes it anew.
-            each_run(&mut |_, first, words| {
-                planes.cull_words(level, eye, first as usize, words);
-            });
-            each_run(&mut |run, first, words| {
-                doubt.resize(words.len(), 0);
-                planes.keep_words(level, eye, first as usize, doubt);
-                doubt.iter_mut().zip(&*words).for_each(|(d, w)| *d = !(*d | w));
-                cull_in_doubt(mesh, exact, run, first, doubt, words);
-            });
         }
         keep_listed(level, triangles, base, words, kept);
         true
