@@ -215,8 +215,11 @@ pub fn culler(args: &CullArgs) -> Culler {
         backface: if args.no_backface { Backface::Off } else { Backface::default() },
         degenerate: !args.no_degenerate,
         detail: args.detail.map(|threshold_px| Detail { measure, threshold_px }),
-        occlusion: (!args.no_occlusion)
-            .then_some(Occlusion { width: args.occlusion_width, budget: args.occlusion_budget }),
+        occlusion: (!args.no_occlusion).then_some(Occlusion {
+            width: args.occlusion_width,
+            budget: args.occlusion_budget,
+            ..Occlusion::default()
+        }),
         ..Culler::default()
     };
     match args.only {

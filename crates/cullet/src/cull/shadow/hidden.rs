@@ -4,7 +4,7 @@ use fearless_simd::Level;
 
 use crate::bits;
 use crate::bounds::Aabb;
-use crate::cull::occlusion::{OcclusionBuffer, Shape, Verdict};
+use crate::cull::occlusion::{OcclusionBuffer, Shape, Visibility};
 use crate::transform::Transform;
 use crate::view::View;
 
@@ -34,14 +34,11 @@ pub fn drop_unlit(
     assert!(kept.len() * 64 >= casters.len(), "a bit for each of {} casters", casters.len());
     buffer.begin(light, origin);
     for (shape, transform) in occluders {
-        match shape {
-            Shape::Convex(convex) => buffer.draw_convex(level, convex, transform),
-            Shape::Patch(patch) => buffer.draw_patch(level, patch, transform),
-        }
+        shape.draw(level, &mut buffer.band(), transform);
     }
     let mut dropped = 0;
     for (i, caster) in casters.iter().enumerate() {
-        if bits::get(kept, i) && buffer.ask_box(caster) == Verdict::Hidden {
+        if bits::get(kept, i) && buffer.test_box(caster) == Visibility::Hidden {
             kept[i / 64] &= !(1 << (i % 64));
             dropped += 1;
         }
