@@ -1,7 +1,7 @@
-//! Occlusion culling by hand: draw what hides, ask what is hidden.
+//! Occlusion culling by hand: draw what hides, test what is hidden.
 
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Verdict};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Visibility};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -23,13 +23,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut buffer = OcclusionBuffer::new([640, 360])?;
     buffer.begin(&view, [0.0; 3]);
     for occluder in [&house, &wall] {
-        buffer.draw_convex(Level::new(), occluder, &Transform::IDENTITY);
+        occluder.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
     }
 
     for (name, x) in [("behind the house", 0.0), ("beside it", -14.0), ("behind the wall", 20.0)] {
         let tree = Aabb::new([x - 1.0, 0.0, -41.0], [x + 1.0, 4.0, -39.0]);
-        let verdict = buffer.ask_box(&tree);
-        println!("a tree {name}: {}", if verdict == Verdict::Hidden { "hidden" } else { "drawn" });
+        let visibility = buffer.test_box(&tree);
+        println!(
+            "a tree {name}: {}",
+            if visibility == Visibility::Hidden { "hidden" } else { "drawn" }
+        );
     }
     Ok(())
 }

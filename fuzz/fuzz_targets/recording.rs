@@ -3,7 +3,7 @@
 #![no_main]
 
 use cullet::Level;
-use cullet::cull::occlusion::Recording;
+use cullet_io::recording::Recording;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

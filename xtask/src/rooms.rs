@@ -160,7 +160,7 @@ mod tests {
         for (from, to) in [
             ("view/mod.rs", "mesh/mod.rs"),
             ("mesh/mod.rs", "cull/backface/mod.rs"),
-            ("cull/shadow/body.rs", "cull/occlusion/ask/mod.rs"),
+            ("cull/shadow/body.rs", "cull/occlusion/query/batch.rs"),
             ("cull/detail.rs", "scene/mod.rs"),
         ] {
             assert!(is_upward(from, to), "{from} {to}");
@@ -168,7 +168,7 @@ mod tests {
         for (from, to) in [
             ("culler/mod.rs", "cull/detail.rs"),
             ("clip/line.rs", "mesh/mod.rs"),
-            ("cull/occlusion/ask/mod.rs", "cull/occlusion/tile.rs"),
+            ("cull/occlusion/query/batch.rs", "cull/occlusion/raster/tile.rs"),
             ("cull/detail.rs", "cull/output.rs"),
         ] {
             assert!(!is_upward(from, to), "{from} {to}");

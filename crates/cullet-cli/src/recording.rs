@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use cullet::cull::occlusion::Recording;
 use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
 use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::Failure;
+use cullet_io::recording::Recording;
 
 /// Records what a culler did in its occlusion stage: what it drew, in its order, and each instance that it
-/// asked about.
+/// tested.
 pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mut Recording) {
     let culler = Culler { output: Output::Instances, reasons: true, clock: None, ..culler.clone() };
     let (mut state, mut result) = (ViewState::default(), Visible::default());
@@ -19,13 +19,13 @@ pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mu
         let shapes = scene.prepared_of(slot).shapes();
         recording.draw(&shapes[shape as usize], scene.transform(slot));
     }
-    // What a stage before had dropped was not asked about.
-    let is_asked = |slot: &u32| {
+    // What a stage before had dropped was not tested.
+    let is_tested = |slot: &u32| {
         result.reasons[*slot as usize].is_none_or(|reason| reason.stage == Stage::Occlusion)
     };
-    for slot in scene.slots().filter(is_asked) {
+    for slot in scene.slots().filter(is_tested) {
         let bounds = scene.bounds(slot);
-        recording.ask(&bounds, buffer.ask_box(&bounds));
+        recording.test(&bounds, buffer.test_box(&bounds));
     }
 }
 
@@ -64,7 +64,7 @@ mod tests {
         let again = Recording::decode(&recording.encode()).unwrap().replay(Level::new()).unwrap();
         assert_eq!((again.views, again.changed.len()), (1, 0));
         assert_eq!(again.drawn, result.funnel.occlusion.drawn);
-        assert!(again.drawn > 0 && again.hidden > 0 && again.hidden < again.asked);
+        assert!(again.drawn > 0 && again.hidden > 0 && again.hidden < again.tested);
         // Without the stage there is nothing to record.
         let mut nothing = Recording::default();
         record(&scene, &view, &Culler::default(), &mut nothing);

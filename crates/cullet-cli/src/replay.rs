@@ -1,4 +1,4 @@
-//! `cullet replay`: plays what an occlusion buffer was asked again.
+//! `cullet replay`: plays a recording of an occlusion buffer again.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -6,17 +6,18 @@ use std::time::Instant;
 use clap::Args;
 use cullet::Level;
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Difference, Differences, Recording, Verdict};
+use cullet::cull::occlusion::Visibility;
 use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
+use cullet_io::recording::{Difference, Differences, Recording};
 use serde_json::json;
 
 /// What `cullet replay --help` ends with.
 pub(crate) const HELP: &str = "\
-A recording holds views, the occluders drawn into the occlusion buffer and the boxes asked for, with the
-answers given then. Played again, each answer must be the same; one that is not is printed, and
-the exit code is 1. The time is that of drawing and asking together, the best of --times.
+A recording holds views, the occluders drawn into the occlusion buffer and the boxes tested, with the
+results then. Played again, each result must be the same; one that is not is printed, and
+the exit code is 1. The time is that of drawing and testing together, the best of --times.
 
 Examples
   cullet verify city --path walk --views 2 --record city.occ
@@ -56,7 +57,7 @@ pub(crate) fn run(args: &ReplayArgs, console: &Console) -> Outcome {
         "{name}: {}, {} drawn, {} tested, {} of them hidden; {:.3} ms",
         count(found.views, "view", "views"),
         count(found.drawn, "occluder", "occluders"),
-        count(found.asked, "box", "boxes"),
+        count(found.tested, "box", "boxes"),
         grouped(found.hidden),
         best * 1e3
     ));
@@ -77,18 +78,18 @@ pub(crate) fn run(args: &ReplayArgs, console: &Console) -> Outcome {
             .collect();
         let record = json!({
             "schema": 1, "file": name.to_string(), "views": found.views, "drawn": found.drawn,
-            "asked": found.asked, "hidden": found.hidden, "changed": changed, "ms": best * 1e3,
+            "tested": found.tested, "hidden": found.hidden, "changed": changed, "ms": best * 1e3,
         });
         write_json(path, &record)?;
     }
     Ok(if found.changed.is_empty() { Exit::Fine } else { Exit::FalseCull })
 }
 
-fn word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Outside => "outside",
-        Verdict::Visible => "visible",
-        Verdict::Hidden => "hidden",
+fn word(visibility: Visibility) -> &'static str {
+    match visibility {
+        Visibility::Outside => "outside",
+        Visibility::Visible => "visible",
+        Visibility::Hidden => "hidden",
     }
 }
 

@@ -288,7 +288,7 @@ impl Survey {
 fn whole(result: &Visible) -> WholeRecord {
     let work = result.funnel.occlusion;
     let mut record =
-        WholeRecord { occluders: [work.offered, work.drawn], ..WholeRecord::default() };
+        WholeRecord { occluders: [work.considered, work.drawn], ..WholeRecord::default() };
     for row in result.funnel.rows.iter().filter(|row| row.unit == Unit::Instances) {
         let left = [row.left.instances, row.left.triangles];
         if matches!(row.stage, Stage::Layer | Stage::Frustum) {

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use cullet::cull::occlusion::Recording;
 use cullet_command::args::InputArgs;
 use cullet_command::console::{Console, agree, count, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Outcome};
 use cullet_command::files::write_json;
 use cullet_command::inputs;
 use cullet_command::occluders;
+use cullet_io::recording::Recording;
 use serde::Serialize;
 
 use crate::record::{Loss, SCHEMA, Summary, ViewRecord};

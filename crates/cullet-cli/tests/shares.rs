@@ -33,7 +33,7 @@ fn inputs(model: &Model, path: &str) -> (Vec<View>, Culler) {
     let spec: PathSpec = path.parse().unwrap();
     let cameras = paths::cameras(model, &spec, VIEWS, SIZE, &overrides).unwrap();
     let view = |camera| View::new(camera, overrides.depth, SIZE).unwrap();
-    let occlusion = Some(Occlusion { width: 640, budget: 100_000.0 });
+    let occlusion = Some(Occlusion { budget: 100_000.0, ..Occlusion::default() });
     (cameras.iter().map(view).collect(), Culler { occlusion, ..Culler::default() })
 }
 

@@ -208,8 +208,11 @@ pub fn culler(args: &CullArgs) -> Culler {
         backface: if args.no_backface { Backface::Off } else { Backface::default() },
         degenerate: !args.no_degenerate,
         detail: args.detail.map(detail),
-        occlusion: (!args.no_occlusion)
-            .then_some(Occlusion { width: args.occlusion_width, budget: args.occlusion_budget }),
+        occlusion: (!args.no_occlusion).then_some(Occlusion {
+            width: args.occlusion_width,
+            budget: args.occlusion_budget,
+            ..Occlusion::default()
+        }),
         ..Culler::default()
     };
     match args.only {

@@ -1,6 +1,6 @@
 //! Occluders that are baked when a scene is opened.
 
-use cullet::{Mesh, Preparation};
+use cullet::{Mesh, OccluderCosts, Preparation};
 use cullet_bake::occluders::{OccluderOptions, Occluders, Polygon, occluders};
 use cullet_io::Model;
 use rayon::prelude::*;
@@ -48,14 +48,14 @@ pub fn of_meshes<T: Send>(
 /// # Errors
 /// If one cannot be made, or Ctrl-C was pressed.
 pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(), Failure> {
-    /// Pixels at which costs are compared: those of a thing that is worth drawing.
+    /// Pixels at which costs are compared: those of an instance that pays for its drawing.
     const PIXELS: f32 = 10_000.0;
     /// The share of its mesh's silhouette that proxies must hide to be taken for it.
     const LEAST_EFFICIENCY: f64 = 0.9;
     if args.no_occlusion || args.occluders == OccluderKind::Mesh {
         return Ok(());
     }
-    let mut options = OccluderOptions::default();
+    let (mut options, costs) = (OccluderOptions::default(), OccluderCosts::default());
     if args.occluders == OccluderKind::Baked {
         // Nobody asks how good they are.
         options.directions = 0;
@@ -69,13 +69,15 @@ pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(),
         let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
             made.polygons.iter().partition(|p| p.tolerance == 0.0);
         let occluder = made.to_engine().map_err(Failure::input)?;
-        let own_cost =
-            |id| model.scene.prepared()[id as usize].occluder().map_or(0.0, |own| own.cost(PIXELS));
+        let own_cost = |id| {
+            let own = model.scene.prepared()[id as usize].occluder();
+            own.map_or(0.0, |own| own.cost(&costs, PIXELS))
+        };
         let take = match args.occluders {
             OccluderKind::Auto => {
                 off.is_empty()
                     && report.efficiency() >= LEAST_EFFICIENCY
-                    && occluder.cost(PIXELS) * 2.0 < own_cost(id)
+                    && occluder.cost(&costs, PIXELS) * 2.0 < own_cost(id)
             }
             _ => true,
         };

@@ -2,7 +2,7 @@
 //! refuted nor seen by any of 8 × 8 jittered samples a pixel.
 
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Visibility};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 use cullet_draw::{
     OccluderTriangles, Proof, ProofOptions, Prover, SampleOptions, Sampled, occluder_scene,
@@ -72,14 +72,14 @@ impl Occluder {
     fn draw(&self, buffer: &mut OcclusionBuffer) {
         if self.kind == Kind::Convex {
             let convex = Convex::from_box(&UNIT).unwrap();
-            return buffer.draw_convex(Level::new(), &convex, &self.transform);
+            return convex.draw(Level::new(), &mut buffer.band(), &self.transform);
         }
         let count = self.indices.len() as u32 / 3;
         let ranges: Vec<_> =
             (0..count.div_ceil(11)).map(|k| k * 11..(k * 11 + 11).min(count)).collect();
         let cut = Patch::cut(&self.positions, &self.indices, &ranges, self.two_sided());
         for patch in cut.unwrap() {
-            buffer.draw_patch(Level::new(), &patch, &self.transform);
+            patch.draw(Level::new(), &mut buffer.band(), &self.transform);
         }
     }
 
@@ -164,7 +164,7 @@ fn judge(
     buffer.begin(view, [0.0; 3]);
     occluders.iter().for_each(|o| o.draw(&mut buffer));
     let hidden: Vec<Aabb> =
-        things.iter().copied().filter(|t| buffer.ask_box(t) == Verdict::Hidden).collect();
+        things.iter().copied().filter(|t| buffer.test_box(t) == Visibility::Hidden).collect();
     if hidden.is_empty() {
         return Ok([0; 3]);
     }

@@ -28,6 +28,7 @@ pub mod paths;
 mod ply;
 mod polygon;
 mod pose;
+pub mod recording;
 mod save;
 pub mod scenes;
 mod stl;

@@ -230,20 +230,20 @@ pub struct FrustumWork {
     pub swept: u64,
 }
 
-/// What the occlusion stage did to get its answer.
+/// Work of the occlusion stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OcclusionWork {
-    /// Shapes that were weighed: those that by the size of their nodes and instances on the screen might be
-    /// worth more than what the budget was spent on; all in the view, where it pays for all.
-    pub offered: u64,
+    /// Shapes that were considered: those that by the size of their nodes and instances on the screen might have a
+    /// higher score than what was chosen; all in the view, where the budget is enough for all.
+    pub considered: u64,
     /// Those of them that the budget allowed.
     pub chosen: u64,
     /// Those of them that were drawn: the others were hidden by then.
     pub drawn: u64,
     /// Nodes of the hierarchy, instances and clusters whose boxes were tested.
     pub tests: u64,
-    /// What became of the time of the stage of instances, where the culler has a clock.
+    /// Times of the stage of instances, where the culler has a clock.
     pub times: Option<OcclusionTimes>,
 }
 
@@ -255,8 +255,8 @@ pub struct OcclusionTimes {
     pub choosing: u64,
     /// Drawing it.
     pub drawing: u64,
-    /// Asking what is hidden.
-    pub asking: u64,
+    /// Testing what is hidden.
+    pub testing: u64,
 }
 
 /// Counts in and out of each stage that ran, in the order in which they ran: what leaves a row enters the

@@ -74,7 +74,7 @@ mod transform;
 pub mod view;
 mod visible;
 
-pub use costs::{Costs, CostsError};
+pub use costs::{Costs, CostsError, DrawingCosts, OccluderCosts};
 pub use culler::{Backface, CullError, Culler, Explanation, Output, ShadowView, Step, ViewState};
 pub use fearless_simd::Level;
 pub use funnel::{

@@ -95,8 +95,8 @@ fn what_is_behind_a_wall_goes_and_the_funnel_counts_it() {
         let row = result.funnel.rows.iter().find(|r| r.stage == Stage::Occlusion).unwrap();
         assert_eq!((row.unit, row.entered.instances, row.left.instances), (Unit::Instances, 5, 2));
         let work = result.funnel.occlusion;
-        assert!(work.drawn >= 1 && work.drawn <= work.chosen && work.chosen <= work.offered);
-        assert!(work.offered <= 5 && work.tests >= 5, "{work:?}");
+        assert!(work.drawn >= 1 && work.drawn <= work.chosen && work.chosen <= work.considered);
+        assert!(work.considered <= 5 && work.tests >= 5, "{work:?}");
     }
     assert_eq!(s.hidden(), 3);
     assert_eq!(s.reason(&culler(), &view(), s.beside), None);
@@ -270,7 +270,7 @@ fn by_nodes_or_one_by_one_the_same_occluders_are_chosen() {
         culler.cull_one(scene, &street_view(), &mut state, &mut result);
         let drawn = state.occluders_drawn().iter();
         let drawn: Vec<_> = drawn.map(|&(slot, shape)| (scene.handle(slot), shape)).collect();
-        (drawn, result.funnel.occlusion.offered)
+        (drawn, result.funnel.occlusion.considered)
     };
     let budgets = [1.0, 30.0, 300.0, 3000.0, f32::INFINITY];
     // Not sorted yet, so that no node is over anything.
@@ -278,9 +278,9 @@ fn by_nodes_or_one_by_one_the_same_occluders_are_chosen() {
     scene.commit();
     let mut looked_at = Vec::new();
     for (budget, (flat, _)) in budgets.into_iter().zip(flat) {
-        let (nodes, offered) = drawn(&scene, budget);
+        let (nodes, considered) = drawn(&scene, budget);
         assert_eq!(nodes, flat, "for {budget} microseconds");
-        looked_at.push(offered);
+        looked_at.push(considered);
     }
     // The floor: a small budget looks at a small part.
     assert!(looked_at[1] * 4 < looked_at[4], "{looked_at:?}");
@@ -308,7 +308,7 @@ fn what_nodes_answer_for_is_what_each_box_would_be_told() {
             }
             let (mut visible, mut hidden) = (vec![0; words], vec![0; words]);
             let boxes = scene.boxes();
-            buffer.ask_boxes(culler.level, boxes, 0, &asked, &mut visible, &mut hidden);
+            buffer.test_boxes(culler.level, boxes, 0, &asked, &mut visible, &mut hidden);
             let mut count = 0;
             for (slot, &reason) in result.reasons.iter().enumerate() {
                 if is_asked(reason) {

@@ -1,7 +1,7 @@
 //! What is called hidden is hidden: random scenes of boxes against lines of sight, drawn convex and as patches.
 
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Verdict};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Visibility};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 use proptest::prelude::*;
 
@@ -97,16 +97,16 @@ proptest! {
             // Ranges that cut boxes apart.
             let ranges: Vec<_> = (0..count.div_ceil(7)).map(|k| k * 7..(k * 7 + 7).min(count)).collect();
             for patch in Patch::cut(&positions, &indices, &ranges, reversed).unwrap() {
-                buffer.draw_patch(Level::new(), &patch, &here);
+                patch.draw(Level::new(), &mut buffer.band(), &here);
             }
         } else {
             for b in &blocks {
-                buffer.draw_convex(Level::new(), &Convex::from_box(b).unwrap(), &here);
+                Convex::from_box(b).unwrap().draw(Level::new(), &mut buffer.band(), &here);
             }
         }
         let eye = view.eye();
         for thing in &things {
-            if buffer.ask_box(thing) != Verdict::Hidden {
+            if buffer.test_box(thing) != Visibility::Hidden {
                 continue;
             }
             for t in &points {
@@ -128,23 +128,27 @@ proptest! {
 }
 
 /// A wall of two abutting boxes with a gap between, and a box behind it.
-fn through_a_gap(gap: f32, size: [u32; 2]) -> Verdict {
+fn through_a_gap(gap: f32, size: [u32; 2]) -> Visibility {
     let view = view(false, Depth::Reversed, [1280, 720]);
     let mut buffer = OcclusionBuffer::new(size).unwrap();
     buffer.begin(&view, [0.0; 3]);
     for (from, to) in [(-20.0, 0.0), (gap, 20.0)] {
         // Without thickness, for a thick one hides what is seen aslant through so thin a gap.
         let wall = Aabb { min: [from, -20.0, -5.0], max: [to, 20.0, -5.0] };
-        buffer.draw_convex(Level::new(), &Convex::from_box(&wall).unwrap(), &Transform::IDENTITY);
+        Convex::from_box(&wall).unwrap().draw(
+            Level::new(),
+            &mut buffer.band(),
+            &Transform::IDENTITY,
+        );
     }
-    buffer.ask_box(&Aabb { min: [-1.0, -1.0, -9.0], max: [1.0, 1.0, -8.0] })
+    buffer.test_box(&Aabb { min: [-1.0, -1.0, -9.0], max: [1.0, 1.0, -8.0] })
 }
 
 #[test]
 fn a_gap_of_a_thousandth_of_a_pixel_is_seen_through() {
     for size in [[1280, 720], [320, 180], [33, 17], [1, 1]] {
         for gap in [1e-5, 1e-3, 0.1] {
-            assert_eq!(through_a_gap(gap, size), Verdict::Visible, "{gap} {size:?}");
+            assert_eq!(through_a_gap(gap, size), Visibility::Visible, "{gap} {size:?}");
         }
     }
 }
@@ -172,7 +176,7 @@ fn a_surface_has_no_cracks() {
         let mut buffer = OcclusionBuffer::new(size).unwrap();
         buffer.begin(&view, [0.0; 3]);
         for patch in Patch::cut(&positions, &indices, &ranges, false).unwrap() {
-            buffer.draw_patch(Level::new(), &patch, &Transform::IDENTITY);
+            patch.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
         }
         let count = size[0] * size[1];
         let covered =

@@ -2,7 +2,7 @@
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{
-    Convex, OccluderError, Occlusion, OcclusionBuffer, OcclusionError, Patch, Verdict,
+    Convex, Occlusion, OcclusionBuffer, OcclusionError, Patch, Visibility,
 };
 use cullet::mesh::Part;
 use cullet::{
@@ -107,19 +107,19 @@ fn draw(buffer: &mut OcclusionBuffer, walls: &[Aabb], how: As, at: [f64; 3]) {
     match how {
         As::Convex => walls
             .iter()
-            .for_each(|w| buffer.draw_convex(level, &Convex::from_box(w).unwrap(), &here)),
+            .for_each(|w| Convex::from_box(w).unwrap().draw(level, &mut buffer.band(), &here)),
         As::Patch => {
             let (positions, indices) = quads(walls);
             patch(&positions, &indices, true)
                 .iter()
-                .for_each(|p| buffer.draw_patch(level, p, &here));
+                .for_each(|p| p.draw(level, &mut buffer.band(), &here));
         }
         As::Mirrored => {
             let mirror = Transform::from_scale_translation([-1.0, 1.0, 1.0], at);
             for w in walls {
                 let flipped =
                     cuboid([-w.max[0], w.min[1], w.min[2]], [-w.min[0], w.max[1], w.max[2]]);
-                buffer.draw_convex(level, &Convex::from_box(&flipped).unwrap(), &mirror);
+                Convex::from_box(&flipped).unwrap().draw(level, &mut buffer.band(), &mirror);
             }
         }
     }
@@ -134,20 +134,24 @@ fn drawn(view: &View, size: [u32; 2], walls: &[Aabb], how: As) -> OcclusionBuffe
 
 /// Behind a wall that fills the view, in front of it, through it, touching it, and out of the view.
 fn hold(buffer: &OcclusionBuffer, case: &str) {
-    for (thing, verdict, what) in [
-        (cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]), Verdict::Hidden, "behind"),
-        (cuboid([-0.4, -0.6, -5.1], [0.3, -0.2, -5.01]), Verdict::Hidden, "close behind"),
-        (cuboid([-300.0, -300.0, -90.0], [0.3, -0.2, -8.0]), Verdict::Hidden, "behind the edge"),
-        (cuboid([-0.4, -0.6, -4.0], [0.3, -0.2, -3.0]), Verdict::Visible, "before"),
-        (cuboid([-0.4, -0.6, -6.0], [0.3, -0.2, -4.0]), Verdict::Visible, "through"),
-        (cuboid([-0.4, -0.6, -6.0], [0.3, -0.2, -5.0]), Verdict::Visible, "touching"),
-        (cuboid([-0.4, -0.6, -5.0], [0.3, -0.2, -5.0]), Verdict::Visible, "in its plane"),
-        (cuboid([-0.4, -0.6, -6.0], [0.3, -0.2, 0.0]), Verdict::Visible, "through the near plane"),
-        (cuboid([-0.4, -0.6, -6.0], [0.3, -0.2, 9.0]), Verdict::Visible, "around the eye"),
-        (cuboid([500.0, -0.6, -6.0], [501.0, -0.2, -5.5]), Verdict::Outside, "beside the view"),
-        (cuboid([-0.4, -0.6, 5.0], [0.3, -0.2, 6.0]), Verdict::Outside, "behind the eye"),
+    for (thing, visibility, what) in [
+        (cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]), Visibility::Hidden, "behind"),
+        (cuboid([-0.4, -0.6, -5.1], [0.3, -0.2, -5.01]), Visibility::Hidden, "close behind"),
+        (cuboid([-300.0, -300.0, -90.0], [0.3, -0.2, -8.0]), Visibility::Hidden, "behind the edge"),
+        (cuboid([-0.4, -0.6, -4.0], [0.3, -0.2, -3.0]), Visibility::Visible, "before"),
+        (cuboid([-0.4, -0.6, -6.0], [0.3, -0.2, -4.0]), Visibility::Visible, "through"),
+        (cuboid([-0.4, -0.6, -6.0], [0.3, -0.2, -5.0]), Visibility::Visible, "touching"),
+        (cuboid([-0.4, -0.6, -5.0], [0.3, -0.2, -5.0]), Visibility::Visible, "in its plane"),
+        (
+            cuboid([-0.4, -0.6, -6.0], [0.3, -0.2, 0.0]),
+            Visibility::Visible,
+            "through the near plane",
+        ),
+        (cuboid([-0.4, -0.6, -6.0], [0.3, -0.2, 9.0]), Visibility::Visible, "around the eye"),
+        (cuboid([500.0, -0.6, -6.0], [501.0, -0.2, -5.5]), Visibility::Outside, "beside the view"),
+        (cuboid([-0.4, -0.6, 5.0], [0.3, -0.2, 6.0]), Visibility::Outside, "behind the eye"),
     ] {
-        assert_eq!(buffer.ask_box(&thing), verdict, "{what}, {case}");
+        assert_eq!(buffer.test_box(&thing), visibility, "{what}, {case}");
     }
 }
 
@@ -199,15 +203,15 @@ fn gaps_from_a_thousandth_to_a_whole_pixel_are_seen_through() {
             for walls in [&upright[..], &level, &junction] {
                 for how in [As::Convex, As::Patch] {
                     let buffer = drawn(&view(), size, walls, how);
-                    let verdict = buffer.ask_box(&thing);
-                    assert_eq!(verdict, Verdict::Visible, "{parts} px, {size:?} {how:?}");
+                    let visibility = buffer.test_box(&thing);
+                    assert_eq!(visibility, Visibility::Visible, "{parts} px, {size:?} {how:?}");
                 }
             }
         }
         // What the gap does not show is found all the same.
         let aside = cuboid([-2.0, -1.5, -9.0], [-1.0, -1.0, -8.0]);
         let buffer = drawn(&view(), [640, 360], &upright, As::Convex);
-        assert_eq!(buffer.ask_box(&aside), Verdict::Hidden, "{parts} px");
+        assert_eq!(buffer.test_box(&aside), Visibility::Hidden, "{parts} px");
     }
 }
 
@@ -228,10 +232,10 @@ fn a_vertex_off_the_edge_that_it_divides_leaves_a_gap() {
             let mut buffer = OcclusionBuffer::new(size).unwrap();
             buffer.begin(&view(), [0.0; 3]);
             for p in patch(&positions, &indices, true) {
-                buffer.draw_patch(Level::new(), &p, &Transform::IDENTITY);
+                p.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
             }
             let thing = cuboid([-0.5, -0.5, -9.0], [0.5, 0.5, -8.0]);
-            assert_eq!(buffer.ask_box(&thing), Verdict::Visible, "{dent} {size:?}");
+            assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{dent} {size:?}");
         }
     }
 }
@@ -242,14 +246,16 @@ fn a_wall_that_ends_short_of_the_screen_shows_what_is_at_its_edge() {
     let half_width = (half_height * 16.0 / 9.0) as f32;
     let px = 2.0 * half_height as f32 / 720.0;
     let thing = cuboid([0.0, -0.5, -9.0], [40.0, 0.5, -8.0]);
-    for (short, verdict) in
-        [(-10.0 * px, Verdict::Hidden), (1e-3 * px, Verdict::Visible), (px, Verdict::Visible)]
-    {
+    for (short, visibility) in [
+        (-10.0 * px, Visibility::Hidden),
+        (1e-3 * px, Visibility::Visible),
+        (px, Visibility::Visible),
+    ] {
         for size in SIZES {
             let walls = [wall([-90.0, half_width - short], [-90.0, 90.0], z)];
             for how in [As::Convex, As::Patch] {
                 let buffer = drawn(&view(), size, &walls, how);
-                assert_eq!(buffer.ask_box(&thing), verdict, "{short} {size:?} {how:?}");
+                assert_eq!(buffer.test_box(&thing), visibility, "{short} {size:?} {how:?}");
             }
         }
     }
@@ -264,8 +270,8 @@ fn an_occluder_through_the_near_plane_hides_what_it_hides() {
             let buffer = drawn(&view(), [640, 360], &[floor], how);
             let below = cuboid([-1.0, -3.0, -10.0], [1.0, -1.5, -9.0]);
             let above = cuboid([-1.0, -0.9, -10.0], [1.0, 1.5, -9.0]);
-            assert_eq!(buffer.ask_box(&below), Verdict::Hidden, "{back} {how:?}");
-            assert_eq!(buffer.ask_box(&above), Verdict::Visible, "{back} {how:?}");
+            assert_eq!(buffer.test_box(&below), Visibility::Hidden, "{back} {how:?}");
+            assert_eq!(buffer.test_box(&above), Visibility::Visible, "{back} {how:?}");
         }
     }
 }
@@ -282,7 +288,7 @@ fn an_occluder_around_the_eye_hides_nothing() {
         for size in SIZES {
             let buffer = drawn(&view(), size, &[around], As::Convex);
             for thing in &things {
-                assert_eq!(buffer.ask_box(thing), Verdict::Visible, "{half} {size:?}");
+                assert_eq!(buffer.test_box(thing), Visibility::Visible, "{half} {size:?}");
             }
         }
     }
@@ -295,8 +301,8 @@ fn nothing_hides_itself() {
     for view in views([0.0; 3]) {
         for size in SIZES {
             let buffer = drawn(&view, size, &[block], As::Convex);
-            assert_ne!(buffer.ask_box(&block), Verdict::Hidden, "{size:?}");
-            assert_ne!(buffer.ask_box(&grown), Verdict::Hidden, "{size:?}");
+            assert_ne!(buffer.test_box(&block), Visibility::Hidden, "{size:?}");
+            assert_ne!(buffer.test_box(&grown), Visibility::Hidden, "{size:?}");
         }
     }
 }
@@ -323,7 +329,7 @@ fn a_hundred_thousand_triangles_in_a_pixel_hide_no_more_than_they_cover() {
         let mut buffer = OcclusionBuffer::new(size).unwrap();
         buffer.begin(&view(), [0.0; 3]);
         for p in patch(&positions, &indices, false) {
-            buffer.draw_patch(Level::new(), &p, &Transform::IDENTITY);
+            p.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
         }
         let covered: Vec<_> = (0..size[0] * size[1])
             .map(|i| [i % size[0], i / size[0]])
@@ -333,7 +339,7 @@ fn a_hundred_thousand_triangles_in_a_pixel_hide_no_more_than_they_cover() {
         assert!(covered.len() <= most, "{covered:?}");
         let wide = px * 4.0;
         let thing = cuboid([-wide, -wide, -9.0], [wide, wide, -8.0]);
-        assert_eq!(buffer.ask_box(&thing), Verdict::Visible);
+        assert_eq!(buffer.test_box(&thing), Visibility::Visible);
     }
 }
 
@@ -347,12 +353,12 @@ fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
             let mut buffer = OcclusionBuffer::new(size).unwrap();
             buffer.begin(&view(), [0.0; 3]);
             for p in patch(&positions, &[0, 1, 2], true) {
-                buffer.draw_patch(Level::new(), &p, &Transform::IDENTITY);
+                p.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
             }
             if let Ok(polygon) = Convex::from_polygon(&positions) {
-                buffer.draw_convex(Level::new(), &polygon, &Transform::IDENTITY);
+                polygon.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
             }
-            assert_eq!(buffer.ask_box(&thing), Verdict::Visible, "{width} {size:?}");
+            assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{width} {size:?}");
         }
     }
     // Two thousand strips, each a hundredth of a pixel and less, with shared edges.
@@ -364,10 +370,10 @@ fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
     let mut buffer = OcclusionBuffer::new([640, 360]).unwrap();
     buffer.begin(&view(), [0.0; 3]);
     for p in patch(&positions, &indices, false) {
-        buffer.draw_patch(Level::new(), &p, &Transform::IDENTITY);
+        p.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
     }
-    assert_eq!(buffer.ask_box(&before), Verdict::Visible);
-    assert_eq!(buffer.ask_box(&thing), Verdict::Visible);
+    assert_eq!(buffer.test_box(&before), Visibility::Visible);
+    assert_eq!(buffer.test_box(&thing), Visibility::Visible);
 }
 
 #[test]
@@ -381,7 +387,7 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
             low.min[axis] = bad;
             high.max[axis] = bad;
             for thing in [low, high].into_iter().filter(|b| !b.is_empty()) {
-                assert_eq!(buffer.ask_box(&thing), Verdict::Visible, "{thing:?}");
+                assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{thing:?}");
             }
             assert!(Convex::from_box(&low).is_err(), "{low:?}");
             let mut corners = [[0.0, 0.0, -5.0], [1.0, 0.0, -5.0], [0.0, 1.0, -5.0]];
@@ -389,7 +395,7 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
             assert!(Convex::from_polygon(&corners).is_err());
             let refused = Patch::cut(&corners, &[0, 1, 2], std::slice::from_ref(&(0..1)), true);
             assert!(
-                matches!(refused, Err(OccluderError::NotFinite { vertex: 1, .. })),
+                matches!(refused, Err(OcclusionError::NotFinite { vertex: 1, .. })),
                 "{refused:?}"
             );
         }
@@ -409,9 +415,9 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
         }
         for t in transforms {
             buffer.begin(&view(), [0.0; 3]);
-            buffer.draw_convex(Level::new(), &convex, &t);
-            patches.iter().for_each(|p| buffer.draw_patch(Level::new(), p, &t));
-            assert_eq!(buffer.ask_box(&thing), Verdict::Visible, "{t:?}");
+            convex.draw(Level::new(), &mut buffer.band(), &t);
+            patches.iter().for_each(|p| p.draw(Level::new(), &mut buffer.band(), &t));
+            assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{t:?}");
         }
     }
     // Flattened to a line, the wall hides nothing; as large as f32 is, it may.
@@ -419,12 +425,12 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
     let flat = Transform::from_scale_translation([1.0, 0.0, 1.0], [0.0; 3]);
     let huge = Transform::from_scale_translation([f32::MAX / 100.0, 1.0, 1.0], [0.0; 3]);
     for t in [flat, huge] {
-        buffer.draw_convex(Level::new(), &convex, &t);
-        patches.iter().for_each(|p| buffer.draw_patch(Level::new(), p, &t));
+        convex.draw(Level::new(), &mut buffer.band(), &t);
+        patches.iter().for_each(|p| p.draw(Level::new(), &mut buffer.band(), &t));
         let before = cuboid([-0.4, -0.6, -4.0], [0.3, -0.2, -3.0]);
-        assert_eq!(buffer.ask_box(&before), Verdict::Visible, "{t:?}");
+        assert_eq!(buffer.test_box(&before), Visibility::Visible, "{t:?}");
         if t == flat {
-            assert_eq!(buffer.ask_box(&thing), Verdict::Visible);
+            assert_eq!(buffer.test_box(&thing), Visibility::Visible);
         }
     }
 }
@@ -443,7 +449,7 @@ fn buffers_of_no_size_or_a_huge_one_are_refused_with_the_limit() {
     }
     let empty = OcclusionBuffer::new([9, 9]).unwrap();
     let thing = cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]);
-    assert_eq!(empty.ask_box(&thing), Verdict::Visible, "before it has a view");
+    assert_eq!(empty.test_box(&thing), Visibility::Visible, "before it has a view");
 }
 
 /// A wall of two triangles before a row of others, one-sided towards +Z.
@@ -469,7 +475,7 @@ fn a_budget_of_nothing_hides_nothing_and_the_front_wall_is_never_hidden() {
     for (budget, hidden) in [(0.0, 0), (f32::NAN, 0), (-1.0, 0), (2000.0, 8), (f32::INFINITY, 8)] {
         for width in [33, 640, u32::MAX] {
             let culler = Culler {
-                occlusion: Some(Occlusion { width, budget }),
+                occlusion: Some(Occlusion { width, budget, ..Occlusion::default() }),
                 reasons: true,
                 ..Culler::default()
             };

@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::mask_words;
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Verdict};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Visibility};
 use cullet::hierarchy::{Nodes, spatial_order};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 use cullet_testkit::at_every_level;
@@ -56,6 +56,11 @@ fn at(b: &Aabb, by: [f64; 3]) -> Aabb {
     Aabb { min: to(b.min), max: to(b.max) }
 }
 
+/// The oracle.
+fn one_by_one(buffer: &OcclusionBuffer, boxes: &Boxes) -> Vec<Visibility> {
+    (0..boxes.len()).map(|i| buffer.test_box(&boxes.get(i))).collect()
+}
+
 fn is_set(mask: &[u64], i: usize) -> bool {
     mask[i / 64] >> (i % 64) & 1 == 1
 }
@@ -80,7 +85,7 @@ proptest! {
         for b in occluders(&blocks) {
             let place = Transform::from_translation(away);
             if let Ok(convex) = Convex::from_box(&b) {
-                buffer.draw_convex(Level::new(), &convex, &place);
+                convex.draw(Level::new(), &mut buffer.band(), &place);
             }
         }
         let placed: Vec<Aabb> = things.iter().map(|b| at(b, away)).collect();
@@ -88,29 +93,29 @@ proptest! {
         let sorted: Vec<Aabb> = order.iter().map(|&i| placed[i as usize]).collect();
         for items in [placed, sorted] {
             let boxes = Boxes::from_slice(&items);
-            let alone = buffer.ask_boxes_ref(&boxes);
+            let alone = one_by_one(&buffer, &boxes);
             let words = mask_words(boxes.len());
-            let asked = vec![u64::MAX; words];
+            let wanted = vec![u64::MAX; words];
             let mut before = None;
             at_every_level!(|name, level| {
                 let (mut visible, mut hidden) = (vec![0; words], vec![0; words]);
-                buffer.ask_boxes(level, &boxes, 0, &asked, &mut visible, &mut hidden);
-                for (i, verdict) in alone.iter().enumerate() {
+                buffer.test_boxes(level, &boxes, 0, &wanted, &mut visible, &mut hidden);
+                for (i, visibility) in alone.iter().enumerate() {
                     let found = (is_set(&visible, i), is_set(&hidden, i));
-                    let right = match verdict {
-                        Verdict::Hidden => found.0 != found.1,
+                    let right = match visibility {
+                        Visibility::Hidden => found.0 != found.1,
                         // What is a little off the screen for f64 may touch it for f32.
-                        Verdict::Outside => true,
-                        Verdict::Visible => found == (true, false),
+                        Visibility::Outside => true,
+                        Visibility::Visible => found == (true, false),
                     };
-                    prop_assert!(right, "{name}: {:?} is {verdict:?} alone, {found:?}", items[i]);
+                    prop_assert!(right, "{name}: {:?} is {visibility:?} alone, {found:?}", items[i]);
                 }
                 // Two halves of the masks are as good as the whole.
                 let half = words / 2;
                 let (mut a, mut b) = (vec![0; words], vec![0; words]);
                 for part in [0..half, half..words] {
-                    buffer.ask_boxes(
-                        level, &boxes, part.start, &asked[part.clone()],
+                    buffer.test_boxes(
+                        level, &boxes, part.start, &wanted[part.clone()],
                         &mut a[part.clone()], &mut b[part],
                     );
                 }
@@ -144,7 +149,7 @@ fn a_batch_finds_what_one_box_after_the_other_finds() {
         buffer.begin(&view(orthographic, Depth::Reversed, eye), [0.0; 3]);
         for b in occluders(&[]) {
             let place = Transform::from_translation(away);
-            buffer.draw_convex(Level::new(), &Convex::from_box(&b).unwrap(), &place);
+            Convex::from_box(&b).unwrap().draw(Level::new(), &mut buffer.band(), &place);
         }
         let items: Vec<Aabb> = (0..20_000)
             .map(|i| {
@@ -156,11 +161,11 @@ fn a_batch_finds_what_one_box_after_the_other_finds() {
         let boxes = Boxes::from_slice(&items);
         let words = mask_words(items.len());
         let (mut visible, mut hidden) = (vec![0; words], vec![0; words]);
-        let asked = vec![u64::MAX; words];
-        buffer.ask_boxes(Level::new(), &boxes, 0, &asked, &mut visible, &mut hidden);
+        let wanted = vec![u64::MAX; words];
+        buffer.test_boxes(Level::new(), &boxes, 0, &wanted, &mut visible, &mut hidden);
         let found: u32 = hidden.iter().map(|w| w.count_ones()).sum();
-        let all = buffer.ask_boxes_ref(&boxes);
-        let all = all.iter().filter(|&&v| v == Verdict::Hidden).count();
+        let all = one_by_one(&buffer, &boxes);
+        let all = all.iter().filter(|&&v| v == Visibility::Hidden).count();
         assert!(
             all > 5000 && f64::from(found) >= all as f64 * 0.998,
             "{found} of {all} at {away:?}"
@@ -173,6 +178,6 @@ fn before_a_view_all_is_visible() {
     let buffer = OcclusionBuffer::new([64, 64]).unwrap();
     let boxes = Boxes::from_slice(&[Aabb::new([0.0; 3], [1.0; 3]); 70]);
     let (mut visible, mut hidden) = ([0; 2], [0; 2]);
-    buffer.ask_boxes(Level::new(), &boxes, 0, &[u64::MAX; 2], &mut visible, &mut hidden);
+    buffer.test_boxes(Level::new(), &boxes, 0, &[u64::MAX; 2], &mut visible, &mut hidden);
     assert_eq!((visible, hidden), ([u64::MAX, 0x3f], [0, 0]));
 }

@@ -2,9 +2,7 @@
 //! origins; more occluders, smaller things.
 
 use cullet::bounds::{Aabb, Boxes};
-use cullet::cull::occlusion::{
-    Band, Convex, DrawJob, OcclusionBuffer, OcclusionError, Patch, Verdict,
-};
+use cullet::cull::occlusion::{Band, Convex, DrawJob, OcclusionBuffer, Patch, Visibility};
 use cullet::{Camera, Depth, Level, Projection, Transform, View};
 use cullet_testkit::at_every_level;
 use proptest::prelude::*;
@@ -19,8 +17,8 @@ enum Drawn {
 impl Drawn {
     fn draw_in(&self, level: Level, band: &mut Band<'_>) {
         match self {
-            Self::Convex(convex, t) => band.draw_convex(level, convex, t),
-            Self::Patch(patches, t) => patches.iter().for_each(|p| band.draw_patch(level, p, t)),
+            Self::Convex(convex, t) => convex.draw(level, band, t),
+            Self::Patch(patches, t) => patches.iter().for_each(|p| p.draw(level, band, t)),
         }
     }
 
@@ -30,9 +28,9 @@ impl Drawn {
             ..*t
         };
         match self {
-            Self::Convex(convex, t) => buffer.draw_convex(level, convex, &placed(t)),
+            Self::Convex(convex, t) => convex.draw(level, &mut buffer.band(), &placed(t)),
             Self::Patch(patches, t) => {
-                patches.iter().for_each(|p| buffer.draw_patch(level, p, &placed(t)));
+                patches.iter().for_each(|p| p.draw(level, &mut buffer.band(), &placed(t)));
             }
         }
     }
@@ -160,13 +158,13 @@ fn tiles(b: &OcclusionBuffer) -> Vec<u32> {
     b.tiles().0.iter().map(|t| t.to_bits()).collect()
 }
 
-/// Everything that can be asked of a buffer.
-fn all(b: &OcclusionBuffer, things: &[Aabb]) -> (Vec<u32>, Vec<u32>, Vec<Verdict>) {
-    (pixels(b), tiles(b), verdicts(b, things))
+/// Everything that a buffer says.
+fn all(b: &OcclusionBuffer, things: &[Aabb]) -> (Vec<u32>, Vec<u32>, Vec<Visibility>) {
+    (pixels(b), tiles(b), results(b, things))
 }
 
-fn verdicts(b: &OcclusionBuffer, things: &[Aabb]) -> Vec<Verdict> {
-    things.iter().map(|t| b.ask_box(t)).collect()
+fn results(b: &OcclusionBuffer, things: &[Aabb]) -> Vec<Visibility> {
+    things.iter().map(|t| b.test_box(t)).collect()
 }
 
 fn size() -> impl Strategy<Value = [u32; 2]> {
@@ -204,13 +202,6 @@ proptest! {
         shuffled.sort_by_key(|&i| order[i]);
         let again = buffer(&view, size, Level::new(), shuffled.iter().map(|&i| &drawn[i]));
         prop_assert!(all(&again, &things) == straight);
-        // Each thread draws every so many; merged from the last.
-        let share = |t| buffer(&view, size, Level::new(), drawn.iter().skip(t).step_by(threads));
-        let mut merged = buffer(&view, size, Level::new(), []);
-        for t in (0..threads).rev() {
-            merged.merge(&share(t)).unwrap();
-        }
-        prop_assert!(all(&merged, &things) == straight);
         // What is hidden by then is left out, and is not missed.
         let bounds: Vec<Aabb> = drawn.iter().map(Drawn::bounds).collect();
         let order: Vec<u32> = shuffled.iter().map(|&i| i as u32).collect();
@@ -242,8 +233,8 @@ proptest! {
         let view = view(kind, reversed);
         let fewer = buffer(&view, size, Level::new(), &drawn[1..]);
         let more = buffer(&view, size, Level::new(), &drawn);
-        for (a, b) in verdicts(&fewer, &things).iter().zip(verdicts(&more, &things)) {
-            prop_assert!(*a == b || (*a, b) == (Verdict::Visible, Verdict::Hidden));
+        for (a, b) in results(&fewer, &things).iter().zip(results(&more, &things)) {
+            prop_assert!(*a == b || (*a, b) == (Visibility::Visible, Visibility::Hidden));
         }
         for (a, b) in pixels(&fewer).iter().zip(pixels(&more)) {
             prop_assert!(f32::from_bits(*a) <= f32::from_bits(b));
@@ -265,11 +256,11 @@ proptest! {
                 std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
             };
             let small = Aabb { min: at(low), max: at(high) };
-            match buffer.ask_box(thing) {
+            match buffer.test_box(thing) {
                 // In part it may be out of the view.
-                Verdict::Hidden => prop_assert_ne!(buffer.ask_box(&small), Verdict::Visible),
-                Verdict::Outside => prop_assert_eq!(buffer.ask_box(&small), Verdict::Outside),
-                Verdict::Visible => {}
+                Visibility::Hidden => prop_assert_ne!(buffer.test_box(&small), Visibility::Visible),
+                Visibility::Outside => prop_assert_eq!(buffer.test_box(&small), Visibility::Outside),
+                Visibility::Visible => {}
             }
         }
     }
@@ -288,7 +279,7 @@ proptest! {
         let mut there = OcclusionBuffer::new(size).unwrap();
         there.begin(&moved, by);
         drawn.iter().for_each(|d| d.draw(Level::new(), &mut there, by));
-        prop_assert_eq!(verdicts(&there, &things), verdicts(&here, &things));
+        prop_assert_eq!(results(&there, &things), results(&here, &things));
     }
 
     #[test]
@@ -305,7 +296,7 @@ proptest! {
         let (convex, patches): (Vec<_>, Vec<_>) =
             drawn.iter().partition(|d| matches!(d, Drawn::Convex(..)));
         let answers = [&view, &mirrored]
-            .map(|v| verdicts(&buffer(v, size, Level::new(), convex.iter().copied()), &things));
+            .map(|v| results(&buffer(v, size, Level::new(), convex.iter().copied()), &things));
         prop_assert_eq!(&answers[0], &answers[1]);
         // Patches keep one nearness for pixels side by side, and round places from one corner, so not to
         // the last bit; but they cover the same pixels.
@@ -333,17 +324,10 @@ proptest! {
         let view = view(kind, reversed);
         let coarse = buffer(&view, size, Level::new(), drawn.iter().copied());
         let fine = buffer(&view, size.map(|s| s * times), Level::new(), drawn.iter().copied());
-        for (a, b) in verdicts(&coarse, &things).iter().zip(verdicts(&fine, &things)) {
-            prop_assert!(*a != Verdict::Hidden || b == Verdict::Hidden, "{a:?} {b:?}");
+        for (a, b) in results(&coarse, &things).iter().zip(results(&fine, &things)) {
+            prop_assert!(*a != Visibility::Hidden || b == Visibility::Hidden, "{a:?} {b:?}");
         }
     }
-}
-
-#[test]
-fn buffers_of_one_size_alone_are_merged() {
-    let view = view(0, true);
-    let [mut one, other] = [[64, 40], [64, 41]].map(|size| buffer(&view, size, Level::new(), []));
-    assert_eq!(one.merge(&other), Err(OcclusionError::Merge(64, 40, 64, 41)));
 }
 
 #[test]
@@ -364,7 +348,7 @@ fn jobs_share_what_there_is_to_do() {
         let drawn = std::sync::Mutex::new(vec![0]);
         let draw = |b: &mut Band<'_>, i: u32| {
             *drawn.lock().unwrap().last_mut().unwrap() += 1;
-            b.draw_convex(level, &convex[i as usize], &Transform::IDENTITY);
+            convex[i as usize].draw(level, b, &Transform::IDENTITY);
         };
         let all = Boxes::from_slice(&boxes);
         buffer.draw_in_jobs(level, &all, &order, jobs, &draw, |jobs| {
@@ -394,7 +378,7 @@ fn what_is_behind_or_beside_is_not_drawn() {
         |b, i| {
             order.push(i);
             let convex = Convex::from_box(&boxes[i as usize]).unwrap();
-            b.draw_convex(Level::new(), &convex, &Transform::IDENTITY);
+            convex.draw(Level::new(), b, &Transform::IDENTITY);
         },
     );
     assert_eq!((count, order), (2, vec![0, 3]));

@@ -47,7 +47,7 @@ fn names_are_those_of_files_and_links() {
 fn a_cullers_level_and_clock_are_the_readers() {
     let culler = Culler {
         detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5 }),
-        occlusion: Some(Occlusion { width: 128, budget: 9.5 }),
+        occlusion: Some(Occlusion { width: 128, budget: 9.5, ..Occlusion::default() }),
         output: Output::Triangles,
         clock: Some(|| 7),
         ..Culler::default()

@@ -1,6 +1,6 @@
 //! Triangles of the mesh itself, where neither boxes nor polygons stand for them: slopes, round walls, open shells.
 
-use cullet::cull::occlusion::{Convex, Occluder, OccluderError, Patch, Shape};
+use cullet::cull::occlusion::{Convex, Occluder, OcclusionError, Patch, Shape};
 use glam::DVec3;
 
 use super::surface::{Surface, Triangle, normal};
@@ -145,13 +145,13 @@ impl Plane {
 }
 
 impl Occluders {
-    /// What the engine draws: boxes and polygons by their outline, triangles as patches of a surface. Polygons with a
-    /// [tolerance](Polygon::tolerance) are left out, for the engine does not ask whether they
+    /// The engine's occluder: boxes and polygons drawn by their outline, triangles as patches of a surface. Polygons with a
+    /// [tolerance](Polygon::tolerance) are left out, for the engine does not test whether they
     /// [hold](Polygon::holds_from) from its eye.
     ///
     /// # Errors
     /// Where something here is not finite or has no extent, which [`occluders`](super::occluders) does not make.
-    pub fn to_engine(&self) -> Result<Occluder, OccluderError> {
+    pub fn to_engine(&self) -> Result<Occluder, OcclusionError> {
         let boxes = self.boxes.iter().map(Convex::from_box);
         let exact = self.polygons.iter().filter(|p| p.tolerance == 0.0);
         let polygons = exact.map(|p| match p.two_sided {
@@ -166,7 +166,7 @@ impl Occluders {
     }
 }
 
-fn patches(sheets: &[Sheet]) -> Result<Vec<Shape>, OccluderError> {
+fn patches(sheets: &[Sheet]) -> Result<Vec<Shape>, OcclusionError> {
     let mut shapes = Vec::new();
     for sheet in sheets {
         let positions = sheet.triangles.as_flattened();

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Occlusion, Verdict};
+use cullet::cull::occlusion::{Occlusion, Visibility};
 use cullet::{Culler, Output, Preparation, Scene, View, ViewState, Visible};
 use cullet_command::clock::clock;
 use cullet_command::console::{Console, count, grouped, interrupted};
@@ -11,7 +11,7 @@ use cullet_draw::{SampleOptions, sampled_boxes};
 use cullet_io::Model;
 use cullet_io::occscn::{Occscn, occluder_slots};
 use cullet_measure::bench::occlusion::{
-    HIDDEN, OUTSIDE, Reference, TOLERANCE, VISIBLE, Verdict as Judgement, view,
+    Agreement, HIDDEN, OUTSIDE, Reference, TOLERANCE, VISIBLE, view,
 };
 use cullet_measure::occscn;
 use serde::Serialize;
@@ -56,7 +56,7 @@ struct Kind {
     ms: f64,
     /// How its answers stand beside the reference.
     #[serde(flatten)]
-    verdict: Judgement,
+    agreement: Agreement,
 }
 
 /// Where answers come from and what they are held against.
@@ -70,7 +70,7 @@ struct Bench {
 impl Comparison {
     /// Whether a box that is seen was culled.
     pub(super) fn is_wrong(&self) -> bool {
-        self.kinds.iter().any(|k| k.verdict.false_culls > 0)
+        self.kinds.iter().any(|k| k.agreement.false_culls > 0)
     }
 
     /// Compares. `bake` gives the model its baked occluders, after its own were looked at.
@@ -101,7 +101,7 @@ impl Comparison {
 
     /// For people.
     pub(super) fn print(&self, console: &Console) {
-        let Some(Kind { verdict: v, .. }) = self.kinds.first() else { return };
+        let Some(Kind { agreement: v, .. }) = self.kinds.first() else { return };
         let [w, h] = self.size;
         console.line(format!(
             "compared: {} from {} of {w}x{h}; {} hidden and {} seen at {} a pixel",
@@ -126,12 +126,12 @@ impl Comparison {
                 k.name,
                 grouped(k.shapes.round() as u64),
                 k.ms,
-                grouped(k.verdict.found),
-                k.verdict.efficiency,
-                grouped(k.verdict.false_culls)
+                grouped(k.agreement.found),
+                k.agreement.efficiency,
+                grouped(k.agreement.false_culls)
             ));
         }
-        let found = |name| self.kinds.iter().find(|k| k.name == name).map(|k| k.verdict.found);
+        let found = |name| self.kinds.iter().find(|k| k.name == name).map(|k| k.agreement.found);
         for than in ["own", "all triangles"] {
             if let (Some(baked), Some(other)) = (found("baked"), found(than).filter(|f| *f > 0)) {
                 let share = baked as f64 / other as f64 * 100.0;
@@ -174,7 +174,11 @@ impl Bench {
     fn kind(&self, name: &'static str, scene: &Scene, console: &Console) -> Result<Kind, Failure> {
         let culler = Culler {
             output: Output::Instances,
-            occlusion: Some(Occlusion { width: self.size[0], budget: f32::INFINITY }),
+            occlusion: Some(Occlusion {
+                width: self.size[0],
+                budget: f32::INFINITY,
+                ..Occlusion::default()
+            }),
             clock: Some(clock),
             ..Culler::default()
         };
@@ -190,9 +194,9 @@ impl Bench {
             let row = result.funnel.rows.iter().find(|row| stage(row));
             nanoseconds += row.and_then(|row| row.time()).unwrap_or(0);
             let buffer = state.occlusion_buffer();
-            answers.extend(self.objects.iter().map(|b| match buffer.map(|o| o.ask_box(b)) {
-                Some(Verdict::Hidden) => HIDDEN,
-                Some(Verdict::Outside) => OUTSIDE,
+            answers.extend(self.objects.iter().map(|b| match buffer.map(|o| o.test_box(b)) {
+                Some(Visibility::Hidden) => HIDDEN,
+                Some(Visibility::Outside) => OUTSIDE,
                 _ => VISIBLE,
             }));
             bar.step();
@@ -203,7 +207,7 @@ impl Bench {
             name,
             shapes: shapes as f64 * mean,
             ms: nanoseconds as f64 * 1e-6 * mean,
-            verdict: self.truth.judge(&answers),
+            agreement: self.truth.judge(&answers),
         })
     }
 }

@@ -75,11 +75,11 @@ pub(crate) fn whole(out: &mut String, s: &Summary) {
          instance: the mean over the views.",
     );
     if occluders {
-        let [offered, drawn] = w.occluders.map(|n| n / views);
-        let offered = count(offered, "occluder", "occluders");
+        let [considered, drawn] = w.occluders.map(|n| n / views);
+        let considered = count(considered, "occluder", "occluders");
         let _ = write!(
             out,
-            " A view considered {offered} and drew {} of them to hide others.",
+            " A view considered {considered} and drew {} of them to hide others.",
             grouped(drawn)
         );
     }

@@ -1,7 +1,7 @@
 //! What occlusion culling did in a view: its buffer beside the truth, who covers what in it, and
 //! what it hid.
 
-use cullet::cull::occlusion::{OcclusionBuffer, Shape, TILE};
+use cullet::cull::occlusion::{OcclusionBuffer, TILE};
 use cullet::{Depth, Level, Scene, Stage, TriangleRange, Unit, View, ViewState, Visible};
 use glam::DVec4;
 
@@ -266,13 +266,10 @@ fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuf
         let shape = &scene.prepared_of(slot).shapes()[shape as usize];
         let transform = scene.transform(slot);
         alone.begin(view, scene.origin());
-        match shape {
-            Shape::Convex(convex) => alone.draw_convex(level, convex, transform),
-            Shape::Patch(patch) => alone.draw_patch(level, patch, transform),
-        }
-        let place = alone.footprint_of(&transform.transform_box(&shape.bounds(), scene.origin()));
+        shape.draw(level, &mut alone.band(), transform);
+        let bounds = alone.screen_bounds(&transform.transform_box(&shape.bounds(), scene.origin()));
         // What crosses the near plane may be anywhere.
-        let [min, max] = place.map_or([[0; 2], [columns - 1, rows - 1]], |f| [f.min, f.max]);
+        let [min, max] = bounds.map_or([[0; 2], [columns - 1, rows - 1]], |b| [b.min, b.max]);
         for y in min[1]..=max[1] {
             for x in min[0]..=max[0] {
                 let nearness = alone.nearness(x, y);
@@ -287,7 +284,7 @@ fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuf
 }
 
 /// The view as a pale ghost, and over it what each drawn occluder is proved to cover: a colour for each
-/// instance, thin lines between its pieces. Pixels of the buffer that are left pale are open.
+/// instance, thin lines between its shapes. Pixels of the buffer that are left pale are open.
 ///
 /// `material_colors` are as for [`shaded`](super::shaded). Words alone where the cull had no occlusion culling. Cost:
 /// a frame at twice the size, and each occluder drawn once more, alone.
@@ -331,7 +328,7 @@ pub fn occluders(
     let words = format!(
         "{} of {} occluders drawn, they cover {:.1} % of the view",
         grouped(work.drawn),
-        grouped(work.offered),
+        grouped(work.considered),
         covered as f64 / owners.len().max(1) as f64 * 100.0
     );
     caption(&mut picture, &words);
@@ -483,15 +480,20 @@ mod tests {
     #[test]
     fn covered_pixels_are_those_of_the_buffer() {
         let (scene, views) = views("city:cells=6,objects=100");
-        with(&scene, &views[1], Some(Occlusion { width: 80, budget: 1e6 }), |culled| {
-            let buffer = culled.buffer().unwrap();
-            let owners = owners(&scene, &views[1], culled, buffer);
-            for (at, owner) in owners.iter().enumerate() {
-                let proved = buffer.nearness((at % 80) as u32, (at / 80) as u32) > 0.0;
-                // Neighbours drawn one after the other may cover a pixel by the nearer of both alone.
-                assert_eq!(proved, *owner != usize::MAX, "pixel {at}");
-            }
-        });
+        with(
+            &scene,
+            &views[1],
+            Some(Occlusion { width: 80, budget: 1e6, ..Occlusion::default() }),
+            |culled| {
+                let buffer = culled.buffer().unwrap();
+                let owners = owners(&scene, &views[1], culled, buffer);
+                for (at, owner) in owners.iter().enumerate() {
+                    let proved = buffer.nearness((at % 80) as u32, (at / 80) as u32) > 0.0;
+                    // Neighbours drawn one after the other may cover a pixel by the nearer of both alone.
+                    assert_eq!(proved, *owner != usize::MAX, "pixel {at}");
+                }
+            },
+        );
     }
 
     #[test]

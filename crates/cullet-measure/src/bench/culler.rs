@@ -76,13 +76,13 @@ struct StageMeans {
 /// The work of the occlusion stage, means over the views.
 #[derive(Debug, Default, Serialize)]
 struct Work {
-    offered: f64,
+    considered: f64,
     chosen: f64,
     drawn: f64,
     tests: f64,
     choosing_ms: f64,
     drawing_ms: f64,
-    asking_ms: f64,
+    testing_ms: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -215,14 +215,14 @@ impl<'a> CullerRecord<'a> {
                 sum.worst_ms = sum.worst_ms.max(took);
             }
             let of = best.funnel.occlusion;
-            work.offered += of.offered as f64 / views;
+            work.considered += of.considered as f64 / views;
             work.chosen += of.chosen as f64 / views;
             work.drawn += of.drawn as f64 / views;
             work.tests += of.tests as f64 / views;
             let times = of.times.unwrap_or_default();
             work.choosing_ms += times.choosing as f64 * 1e-6 / views;
             work.drawing_ms += times.drawing as f64 * 1e-6 / views;
-            work.asking_ms += times.asking as f64 * 1e-6 / views;
+            work.testing_ms += times.testing as f64 * 1e-6 / views;
         }
         Self {
             schema: 1,
@@ -273,14 +273,14 @@ impl<'a> CullerRecord<'a> {
         ));
         let w = &self.occlusion;
         if w.tests > 0.0 {
-            let [offered, chosen, drawn, tests] =
-                [w.offered, w.chosen, w.drawn, w.tests].map(|v| grouped(v.round() as u64));
+            let [considered, chosen, drawn, tests] =
+                [w.considered, w.chosen, w.drawn, w.tests].map(|v| grouped(v.round() as u64));
             console.line(format!(
-                "occluders: {offered} offered, {chosen} chosen, {drawn} drawn; {tests} tests"
+                "occluders: {considered} considered, {chosen} chosen, {drawn} drawn; {tests} tests"
             ));
             console.line(format!(
-                "of the time of occlusion of instances: choosing {:.3} ms, drawing {:.3}, asking {:.3}",
-                w.choosing_ms, w.drawing_ms, w.asking_ms
+                "of the time of occlusion of instances: choosing {:.3} ms, drawing {:.3}, testing {:.3}",
+                w.choosing_ms, w.drawing_ms, w.testing_ms
             ));
         }
     }

@@ -189,7 +189,7 @@ mod tests {
             cullers.extend(backfaces);
             cullers.push(Culler { output, backface: Backface::Off, ..none.clone() });
         }
-        let occlusion = Some(Occlusion { width: 128, budget: 9.5 });
+        let occlusion = Some(Occlusion { width: 128, budget: 9.5, ..Occlusion::default() });
         cullers.push(Culler { detail: Some(diameter), occlusion, ..none });
         cullers.push(Culler { detail: Some(box_size), ..all });
         cullers

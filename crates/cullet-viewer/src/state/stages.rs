@@ -103,6 +103,7 @@ impl Stages {
             occlusion: (on && self.occlusion).then_some(Occlusion {
                 width: self.occlusion_width,
                 budget: self.occlusion_budget,
+                ..Occlusion::default()
             }),
             output: self.depth,
             reasons: true,

@@ -33,7 +33,7 @@ pub(super) fn show(ui: &egui::Ui, rect: egui::Rect, session: &Session, made: &Co
         match texture(ui, session, false) {
             Some(texture) => {
                 image(&painter, &texture, right);
-                footprint(&painter, session, right);
+                screen_bounds(&painter, session, right);
             }
             None => missing(ui, &painter, right, session),
         }
@@ -53,16 +53,16 @@ pub(super) fn show(ui: &egui::Ui, rect: egui::Rect, session: &Session, made: &Co
             let [x, y, w, h] = panel.place.map(|v| v as f32 / ratio);
             let place = egui::Rect::from_min_size(rect.min + egui::vec2(x, y), egui::vec2(w, h));
             image(&painter, &texture, place);
-            footprint(&painter, session, place);
+            screen_bounds(&painter, session, place);
         }
     }
 }
 
-/// The pixels that the inspected thing may touch: all of them must be covered for it to be hidden.
-fn footprint(painter: &egui::Painter, session: &Session, place: egui::Rect) {
+/// Draws the pixels that the inspected instance may touch: all of them must be covered for it to be hidden.
+fn screen_bounds(painter: &egui::Painter, session: &Session, place: egui::Rect) {
     let (Some(world), Some(inspected)) = (&session.world, &session.inspected) else { return };
     let Some(buffer) = session.decision.as_ref().and_then(|d| d.buffer.as_ref()) else { return };
-    let Some(f) = buffer.footprint_of(&world.model.scene.bounds(inspected.slot)) else { return };
+    let Some(f) = buffer.screen_bounds(&world.model.scene.bounds(inspected.slot)) else { return };
     let size = buffer.size().map(|v| v as f32);
     let at = |x: u32, y: u32| {
         place.min + place.size() * egui::vec2(x as f32 / size[0], y as f32 / size[1])

@@ -1,4 +1,4 @@
-//! When a pixel counts as covered: strict pixels, fringe and border on a pixel grid, and a gap that a
+//! When a pixel counts as covered: pixels of one triangle, of shared edges and of the silhouette on a pixel grid, and a gap that a
 //! buffer of samples does not see.
 
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch};
@@ -17,7 +17,7 @@ fn strict() -> [u8; 3] {
 }
 
 /// Touched, but not proved.
-fn border() -> [u8; 3] {
+fn silhouette() -> [u8; 3] {
     mix(UNSEEN, PAPER, 0.35)
 }
 
@@ -39,7 +39,7 @@ struct Figure {
 }
 
 /// Two pixel grids. On the left a mesh: pixels that one triangle covers, pixels that triangles cover
-/// together (proved by their edges), and pixels of the border, which stay open. On the right two walls with a gap of a
+/// together (proved by their edges), and pixels of the silhouette, which stay open. On the right two walls with a gap of a
 /// third of a pixel: where the middle of a pixel lies on a wall, a buffer of samples calls the pixel covered, though
 /// the gap runs through it.
 ///
@@ -51,7 +51,7 @@ pub fn coverage(size: [u32; 2]) -> Picture {
     sheet.legend(&[
         (strict(), "within one triangle"),
         (PROVED, "within triangles that share edges"),
-        (border(), "on the border: open"),
+        (silhouette(), "on the border: open"),
         (LOST, "open, though its middle is covered"),
     ]);
     let [w, _] = sheet.size();
@@ -102,7 +102,7 @@ fn draw(sheet: &mut Sheet, figure: &Figure, [left, top]: [f64; 2], cell: f64, ga
             if alone { strict() } else { PROVED }
         } else if figure.faces.iter().any(touched) {
             counts.open += 1;
-            border()
+            silhouette()
         } else {
             continue;
         };
@@ -172,7 +172,7 @@ fn mesh() -> Option<Figure> {
     let patches = Patch::cut(&positions, &indices, std::slice::from_ref(&all), true).ok()?;
     let mut buffer = empty()?;
     for patch in &patches {
-        buffer.draw_patch(Level::new(), patch, &Transform::IDENTITY);
+        patch.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
     }
     let faces = triangles.iter().map(|t| t.map(|v| points[v as usize]).to_vec()).collect();
     Some(Figure { faces, buffer })
@@ -190,7 +190,7 @@ fn walls() -> Option<Figure> {
     for face in &faces {
         let corners: Vec<[f32; 3]> = face.iter().map(|&p| world(p, 0.0)).collect();
         let wall = Convex::from_polygon(&corners).ok()?;
-        buffer.draw_convex(Level::new(), &wall, &Transform::IDENTITY);
+        wall.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
     }
     Some(Figure { faces, buffer })
 }
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn inside_a_mesh_the_fringe_leaves_no_crack() {
+    fn inside_a_mesh_shared_edges_leave_no_crack() {
         let mesh = mesh().unwrap();
         for (x, y) in (7..18).flat_map(|x| (5..13).map(move |y| (x, y))) {
             assert!(mesh.buffer.nearness(x, y) > 0.0, "{x}, {y}");

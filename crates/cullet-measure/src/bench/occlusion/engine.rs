@@ -40,23 +40,12 @@ struct Meshes {
 }
 
 impl Meshes {
-    fn draw(&self, level: Level, buffer: &mut OcclusionBuffer, mesh: u32) {
+    fn draw(&self, level: Level, band: &mut Band<'_>, mesh: u32) {
         match &self.occluders[mesh as usize] {
-            Occluder::Convex(convex) => buffer.draw_convex(level, convex, &Transform::IDENTITY),
+            Occluder::Convex(convex) => convex.draw(level, band, &Transform::IDENTITY),
             Occluder::Patches(range) => {
                 for patch in &self.patches[range.clone()] {
-                    buffer.draw_patch(level, patch, &Transform::IDENTITY);
-                }
-            }
-        }
-    }
-
-    fn draw_in(&self, level: Level, band: &mut Band<'_>, mesh: u32) {
-        match &self.occluders[mesh as usize] {
-            Occluder::Convex(convex) => band.draw_convex(level, convex, &Transform::IDENTITY),
-            Occluder::Patches(range) => {
-                for patch in &self.patches[range.clone()] {
-                    band.draw_patch(level, patch, &Transform::IDENTITY);
+                    patch.draw(level, band, &Transform::IDENTITY);
                 }
             }
         }
@@ -126,7 +115,7 @@ impl<'a> Engine<'a> {
         run: impl for<'j> FnOnce(Vec<Job<'j>>),
     ) {
         let (level, all, boxes) = (self.level, &self.meshes, &self.prepared.mesh_boxes);
-        let draw = |band: &mut Band<'_>, mesh| all.draw_in(level, band, mesh);
+        let draw = |band: &mut Band<'_>, mesh| all.draw(level, band, mesh);
         self.buffer.draw_in_jobs(level, boxes, meshes, jobs, &draw, |jobs| {
             run(jobs.into_iter().map(|job| Box::new(|| job.run()) as Job<'_>).collect());
         });
@@ -160,14 +149,14 @@ impl Rasteriser for Engine<'_> {
 
     fn draw(&mut self, meshes: &[u32]) {
         for &mesh in meshes {
-            self.meshes.draw(self.level, &mut self.buffer, mesh);
+            self.meshes.draw(self.level, &mut self.buffer.band(), mesh);
         }
     }
 
     fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize {
         let (level, all, boxes) = (self.level, &self.meshes, &self.prepared.mesh_boxes);
         self.buffer.draw_unless_hidden(level, boxes, meshes, |band, mesh| {
-            all.draw_in(level, band, mesh);
+            all.draw(level, band, mesh);
         })
     }
 
@@ -178,7 +167,7 @@ impl Rasteriser for Engine<'_> {
             mask.resize(words, 0);
         }
         mask_boxes(self.level, planes, boxes, 0, &mut self.inside);
-        self.buffer.ask_boxes(
+        self.buffer.test_boxes(
             self.level,
             boxes,
             0,

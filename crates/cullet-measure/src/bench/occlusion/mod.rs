@@ -32,7 +32,7 @@ pub use rasteriser::{HIDDEN, OUTSIDE, VISIBLE};
 pub use report::Occlusion;
 use scene::Prepared;
 pub use scene::view;
-pub use truth::{Reference, TOLERANCE, Verdict};
+pub use truth::{Agreement, Reference, TOLERANCE};
 
 /// `cullet bench occlusion --scene`
 #[derive(Clone, Debug, Args)]
@@ -132,18 +132,18 @@ pub(super) fn run_scene(o: &OcclusionArgs, json: Option<&Path>, console: &Consol
         bar.finish();
         references.push(drawn);
     }
-    let verdicts: Vec<_> = references.iter().map(|r| r.judge(&found.answers)).collect();
+    let agreements: Vec<_> = references.iter().map(|r| r.judge(&found.answers)).collect();
     let name = path.file_stem().map_or_else(Default::default, |n| n.to_string_lossy());
     let mut results = Vec::new();
     let streaming = report::streaming(&prepared, level.1);
-    let right = verdicts.iter().all(|v| v.false_culls == 0);
+    let right = agreements.iter().all(|v| v.false_culls == 0);
     // Without a reference nothing was held against anything.
-    let checked = right && !verdicts.is_empty();
+    let checked = right && !agreements.is_empty();
     report::measured(&name, level.0, &prepared, &found, &streaming, checked, &mut |m| {
         results.push(m);
     });
     let occlusion =
-        Occlusion::new(level.0, o.resolution, &found, verdicts, &streaming).with_shared(shared);
+        Occlusion::new(level.0, o.resolution, &found, agreements, &streaming).with_shared(shared);
     if let Some(out) = &o.answers {
         std::fs::write(out, &found.answers).map_err(|e| Failure::write(out, &e))?;
     }
@@ -181,17 +181,17 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) -> Opt
     for (level_name, level) in levels() {
         let mut engine = Engine::new(&prepared, level, size, Kinds::default()).ok()?;
         let found = measure(&prepared, level, &mut engine, seconds, &mut || true);
-        let verdict = truth.judge(&found.answers);
+        let agreement = truth.judge(&found.answers);
         let alike = best.as_ref().is_none_or(|(b, _)| b.answers == found.answers);
         let streaming = report::streaming(&prepared, level);
-        let right = alike && verdict.false_culls == 0 && verdict.found > 0;
+        let right = alike && agreement.false_culls == 0 && agreement.found > 0;
         report::measured(&name, level_name, &prepared, &found, &streaming, right, &mut |m| {
             if options.wants(&m.name) {
                 each(m);
             }
         });
         if best.is_none() {
-            let occlusion = Occlusion::new(level_name, size, &found, vec![verdict], &streaming);
+            let occlusion = Occlusion::new(level_name, size, &found, vec![agreement], &streaming);
             best = Some((found, occlusion));
         }
     }
@@ -272,11 +272,11 @@ mod tests {
             for (name, level) in levels() {
                 let mut engine = Engine::new(&prepared, level, SIZE, kinds).unwrap();
                 let found = measure(&prepared, level, &mut engine, 0.0, &mut || true);
-                let verdict = truth.judge(&found.answers);
-                assert_eq!(verdict.false_culls, 0, "{kinds:?} at {name}");
+                let agreement = truth.judge(&found.answers);
+                assert_eq!(agreement.false_culls, 0, "{kinds:?} at {name}");
                 assert!(
-                    verdict.found >= least.found,
-                    "{kinds:?} at {name}: {verdict:?}, {least:?}"
+                    agreement.found >= least.found,
+                    "{kinds:?} at {name}: {agreement:?}, {least:?}"
                 );
                 let first = first.get_or_insert_with(|| found.answers.clone());
                 assert_eq!(*first, found.answers, "{kinds:?} at {name}");

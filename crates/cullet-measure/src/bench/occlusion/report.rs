@@ -9,7 +9,7 @@ use super::super::measured::{Measured, Workload};
 use super::measure::{Found, MODES, Mode, ObjectTests};
 use super::scene::Prepared;
 use super::threads::Shared;
-use super::truth::Verdict;
+use super::truth::Agreement;
 
 /// What `cullet bench occlusion` adds to the results: means over views.
 #[derive(Clone, Debug, Serialize)]
@@ -30,7 +30,7 @@ pub struct Occlusion {
     #[serde(skip_serializing_if = "Option::is_none")]
     shared: Option<Shared>,
     /// Beside what is really hidden.
-    references: Vec<Verdict>,
+    references: Vec<Agreement>,
 }
 
 /// The streaming rate of this run.
@@ -102,7 +102,7 @@ impl Occlusion {
         level: &'static str,
         resolution: [u32; 2],
         found: &Found,
-        references: Vec<Verdict>,
+        references: Vec<Agreement>,
         streaming: &Streaming,
     ) -> Self {
         Self {

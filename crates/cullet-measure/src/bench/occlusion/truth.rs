@@ -36,7 +36,7 @@ pub struct Reference {
 
 /// Answers beside a reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct Agreement {
     /// N of the reference.
     pub samples: u32,
     /// Objects hidden there, over all views.
@@ -82,27 +82,27 @@ impl Reference {
     }
 
     /// How answers, view by view, stand beside it. Those may be of the first views alone.
-    pub fn judge(&self, answers: &[u8]) -> Verdict {
-        let mut verdict = Verdict { samples: self.samples, ..Verdict::default() };
+    pub fn judge(&self, answers: &[u8]) -> Agreement {
+        let mut agreement = Agreement { samples: self.samples, ..Agreement::default() };
         for (&truth, &answer) in self.values.iter().zip(answers) {
             let culled = u64::from(answer == HIDDEN || answer == OUTSIDE);
             match truth {
                 UNSEEN => {
-                    verdict.hidden += 1;
-                    verdict.found += culled;
+                    agreement.hidden += 1;
+                    agreement.found += culled;
                 }
                 SEEN => {
-                    verdict.visible += 1;
-                    verdict.false_culls += culled;
+                    agreement.visible += 1;
+                    agreement.false_culls += culled;
                 }
                 _ => {}
             }
         }
-        verdict.efficiency = match verdict.hidden {
+        agreement.efficiency = match agreement.hidden {
             0 => 100.0,
-            hidden => verdict.found as f64 / hidden as f64 * 100.0,
+            hidden => agreement.found as f64 / hidden as f64 * 100.0,
         };
-        verdict
+        agreement
     }
 }
 
@@ -154,10 +154,10 @@ mod tests {
     fn what_is_seen_and_culled_is_a_false_cull() {
         let reference = Reference { samples: 4, values: vec![0, 1, 1, 1, 2, 2, 2, 3] };
         let answers = [OUTSIDE, VISIBLE, HIDDEN, OUTSIDE, HIDDEN, OUTSIDE, VISIBLE, HIDDEN];
-        let verdict = reference.judge(&answers);
-        assert_eq!((verdict.samples, verdict.hidden, verdict.found), (4, 3, 2));
-        assert_eq!((verdict.visible, verdict.false_culls), (3, 2));
-        assert!((verdict.efficiency - 200.0 / 3.0).abs() < 1e-9);
+        let agreement = reference.judge(&answers);
+        assert_eq!((agreement.samples, agreement.hidden, agreement.found), (4, 3, 2));
+        assert_eq!((agreement.visible, agreement.false_culls), (3, 2));
+        assert!((agreement.efficiency - 200.0 / 3.0).abs() < 1e-9);
         // Of the first views alone.
         let short = reference.judge(&answers[..3]);
         assert_eq!((short.visible, short.hidden), (2, 0));

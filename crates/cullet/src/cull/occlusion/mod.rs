@@ -1,17 +1,20 @@
 //! Occlusion: what lies behind something opaque.
 //!
 //! *Hidden* is a proof here. Occluders are drawn into an [`OcclusionBuffer`], in which a pixel counts as covered only if all
-//! of it is, as a closed square of the image plane, and then by the farthest that the occluder is in it. A thing is
+//! of it is, as a closed square of the image plane, and then by the farthest that the occluder is in it. A box is
 //! hidden when every pixel that it may touch is covered by something nearer. So no sample of an image of any
-//! resolution sees it: the buffer may be a quarter as wide as the screen, which costs a little of what is found and
-//! nothing of what is true. (Occlusion buffers that sample pixel centres call things hidden that are seen
+//! resolution sees what is in it: the buffer may be a quarter as wide as the screen, which costs a little of what is found
+//! and nothing of what is true. (Occlusion buffers that sample pixel centres call hidden what is seen
 //! through gaps narrower than a pixel.)
 //!
+//! Four layers; each names those to its left alone:
+//!
 //! ```text
-//! Convex (boxes, polygons, convex meshes) ── silhouette ───────► outline ─┐
-//!                                                                          ├─► tiles, their least ─► ask: rectangle
-//! Patch (any triangles) ──┬─ each triangle ────────────────────► outline ─┤
-//!                         └─ edges, with the faces along them ─► fringe ──┘
+//!  raster                               occluder, query                          select
+//!  ───────────────────────────────      ───────────────────────────────────      ──────────────────────────
+//!  outline  ◄───────────────────────────  Convex: its silhouette            ◄──  choice, within a budget
+//!  surface: triangles, shared edges ◄──  Patch: some triangles of a mesh    ◄──  list, without what is hidden
+//!     └─► tiles, their least  ◄─────────  boxes, nodes, one box in f64      ◄──
 //! ```
 //!
 //! Ned Greene, Michael Kass & Gavin Miller, *Hierarchical Z-Buffer Visibility*, 1993, is where tiles that keep
@@ -20,50 +23,32 @@
 //! Akenine-Möller, *Masked Software Occlusion Culling*, 2016, is the state of the art for a CPU, and samples
 //! pixel centres.
 
-mod ask;
-mod band;
-mod body;
-mod buffer;
-mod choose;
-mod convex;
-mod cut;
-mod draw;
-mod fringe;
-mod list;
 mod occluder;
-mod outline;
-mod patch;
-mod piece;
-#[cfg(feature = "serde")]
-mod plain;
-mod plane;
-mod record;
-mod screen;
-mod surface;
-mod tile;
+mod query;
+mod raster;
+mod select;
 
-pub(crate) use ask::{Asker, Nearest};
-pub use ask::{Footprint, Verdict};
-pub use band::Band;
-pub use buffer::{OcclusionBuffer, OcclusionError, TILE};
-pub use choose::Occlusion;
-pub(crate) use choose::{Candidate, Cheapest, Choice};
-pub use convex::Convex;
-pub use list::DrawJob;
-pub use occluder::{Occluder, Shape};
-pub use patch::Patch;
-pub use record::{Difference, Differences, Recording, RecordingError};
+pub use occluder::{Convex, Occluder, Patch, Shape};
+pub(crate) use occluder::{CostModel, LeastCost};
+pub use query::Visibility;
+pub(crate) use query::{BoxTests, Nearest};
+pub use raster::{Band, OcclusionBuffer, ScreenBounds, TILE};
+pub(crate) use select::{Candidate, Choice};
+pub use select::{DrawJob, Occlusion};
 
 use thiserror::Error;
 
-/// Why an occluder cannot be made.
+/// Why an occlusion buffer or an occluder cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum OccluderError {
-    /// It has no extent.
+pub enum OcclusionError {
+    /// A buffer without pixels, or with too many.
+    #[error("an occlusion buffer of {0}x{1} pixels is not between 1x1 and {2}x{2}")]
+    Size(u32, u32, u32),
+    /// An occluder without extent.
     #[error("an occluder needs at least three corners, or a box that is not empty")]
     Empty,
-    /// Its faces do not close.
+    /// Faces that do not close.
     #[error("the faces of a convex occluder must share each edge in pairs")]
     Open,
     /// A vertex with a NaN or infinite coordinate.

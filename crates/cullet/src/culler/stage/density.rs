@@ -1,32 +1,32 @@
-//! Where on the screen there is much to hide.
+//! Density of instances on the screen: where there is much to hide.
 //!
 //! The ground at one's feet fills half of the screen and hides nothing but what little stands before it, while
-//! a trunk at eye level has all of a forest behind it. So what a shape is worth is not how many pixels it
-//! covers, but how many things may be behind them: a thousand of the things of a scene are sampled for it. They
+//! a trunk at eye level has all of a forest behind it. So the value of a shape is not how many pixels it
+//! covers, but how many instances may be behind them: a thousand of the scene's are sampled for it. They
 //! are picked by their handles, so that neither the order of slots nor the nodes have a say in which occluders
 //! are chosen.
 
 use crate::bits;
-use crate::cull::occlusion::{Asker, Footprint};
+use crate::cull::occlusion::{BoxTests, ScreenBounds};
 use crate::scene::Scene;
 
-/// Pixels along an edge of a cell: coarse, since a sample stands for hundreds of things around it.
+/// Pixels along an edge of a cell: coarse, since a sample stands for hundreds of instances around it.
 const CELL: u64 = 32;
 
-/// Of the pixels of more cells it is not looked up which is the densest.
+/// The most cells of which the densest is looked up.
 const FEW_CELLS: usize = 16;
 
-/// How many things are looked at, in and out of the view. Each costs some tens of nanoseconds.
+/// Instances that are looked at, in and out of the view.
 const SAMPLES: usize = 1024;
 
-/// How many things there are behind pixels, in pixels of mean density.
+/// Instances behind pixels, in pixels of mean density.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Density {
     /// Cells in a row, and rows.
     cells: [usize; 2],
-    /// The sum of what the cells left of and above each corner of the grid weigh, row by row.
+    /// Sum of the weights of the cells left of and above each corner of the grid, row by row.
     sums: Vec<u64>,
-    /// What each cell weighs.
+    /// Weight of each cell.
     weights: Vec<u32>,
     scale: f32,
     densest: f32,
@@ -38,7 +38,7 @@ impl Density {
     pub(super) fn sample(
         &mut self,
         scene: &Scene,
-        asker: &Asker<'_>,
+        tests: &BoxTests<'_>,
         size: [u32; 2],
         alive: &[u64],
     ) {
@@ -54,23 +54,23 @@ impl Density {
             if alive.get(slot / 64).is_none_or(|_| !bits::get(alive, slot)) {
                 continue;
             }
-            if let Ok(f) = asker.footprint(scene.boxes(), slot) {
+            if let Ok(f) = tests.bounds(scene.boxes(), slot) {
                 let middle = |a: usize| (f.min[a] + f.max[a]) as usize / 2 / CELL as usize;
                 self.sums[(middle(1) + 1) * stride + middle(0) + 1] += 1;
                 count += 1;
             }
         }
         let cells = (columns * rows) as u64;
-        // What a cell weighs: its share of the samples and its share of the pixels, for what is hidden where
-        // nothing was sampled is worth something too. Where samples weigh seven times as much no more is found,
-        // and more has to be weighed.
-        let weigh = |samples: u64| samples * cells + count.max(1);
+        // Weight of a cell: its share of the samples and its share of the pixels, for what is hidden where
+        // nothing was sampled counts too. With seven times the weight on samples no more is found,
+        // and more has to be considered.
+        let weight_of = |samples: u64| samples * cells + count.max(1);
         let mut most = 0;
         self.weights.clear();
         for row in 1..=rows {
             let mut sum = 0;
             for column in 1..=columns {
-                let weight = weigh(self.sums[row * stride + column]);
+                let weight = weight_of(self.sums[row * stride + column]);
                 most = most.max(weight);
                 self.weights.push(weight as u32);
                 sum += weight;
@@ -85,7 +85,7 @@ impl Density {
         self.all = self.of([0; 2], size.map(|s| s - 1));
     }
 
-    /// What pixels weigh, the first and the last columns and rows inclusive. No part of them weighs more.
+    /// Weight of pixels, the first and the last columns and rows inclusive. No part of them weighs more.
     pub(super) fn of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
         let [x0, y0] = min.map(u64::from);
         let [x1, y1] = max.map(|v| u64::from(v) + 1);
@@ -94,12 +94,12 @@ impl Density {
         weight as f32 * self.scale
     }
 
-    /// What something weighs of which no footprint is known: all of the screen.
-    pub(super) fn of_footprint(&self, footprint: Option<Footprint>) -> f32 {
-        footprint.map_or(self.all, |f| self.of(f.min, f.max))
+    /// Weight of screen bounds; where none are known, of all of the screen.
+    pub(super) fn of_bounds(&self, bounds: Option<ScreenBounds>) -> f32 {
+        bounds.map_or(self.all, |f| self.of(f.min, f.max))
     }
 
-    /// The most that a pixel of some weighs, or of all, where they lie in many cells.
+    /// Most weight of a pixel of some, or of all, where they lie in many cells.
     pub(super) fn densest_of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
         let [x0, y0] = min.map(|v| v as usize / CELL as usize);
         let [x1, y1] = max.map(|v| v as usize / CELL as usize);
@@ -111,12 +111,12 @@ impl Density {
         rows.fold(0, |most, &w| most.max(w)) as f32 * self.scale
     }
 
-    /// The most that a pixel weighs.
+    /// Most weight of a pixel.
     pub(super) fn densest(&self) -> f32 {
         self.densest
     }
 
-    /// What the rectangle up to a corner of a pixel weighs: between the corners of the cells as if each had its
+    /// Weight of the rectangle up to a corner of a pixel: between the corners of the cells as if each had its
     /// weight spread evenly.
     fn at(&self, [x, y]: [u64; 2]) -> u64 {
         let stride = self.cells[0] + 1;

@@ -1,16 +1,17 @@
-//! The choice of occluders: by the nodes of the hierarchy, those first that may hold the best.
+//! The search for occluders: by the nodes of the hierarchy, those first that may hold the best.
 //!
-//! What a shape is worth is what may be behind its [pixels](super::density) for what drawing it costs, so no
-//! shape below a node is worth more than the cheapest of the scene would be over all of the node's pixels.
-//! Nodes are looked into from the best bound on, and as soon as the budget is spent what cannot be among the
-//! chosen is passed over unseen: of a million things a budget pays for some hundred. The choice is that of
+//! The score of a shape is what may be behind its [pixels](super::density) for what drawing it costs, so no
+//! shape below a node has a higher score than the cheapest of the scene would have over all of the node's pixels.
+//! Nodes are looked into from the best bound on, and as soon as the budget is used up what cannot be among the
+//! chosen is passed over unseen: of a million instances a budget is enough for some hundred. The choice is that of
 //! looking at everything.
 
 use super::density::Density;
 use crate::bits;
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
 use crate::cull::occlusion::{
-    Asker, Candidate, Cheapest, Choice, Footprint, Occluder, OcclusionBuffer, Shape,
+    BoxTests, Candidate, Choice, CostModel, LeastCost, Occluder, OcclusionBuffer, ScreenBounds,
+    Shape,
 };
 use crate::prepared::Prepared;
 use crate::scene::Scene;
@@ -22,72 +23,74 @@ const LEAST_PIXELS: f32 = 16.0;
 /// Of an instance with no more shapes each is boxed in the space of the scene.
 const FEW_SHAPES: usize = 6;
 
-/// With more meshes than this it costs more to ask each what its cheapest shape costs than knowing it saves.
+/// With more meshes than this it costs more to look up the least cost of each than knowing it saves.
 const MOST_MESHES: usize = 1024;
 
-/// What is looked through for occluders.
+/// Search for occluders: everything that it looks at.
 pub(super) struct Search<'a> {
     pub(super) scene: &'a Scene,
     pub(super) buffer: &'a OcclusionBuffer,
-    pub(super) asker: Asker<'a>,
+    pub(super) tests: BoxTests<'a>,
+    pub(super) costs: CostModel,
     /// Whether the fronts of one-sided shapes hide anything.
     pub(super) fronts_are_drawn: bool,
     /// Around where the view begins; see [`is_within`].
     pub(super) near: Aabb,
-    /// What is alive, one bit a slot, and the words of it that are not zero.
+    /// Slots that are alive, one bit each, and the words of it that are not zero.
     pub(super) alive: &'a [u64],
     pub(super) live: &'a [u32],
     /// The slots and shapes that the buffer has by now, ascending. What is hidden behind them is passed over.
     pub(super) drawn: &'a [(u32, u32)],
-    /// What pixels are worth.
+    /// Value of pixels.
     pub(super) density: &'a Density,
     pub(super) view: &'a View,
 }
 
-/// A node of 256 slots and what a shape in it is worth at most.
+/// A node of 256 slots, and the highest score that a shape in it may have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
-    worth: f32,
+    score: f32,
     number: u32,
 }
 
 impl Search<'_> {
     /// Fills `choice`; `groups` is memory.
     pub(super) fn run(&self, groups: &mut Vec<Group>, choice: &mut Choice) {
-        let cheapest = self.cheapest();
-        self.list_groups(cheapest, groups);
+        let least_cost = self.least_cost();
+        self.list_groups(least_cost, groups);
         groups.sort_unstable_by(|a, b| {
-            b.worth.total_cmp(&a.worth).then_with(|| a.number.cmp(&b.number))
+            b.score.total_cmp(&a.score).then_with(|| a.number.cmp(&b.number))
         });
         // Of the least value that may be taken, by what nodes and instances are refused.
-        let (mut least_worth, mut least_value) = (0.0, 0.0);
+        let (mut least_score, mut least_value) = (0.0, 0.0);
         for group in groups.iter() {
-            if !choice.may_take(group.worth) {
+            if !choice.may_take(group.score) {
                 break;
             }
-            if choice.least_worth() != least_worth {
-                least_worth = choice.least_worth();
-                least_value = cheapest.least_value(least_worth, self.density.densest());
+            if choice.least_score() != least_score {
+                least_score = choice.least_score();
+                least_value =
+                    self.costs.least_value(least_cost, least_score, self.density.densest());
             }
-            self.look_into(group.number as usize, cheapest, least_value, choice);
+            self.look_into(group.number as usize, least_cost, least_value, choice);
         }
     }
 
     /// Least cost of a shape of the scene.
-    fn cheapest(&self) -> Cheapest {
+    fn least_cost(&self) -> LeastCost {
         let prepared = self.scene.prepared();
         if prepared.len() > MOST_MESHES {
-            return Cheapest::ANY;
+            return LeastCost::ANY;
         }
-        let of = prepared.iter().filter_map(Prepared::occluder).map(Occluder::cheapest);
-        of.fold(Cheapest::default(), Cheapest::or)
+        let of = prepared.iter().filter_map(Prepared::occluder).map(Occluder::least_cost);
+        of.fold(LeastCost::default(), LeastCost::or)
     }
 
-    /// What may be behind a footprint of `pixels` at most, of which each has no more than `densest`; all of the screen
+    /// Value of screen bounds of `pixels` at most, of which each has no more than `densest`; all of the screen
     /// where it crosses the near plane. `None` is for less than `least`.
     fn value(
         &self,
-        footprint: Option<Footprint>,
+        bounds: Option<ScreenBounds>,
         pixels: f32,
         densest: f32,
         least: f32,
@@ -97,97 +100,103 @@ impl Search<'_> {
         if most < least {
             return None;
         }
-        let value = self.density.of_footprint(footprint).min(most);
+        let value = self.density.of_bounds(bounds).min(most);
         (value >= least).then_some(value)
     }
 
-    /// As [`value`](Self::value), of a thing or a shape itself.
-    fn value_of(&self, footprint: Option<Footprint>, least: f32) -> Option<f32> {
-        let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
-        self.value(footprint, pixels, self.density.densest(), least)
+    /// As [`value`](Self::value), of an instance or a shape itself.
+    fn value_of(&self, bounds: Option<ScreenBounds>, least: f32) -> Option<f32> {
+        let pixels = bounds.map_or(f32::INFINITY, |f| f.pixels());
+        self.value(bounds, pixels, self.density.densest(), least)
     }
 
-    /// As [`value`](Self::value), of what is below a node of a level, 0 or 1: however large the node is, what it
-    /// holds may all be small.
+    /// As [`value`](Self::value), of what is below a node of a level, 0 or 1: however large the node is, all that it
+    /// holds may be small.
     fn value_below(
         &self,
-        footprint: Option<Footprint>,
+        bounds: Option<ScreenBounds>,
         level: usize,
         node: usize,
         least: f32,
     ) -> Option<f32> {
-        let Some(f) = footprint else { return self.value_of(None, least) };
+        let Some(f) = bounds else { return self.value_of(None, least) };
         let sizes = self.scene.hierarchy().nodes().largest_below(level, node);
-        let pixels = self.asker.most_pixels(&f, sizes);
+        let pixels = self.tests.most_pixels(&f, sizes);
         if pixels < LEAST_PIXELS {
             return None;
         }
-        self.value(footprint, pixels, self.density.densest_of(f.min, f.max), least)
+        self.value(bounds, pixels, self.density.densest_of(f.min, f.max), least)
     }
 
-    fn list_groups(&self, cheapest: Cheapest, groups: &mut Vec<Group>) {
+    fn list_groups(&self, least_cost: LeastCost, groups: &mut Vec<Group>) {
         groups.clear();
         let nodes = self.scene.hierarchy().nodes();
         for words in self.live.chunk_by(|a, b| a / 64 == b / 64) {
             let at = words[0] as usize / 64;
-            let asked = words.iter().fold(0_u64, |asked, w| asked | 1 << (w % 64 / 4));
+            let wanted = words.iter().fold(0_u64, |wanted, w| wanted | 1 << (w % 64 / 4));
             let block = nodes.levels().get(1).and_then(|l| l.blocks().get(at));
             // What was added since the nodes were made is under none.
-            let under = bits::ones(asked).filter(|n| (at * LANES + n + 1) * 256 <= nodes.len());
+            let under = bits::ones(wanted).filter(|n| (at * LANES + n + 1) * 256 <= nodes.len());
             let known = under.fold(0_u64, |known, n| known | 1 << n);
-            let mut list = |n: usize, footprint| {
+            let mut list = |n: usize, bounds| {
                 let number = at * LANES + n;
-                if let Some(value) = self.value_below(footprint, 1, number, 0.0)
-                    && !self.is_hidden(footprint)
+                if let Some(value) = self.value_below(bounds, 1, number, 0.0)
+                    && !self.is_hidden(bounds)
                 {
-                    let worth = cheapest.worth(value, self.density.densest());
-                    groups.push(Group { worth, number: number as u32 });
+                    let score = self.costs.score(least_cost, value, self.density.densest());
+                    groups.push(Group { score, number: number as u32 });
                 }
             };
             match block {
                 Some(block) => {
-                    bits::ones(asked & !known).for_each(|n| list(n, None));
-                    self.asker.footprints_of_nodes(block, known, LEAST_PIXELS, list);
+                    bits::ones(wanted & !known).for_each(|n| list(n, None));
+                    self.tests.bounds_of_nodes(block, known, LEAST_PIXELS, list);
                 }
-                None => bits::ones(asked).for_each(|n| list(n, None)),
+                None => bits::ones(wanted).for_each(|n| list(n, None)),
             }
         }
     }
 
-    /// Whether what was drawn hides all of a footprint. Where a node's is hidden, so are those of all that is
-    /// below it, so that what is offered does not depend on the nodes.
-    fn is_hidden(&self, footprint: Option<Footprint>) -> bool {
-        let is_covering = |f| self.buffer.is_covering(self.asker.level(), &f);
-        !self.drawn.is_empty() && footprint.is_some_and(is_covering)
+    /// Whether what was drawn hides all of some screen bounds. Where a node's are hidden, so are those of all that is
+    /// below it, so that what is considered does not depend on the nodes.
+    fn is_hidden(&self, bounds: Option<ScreenBounds>) -> bool {
+        let covers = |b| self.buffer.covers(self.tests.level(), &b);
+        !self.drawn.is_empty() && bounds.is_some_and(covers)
     }
 
     /// Looks into the sixteen blocks of a group.
-    fn look_into(&self, group: usize, cheapest: Cheapest, least_value: f32, choice: &mut Choice) {
+    fn look_into(
+        &self,
+        group: usize,
+        least_cost: LeastCost,
+        least_value: f32,
+        choice: &mut Choice,
+    ) {
         let nodes = self.scene.hierarchy().nodes();
-        let (mut asked, mut known) = (0_u64, 0_u64);
+        let (mut wanted, mut known) = (0_u64, 0_u64);
         for n in 0..LANES {
             let word = group * 4 + n / 4;
             let alive = self.alive.get(word).copied().unwrap_or(0);
             if alive >> (n % 4 * LANES) & 0xffff != 0 {
-                asked |= 1 << n;
+                wanted |= 1 << n;
                 known |= u64::from(((group * LANES) + n + 1) * LANES <= nodes.len()) << n;
             }
         }
-        let mut look = |n: usize, footprint| {
+        let mut look = |n: usize, bounds| {
             let node = group * LANES + n;
-            if let Some(value) = self.value_below(footprint, 0, node, least_value)
-                && choice.may_take(cheapest.worth(value, self.density.densest()))
-                && !self.is_hidden(footprint)
+            if let Some(value) = self.value_below(bounds, 0, node, least_value)
+                && choice.may_take(self.costs.score(least_cost, value, self.density.densest()))
+                && !self.is_hidden(bounds)
             {
                 self.look_at(node, least_value, choice);
             }
         };
         match nodes.levels().first().and_then(|l| l.blocks().get(group)) {
             Some(block) => {
-                bits::ones(asked & !known).for_each(|n| look(n, None));
-                self.asker.footprints_of_nodes(block, known, LEAST_PIXELS, look);
+                bits::ones(wanted & !known).for_each(|n| look(n, None));
+                self.tests.bounds_of_nodes(block, known, LEAST_PIXELS, look);
             }
-            None => bits::ones(asked).for_each(|n| look(n, None)),
+            None => bits::ones(wanted).for_each(|n| look(n, None)),
         }
     }
 
@@ -195,16 +204,16 @@ impl Search<'_> {
     fn look_at(&self, block: usize, least_value: f32, choice: &mut Choice) {
         let alive = self.alive[block / 4] >> (block % 4 * LANES) & 0xffff;
         let boxes = &self.scene.boxes().blocks()[block];
-        self.asker.footprints(boxes, alive, LEAST_PIXELS, |lane, footprint| {
+        self.tests.bounds_of(boxes, alive, LEAST_PIXELS, |lane, bounds| {
             let slot = (block * LANES + lane) as u32;
-            if let Some(value) = self.value_of(footprint, least_value)
+            if let Some(value) = self.value_of(bounds, least_value)
                 && let Some(occluder) = occluder_of(self.scene, slot)
             {
-                let cheapest = occluder.cheapest();
-                if choice.may_take(cheapest.worth(value, self.density.densest()))
-                    && !self.is_hidden(footprint)
+                let least_cost = occluder.least_cost();
+                if choice.may_take(self.costs.score(least_cost, value, self.density.densest()))
+                    && !self.is_hidden(bounds)
                 {
-                    self.offer(slot, occluder, footprint, value, least_value, choice);
+                    self.consider(slot, occluder, bounds, value, least_value, choice);
                 }
             }
         });
@@ -223,25 +232,25 @@ impl Search<'_> {
         Some([min, max].map(|p| std::array::from_fn(|a| pixel(p[a], a))))
     }
 
-    /// Offers the shapes of an instance that are for a view which begins within what it seals off, or does not.
-    fn offer(
+    /// Considers the shapes of an instance that are for a view which begins within what it seals off, or does not.
+    fn consider(
         &self,
         slot: u32,
         occluder: &Occluder,
-        footprint: Option<Footprint>,
+        bounds: Option<ScreenBounds>,
         most: f32,
         least_value: f32,
         choice: &mut Choice,
     ) {
-        let Self { scene, asker, .. } = self;
+        let Self { scene, tests, .. } = self;
         let within = is_within(scene, slot, occluder, &self.near);
-        let mut offer = |number: usize, footprint: Option<Footprint>| {
-            let pixels = footprint.map_or(f32::INFINITY, |f| f.pixels());
-            let Some(value) = self.value_of(footprint, least_value) else { return };
-            let price = occluder.prices()[number];
+        let mut consider = |number: usize, bounds: Option<ScreenBounds>| {
+            let pixels = bounds.map_or(f32::INFINITY, |f| f.pixels());
+            let Some(value) = self.value_of(bounds, least_value) else { return };
+            let cost = |pixels: f32| self.costs.cost(occluder.edges()[number], pixels);
             // No more than the instance, by whose pixels it was sought. The shape itself is looked at last: of some
             // instances there are thousands.
-            if footprint.is_some() && !choice.may_take(value.min(most) / price.cost(pixels)) {
+            if bounds.is_some() && !choice.may_take(value.min(most) / cost(pixels)) {
                 return;
             }
             let shape = &occluder.shapes()[number];
@@ -249,34 +258,35 @@ impl Search<'_> {
             {
                 return;
             }
-            // What crosses the near plane has no footprint, but one may say what it is like.
-            let (pixels, value) = match footprint {
+            // What crosses the near plane has no screen bounds, but those of its part beyond say what it is like.
+            let (pixels, value) = match bounds {
                 Some(_) => (pixels, value),
                 None => match self.seen_part(slot, shape) {
-                    Some([min, max]) => {
-                        (Footprint { min, max, nearness: 0.0 }.pixels(), self.density.of(min, max))
-                    }
+                    Some([min, max]) => (
+                        ScreenBounds { min, max, nearness: 0.0 }.pixels(),
+                        self.density.of(min, max),
+                    ),
                     None => return,
                 },
             };
             let candidate = Candidate {
                 value: value.min(most),
-                nearness: footprint.map_or(f32::INFINITY, |f| f.nearness),
+                nearness: bounds.map_or(f32::INFINITY, |f| f.nearness),
                 slot,
                 shape: number as u32,
-                cost: price.cost(pixels),
-                footprint,
+                cost: cost(pixels),
+                bounds,
             };
-            // The dearest question comes last.
-            if choice.may_take(candidate.worth())
+            // The dearest test comes last.
+            if choice.may_take(candidate.score())
                 && self.drawn.binary_search(&(slot, number as u32)).is_err()
-                && !self.is_hidden(footprint)
+                && !self.is_hidden(bounds)
             {
-                choice.offer(candidate);
+                choice.consider(candidate);
             }
         };
         if let [_] = occluder.shapes() {
-            offer(0, footprint);
+            consider(0, bounds);
             return;
         }
         if occluder.shapes().len() <= FEW_SHAPES {
@@ -286,15 +296,15 @@ impl Search<'_> {
             for (lane, shape) in occluder.shapes().iter().enumerate() {
                 block.set(lane, &transform.transform_box(&shape.bounds(), scene.origin()));
             }
-            let asked = (1 << occluder.shapes().len()) - 1;
-            asker.footprints(&block, asked, LEAST_PIXELS, offer);
+            let wanted = (1 << occluder.shapes().len()) - 1;
+            tests.bounds_of(&block, wanted, LEAST_PIXELS, consider);
             return;
         }
-        let asker = asker.for_object(scene.transform(slot));
+        let tests = tests.for_object(scene.transform(slot));
         for (at, block) in occluder.boxes().blocks().iter().enumerate() {
             let count = occluder.shapes().len().saturating_sub(at * LANES).min(LANES);
-            let asked = (1 << count) - 1;
-            asker.footprints(block, asked, LEAST_PIXELS, |lane, f| offer(at * LANES + lane, f));
+            let wanted = (1 << count) - 1;
+            tests.bounds_of(block, wanted, LEAST_PIXELS, |lane, b| consider(at * LANES + lane, b));
         }
     }
 }

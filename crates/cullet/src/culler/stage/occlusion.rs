@@ -1,13 +1,12 @@
 //! Occlusion: what lies behind something.
 //!
-//! First the occluders that are worth most for their cost are sought, by the nodes of the hierarchy; what the
+//! First the occluders with the highest score are sought, by the nodes of the hierarchy; what the
 //! budget allows is drawn front to back, and again where those that were hidden by then leave much of it; then
-//! everything is asked about, by the nodes first: those that are hidden answer for all that is in them, and so do
+//! everything is tested, by the nodes first: those that are hidden answer for all that is in them, and so do
 //! those that are before everything that was drawn. Which occluders are drawn, and in which order, depends on
-//! this frame alone: what the drawn ones cost decides how much is left to spend, so that an order remembered
+//! this frame alone: what the drawn ones cost decides how much of the budget is left, so that an order remembered
 //! from the last frame could choose others, and prove something else. What is remembered is memory.
 
-use super::super::Culler;
 use super::super::frame::{Alone, Frame};
 use super::super::log::Log;
 use super::super::run::{Run, is_parted};
@@ -17,16 +16,16 @@ use super::occluders::{Group, Search};
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
-    Asker, Choice, Footprint, Nearest, Occlusion, OcclusionBuffer, Shape, Verdict,
+    BoxTests, Choice, CostModel, Nearest, Occlusion, OcclusionBuffer, ScreenBounds, Visibility,
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
-use crate::scene::{Scene, Tally};
+use crate::scene::Tally;
 use crate::view::{CullFace, FrontFace, View};
 
 /// How often occluders are chosen at the most.
 const ROUNDS: u32 = 3;
 
-/// What a view keeps of its occlusion buffer.
+/// A view's occlusion buffer, and memory.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
     pub(in super::super) buffer: Option<OcclusionBuffer>,
@@ -34,7 +33,7 @@ pub(in super::super) struct Cache {
     density: Density,
     groups: Vec<Group>,
     nearest: Nearest,
-    /// One bit a slot, of those words that were alive: no part of it can be hidden. See [`Asker::group`].
+    /// One bit a slot, of those words that were alive: no part of it can be hidden. See [`BoxTests::group`].
     whole: Vec<u64>,
     /// Slots and shapes that were drawn.
     pub(in super::super) drawn: Vec<(u32, u32)>,
@@ -47,19 +46,19 @@ impl Cache {
     pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> String {
         let Some(buffer) = &self.buffer else { return String::new() };
         let [width, height] = buffer.size();
-        let asker = Asker::new(buffer, frame.culler.level);
-        let footprint = match asker.footprint(frame.scene.boxes(), slot as usize) {
-            Ok(footprint) => footprint,
-            Err(Verdict::Outside) => return "beyond an edge of the screen".to_owned(),
+        let tests = BoxTests::new(buffer, frame.culler.level);
+        let bounds = match tests.bounds(frame.scene.boxes(), slot as usize) {
+            Ok(bounds) => bounds,
+            Err(Visibility::Outside) => return "beyond an edge of the screen".to_owned(),
             Err(_) => {
                 return "crosses the near plane, or has no bounds: never hidden".to_owned();
             }
         };
-        let Footprint { min: [x0, y0], max: [x1, y1], nearness } = footprint;
+        let ScreenBounds { min: [x0, y0], max: [x1, y1], nearness } = bounds;
         let place = format!(
             "pixels {x0}..={x1} x {y0}..={y1} of {width} x {height}, nearness {nearness:e}"
         );
-        match buffer.first_open(&footprint) {
+        match buffer.first_open(&bounds) {
             Some([x, y]) => format!(
                 "{place}: pixel ({x}, {y}) lets it through, covered only at {:e}",
                 buffer.nearness(x, y)
@@ -68,18 +67,18 @@ impl Cache {
         }
     }
 
-    /// The instances of which something covers a footprint alone or in part, front to back.
+    /// The instances that cover the screen bounds of an instance, alone or in part, front to back.
     pub(in super::super) fn blockers(&self, frame: &Frame<'_>, slot: u32) -> Vec<u32> {
         let Frame { culler, scene, view, .. } = *frame;
         let (Some(buffer), mut found) = (&self.buffer, Vec::new()) else { return Vec::new() };
-        let asker = Asker::new(buffer, culler.level);
-        let footprint = asker.footprint(scene.boxes(), slot as usize);
-        let Ok(footprint) = footprint else { return found };
+        let tests = BoxTests::new(buffer, culler.level);
+        let Ok(bounds) = tests.bounds(scene.boxes(), slot as usize) else { return found };
         let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return found };
         for &(by, shape) in &self.drawn {
             alone.begin(view, scene.origin());
-            draw(&mut alone, culler, scene, by, &scene.prepared_of(by).shapes()[shape as usize]);
-            let Footprint { min, max, nearness } = footprint;
+            let shape = &scene.prepared_of(by).shapes()[shape as usize];
+            shape.draw(culler.level, &mut alone.band(), scene.transform(by));
+            let ScreenBounds { min, max, nearness } = bounds;
             let covers = (min[1]..=max[1])
                 .any(|y| (min[0]..=max[0]).any(|x| alone.nearness(x, y) > nearness));
             if covers && !found.contains(&by) {
@@ -87,15 +86,6 @@ impl Cache {
             }
         }
         found
-    }
-}
-
-/// Draws a shape of an instance.
-fn draw(buffer: &mut OcclusionBuffer, culler: &Culler, scene: &Scene, slot: u32, shape: &Shape) {
-    let transform = scene.transform(slot);
-    match shape {
-        Shape::Convex(convex) => buffer.draw_convex(culler.level, convex, transform),
-        Shape::Patch(patch) => buffer.draw_patch(culler.level, patch, transform),
     }
 }
 
@@ -133,7 +123,7 @@ fn test_all(
     let dropped;
     (work.tests, dropped) = test(frame, cache, set, log, &buffer);
     if let Some(times) = &mut work.times {
-        times.asking = log.now().saturating_sub(begin);
+        times.testing = log.now().saturating_sub(begin);
     }
     log.occlusion = work;
     cache.buffer = Some(buffer);
@@ -141,7 +131,7 @@ fn test_all(
 }
 
 /// Chooses what to draw and draws it. What is hidden by then is not drawn, nor does it take of the budget; where
-/// more than half of that is left, it is spent on what is not hidden by then: in a street the first rows of
+/// more than half of that is left, it goes to what is not hidden by then: in a street the first rows of
 /// houses hide most of what was chosen.
 ///
 /// A fourth of the budget first, then the rest, took a fourth less time in the street of a city, but a third more
@@ -158,19 +148,19 @@ fn choose_and_draw(
     cache.drawn.clear();
     if settings.budget > 0.0 {
         let begin = log.now();
-        let asker = Asker::new(buffer, frame.culler.level);
-        cache.density.sample(frame.scene, &asker, buffer.size(), &set.alive);
+        let tests = BoxTests::new(buffer, frame.culler.level);
+        cache.density.sample(frame.scene, &tests, buffer.size(), &set.alive);
         times.choosing = log.now().saturating_sub(begin);
     }
     let (mut left, mut rounds) = (settings.budget, ROUNDS);
     // Nor is a NaN a budget.
     while left > 0.0 && rounds > 0 {
         let begin = log.now();
-        choose(frame, cache, set, buffer, left);
+        choose(frame, cache, set, buffer, settings, left);
         let chose = log.now();
         let (chosen, cost) = draw_chosen(frame, cache, buffer);
         work.chosen += chosen;
-        work.offered += cache.choice.offered();
+        work.considered += cache.choice.considered();
         rounds = if cache.choice.is_short() && cost < left * 0.5 { rounds - 1 } else { 0 };
         left -= cost;
         times.choosing += chose.saturating_sub(begin);
@@ -187,6 +177,7 @@ fn choose(
     cache: &mut Cache,
     set: &Instances,
     buffer: &OcclusionBuffer,
+    settings: &Occlusion,
     budget: f32,
 ) {
     cache.choice.begin(budget);
@@ -196,7 +187,8 @@ fn choose(
     let search = Search {
         scene: frame.scene,
         buffer,
-        asker: Asker::new(buffer, frame.culler.level),
+        tests: BoxTests::new(buffer, frame.culler.level),
+        costs: CostModel::new(&settings.costs),
         fronts_are_drawn: fronts_are_drawn(frame.view),
         near: near_box(frame.view, frame.scene.origin()),
         alive: &set.alive,
@@ -214,11 +206,11 @@ fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffe
     let mut cost = 0.0;
     let chosen = cache.choice.chosen();
     for c in chosen {
-        if c.footprint.is_some_and(|f| buffer.is_covering(frame.culler.level, &f)) {
+        if c.bounds.is_some_and(|b| buffer.covers(frame.culler.level, &b)) {
             continue;
         }
         let shape = &frame.scene.prepared_of(c.slot).shapes()[c.shape as usize];
-        draw(buffer, frame.culler, frame.scene, c.slot, shape);
+        shape.draw(frame.culler.level, &mut buffer.band(), frame.scene.transform(c.slot));
         cache.drawn.push((c.slot, c.shape));
         cost += c.cost;
     }
@@ -234,27 +226,27 @@ fn test(
     buffer: &OcclusionBuffer,
 ) -> (u64, Tally) {
     let scene = frame.scene;
-    let mut asker = Asker::new(buffer, frame.culler.level);
+    let mut against = BoxTests::new(buffer, frame.culler.level);
     // Boxes that are empty are outside, though not by their nodes; the frustum drops them, where it is on.
     if frame.culler.frustum {
         cache.nearest.read(frame.culler.level, buffer);
-        asker = asker.with_nearest(&cache.nearest);
+        against = against.with_nearest(&cache.nearest);
     }
     cache.whole.resize(set.alive.len(), 0);
     let hierarchy = scene.hierarchy();
     let (mut tests, mut sum) = (0, Tally::default());
     for words in set.live.chunk_by(|a, b| a / 64 == b / 64) {
         let group = words[0] as usize / 64;
-        let (mut asked, mut whole) = ([0; 64], [0; 64]);
+        let (mut left, mut whole) = ([0; 64], [0; 64]);
         for &word in words {
-            asked[word as usize % 64] = set.alive[word as usize] & !scene.exempt()[word as usize];
+            left[word as usize % 64] = set.alive[word as usize] & !scene.exempt()[word as usize];
         }
-        let before = asked;
+        let before = left;
         let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());
-        tests += asker.group(nodes, boxes, group, &mut asked, &mut whole);
+        tests += against.group(nodes, boxes, group, &mut left, &mut whole);
         for &word in words {
             let at = word as usize % 64;
-            let dropped = before[at] & !asked[at];
+            let dropped = before[at] & !left[at];
             set.alive[word as usize] &= !dropped;
             sum += scene.tally_of_bits(word as usize, dropped);
             cache.whole[word as usize] = whole[at];
@@ -302,8 +294,8 @@ pub(in super::super) fn clusters(
         let Some(buffer) = buffer else { return false };
         let mesh = scene.mesh(slot);
         set_clusters(runs, mesh.clusters().len(), culled);
-        let asker = Asker::of_object(buffer, frame.culler.level, scene.transform(slot));
-        tests += asker.hide(mesh.cluster_nodes(), mesh.cluster_boxes(), culled);
+        let against = BoxTests::of_object(buffer, frame.culler.level, scene.transform(slot));
+        tests += against.hide(mesh.cluster_nodes(), mesh.cluster_boxes(), culled);
         // What is left are those that are not hidden.
         culled.iter_mut().for_each(|word| *word = !*word);
         true
@@ -339,7 +331,7 @@ pub(super) fn may_hide_clusters(frame: &Frame<'_>, cache: &Cache, slot: u32) -> 
     let scene = frame.scene;
     let is_set =
         |words: &[u64]| words.get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
-    // One cluster has the box of its instance, which was asked about.
+    // One cluster has the box of its instance, which was tested.
     scene.mesh(slot).clusters().len() > 1
         && is_parted(scene.mesh(slot))
         && !is_set(&cache.whole)

@@ -1,0 +1,148 @@
+//! Plain data of occluders, for `serde`: all else follows from it. Numbers are checked when they are read; that a body is
+//! convex, and that a shape lies within what its mesh hides, is for the writer to see to, as with the constructors.
+
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::super::OcclusionError;
+use super::patch::Adjacency;
+use super::{Convex, Occluder, Patch, Shape};
+use crate::bounds::Aabb;
+
+/// Reads and writes shapes as their plain data.
+macro_rules! as_data {
+    ($($shape:ty: $data:ty),*) => {$(
+        impl Serialize for $shape {
+            fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                <$data>::from(self).serialize(to)
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $shape {
+            fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                Self::try_from(<$data>::deserialize(from)?).map_err(D::Error::custom)
+            }
+        }
+    )*};
+}
+
+as_data!(Convex: ConvexData, Patch: PatchData, Occluder: OccluderData);
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ConvexData {
+    vertices: Vec<[f32; 3]>,
+    /// Loops, counter-clockwise seen from outside. That of the back of a one-sided polygon is empty.
+    faces: Vec<Vec<u32>>,
+}
+
+impl From<&Convex> for ConvexData {
+    fn from(convex: &Convex) -> Self {
+        let faces = (0..convex.face_count()).map(|f| convex.face(f).to_vec()).collect();
+        Self { faces, vertices: convex.vertices.clone() }
+    }
+}
+
+impl TryFrom<ConvexData> for Convex {
+    type Error = OcclusionError;
+
+    fn try_from(ConvexData { vertices, faces }: ConvexData) -> Result<Self, OcclusionError> {
+        let count = vertices.len();
+        check_indices(faces.iter().flatten().copied(), count)?;
+        if let [front, back] = &faces[..]
+            && back.is_empty()
+        {
+            let corners: Vec<_> = front.iter().map(|&v| vertices[v as usize]).collect();
+            return Self::from_one_sided_polygon(&corners);
+        }
+        if faces.iter().any(|corners| corners.len() < 3) {
+            return Err(OcclusionError::Empty);
+        }
+        // What closes has two sides; of more faces than a body has there would be no room for which are seen.
+        if !(2..=count * 2).contains(&faces.len()) {
+            return Err(OcclusionError::Open);
+        }
+        Self::from_loops(vertices, &faces)
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PatchData {
+    vertices: Vec<[f32; 3]>,
+    /// Its own, then those around it, each in the order of the surface.
+    triangles: Vec<[u32; 3]>,
+    /// How many are its own.
+    own: u32,
+    two_sided: bool,
+}
+
+impl From<&Patch> for PatchData {
+    fn from(patch: &Patch) -> Self {
+        Self {
+            vertices: patch.vertices().collect(),
+            triangles: patch.mesh.numbered().map(|(_, t)| t).collect(),
+            own: patch.triangle_count() as u32,
+            two_sided: patch.mesh.two_sided,
+        }
+    }
+}
+
+impl TryFrom<PatchData> for Patch {
+    type Error = OcclusionError;
+
+    fn try_from(data: PatchData) -> Result<Self, OcclusionError> {
+        let PatchData { vertices, triangles, own, two_sided } = data;
+        check_indices(triangles.iter().flatten().copied(), vertices.len())?;
+        let not_finite = |p: &[f32; 3]| !p.iter().all(|v| v.is_finite());
+        if let Some(vertex) = vertices.iter().position(not_finite) {
+            return Err(OcclusionError::NotFinite { vertex, position: vertices[vertex] });
+        }
+        if own as usize > triangles.len() {
+            return Err(OcclusionError::Range { start: 0, end: own, count: triangles.len() });
+        }
+        Ok(Adjacency::new(&vertices, &triangles, two_sided).patch(0..own))
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OccluderData {
+    shapes: Vec<Shape>,
+    /// How many of them, the last, are for views that begin within `sealed`.
+    near: u32,
+    sealed: Vec<Aabb>,
+}
+
+impl From<&Occluder> for OccluderData {
+    fn from(occluder: &Occluder) -> Self {
+        Self {
+            shapes: occluder.shapes().to_vec(),
+            near: occluder.near as u32,
+            sealed: occluder.sealed().to_vec(),
+        }
+    }
+}
+
+impl TryFrom<OccluderData> for Occluder {
+    type Error = OcclusionError;
+
+    fn try_from(data: OccluderData) -> Result<Self, OcclusionError> {
+        let OccluderData { mut shapes, near, sealed } = data;
+        let count = shapes.len();
+        let range = OcclusionError::Range { start: 0, end: near, count };
+        let far = count.checked_sub(near as usize).ok_or(range)?;
+        let near = shapes.split_off(far);
+        Ok(Self::new(shapes).with_sealed(sealed).with_near(near))
+    }
+}
+
+fn check_indices(
+    mut indices: impl Iterator<Item = u32>,
+    vertices: usize,
+) -> Result<(), OcclusionError> {
+    match indices.find(|&v| v as usize >= vertices) {
+        Some(index) => Err(OcclusionError::Index(index, vertices)),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,120 @@
+//! Test of one box, in f64: the oracle of [batches](super::batch).
+
+use super::super::raster::{OcclusionBuffer, ScreenBounds, TILE};
+use crate::bounds::Aabb;
+
+/// Result of a test against a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
+pub enum Visibility {
+    /// It reaches no pixel of the buffer: it is out of the view.
+    Outside,
+    /// A pixel that it may touch is open to it, or that cannot be told: it crosses the near plane, or is not finite.
+    Visible,
+    /// Everything of it that is in the view lies behind what is proved to be covered.
+    Hidden,
+}
+
+impl OcclusionBuffer {
+    /// Whether a box, given relative to the buffer's origin, is hidden. NaN and infinite boxes are visible, and
+    /// so is everything before [`begin`](Self::begin); an empty box is outside.
+    #[must_use]
+    pub fn test_box(&self, b: &Aabb) -> Visibility {
+        match self.project(b) {
+            Ok(Some(bounds)) if self.first_open(&bounds).is_none() => Visibility::Hidden,
+            Ok(None) => Visibility::Outside,
+            Ok(Some(_)) | Err(Unbounded) => Visibility::Visible,
+        }
+    }
+
+    /// The pixels that a box may touch, given relative to the buffer's origin; `None` where it reaches none, crosses
+    /// the near plane or is not finite.
+    #[must_use]
+    pub fn screen_bounds(&self, b: &Aabb) -> Option<ScreenBounds> {
+        self.project(b).ok().flatten()
+    }
+
+    /// The pixels that a box may touch; `None` where it reaches none.
+    fn project(&self, b: &Aabb) -> Result<Option<ScreenBounds>, Unbounded> {
+        if b.is_empty() {
+            return Ok(None);
+        }
+        let Some((screen, _)) = self.screen() else { return Err(Unbounded) };
+        let rows = screen.rows();
+        let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut nearest = f64::NEG_INFINITY;
+        let (mut crosses, mut behind) = (false, true);
+        for p in b.corners().map(|c| c.map(f64::from)) {
+            let sum = |r: [f64; 4]| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3];
+            let error = |r: [f64; 4]| {
+                let size =
+                    (r[0] * p[0]).abs() + (r[1] * p[1]).abs() + (r[2] * p[2]).abs() + r[3].abs();
+                size * 32.0 * f64::EPSILON
+            };
+            let [x, y, nearness, near, w] = rows.map(sum);
+            let [ex, ey, en, enear, ew] = rows.map(error);
+            // A NaN fails both.
+            if !(near >= -enear && w > 2.0 * ew) {
+                crosses = true;
+                behind &= near < -enear;
+                continue;
+            }
+            behind = false;
+            let low = w - ew;
+            let off =
+                |value: f64, error: f64| (error + value.abs() * ew) / low + value.abs() * 1e-15;
+            for (axis, (value, error)) in [(x / w, ex), (y / w, ey)].into_iter().enumerate() {
+                let off = off(value, error);
+                min[axis] = min[axis].min(value - off);
+                max[axis] = max[axis].max(value + off);
+            }
+            let value = nearness / w;
+            nearest = nearest.max(value + off(value, en));
+        }
+        if crosses {
+            return if behind { Ok(None) } else { Err(Unbounded) };
+        }
+        if !(min.iter().chain(&max).all(|v| v.is_finite()) && nearest.is_finite()) {
+            return Err(Unbounded);
+        }
+        let size = self.size().map(f64::from);
+        if (0..2).any(|a| max[a] < 0.0 || min[a] > size[a]) {
+            return Ok(None);
+        }
+        let pixel = |v: f64, a: usize| v.floor().clamp(0.0, size[a] - 1.0) as u32;
+        Ok(Some(ScreenBounds {
+            min: std::array::from_fn(|a| pixel(min[a], a)),
+            max: std::array::from_fn(|a| pixel(max[a], a)),
+            nearness: (nearest as f32).next_up(),
+        }))
+    }
+
+    /// The first pixel that lets some screen bounds through, tile by tile; `None` where they are covered.
+    pub(crate) fn first_open(&self, bounds: &ScreenBounds) -> Option<[u32; 2]> {
+        let ScreenBounds { min, max, nearness } = *bounds;
+        let (tile, all) = (TILE as u32, self.read());
+        for tile_row in min[1] / tile..=max[1] / tile {
+            for column in min[0] / tile..=max[0] / tile {
+                if all.far[tile_row as usize * all.columns + column as usize] > nearness {
+                    continue;
+                }
+                let (x0, y0) = (column * tile, tile_row * tile);
+                for y in min[1].max(y0)..=max[1].min(y0 + tile - 1) {
+                    for x in min[0].max(x0)..=max[0].min(x0 + tile - 1) {
+                        // A NaN nearness lets everything through.
+                        let is_nearer = self.nearness(x, y) > nearness;
+                        if !is_nearer {
+                            return Some([x, y]);
+                        }
+                    }
+                }
+            }
+        }
+        None
+    }
+}
+
+/// A box whose projection has no bounds.
+#[derive(Clone, Copy, Debug)]
+struct Unbounded;
