@@ -188,10 +188,36 @@ fn distant_place() -> impl Strategy<Value = [f64; 3]> {
     (array(), 0..8i32).prop_map(|(v, e)| v.map(|v| v * 10f64.powi(e)))
 }
 
+/// Every kind of projection, in wider ranges than [`projection`]: near at 0.001, narrow and very wide.
+fn extreme_projection() -> impl Strategy<Value = Projection> {
+    let far = prop_oneof![Just(f64::INFINITY), 10.0..1e5];
+    let window = || (0.01..2.0f64, 0.01..2.0f64, -1.0..1.0f64, -1.0..1.0f64, any::<bool>());
+    prop_oneof![
+        (0.05..3.0f64, 0.2..4.0f64, 0.001..1.0f64, far.clone()).prop_map(
+            |(fov_y_radians, aspect, near, far)| Projection::Perspective {
+                fov_y_radians,
+                aspect,
+                near,
+                far
+            }
+        ),
+        (window(), 0.01..1.0f64, far).prop_map(|((w, h, x, y, mirror), near, far)| {
+            let (left, right) = (x - w, x + w);
+            let (left, right) = if mirror { (right, left) } else { (left, right) };
+            Projection::OffCentre { left, right, bottom: y - h, top: y + h, near, far }
+        }),
+        (window(), -5.0..5.0f64, 1.0..1e3f64).prop_map(|((w, h, x, y, mirror), near, depth)| {
+            let (left, right) = if mirror { (x + w, x - w) } else { (x - w, x + w) };
+            let far = near + depth;
+            Projection::Orthographic { left, right, bottom: y - h, top: y + h, near, far }
+        }),
+    ]
+}
+
 /// A view of any projection, from anywhere up to 1e7 units away.
 pub fn distant_view() -> impl Strategy<Value = View> {
     let front = prop_oneof![Just(FrontFace::CounterClockwise), Just(FrontFace::Clockwise)];
-    (distant_place(), array(), projection(), depth(), front).prop_filter_map(
+    (distant_place(), array(), extreme_projection(), depth(), front).prop_filter_map(
         "no orientation",
         |(eye, direction, projection, depth, front)| {
             let camera = Camera { eye, direction, up: [0.1, 1.0, 0.2], projection };
