@@ -461,7 +461,7 @@ fn a_report_speaks_of_milliseconds_where_costs_are_known() {
     let saved = with["costs"]["saved_ms_per_view"].as_f64().unwrap();
     assert!(saved > 0.0 && (saved - ns / 3.0 * 1e-6).abs() < 1e-12, "{saved} of {ns}");
     let (lines, given) = report(&["--triangle-ns", "8"]);
-    assert!(lines.contains("8.0 ns a triangle, as --triangle-ns says"), "{lines}");
+    assert!(lines.contains("8.0 ns per triangle, as --triangle-ns says"), "{lines}");
     let all: f64 = removed.values().map(|n| n.as_f64().unwrap()).sum();
     let alike = given["costs"]["saved_ms_per_view"].as_f64().unwrap();
     assert!((alike - all * 8.0 / 3.0 * 1e-6).abs() < 1e-12, "{alike} for {all} triangles");

@@ -213,7 +213,7 @@ impl App {
                     Step::Throw(toggle) => match script::thrown(&self.session.state, toggle) {
                         Some(state) => self.session.state = state,
                         None => {
-                            self.session.tell(format!("'{toggle}' is not a part of a link"), true)
+                            self.session.tell(format!("'{toggle}' is not a part of a link"), true);
                         }
                     },
                     Step::Order(_, order) => order(&mut self.session),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use cullet::Preparation;
 use cullet::bounds::Plane;
-use cullet_cut::{CutModel, Keep, ModelError, ModelOptions, box_planes, cut_model};
+use cullet_cut::{CutModel, Keep, ModelError, ModelOptions, ModelReport, box_planes, cut_model};
 use glam::DVec3;
 
 use crate::state::{CutAway, Part, Shape};
@@ -43,25 +43,6 @@ pub fn planes(how: &CutAway, world: &World) -> Vec<Plane> {
     }
 }
 
-/// What came of a cut.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tally {
-    /// Things that no plane touches and that are kept.
-    pub untouched: u64,
-    /// Things that were cut.
-    pub cut: u64,
-    /// Things that are gone whole.
-    pub gone: u64,
-    /// Triangles of the caps.
-    pub cap_triangles: u64,
-    /// Their area, in squared units of the scene.
-    pub cap_area: f64,
-    /// Edges of surfaces that are open where they are cut, and so have no cap.
-    pub open_edges: u64,
-    /// Milliseconds that it took.
-    pub milliseconds: f32,
-}
-
 /// A cut scene.
 #[derive(Debug)]
 pub struct CutWorld {
@@ -70,7 +51,9 @@ pub struct CutWorld {
     /// The outlines, if they are wanted.
     pub outlines: Vec<Outline>,
     /// What came of it.
-    pub tally: Tally,
+    pub report: ModelReport,
+    /// Milliseconds that it took.
+    pub milliseconds: f32,
 }
 
 /// Cuts every instance of a scene, as [`cut_model`] does. Of a mesh that is left open, because it has no cap, both
@@ -114,16 +97,8 @@ pub fn cut(whole: &World, how: &CutAway) -> Result<CutWorld, String> {
     // The camera, the map and the cut itself go by the whole scene.
     let World { reach, centre, half, sides, .. } = *whole;
     let world = World { reach, centre, half, sides, ..World::new(model, whole.name.clone()) };
-    let tally = Tally {
-        untouched: report.instances_untouched,
-        cut: report.instances_cut,
-        gone: report.instances_dropped,
-        cap_triangles: report.cap_triangles,
-        cap_area: report.cap_area,
-        open_edges: report.open_edges,
-        milliseconds: (crate::task::clock() - began) as f32 * 1e-6,
-    };
-    Ok(CutWorld { world: Arc::new(world), outlines, tally })
+    let milliseconds = (crate::task::clock() - began) as f32 * 1e-6;
+    Ok(CutWorld { world: Arc::new(world), outlines, report, milliseconds })
 }
 
 /// The cut under way, and what is shown of the last one.
@@ -134,7 +109,9 @@ pub struct Cutting {
     /// The outlines of what is shown.
     pub outlines: Vec<Outline>,
     /// What came of the last cut.
-    pub tally: Tally,
+    pub report: ModelReport,
+    /// Milliseconds that it took.
+    pub milliseconds: f32,
     /// What was last cut, or found impossible.
     done: Option<CutAway>,
     task: Option<(CutAway, Task<Result<CutWorld, String>>)>,
@@ -178,7 +155,8 @@ impl Cutting {
         if let Some(result) = came {
             self.done = self.task.take().map(|(how, _)| how);
             return Some(result.map(|made| {
-                (self.outlines, self.tally) = (made.outlines, made.tally);
+                (self.outlines, self.report) = (made.outlines, made.report);
+                self.milliseconds = made.milliseconds;
                 made.world
             }));
         }
@@ -226,8 +204,8 @@ mod tests {
         ] {
             let inside = cut(&whole, &how).expect("cut");
             let outside = cut(&whole, &CutAway { part: Part::Outside, ..how }).expect("cut");
-            assert!(inside.tally.cut > 0 && inside.tally.cap_area > 0.0);
-            assert_eq!(inside.tally.open_edges, 0);
+            assert!(inside.report.instances_cut > 0 && inside.report.cap_area > 0.0);
+            assert_eq!(inside.report.open_edges, 0);
             let (sum, all) = (volume(&inside.world) + volume(&outside.world), volume(&whole));
             assert!((sum - all).abs() < all * 1e-4, "{sum} {all}");
             assert!(volume(&inside.world) > 0.0 && volume(&inside.world) < all);
@@ -260,7 +238,7 @@ mod tests {
     fn without_caps_both_sides_of_what_is_open_are_shown() {
         let whole = world("solids");
         let made = cut(&whole, &CutAway { caps: false, ..CutAway::default() }).expect("cut");
-        assert_eq!(made.tally.cap_triangles, 0);
+        assert_eq!(made.report.cap_triangles, 0);
         assert!(!made.outlines.is_empty(), "outlines need no caps");
         let scene = &made.world.model.scene;
         assert!(scene.slots().any(|s| scene.mesh(s).is_two_sided()));
@@ -271,7 +249,7 @@ mod tests {
         let whole = world("solids");
         let far = CutAway { at: 2.0, ..CutAway::default() };
         let made = cut(&whole, &far).expect("cut");
-        assert_eq!(made.tally.untouched, whole.counts.instances);
+        assert_eq!(made.report.instances_untouched, whole.counts.instances);
         assert_eq!(made.world.counts, whole.counts);
         let error = cut(&whole, &CutAway { part: Part::Outside, ..far }).expect_err("nothing");
         assert!(error.contains("leaves nothing"), "{error}");

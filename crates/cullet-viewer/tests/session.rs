@@ -338,7 +338,7 @@ fn a_cut_is_a_scene_of_its_own_and_goes_as_it_came() {
     settle(&mut session);
     let cut = session.world.clone().expect("cut");
     assert!(cut.counts.instances < whole.counts.instances && cut.counts.instances > 0);
-    assert!(session.cutting.tally.cap_triangles > 0 && !session.cutting.outlines.is_empty());
+    assert!(session.cutting.report.cap_triangles > 0 && !session.cutting.outlines.is_empty());
     assert_eq!((cut.reach, cut.centre), (whole.reach, whole.centre));
     let shown = session.decision.as_ref().expect("decided").visible.clone();
     assert!(without_times(shown) == direct(&session), "another answer than a fresh culler's");
@@ -347,7 +347,7 @@ fn a_cut_is_a_scene_of_its_own_and_goes_as_it_came() {
     settle(&mut session);
     let other = session.world.as_ref().expect("cut").counts;
     let both = other.instances + cut.counts.instances;
-    assert_eq!(both, whole.counts.instances + session.cutting.tally.cut);
+    assert_eq!(both, whole.counts.instances + session.cutting.report.instances_cut);
     session.face_cut();
     settle(&mut session);
     assert!(!compose(&session).panels.is_empty());
@@ -370,7 +370,7 @@ fn a_cut_that_leaves_nothing_is_told_and_what_was_shown_stays() {
     session.state.cut = CutAway { on: true, ..CutAway::default() };
     session.open(Source::of_text("city:sub=1"));
     settle(&mut session);
-    assert!(session.cutting.tally.cut > 0 && session.notices.is_empty());
+    assert!(session.cutting.report.instances_cut > 0 && session.notices.is_empty());
     assert_eq!(session.state.scene, "city:sub=1");
 }
 

@@ -137,7 +137,7 @@ pub(crate) fn run(args: &CutArgs, console: &Console) -> Outcome {
 
 fn print(args: &CutArgs, console: &Console, r: &ModelReport) {
     console.line(format!(
-        "{} before, {} after; of {} {} untouched, {} cut, {} gone",
+        "{} before, {} after; of {} {} untouched, {} cut, {} dropped",
         count(r.triangles_before, "triangle", "triangles"),
         grouped(r.triangles_after),
         count(r.instances_before, "instance", "instances"),

@@ -156,7 +156,7 @@ impl PaneDraw<'_> {
                         picked(pass, state, Picks::Indices, times(r, 3), entries);
                     }
                     (VertexSource::Pulled, What::Triangles(r)) => {
-                        pass.draw(times(from(&r), 3), entries)
+                        pass.draw(times(from(&r), 3), entries);
                     }
                     (VertexSource::Pulled, What::Picked(r)) => {
                         picked(pass, state, Picks::Corners, times(r, 3), entries);

@@ -70,12 +70,12 @@ pub(super) fn section(ui: &mut egui::Ui, session: &mut Session) {
         });
         return;
     }
-    let t = session.cutting.tally;
+    let t = &session.cutting.report;
     ui.weak(format!(
-        "{} instances cut, {} gone, {:.0} ms",
-        grouped(t.cut),
-        grouped(t.gone),
-        t.milliseconds
+        "{} instances cut, {} dropped, {:.0} ms",
+        grouped(t.instances_cut),
+        grouped(t.instances_dropped),
+        session.cutting.milliseconds
     ));
     if session.state.cut.caps {
         let open = match t.open_edges {
