@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
-use cullet::{Camera, Depth, Level, Projection, View};
+use cullet::{Camera, Depth, Projection, Simd, View};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A field of a million unit boxes, as an engine might hold them.
@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Once a frame: the planes; then one call fills a list that is reused from frame to frame.
     let planes = Planes::new(&view.frustum());
     let mut visible = Indices::new();
-    cull_boxes(Level::new(), &planes, &boxes, &mut visible);
+    cull_boxes(Simd::best(), &planes, &boxes, &mut visible);
     println!("{} of {} boxes may be visible", visible.len(), boxes.len());
     Ok(())
 }

@@ -45,7 +45,7 @@ pub(crate) fn write(recording: &Recording, path: &Path, console: &Console) -> Re
 #[cfg(test)]
 mod tests {
     use cullet::cull::occlusion::Occlusion;
-    use cullet::{Camera, Depth, Level, Projection};
+    use cullet::{Camera, Depth, Projection, Simd};
 
     use super::*;
 
@@ -61,7 +61,7 @@ mod tests {
         culler.cull_one(&scene, &view, &mut state, &mut result);
         let mut recording = Recording::default();
         record(&scene, &view, &culler, &mut recording);
-        let again = Recording::decode(&recording.encode()).unwrap().replay(Level::new()).unwrap();
+        let again = Recording::decode(&recording.encode()).unwrap().replay(Simd::best()).unwrap();
         assert_eq!((again.views, again.changed.len()), (1, 0));
         assert_eq!(again.drawn, result.funnel.occlusion.drawn);
         assert!(again.drawn > 0 && again.hidden > 0 && again.hidden < again.tested);

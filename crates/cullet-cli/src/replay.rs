@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use cullet::Level;
+use cullet::Simd;
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::Visibility;
 use cullet_command::console::{Console, count, grouped};
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &ReplayArgs, console: &Console) -> Outcome {
     let mut found = Differences::default();
     for _ in 0..args.times {
         let start = Instant::now();
-        found = recording.replay(Level::new()).map_err(|e| wrong(&e))?;
+        found = recording.replay(Simd::best()).map_err(|e| wrong(&e))?;
         best = best.min(start.elapsed().as_secs_f64());
     }
     console.line(format!(

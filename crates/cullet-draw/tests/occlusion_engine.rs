@@ -3,7 +3,7 @@
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Visibility};
-use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet::{Camera, Depth, Projection, Simd, Transform, View};
 use cullet_draw::{
     OccluderTriangles, Proof, ProofOptions, Prover, SampleOptions, Sampled, occluder_scene,
     sampled_boxes,
@@ -72,14 +72,14 @@ impl Occluder {
     fn draw(&self, buffer: &mut OcclusionBuffer) {
         if self.kind == Kind::Convex {
             let convex = Convex::from_box(&UNIT).unwrap();
-            return convex.draw(Level::new(), &mut buffer.band(), &self.transform);
+            return convex.draw(Simd::best(), &mut buffer.band(), &self.transform);
         }
         let count = self.indices.len() as u32 / 3;
         let ranges: Vec<_> =
             (0..count.div_ceil(11)).map(|k| k * 11..(k * 11 + 11).min(count)).collect();
         let cut = Patch::cut(&self.positions, &self.indices, &ranges, self.two_sided());
         for patch in cut.unwrap() {
-            patch.draw(Level::new(), &mut buffer.band(), &self.transform);
+            patch.draw(Simd::best(), &mut buffer.band(), &self.transform);
         }
     }
 

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{OcclusionBuffer, OcclusionError, Shape, Visibility};
-use cullet::{Level, Transform, View};
+use cullet::{Simd, Transform, View};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -159,7 +159,7 @@ impl Recording {
     ///
     /// # Errors
     /// Where a buffer cannot be made, or the first call is no view.
-    pub fn replay(&self, level: Level) -> Result<Differences, RecordingError> {
+    pub fn replay(&self, level: Simd) -> Result<Differences, RecordingError> {
         let mut found = Differences::default();
         let mut buffer: Option<OcclusionBuffer> = None;
         for (call, what) in (0..).zip(&self.calls) {

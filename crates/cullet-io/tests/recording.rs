@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Shape, Visibility};
-use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet::{Camera, Depth, Projection, Simd, Transform, View};
 use cullet_io::recording::{Recording, RecordingError};
 use cullet_testkit::at_every_level;
 use proptest::prelude::*;
@@ -31,7 +31,7 @@ impl Noted {
     }
 
     fn draw(&mut self, shape: &Shape, at: Transform) {
-        shape.draw(Level::new(), &mut self.buffer.band(), &at);
+        shape.draw(Simd::best(), &mut self.buffer.band(), &at);
         self.recording.draw(shape, &at);
     }
 
@@ -181,7 +181,7 @@ fn what_is_recorded_is_what_is_played() {
     for made in [gaps(), sheet(), floor()] {
         let again = Recording::decode(&made.encode()).unwrap();
         assert_eq!((again.len(), again.encode()), (made.len(), made.encode()));
-        let (one, two) = (made.replay(Level::new()).unwrap(), again.replay(Level::new()).unwrap());
+        let (one, two) = (made.replay(Simd::best()).unwrap(), again.replay(Simd::best()).unwrap());
         assert_eq!((one.changed.len(), &one), (0, &two));
         assert_eq!((one.views + one.drawn + one.tested) as usize, made.len());
     }
@@ -193,7 +193,7 @@ fn an_answer_that_was_wrong_is_found() {
     let target = cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]);
     assert_eq!(noted.test(target), Visibility::Visible);
     noted.recording.test(&target, Visibility::Hidden);
-    let found = noted.recording.replay(Level::new()).unwrap();
+    let found = noted.recording.replay(Simd::best()).unwrap();
     assert_eq!(found.changed.len(), 1);
     let changed = found.changed[0];
     assert_eq!(
@@ -235,7 +235,7 @@ fn bytes_that_are_none_are_refused_with_what_is_wrong() {
     let mut none = Recording::default();
     none.test(&Aabb::EMPTY, Visibility::Outside);
     let none = Recording::decode(&none.encode()).unwrap();
-    assert_eq!(none.replay(Level::new()).unwrap_err(), RecordingError::NoView(0));
+    assert_eq!(none.replay(Simd::best()).unwrap_err(), RecordingError::NoView(0));
 }
 
 proptest! {
@@ -252,7 +252,7 @@ proptest! {
             bytes[at] = value;
         }
         if let Ok(recording) = Recording::decode(&bytes) {
-            let found = recording.replay(Level::new());
+            let found = recording.replay(Simd::best());
             let refused = |e: &RecordingError| {
                 matches!(e, RecordingError::NoView(_) | RecordingError::Buffer { .. })
             };

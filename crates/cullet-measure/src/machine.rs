@@ -1,5 +1,6 @@
 //! The machine that something is measured on.
 
+use cullet::Simd;
 use serde::Serialize;
 
 /// The machine of a run.
@@ -30,7 +31,12 @@ impl Machine {
             arch: std::env::consts::ARCH,
             cpu,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            level: cullet::cull::frustum::batch::levels()[0].0,
+            level: Simd::best().name(),
         }
     }
+}
+
+/// The SIMD levels that this machine and this build have, best first, with their names.
+pub(crate) fn levels() -> Vec<(&'static str, Simd)> {
+    Simd::all().into_iter().map(|simd| (simd.name(), simd)).collect()
 }

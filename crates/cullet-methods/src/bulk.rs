@@ -1,7 +1,7 @@
 //! Bulk tests: many triangles or clusters against one eye, sixty-four at a time: the answer as a mask of what is culled, a count, or
 //! the ascending list of what is kept.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::cull::Indices;
 use cullet::cull::backface::{BackfaceMask, Facing, NormalMasks, Planes8};
 
@@ -18,17 +18,17 @@ pub trait Bulk<E: Copy> {
     ///
     /// # Panics
     /// If the words reach beyond the last one's.
-    fn cull_words(&self, level: Level, eye: E, first: usize, culled: &mut [u64]);
+    fn cull_words(&self, level: Simd, eye: E, first: usize, culled: &mut [u64]);
 
     /// Sets bit i of `culled` where i is culled; bits beyond the last are 0.
-    fn cull(&self, level: Level, eye: E, culled: &mut Vec<u64>) {
+    fn cull(&self, level: Simd, eye: E, culled: &mut Vec<u64>) {
         // Every word is overwritten.
         culled.resize(self.count_all().div_ceil(64), 0);
         self.cull_words(level, eye, 0, culled);
     }
 
     /// How many are culled.
-    fn count(&self, level: Level, eye: E) -> u64 {
+    fn count(&self, level: Simd, eye: E) -> u64 {
         let mut count = 0;
         self.each(level, eye, |_, words| {
             count += words.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
@@ -37,7 +37,7 @@ pub trait Bulk<E: Copy> {
     }
 
     /// Lists what is *not* culled, ascending.
-    fn keep(&self, level: Level, eye: E, kept: &mut Indices) {
+    fn keep(&self, level: Simd, eye: E, kept: &mut Indices) {
         let len = self.count_all();
         kept.clear();
         self.each(level, eye, |first, words| {
@@ -47,7 +47,7 @@ pub trait Bulk<E: Copy> {
 
     /// Lists what is *not* culled of those words whose bit in `wanted` is set, ascending: for clusters of 64 triangles
     /// of which only some want a test of each triangle. Bits beyond the last word are ignored.
-    fn keep_in(&self, level: Level, eye: E, wanted: &[u64], kept: &mut Indices) {
+    fn keep_in(&self, level: Simd, eye: E, wanted: &[u64], kept: &mut Indices) {
         let (len, mut block) = (self.count_all(), [0; AT_ONCE]);
         kept.clear();
         for (i, &bits) in wanted.iter().enumerate() {
@@ -65,7 +65,7 @@ pub trait Bulk<E: Copy> {
     }
 
     /// Calls `take` with the masks of some words at a time, and the number of the first.
-    fn each(&self, level: Level, eye: E, mut take: impl FnMut(usize, &mut [u64])) {
+    fn each(&self, level: Simd, eye: E, mut take: impl FnMut(usize, &mut [u64])) {
         let mut block = [0; AT_ONCE];
         let words = self.count_all().div_ceil(64);
         for first in (0..words).step_by(AT_ONCE) {
@@ -77,7 +77,7 @@ pub trait Bulk<E: Copy> {
 }
 
 /// Appends the numbers of what words `first..` of the mask of what is culled of `len` keep.
-fn append_kept(level: Level, len: usize, first: usize, culled: &mut [u64], kept: &mut Indices) {
+fn append_kept(level: Simd, len: usize, first: usize, culled: &mut [u64], kept: &mut Indices) {
     for word in culled.iter_mut() {
         *word = !*word;
     }
@@ -92,7 +92,7 @@ impl Bulk<[f64; 4]> for Planes8 {
         self.len()
     }
 
-    fn cull_words(&self, level: Level, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, level: Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
         match self.eye(eye, Facing::Back, 0.0) {
             Some(eye) => Self::cull_words(self, level, &eye, first, culled),
             None => culled.fill(0),
@@ -105,7 +105,7 @@ impl Bulk<&BackfaceMask> for NormalMasks {
         self.len()
     }
 
-    fn cull_words(&self, level: Level, mask: &BackfaceMask, first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, level: Simd, mask: &BackfaceMask, first: usize, culled: &mut [u64]) {
         Self::cull_words(self, level, mask, first, culled);
     }
 }

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks, ViewCone};
 
@@ -135,7 +135,7 @@ impl Groups {
     /// nothing.
     pub fn masks(
         &self,
-        level: Level,
+        level: Simd,
         grid: &MaskGrid,
         eye: [f64; 4],
     ) -> impl Iterator<Item = BackfaceMask> {
@@ -152,7 +152,7 @@ impl Groups {
     /// If there are not as many masks as triangles.
     pub fn cull(
         &self,
-        level: Level,
+        level: Simd,
         grid: &MaskGrid,
         masks: &NormalMasks,
         eye: [f64; 4],
@@ -190,7 +190,7 @@ impl Groups {
     #[must_use]
     pub fn cull_ref(&self, grid: &MaskGrid, masks: &NormalMasks, eye: [f64; 4]) -> Vec<u64> {
         let mut culled = vec![0; masks.len().div_ceil(64)];
-        for (range, mask) in self.ranges.iter().zip(self.masks(Level::baseline(), grid, eye)) {
+        for (range, mask) in self.ranges.iter().zip(self.masks(Simd::best(), grid, eye)) {
             for i in
                 (range.start as usize..range.end as usize).filter(|&i| mask.culls(masks.get(i)))
             {

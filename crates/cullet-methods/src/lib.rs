@@ -17,7 +17,7 @@
 //! | [`back_regions`] | connected regions of what faces away | how small clusters must be |
 //!
 //! ```
-//! use cullet::Level;
+//! use cullet::Simd;
 //! use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 //! use cullet_methods::Bulk;
 //! use cullet_methods::cluster::{Bound, ClusterBounds, NormalBox, NormalCone};
@@ -29,7 +29,7 @@
 //!     let bounds: ClusterBounds<B> =
 //!         clusters.into_iter().map(|t| B::fit(&ClusterPlanes::new([t]))).collect();
 //!     let mut culled = Vec::new();
-//!     bounds.cull(Level::new(), [0.3, 2.0, 0.3, 1.0], &mut culled);
+//!     bounds.cull(Simd::best(), [0.3, 2.0, 0.3, 1.0], &mut culled);
 //!     culled
 //! }
 //! assert_eq!(culled::<EllipticCone>([up, down]), [0b10]);
@@ -48,6 +48,7 @@ mod planes16;
 mod planes32;
 pub mod screen;
 pub mod sectors;
+mod simd;
 
 pub use back_regions::back_regions;
 pub use bulk::Bulk;
@@ -55,3 +56,5 @@ pub use groups::Groups;
 pub use patch::{BezierPatch, PatchError};
 pub use planes16::Planes16;
 pub use planes32::Planes32;
+#[doc(hidden)]
+pub use simd::level_of;

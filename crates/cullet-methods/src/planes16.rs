@@ -1,10 +1,10 @@
 //! Triangle planes quantised to 16 bits: twice the memory of the engine's, and no quicker at any level.
 
-use cullet::Level;
 use fearless_simd::{Simd, dispatch, i16x16, i32x8, prelude::*};
 
 use crate::bulk::Bulk;
 use crate::planes::Frame;
+use crate::simd::level_of;
 
 /// The largest number of a quantised eye: 14 bits and a sign, so that four products with a plane fit into 32 bits.
 const EYE_LIMIT: f64 = 8191.0;
@@ -83,11 +83,11 @@ impl Bulk<[f64; 4]> for Planes16 {
         self.len
     }
 
-    fn cull_words(&self, level: Level, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, level: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
         let Some(eye) = self.eye(eye) else { return culled.fill(0) };
         let range = first * 64..(first + culled.len()) * 64;
         let (xy, zd) = (&self.xy[range.clone()], &self.zd[range]);
-        dispatch!(level, simd => cull16(simd, xy, zd, eye, error_bound(eye), culled));
+        dispatch!(level_of(level), simd => cull16(simd, xy, zd, eye, error_bound(eye), culled));
     }
 }
 

@@ -1,10 +1,10 @@
 //! Triangle planes in f32: 16 bytes each, the reference of the quantised forms in size and speed.
 
-use cullet::Level;
 use fearless_simd::{Simd, dispatch, prelude::*};
 
 use crate::bulk::Bulk;
 use crate::planes::Frame;
+use crate::simd::level_of;
 
 /// Planes of a mesh's triangles in sixteen bytes each.
 #[derive(Clone, Debug)]
@@ -76,10 +76,10 @@ impl Bulk<[f64; 4]> for Planes32 {
         self.len
     }
 
-    fn cull_words(&self, level: Level, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, level: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
         let Some(eye) = self.relative(eye) else { return culled.fill(0) };
         let blocks = &self.blocks[first * 4..(first + culled.len()) * 4];
-        dispatch!(level, simd => words(simd, blocks, eye, culled));
+        dispatch!(level_of(level), simd => words(simd, blocks, eye, culled));
     }
 }
 

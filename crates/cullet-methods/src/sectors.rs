@@ -6,7 +6,7 @@
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{BackfaceMask, MaskGrid, ViewCone};
 use cullet::view::FrustumPlane;
-use cullet::{Frustum, Level};
+use cullet::{Frustum, Simd};
 use glam::{DMat3, DVec3};
 use thiserror::Error;
 
@@ -39,7 +39,7 @@ pub enum MaskUse {
 /// If the view is no camera's, or its sides do not meet in four lines of sight.
 pub fn mask_of_corners(
     grid: &MaskGrid,
-    level: Level,
+    level: Simd,
     directions: &[[f64; 3]; 4],
     purpose: MaskUse,
 ) -> Result<BackfaceMask, SectorError> {
@@ -88,7 +88,7 @@ pub struct SectorMasks {
 /// parallelogram, in the order of a walk around it.
 pub fn mask_of_sectors(
     grid: &MaskGrid,
-    level: Level,
+    level: Simd,
     directions: &[[f64; 3]; 4],
     k: usize,
     purpose: MaskUse,

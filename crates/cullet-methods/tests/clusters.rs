@@ -1,7 +1,7 @@
 //! Bounds of clusters: never behind where a triangle is in front, the same answers at every level and
 //! from frame to frame.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::cull::Indices;
 use cullet::cull::backface::{ClusterEye, ClusterPlanes, EllipticCone};
 use cullet_methods::Bulk;
@@ -214,7 +214,7 @@ fn batches_answer_as_single_bounds_do() {
 }
 
 fn tracks<B: Bound>(name: &str, clusters: &[(usize, ClusterPlanes, Vec<Triangle>)]) {
-    let level = Level::new();
+    let level = Simd::best();
     let fits: Vec<Option<B>> = clusters.iter().map(|(_, p, _)| B::fit(p)).collect();
     let bounds: ClusterBounds<B> = fits.iter().copied().collect();
     let mut tracker: ClusterTracker<B> = fits.iter().copied().collect();

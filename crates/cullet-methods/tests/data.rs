@@ -1,7 +1,7 @@
 //! Bounds of clusters on real models: how much of the ideal each finds, and nothing wrong.
 
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
-use cullet::{Level, Mesh, MeshData};
+use cullet::{Mesh, MeshData, Simd};
 use cullet_methods::Bulk;
 use cullet_methods::cluster::{
     Bound, ClusterBounds, ClusterTracker, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin,
@@ -37,7 +37,7 @@ fn clusters(path: &str) -> Option<Clusters> {
 /// checked triangle by triangle.
 fn culled<B: Bound>(clusters: &Clusters, far: f64) -> f64 {
     let bounds: ClusterBounds<B> = clusters.planes.iter().map(B::fit).collect();
-    share(clusters, far, |eye, words| bounds.cull(Level::new(), eye, words))
+    share(clusters, far, |eye, words| bounds.cull(Simd::best(), eye, words))
 }
 
 fn share(clusters: &Clusters, far: f64, mut cull: impl FnMut([f64; 4], &mut Vec<u64>)) -> f64 {
@@ -75,8 +75,8 @@ fn looked_at<B: Bound>(clusters: &Clusters, step: f64) -> f64 {
         let far = 3.0 * clusters.radius;
         let [x, y, z] = clusters.centre;
         let eye = [x + far * angle.cos(), y + 0.2 * far, z + far * angle.sin(), 1.0];
-        bounds.cull(Level::new(), eye, &mut expected);
-        assert_eq!(tracker.update(Level::new(), eye), expected);
+        bounds.cull(Simd::best(), eye, &mut expected);
+        assert_eq!(tracker.update(Simd::best(), eye), expected);
         if frame > 0 {
             looked += tracker.looked_at();
         }
@@ -113,7 +113,7 @@ fn check(path: &str, elliptic: f64, pyramid: f64) {
         print("box", culled::<NormalBox>(&clusters, far));
         let best: ClusterBounds<NormalBox> =
             clusters.planes.iter().map(NormalBox::fit_best).collect();
-        let best = share(&clusters, far, |eye, words| best.cull(Level::new(), eye, words));
+        let best = share(&clusters, far, |eye, words| best.cull(Simd::best(), eye, words));
         print("box, best of nine", best);
         print("box at origin", culled::<NormalBoxAtOrigin>(&clusters, far));
     }

@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Sphere};
 use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks};
-use cullet::{Camera, Level, Projection};
+use cullet::{Camera, Projection, Simd};
 use cullet_methods::Groups;
 use cullet_methods::sectors::{
     MaskUse, SectorError, corner_directions, mask_of_corners, mask_of_sectors,
@@ -99,7 +99,7 @@ fn groups_of_the_caller_are_any_ranges() {
     let groups = Groups::of_ranges(&positions, &indices, &[3..70, 70..70, 130..131, 200..450]);
     let mut culled = Vec::new();
     let eye = eye_at([0.0, 0.0, 1.0], 20.0);
-    groups.cull(Level::new(), &grid, &masks, eye, &mut culled);
+    groups.cull(Simd::best(), &grid, &masks, eye, &mut culled);
     assert_eq!(culled, groups.cull_ref(&grid, &masks, eye));
     let grouped = |i: usize| (3..70).contains(&i) || i == 130 || (200..450).contains(&i);
     assert!((0..500).all(|i| culled[i / 64] >> (i % 64) & 1 == 0 || grouped(i)));
@@ -125,7 +125,7 @@ fn sixty_four_groups_of_the_bunny() {
         for i in 0..200 {
             let d = fibonacci(i, 200);
             let eye = [0, 1, 2].map(|k: usize| centre[k] + d[k] * 3.0 * radius);
-            groups.cull(Level::new(), &grid, &masks, [eye[0], eye[1], eye[2], 1.0], &mut culled);
+            groups.cull(Simd::best(), &grid, &masks, [eye[0], eye[1], eye[2], 1.0], &mut culled);
             total += ones(&culled);
         }
         let percent = total as f64 / (2 * masks.len()) as f64;
@@ -152,9 +152,9 @@ fn sectors_cull_more_and_nothing_in_front() {
         let camera = Camera { eye, direction, up: [0.1, 1.0, 0.2], projection };
         let frustum = camera.frustum().expect("a good camera");
         let corners = corner_directions(&frustum).expect("a perspective");
-        let whole = mask_of_corners(&grid, Level::new(), &corners, MaskUse::Camera).expect("it");
+        let whole = mask_of_corners(&grid, Simd::best(), &corners, MaskUse::Camera).expect("it");
         for (slot, k) in [1, 2, 4, 8].into_iter().enumerate() {
-            let sectors = mask_of_sectors(&grid, Level::new(), &corners, k, MaskUse::Camera)
+            let sectors = mask_of_sectors(&grid, Simd::best(), &corners, k, MaskUse::Camera)
                 .expect("sectors");
             assert_eq!(sectors.side(), k);
             if k == 1 {
@@ -190,7 +190,7 @@ fn sectors_cull_more_and_nothing_in_front() {
 fn sectors_of_what_has_none_are_refused() {
     let grid = MaskGrid::new(4).expect("a good N");
     let corners = [[-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]];
-    let make = |corners, k, purpose| mask_of_sectors(&grid, Level::new(), corners, k, purpose);
+    let make = |corners, k, purpose| mask_of_sectors(&grid, Simd::best(), corners, k, purpose);
     let other = MaskUse::ShadowOrReflection;
     assert_eq!(make(&corners, 2, other).err(), Some(SectorError::NotACameraView));
     assert_eq!(make(&corners, 0, MaskUse::Camera).err(), Some(SectorError::NoCorners));

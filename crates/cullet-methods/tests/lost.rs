@@ -4,7 +4,7 @@
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::backface::{MaskGrid, NormalMasks, Planes8, ViewCone};
-use cullet::{Level, Mesh, MeshData};
+use cullet::{Mesh, MeshData, Simd};
 use cullet_methods::cluster::{
     Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalBoxAtOrigin, NormalBoxTurned,
     NormalCone, Pyramid,
@@ -32,13 +32,13 @@ impl Form {
 
     fn bound<B: Bound + 'static>(name: &str, planes: &[ClusterPlanes]) -> Self {
         let bounds: ClusterBounds<B> = planes.iter().map(B::fit).collect();
-        Self::new(name, true, move |eye, words| bounds.cull(Level::new(), eye, words))
+        Self::new(name, true, move |eye, words| bounds.cull(Simd::best(), eye, words))
     }
 }
 
 fn forms(mesh: &Mesh, sphere: Sphere) -> Vec<Form> {
     let (positions, indices) = (mesh.positions(), mesh.indices());
-    let level = Level::new();
+    let level = Simd::best();
     let mut forms = Vec::new();
     for n in [4, 16] {
         let grid = MaskGrid::new(n).expect("in range");

@@ -7,7 +7,7 @@ use std::time::Instant;
 use cullet::bounds::Aabb;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::hierarchy::spatial_order;
-use cullet::{Level, Mesh, MeshData};
+use cullet::{Mesh, MeshData, Simd};
 use cullet_methods::Bulk;
 use cullet_methods::cluster::{Bound, ClusterCut, ClusterNodes, NormalCone, join};
 use cullet_testkit::models::model;
@@ -78,7 +78,7 @@ fn nodes_prove_all_that_clusters_do_and_nothing_wrong() {
                 check_truth(&clusters, eye, &cut);
                 let mut flat = Vec::new();
                 for (bounds, mask) in nodes.clusters().iter().zip([cut.culled(), cut.front()]) {
-                    bounds.cull(Level::new(), eye, &mut flat);
+                    bounds.cull(Simd::best(), eye, &mut flat);
                     for i in (0..count).filter(|&i| bit(&flat, i)) {
                         // An empty cluster has no bound, and goes with its node, whichever way.
                         assert!(bit(mask, i), "cluster {i} of {count}, bend {bend}");
@@ -90,7 +90,7 @@ fn nodes_prove_all_that_clusters_do_and_nothing_wrong() {
     }
     assert!(fewer > 100, "nodes saved blocks only {fewer} times: the test tests little");
     let nodes = ClusterNodes::<EllipticCone>::fit(&[ClusterPlanes::new([[[0.0; 3]; 3]])]);
-    nodes.cull(Level::new(), [f64::NAN, 0.0, 0.0, 1.0], &mut cut);
+    nodes.cull(Simd::best(), [f64::NAN, 0.0, 0.0, 1.0], &mut cut);
     assert_eq!((cut.culled(), cut.front()), (&[0][..], &[0][..]));
 }
 
@@ -150,12 +150,12 @@ fn measure<B: Bound>(name: &str, mesh: &Mesh, clusters: &[Vec<Corners>]) {
     let (mut cut, mut flat) = (ClusterCut::new(), [Vec::new(), Vec::new()]);
     let (mut culled, mut culled_flat, mut blocks) = (0, 0, 0);
     for (i, &eye) in eyes.iter().enumerate() {
-        nodes.cull(Level::new(), eye, &mut cut);
+        nodes.cull(Simd::best(), eye, &mut cut);
         if i % 10 == 0 {
             check_truth(clusters, eye, &cut);
         }
         culled += cut.culled().iter().map(|w| w.count_ones()).sum::<u32>();
-        culled_flat += nodes.clusters()[0].count(Level::new(), eye) as u32;
+        culled_flat += nodes.clusters()[0].count(Simd::best(), eye) as u32;
         blocks += cut.blocks_asked();
     }
     assert!(culled >= culled_flat && culled > 0);
@@ -167,10 +167,10 @@ fn measure<B: Bound>(name: &str, mesh: &Mesh, clusters: &[Vec<Corners>]) {
         });
         rounds.fold(f64::INFINITY, f64::min)
     };
-    let walked = time(&mut |eye| nodes.cull(Level::new(), eye, &mut cut));
+    let walked = time(&mut |eye| nodes.cull(Simd::best(), eye, &mut cut));
     let swept = time(&mut |eye| {
         for (bounds, mask) in nodes.clusters().iter().zip(&mut flat) {
-            bounds.cull(Level::new(), eye, mask);
+            bounds.cull(Simd::best(), eye, mask);
         }
     });
     let share = |n: u32| 100.0 * f64::from(n) / (clusters.len() * eyes.len()) as f64;

@@ -1,7 +1,7 @@
 //! What is kept because nothing is proved: eyes that are none, and spheres.
 
-use cullet::Level;
 use cullet::MeshData;
+use cullet::Simd;
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{
     BackfaceMask, ClusterPlanes, EllipticCone, MaskGrid, Planes8, ViewCone,
@@ -41,10 +41,10 @@ fn numbers_out_of_range_keep_everything() {
     let corners = indices.as_chunks::<3>().0.iter().map(|t| t.map(|v| positions[v as usize]));
     let fits = corners.map(|t| EllipticCone::fit(&ClusterPlanes::new([t])));
     let bounds: ClusterBounds<EllipticCone> = fits.collect();
-    assert_eq!(bounds.count(Level::new(), FAR), 3);
+    assert_eq!(bounds.count(Simd::best(), FAR), 3);
     let groups = Groups::kd(positions, indices, 2);
     let grid = MaskGrid::new(16).expect("in range");
-    let level = Level::new();
+    let level = Simd::best();
     let mut eyes = vec![[0.0; 4], [3.0, 5.0, 7.0, -1.0]];
     for k in 0..4 {
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

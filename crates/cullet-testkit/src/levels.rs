@@ -1,6 +1,6 @@
 //! Every SIMD level.
 
-use cullet::Level;
+use cullet::Simd;
 
 /// Runs a block once at every SIMD level of this machine and build, the best first and the scalar one among them where
 /// the engine is built with it (`force_support_fallback`, as `cargo xtask test` does): a loop, so that the block may
@@ -30,8 +30,8 @@ macro_rules! at_every_level {
 }
 
 /// The levels, with their names.
-pub fn levels() -> Vec<(&'static str, Level)> {
-    cullet::cull::frustum::batch::levels()
+pub fn levels() -> Vec<(&'static str, Simd)> {
+    Simd::all().into_iter().map(|simd| (simd.name(), simd)).collect()
 }
 
 /// Says at which level a test failed.

@@ -5,7 +5,7 @@ use cullet::cull::backface::ClusterEye;
 use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, ViewCone};
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::backface::{ObjectEye, ViewEye};
-use cullet::{Level, Mesh, Transform, View};
+use cullet::{Mesh, Simd, Transform, View};
 use cullet_methods::Groups;
 use cullet_methods::cluster::{Bound, CullingRegion, NormalBox, NormalCone, Pyramid};
 use glam::{DMat3, DVec3};
@@ -34,7 +34,7 @@ impl Cube {
     #[must_use]
     pub fn new(cells: u32, cone: Option<ViewCone>) -> Option<Self> {
         let (grid, cone) = (MaskGrid::new(cells)?, cone?);
-        let mask = grid.mask(Level::new(), Some(&cone));
+        let mask = grid.mask(Simd::best(), Some(&cone));
         let away = mask.bytes().iter().map(|b| b.count_ones()).sum();
         Some(Self { cone, grid, mask, away })
     }
@@ -144,7 +144,7 @@ impl Seen<'_> {
         let (mesh, Some(grid)) = (self.mesh, MaskGrid::new(study.cells)) else { return Vec::new() };
         let groups = Groups::kd(mesh.positions(), mesh.indices(), study.groups as usize);
         let mut all = Vec::new();
-        for (range, mask) in groups.ranges().iter().zip(groups.masks(Level::new(), &grid, eye)) {
+        for (range, mask) in groups.ranges().iter().zip(groups.masks(Simd::best(), &grid, eye)) {
             let triangles = &groups.order()[range.start as usize..range.end as usize];
             let behind = |t: &&u32| {
                 self.wound(**t).is_some_and(|corners| mask.culls(grid.encode_triangle(corners)))

@@ -70,13 +70,13 @@ mod matrix;
 pub mod mesh;
 mod prepared;
 mod scene;
+mod simd;
 mod transform;
 pub mod view;
 mod visible;
 
 pub use costs::{Costs, CostsError, DrawingCosts, OccluderCosts};
 pub use culler::{Backface, CullError, Culler, Explanation, Output, ShadowView, Step, ViewState};
-pub use fearless_simd::Level;
 pub use funnel::{
     Counts, FrustumWork, Funnel, FunnelRow, OcclusionTimes, OcclusionWork, Reason, Stage, Unit,
 };
@@ -87,6 +87,7 @@ pub use prepared::{Preparation, Prepared};
 pub use scene::{
     BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneBoundsMut, SceneError, Stray,
 };
+pub use simd::Simd;
 pub use transform::Transform;
 pub use view::{Camera, CullFace, Depth, FrontFace, Frustum, Projection, View};
 pub use visible::{

@@ -6,7 +6,7 @@ use cullet::cull::frustum::tree::Coherent;
 use cullet::cull::occlusion::Occlusion;
 use cullet::hierarchy::Hierarchy;
 use cullet::{
-    Culler, DrawList, Instance, Level, Output, Preparation, Scene, Transform, View, ViewState,
+    Culler, DrawList, Instance, Output, Preparation, Scene, Simd, Transform, View, ViewState,
     Visible,
 };
 use cullet_testkit::memory::{Counting, allocations_of};
@@ -77,7 +77,7 @@ fn steady_state_allocates_nothing() {
             for step in [0.0, 1e-6, 2e-6] {
                 let frustum = view.frustum().relative_to([step, 0.0, 0.0]);
                 let planes = Planes::new(&frustum);
-                coherent.cull(Level::new(), &planes, h.nodes(), h.boxes(), h.change_version());
+                coherent.cull(Simd::best(), &planes, h.nodes(), h.boxes(), h.change_version());
                 answered += coherent.answered();
             }
         }

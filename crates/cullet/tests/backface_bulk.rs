@@ -1,7 +1,7 @@
 //! Normal masks and quantised planes: never a front face, the same at every level, and a floor on how
 //! much they cull.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::bounds::Sphere;
 use cullet::cull::Indices;
 use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, ViewCone};
@@ -91,7 +91,7 @@ fn nothing_in_front_is_culled() {
         }
         let prepared = planes8.eye(eye, Facing::Back, 0.0).expect("an eye");
         by8 += ones(&planes8.cull_ref(&prepared));
-        let mask = grids[3].mask(Level::new(), cone.as_ref());
+        let mask = grids[3].mask(Simd::best(), cone.as_ref());
         by_mask += ones(&masks[3].cull_ref(&mask));
     }
     println!("of {exact}: 8 bits {by8}, masks {by_mask}");

@@ -342,7 +342,7 @@ proptest! {
         let Some(eye) = planes.eye(&object) else { return Ok(()) };
         prop_assert_eq!(eye.facing(), object.culled_side());
         let mut words = vec![0; mesh.triangle_count().div_ceil(64) as usize];
-        let level = cullet::Level::new();
+        let level = cullet::Simd::best();
         planes.cull_words(level, &eye, 0, &mut words);
         for t in 0..mesh.triangle_count() {
             if words[t as usize / 64] >> (t % 64) & 1 == 1 {

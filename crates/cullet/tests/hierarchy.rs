@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::bounds::{Aabb, Boxes, Side};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{self, Planes, mask_words};
@@ -58,8 +58,8 @@ fn the_walk_is_the_sweep_for_any_number_of_boxes() {
         let unsorted: Vec<_> = (0..len).map(|_| random_box(&mut rng)).collect();
         let order = spatial_order(&unsorted);
         let mut boxes = Boxes::new();
-        boxes.gather(Level::new(), &unsorted, &order);
-        let nodes = Nodes::over(Level::new(), &boxes);
+        boxes.gather(Simd::best(), &unsorted, &order);
+        let nodes = Nodes::over(Simd::best(), &boxes);
         nodes.validate(&boxes).expect("just built");
         // Some that lie under no node.
         (0..rng.below(3) * 70).for_each(|_| boxes.push(&random_box(&mut rng)));
@@ -207,7 +207,7 @@ fn a_refit_makes_nodes_as_tight_as_new_ones() {
             h.set_bounds(handle, &random_box(&mut rng)).expect("it is there");
         }
         h.refit();
-        let fresh = Nodes::over(Level::new(), h.boxes());
+        let fresh = Nodes::over(Simd::best(), h.boxes());
         for (ours, new) in h.nodes().levels().iter().zip(fresh.levels()) {
             assert_eq!(ours.as_floats(), new.as_floats());
         }
@@ -239,9 +239,9 @@ fn slices_keep_a_world_in_motion_sorted() {
     let drifted = h.validate().expect("valid").surface[0];
     let mut left_alone = Boxes::new();
     let order = spatial_order(&start);
-    left_alone.gather(Level::new(), &places, &order);
+    left_alone.gather(Simd::best(), &places, &order);
     let left_alone =
-        Nodes::over(Level::new(), &left_alone).validate(&left_alone).expect("valid").surface[0];
+        Nodes::over(Simd::best(), &left_alone).validate(&left_alone).expect("valid").surface[0];
     h.commit();
     let fresh = h.validate().expect("valid").surface[0];
     assert!(drifted < 1.5 * fresh, "{drifted} after slices, {fresh} when sorted anew");
@@ -280,7 +280,7 @@ fn what_is_inserted_in_order_need_not_be_sorted() {
 #[test]
 fn a_stale_node_is_found() {
     let boxes = Boxes::from_slice(&[Aabb::new([0.0; 3], [1.0; 3]); 100]);
-    let nodes = Nodes::over(Level::new(), &boxes);
+    let nodes = Nodes::over(Simd::best(), &boxes);
     let statistics = nodes.validate(&boxes).expect("fresh");
     assert_eq!(statistics.nodes, [7]);
     let mut moved = boxes.clone();
@@ -297,9 +297,9 @@ fn a_million_alike_and_a_world_of_one() {
     for len in [1, 1_000_000] {
         let (h, _) = Hierarchy::build(&vec![one; len]).expect("fits");
         let mut cut = Cut::new();
-        cut.cull(Level::new(), &planes, h.nodes(), h.boxes());
+        cut.cull(Simd::best(), &planes, h.nodes(), h.boxes());
         let mut flat = Indices::new();
-        batch::cull_boxes(Level::new(), &planes, h.boxes(), &mut flat);
+        batch::cull_boxes(Simd::best(), &planes, h.boxes(), &mut flat);
         assert_eq!(cut.count(), flat.len());
         assert!(flat.len() == len || flat.is_empty());
     }

@@ -6,7 +6,7 @@ use cullet::bounds::{Aabb, Plane};
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::{Coherent, Cut};
 use cullet::hierarchy::{Handle, Hierarchy};
-use cullet::{Camera, Frustum, Level, Projection};
+use cullet::{Camera, Frustum, Projection, Simd};
 use cullet_testkit::{Rng, at_every_level};
 use glam::{DQuat, DVec3};
 
@@ -95,7 +95,7 @@ impl Walker {
 }
 
 /// One frame, both ways; returns how many blocks were answered from memory.
-fn same(level: Level, planes: &Planes, h: &Hierarchy, version: u64, state: &mut Coherent) -> u64 {
+fn same(level: Simd, planes: &Planes, h: &Hierarchy, version: u64, state: &mut Coherent) -> u64 {
     let mut cold = Cut::new();
     cold.cull(level, planes, h.nodes(), h.boxes());
     state.cull(level, planes, h.nodes(), h.boxes(), version);
@@ -148,7 +148,7 @@ fn many_planes_and_odd_ones_are_no_trap() {
                 };
                 let _ = frustum.push(Plane::new(*normal, odd));
             }
-            same(Level::new(), &Planes::new(&frustum), &h, 0, &mut state);
+            same(Simd::best(), &Planes::new(&frustum), &h, 0, &mut state);
         }
     }
 }
@@ -193,8 +193,8 @@ fn what_moves_is_asked_again() {
         }
         version += u64::from(all);
         let planes = Planes::new(&walker.frustum());
-        same(Level::new(), &planes, &h, h.change_version(), &mut state);
-        same(Level::new(), &planes, &h, version, &mut by_slot);
+        same(Simd::best(), &planes, &h, h.change_version(), &mut state);
+        same(Simd::best(), &planes, &h, version, &mut by_slot);
     }
 }
 
@@ -208,7 +208,7 @@ fn a_view_that_hardly_moves_asks_little() {
     let (h, _) = Hierarchy::build(&boxes).expect("few");
     let (mut walker, mut state) = (Walker::new(), Coherent::new());
     let mut frame = |walker: &Walker| {
-        state.cull(Level::new(), &Planes::new(&walker.frustum()), h.nodes(), h.boxes(), 0);
+        state.cull(Simd::best(), &Planes::new(&walker.frustum()), h.nodes(), h.boxes(), 0);
         (state.share_answered(), state.cut().nodes_asked())
     };
     assert_eq!(frame(&walker).0, 0.0);
@@ -232,7 +232,7 @@ fn a_view_that_hardly_moves_asks_little() {
 #[test]
 #[ignore = "measures, and asserts only that answers agree"]
 fn measure_the_gain() {
-    let level = Level::new();
+    let level = Simd::best();
     println!(
         "scene      seen %       step                   same % answered % cold µs coherent µs ratio"
     );

@@ -2,7 +2,7 @@
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Visibility};
-use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet::{Camera, Depth, Projection, Simd, Transform, View};
 use proptest::prelude::*;
 
 /// The triangles of boxes, one after the other, wound outward.
@@ -97,11 +97,11 @@ proptest! {
             // Ranges that cut boxes apart.
             let ranges: Vec<_> = (0..count.div_ceil(7)).map(|k| k * 7..(k * 7 + 7).min(count)).collect();
             for patch in Patch::cut(&positions, &indices, &ranges, reversed).unwrap() {
-                patch.draw(Level::new(), &mut buffer.band(), &here);
+                patch.draw(Simd::best(), &mut buffer.band(), &here);
             }
         } else {
             for b in &blocks {
-                Convex::from_box(b).unwrap().draw(Level::new(), &mut buffer.band(), &here);
+                Convex::from_box(b).unwrap().draw(Simd::best(), &mut buffer.band(), &here);
             }
         }
         let eye = view.eye();
@@ -136,7 +136,7 @@ fn through_a_gap(gap: f32, size: [u32; 2]) -> Visibility {
         // Without thickness, for a thick one hides what is seen aslant through so thin a gap.
         let wall = Aabb { min: [from, -20.0, -5.0], max: [to, 20.0, -5.0] };
         Convex::from_box(&wall).unwrap().draw(
-            Level::new(),
+            Simd::best(),
             &mut buffer.band(),
             &Transform::IDENTITY,
         );
@@ -176,7 +176,7 @@ fn a_surface_has_no_cracks() {
         let mut buffer = OcclusionBuffer::new(size).unwrap();
         buffer.begin(&view, [0.0; 3]);
         for patch in Patch::cut(&positions, &indices, &ranges, false).unwrap() {
-            patch.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+            patch.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
         }
         let count = size[0] * size[1];
         let covered =

@@ -6,7 +6,7 @@ use cullet::cull::occlusion::{
 };
 use cullet::mesh::Part;
 use cullet::{
-    Camera, Culler, Depth, Instance, Level, Mesh, MeshData, Projection, Scene, Stage, Transform,
+    Camera, Culler, Depth, Instance, Mesh, MeshData, Projection, Scene, Simd, Stage, Transform,
     View, ViewState, Visible,
 };
 
@@ -102,7 +102,7 @@ enum As {
 }
 
 fn draw(buffer: &mut OcclusionBuffer, walls: &[Aabb], how: As, at: [f64; 3]) {
-    let level = Level::new();
+    let level = Simd::best();
     let here = Transform::from_translation(at);
     match how {
         As::Convex => walls
@@ -232,7 +232,7 @@ fn a_vertex_off_the_edge_that_it_divides_leaves_a_gap() {
             let mut buffer = OcclusionBuffer::new(size).unwrap();
             buffer.begin(&view(), [0.0; 3]);
             for p in patch(&positions, &indices, true) {
-                p.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+                p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
             }
             let thing = cuboid([-0.5, -0.5, -9.0], [0.5, 0.5, -8.0]);
             assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{dent} {size:?}");
@@ -329,7 +329,7 @@ fn a_hundred_thousand_triangles_in_a_pixel_hide_no_more_than_they_cover() {
         let mut buffer = OcclusionBuffer::new(size).unwrap();
         buffer.begin(&view(), [0.0; 3]);
         for p in patch(&positions, &indices, false) {
-            p.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+            p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
         }
         let covered: Vec<_> = (0..size[0] * size[1])
             .map(|i| [i % size[0], i / size[0]])
@@ -353,10 +353,10 @@ fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
             let mut buffer = OcclusionBuffer::new(size).unwrap();
             buffer.begin(&view(), [0.0; 3]);
             for p in patch(&positions, &[0, 1, 2], true) {
-                p.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+                p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
             }
             if let Ok(polygon) = Convex::from_polygon(&positions) {
-                polygon.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+                polygon.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
             }
             assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{width} {size:?}");
         }
@@ -370,7 +370,7 @@ fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
     let mut buffer = OcclusionBuffer::new([640, 360]).unwrap();
     buffer.begin(&view(), [0.0; 3]);
     for p in patch(&positions, &indices, false) {
-        p.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+        p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
     }
     assert_eq!(buffer.test_box(&before), Visibility::Visible);
     assert_eq!(buffer.test_box(&thing), Visibility::Visible);
@@ -415,8 +415,8 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
         }
         for t in transforms {
             buffer.begin(&view(), [0.0; 3]);
-            convex.draw(Level::new(), &mut buffer.band(), &t);
-            patches.iter().for_each(|p| p.draw(Level::new(), &mut buffer.band(), &t));
+            convex.draw(Simd::best(), &mut buffer.band(), &t);
+            patches.iter().for_each(|p| p.draw(Simd::best(), &mut buffer.band(), &t));
             assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{t:?}");
         }
     }
@@ -425,8 +425,8 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
     let flat = Transform::from_scale_translation([1.0, 0.0, 1.0], [0.0; 3]);
     let huge = Transform::from_scale_translation([f32::MAX / 100.0, 1.0, 1.0], [0.0; 3]);
     for t in [flat, huge] {
-        convex.draw(Level::new(), &mut buffer.band(), &t);
-        patches.iter().for_each(|p| p.draw(Level::new(), &mut buffer.band(), &t));
+        convex.draw(Simd::best(), &mut buffer.band(), &t);
+        patches.iter().for_each(|p| p.draw(Simd::best(), &mut buffer.band(), &t));
         let before = cuboid([-0.4, -0.6, -4.0], [0.3, -0.2, -3.0]);
         assert_eq!(buffer.test_box(&before), Visibility::Visible, "{t:?}");
         if t == flat {

@@ -4,7 +4,7 @@ use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::mask_words;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Visibility};
 use cullet::hierarchy::{Nodes, spatial_order};
-use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet::{Camera, Depth, Projection, Simd, Transform, View};
 use cullet_testkit::at_every_level;
 use proptest::prelude::*;
 
@@ -85,7 +85,7 @@ proptest! {
         for b in occluders(&blocks) {
             let place = Transform::from_translation(away);
             if let Ok(convex) = Convex::from_box(&b) {
-                convex.draw(Level::new(), &mut buffer.band(), &place);
+                convex.draw(Simd::best(), &mut buffer.band(), &place);
             }
         }
         let placed: Vec<Aabb> = things.iter().map(|b| at(b, away)).collect();
@@ -149,7 +149,7 @@ fn a_batch_finds_what_one_box_after_the_other_finds() {
         buffer.begin(&view(orthographic, Depth::Reversed, eye), [0.0; 3]);
         for b in occluders(&[]) {
             let place = Transform::from_translation(away);
-            Convex::from_box(&b).unwrap().draw(Level::new(), &mut buffer.band(), &place);
+            Convex::from_box(&b).unwrap().draw(Simd::best(), &mut buffer.band(), &place);
         }
         let items: Vec<Aabb> = (0..20_000)
             .map(|i| {
@@ -162,7 +162,7 @@ fn a_batch_finds_what_one_box_after_the_other_finds() {
         let words = mask_words(items.len());
         let (mut visible, mut hidden) = (vec![0; words], vec![0; words]);
         let wanted = vec![u64::MAX; words];
-        buffer.test_boxes(Level::new(), &boxes, 0, &wanted, &mut visible, &mut hidden);
+        buffer.test_boxes(Simd::best(), &boxes, 0, &wanted, &mut visible, &mut hidden);
         let found: u32 = hidden.iter().map(|w| w.count_ones()).sum();
         let all = one_by_one(&buffer, &boxes);
         let all = all.iter().filter(|&&v| v == Visibility::Hidden).count();
@@ -178,6 +178,6 @@ fn before_a_view_all_is_visible() {
     let buffer = OcclusionBuffer::new([64, 64]).unwrap();
     let boxes = Boxes::from_slice(&[Aabb::new([0.0; 3], [1.0; 3]); 70]);
     let (mut visible, mut hidden) = ([0; 2], [0; 2]);
-    buffer.test_boxes(Level::new(), &boxes, 0, &[u64::MAX; 2], &mut visible, &mut hidden);
+    buffer.test_boxes(Simd::best(), &boxes, 0, &[u64::MAX; 2], &mut visible, &mut hidden);
     assert_eq!((visible, hidden), ([u64::MAX, 0x3f], [0, 0]));
 }

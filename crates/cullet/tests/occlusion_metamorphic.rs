@@ -3,7 +3,7 @@
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::occlusion::{Band, Convex, DrawJob, OcclusionBuffer, Patch, Visibility};
-use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet::{Camera, Depth, Projection, Simd, Transform, View};
 use cullet_testkit::at_every_level;
 use proptest::prelude::*;
 
@@ -15,14 +15,14 @@ enum Drawn {
 }
 
 impl Drawn {
-    fn draw_in(&self, level: Level, band: &mut Band<'_>) {
+    fn draw_in(&self, level: Simd, band: &mut Band<'_>) {
         match self {
             Self::Convex(convex, t) => convex.draw(level, band, t),
             Self::Patch(patches, t) => patches.iter().for_each(|p| p.draw(level, band, t)),
         }
     }
 
-    fn draw(&self, level: Level, buffer: &mut OcclusionBuffer, moved: [f64; 3]) {
+    fn draw(&self, level: Simd, buffer: &mut OcclusionBuffer, moved: [f64; 3]) {
         let placed = |t: &Transform| Transform {
             translation: std::array::from_fn(|a| t.translation[a] + moved[a]),
             ..*t
@@ -140,7 +140,7 @@ fn view(kind: u8, reversed: bool) -> View {
 fn buffer<'a>(
     view: &View,
     size: [u32; 2],
-    level: Level,
+    level: Simd,
     drawn: impl IntoIterator<Item = &'a Drawn>,
 ) -> OcclusionBuffer {
     let mut buffer = OcclusionBuffer::new(size).unwrap();
@@ -181,7 +181,7 @@ proptest! {
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
     ) {
         let view = view(kind, reversed);
-        let best = all(&buffer(&view, size, Level::new(), &drawn), &things);
+        let best = all(&buffer(&view, size, Simd::best(), &drawn), &things);
         at_every_level!(|level| {
             let other = all(&buffer(&view, size, level, &drawn), &things);
             prop_assert!(other == best, "{level:?}");
@@ -197,10 +197,10 @@ proptest! {
         threads in 1..5_usize,
     ) {
         let view = view(kind, reversed);
-        let straight = all(&buffer(&view, size, Level::new(), &drawn), &things);
+        let straight = all(&buffer(&view, size, Simd::best(), &drawn), &things);
         let mut shuffled: Vec<usize> = (0..drawn.len()).collect();
         shuffled.sort_by_key(|&i| order[i]);
-        let again = buffer(&view, size, Level::new(), shuffled.iter().map(|&i| &drawn[i]));
+        let again = buffer(&view, size, Simd::best(), shuffled.iter().map(|&i| &drawn[i]));
         prop_assert!(all(&again, &things) == straight);
         // What is hidden by then is left out, and is not missed.
         let bounds: Vec<Aabb> = drawn.iter().map(Drawn::bounds).collect();
@@ -231,8 +231,8 @@ proptest! {
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
     ) {
         let view = view(kind, reversed);
-        let fewer = buffer(&view, size, Level::new(), &drawn[1..]);
-        let more = buffer(&view, size, Level::new(), &drawn);
+        let fewer = buffer(&view, size, Simd::best(), &drawn[1..]);
+        let more = buffer(&view, size, Simd::best(), &drawn);
         for (a, b) in results(&fewer, &things).iter().zip(results(&more, &things)) {
             prop_assert!(*a == b || (*a, b) == (Visibility::Visible, Visibility::Hidden));
         }
@@ -249,7 +249,7 @@ proptest! {
         (low, high) in (0.01..0.5_f32, 0.5..0.99_f32),
     ) {
         let view = view(kind, reversed);
-        let buffer = buffer(&view, size, Level::new(), &drawn);
+        let buffer = buffer(&view, size, Simd::best(), &drawn);
         for thing in &things {
             let at = |t: f32| {
                 let [a, b] = [thing.min, thing.max];
@@ -272,13 +272,13 @@ proptest! {
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
         (power, axis, negative) in (0..24_u32, 0..3_usize, any::<bool>()),
     ) {
-        let here = buffer(&view(kind, reversed), size, Level::new(), &drawn);
+        let here = buffer(&view(kind, reversed), size, Simd::best(), &drawn);
         let mut by = [0.0; 3];
         by[axis] = f64::from(1_u32 << power) * if negative { -1.0 } else { 1.0 };
         let moved = View::new(&camera(kind, by), depth(reversed), [1280, 720]).unwrap();
         let mut there = OcclusionBuffer::new(size).unwrap();
         there.begin(&moved, by);
-        drawn.iter().for_each(|d| d.draw(Level::new(), &mut there, by));
+        drawn.iter().for_each(|d| d.draw(Simd::best(), &mut there, by));
         prop_assert_eq!(results(&there, &things), results(&here, &things));
     }
 
@@ -296,12 +296,12 @@ proptest! {
         let (convex, patches): (Vec<_>, Vec<_>) =
             drawn.iter().partition(|d| matches!(d, Drawn::Convex(..)));
         let answers = [&view, &mirrored]
-            .map(|v| results(&buffer(v, size, Level::new(), convex.iter().copied()), &things));
+            .map(|v| results(&buffer(v, size, Simd::best(), convex.iter().copied()), &things));
         prop_assert_eq!(&answers[0], &answers[1]);
         // Patches keep one nearness for pixels side by side, and round places from one corner, so not to
         // the last bit; but they cover the same pixels.
         let [one, other] = [&view, &mirrored]
-            .map(|v| buffer(v, size, Level::new(), patches.iter().copied()));
+            .map(|v| buffer(v, size, Simd::best(), patches.iter().copied()));
         let flip = |v: u32, a: usize| if mirror.contains(&a) { size[a] - 1 - v } else { v };
         let differ = (0..size[0] * size[1]).filter(|i| {
             let (x, y) = (i % size[0], i / size[0]);
@@ -322,8 +322,8 @@ proptest! {
         // finer pixel need not hold.
         let drawn: Vec<_> = drawn.iter().filter(|d| matches!(d, Drawn::Convex(..))).collect();
         let view = view(kind, reversed);
-        let coarse = buffer(&view, size, Level::new(), drawn.iter().copied());
-        let fine = buffer(&view, size.map(|s| s * times), Level::new(), drawn.iter().copied());
+        let coarse = buffer(&view, size, Simd::best(), drawn.iter().copied());
+        let fine = buffer(&view, size.map(|s| s * times), Simd::best(), drawn.iter().copied());
         for (a, b) in results(&coarse, &things).iter().zip(results(&fine, &things)) {
             prop_assert!(*a != Visibility::Hidden || b == Visibility::Hidden, "{a:?} {b:?}");
         }
@@ -332,7 +332,7 @@ proptest! {
 
 #[test]
 fn jobs_share_what_there_is_to_do() {
-    let (view, level) = (view(0, true), Level::new());
+    let (view, level) = (view(0, true), Simd::best());
     // Many small things in the lower half, each hidden by none.
     let boxes: Vec<Aabb> = (0..400)
         .map(|i| {
@@ -370,15 +370,15 @@ fn what_is_behind_or_beside_is_not_drawn() {
     // Near, behind it, beyond the edge, across the near plane.
     let boxes = [wall(-4.0, 0.0), wall(-9.0, 0.0), wall(-4.0, 90.0), wall(0.0, 0.0)];
     let mut order = Vec::new();
-    let mut buffer = buffer(&view, [160, 90], Level::new(), []);
+    let mut buffer = buffer(&view, [160, 90], Simd::best(), []);
     let count = buffer.draw_unless_hidden(
-        Level::new(),
+        Simd::best(),
         &Boxes::from_slice(&boxes),
         &[0, 1, 2, 3],
         |b, i| {
             order.push(i);
             let convex = Convex::from_box(&boxes[i as usize]).unwrap();
-            convex.draw(Level::new(), b, &Transform::IDENTITY);
+            convex.draw(Simd::best(), b, &Transform::IDENTITY);
         },
     );
     assert_eq!((count, order), (2, vec![0, 3]));

@@ -6,8 +6,8 @@ use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::{Convex, Occluder, Occlusion, Patch, Shape};
 use cullet::mesh::{Alpha, MeshData, Part};
 use cullet::{
-    Backface, Camera, CullFace, Culler, Depth, FrontFace, Handle, Instance, Level, Mesh, Output,
-    Projection, Reason, Scene, Stage, Transform, Unit, View, ViewState, Visible,
+    Backface, Camera, CullFace, Culler, Depth, FrontFace, Handle, Instance, Mesh, Output,
+    Projection, Reason, Scene, Simd, Stage, Transform, Unit, View, ViewState, Visible,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -59,7 +59,7 @@ fn a_cullers_level_and_clock_are_the_readers() {
          \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5},\"occlusion\":{\"width\":128,\"budget\":9.5},\
          \"output\":\"triangles\",\"reasons\":false,\"dropped\":false}"
     );
-    let wanted = Culler { clock: None, level: Level::new(), ..culler };
+    let wanted = Culler { clock: None, level: Simd::best(), ..culler };
     let read: Culler = serde_json::from_str(&text).unwrap();
     assert_eq!(format!("{read:?}"), format!("{wanted:?}"));
     assert_eq!(format!("{:?}", back(&wanted)), format!("{wanted:?}"));

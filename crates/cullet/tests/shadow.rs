@@ -3,7 +3,7 @@
 use cullet::bounds::{Aabb, Boxes, Sphere};
 use cullet::cull::frustum::batch::{Planes, VISIBLE, reject_boxes};
 use cullet::cull::shadow::{CasterReason, CasterRegion, Light, casts_into_ref};
-use cullet::{Frustum, Level, View};
+use cullet::{Frustum, Simd, View};
 use cullet_testkit::Rng;
 use cullet_testkit::views::{random_view, view_and_moved};
 
@@ -133,7 +133,7 @@ fn box_around(rng: &mut Rng, x: [f64; 3]) -> Aabb {
 fn reason_of(region: &CasterRegion, caster: Aabb) -> Option<CasterReason> {
     let boxes = Boxes::from_slice(&[caster]);
     let mut plane = [VISIBLE];
-    reject_boxes(Level::new(), &Planes::new(region.frustum()), &boxes, 0, &mut plane);
+    reject_boxes(Simd::best(), &Planes::new(region.frustum()), &boxes, 0, &mut plane);
     region.reason(&boxes.get(0), (plane[0] != VISIBLE).then_some(plane[0]))
 }
 

@@ -7,8 +7,8 @@ use cullet::cull::occlusion::Occlusion;
 use cullet::cull::shadow::{CasterReason, CasterRegion, Light};
 use cullet::mesh::Part;
 use cullet::{
-    BoundsOverride, Culler, Handle, Instance, InstanceFlags, Level, Mesh, MeshData, Output, Scene,
-    ShadowView, Stage, Transform, Unit, View, ViewState, Visible,
+    BoundsOverride, Culler, Handle, Instance, InstanceFlags, Mesh, MeshData, Output, Scene,
+    ShadowView, Simd, Stage, Transform, Unit, View, ViewState, Visible,
 };
 use cullet_testkit::answers::listed;
 use cullet_testkit::scenes::random_scene;
@@ -127,7 +127,7 @@ fn the_pipeline_keeps_what_the_region_keeps_box_by_box() {
         let region = CasterRegion::new(&camera.frustum(), shadows.receivers.as_ref(), &light);
         let boxes = scene.boxes();
         let mut planes = vec![VISIBLE; boxes.len()];
-        reject_boxes(Level::new(), &Planes::new(region.frustum()), boxes, 0, &mut planes);
+        reject_boxes(Simd::best(), &Planes::new(region.frustum()), boxes, 0, &mut planes);
         let expected = |slot: u32| {
             let (i, exempt) =
                 (slot as usize, scene.exempt()[slot as usize / 64] >> (slot % 64) & 1);

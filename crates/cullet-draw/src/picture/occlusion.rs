@@ -2,7 +2,7 @@
 //! what it hid.
 
 use cullet::cull::occlusion::{OcclusionBuffer, TILE};
-use cullet::{Depth, Level, Scene, Stage, TriangleRange, Unit, View, ViewState, Visible};
+use cullet::{Depth, Scene, Simd, Stage, TriangleRange, Unit, View, ViewState, Visible};
 use glam::DVec4;
 
 use super::Picture;
@@ -258,7 +258,7 @@ impl NearnessRange {
 /// Which of the drawn occluders is the nearest on each pixel of the buffer; `usize::MAX` where none is proved.
 fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuffer) -> Vec<usize> {
     // The answer is the same at every level.
-    let level = Level::new();
+    let level = Simd::best();
     let [columns, rows] = buffer.size();
     let mut best = vec![(0.0, usize::MAX); columns as usize * rows as usize];
     let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return Vec::new() };

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use crate::machine::levels;
 use clap::Args;
-use cullet::cull::frustum::batch::levels;
 use cullet::{Culler, Funnel, Output, Scene, Stage, Unit, ViewState, Visible};
 use cullet_command::args::InputArgs;
 use cullet_command::clock::clock;

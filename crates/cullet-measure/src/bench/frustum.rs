@@ -1,6 +1,6 @@
 //! Frustum culling of distinct boxes and spheres, index list out.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::bounds::{Boxes, Sphere, Spheres};
 use cullet::cull::frustum::batch::{self, Indices, Planes};
 
@@ -19,8 +19,8 @@ struct Kind<B> {
     batch: B,
     len: usize,
     floats: fn(&B) -> &[f32],
-    cull: fn(Level, &Planes, &B, &mut Indices),
-    count: fn(Level, &Planes, &B) -> usize,
+    cull: fn(Simd, &Planes, &B, &mut Indices),
+    count: fn(Simd, &Planes, &B) -> usize,
     oracle: fn(&Planes, &B) -> Vec<u32>,
 }
 
@@ -62,7 +62,7 @@ fn name_of(kind: &str, len: usize, percent: usize) -> String {
 }
 
 fn run_kind<B>(options: &BenchOptions, kind: &Kind<B>, each: &mut dyn FnMut(Measured)) {
-    let levels = batch::levels();
+    let levels = crate::machine::levels();
     let best = levels[0].1;
     for percent in VISIBLE {
         let name = name_of(kind.name, kind.len, percent);
@@ -113,7 +113,7 @@ mod tests {
     fn the_camera_sees_what_is_asked() {
         let boxes = Boxes::from_slice(&Layout::Random.boxes(5000));
         for percent in VISIBLE {
-            let count = |p: &Planes| batch::count_boxes(Level::new(), p, &boxes);
+            let count = |p: &Planes| batch::count_boxes(Simd::best(), p, &boxes);
             let seen = count(&planes_that_see(percent, count, 5000)) as f64 / 50.0;
             assert!((seen - percent as f64).abs() < 1.0, "{seen} % for {percent} %");
         }

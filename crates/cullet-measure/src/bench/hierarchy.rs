@@ -1,6 +1,6 @@
 //! Walks of a hierarchy against flat sweeps of the same boxes.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::bounds::Boxes;
 use cullet::cull::frustum::batch::{self, Indices, Planes};
 use cullet::cull::frustum::tree::Cut;
@@ -65,14 +65,14 @@ impl World {
     ) -> (f64, usize) {
         let (boxes, nodes) = (self.hierarchy.boxes(), self.hierarchy.nodes());
         let planes = planes_of(&camera_over(percent, &self.unsorted));
-        let levels = batch::levels();
+        let levels = crate::machine::levels();
         let mut expected = Indices::new();
         batch::cull_boxes(levels[0].1, &planes, boxes, &mut expected);
         let mut flat = Indices::new();
         batch::cull_boxes(levels[0].1, &planes, &self.unsorted, &mut flat);
         // The boxes are the same, so as many are visible, whatever their order.
         let same = flat.len() == expected.len();
-        let sweep = |level: Level, boxes: &Boxes, list: &mut Indices| {
+        let sweep = |level: Simd, boxes: &Boxes, list: &mut Indices| {
             batch::cull_boxes(level, &planes, boxes, list);
         };
         let row = |what: &str, level, checked| Workload {
@@ -135,7 +135,7 @@ impl World {
         if let Some(before) = before.filter(|_| self.unsorted.len() >= LARGE) {
             let row = Workload {
                 name: format!("{name}visible box"),
-                level: batch::levels()[0].0,
+                level: crate::machine::levels()[0].0,
                 items: visible.max(1),
                 visible,
                 // What it is of has been checked.
@@ -149,7 +149,7 @@ impl World {
 }
 
 fn ranges_of(
-    level: Level,
+    level: Simd,
     planes: &Planes,
     hierarchy: &Hierarchy,
     cut: &mut Cut,

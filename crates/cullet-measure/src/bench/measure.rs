@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use cullet::Level;
+use cullet_methods::level_of;
 use fearless_simd::{dispatch, prelude::*};
 
 /// The fastest pass of each of two things, in nanoseconds, taken in turns for `seconds` in all, so that
@@ -37,22 +37,22 @@ pub(super) fn fastest_of_both(
 /// The fastest pass of reading `bytes` bytes at the best level, and of something else, taken in turns as
 /// [`fastest_of_both`] does.
 pub(super) fn beside_reading(seconds: f64, bytes: usize, pass: impl FnMut()) -> [f64; 2] {
-    let (level, floats) = (Level::new(), vec![1.0_f32; bytes / 4]);
+    let (level, floats) = (cullet::Simd::best(), vec![1.0_f32; bytes / 4]);
     fastest_of_both(seconds, |turn| stream(level, &floats, turn), pass)
 }
 
 /// Reads every number once, at the given level, and does as little as can be with it: a sum. Odd turns
 /// read four quarters side by side, which memory likes better where they lie beyond the caches; the limit
 /// is the faster of the two.
-pub(super) fn stream(level: Level, floats: &[f32], turn: usize) {
+pub(super) fn stream(level: cullet::Simd, floats: &[f32], turn: usize) {
     let quarter = (floats.len() / 4).next_multiple_of(QUARTER);
     if turn % 2 == 1 && quarter * 3 < floats.len() {
         let (a, rest) = floats.split_at(quarter);
         let (b, rest) = rest.split_at(quarter);
         let (c, d) = rest.split_at(quarter);
-        black_box(dispatch!(level, simd => sum_of_four(simd, [a, b, c, d])));
+        black_box(dispatch!(level_of(level), simd => sum_of_four(simd, [a, b, c, d])));
     } else {
-        black_box(dispatch!(level, simd => sum(simd, floats)));
+        black_box(dispatch!(level_of(level), simd => sum(simd, floats)));
     }
 }
 
@@ -104,11 +104,11 @@ mod tests {
     #[test]
     fn the_sum_reads_every_number_once() {
         let floats: Vec<f32> = (0..1000).map(|v| v as f32).collect();
-        for (name, level) in cullet::cull::frustum::batch::levels() {
-            let sum = dispatch!(level, simd => sum(simd, &floats));
+        for (name, level) in crate::machine::levels() {
+            let sum = dispatch!(level_of(level), simd => sum(simd, &floats));
             assert_eq!(sum, 499_500.0, "{name}");
             let quarters = [&floats[..250], &floats[250..500], &floats[500..750], &floats[750..]];
-            let sum = dispatch!(level, simd => sum_of_four(simd, quarters));
+            let sum = dispatch!(level_of(level), simd => sum_of_four(simd, quarters));
             assert_eq!(sum, 499_500.0, "{name}, four at once");
         }
     }

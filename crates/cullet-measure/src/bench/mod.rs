@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn every_workload_of_a_small_run_checks_out() {
         let results = run_all(&small(None));
-        let levels = cullet::cull::frustum::batch::levels().len();
+        let levels = crate::machine::levels().len();
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
         // three answers each, and the vertices. A frame: three at each level, and four that have none.
         // Shadows: three lights.

@@ -1,8 +1,8 @@
 //! Building a hierarchy, and keeping it while its boxes move.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::bounds::Aabb;
-use cullet::cull::frustum::batch::{self, Indices, Planes, cull_boxes};
+use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
 use cullet::cull::frustum::tree::Cut;
 use cullet::hierarchy::{BuildJob, Handle, Hierarchy};
 use rayon::prelude::*;
@@ -68,7 +68,7 @@ impl Moving<'_> {
     fn row(&self, what: &str, visible: usize, checked: bool) -> Workload {
         Workload {
             name: format!("{}{what}", self.name),
-            level: batch::levels()[0].0,
+            level: crate::machine::levels()[0].0,
             items: self.items.len(),
             visible,
             checked,
@@ -81,7 +81,7 @@ impl Moving<'_> {
         let floats = h.boxes().as_floats();
         let times = fastest_of_both(
             self.options.seconds,
-            |turn| stream(Level::new(), floats, turn),
+            |turn| stream(Simd::best(), floats, turn),
             || drop(self.built()),
         );
         let row = self.row("build", self.items.len(), ok);
@@ -112,7 +112,7 @@ impl Moving<'_> {
 
         let times = fastest_of_both(
             seconds,
-            |turn| stream(Level::new(), &floats, turn),
+            |turn| stream(Simd::best(), &floats, turn),
             || drop(h.bounds_mut()),
         );
         let valid = h.validate().is_ok();
@@ -126,7 +126,7 @@ impl Moving<'_> {
             let mut there = false;
             let times = fastest_of_both(
                 seconds,
-                |turn| stream(Level::new(), &floats, turn),
+                |turn| stream(Simd::best(), &floats, turn),
                 || {
                     there = !there;
                     let moves = if there { &forth } else { &back };
@@ -183,8 +183,8 @@ impl Moving<'_> {
             || cull(&h, &planes, &mut old),
         );
         let (mut swept, mut listed) = (Indices::new(), Indices::new());
-        cull_boxes(Level::new(), &planes, h.boxes(), &mut swept);
-        old.list(Level::new(), &mut listed);
+        cull_boxes(Simd::best(), &planes, h.boxes(), &mut swept);
+        old.list(Simd::best(), &mut listed);
         let same = *swept == *listed && old.count() == new.count();
         let row = self.row(what, listed.len(), valid && same);
         each(row.against(times, "just built"));
@@ -204,7 +204,7 @@ fn move_all(h: &mut Hierarchy, moves: &[(Handle, Aabb)]) {
 }
 
 fn cull(h: &Hierarchy, planes: &Planes, cut: &mut Cut) {
-    cut.cull(Level::new(), planes, h.nodes(), h.boxes());
+    cut.cull(Simd::best(), planes, h.nodes(), h.boxes());
 }
 
 /// A box moved by up to a frame's way.

@@ -6,7 +6,7 @@ use cullet::cull::frustum::batch::{self, Planes};
 use cullet::cull::frustum::tree::Cut;
 use cullet::cull::shadow::{CasterRegion, Light};
 use cullet::hierarchy::{Nodes, spatial_order};
-use cullet::{Frustum, Level, View};
+use cullet::{Frustum, Simd, View};
 
 use super::measure::{fastest_of_both, stream};
 use super::measured::{Measured, Workload};
@@ -21,8 +21,8 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         }
         let items = Layout::Random.boxes(len);
         let mut boxes = Boxes::new();
-        boxes.gather(Level::new(), &items, &spatial_order(&items));
-        let nodes = Nodes::over(Level::new(), &boxes);
+        boxes.gather(Simd::best(), &items, &spatial_order(&items));
+        let nodes = Nodes::over(Simd::best(), &boxes);
         for (light_name, light) in lights() {
             let name = name_of(light_name);
             if options.wants(&name) {
@@ -68,7 +68,7 @@ struct Casters {
 }
 
 impl Casters {
-    fn cull(&mut self, level: Level, region: &CasterRegion, nodes: &Nodes, boxes: &Boxes) {
+    fn cull(&mut self, level: Simd, region: &CasterRegion, nodes: &Nodes, boxes: &Boxes) {
         self.touched.drain(..).for_each(|word| self.kept[word] = 0);
         self.kept.resize(batch::mask_words(boxes.len()), 0);
         if region.no_receiver() {
@@ -101,7 +101,7 @@ fn run_light(
     (boxes, nodes): (&Boxes, &Nodes),
     each: &mut dyn FnMut(Measured),
 ) {
-    let levels = batch::levels();
+    let levels = crate::machine::levels();
     let best = levels[0].1;
     let (frustum, floor) = view();
     let region = || CasterRegion::new(&frustum, Some(&floor), light);
@@ -140,7 +140,7 @@ mod tests {
 
     fn visible(frustum: &Frustum, boxes: &Boxes) -> Vec<u64> {
         let mut mask = vec![0; mask_words(boxes.len())];
-        mask_boxes(Level::new(), &Planes::new(frustum), boxes, 0, &mut mask);
+        mask_boxes(Simd::best(), &Planes::new(frustum), boxes, 0, &mut mask);
         mask
     }
 
@@ -219,7 +219,7 @@ mod tests {
                 let position = [at(i), 6.0, at(j)];
                 let lamp = Light::Point { position, range: 20.0 };
                 let region = CasterRegion::new(&Frustum::everything(), None, &lamp);
-                in_range.cull(Level::new(), &region, nodes, boxes);
+                in_range.cull(Simd::best(), &region, nodes, boxes);
                 lamps[0] += in_range.count() as u64;
                 lamps[1] += kept(false, lamp)[0];
                 lamps[2] += kept(true, lamp)[0];

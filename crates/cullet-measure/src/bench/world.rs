@@ -2,7 +2,7 @@
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, count_boxes};
-use cullet::{Camera, Level, Projection};
+use cullet::{Camera, Projection, Simd};
 
 /// Half the side of the cube that the items lie in.
 pub(super) const HALF: f32 = 1000.0;
@@ -122,7 +122,7 @@ pub(crate) fn planes_that_see(
 
 /// [`camera_that_sees`] for boxes.
 pub(super) fn camera_over(percent: usize, boxes: &Boxes) -> Camera {
-    let level = Level::new();
+    let level = Simd::best();
     camera_that_sees(percent, |p| count_boxes(level, p, boxes), boxes.len())
 }
 

@@ -145,7 +145,7 @@ struct Tests {
 
 impl Tests {
     fn new() -> Self {
-        let level = batch::levels()[0].1;
+        let level = crate::machine::levels()[0].1;
         let boxes = random_boxes(ITEMS);
         let frustum = planes_that_see(30, |p| batch::count_boxes(level, p, &boxes), ITEMS);
         let (positions, indices) = bumpy_ball(DISTINCT * CLUSTER);
@@ -165,7 +165,7 @@ impl Tests {
 
     /// Nanoseconds an item of the frustum test, of the cones and of the planes, at the best level.
     fn round(&mut self) -> [f64; 3] {
-        let level = batch::levels()[0].1;
+        let level = crate::machine::levels()[0].1;
         // Three radii from the middle, where about half of all faces away.
         let eye = [1.8, -0.9, 2.226, 1.0];
         let Self { boxes, frustum, cones, planes, kept, culled } = self;

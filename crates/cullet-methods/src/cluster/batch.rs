@@ -4,13 +4,13 @@
 //! is wide. The arithmetic is that of [`Bound::is_behind`], product by product, so the answers are the
 //! same at every level.
 
-use cullet::Level;
 use cullet::cull::backface::ClusterEye;
 use fearless_simd::{Simd, dispatch, prelude::*};
 
 use super::lanes::Lanes;
 use super::{Batch, Bound};
 use crate::bulk::Bulk;
+use crate::simd::level_of;
 
 /// The bounds of many clusters: answers as a mask, a count or a list.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ impl<B: Bound> ClusterBounds<B> {
     }
 
     /// Bits of 64 clusters.
-    pub(super) fn word(&self, level: Level, word: usize, eye: &ClusterEye) -> u64 {
+    pub(super) fn word(&self, level: cullet::Simd, word: usize, eye: &ClusterEye) -> u64 {
         let mut out = [0];
         self.batch.cull_words(level, eye, word, &mut out);
         out[0]
@@ -65,7 +65,7 @@ impl<B: Bound> Bulk<[f64; 4]> for ClusterBounds<B> {
         self.len()
     }
 
-    fn cull_words(&self, level: Level, eye: [f64; 4], first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, level: cullet::Simd, eye: [f64; 4], first: usize, culled: &mut [u64]) {
         match ClusterEye::new(eye) {
             Some(eye) => self.batch.cull_words(level, &eye, first, culled),
             None => culled.fill(0),
@@ -104,9 +104,9 @@ impl<B: Lanes> Batch<B> for Blocks<B> {
         self.len
     }
 
-    fn cull_words(&self, level: Level, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, level: cullet::Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
         let blocks = &self.blocks[first * BLOCKS..(first + culled.len()) * BLOCKS];
-        dispatch!(level, simd => words::<_, B>(simd, blocks, eye, culled));
+        dispatch!(level_of(level), simd => words::<_, B>(simd, blocks, eye, culled));
     }
 }
 

@@ -1,6 +1,6 @@
 //! The engine's elliptic cone as one bound of many.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::cull::backface::{ClusterEye, ClusterPlanes, EllipticCone, EllipticCones};
 
 use super::margin::elliptic_margin;
@@ -32,7 +32,7 @@ impl Batch<EllipticCone> for EllipticCones {
         Self::len(self)
     }
 
-    fn cull_words(&self, level: Level, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
+    fn cull_words(&self, level: Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
         Self::cull_words(self, level, eye, first, culled);
     }
 }

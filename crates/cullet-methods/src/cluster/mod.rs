@@ -38,7 +38,7 @@ mod tracker;
 
 use std::fmt::Debug;
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::cull::backface::{ClusterEye, ClusterPlanes};
 
 pub use batch::{Blocks, ClusterBounds};
@@ -111,7 +111,7 @@ pub trait Batch<B>: Clone + Debug + Default {
     ///
     /// # Panics
     /// If the words reach beyond the last cluster's.
-    fn cull_words(&self, level: Level, eye: &ClusterEye, first: usize, culled: &mut [u64]);
+    fn cull_words(&self, level: Simd, eye: &ClusterEye, first: usize, culled: &mut [u64]);
 }
 
 /// Which sides of a cluster's triangles the eye sees.

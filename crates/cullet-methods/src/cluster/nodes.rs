@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::cull::backface::{ClusterEye, ClusterPlanes};
 
 use super::{Bound, ClusterBounds};
@@ -121,7 +121,7 @@ impl<B: Bound> ClusterNodes<B> {
 
     /// Walks the nodes for a homogeneous eye in the space of the clusters. An eye that is none (see
     /// [`ClusterEye::new`]) proves nothing. Allocates only where `cut` never held as much.
-    pub fn cull(&self, level: Level, eye: [f64; 4], cut: &mut ClusterCut) {
+    pub fn cull(&self, level: Simd, eye: [f64; 4], cut: &mut ClusterCut) {
         for mask in [&mut cut.culled, &mut cut.front] {
             mask.clear();
             mask.resize(self.len().div_ceil(64), 0);
@@ -132,7 +132,7 @@ impl<B: Bound> ClusterNodes<B> {
         }
     }
 
-    fn walk(&self, level: Level, eye: &ClusterEye, cut: &mut ClusterCut) {
+    fn walk(&self, level: Simd, eye: &ClusterEye, cut: &mut ClusterCut) {
         let ClusterCut { culled, front, blocks: [here, next], asked } = cut;
         here.clear();
         here.push(0);

@@ -5,7 +5,7 @@
 //! the eye has moved by less than its distance from the border of a cluster's bound, the answer stays.
 //! That distance is bounded from below by a value of the bound that changes no faster than the eye moves.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::cull::backface::ClusterEye;
 use glam::DVec3;
 
@@ -53,7 +53,7 @@ impl<B: Bound> ClusterTracker<B> {
     ///
     /// A position after a position costs what is near a border. A direction (weight 0), and what is no
     /// eye, is answered by a full test, as is the first eye.
-    pub fn update(&mut self, level: Level, eye: [f64; 4]) -> &[u64] {
+    pub fn update(&mut self, level: Simd, eye: [f64; 4]) -> &[u64] {
         self.changed.clear();
         let prepared = ClusterEye::new(eye);
         let position = prepared
@@ -99,7 +99,7 @@ impl<B: Bound> ClusterTracker<B> {
         &self.culled
     }
 
-    fn look_at_all(&mut self, level: Level, eye: Option<ClusterEye>, position: Option<[f64; 3]>) {
+    fn look_at_all(&mut self, level: Simd, eye: Option<ClusterEye>, position: Option<[f64; 3]>) {
         self.looked_at = self.singles.len();
         for word in 0..self.culled.len() {
             let bits = eye.as_ref().map_or(0, |eye| self.bounds.word(level, word, eye));

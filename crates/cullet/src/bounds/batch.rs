@@ -16,8 +16,8 @@
 //! for inside, whose sum takes the other corner.
 
 use bytemuck::{Pod, Zeroable};
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::{Aabb, Sphere};
 
@@ -179,7 +179,7 @@ impl Boxes {
     ///
     /// # Panics
     /// If `order` has a number that is not below the length of `items`.
-    pub fn gather(&mut self, level: Level, items: &[Aabb], order: &[u32]) {
+    pub fn gather(&mut self, level: crate::Simd, items: &[Aabb], order: &[u32]) {
         self.resize(order.len());
         let (whole, rest) = order.as_chunks::<LANES>();
         gather_into(level, &mut self.blocks, whole, |i| items[i as usize]);
@@ -216,12 +216,12 @@ impl Boxes {
 
 /// Fills blocks with the boxes that `item` has under the numbers of `order`, as setting them would.
 pub(crate) fn gather_into(
-    level: Level,
+    level: crate::Simd,
     blocks: &mut [BoxBlock],
     order: &[[u32; LANES]],
     item: impl Fn(u32) -> Aabb,
 ) {
-    dispatch!(level, simd => gather_blocks(simd, blocks, order, &item));
+    dispatch!(level.0, simd => gather_blocks(simd, blocks, order, &item));
 }
 
 #[inline(always)]

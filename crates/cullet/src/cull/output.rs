@@ -3,7 +3,7 @@
 use std::ops::Deref;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, u32x8};
+use fearless_simd::{dispatch, u32x8};
 
 /// A list of indices that keeps its memory from call to call.
 ///
@@ -29,7 +29,7 @@ impl Indices {
 
     /// Appends the numbers of the set bits of `words`, ascending; bit 0 of the first is number `base`. The
     /// same at every level.
-    pub fn append_ones(&mut self, level: Level, words: &[u64], base: u32) {
+    pub fn append_ones(&mut self, level: crate::Simd, words: &[u64], base: u32) {
         let room = self.len + words.len() * 64;
         if self.buffer.len() < room {
             self.buffer.resize(room, 0);
@@ -78,8 +78,13 @@ static POSITIONS: [[u32; 8]; 256] = {
 /// Whole vectors are stored and overlap: the next begins at the end of what counts. Storing under a
 /// mask, or compressing into memory, is microcoded on Zen 4 and ten times slower. A pass of its own over
 /// some words is faster than doing this as each word is found, which costs the tests registers.
-pub(in crate::cull) fn expand(level: Level, words: &[u64], base: u32, out: &mut [u32]) -> usize {
-    dispatch!(level, simd => expand_with(simd, words, base, out))
+pub(in crate::cull) fn expand(
+    level: crate::Simd,
+    words: &[u64],
+    base: u32,
+    out: &mut [u32],
+) -> usize {
+    dispatch!(level.0, simd => expand_with(simd, words, base, out))
 }
 
 /// Appends those of an ascending `list` whose bit in `culled` is not set; bit 0 of the first word is
@@ -88,7 +93,7 @@ pub(in crate::cull) fn expand(level: Level, words: &[u64], base: u32, out: &mut 
 /// Where the list runs to the end of a word without a gap, as lists of whole ranges do, the word is
 /// expanded; the rest goes number by number.
 pub(crate) fn keep_listed(
-    level: Level,
+    level: crate::Simd,
     list: &[u32],
     base: u32,
     culled: &[u64],
@@ -195,7 +200,7 @@ mod tests {
         for ranges in gaps {
             let list: Vec<u32> = ranges.chunks(2).flat_map(|r| r[0]..r[1]).collect();
             let mut kept = vec![7];
-            keep_listed(Level::new(), &list, 2, &culled, &mut kept);
+            keep_listed(crate::Simd::best(), &list, 2, &culled, &mut kept);
             let expected = list.iter().copied().filter(|&t| !is_culled(t));
             assert_eq!(kept, [7].into_iter().chain(expected).collect::<Vec<_>>(), "{ranges:?}");
         }

@@ -13,9 +13,9 @@ mod stage;
 pub use explain::{Explanation, Step};
 pub use shadow::ShadowView;
 
-use fearless_simd::Level;
 use thiserror::Error;
 
+use crate::Simd;
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::funnel::Stage;
@@ -90,7 +90,7 @@ pub struct Culler {
     pub dropped: bool,
     /// The SIMD level; the answer is the same at every level. Default: the best of the machine.
     #[cfg_attr(feature = "serde", serde(skip))]
-    pub level: Level,
+    pub level: Simd,
     /// A clock in nanoseconds, for the times in the funnel. Default none: no times.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub clock: Option<fn() -> u64>,
@@ -108,7 +108,7 @@ impl Default for Culler {
             output: Output::default(),
             reasons: false,
             dropped: false,
-            level: Level::new(),
+            level: Simd::best(),
             clock: None,
         }
     }

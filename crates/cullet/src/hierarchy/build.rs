@@ -11,10 +11,10 @@
 use std::ops::Range;
 
 use bytemuck::Zeroable;
-use fearless_simd::Level;
 
 use super::Handle;
 use super::order::{Curve, Extent, radix_sort};
+use crate::Simd;
 use crate::bounds::{Aabb, BoxBlock, Boxes, LANES, gather_into};
 
 /// The upper bits of a key tell its bucket: as many streams as the first cache has lines for.
@@ -86,7 +86,7 @@ fn bucket_of(key: u32) -> usize {
 
 /// Sorts `items` along a curve through them. The order is that of [`spatial_order`](super::spatial_order).
 pub(super) fn sort(
-    level: Level,
+    level: Simd,
     items: &[Aabb],
     jobs: usize,
     run: &mut dyn FnMut(Vec<BuildJob<'_>>) -> Vec<BuildDone>,
@@ -221,7 +221,7 @@ impl Scatter<'_> {
 /// Sorts the buckets of a job, one after another, and fills its blocks while a bucket is near.
 #[derive(Debug)]
 struct Sort<'a> {
-    level: Level,
+    level: Simd,
     records: &'a [Record],
     /// Where each bucket ends.
     ends: Vec<usize>,

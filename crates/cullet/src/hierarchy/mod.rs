@@ -21,9 +21,9 @@ pub use order::spatial_order;
 pub(crate) use slots::NO_SLOT;
 pub use slots::{Commit, Handle};
 
-use fearless_simd::Level;
 use thiserror::Error;
 
+use crate::Simd;
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
 use order::Orderer;
@@ -48,7 +48,7 @@ pub enum HierarchyError {
 /// are the nodes above it; an empty one is nowhere.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
-    level: Level,
+    level: Simd,
     boxes: Boxes,
     nodes: Nodes,
     slots: Slots,
@@ -72,7 +72,7 @@ const EXCHANGE: usize = 4;
 impl Default for Hierarchy {
     fn default() -> Self {
         Self {
-            level: Level::new(),
+            level: Simd::best(),
             boxes: Boxes::new(),
             nodes: Nodes::default(),
             slots: Slots::default(),

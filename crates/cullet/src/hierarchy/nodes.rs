@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f32x4};
+use fearless_simd::{dispatch, f32x4};
 use thiserror::Error;
 
 use super::sizes::Sizes;
@@ -73,7 +73,7 @@ pub struct NodeStatistics {
 impl Nodes {
     /// Nodes over `boxes`.
     #[must_use]
-    pub fn over(level: Level, boxes: &Boxes) -> Self {
+    pub fn over(level: crate::Simd, boxes: &Boxes) -> Self {
         let mut nodes = Self::default();
         nodes.rebuild(level, boxes);
         nodes
@@ -108,7 +108,7 @@ impl Nodes {
 
     /// Makes the nodes again, for whatever `boxes` are now. Allocates only if there are more than ever
     /// before. Streams through the boxes once.
-    pub(crate) fn rebuild(&mut self, level: Level, boxes: &Boxes) {
+    pub(crate) fn rebuild(&mut self, level: crate::Simd, boxes: &Boxes) {
         self.leaves = boxes.len();
         let mut below = boxes.len();
         let mut count = 0;
@@ -132,7 +132,7 @@ impl Nodes {
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for.
-    pub fn refit(&mut self, level: Level, boxes: &Boxes) {
+    pub fn refit(&mut self, level: crate::Simd, boxes: &Boxes) {
         self.refit_range(level, boxes, 0..self.leaves);
     }
 
@@ -140,7 +140,7 @@ impl Nodes {
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or the range leaves those.
-    pub fn refit_range(&mut self, level: Level, boxes: &Boxes, changed: Range<usize>) {
+    pub fn refit_range(&mut self, level: crate::Simd, boxes: &Boxes, changed: Range<usize>) {
         assert!(
             boxes.len() >= self.leaves,
             "{} boxes under nodes over {}",
@@ -173,7 +173,7 @@ impl Nodes {
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or `blocks` has a bit beyond those.
-    pub(crate) fn refit_blocks(&mut self, level: Level, boxes: &Boxes, blocks: &mut [u64]) {
+    pub(crate) fn refit_blocks(&mut self, level: crate::Simd, boxes: &Boxes, blocks: &mut [u64]) {
         assert!(
             boxes.len() >= self.leaves,
             "{} boxes under nodes over {}",
@@ -209,9 +209,9 @@ impl Nodes {
 
     /// Fits the nodes above the blocks of sixteen boxes that are bits of a word, and notes which boxes are empty and
     /// how large they are: all at once, while they are in the cache.
-    fn fit_lowest(&mut self, level: Level, boxes: &Boxes, word: usize, blocks: u64) {
+    fn fit_lowest(&mut self, level: crate::Simd, boxes: &Boxes, word: usize, blocks: u64) {
         let Self { levels, leaves, holes, any_holes, sizes } = self;
-        dispatch!(level, simd => {
+        dispatch!(level.0, simd => {
             let mut lowest = levels.first_mut();
             for block in bits::ones(blocks).map(|b| word * 64 + b) {
                 find_holes(holes, any_holes, boxes, block);
@@ -314,16 +314,16 @@ fn find_holes(holes: &mut [u64], any: &mut bool, boxes: &Boxes, block: usize) {
 }
 
 /// Fits nodes `nodes` to the boxes below.
-fn fit(level: Level, below: (&Boxes, usize), here: &mut Boxes, nodes: Range<usize>) {
-    dispatch!(level, simd => {
+fn fit(level: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, nodes: Range<usize>) {
+    dispatch!(level.0, simd => {
         fit_range(simd, below, here, nodes);
     });
     close(here);
 }
 
 /// Fits the nodes `first` + b for each bit b of `word`.
-fn fit_some(level: Level, below: (&Boxes, usize), here: &mut Boxes, first: usize, word: u64) {
-    dispatch!(level, simd => {
+fn fit_some(level: crate::Simd, below: (&Boxes, usize), here: &mut Boxes, first: usize, word: u64) {
+    dispatch!(level.0, simd => {
         fit_bits(simd, below, here, first, word);
     });
 }

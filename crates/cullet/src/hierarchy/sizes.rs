@@ -89,7 +89,6 @@ fn larger(a: [f32; 3], b: &[f32; 3]) -> [f32; 3] {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::Level;
 
     use crate::bounds::{Aabb, Boxes};
     use crate::hierarchy::Nodes;
@@ -105,7 +104,7 @@ mod tests {
             Aabb::new(min, std::array::from_fn(|a| min[a] + size[a]))
         };
         let mut boxes = Boxes::from_slice(&(0..700).map(at).collect::<Vec<_>>());
-        let level = Level::new();
+        let level = crate::Simd::best();
         let mut nodes = Nodes::over(level, &boxes);
         let check = |nodes: &Nodes, boxes: &Boxes| {
             for (above, width) in [(0, 16), (1, 256)] {

@@ -249,7 +249,7 @@ impl Mesh {
             positions,
             original_triangle,
             parts,
-            cluster_nodes: Nodes::over(fearless_simd::Level::new(), &cluster_boxes),
+            cluster_nodes: Nodes::over(crate::Simd::best(), &cluster_boxes),
             cluster_boxes,
             levels,
             bounds,

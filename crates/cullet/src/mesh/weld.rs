@@ -137,7 +137,7 @@ mod tests {
     fn equal_positions_share_their_first_vertex() {
         let p = [[0.0, 1.0, 2.0], [-0.0, 1.0, 2.0], [0.0, 2.0, 1.0], [0.0, 1.0, 2.0]];
         assert_eq!(weld(&p), [0, 0, 2, 0]);
-        assert_eq!(weld(&[]), []);
+        assert!(weld(&[]).is_empty());
     }
 
     #[test]

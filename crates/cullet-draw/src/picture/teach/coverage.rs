@@ -2,7 +2,7 @@
 //! buffer of samples does not see.
 
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch};
-use cullet::{Camera, Depth, Level, Projection, Transform, View};
+use cullet::{Camera, Depth, Projection, Simd, Transform, View};
 
 use super::sheet::Sheet;
 use crate::picture::Picture;
@@ -172,7 +172,7 @@ fn mesh() -> Option<Figure> {
     let patches = Patch::cut(&positions, &indices, std::slice::from_ref(&all), true).ok()?;
     let mut buffer = empty()?;
     for patch in &patches {
-        patch.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+        patch.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
     }
     let faces = triangles.iter().map(|t| t.map(|v| points[v as usize]).to_vec()).collect();
     Some(Figure { faces, buffer })
@@ -190,7 +190,7 @@ fn walls() -> Option<Figure> {
     for face in &faces {
         let corners: Vec<[f32; 3]> = face.iter().map(|&p| world(p, 0.0)).collect();
         let wall = Convex::from_polygon(&corners).ok()?;
-        wall.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+        wall.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
     }
     Some(Figure { faces, buffer })
 }

@@ -1,6 +1,6 @@
 //! The cube of directions, its cells, and which of them face away.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::cull::backface::{MaskGrid, ViewCone};
 use glam::DVec3;
 
@@ -42,7 +42,7 @@ pub fn normal_mask(cone: &ViewCone, size: [u32; 2]) -> Picture {
     let scale = ((w * 0.5 - 60.0) / 3.2).min((bottom - top - words) / high);
     for (column, n) in [(0.25, 6), (0.75, 16)] {
         let Some(grid) = MaskGrid::new(n) else { continue };
-        let mask = grid.mask(Level::new(), Some(cone));
+        let mask = grid.mask(Simd::best(), Some(cone));
         let lift = if down { FOLDED_OUT * 0.5 * scale * 0.86 } else { 0.0 };
         let middle = [w * column, (top + bottom - words) * 0.5 - lift];
         let camera = Flat::new(toward, DVec3::ZERO, middle, scale);

@@ -6,7 +6,6 @@ use std::ops::Range;
 use cullet::cull::Indices;
 use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, NormalMasks, Planes8, ViewCone};
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
-use cullet::cull::frustum::batch;
 use cullet_methods::cluster::{Bound, ClusterBounds, ClusterFacing, TwoWay};
 use cullet_methods::{Bulk, Groups, Planes32};
 
@@ -63,7 +62,7 @@ fn group_masks(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measu
     let [name, ..] = NAMES;
     let Some(grid) = MaskGrid::new(16).filter(|_| options.wants(name)) else { return };
     let groups = Groups::kd(&model.0, &model.1, GROUPS);
-    let expected: Vec<BackfaceMask> = groups.masks(cullet::Level::baseline(), &grid, EYE).collect();
+    let expected: Vec<BackfaceMask> = groups.masks(cullet::Simd::best(), &grid, EYE).collect();
     // Whatever level made them, no normal of a class that is set may be in front.
     let conservative = groups.spheres().iter().zip(&expected).all(|(sphere, mask)| {
         let Some(cone) = ViewCone::to_sphere(EYE, sphere) else {
@@ -83,7 +82,7 @@ fn group_masks(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measu
         .map(|m| m.bytes().iter().map(|b| b.count_ones() as usize).sum::<usize>())
         .sum();
     let mut masks: Vec<BackfaceMask> = Vec::new();
-    for (level_name, level) in batch::levels() {
+    for (level_name, level) in crate::machine::levels() {
         let pass = |masks: &mut Vec<BackfaceMask>| {
             masks.clear();
             masks.extend(groups.masks(level, &grid, EYE));
@@ -113,7 +112,7 @@ fn clusters(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured
     let bounds: ClusterBounds<EllipticCone> = fits.iter().copied().collect();
     let is_kept = |i: &u32| !fits[*i as usize].is_some_and(|b| b.is_behind(EYE));
     let expected: Vec<u32> = (0..fits.len() as u32).filter(is_kept).collect();
-    for (level_name, level) in batch::levels() {
+    for (level_name, level) in crate::machine::levels() {
         let mut kept = Indices::new();
         bounds.keep(level, EYE, &mut kept);
         let same = *kept == *expected;
@@ -151,7 +150,7 @@ fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(
     };
     let expected: Vec<u32> = (0..TRIANGLES as u32).filter(is_kept).collect();
     let mixed = facing.iter().filter(|f| **f == ClusterFacing::Mixed).count();
-    for (level_name, level) in batch::levels() {
+    for (level_name, level) in crate::machine::levels() {
         let (mut back, mut front) = (Vec::new(), Vec::new());
         let mut ranges: Vec<Range<u32>> = Vec::new();
         let mut list = Indices::new();

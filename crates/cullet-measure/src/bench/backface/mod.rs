@@ -8,8 +8,7 @@ use cullet::cull::Indices;
 use cullet::cull::backface::{
     ClusterPlanes, EllipticCone, Facing, MaskGrid, NormalMasks, ObjectEye, Planes8, ViewCone,
 };
-use cullet::cull::frustum::batch;
-use cullet::{CullFace, FrontFace, Level, Transform};
+use cullet::{CullFace, FrontFace, Simd, Transform};
 use cullet_methods::cluster::{
     Bound, ClusterBounds, EllipticConeQuantised, NormalBox, NormalCone, Pyramid,
 };
@@ -67,7 +66,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
             grid.encode_triangles(&positions, &indices, &mut masks);
             let sphere = Sphere { center: [0.0; 3], radius: 1.0 };
             let cone = ViewCone::to_sphere(EYE, &sphere);
-            let mask = grid.mask(Level::new(), cone.as_ref());
+            let mask = grid.mask(Simd::best(), cone.as_ref());
             let test = (&masks, &mask, masks.cull_ref(&mask));
             run_test(options, &triangles("masks", len), test, [len, 2], None, each);
         }
@@ -145,7 +144,7 @@ fn run_test<E: Copy>(
         if !options.wants(&name) {
             continue;
         }
-        for (level_name, level) in batch::levels() {
+        for (level_name, level) in crate::machine::levels() {
             let mut pass = || match output {
                 "mask" => test.cull(level, eye, &mut words),
                 "count" => {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use cullet::bounds::Boxes;
 use cullet::cull::frustum::batch::{Planes, mask_boxes, mask_words};
 use cullet::cull::occlusion::{Band, Convex, OcclusionBuffer, Patch};
-use cullet::{Level, Transform, View};
+use cullet::{Simd, Transform, View};
 use cullet_command::exit::Failure;
 use cullet_io::occscn::Occscn;
 
@@ -40,7 +40,7 @@ struct Meshes {
 }
 
 impl Meshes {
-    fn draw(&self, level: Level, band: &mut Band<'_>, mesh: u32) {
+    fn draw(&self, level: Simd, band: &mut Band<'_>, mesh: u32) {
         match &self.occluders[mesh as usize] {
             Occluder::Convex(convex) => convex.draw(level, band, &Transform::IDENTITY),
             Occluder::Patches(range) => {
@@ -55,7 +55,7 @@ impl Meshes {
 /// An occlusion buffer, and the meshes made ready for it.
 pub(super) struct Engine<'a> {
     prepared: &'a Prepared,
-    level: Level,
+    level: Simd,
     buffer: OcclusionBuffer,
     meshes: Meshes,
     planes: Option<Planes>,
@@ -69,7 +69,7 @@ impl<'a> Engine<'a> {
     /// Makes the meshes of a scene ready. What is convex is found here, as an engine would when it loads.
     pub(super) fn new(
         prepared: &'a Prepared,
-        level: Level,
+        level: Simd,
         size: [u32; 2],
         kinds: Kinds,
     ) -> Result<Self, Failure> {

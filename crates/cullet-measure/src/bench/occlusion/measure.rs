@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use cullet::Level;
+use cullet::Simd;
 use cullet::bounds::Boxes;
 use serde::Serialize;
 
@@ -86,7 +86,7 @@ pub(super) fn timed(work: impl FnOnce()) -> Duration {
 /// each view.
 pub(super) fn measure(
     prepared: &Prepared,
-    level: Level,
+    level: Simd,
     rasteriser: &mut dyn Rasteriser,
     seconds: f64,
     go_on: &mut dyn FnMut() -> bool,

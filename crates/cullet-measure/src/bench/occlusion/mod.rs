@@ -12,9 +12,9 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
+use crate::machine::levels;
 use clap::Args;
-use cullet::Level;
-use cullet::cull::frustum::batch::levels;
+use cullet::Simd;
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
@@ -59,13 +59,13 @@ pub struct OcclusionArgs {
     one_sided: bool,
     /// The SIMD level, such as avx2 [default: the best of this machine]
     #[arg(long, value_name = "NAME", requires = "scene", value_parser = level)]
-    level: Option<(&'static str, Level)>,
+    level: Option<(&'static str, Simd)>,
     /// Draw the sorted list on so many threads too, in bands of the buffer, and hold that against one
     #[arg(long, value_name = "N", default_value_t = 1, requires = "scene", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: u16,
 }
 
-fn level(text: &str) -> Result<(&'static str, Level), String> {
+fn level(text: &str) -> Result<(&'static str, Simd), String> {
     let levels = levels();
     levels.iter().find(|l| l.0 == text).copied().ok_or_else(|| {
         let known: Vec<&str> = levels.iter().map(|l| l.0).collect();
@@ -217,7 +217,7 @@ mod tests {
     }
 
     fn found(prepared: &Prepared, rasteriser: &mut dyn Rasteriser) -> Found {
-        measure(prepared, Level::new(), rasteriser, 0.0, &mut || true)
+        measure(prepared, Simd::best(), rasteriser, 0.0, &mut || true)
     }
 
     fn truth(prepared: &Prepared) -> Reference {
@@ -289,7 +289,7 @@ mod tests {
         let prepared = prepared();
         let mut scratch = Scratch::default();
         for view in 0..VIEWS {
-            prepared.sorted(Level::new(), view, &mut scratch);
+            prepared.sorted(Simd::best(), view, &mut scratch);
             let eye = prepared.scene.cameras[view].eye;
             let distance = |&m: &u32| {
                 let b = prepared.mesh_boxes.get(m as usize);
@@ -304,7 +304,7 @@ mod tests {
     fn a_stop_leaves_what_was_measured() {
         let prepared = prepared();
         let mut rasteriser = StandIn::new(&prepared.scene);
-        let found = measure(&prepared, Level::new(), &mut rasteriser, 0.0, &mut || false);
+        let found = measure(&prepared, Simd::best(), &mut rasteriser, 0.0, &mut || false);
         assert_eq!((found.views, found.answers.len()), (1, 200));
     }
 }

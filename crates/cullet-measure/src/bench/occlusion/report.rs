@@ -1,6 +1,6 @@
 //! What a measurement of occlusion culling found, for people and as JSON.
 
-use cullet::Level;
+use cullet::Simd;
 use cullet_command::console::{Console, count, grouped};
 use serde::Serialize;
 
@@ -44,7 +44,7 @@ pub(super) struct Streaming {
 const SECONDS: f64 = 0.05;
 
 /// Reads as many bytes as the scene's vertices and triangles have.
-pub(super) fn streaming(prepared: &Prepared, level: Level) -> Streaming {
+pub(super) fn streaming(prepared: &Prepared, level: Simd) -> Streaming {
     let scene = &prepared.scene;
     let floats = vec![1.0f32; (scene.vertices.len() + scene.triangles.len()) * 3];
     let [time, _] = fastest_of_both(SECONDS, |turn| stream(level, &floats, turn), || {});

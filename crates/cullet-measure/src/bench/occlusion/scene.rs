@@ -3,7 +3,7 @@
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::Indices;
 use cullet::cull::frustum::batch::{Planes, cull_boxes};
-use cullet::{Depth, Level, View};
+use cullet::{Depth, Simd, View};
 use cullet_command::exit::Failure;
 use cullet_io::occscn::Occscn;
 
@@ -44,7 +44,7 @@ impl Prepared {
 
     /// The meshes that a view may see, nearest box first; those equally near to within a hundredth in their
     /// order. The eye is the file's.
-    pub(super) fn sorted(&self, level: Level, view: usize, scratch: &mut Scratch) {
+    pub(super) fn sorted(&self, level: Simd, view: usize, scratch: &mut Scratch) {
         let Scratch { meshes, visible, order, spare } = scratch;
         cull_boxes(level, &Planes::new(&self.views[view].frustum()), &self.mesh_boxes, visible);
         let eye = self.scene.cameras[view].eye;

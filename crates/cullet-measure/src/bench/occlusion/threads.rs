@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use cullet::Level;
+use cullet::Simd;
 use cullet_command::exit::Failure;
 use serde::Serialize;
 
@@ -83,7 +83,7 @@ impl Workers {
 /// Measures all views in turn, about `seconds` each; `go_on` is asked after each.
 pub(super) fn measure(
     prepared: &Prepared,
-    level: Level,
+    level: Simd,
     engine: &mut Engine<'_>,
     threads: u16,
     seconds: f64,

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::{Coherent, Cut};
-use cullet::{Camera, Level, Projection};
+use cullet::{Camera, Projection, Simd};
 use cullet_command::console::{Console, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure};
 use cullet_io::Model;
@@ -101,7 +101,7 @@ pub(super) fn all(
         .collect();
     let tree = Tree::new(&boxes);
     let hierarchy = scene.hierarchy();
-    let level = Level::new();
+    let level = Simd::best();
     let words = boxes.len().div_ceil(64);
     let (mut truth, mut found) = (vec![0_u64; words], vec![0_u64; words]);
     let mut costs: Vec<Cost> = VARIANTS.iter().map(|_| Cost::new(frames.len())).collect();

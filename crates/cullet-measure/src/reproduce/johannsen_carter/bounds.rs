@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{ClusterPlanes, EllipticCone};
 use cullet::cull::backface::{MaskGrid, NormalMask, ViewCone};
-use cullet::{Level, Mesh};
+use cullet::{Mesh, Simd};
 use cullet_command::console::Progress;
 use cullet_command::exit::Failure;
 use cullet_methods::Bulk;
@@ -190,7 +190,7 @@ impl<'a> Clusters<'a> {
         wrong: &mut Wrong,
         fit: impl Fn(usize) -> Option<B>,
     ) -> BoundRow {
-        let level = Level::new();
+        let level = Simd::best();
         let fits: Vec<Option<B>> = (0..self.len()).map(fit).collect();
         let batch: ClusterBounds<B> = fits.iter().copied().collect();
         let by_distance = self.shares(views, wrong, |eye, out| batch.cull(level, eye, out));
@@ -299,7 +299,7 @@ impl<'a> Clusters<'a> {
     fn masks(&self, views: &Views, wrong: &mut Wrong) -> Result<BoundRow, Failure> {
         let grid = MaskGrid::new(CELLS)
             .ok_or_else(|| Failure::input(format!("{CELLS} cells along an edge of a cube")))?;
-        let level = Level::new();
+        let level = Simd::best();
         let clusters: Vec<(Sphere, Vec<NormalMask>)> = (0..self.len())
             .map(|c| {
                 let corners: Vec<[f32; 3]> = self.corners(c).flatten().collect();

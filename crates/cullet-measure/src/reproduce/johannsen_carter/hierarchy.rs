@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use cullet::cull::backface::EllipticCone;
-use cullet::{Level, Mesh};
+use cullet::{Mesh, Simd};
 use cullet_bake::joint::JointHierarchy;
 use cullet_methods::Bulk;
 use cullet_methods::cluster::{ClusterBounds, ClusterFacing, TwoWay};
@@ -48,7 +48,7 @@ pub(super) fn measure(mesh: &Mesh, clusters: &Clusters<'_>, eyes: &[[f64; 4]]) -
     let fits: Vec<TwoWay<EllipticCone>> = clusters.planes().iter().map(TwoWay::fit).collect();
     let [behind, before]: [ClusterBounds<EllipticCone>; 2] =
         [fits.iter().map(|b| b.back).collect(), fits.iter().map(|b| b.front).collect()];
-    let level = Level::new();
+    let level = Simd::best();
     let mut bits = [Vec::new(), Vec::new()];
     let us = |pass: &mut dyn FnMut([f64; 4])| {
         fastest(|| eyes.iter().for_each(|e| pass(*e))) / 1e3 / eyes.len() as f64

@@ -2,7 +2,7 @@
 
 use cullet::bounds::Sphere;
 use cullet::cull::backface::{BackfaceMask, MaskGrid, NormalMasks, ObjectEye, ViewCone};
-use cullet::{CullFace, FrontFace, Level, Transform};
+use cullet::{CullFace, FrontFace, Simd, Transform};
 use cullet_command::console::Progress;
 use cullet_methods::Bulk;
 
@@ -70,7 +70,7 @@ impl<'a> Pair<'a> {
     /// is farthest from it, over N ≥ 6. (The paper's is one view; with large cells its luck is not that
     /// of the mean.)
     pub(super) fn fit(&self, grids: &Grids, directions: u32) -> f64 {
-        let level = Level::new();
+        let level = Simd::best();
         let known: Vec<_> = grids.0.iter().zip(PAPER).filter(|(_, paper)| paper.0 >= 6).collect();
         let all = self.triangles() as f64 * f64::from(directions);
         let too_low = |radii: f64| {
@@ -111,7 +111,7 @@ impl<'a> Pair<'a> {
         directions: u32,
         progress: &mut Progress,
     ) -> CullingFound {
-        let level = Level::new();
+        let level = Simd::best();
         let (mut culled, mut exact, mut lost) = (vec![0; grids.0.len()], 0, 0);
         let (mut words, mut kept) = (Vec::new(), Vec::new());
         for i in 0..directions as usize {
@@ -153,7 +153,7 @@ pub(super) fn keep_exactly(subject: &Subject, eye: [f64; 4], kept: &mut Vec<u64>
 
 /// The mask of a viewing cone to a sphere.
 pub(super) fn mask_to(grid: &MaskGrid, eye: [f64; 4], sphere: &Sphere) -> BackfaceMask {
-    grid.mask(Level::new(), ViewCone::to_sphere(eye, sphere).as_ref())
+    grid.mask(Simd::best(), ViewCone::to_sphere(eye, sphere).as_ref())
 }
 
 /// How many bits are set.

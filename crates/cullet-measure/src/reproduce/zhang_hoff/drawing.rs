@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use cullet::cull::Indices;
 use cullet::cull::backface::Planes8;
 use cullet::{
-    Camera, Depth, Instance, Level, Projection, Scene, Transform, TriangleRange, View, Visible,
+    Camera, Depth, Instance, Projection, Scene, Simd, Transform, TriangleRange, View, Visible,
 };
 use cullet_command::console::{Console, interrupted};
 use cullet_command::exit::{Exit, Failure};
@@ -107,12 +107,12 @@ pub(super) fn draw(
                         Selection::Visible(&lists.visible)
                     }
                     Way::Planes8 => lists.list(eyes, |eye, kept| {
-                        planes.keep(Level::new(), eye, kept);
+                        planes.keep(Simd::best(), eye, kept);
                     }),
                     Way::Masks(n) => lists.list(eyes, |eye, kept| {
                         let (grid, masks) = &grids.0[n];
                         let mask = mask_to(grid, eye, &pair.subject.sphere);
-                        masks.keep(Level::new(), &mask, kept);
+                        masks.keep(Simd::best(), &mask, kept);
                     }),
                 };
                 let frame = render(&scene, &view, selection, &options);

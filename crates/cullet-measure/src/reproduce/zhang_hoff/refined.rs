@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use cullet::cull::backface::{MaskGrid, NormalMasks, ViewCone};
-use cullet::{Camera, Depth, Level, Projection, View};
+use cullet::{Camera, Depth, Projection, Simd, View};
 use cullet_command::console::Progress;
 use cullet_command::exit::Failure;
 use cullet_methods::sectors::{MaskUse, corner_directions, mask_of_sectors};
@@ -38,7 +38,7 @@ pub(super) fn groups(
     directions: u32,
     progress: &mut Progress,
 ) -> Result<Vec<GroupRow>, Failure> {
-    let (mesh, level) = (&subject.mesh, Level::new());
+    let (mesh, level) = (&subject.mesh, Simd::best());
     let grid = MaskGrid::new(N).ok_or_else(|| internal("a grid of too many cells"))?;
     let exact = DISTANCES.map(|d| exact_percent(subject, d, directions));
     let mut rows = Vec::new();
@@ -80,7 +80,7 @@ pub(super) fn sectors(
     directions: u32,
     progress: &mut Progress,
 ) -> Result<Vec<SectorRow>, Failure> {
-    let (mesh, level, views) = (&subject.mesh, Level::new(), directions.min(SECTOR_VIEWS));
+    let (mesh, level, views) = (&subject.mesh, Simd::best(), directions.min(SECTOR_VIEWS));
     let grid = MaskGrid::new(N).ok_or_else(|| internal("a grid of too many cells"))?;
     let ranges: Vec<_> = mesh
         .clusters()

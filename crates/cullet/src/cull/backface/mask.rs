@@ -12,7 +12,7 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use fearless_simd::{Level, dispatch, prelude::*};
+use fearless_simd::{dispatch, prelude::*};
 use glam::{DVec3, DVec4};
 
 use crate::bounds::Sphere;
@@ -290,13 +290,13 @@ impl MaskGrid {
     ///
     /// Conservative for every triangle all of whose points are seen along lines in the cone.
     #[must_use]
-    pub fn mask(&self, level: Level, cone: Option<&ViewCone>) -> BackfaceMask {
+    pub fn mask(&self, level: crate::Simd, cone: Option<&ViewCone>) -> BackfaceMask {
         let Some(cone) = cone else { return BackfaceMask::NOTHING };
         let axis = cone.axis.map(|v| v as f32);
         // Rounded up, so that less is culled.
         let threshold = (cone.sine as f32).next_up() + MARGIN;
         let mut bits = [0; CORNER_WORDS];
-        dispatch!(level, simd => corner_bits(simd, &self.corners, axis, threshold, &mut bits));
+        dispatch!(level.0, simd => corner_bits(simd, &self.corners, axis, threshold, &mut bits));
         self.cells_of_corners(&bits)
     }
 

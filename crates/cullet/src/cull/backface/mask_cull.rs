@@ -5,7 +5,7 @@
 //! 16-byte rows of the table that are not zero: a row is looked up by the low four bits of the offset
 //! where its high four bits name the row.
 
-use fearless_simd::{Level, Simd, dispatch, prelude::*, u8x16};
+use fearless_simd::{Simd, dispatch, prelude::*, u8x16};
 
 use super::{BackfaceMask, NormalMasks};
 
@@ -26,34 +26,46 @@ impl NormalMasks {
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
-    pub fn cull_words(&self, level: Level, mask: &BackfaceMask, first: usize, culled: &mut [u64]) {
+    pub fn cull_words(
+        &self,
+        level: crate::Simd,
+        mask: &BackfaceMask,
+        first: usize,
+        culled: &mut [u64],
+    ) {
         fill(level, self, mask, first, culled);
     }
 }
 
-fn fill(level: Level, masks: &NormalMasks, mask: &BackfaceMask, first: usize, out: &mut [u64]) {
+fn fill(
+    level: crate::Simd,
+    masks: &NormalMasks,
+    mask: &BackfaceMask,
+    first: usize,
+    out: &mut [u64],
+) {
     let range = first * 64..(first + out.len()) * 64;
     let offsets = masks.byte_offset[range.clone()].as_chunks::<64>().0;
     let bits = masks.bit_mask[range].as_chunks::<64>().0;
     let table = mask.bytes();
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx512) = level.as_avx512() {
+    if let Some(avx512) = level.0.as_avx512() {
         return fill_avx512(avx512, offsets, bits, table, out);
     }
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx2) = level.as_avx2() {
+    if let Some(avx2) = level.0.as_avx2() {
         return fill_avx2(avx2, offsets, bits, &Table::new(table), out);
     }
     // Without a byte shuffle a row look-up would be sixteen look-ups.
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    let shuffles = level.as_sse4_2().is_some();
+    let shuffles = level.0.as_sse4_2().is_some();
     #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
-    let shuffles = !level.is_fallback();
+    let shuffles = !level.0.is_fallback();
     if shuffles {
         let table = Table::new(table);
-        dispatch!(level, simd => fill_rows(simd, offsets, bits, &table, out));
+        dispatch!(level.0, simd => fill_rows(simd, offsets, bits, &table, out));
     } else {
-        dispatch!(level, simd => fill_bytes(simd, offsets, bits, table, out));
+        dispatch!(level.0, simd => fill_bytes(simd, offsets, bits, table, out));
     }
 }
 

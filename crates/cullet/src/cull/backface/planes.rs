@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Level, Simd, dispatch, i16x16, i32x8, prelude::*, u8x32, u16x16};
+use fearless_simd::{Simd, dispatch, i16x16, i32x8, prelude::*, u8x32, u16x16};
 use glam::{DVec3, DVec4};
 
 use super::Facing;
@@ -200,7 +200,7 @@ impl Planes8 {
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
-    pub fn cull_words(&self, level: Level, eye: &PlaneEye, first: usize, culled: &mut [u64]) {
+    pub fn cull_words(&self, level: crate::Simd, eye: &PlaneEye, first: usize, culled: &mut [u64]) {
         self.test_words(level, eye, first, culled, &mut []);
     }
 
@@ -208,7 +208,7 @@ impl Planes8 {
     /// nearly edge-on or without a plane. `doubt` is as long as `culled`, or empty where it is not wanted.
     pub(crate) fn test_words(
         &self,
-        level: Level,
+        level: crate::Simd,
         &PlaneEye { eye, bound }: &PlaneEye,
         first: usize,
         culled: &mut [u64],
@@ -216,13 +216,13 @@ impl Planes8 {
     ) {
         let bytes = &self.bytes[first * 64..(first + culled.len()) * 64];
         #[cfg(target_arch = "x86_64")]
-        if let Some(avx512) = level.as_avx512() {
+        if let Some(avx512) = level.0.as_avx512() {
             return test_avx512(avx512, bytes, eye, bound, culled, doubt);
         }
         if doubt.is_empty() {
-            dispatch!(level, simd => test::<_, false>(simd, bytes, eye, bound, culled, doubt));
+            dispatch!(level.0, simd => test::<_, false>(simd, bytes, eye, bound, culled, doubt));
         } else {
-            dispatch!(level, simd => test::<_, true>(simd, bytes, eye, bound, culled, doubt));
+            dispatch!(level.0, simd => test::<_, true>(simd, bytes, eye, bound, culled, doubt));
         }
     }
 

@@ -9,12 +9,12 @@
 
 use std::ops::Range;
 
-use fearless_simd::Level;
 use glam::DVec3;
 
 use super::cluster::{ClusterEye, ClusterPlanes, EllipticCone, EllipticCones};
 use super::planes::Frame;
 use super::{BackfaceMask, Facing, MaskGrid, NormalMasks, ObjectEye, PlaneEye, Planes8, ViewCone};
+use crate::Simd;
 use crate::bounds::Sphere;
 
 /// A triangle less high than this share of the mesh's size is left to the test from its corners: one
@@ -120,7 +120,7 @@ impl Backfaces {
     #[must_use]
     pub(crate) fn mask(
         &self,
-        level: Level,
+        level: Simd,
         grid: &MaskGrid,
         eye: &ObjectEye,
     ) -> Option<BackfaceMask> {
@@ -211,7 +211,7 @@ impl Backfaces {
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
-    pub fn cull_words(&self, level: Level, eye: &BackfaceEye, first: usize, culled: &mut [u64]) {
+    pub fn cull_words(&self, level: Simd, eye: &BackfaceEye, first: usize, culled: &mut [u64]) {
         self.planes.cull_words(level, &eye.planes, first, culled);
     }
 
@@ -219,7 +219,7 @@ impl Backfaces {
     /// triangles nearly edge-on, or without a plane.
     pub(crate) fn test_words(
         &self,
-        level: Level,
+        level: Simd,
         eye: &BackfaceEye,
         first: usize,
         culled: &mut [u64],
@@ -268,7 +268,7 @@ impl ClusterCones {
 
     /// Sets bit i of `culled` where every triangle of cluster i is proved to be culled. Nothing is for an
     /// eye that culls the other side. The same at every level; 0.5 ns a cluster with AVX-512.
-    pub fn cull(&self, level: Level, eye: &BackfaceEye, culled: &mut Vec<u64>) {
+    pub fn cull(&self, level: Simd, eye: &BackfaceEye, culled: &mut Vec<u64>) {
         culled.clear();
         culled.resize(self.bounds.len().div_ceil(64), 0);
         if let Some(eye) = ClusterEye::new(eye.eye).filter(|_| eye.facing == self.facing) {

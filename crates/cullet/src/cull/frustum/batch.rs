@@ -13,7 +13,7 @@
 //! ```
 //! use cullet::bounds::{Aabb, Boxes, Plane};
 //! use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
-//! use cullet::{Frustum, Level};
+//! use cullet::{Frustum, Simd};
 //!
 //! // Everything with x ≤ 10.
 //! let wall = Plane::new([1.0, 0.0, 0.0], 10.0);
@@ -24,24 +24,21 @@
 //!     Aabb::new([9.0; 3], [11.0; 3]),
 //! ]);
 //! let mut visible = Indices::new();
-//! cull_boxes(Level::new(), &planes, &boxes, &mut visible);
+//! cull_boxes(Simd::best(), &planes, &boxes, &mut visible);
 //! assert_eq!(*visible, [0, 2]);
 //! ```
 
 mod boxes;
-mod levels;
 pub(in crate::cull::frustum) mod planes;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 mod six;
 mod spheres;
 pub(in crate::cull::frustum) mod words;
 
-use fearless_simd::Level;
-
+use crate::Simd;
 use crate::bounds::{Aabb, Block, BoxBlock, Boxes, Side, Sphere, SphereBlock, Spheres};
 
 pub use crate::cull::Indices;
-pub use levels::levels;
 pub use planes::Planes;
 
 use crate::cull::output::expand;
@@ -75,7 +72,7 @@ macro_rules! batch_tests {
         ///
         /// Allocates only when `visible` has never held a batch as large. At most one pass over the
         /// batch; the time does not depend on how many are visible.
-        pub fn $cull(level: Level, planes: &Planes, batch: &$batch, visible: &mut Indices) {
+        pub fn $cull(level: Simd, planes: &Planes, batch: &$batch, visible: &mut Indices) {
             visible.fill(list_bound(batch.len()), |out| $list(level, planes, batch, out));
         }
 
@@ -84,7 +81,7 @@ macro_rules! batch_tests {
         ///
         /// # Panics
         /// If `out` is shorter than [`list_bound`] of the batch's length.
-        pub fn $list(level: Level, planes: &Planes, batch: &$batch, out: &mut [u32]) -> usize {
+        pub fn $list(level: Simd, planes: &Planes, batch: &$batch, out: &mut [u32]) -> usize {
             let bound = list_bound(batch.len());
             assert!(out.len() >= bound, "a list of {} entries where {bound} may be", out.len());
             let blocks = (batch.blocks(), batch.len());
@@ -104,7 +101,7 @@ macro_rules! batch_tests {
         ///
         /// Several threads may each fill a part of one mask.
         pub fn $mask(
-            level: Level,
+            level: Simd,
             planes: &Planes,
             batch: &$batch,
             first_word: usize,
@@ -115,7 +112,7 @@ macro_rules! batch_tests {
 
         #[doc = concat!("How many of the ", $what, " are visible.")]
         #[must_use]
-        pub fn $count(level: Level, planes: &Planes, batch: &$batch) -> usize {
+        pub fn $count(level: Simd, planes: &Planes, batch: &$batch) -> usize {
             let mut words = [0; WORDS_AT_ONCE];
             let all = mask_words(batch.len());
             let mut count = 0;
@@ -136,7 +133,7 @@ macro_rules! batch_tests {
         /// # Panics
         /// If the two masks differ in length.
         pub fn $classify(
-            level: Level,
+            level: Simd,
             planes: &Planes,
             batch: &$batch,
             first_word: usize,
@@ -156,7 +153,7 @@ macro_rules! batch_tests {
         /// # Panics
         /// If `reasons` reaches past the batch.
         pub fn $reject(
-            level: Level,
+            level: Simd,
             planes: &Planes,
             batch: &$batch,
             first: usize,
@@ -184,7 +181,7 @@ macro_rules! batch_tests {
         ///
         /// The same answer as that of a batch of them. Preparing the items costs some nanoseconds each,
         /// so what is tested more than once is better kept in a batch.
-        pub fn $slice(level: Level, planes: &Planes, items: &[$item], visible: &mut Indices) {
+        pub fn $slice(level: Simd, planes: &Planes, items: &[$item], visible: &mut Indices) {
             visible.fill(list_bound(items.len()), |out| {
                 // As many as stay in the nearest cache between being prepared and being tested.
                 const AT_ONCE: usize = 256;

@@ -17,7 +17,7 @@
 //! use cullet::bounds::{Aabb, Boxes};
 //! use cullet::cull::frustum::batch::{Indices, Planes, cull_boxes};
 //! use cullet::cull::shadow::{CasterRegion, Light};
-//! use cullet::{Level, View};
+//! use cullet::{Simd, View};
 //!
 //! // Ten units of floor in front of a camera, the sun straight above it.
 //! let view = View::perspective([0.0, 2.0, 0.0], [0.0, 2.0, -1.0], 1.0, 0.1, 100.0, [640, 480])?;
@@ -31,7 +31,7 @@
 //!     Aabb::new([-1.0, -2.0, -8.0], [1.0, -1.0, -6.0]), // under the floor
 //! ]);
 //! let mut kept = Indices::new();
-//! cull_boxes(Level::new(), &Planes::new(region.frustum()), &casters, &mut kept);
+//! cull_boxes(Simd::best(), &Planes::new(region.frustum()), &casters, &mut kept);
 //! assert_eq!(*kept, [0]);
 //! # Ok::<(), cullet::view::ViewError>(())
 //! ```

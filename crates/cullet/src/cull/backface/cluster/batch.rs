@@ -4,7 +4,7 @@
 //! wide. The arithmetic is that of [`EllipticCone::is_behind_eye`], product by product, so the answers are
 //! the same at every level.
 
-use fearless_simd::{Level, Simd, dispatch, prelude::*};
+use fearless_simd::{Simd, dispatch, prelude::*};
 
 use super::{ClusterEye, EllipticCone};
 
@@ -67,9 +67,15 @@ impl EllipticCones {
     ///
     /// # Panics
     /// If the words reach beyond the last cluster's.
-    pub fn cull_words(&self, level: Level, eye: &ClusterEye, first: usize, culled: &mut [u64]) {
+    pub fn cull_words(
+        &self,
+        level: crate::Simd,
+        eye: &ClusterEye,
+        first: usize,
+        culled: &mut [u64],
+    ) {
         let blocks = &self.blocks[first * BLOCKS..(first + culled.len()) * BLOCKS];
-        dispatch!(level, simd => words(simd, blocks, eye, culled));
+        dispatch!(level.0, simd => words(simd, blocks, eye, culled));
     }
 }
 

@@ -1,7 +1,7 @@
 //! The box tests, in SIMD of any width.
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::planes::{BoxPlane, Planes};
 use super::words::{BLOCKS, bits, load, padded, parts, valid};
@@ -9,18 +9,18 @@ use crate::bounds::BoxBlock;
 
 /// The visible boxes of words `first..` of a batch of `len`.
 pub(super) fn visible(
-    level: Level,
+    level: crate::Simd,
     planes: &Planes,
     (blocks, len): (&[BoxBlock], usize),
     first: usize,
     visible: &mut [u64],
 ) {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if let (Some(simd), Some(six)) = (level.as_avx512(), &planes.six) {
+    if let (Some(simd), Some(six)) = (level.0.as_avx512(), &planes.six) {
         super::six::visible(simd, six, (blocks, len), first, visible);
         return;
     }
-    dispatch!(level, simd => {
+    dispatch!(level.0, simd => {
         let mut test = Outside { planes: planes.box_planes() };
         run(simd, &mut test, (blocks, len), first, visible);
     });
@@ -29,14 +29,14 @@ pub(super) fn visible(
 /// Which boxes are proved inside every plane, of words `first..` of a batch; the words hold what is
 /// visible, and those of which nothing is are not looked at.
 pub(super) fn inside(
-    level: Level,
+    level: crate::Simd,
     planes: &Planes,
     (blocks, len): (&[BoxBlock], usize),
     first: usize,
     visible: &[u64],
     inside: &mut [u64],
 ) {
-    dispatch!(level, simd => {
+    dispatch!(level.0, simd => {
         let mut test = Inside { planes: planes.box_planes(), visible, first };
         run(simd, &mut test, (blocks, len), first, inside);
     });

@@ -1,7 +1,7 @@
 //! The sphere tests, in SIMD of any width.
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::planes::{Planes, SharedSides, SidePair, SpherePlane};
 use super::words::{BLOCKS, bits, load, padded, parts, valid};
@@ -9,17 +9,17 @@ use crate::bounds::SphereBlock;
 
 /// The visible spheres of words `first..` of a batch of `len`.
 pub(super) fn visible(
-    level: Level,
+    level: crate::Simd,
     planes: &Planes,
     (blocks, len): (&[SphereBlock], usize),
     first: usize,
     visible: &mut [u64],
 ) {
     match &planes.shared {
-        Some(sides) => dispatch!(level, simd => {
+        Some(sides) => dispatch!(level.0, simd => {
             run(simd, &Shared::new(simd, sides), (blocks, len), first, visible);
         }),
-        None => dispatch!(level, simd => {
+        None => dispatch!(level.0, simd => {
             let test = Each { planes: planes.sphere_planes(), inside: false };
             run(simd, &test, (blocks, len), first, visible);
         }),
@@ -28,14 +28,14 @@ pub(super) fn visible(
 
 /// Which spheres are proved inside every plane, of those whose bits are set in `visible`.
 pub(super) fn inside(
-    level: Level,
+    level: crate::Simd,
     planes: &Planes,
     (blocks, len): (&[SphereBlock], usize),
     first: usize,
     visible: &[u64],
     inside: &mut [u64],
 ) {
-    dispatch!(level, simd => {
+    dispatch!(level.0, simd => {
         let test = Each { planes: planes.sphere_planes(), inside: true };
         run(simd, &test, (blocks, len), first, inside);
     });

@@ -33,8 +33,8 @@
 //! 34 % at 0.1°, 10 % seen), but to look at it costs 8 to 9 ns where the cold test of the block takes 13: nearly
 //! everywhere slower than a cold walk.
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::super::batch::planes::{BoxPlane, Planes};
 use super::Cut;
@@ -90,7 +90,7 @@ impl Coherent {
     /// If the nodes are over more boxes than there are.
     pub fn cull(
         &mut self,
-        level: Level,
+        level: crate::Simd,
         planes: &Planes,
         nodes: &Nodes,
         boxes: &Boxes,
@@ -364,7 +364,7 @@ impl Recall<'_> {
         }
         front.truncate(left);
         let Self { memory, again, generation, .. } = self;
-        dispatch!(walk.level, simd => test_groups(simd, walk, again, memory, generation, target));
+        dispatch!(walk.level.0, simd => test_groups(simd, walk, again, memory, generation, target));
         found
     }
 }

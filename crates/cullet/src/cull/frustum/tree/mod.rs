@@ -9,7 +9,7 @@
 //! use cullet::cull::frustum::batch::Planes;
 //! use cullet::cull::frustum::tree::Cut;
 //! use cullet::hierarchy::{Nodes, spatial_order};
-//! use cullet::{Camera, Level, Projection};
+//! use cullet::{Camera, Simd, Projection};
 //!
 //! // A row of boxes, of which a camera at its middle sees those in front.
 //! let row: Vec<_> =
@@ -17,14 +17,14 @@
 //! let order = spatial_order(&row);
 //! let sorted: Vec<_> = order.iter().map(|&i| row[i as usize]).collect();
 //! let boxes = Boxes::from_slice(&sorted);
-//! let nodes = Nodes::over(Level::new(), &boxes);
+//! let nodes = Nodes::over(Simd::best(), &boxes);
 //!
 //! let projection =
 //!     Projection::Perspective { fov_y_radians: 1.0, aspect: 1.0, near: 0.1, far: 100.0 };
 //! let (eye, direction, up) = ([500.0, 0.5, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]);
 //! let frustum = Camera { eye, direction, up, projection }.frustum()?;
 //! let mut cut = Cut::new();
-//! cut.cull(Level::new(), &Planes::new(&frustum), &nodes, &boxes);
+//! cut.cull(Simd::best(), &Planes::new(&frustum), &nodes, &boxes);
 //! assert!(cut.count() < 10 && cut.nodes_asked() < 10);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -36,9 +36,8 @@ mod walk;
 pub use coherent::Coherent;
 pub use trace::Trace;
 
-use fearless_simd::Level;
-
 use super::batch::{Planes, classify_boxes};
+use crate::Simd;
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, Side};
 use crate::cull::Indices;
@@ -74,7 +73,7 @@ impl Cut {
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are.
-    pub fn cull(&mut self, level: Level, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
+    pub fn cull(&mut self, level: Simd, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
         assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
         self.begin(level, planes, nodes, boxes);
         let mut fronts = std::mem::take(&mut self.fronts);
@@ -90,7 +89,7 @@ impl Cut {
     }
 
     /// Clears the masks, and sweeps what lies under no node.
-    fn begin(&mut self, level: Level, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
+    fn begin(&mut self, level: Simd, planes: &Planes, nodes: &Nodes, boxes: &Boxes) {
         assert!(nodes.len() <= boxes.len(), "nodes over {} of {}", nodes.len(), boxes.len());
         self.clear(boxes.len());
         if nodes.len() < boxes.len() {
@@ -125,7 +124,7 @@ impl Cut {
     }
 
     /// Lists the visible boxes, ascending.
-    pub fn list(&self, level: Level, visible: &mut Indices) {
+    pub fn list(&self, level: Simd, visible: &mut Indices) {
         // What is listed at once must not be longer than the list, whose end is the end of the boxes.
         visible.fill(self.len.next_multiple_of(64), |out| {
             let mut len = 0;
@@ -224,7 +223,7 @@ impl Cut {
     }
 
     /// Tests words from `first` on one by one.
-    fn sweep(&mut self, level: Level, planes: &Planes, boxes: &Boxes, first: usize) {
+    fn sweep(&mut self, level: Simd, planes: &Planes, boxes: &Boxes, first: usize) {
         self.swept = boxes.len() - first * 64;
         let (visible, inside) = (&mut self.visible[first..], &mut self.inside[first..]);
         classify_boxes(level, planes, boxes, first, visible, inside);

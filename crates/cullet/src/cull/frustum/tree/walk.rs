@@ -1,13 +1,13 @@
 //! The walk: level by level from the top, sixteen children at a time.
 //!
-//! Level by level and not down to the leaves at once, for then one block does not wait for the branches
+//! crate::Simd by level and not down to the leaves at once, for then one block does not wait for the branches
 //! of the one before: their loads overlap. What is found is written to masks, whose order is given, so
 //! the order of the walk does not matter.
 
 use std::ops::Range;
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::super::batch::planes::{BoxPlane, Planes};
 use super::super::batch::words::load;
@@ -127,7 +127,7 @@ impl<'a> Target<'a> {
 /// What is walked, for which planes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk<'a> {
-    pub(super) level: Level,
+    pub(super) level: crate::Simd,
     pub(super) planes: &'a Planes,
     pub(super) nodes: &'a Nodes,
     pub(super) boxes: &'a Boxes,
@@ -177,7 +177,7 @@ impl Walk<'_> {
             let below = &self.nodes.levels()[at];
             let unit = LANES.pow(at as u32);
             next.reserve((front.len * LANES).min(below.len()));
-            dispatch!(self.level, simd => inner(simd, planes, below, unit, front, next, target));
+            dispatch!(self.level.0, simd => inner(simd, planes, below, unit, front, next, target));
             std::mem::swap(front, next);
         }
     }
@@ -185,7 +185,7 @@ impl Walk<'_> {
     /// Asks the boxes of a front.
     fn leaves(&self, front: &Front, target: &mut Target<'_>) {
         let planes = self.planes.box_planes();
-        dispatch!(self.level, simd => leaves(simd, planes, self.boxes, front, target));
+        dispatch!(self.level.0, simd => leaves(simd, planes, self.boxes, front, target));
     }
 }
 

@@ -294,7 +294,7 @@ fn spread(vertices: &[[f32; 3]], corners: &[u32]) -> [u32; 3] {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::Level;
+    use crate::Simd;
 
     use super::*;
     use crate::cull::occlusion::{OcclusionBuffer, Visibility};
@@ -309,7 +309,7 @@ mod tests {
             View::new(&Camera::look_at(eye, [0.0; 3], projection), Depth::Reversed, [64, 64]);
         let mut buffer = OcclusionBuffer::new([64, 64]).unwrap();
         buffer.begin(&view.unwrap(), [0.0; 3]);
-        polygon.draw(Level::new(), &mut buffer.band(), &Transform::IDENTITY);
+        polygon.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
         let at = eye.map(|v| -v as f32);
         let target = Aabb::new(at.map(|v| v - 0.2), at.map(|v| v + 0.2));
         buffer.test_box(&target) == Visibility::Hidden

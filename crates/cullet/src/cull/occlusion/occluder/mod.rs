@@ -10,9 +10,8 @@ pub use convex::Convex;
 pub(crate) use cost::{CostModel, EdgeCount, LeastCost};
 pub use patch::Patch;
 
-use fearless_simd::Level;
-
 use super::raster::Band;
+use crate::Simd;
 use crate::bounds::{Aabb, Boxes};
 use crate::costs::OccluderCosts;
 use crate::mesh::{Alpha, Mesh, connected_regions};
@@ -49,7 +48,7 @@ impl Shape {
 
     /// Draws what lies in a band of it, the shape standing at `transform`. Nothing where a number is not finite, and
     /// before [`OcclusionBuffer::begin`](super::OcclusionBuffer::begin).
-    pub fn draw(&self, level: Level, band: &mut Band<'_>, transform: &Transform) {
+    pub fn draw(&self, level: Simd, band: &mut Band<'_>, transform: &Transform) {
         match self {
             Self::Convex(convex) => convex.draw(level, band, transform),
             Self::Patch(patch) => patch.draw(level, band, transform),

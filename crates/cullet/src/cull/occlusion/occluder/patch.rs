@@ -3,10 +3,9 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use fearless_simd::Level;
-
 use super::super::OcclusionError;
 use super::super::raster::{Band, Connected, TRIANGLES, is_whole, reach};
+use crate::Simd;
 use crate::bounds::Aabb;
 use crate::mesh::weld;
 use crate::transform::Transform;
@@ -61,11 +60,12 @@ impl Patch {
 
     /// Draws what lies in a band of it. Nothing where a number is not finite, and before
     /// [`OcclusionBuffer::begin`](super::super::OcclusionBuffer::begin).
-    pub fn draw(&self, level: Level, band: &mut Band<'_>, transform: &Transform) {
+    pub fn draw(&self, level: Simd, band: &mut Band<'_>, transform: &Transform) {
         band.draw_connected(level, &self.mesh, transform);
     }
 
     /// How many triangles are its own.
+    #[cfg(feature = "serde")]
     pub(super) fn triangle_count(&self) -> usize {
         self.own
     }
@@ -77,6 +77,7 @@ impl Patch {
     }
 
     /// Its vertices, those of the triangles around it included.
+    #[cfg(feature = "serde")]
     pub(super) fn vertices(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         let [x, y, z] = &self.mesh.places;
         (0..self.vertex_count).map(|v| [x[v], y[v], z[v]])

@@ -4,8 +4,8 @@
 //! once more, by the pixels alone that the convex hull of the corners touches, was tried: in four views of a
 //! city of 100,000 boxes it took twenty times as long a box and found none of 1,476 to be hidden, so it is not done.
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::super::raster::{OcclusionBuffer, Rectangles, ScreenBounds};
 use super::nearest::Nearest;
@@ -28,7 +28,7 @@ const LEAST_PARTED: f32 = 64.0;
 pub(crate) struct BoxTests<'a> {
     buffer: &'a OcclusionBuffer,
     projector: Option<BoxProjector>,
-    level: Level,
+    level: crate::Simd,
     /// How near the tiles come at most, where that is known.
     nearest: Option<&'a Nearest>,
 }
@@ -73,7 +73,7 @@ impl OcclusionBuffer {
     /// If the masks differ in length.
     pub fn test_boxes(
         &self,
-        level: Level,
+        level: crate::Simd,
         boxes: &Boxes,
         first_word: usize,
         wanted: &[u64],
@@ -103,30 +103,36 @@ impl OcclusionBuffer {
     ///
     /// # Panics
     /// If the nodes are over more boxes than there are, or a bit is set beyond the last box.
-    pub fn hide_boxes(&self, level: Level, nodes: &Nodes, boxes: &Boxes, alive: &mut [u64]) -> u64 {
+    pub fn hide_boxes(
+        &self,
+        level: crate::Simd,
+        nodes: &Nodes,
+        boxes: &Boxes,
+        alive: &mut [u64],
+    ) -> u64 {
         BoxTests::new(self, level).hide(nodes, boxes, alive)
     }
 
     /// Whether every pixel of some screen bounds is covered by what is nearer.
-    pub(crate) fn covers(&self, level: Level, bounds: &ScreenBounds) -> bool {
-        dispatch!(level, simd => self.read().covers(simd, bounds))
+    pub(crate) fn covers(&self, level: crate::Simd, bounds: &ScreenBounds) -> bool {
+        dispatch!(level.0, simd => self.read().covers(simd, bounds))
     }
 }
 
 impl<'a> BoxTests<'a> {
-    pub(crate) fn new(buffer: &'a OcclusionBuffer, level: Level) -> Self {
+    pub(crate) fn new(buffer: &'a OcclusionBuffer, level: crate::Simd) -> Self {
         let projector = buffer.screen().and_then(|(screen, _)| BoxProjector::new(screen));
         Self { buffer, projector, level, nearest: None }
     }
 
-    pub(crate) fn level(&self) -> Level {
+    pub(crate) fn level(&self) -> crate::Simd {
         self.level
     }
 
     /// For boxes in the space of an object.
     pub(crate) fn of_object(
         buffer: &'a OcclusionBuffer,
-        level: Level,
+        level: crate::Simd,
         transform: &Transform,
     ) -> Self {
         let projector = buffer
@@ -211,7 +217,7 @@ impl<'a> BoxTests<'a> {
     ) {
         let mut r = Rectangles::NONE;
         if let Some(projector) = &self.projector {
-            dispatch!(self.level, simd => projector.project(simd, block, slack, &mut r));
+            dispatch!(self.level.0, simd => projector.project(simd, block, slack, &mut r));
         }
         for lane in bits::ones(wanted & !u64::from(r.outside)) {
             if r.bounded >> lane & 1 == 0 {
@@ -244,7 +250,7 @@ impl<'a> BoxTests<'a> {
     /// Tests the wanted of sixteen boxes.
     fn block(&self, block: &BoxBlock, wanted: u64, kind: Kind) -> Found {
         let (Some(projector), 1..) = (&self.projector, wanted) else { return Found::default() };
-        dispatch!(self.level, simd => {
+        dispatch!(self.level.0, simd => {
             test_block(simd, self.buffer, projector, self.nearest, block, wanted, kind)
         })
     }

@@ -1,7 +1,7 @@
 //! Greatest nearness of tiles: what is before everything that was drawn.
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::super::raster::{OcclusionBuffer, ScreenBounds, TILE};
 
@@ -17,10 +17,10 @@ pub(crate) struct Nearest {
 
 impl Nearest {
     /// Reads a buffer: costs a look at the pixels of each tile into which something was drawn.
-    pub(crate) fn read(&mut self, level: Level, buffer: &OcclusionBuffer) {
+    pub(crate) fn read(&mut self, level: crate::Simd, buffer: &OcclusionBuffer) {
         self.tiles.clear();
         self.tiles.resize(buffer.read().tiles.len(), 0.0);
-        dispatch!(level, simd => greatest(simd, buffer, &mut self.tiles));
+        dispatch!(level.0, simd => greatest(simd, buffer, &mut self.tiles));
     }
 
     /// Whether a rectangle lies within the screen, none of its sides along an edge, and all its pixels are as
@@ -77,7 +77,7 @@ fn greatest<S: Simd>(simd: S, buffer: &OcclusionBuffer, out: &mut [f32]) {
 mod tests {
     use super::*;
     use crate::bounds::Aabb;
-    use crate::cull::frustum::batch::levels;
+    use crate::Simd;
     use crate::cull::occlusion::Convex;
     use crate::{Camera, Depth, Projection, Transform, View};
 
@@ -92,7 +92,8 @@ mod tests {
         let mut buffer = OcclusionBuffer::new(size).unwrap();
         buffer.begin(&view, [0.0; 3]);
         let wall = Convex::from_box(&Aabb::new([-2.0, -1.0, -0.1], [1.0, 3.0, 0.1])).unwrap();
-        for (name, level) in levels() {
+        for level in Simd::all() {
+            let name = level.name();
             wall.draw(level, &mut buffer.band(), &Transform::IDENTITY);
             let mut nearest = Nearest::default();
             nearest.read(level, &buffer);
@@ -101,7 +102,7 @@ mod tests {
                 let min = [i * 7 % 190, i * 13 % 120];
                 let max = [(min[0] + i % 31).min(202), (min[1] + i % 23).min(124)];
                 let farthest = [0.02, 0.09, 0.1, 0.11][i as usize % 4];
-                let found = dispatch!(level, simd => {
+                let found = dispatch!(level.0, simd => {
                     let bounds = ScreenBounds { min, max, nearness: 0.0 };
                     nearest.is_before(simd, &buffer, &bounds, farthest)
                 });

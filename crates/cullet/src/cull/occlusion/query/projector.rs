@@ -350,7 +350,6 @@ fn meet(rows: [[f64; 4]; 3]) -> Option<[f32; 3]> {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::Level;
     use proptest::prelude::*;
 
     use super::super::super::OcclusionBuffer;
@@ -391,7 +390,7 @@ mod tests {
             let view = View::new(&camera, Depth::Reversed, [320, 200]).unwrap();
             let mut buffer = OcclusionBuffer::new([320, 200]).unwrap();
             buffer.begin(&view, [0.0; 3]);
-            let level = Level::new();
+            let level = crate::Simd::best();
             // More than sixteen, so that there is a node above the first.
             let mut all = all;
             all.resize(LANES, all[0]);

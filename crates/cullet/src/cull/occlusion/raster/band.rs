@@ -4,8 +4,8 @@
 //! with the same result to the last bit; and what is hidden in its band need not be drawn there, which threads
 //! with a buffer each would not know of one another.
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::connected::Connected;
 use super::outline::Outline;
@@ -67,15 +67,15 @@ impl Band<'_> {
     }
 
     /// Draws what lies in it of connected triangles.
-    pub(crate) fn draw_connected(&mut self, level: Level, mesh: &Connected, at: &Transform) {
+    pub(crate) fn draw_connected(&mut self, level: crate::Simd, mesh: &Connected, at: &Transform) {
         let Some(screen) = self.object_screen(at) else { return };
         let Pen { surface, coverage, .. } = &mut *self.pen;
         surface.draw(level, mesh, &screen, self.target.lend(), coverage);
     }
 
     /// Covers what lies wholly within the outline of its pen.
-    pub(crate) fn fill(&mut self, level: Level) {
-        dispatch!(level, simd => self.fill_with(simd));
+    pub(crate) fn fill(&mut self, level: crate::Simd) {
+        dispatch!(level.0, simd => self.fill_with(simd));
     }
 
     /// As [`fill`](Self::fill), where the level is known.

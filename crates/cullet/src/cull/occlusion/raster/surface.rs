@@ -1,7 +1,7 @@
 //! Surfaces: connected triangles on the screen, which of them show which side, and where those end.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f32x8, f64x4};
+use fearless_simd::{dispatch, f32x8, f64x4};
 use glam::DVec4;
 
 use super::bounds::ScreenBounds;
@@ -44,7 +44,7 @@ impl Surface {
     /// Draws connected triangles.
     pub(super) fn draw(
         &mut self,
-        level: Level,
+        level: crate::Simd,
         mesh: &Connected,
         screen: &ObjectScreen,
         target: TilesMut<'_>,
@@ -90,7 +90,7 @@ impl Surface {
         let first = target.rows[0] as i32;
         let base = [base[0] as i32, base[1] as i32 - first];
         let mut canvas = Canvas { target, coverage, base, nearest: 0.0 };
-        dispatch!(level, simd => {
+        dispatch!(level.0, simd => {
             canvas.nearest = self.round(from);
             self.draw_whole(simd, &setup, mesh, orient, &mut canvas);
             self.end(&setup, mesh, orient);
@@ -130,7 +130,7 @@ impl FrontBox {
     }
 
     /// Whether nothing within the box can add to what is there.
-    fn is_covered(&self, level: Level, target: &TilesMut<'_>) -> bool {
+    fn is_covered(&self, level: crate::Simd, target: &TilesMut<'_>) -> bool {
         let Self { low, high, nearness, doubt } = *self;
         let near = (nearness + doubt.nearness) * (1.0 + 2.0_f64.powi(-20));
         let out = |v: f64, by: f64| (v + by * (doubt.pixels + 1.0 / 64.0)).floor() as i32;
@@ -148,7 +148,7 @@ impl FrontBox {
             max: [pixel(max[0], 0), pixel(max[1], 1)],
             nearness: near as f32,
         };
-        dispatch!(level, simd => target.read().covers(simd, &bounds))
+        dispatch!(level.0, simd => target.read().covers(simd, &bounds))
     }
 }
 
@@ -176,7 +176,7 @@ struct Extent {
 impl Surface {
     /// Takes all vertices to the screen; of those that are not in front of the near plane come numbers without
     /// meaning.
-    fn place(&mut self, level: Level, mesh: &Connected, screen: &ObjectScreen) {
+    fn place(&mut self, level: crate::Simd, mesh: &Connected, screen: &ObjectScreen) {
         let count = mesh.places[0].len();
         for out in [&mut self.x, &mut self.y, &mut self.nearness] {
             out.clear();
@@ -184,7 +184,7 @@ impl Surface {
         }
         self.clipped.clear();
         let Self { x, y, nearness, .. } = self;
-        self.placed = dispatch!(level, simd => place(simd, screen, mesh, [x, y, nearness]));
+        self.placed = dispatch!(level.0, simd => place(simd, screen, mesh, [x, y, nearness]));
     }
 
     /// Measures what was placed, after clipping what reaches beyond the near plane or far beyond the

@@ -10,8 +10,8 @@
 //! more twice. Boxes of a sorted list read from a plain slice, one or two cache lines each, took as long to
 //! project as those of a batch, six.
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 use super::super::query::BoxProjector;
 use super::super::raster::{Band, OcclusionBuffer, Rectangles, TILE, Tiles};
@@ -23,7 +23,7 @@ use crate::bounds::{BoxBlock, Boxes, LANES};
 #[derive(Debug)]
 pub struct DrawJob<'a, F> {
     band: Band<'a>,
-    level: Level,
+    level: crate::Simd,
     order: &'a [u32],
     rectangles: &'a [Rectangles],
     draw: &'a F,
@@ -53,7 +53,7 @@ impl OcclusionBuffer {
     /// If `order` has a number that is no box.
     pub fn draw_unless_hidden(
         &mut self,
-        level: Level,
+        level: crate::Simd,
         boxes: &Boxes,
         order: &[u32],
         mut draw: impl FnMut(&mut Band<'_>, u32),
@@ -84,7 +84,7 @@ impl OcclusionBuffer {
     /// If `order` has a number that is no box.
     pub fn draw_in_jobs<F: Fn(&mut Band<'_>, u32)>(
         &mut self,
-        level: Level,
+        level: crate::Simd,
         boxes: &Boxes,
         order: &[u32],
         jobs: usize,
@@ -110,7 +110,7 @@ impl Band<'_> {
     #[inline(always)]
     fn draw_open(
         &mut self,
-        level: Level,
+        level: crate::Simd,
         r: &Rectangles,
         some: &[u32],
         draw: &mut impl FnMut(&mut Band<'_>, u32),
@@ -118,7 +118,7 @@ impl Band<'_> {
         let mut left = u64::MAX >> (64 - some.len()) & !u64::from(r.outside);
         let mut drawn = 0;
         while let Some(lane) =
-            dispatch!(level, simd => first_open(simd, self.target.read(), r, left))
+            dispatch!(level.0, simd => first_open(simd, self.target.read(), r, left))
         {
             draw(self, some[lane]);
             drawn += 1;
@@ -151,7 +151,7 @@ fn first_open<S: Simd>(simd: S, of: Tiles<'_>, r: &Rectangles, left: u64) -> Opt
 /// Where up to sixteen boxes lie on the screen.
 #[inline(always)]
 fn rectangles(
-    level: Level,
+    level: crate::Simd,
     projector: Option<&BoxProjector>,
     boxes: &Boxes,
     some: &[u32],
@@ -166,7 +166,7 @@ fn rectangles(
     }
     let mut r = Rectangles::NONE;
     if let Some(projector) = projector {
-        dispatch!(level, simd => projector.project(simd, &block, 1.0, &mut r));
+        dispatch!(level.0, simd => projector.project(simd, &block, 1.0, &mut r));
     }
     r
 }

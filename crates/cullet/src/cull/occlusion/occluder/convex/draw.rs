@@ -1,8 +1,8 @@
 //! Drawing convex bodies: one that lies wholly in front of the near plane by its silhouette, eight corners, and eight
 //! edges, at a time; any other face by face.
 
+use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 use glam::DVec4;
 
 use super::super::super::raster::{
@@ -27,9 +27,9 @@ struct Extent {
 impl Convex {
     /// Draws what lies in a band of it. Nothing where a number is not finite, where the eye is within, and before
     /// [`OcclusionBuffer::begin`](super::super::super::OcclusionBuffer::begin).
-    pub fn draw(&self, level: Level, band: &mut Band<'_>, transform: &Transform) {
+    pub fn draw(&self, level: crate::Simd, band: &mut Band<'_>, transform: &Transform) {
         let Some(screen) = band.object_screen(transform) else { return };
-        if dispatch!(level, simd => self.draw_whole(simd, &screen, band)) {
+        if dispatch!(level.0, simd => self.draw_whole(simd, &screen, band)) {
             return;
         }
         let mut clips = std::mem::take(&mut band.pen.clips);
@@ -135,7 +135,7 @@ impl Convex {
     /// through it.
     fn draw_clipped(
         &self,
-        level: Level,
+        level: crate::Simd,
         clips: &[Clip],
         screen: &ObjectScreen,
         band: &mut Band<'_>,
@@ -156,7 +156,13 @@ impl Convex {
 }
 
 /// Draws a convex polygon by its own edges, where it winds as `orient` says.
-fn draw_polygon(level: Level, spots: &[Spot], orient: f64, doubt: &Doubt, band: &mut Band<'_>) {
+fn draw_polygon(
+    level: crate::Simd,
+    spots: &[Spot],
+    orient: f64,
+    doubt: &Doubt,
+    band: &mut Band<'_>,
+) {
     let size = band.target.size;
     let Some((min, max)) = on_screen(spots, size) else { return };
     // A clipped triangle has four corners at most; the largest fan triangle gives the plane.
