@@ -67,8 +67,8 @@ pub(crate) fn run(args: &ReplayArgs, console: &Console) -> Outcome {
         console.line(format!("  and {more} more, all of them in the JSON of --json"));
     }
     console.line(match found.changed.len() {
-        0 => "all answers are as they were".to_owned(),
-        n => count(n as u64, "ANSWER DIFFERS", "ANSWERS DIFFER"),
+        0 => "all results are as they were".to_owned(),
+        n => count(n as u64, "RESULT DIFFERS", "RESULTS DIFFER"),
     });
     if let Some(path) = &args.json {
         let changed: Vec<_> = found
@@ -77,7 +77,7 @@ pub(crate) fn run(args: &ReplayArgs, console: &Console) -> Outcome {
             .map(|d| json!({"call": d.call, "min": d.bounds.min, "max": d.bounds.max, "was": word(d.was), "is": word(d.is)}))
             .collect();
         let record = json!({
-            "schema": 1, "file": name.to_string(), "views": found.views, "drawn": found.drawn,
+            "schema": 2, "file": name.to_string(), "views": found.views, "drawn": found.drawn,
             "tested": found.tested, "hidden": found.hidden, "changed": changed, "ms": best * 1e3,
         });
         write_json(path, &record)?;

@@ -225,7 +225,7 @@ impl<'a> CullerRecord<'a> {
             work.testing_ms += times.testing as f64 * 1e-6 / views;
         }
         Self {
-            schema: 1,
+            schema: 2,
             machine: Machine::here(),
             scene: name,
             instances: scene.instance_count(),
