@@ -1,8 +1,8 @@
 //! Outcodes against the exact oracle, over views of every kind.
 
-use cullet::Transform;
 use cullet::bounds::Side;
 use cullet::clip::{ObjectRegion, Sorted, Verdict, outcode_ref};
+use cullet::{Depth, Transform};
 use cullet_testkit::strategies::{corners, distant_transform, distant_view};
 use proptest::prelude::*;
 
@@ -49,7 +49,11 @@ proptest! {
             let [x, y, z, w] = std::array::from_fn(|r| {
                 (0..3).map(|c| entry(r, c) * f64::from(p[c])).sum::<f64>() + entry(r, 3)
             });
-            let inside = [w + x, w - x, w + y, w - y, w - z, z];
+            let [near, far] = match view.depth() {
+                Depth::Standard => [z, w - z],
+                Depth::Reversed => [w - z, z],
+            };
+            let inside = [w + x, w - x, w + y, w - y, near, far];
             let outside = region.outcode(p).outside;
             for i in 0..6 {
                 prop_assert!(outside >> i & 1 == 0 || inside[i] < 0.0, "plane {i}: {}", inside[i]);

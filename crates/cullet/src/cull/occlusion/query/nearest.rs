@@ -76,8 +76,8 @@ fn greatest<S: Simd>(simd: S, buffer: &OcclusionBuffer, out: &mut [f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bounds::Aabb;
     use crate::Simd;
+    use crate::bounds::Aabb;
     use crate::cull::occlusion::Convex;
     use crate::{Camera, Depth, Projection, Transform, View};
 
