@@ -1,4 +1,4 @@
-//! Meshes: construction, clusters and topology, on shapes made here.
+//! Meshes: construction, clusters, topology and repair, on shapes made here.
 
 #[path = "mesh_support/mod.rs"]
 mod support;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use cullet::bounds::{Aabb, Boxes};
 use cullet::mesh::{
     Alpha, Cluster, Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES, MeshError, NotSolid,
-    Part, Topology, is_degenerate,
+    Part, Topology, is_degenerate, orient_triangles,
 };
 use cullet::{Mesh, MeshData};
 use proptest::prelude::*;
@@ -248,6 +248,72 @@ fn degenerate_triangles_and_bad_indices_are_no_part_of_the_surface() {
     assert_eq!(nan.solid(), Err(NotSolid::NoVolume));
 }
 
+#[test]
+fn a_moebius_strip_has_one_side_and_is_left_alone() {
+    // Five quads around, the last joined upside down.
+    let quads = 5;
+    let mut positions = Vec::new();
+    for i in 0..quads {
+        let a = i as f32 / quads as f32 * std::f32::consts::TAU;
+        let (s, c) = (a / 2.0).sin_cos();
+        for half in [-0.3f32, 0.3] {
+            let r = 1.0 + half * c;
+            positions.push([r * a.cos(), half * s, r * a.sin()]);
+        }
+    }
+    let mut indices = Vec::new();
+    for i in 0..quads {
+        let [a, b] = [2 * i, 2 * i + 1];
+        let [c, d] = if i + 1 < quads { [a + 2, b + 2] } else { [1, 0] };
+        indices.extend([a, b, c, b, d, c]);
+    }
+    let before = indices.clone();
+    let repair = orient_triangles(&positions, &mut indices);
+    assert_eq!((repair.left, repair.triangles_turned), (1, 0));
+    assert_eq!(before, indices);
+}
+
+#[test]
+fn repair_turns_what_is_wrong_and_nothing_else() {
+    let mut soup = join([
+        block([0.0; 3], [10.0; 3]),
+        // A cavity, rightly inward, and a body in it, wrongly so.
+        turned(ball([5.0; 3], 3.0, 8)),
+        turned(block([4.5; 3], [5.5; 3])),
+        // Beside it: wholly inward; and with two triangles turned.
+        turned(ball([20.0, 5.0, 5.0], 2.0, 6)),
+        block([30.0; 3], [31.0; 3]),
+        // An open sheet with one triangle turned.
+        terrain(4),
+    ]);
+    let last = soup.1.len();
+    let sheet = last - 4 * 4 * 6;
+    for triangle in [sheet / 3 - 1, sheet / 3 - 5, last / 3 - 3] {
+        soup.1.swap(triangle * 3 + 1, triangle * 3 + 2);
+    }
+    let repair = orient_triangles(&soup.0, &mut soup.1);
+    assert_eq!(repair.shells, 6);
+    assert_eq!((repair.made_consistent, repair.turned_outward, repair.cavities), (2, 2, 1));
+    assert_eq!((repair.left, repair.triangles_turned), (0, 12 + 6 * 2 * 10 + 2 + 1));
+    let closed = Topology::of(&soup.0, &soup.1[..sheet]);
+    assert_eq!(closed.solid(), Ok(()));
+    assert_eq!(Topology::of(&soup.0, &soup.1).misoriented_edges, 0);
+    let again = orient_triangles(&soup.0, &mut soup.1);
+    assert_eq!(again.triangles_turned, 0, "what is right stays");
+}
+
+#[test]
+fn an_oriented_mesh_keeps_its_clusters_and_numbers() {
+    let source = data(turned(ball([1.0, 2.0, 3.0], 2.0, 20)));
+    let mesh = Mesh::new(source).expect("valid");
+    assert!(matches!(mesh.solid(), Err(NotSolid::Inward { .. })));
+    let (fixed, repair) = mesh.clone().oriented();
+    assert_eq!(fixed.solid(), Ok(()));
+    assert_eq!((repair.turned_outward, repair.triangles_turned), (1, mesh.triangle_count()));
+    assert_eq!(fixed.original_triangle(), mesh.original_triangle());
+    assert_eq!(fixed.clusters(), mesh.clusters());
+}
+
 /// The slow oracle: edges in a map, welding by comparing with every vertex before.
 fn topology_ref(positions: &[[f32; 3]], indices: &[u32]) -> [u32; 7] {
     let weld = |v: u32| {
@@ -326,5 +392,30 @@ proptest! {
         check(&mesh, &source);
         let clustering = Clustering::spatial(&source).expect("valid");
         prop_assert!(Mesh::with_clusters(source, &clustering).is_ok());
+    }
+
+    #[test]
+    fn repair_undoes_any_turning_of_a_solid(turn in prop::collection::vec(any::<bool>(), 128)) {
+        // The larger part of each shell decides nothing here: the volume does.
+        let good = join([ball([0.0; 3], 2.0, 5), block([5.0; 3], [6.0; 3])]);
+        let mut soup = good.clone();
+        for (triangle, turn) in soup.1.chunks_exact_mut(3).zip(&turn) {
+            if *turn {
+                triangle.swap(1, 2);
+            }
+        }
+        orient_triangles(&soup.0, &mut soup.1);
+        prop_assert_eq!(Topology::of(&soup.0, &soup.1).solid(), Ok(()));
+        prop_assert_eq!(soup.1, good.1);
+    }
+
+    #[test]
+    fn repair_never_adds_a_misoriented_edge((positions, mut indices) in soup()) {
+        let before = Topology::of(&positions, &indices);
+        let repair = orient_triangles(&positions, &mut indices);
+        let after = Topology::of(&positions, &indices);
+        prop_assert!(after.misoriented_edges <= before.misoriented_edges);
+        prop_assert_eq!(after.misoriented_edges == 0, repair.left == 0);
+        prop_assert_eq!(after.edges, before.edges);
     }
 }

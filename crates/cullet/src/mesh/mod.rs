@@ -2,12 +2,14 @@
 
 mod clusters;
 mod nesting;
+mod orient;
 mod regions;
 mod surface;
 mod topology;
 mod weld;
 
 pub use clusters::{Clustering, MAX_CLUSTER_TRIANGLES, MAX_CLUSTER_VERTICES};
+pub use orient::{Repair, orient_triangles};
 pub use regions::{Regions, connected_regions};
 pub use topology::{NotSolid, Topology};
 pub use weld::{weld, weld_within};

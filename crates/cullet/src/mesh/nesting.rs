@@ -51,7 +51,7 @@ impl<'a> Nesting<'a> {
 
     /// How often the other shells wind around the place of `shell`: 1 within one outward body, 0 in the
     /// open or in a cavity. Each shell counts as often as `weight` says: 0 leaves it out (it must where
-    /// the shell is not closed).
+    /// the shell is not closed), −1 turns it over.
     ///
     /// The place is judged at the six outermost vertices of the shell, and the lowest answer taken: a
     /// shell that only touches another from outside is not within it. Exact signs throughout.

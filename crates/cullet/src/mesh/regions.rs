@@ -43,7 +43,10 @@ pub fn connected_regions(
     for_each_edge(&surface, |uses| {
         let mut uses = uses.iter().map(|u| u.triangle()).filter(|&t| chosen[t]);
         if let Some(first) = uses.next() {
-            uses.for_each(|t| shells.join(first, t));
+            // Which way neighbours run does not matter here.
+            uses.for_each(|t| {
+                shells.join(first, t, false);
+            });
         }
     });
     let (sets, set_of) = shells.number();

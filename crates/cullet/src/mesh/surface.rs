@@ -151,42 +151,54 @@ fn for_each_edge_within(surface: &Surface<'_>, limit: usize, mut visit: impl FnM
     }
 }
 
-/// Sets of triangles joined by edges: a union-find, whose roots are the lowest triangles.
+/// Sets of triangles joined by edges, with the parity of each: whether it must be turned over to run
+/// like the first triangle of its set. A union-find whose links carry a bit.
 pub(super) struct Shells {
-    parent: Vec<u32>,
+    /// Parent and parity bit.
+    links: Vec<u32>,
 }
 
 impl Shells {
     pub(super) fn new(triangles: usize) -> Self {
-        Self { parent: (0..triangles as u32).collect() }
+        Self { links: (0..triangles as u32).map(|t| t << 1).collect() }
     }
 
-    /// The first triangle of the set of `t`.
-    fn find(&mut self, t: usize) -> usize {
-        let mut at = t;
+    /// The first triangle of the set of `t`, and the parity of `t` against it.
+    pub(super) fn find(&mut self, t: usize) -> (usize, bool) {
+        let (mut at, mut parity) = (t, 0);
         loop {
-            let parent = self.parent[at] as usize;
+            let link = self.links[at];
+            let parent = (link >> 1) as usize;
             if parent == at {
-                return at;
+                return (at, parity == 1);
             }
-            // Path halving: link to the grandparent.
-            self.parent[at] = self.parent[parent];
-            at = self.parent[at] as usize;
+            let above = self.links[parent];
+            // Path halving: link to the grandparent, adding the parities of both steps.
+            let step = (link ^ above) & 1;
+            self.links[at] = above & !1 | step;
+            parity ^= step;
+            at = (above >> 1) as usize;
         }
     }
 
-    /// Joins the sets of two triangles.
-    pub(super) fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.parent[a.max(b)] = a.min(b) as u32;
+    /// Joins the sets of two triangles that do (`odd`) or do not run against each other. False where
+    /// they were joined before with the other parity.
+    pub(super) fn join(&mut self, a: usize, b: usize, odd: bool) -> bool {
+        let ((a, pa), (b, pb)) = (self.find(a), self.find(b));
+        let odd = odd ^ pa ^ pb;
+        if a == b {
+            return !odd;
+        }
+        self.links[a.max(b)] = (a.min(b) as u32) << 1 | u32::from(odd);
+        true
     }
 
     /// The number of sets, and the set of each triangle, numbered in the order of first triangles.
     pub(super) fn number(&mut self) -> (usize, Vec<u32>) {
         let mut count = 0;
-        let mut of = vec![0u32; self.parent.len()];
+        let mut of = vec![0u32; self.links.len()];
         for t in 0..of.len() {
-            let root = self.find(t);
+            let (root, _) = self.find(t);
             // A root is the lowest triangle of its set, so it was numbered before.
             of[t] = if root == t { count } else { of[root] };
             count += u32::from(root == t);

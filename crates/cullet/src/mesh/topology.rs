@@ -139,7 +139,7 @@ impl Topology {
     }
 
     fn of_surface(surface: &Surface<'_>) -> Self {
-        let pieces = Pieces::of(surface);
+        let pieces = Pieces::of(surface, Joined::ByEveryEdge);
         let inward: Vec<u32> = (0..pieces.facts.len() as u32)
             .filter(|&s| pieces.facts[s as usize].is_inward())
             .collect();
@@ -191,12 +191,14 @@ fn rounded_volume(terms: impl Iterator<Item = f64>) -> f64 {
 
 /// What the edges say of one shell.
 #[derive(Clone, Copy, Debug, Default)]
-struct ShellFacts {
-    open: bool,
-    non_manifold: bool,
-    misoriented: bool,
+pub(super) struct ShellFacts {
+    pub(super) open: bool,
+    pub(super) non_manifold: bool,
+    pub(super) misoriented: bool,
+    /// No choice of sides makes all its edges agree: a Möbius strip.
+    pub(super) one_sided: bool,
     /// As it is wound; about a point of its own. Of use for closed shells only.
-    volume: f64,
+    pub(super) volume: f64,
 }
 
 impl ShellFacts {
@@ -209,22 +211,33 @@ impl ShellFacts {
     }
 }
 
+/// What holds a shell together.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Joined {
+    /// Every edge, whatever the number of its triangles.
+    ByEveryEdge,
+    /// Edges of two triangles. Edges of more separate shells, and a shell is open at one where its own
+    /// triangles do not cancel.
+    ByManifoldEdges,
+}
+
 /// The shells of a surface, and the counts of its edges.
-struct Pieces {
+pub(super) struct Pieces {
     /// Edge counts; the rest is not filled in.
-    counts: Topology,
-    shell_of: Vec<u32>,
-    facts: Vec<ShellFacts>,
+    pub(super) counts: Topology,
+    pub(super) shells: Shells,
+    pub(super) shell_of: Vec<u32>,
+    pub(super) facts: Vec<ShellFacts>,
 }
 
 impl Pieces {
-    fn of(surface: &Surface<'_>) -> Self {
+    pub(super) fn of(surface: &Surface<'_>, joined: Joined) -> Self {
         let triangles = surface.corners.len();
         let mut counts = Topology::default();
         let mut shells = Shells::new(triangles);
         // What is amiss at a triangle's edges, for its shell once that is known.
         let mut marks = vec![0u8; triangles];
-        let [open, many, turned] = [1u8, 2, 4];
+        let [open, many, turned, twisted] = [1u8, 2, 4, 8];
         for_each_edge(surface, |uses| {
             counts.edges += 1;
             let first = uses[0].triangle();
@@ -237,16 +250,42 @@ impl Pieces {
                     let odd = a.falling() == b.falling();
                     counts.misoriented_edges += u32::from(odd);
                     marks[first] |= if odd { turned } else { 0 };
-                    shells.join(first, b.triangle());
+                    if !shells.join(first, b.triangle(), odd) {
+                        marks[first] |= twisted;
+                    }
                 }
                 _ => {
                     counts.non_manifold_edges += 1;
-                    marks[first] |= many;
-                    uses[1..].iter().for_each(|other| shells.join(first, other.triangle()));
+                    if joined == Joined::ByEveryEdge {
+                        marks[first] |= many;
+                        for other in &uses[1..] {
+                            // The parity at such an edge means nothing, and nobody asks for it.
+                            shells.join(first, other.triangle(), false);
+                        }
+                    }
                 }
             }
         });
         let (count, shell_of) = shells.number();
+        if joined == Joined::ByManifoldEdges && counts.non_manifold_edges > 0 {
+            let mut of_shell = Vec::new();
+            for_each_edge(surface, |uses| {
+                if uses.len() < 3 {
+                    return;
+                }
+                of_shell.clear();
+                of_shell.extend(uses.iter().map(|u| {
+                    let t = u.triangle();
+                    (shell_of[t], if u.falling() == shells.find(t).1 { 1 } else { -1 }, t)
+                }));
+                of_shell.sort_unstable();
+                for own in of_shell.chunk_by(|a, b| a.0 == b.0) {
+                    if own.iter().map(|&(_, direction, _)| direction).sum::<i32>() != 0 {
+                        marks[own[0].2] |= open;
+                    }
+                }
+            });
+        }
         let mut facts = vec![ShellFacts::default(); count];
         let mut about = vec![None; count];
         for (t, &shell) in shell_of.iter().enumerate() {
@@ -254,10 +293,11 @@ impl Pieces {
             f.open |= marks[t] & open != 0;
             f.non_manifold |= marks[t] & many != 0;
             f.misoriented |= marks[t] & turned != 0;
+            f.one_sided |= marks[t] & twisted != 0;
             let about: &mut Option<DVec3> = &mut about[shell as usize];
             let about = about.get_or_insert_with(|| surface.points(t)[0].map(f64::from).into());
             f.volume += surface.volume6(t, *about) / 6.0;
         }
-        Self { counts, shell_of, facts }
+        Self { counts, shells, shell_of, facts }
     }
 }
