@@ -142,7 +142,7 @@ fn the_pipeline_keeps_what_the_region_keeps_box_by_box() {
                 let mut result = Visible::default();
                 culler.cull_shadows(&scene, &shadows, &mut state, &mut result);
                 for slot in scene.slots() {
-                    let reason = result.reasons[slot as usize].and_then(|r| r.caster());
+                    let reason = result.reasons[slot as usize].and_then(cullet::Reason::caster);
                     let is_empty = boxes.get(slot as usize).is_empty();
                     let expected = expected(slot);
                     // What a region says of an empty box is that it is outside, of whatever.
@@ -316,7 +316,7 @@ fn explanations_equal_reasons_and_funnels_add_up() {
             let handle = scene.handle(slot).expect("taken");
             let e = culler.explain_shadows(&scene, &shadows, handle).expect("a good handle");
             assert_eq!(e.reason, result.reasons[slot as usize], "{round} {slot}: {:?}", e.steps);
-            let caster = e.reason.and_then(|r| r.caster());
+            let caster = e.reason.and_then(cullet::Reason::caster);
             if let (Some(caster), Some(step)) = (caster, e.steps.last()) {
                 let said = step.unit != Unit::Instances || step.finding.contains(caster.name());
                 assert!(said, "{:?}", step.finding);
@@ -501,7 +501,7 @@ fn casters_through_the_near_plane_or_without_bounds_are_kept_and_those_beside_th
         assert_eq!(reason(kept), None);
     }
     assert_eq!(reason(under).map(|r| r.stage), Some(Stage::Occlusion));
-    assert_eq!(reason(beside).and_then(|r| r.caster()), Some(CasterReason::OutsideMap));
+    assert_eq!(reason(beside).and_then(cullet::Reason::caster), Some(CasterReason::OutsideMap));
 }
 
 /// What the camera sees is what can be shaded: of nothing seen, nothing casts.
