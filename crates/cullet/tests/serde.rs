@@ -56,7 +56,9 @@ fn a_cullers_level_and_clock_are_the_readers() {
     assert_eq!(
         text,
         "{\"frustum\":true,\"frustum_exact\":false,\"backface\":\"fast\",\"degenerate\":true,\
-         \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5},\"occlusion\":{\"width\":128,\"budget\":9.5},\
+         \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5},\"occlusion\":{\"width\":128,\"budget\":9.5,\"costs\":{\
+         \"convex\":{\"base_ns\":400.0,\"edge_ns\":5.0,\"outline_ns\":30.0,\"pixel_ns\":0.1},\
+         \"patch\":{\"base_ns\":1000.0,\"edge_ns\":20.0,\"outline_ns\":30.0,\"pixel_ns\":0.24}}},\
          \"output\":\"triangles\",\"reasons\":false,\"dropped\":false}"
     );
     let wanted = Culler { clock: None, level: Simd::best(), ..culler };

@@ -34,8 +34,7 @@ impl Default for Occlusion {
 
 impl Occlusion {
     /// The size of the buffer for a viewport.
-    #[must_use]
-    pub fn size(&self, viewport: [u32; 2]) -> [u32; 2] {
+    pub(crate) fn size(&self, viewport: [u32; 2]) -> [u32; 2] {
         let [width, height] = viewport.map(|v| v.clamp(1, OcclusionBuffer::LIMIT));
         let columns = self.width.clamp(1, width);
         let rows = (u64::from(height) * u64::from(columns)).div_ceil(u64::from(width));
