@@ -84,12 +84,21 @@ fn a_ball_takes_fewer_tests_than_a_sweep() {
 
 #[test]
 fn nodes_that_do_not_pay_are_not_kept() {
-    let mesh = clustered(one_sided_data(scattered(2000)));
-    let h = JointHierarchy::build(&mesh, &DISTANCES);
-    assert_eq!(h.joint_count(), 0, "{:?}", h.expected_tests());
-    // Without joints it is the flat sweep.
-    let ([tree, flat], tests) = both(&h, &mesh, [30.0, 10.0, 0.0, 1.0]);
-    assert_eq!((tree, tests[0]), (flat, tests[1]));
+    let mut without = 0;
+    for triangles in [500, 1000, 2000, 3000] {
+        let mesh = clustered(one_sided_data(scattered(triangles)));
+        let h = JointHierarchy::build(&mesh, &DISTANCES);
+        // In a soup a node pays now and then, by chance, and is then kept; else never.
+        let (expected, flat) = h.expected_tests();
+        assert_eq!(h.joint_count() > 0, expected < flat as f64, "{expected} {flat}");
+        if h.joint_count() == 0 {
+            // Without joints it is the flat sweep.
+            let ([tree, flat], tests) = both(&h, &mesh, [30.0, 10.0, 0.0, 1.0]);
+            assert_eq!((tree, tests[0]), (flat, tests[1]));
+            without += 1;
+        }
+    }
+    assert!(without >= 2, "{without}");
 }
 
 #[test]
