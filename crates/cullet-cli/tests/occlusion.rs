@@ -95,7 +95,7 @@ fn what_cannot_be_measured_is_said() {
     assert!(ends(&run(&[]), 3).contains("cullet occscn makes such a file"));
     ends(&["occscn", CITY, "--views", "1", "-o", &bad], 0);
     assert!(ends(&run(&["--resolution", "0x5"]), 2).contains("0x5"));
-    assert!(ends(&run(&["--level", "mmx"]), 2).contains("no level of this machine"));
+    assert!(ends(&run(&["--level", "mmx"]), 2).contains("not a SIMD level of this machine"));
     assert!(ends(&["bench", "frustum", "--scene", &bad], 2).contains("bench occlusion"));
     assert!(ends(&["bench", "occlusion", "--reference", "4"], 2).contains("--scene"));
     assert!(

@@ -73,8 +73,8 @@ fn tricks_save_tests_and_change_no_answer() {
 fn what_cannot_be_is_said() {
     let folder = Folder::new("assarsson-moller-bad");
     for (more, code, words) in [
-        (["--degrees", "NaN"], 2, "no angle of 0 to 180"),
-        (["--stride", "far"], 2, "no length of 0 to 1e9"),
+        (["--degrees", "NaN"], 2, "not an angle of 0 to 180"),
+        (["--stride", "far"], 2, "not a length of 0 to 1e9"),
         (["--model", "nowhere.glb"], 3, "built-in scenes"),
     ] {
         let output = reproduce(&folder.0, &more);

@@ -149,7 +149,7 @@ fn view(kind: u8, reversed: bool, mirrored: bool) -> View {
     if mirrored {
         (0..4).for_each(|c| m[c * 4] = -m[c * 4]);
     }
-    View::from_matrix(&m, depth, [96, 54]).unwrap()
+    View::from_matrix(m, depth, [96, 54]).unwrap()
 }
 
 /// Which of the things the engine hides, and what the judges say against it.

@@ -63,7 +63,7 @@ proptest! {
             x, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, -1.0,
             -x * e[0], -e[1], e[2] - 1.0, e[2],
         ];
-        let mut view = View::from_matrix(&matrix, Depth::Standard, [64, 64]).expect("a view");
+        let mut view = View::from_matrix(matrix, Depth::Standard, [64, 64]).expect("a view");
         view.front_face = if clockwise { FrontFace::Clockwise } else { FrontFace::CounterClockwise };
         let scale = [if flip { -1.0 } else { 1.0 }, 2.0, 0.5];
         let transform = Transform::from_scale_translation(scale, [1.0, -2.0, 3.0]);

@@ -1,6 +1,6 @@
 //! Random numbers.
 
-/// A generator of numbers (SplitMix64: Steele, Lea & Flood, *Fast Splittable Pseudorandom Number Generators*, 2014),
+/// A generator of numbers (`SplitMix64`: Steele, Lea & Flood, *Fast Splittable Pseudorandom Number Generators*, 2014),
 /// begun with a seed: the same numbers on every machine, so that a test that fails fails again.
 #[derive(Clone, Debug)]
 pub struct Rng(pub u64);

@@ -121,7 +121,7 @@ pub fn elsewhere(scene: &mut Scene, view: &View, rng: &mut Rng) -> View {
     for row in 0..4 {
         m[12 + row] -= (0..3).map(|c| m[c * 4 + row] * shift[c]).sum::<f64>();
     }
-    let Ok(mut moved) = View::from_matrix(&m, view.depth(), view.viewport()) else {
+    let Ok(mut moved) = View::from_matrix(m, view.depth(), view.viewport()) else {
         return view.clone();
     };
     (moved.layers, moved.front_face, moved.cull_face) =

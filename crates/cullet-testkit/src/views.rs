@@ -69,7 +69,7 @@ pub fn random_view(rng: &mut Rng) -> View {
     if choice.is_multiple_of(3) {
         let mut m = view.clip_from_world();
         (0..4).for_each(|c| m[c * 4] = -m[c * 4]);
-        let mirrored = View::from_matrix(&m, depth(choice), [640, 480]).expect("a good matrix");
+        let mirrored = View::from_matrix(m, depth(choice), [640, 480]).expect("a good matrix");
         return dress(mirrored, choice >> 16);
     }
     dress(view, choice >> 16)

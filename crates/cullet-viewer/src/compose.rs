@@ -190,7 +190,7 @@ fn columns(view: &View, from: u32, to: u32) -> Option<View> {
     for column in m.chunks_exact_mut(4) {
         column[0] = (2.0 * column[0] - (a + b) * column[3]) / (b - a);
     }
-    let mut part = View::from_matrix(&m, Depth::Reversed, [to.checked_sub(from)?, h]).ok()?;
+    let mut part = View::from_matrix(m, Depth::Reversed, [to.checked_sub(from)?, h]).ok()?;
     (part.cull_face, part.front_face) = (view.cull_face, view.front_face);
     Some(part)
 }

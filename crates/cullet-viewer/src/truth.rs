@@ -89,7 +89,7 @@ fn find(world: &World, view: &View, culler: &Culler) -> Finding {
         |v: u32| (u64::from(v) * u64::from(LONGEST.min(longest)) / u64::from(longest)) as u32;
     let size = [share(w).max(1), share(h).max(1)];
     // The same frustum on fewer pixels.
-    let smaller = View::from_matrix(&view.clip_from_world(), view.depth(), size).map(|mut v| {
+    let smaller = View::from_matrix(view.clip_from_world(), view.depth(), size).map(|mut v| {
         (v.layers, v.front_face, v.cull_face) = (view.layers, view.front_face, view.cull_face);
         v
     });

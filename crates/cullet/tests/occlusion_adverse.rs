@@ -48,7 +48,7 @@ fn views(eye: [f64; 3]) -> Vec<View> {
             for rows in [&[][..], &[0], &[1], &[0, 1]] {
                 let mut m = matrix;
                 rows.iter().for_each(|r| (0..4).for_each(|c| m[c * 4 + r] = -m[c * 4 + r]));
-                views.push(View::from_matrix(&m, depth, [1280, 720]).unwrap());
+                views.push(View::from_matrix(m, depth, [1280, 720]).unwrap());
             }
         }
     }

@@ -292,7 +292,7 @@ proptest! {
         let view = view(kind, reversed);
         let mut m = view.clip_from_world();
         mirror.iter().for_each(|r| (0..4).for_each(|c| m[c * 4 + r] = -m[c * 4 + r]));
-        let mirrored = View::from_matrix(&m, view.depth(), view.viewport()).unwrap();
+        let mirrored = View::from_matrix(m, view.depth(), view.viewport()).unwrap();
         let (convex, patches): (Vec<_>, Vec<_>) =
             drawn.iter().partition(|d| matches!(d, Drawn::Convex(..)));
         let answers = [&view, &mirrored]

@@ -93,7 +93,7 @@ fn views() -> Vec<View> {
     let reversed = View::new(&camera, Depth::Reversed, [64, 64]).unwrap().with_layers(5);
     let mut matrix = near.clip_from_world();
     matrix.iter_mut().step_by(4).for_each(|v| *v = -*v);
-    let mut mirrored = View::from_matrix(&matrix, near.depth(), [320, 200]).unwrap();
+    let mut mirrored = View::from_matrix(matrix, near.depth(), [320, 200]).unwrap();
     mirrored.front_face = FrontFace::Clockwise;
     mirrored.cull_face = CullFace::Front;
     vec![near, flat.unwrap(), reversed, mirrored]

@@ -209,7 +209,7 @@ fn view_frustum() -> impl Strategy<Value = Frustum> {
         let view = View::new(&camera, depth, [640, 480]).ok()?;
         let mut matrix = view.clip_from_world();
         (0..4).for_each(|c| matrix[c * 4] *= mirror);
-        Some(View::from_matrix(&matrix, depth, [640, 480]).ok()?.frustum())
+        Some(View::from_matrix(matrix, depth, [640, 480]).ok()?.frustum())
     })
 }
 

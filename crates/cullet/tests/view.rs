@@ -132,7 +132,7 @@ proptest! {
     fn a_positive_factor_changes_nothing(c in camera(20.0), depth in depth(), k in prop_oneof![Just(1e-120), Just(1e-9), Just(1e120)]) {
         let view = view_of(&c, depth);
         let m = view.clip_from_world().map(|v| v * k);
-        let same = View::from_matrix(&m, depth, [640, 480]).unwrap();
+        let same = View::from_matrix(m, depth, [640, 480]).unwrap();
         prop_assert_eq!(same.is_mirrored(), view.is_mirrored());
         prop_assert!(DVec4::from(same.eye()).distance(view.eye().into()) < 1e-11 * 20.0);
         for ((_, a), (_, b)) in same.frustum().planes().zip(view.frustum().planes()) {
@@ -144,7 +144,7 @@ proptest! {
     fn any_invertible_matrix_shows_what_clip_space_keeps(
         m in proptest::array::uniform16(-2.0..2.0), depth in depth(), p in vector(3.0),
     ) {
-        let Ok(view) = View::from_matrix(&m, depth, [640, 480]) else { return Ok(()) };
+        let Ok(view) = View::from_matrix(m, depth, [640, 480]) else { return Ok(()) };
         let clip = clip_from_world(&view) * p.extend(1.0);
         let inside = [clip.w + clip.x, clip.w - clip.x, clip.w + clip.y, clip.w - clip.y, clip.z, clip.w - clip.z];
         let margin = inside.iter().fold(f64::INFINITY, |m: f64, v| m.min(v.abs()));
@@ -390,13 +390,13 @@ fn far_from_the_origin_a_view_stays_or_says_that_it_cannot() {
 fn a_singular_matrix_is_refused() {
     for depth in [Depth::Standard, Depth::Reversed] {
         for m in [DMat4::ZERO, DMat4::from_cols(DVec4::X, DVec4::X, DVec4::Z, DVec4::W)] {
-            let refused = View::from_matrix(&m.to_cols_array(), depth, [8, 8]);
+            let refused = View::from_matrix(m.to_cols_array(), depth, [8, 8]);
             assert!(matches!(refused, Err(ViewError::Singular(_))), "{refused:?}");
         }
         // Rank 3 but for rounding: each row a mix of three others.
         let mut m = DMat4::from_cols_array(&std::array::from_fn(|i| (i as f64 * 1.7).sin()));
         m.w_axis = m.x_axis * 0.3 + m.y_axis * 0.7 - m.z_axis / 3.0;
-        let refused = View::from_matrix(&m.to_cols_array(), depth, [8, 8]);
+        let refused = View::from_matrix(m.to_cols_array(), depth, [8, 8]);
         assert!(matches!(refused, Err(ViewError::Singular(_))), "{refused:?}");
     }
 }

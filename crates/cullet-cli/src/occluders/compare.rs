@@ -192,7 +192,7 @@ impl Bench {
             shapes += result.funnel.occlusion.drawn;
             let stage = |s: &cullet::FunnelRow| s.stage == cullet::Stage::Occlusion;
             let row = result.funnel.rows.iter().find(|row| stage(row));
-            nanoseconds += row.and_then(|row| row.time()).unwrap_or(0);
+            nanoseconds += row.and_then(cullet::FunnelRow::time).unwrap_or(0);
             let buffer = state.occlusion_buffer();
             answers.extend(self.objects.iter().map(|b| match buffer.map(|o| o.test_box(b)) {
                 Some(Visibility::Hidden) => HIDDEN,

@@ -162,7 +162,7 @@ fn of_occlusion(
 fn half(view: &View) -> View {
     let size = view.viewport().map(|v| (v / 2).max(1));
     // The matrix made a view before, so it makes one again.
-    let Ok(mut small) = View::from_matrix(&view.clip_from_world(), view.depth(), size) else {
+    let Ok(mut small) = View::from_matrix(view.clip_from_world(), view.depth(), size) else {
         return view.clone();
     };
     (small.layers, small.front_face, small.cull_face) =

@@ -229,7 +229,7 @@ struct SightLines(Vec<(DVec3, DVec3)>);
 impl SightLines {
     /// `None` if the view is so extreme that it cannot be made small.
     fn new(scene: &Scene, view: &View) -> Option<Self> {
-        let mut small = View::from_matrix(&view.clip_from_world(), view.depth(), SMALL).ok()?;
+        let mut small = View::from_matrix(view.clip_from_world(), view.depth(), SMALL).ok()?;
         (small.layers, small.front_face, small.cull_face) =
             (view.layers, view.front_face, view.cull_face);
         let (frame, space) = (draw_all(scene, &small), Space::new(&small));

@@ -254,7 +254,7 @@ fn skin(
             if m.len() < count {
                 return Err(wrong(format!("has {count} joints but {} matrices", m.len())));
             }
-            m.iter().take(count).map(|m| Transform::from_matrix(&m.map(f64::from))).collect()
+            m.iter().take(count).map(|m| Transform::from_matrix(m.map(f64::from))).collect()
         }
     };
     let nodes = item.joints.iter().map(|j| j.index() as u32).collect();

@@ -151,9 +151,9 @@ mod tests {
         let results = run_all(&small(None));
         let levels = crate::machine::levels().len();
         // Frustum: two kinds, three shares. Back faces: four forms of triangles and six of clusters, with
-        // three answers each, and the vertices. A frame: three at each level, and four that have none.
+        // three answers each, and the vertices. A frame: three at each level, and three that have none.
         // Shadows: three lights.
-        let flat = (2 * 3 + (4 + 6) * 3 + 3 + 3) * levels + 1 + 4;
+        let flat = (2 * 3 + (4 + 6) * 3 + 3 + 3) * levels + 1 + 3;
         // Two layouts: four shares, a list at each level, ranges and sorted; seven of moves.
         let trees = 2 * (4 * (levels + 2) + 7);
         // Sorting, three ways for lines, four for triangles, two places. Cuts: six.

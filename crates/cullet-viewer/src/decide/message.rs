@@ -160,7 +160,7 @@ mod tests {
         let flat = View::orthographic(eye, world.centre, world.reach, -1.0, 1e4, [201, 99]);
         let mut mirror = near.clip_from_world();
         mirror.iter_mut().step_by(4).for_each(|v| *v = -*v);
-        let mut mirrored = View::from_matrix(&mirror, near.depth(), size).unwrap();
+        let mut mirrored = View::from_matrix(mirror, near.depth(), size).unwrap();
         mirrored.front_face = FrontFace::Clockwise;
         mirrored.cull_face = CullFace::Front;
         let mut plain = near.clone().with_layers(5);

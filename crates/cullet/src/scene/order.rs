@@ -12,7 +12,7 @@ impl Scene {
         self.hierarchy.refit();
     }
 
-    /// Sorts the slots by place, those of [dynamic](InstanceFlags::dynamic) instances after all others, and
+    /// Sorts the slots by place, those of [dynamic](crate::InstanceFlags::dynamic) instances after all others, and
     /// closes the gaps that removed instances left. Returns where each slot went. O(instances). Call it after
     /// loading, and again after much was added or moved far.
     ///
@@ -50,7 +50,7 @@ impl Scene {
 
     /// As [`commit`](Self::commit), without sorting: for a scene whose instances were added in the order of the slots
     /// of one that was committed. The slots stay as they are, and no mesh is prepared. See
-    /// [`Hierarchy::commit_in_order`].
+    /// [`Hierarchy::commit_in_order`](crate::hierarchy::Hierarchy::commit_in_order).
     pub fn commit_in_order(&mut self) {
         self.hierarchy.commit_in_order();
         self.note_exempt();
@@ -59,7 +59,7 @@ impl Scene {
 
     /// Sorts some of the slots: call it once or more a frame where much moves, so that the order does not
     /// decay and no frame waits for a [`commit`](Self::commit). Returns the slots that changed, as old and
-    /// new. See [`Hierarchy::commit_slice`].
+    /// new. See [`Hierarchy::commit_slice`](crate::hierarchy::Hierarchy::commit_slice).
     pub fn commit_slice(&mut self) -> Vec<[u32; 2]> {
         let moves = self.hierarchy.commit_slice();
         rearrange(&mut self.mesh, &moves);

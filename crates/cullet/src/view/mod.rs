@@ -130,7 +130,7 @@ impl View {
     /// If the camera's numbers make no view; the message names the number.
     pub fn new(camera: &Camera, depth: Depth, viewport: [u32; 2]) -> Result<Self, ViewError> {
         let m = camera.clip_from_world(depth)?;
-        Self::from_matrix(&m.to_cols_array(), depth, viewport)
+        Self::from_matrix(m.to_cols_array(), depth, viewport)
     }
 
     /// A perspective view from `eye` to `target`, +Y up, that fills the viewport; `far` may be infinite.

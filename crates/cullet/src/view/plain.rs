@@ -34,7 +34,7 @@ impl TryFrom<ViewData> for View {
 
     fn try_from(data: ViewData) -> Result<Self, ViewError> {
         let ViewData { clip_from_world, depth, viewport, layers, front_face, cull_face } = data;
-        let view = Self::from_matrix(&clip_from_world, depth, viewport)?;
+        let view = Self::from_matrix(clip_from_world, depth, viewport)?;
         Ok(Self { layers, front_face, cull_face, ..view })
     }
 }

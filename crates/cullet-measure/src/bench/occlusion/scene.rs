@@ -103,6 +103,6 @@ fn sort(keys: &mut Vec<u64>, spare: &mut Vec<u64>) {
 /// A camera of a scene as a view of some pixels.
 pub fn view(scene: &Occscn, camera: usize, size: [u32; 2]) -> Result<View, Failure> {
     let matrix = scene.cameras[camera].clip_from_world.map(f64::from);
-    View::from_matrix(&matrix, Depth::Standard, size)
+    View::from_matrix(matrix, Depth::Standard, size)
         .map_err(|e| Failure::input(format!("camera {camera}: {e}")))
 }

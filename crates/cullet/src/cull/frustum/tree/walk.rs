@@ -1,6 +1,6 @@
 //! The walk: level by level from the top, sixteen children at a time.
 //!
-//! crate::Simd by level and not down to the leaves at once, for then one block does not wait for the branches
+//! Level by level and not down to the leaves at once, for then one block does not wait for the branches
 //! of the one before: their loads overlap. What is found is written to masks, whose order is given, so
 //! the order of the walk does not matter.
 

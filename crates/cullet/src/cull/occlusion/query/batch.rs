@@ -64,7 +64,7 @@ impl OcclusionBuffer {
     /// Boxes are relative to the buffer's origin. Those that are not finite or cross the near plane are
     /// visible, and so are all before [`begin`](Self::begin); empty ones are outside, and so are those beyond
     /// an edge of the screen. What is hidden is so by [`test_box`](Self::test_box) too, while a few that it
-    /// finds hidden by less than f32 can tell are visible here. The same answer at every [`Level`]. Blocks of sixteen
+    /// finds hidden by less than f32 can tell are visible here. The same answer at every [`Simd`](crate::Simd). Blocks of sixteen
     /// of which none is wanted cost next to nothing, so test what the frustum does not reject.
     ///
     /// Several threads may each fill a part of the masks.
