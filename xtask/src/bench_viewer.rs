@@ -1,4 +1,4 @@
-//! What each stage of culling saves a renderer, measured with the viewer's.
+//! Measures the savings of each stage of culling with the viewer's renderer.
 
 use crate::tools::{Done, cargo};
 

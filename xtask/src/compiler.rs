@@ -10,7 +10,7 @@ use crate::tools::{cargo_program, command, install, install_words, is_ci, option
 /// Debian's compiler, library source and cargo, of one version.
 pub(crate) const DEBIAN: &[&str] = &["rustc-web", "cargo-web", "rust-web-src"];
 
-/// What compiles for a target.
+/// Compiler for a target.
 pub(crate) enum Compiler {
     /// The one that runs this program.
     Rustup,
@@ -68,7 +68,7 @@ impl Compiler {
     }
 }
 
-/// What a user would type to get a compiler for a target.
+/// The command that installs a compiler for a target.
 pub(crate) fn words(target: &str) -> String {
     format!("rustup target add {target}, or {}", install_words(DEBIAN))
 }

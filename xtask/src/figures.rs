@@ -34,9 +34,9 @@ struct Figure {
     run: String,
     /// Pointers into what the command writes: the first, less those after it.
     value: Terms,
-    /// What it is divided by.
+    /// The divisor.
     over: Option<Terms>,
-    /// What it is multiplied by.
+    /// The factor.
     times: f64,
     decimals: usize,
 }
@@ -112,7 +112,7 @@ pub(crate) fn compare(filter: &str, write: bool) -> Done {
     }
 }
 
-/// What a command writes, if the data that it needs is there.
+/// Runs a command, if the data that it needs is there, and returns its output.
 fn run(words: &str) -> Ran {
     let data = std::env::var_os("CULLET_DATA").filter(|v| !v.is_empty());
     let data = data.map_or_else(|| root().join("../shared/data"), |d| root().join(d));

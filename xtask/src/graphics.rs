@@ -1,4 +1,4 @@
-//! What the viewer's tests need beside Rust: a graphics device in software, and a screen that nobody looks at.
+//! Requirements of the viewer's tests beside Rust: a graphics device in software, and a virtual screen.
 
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{install, install_words, is_ci, optional};

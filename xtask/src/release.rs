@@ -1,4 +1,4 @@
-//! What a release stands on: packages that can be made, the oldest compiler that is promised, and what changed in the
+//! Checks for a release: packages that can be made, the oldest compiler that is promised, and changes of the
 //! public interface since a version.
 
 use std::fs;
@@ -64,7 +64,7 @@ pub(crate) fn oldest_compiler() -> Ended {
     all(run(check))
 }
 
-/// What changed in the public interface of the published crates since a commit or a tag, and whether the version says so.
+/// Lists the changes of the published crates' public interface since a commit or a tag, and whether the version says so.
 pub(crate) fn semver(since: &str) -> Done {
     const PACKAGE: &str = "cargo-semver-checks";
     if optional(PACKAGE, &["semver-checks", "--version"]).is_none() {

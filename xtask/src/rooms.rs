@@ -85,7 +85,7 @@ fn faults() -> Result<BTreeSet<String>, String> {
     Ok(faults)
 }
 
-/// What a crate depends on that does not stand below it; what only its tests need does not count.
+/// Dependencies of a crate that do not stand below it; those of its tests alone do not count.
 fn upward_crates(name: &str, names: &[String], folder: &Path) -> Result<Vec<String>, String> {
     let floor = |name: &str| {
         let at = CRATES.iter().position(|floor| floor.contains(&name));

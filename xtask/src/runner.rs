@@ -8,7 +8,7 @@ use crate::tools::Done;
 /// Something that is not tried on this machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Skip {
-    /// What is not tried.
+    /// The check that is skipped.
     pub(crate) what: String,
     /// The command that gets what is missing, or a line that says where it would lie.
     pub(crate) cure: String,
@@ -20,7 +20,7 @@ impl Skip {
     }
 }
 
-/// What becomes of a step that does not fail.
+/// End of a step that does not fail.
 pub(crate) enum End {
     Passed,
     /// It passed, but for what is named.
@@ -44,7 +44,7 @@ pub(crate) struct Step {
     pub(crate) run: fn() -> Ended,
 }
 
-/// What became of a step.
+/// Result of a step.
 struct Row {
     name: &'static str,
     end: Ended,
@@ -141,7 +141,7 @@ fn missing(rows: &[Row]) -> String {
     text
 }
 
-/// What tests that were skipped have written, as `cullet_testkit::skip` does: the test, what is missing and what
+/// Parses the lines that skipped tests write, as `cullet_testkit::skip` does: the test, what is missing and what
 /// gets it; a test that lacks several things is one line.
 pub(crate) fn skipped_tests(text: &str) -> Vec<Skip> {
     let mut lines: Vec<&str> = text.lines().collect();

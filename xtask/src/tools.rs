@@ -17,7 +17,7 @@ pub(crate) fn target() -> PathBuf {
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
-/// What CI keeps from one run to the next, outside of any checkout: `CULLET_CACHE`, else a folder of the user's.
+/// Folder that CI keeps from one run to the next, outside of any checkout: `CULLET_CACHE`, else a folder of the user's.
 pub(crate) fn cache() -> PathBuf {
     let set = |name| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let home = || set("HOME").unwrap_or_else(std::env::temp_dir).join(".cache");
@@ -59,7 +59,7 @@ pub(crate) fn cargo_program() -> String {
     std::env::var("CARGO").unwrap_or_else(|_| "cargo".into())
 }
 
-/// What a command prints, if it can be run and succeeds.
+/// Output of a command, if it can be run and succeeds.
 pub(crate) fn output(program: &str, args: &[&str]) -> Option<String> {
     let out = command(program, args).stderr(Stdio::null()).output().ok()?;
     out.status.success().then(|| String::from_utf8_lossy(&out.stdout).into_owned())
@@ -75,12 +75,12 @@ pub(crate) fn is_ci() -> bool {
     !is_bare() && std::env::var_os("CI").is_some_and(|v| v == "true")
 }
 
-/// What a program that need not be there prints; nothing on a bare machine.
+/// Output of a program that need not be there; nothing on a bare machine.
 pub(crate) fn optional(program: &str, args: &[&str]) -> Option<String> {
     if is_bare() { None } else { output(program, args) }
 }
 
-/// What a user would type to install packages of Debian.
+/// The command that installs packages of Debian.
 pub(crate) fn install_words(packages: &[&str]) -> String {
     format!("apt-get install --no-install-recommends {}", packages.join(" "))
 }
@@ -97,7 +97,7 @@ pub(crate) fn install(packages: &[&str]) -> Done {
     run(command("apt-get", &args))
 }
 
-/// What a user would type to install a program of a crate.
+/// The command that installs a program of a crate.
 pub(crate) fn cargo_install_words(package: &str) -> String {
     format!("cargo install --locked {package}")
 }

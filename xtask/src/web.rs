@@ -17,7 +17,7 @@ use crate::tools::{
 };
 
 const TARGET: &str = "wasm32-unknown-unknown";
-/// What the page may weigh when compressed: it should come in some seconds over an ordinary line.
+/// Limit on the compressed size of the page: it should load in some seconds over an ordinary line.
 const MAX_COMPRESSED: u64 = 4 << 20;
 /// Sources of the page, from the root; what is in `tests` is none of it.
 const SOURCES: &str = "crates/cullet-viewer/web";
@@ -104,7 +104,7 @@ fn compile() -> Result<PathBuf, String> {
     Ok(folder.join(TARGET).join("web/cullet_viewer.wasm"))
 }
 
-/// What the page is tested with beside the browser.
+/// Packages that the page's tests need beside the browser.
 const NODE: &[&str] = &["nodejs", "npm"];
 /// Playwright's oldest.
 const OLDEST_NODE: u32 = 20;
@@ -145,7 +145,7 @@ fn in_browser(script: &str, what: &str) -> Result<Result<Command, Skip>, String>
         }
     }
     if let Err(e) = prepare(&browser) {
-        // What cannot be had here is no failure of the page, unless it was said to be one.
+        // A missing tool is no failure of the page, unless it is required.
         if std::env::var_os("CULLET_REQUIRE_WEB").is_some() {
             return Err(e);
         }

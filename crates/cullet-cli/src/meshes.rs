@@ -1,4 +1,4 @@
-//! What is to be said of each mesh.
+//! Records of the meshes of a model.
 
 use std::collections::HashMap;
 

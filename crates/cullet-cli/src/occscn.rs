@@ -13,7 +13,7 @@ use cullet_io::occscn::{Objects, Occscn};
 use cullet_io::paths::Overrides;
 use cullet_measure::occscn::{default_options, make, views};
 
-/// What `cullet occscn --help` ends with.
+/// End of `cullet occscn --help`.
 pub(crate) const HELP: &str = "\
 Writes an OCCSCN01 file: triangles that occlude, in world space and in meshes; boxes that are asked for;
 views as matrices. cullet bench occlusion --scene FILE measures it.
@@ -38,14 +38,14 @@ pub(crate) struct OccscnArgs {
     /// The file to write
     #[arg(long, short, value_name = "PATH")]
     out: PathBuf,
-    /// What occludes: instances with this in their name, their mesh's, or that of a node above them; may
+    /// Instances that occlude: those with this in their name, their mesh's, or that of a node above them; may
     /// be given several times
     #[arg(long, value_name = "NAME")]
     occluders: Vec<String>,
     /// Most triangles of a mesh, or 'none' for one mesh an instance
     #[arg(long, value_name = "N|none", value_parser = cluster)]
     cluster: Option<Cluster>,
-    /// What is asked for: so many random boxes, or 'rest', the bounds of all that does not occlude
+    /// Boxes to test: so many random ones, or 'rest', the bounds of all that does not occlude
     #[arg(long, value_name = "N|rest", value_parser = objects)]
     objects: Option<Objects>,
     /// Where from: as of cullet report [default: the scene's own views or cameras, else walk]

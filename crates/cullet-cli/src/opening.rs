@@ -38,7 +38,7 @@ impl Opening {
         self.left.model.scene.instance_count() == 0
     }
 
-    /// What became of every triangle in a view of the whole model.
+    /// Draws every triangle in the colour of the stage that culled it, in a view of the whole model.
     pub(crate) fn draw(&self, model: &Model, view: &View, result: &Visible) -> Picture {
         let left = OpenedScene {
             scene: &self.left.model.scene,
@@ -63,7 +63,7 @@ pub(crate) fn kinds(
         let plane = Plane::new([0.0, 1.0, 0.0], height);
         let [x, y, z, w] = view.eye();
         let eye = (w != 0.0).then_some([x, y, z]);
-        // What cannot be cut is shown from outside, as what need not be.
+        // A model that cannot be cut is shown from outside.
         Opening::new(&[plane], Keep::Inside, eye, model, size, &Console::new(true, None)).ok()
     });
     match opened.filter(|o| !o.is_empty()) {

@@ -12,9 +12,9 @@ use cullet_command::exit::{Exit, Failure, Outcome};
 pub(crate) struct Peer {
     /// Its name, which is its package's too, without the ending that some systems give programs.
     pub(crate) name: &'static str,
-    /// What it is, for people.
+    /// Its name, for people.
     pub(crate) what: &'static str,
-    /// What it might be given, as an example.
+    /// A value of it, as an example.
     pub(crate) example: &'static str,
 }
 

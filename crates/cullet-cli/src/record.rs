@@ -1,4 +1,4 @@
-//! What `report.json` and `verify --json` say of a run: plain data, serialised as it stands.
+//! Records in `report.json` and `verify --json`: plain data, serialised as it stands.
 
 use std::collections::BTreeMap;
 
@@ -197,7 +197,7 @@ pub(crate) struct Summary {
     pub(crate) advice: Vec<Advice>,
 }
 
-/// What is left when whole instances alone are dropped, as a renderer that draws instance by instance sees it: the classic
+/// Counts where only whole instances are culled, as a renderer that draws instance by instance sees it: the classic
 /// table of the power plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct WholeRecord {
@@ -220,14 +220,14 @@ impl WholeRecord {
     }
 }
 
-/// What could be done, with the figures it rests on.
+/// A suggestion, with the figures it rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Advice {
     /// Which kind of advice; stable, for scripts.
     pub(crate) kind: &'static str,
-    /// What was found, in a line.
+    /// The finding, in a line.
     pub(crate) title: String,
-    /// What follows from it, with figures.
+    /// The consequence, with figures.
     pub(crate) text: String,
     /// Triangles a view that it is about, for ordering.
     pub(crate) triangles_per_view: f64,

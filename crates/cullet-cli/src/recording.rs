@@ -19,7 +19,7 @@ pub(crate) fn record(scene: &Scene, view: &View, culler: &Culler, recording: &mu
         let shapes = scene.prepared_of(slot).shapes();
         recording.draw(&shapes[shape as usize], scene.transform(slot));
     }
-    // What a stage before had dropped was not tested.
+    // Instances culled by an earlier stage were not tested.
     let is_tested = |slot: &u32| {
         result.reasons[*slot as usize].is_none_or(|reason| reason.stage == Stage::Occlusion)
     };

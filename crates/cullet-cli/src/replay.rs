@@ -13,7 +13,7 @@ use cullet_command::files::write_json;
 use cullet_io::recording::{Difference, Differences, Recording};
 use serde_json::json;
 
-/// What `cullet replay --help` ends with.
+/// End of `cullet replay --help`.
 pub(crate) const HELP: &str = "\
 A recording holds views, the occluders drawn into the occlusion buffer and the boxes tested, with the
 results then. Played again, each result must be the same; one that is not is printed, and

@@ -21,7 +21,7 @@ Examples
   cullet serve city:seed=3           with a built-in scene
   cullet serve model.glb --port 0    with a file, on any free port";
 
-/// What to serve.
+/// Arguments of `cullet serve`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ServeArgs {
     /// A file or a built-in scene

@@ -78,7 +78,7 @@ fn place(
         distance
     };
     let mut distance = far_enough(target);
-    // What is nearer looks larger, so the middle of the box is not that of the picture: moved there, there is
+    // Nearer parts look larger, so the middle of the box is not that of the picture: moved there, there is
     // room to come nearer.
     for _ in 0..RECENTRINGS {
         let (mut low, mut top) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);

@@ -16,7 +16,7 @@ use crate::record::{
     Counts, DepthRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord, tightness,
 };
 
-/// What all views together did to one instance.
+/// Counts of one instance over all views.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SlotTally {
     /// Views in which something of it was drawn.
@@ -33,7 +33,7 @@ pub(crate) struct SlotTally {
     pub(crate) largest_px: f32,
 }
 
-/// What all views together did to one mesh.
+/// Counts of one mesh over all views.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MeshTally {
     pub(crate) instances: u64,
@@ -68,10 +68,10 @@ pub(crate) struct Survey {
     pub(crate) state: ViewState,
 }
 
-/// What one view left behind, for pictures and exports.
+/// Results of one view, for pictures and exports.
 #[derive(Debug)]
 pub(crate) struct Seen {
-    /// What is drawn.
+    /// The visible set.
     pub(crate) result: Visible,
     /// The proof, where the view was verified.
     pub(crate) verification: Option<Verification>,
@@ -284,7 +284,7 @@ impl Survey {
     }
 }
 
-/// What is left when whole instances alone are dropped: the rows of instances, the first of the funnel.
+/// Counts where only whole instances are culled: the rows of instances, the first of the funnel.
 fn whole(result: &Visible) -> WholeRecord {
     let work = result.funnel.occlusion;
     let mut record =

@@ -16,7 +16,7 @@ use crate::record::{Loss, SCHEMA, Summary, ViewRecord};
 use crate::recording;
 use crate::survey::Survey;
 
-/// What `cullet verify --help` ends with.
+/// End of `cullet verify --help`.
 pub(crate) const HELP: &str = "\
 Draws every view with and without culling, and demands that each pixel be owned by the same triangle
 of the same instance. With --samples 4 it also looks for instances that own one of 4x4 jittered
@@ -169,7 +169,7 @@ fn print_summary(console: &Console, s: &Summary, samples: u32) {
         grouped(seen),
         count(s.views as u64, "view", "views")
     ));
-    // What would be left if the stages up to this one were all there were.
+    // Triangles left if the stages up to this one were the only ones.
     let mut left = t.all;
     for (stage, &n) in &s.removed {
         left = left.saturating_sub(n);

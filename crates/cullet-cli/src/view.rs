@@ -20,7 +20,7 @@ Examples
   cullet view city --state 'layout=split&ghosts.form=solid'
   cullet view office --size 960x600 --screenshot office.png";
 
-/// What to view.
+/// Arguments of `cullet view`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct WindowArgs {
     /// A file or a built-in scene, then options of the viewer

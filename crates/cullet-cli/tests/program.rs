@@ -85,7 +85,7 @@ fn a_report_has_the_files_and_the_figures_of_its_schema() {
             assert!(["instances", "clusters", "triangles"].contains(&unit), "{unit}");
             assert!(stage["in"].as_u64().unwrap() >= stage["out"].as_u64().unwrap(), "{stage}");
         }
-        // What the stages took and what is left is everything.
+        // Triangles culled by the stages and those left are all triangles.
         let removed: u64 =
             view["removed"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum();
         let left = view["triangles"]["potentially_visible"].as_u64().unwrap();
@@ -407,7 +407,7 @@ fn what_calibrate_measures_is_kept_shown_and_forgotten() {
         code => assert!(text(&dry.stderr).contains("too busy"), "{code:?} {}", text(&dry.stderr)),
     }
     assert!(!Path::new(&file).exists());
-    // What it measures cannot be foreseen, what it keeps can be put in its place.
+    // Measured times cannot be foreseen, but a stored measurement can be put in their place.
     std::fs::create_dir_all(folder.path("deep")).unwrap();
     std::fs::write(&file, costs_file().to_string()).unwrap();
     let shown = run(&["--show"]);
@@ -449,7 +449,7 @@ fn a_report_speaks_of_milliseconds_where_costs_are_known() {
     assert!(lines.contains("culling saves about"), "{lines}");
     assert!(lines.contains("measured with a painter on 2026-03-09, on another machine"), "{lines}");
     assert!(page().contains("culling saves about") && page().contains("4.0 ns for one outside"));
-    // What is hidden would have been drawn; what the other stages take would have been rejected.
+    // Occluded triangles would have been drawn; those culled by the other stages would have been rejected.
     let drawn = with["costs"]["drawn_triangle_ns"].as_f64().unwrap();
     let removed = with["summary"]["removed"].as_object().unwrap();
     let price = |stage: &str| match stage {
@@ -571,6 +571,6 @@ fn the_bench_of_the_culler_counts_what_each_stage_leaves_and_checks_it() {
         assert!(row["worst_ms"].as_f64() >= row["ms"].as_f64(), "{row}");
     }
     assert!(record["occlusion"]["drawn"].as_f64() > Some(0.0));
-    // What belongs to the other benches is not taken here.
+    // Options of the other benches are not accepted here.
     assert_eq!(code(&["bench", "culler", "--large"]), 2);
 }

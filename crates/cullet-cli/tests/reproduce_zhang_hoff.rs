@@ -44,7 +44,7 @@ fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or_else(|| panic!("{key} of {value}"))
 }
 
-/// What holds of every model.
+/// Checks the properties that hold for every model.
 fn check(record: &Value) {
     assert_eq!(record["schema"], 1);
     assert_eq!(record["front_faces_lost"], 0);

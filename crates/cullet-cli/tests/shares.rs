@@ -12,7 +12,7 @@ use serde_json::Value;
 const VIEWS: usize = 4;
 const SIZE: [u32; 2] = [480, 270];
 
-/// What `cullet verify` says of every view.
+/// Records of `cullet verify` for every view.
 fn verified(scene: &str, path: &str) -> Vec<Value> {
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
     let views = VIEWS.to_string();

@@ -38,7 +38,7 @@ fn built_in_scenes() {
         ("office", [53.0, 23.0, 18.0]),
         ("plant:bays=4,floors=2,kinds=6", [51.0, 8.0, 22.0]),
         ("forest:n=20000", [60.0, 22.0, 26.0]),
-        // What deforms is culled whole or not at all, so an orbit leaves nearly all.
+        // Deforming instances are culled whole or not at all, so an orbit leaves nearly all.
         ("moving", [97.0, 45.0, 44.0]),
         ("moving:t=1500", [97.0, 49.0, 44.0]),
         ("moving:t=5300", [97.0, 44.0, 44.0]),

@@ -1,4 +1,4 @@
-//! What the program says: numbers agree with their words, figures are readable, and a slip finds what was meant.
+//! Messages of the program: numbers agree with their words, figures are readable, and a misspelt name gets a suggestion.
 
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -38,7 +38,7 @@ fn with_costs(costs: &str, args: &[&str]) -> Output {
     command.args(args).env("CULLET_COSTS", costs).output().unwrap()
 }
 
-/// What it says on both outputs, with ordinary spaces.
+/// Both outputs, with ordinary spaces.
 fn said(output: &Output) -> String {
     let text = [&output.stdout[..], &output.stderr[..]].concat();
     String::from_utf8_lossy(&text).replace(['\u{202f}', '\u{a0}'], " ")

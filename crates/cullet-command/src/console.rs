@@ -1,4 +1,4 @@
-//! What people see: lines, progress bars, and Ctrl-C.
+//! Output for people: lines, progress bars, and Ctrl-C.
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-/// What the exit code says. The numbers are a promise to scripts; `cullet --help` lists them.
+/// Meaning of the exit code. The numbers are a promise to scripts; `cullet --help` lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
     /// All is well.
@@ -34,7 +34,7 @@ impl From<Exit> for ExitCode {
 pub struct Failure {
     /// The code to end with.
     pub exit: Exit,
-    /// What happened and what to try.
+    /// The failure, and what to try.
     pub message: String,
 }
 
@@ -55,5 +55,5 @@ impl Failure {
     }
 }
 
-/// What a command returns.
+/// Result of a command.
 pub type Outcome = Result<Exit, Failure>;

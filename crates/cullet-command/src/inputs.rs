@@ -110,7 +110,7 @@ pub fn begin(model: &mut Model, args: &ViewArgs, console: &Console) -> Result<()
         )));
     }
     pose(model, first)?;
-    // What had no bounds was sorted by nothing.
+    // Instances without bounds had no place in the order.
     model.scene.sort();
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What the commands of `cullet` share: groups of arguments, and the way from them to scenes, views and cullers; lines
+//! Parts that the commands of `cullet` share: groups of arguments, and the way from them to scenes, views and cullers; lines
 //! for people, bars and Ctrl-C; exit codes; files that are written.
 //!
 //! It knows no command.

@@ -12,7 +12,7 @@ where
     let named = all.iter().map(|(name, _, about)| PossibleValue::new(name).help(about));
     PossibleValuesParser::new(named).try_map(|text| {
         let found = all.iter().find(|(name, ..)| *name == text);
-        // What is none of them was refused by its name.
+        // An unknown name was refused before.
         found.map(|(_, value, _)| value.clone()).ok_or_else(|| format!("'{text}' is unknown"))
     })
 }

@@ -111,7 +111,7 @@ impl Answers {
         if fresh {
             return finish(answer, Answer::Whole(None));
         }
-        // What is written to the file meanwhile is not sent: the length has been promised.
+        // Bytes appended to the file meanwhile are not sent: the length has been promised.
         let source = opened.take(meta.len());
         if gzip {
             return finish(
@@ -159,7 +159,7 @@ fn refuse(status: StatusCode, why: &str) -> Response<Answer> {
         .status(status)
         .header(header::CONTENT_TYPE, "text/plain; charset=utf-8")
         .header(header::CACHE_CONTROL, "no-store");
-    // What was not read of a request must not be taken for the next one.
+    // The unread rest of a request must not be taken for the next one.
     let stay = status == StatusCode::NOT_FOUND;
     let answer = if stay { answer } else { answer.header(header::CONNECTION, "close") };
     finish(answer, Answer::whole(format!("{why}\n").into_bytes()))

@@ -12,10 +12,10 @@ use tokio::task::{JoinHandle, spawn_blocking};
 /// Bytes read, and sent, at a time. An answer holds two blocks at most: one on its way, one read ahead.
 const BLOCK: usize = 64 << 10;
 
-/// What is read for an answer.
+/// The source of an answer's bytes.
 type Source = Box<dyn Read + Send>;
 
-/// What an answer carries.
+/// Body of an answer.
 #[derive(Debug)]
 pub(crate) enum Answer {
     /// All of it, or nothing any more.

@@ -55,7 +55,7 @@ impl Progress {
     fn took(&self, taken: &Poll<io::Result<usize>>) {
         match taken {
             Poll::Ready(Ok(1..)) => {
-                // What is sent before the head is whole says that it is bad, and buys no time.
+                // An answer that is sent before the head is whole refuses the request, and does not extend the deadline.
                 if self.answered.get() {
                     self.moved.set(Instant::now());
                 }

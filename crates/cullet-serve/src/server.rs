@@ -23,7 +23,7 @@ use crate::places::{Places, Progress, Watched};
 /// holds one.
 const READERS: usize = 4;
 
-/// What a client may ask for. The defaults suit browsers, which send headers of one or two kilobytes.
+/// Limits on clients. The defaults suit browsers, which send headers of one or two kilobytes.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Limits {

@@ -1,4 +1,4 @@
-//! What is served: the page's files and a scene.
+//! Files that are served: the page's and a scene's.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ use thiserror::Error;
 /// Where a scene's file is found by the page: `/scene/NAME`; and beside it the files that it names.
 pub const SCENE_FOLDER: &str = "/scene/";
 
-/// What to do where there is no page.
+/// Help where there is no page.
 pub const PAGE_HELP: &str =
     "build it with 'cargo xtask web --no-serve', or name its folder with --page";
 
@@ -68,7 +68,7 @@ pub enum SiteError {
     /// A scene that cannot be had.
     #[error("{scene}: {error}")]
     Scene {
-        /// What was asked for.
+        /// The requested scene.
         scene: String,
         /// Why it cannot be had, and what can.
         error: String,
@@ -101,7 +101,7 @@ pub(crate) struct SceneFile {
     pub(crate) kind: &'static str,
 }
 
-/// What is served: the page's files, read into memory, and at most one scene with the files that it names.
+/// Files that are served: the page's, read into memory, and at most one scene with the files that it names.
 #[derive(Debug)]
 pub struct Site {
     pub(crate) page: BTreeMap<String, PageFile>,
@@ -141,14 +141,14 @@ impl Site {
         Ok(site)
     }
 
-    /// What follows the address of the page to see the scene: `#scene=city`, `#scene=/scene/model.glb`, or
+    /// The fragment that follows the address of the page to open the scene: `#scene=city`, `#scene=/scene/model.glb`, or
     /// nothing where no scene was given.
     #[must_use]
     pub fn fragment(&self) -> &str {
         &self.fragment
     }
 
-    /// What the page will not be able to show of the scene: files that it names but that are not in its folder, or
+    /// Parts of the scene that the page cannot show: files that it names but that are not in its folder, or
     /// why it cannot be read at all.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
@@ -166,7 +166,7 @@ impl Site {
             Vec::new()
         });
         for file in named {
-            // What is no text is in no address.
+            // A name that is no text is in no address.
             let Some(name) = file.to_str().map(|n| n.replace('\\', "/")) else { continue };
             // Where it is after all links.
             match whole(&folder.join(&file)).filter(|p| p.starts_with(&home) && p.is_file()) {

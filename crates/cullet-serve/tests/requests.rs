@@ -391,7 +391,7 @@ fn what_cannot_be_served_is_said_at_the_start() {
     assert!(message.contains("seeds") && !message.contains("built in"), "{message}");
     let message = text(new(&page, page.to_str().unwrap()));
     assert!(message.contains("is a folder"), "{message}");
-    // What cannot be read is served even so, for the page says the same.
+    // A file that cannot be read as a scene is served even so, for the page says the same.
     folder.file("broken.gltf", b"{");
     let broken = Site::new(&page, folder.at("broken.gltf").to_str()).unwrap();
     let [warning] = broken.warnings() else { panic!("{:?}", broken.warnings()) };

@@ -27,13 +27,13 @@ const WARM_UPS: u32 = 4;
 /// How the viewer starts.
 #[derive(Clone, Debug, Default)]
 pub struct Start {
-    /// What to open; the link's scene where there is none.
+    /// Scene to open; the link's where it is `None`.
     pub source: Option<Source>,
     /// The text of a state.
     pub link: String,
     /// A file to write a picture of the window to, and end.
     pub screenshot: Option<String>,
-    /// What is done, one thing after the other, before the viewer ends.
+    /// Steps to run without a user, one after the other, before the viewer ends.
     pub script: Script,
 }
 
@@ -92,7 +92,7 @@ impl App {
         })
     }
 
-    /// What goes on.
+    /// The session that is shown.
     #[must_use]
     pub fn session(&self) -> &Session {
         &self.session
@@ -106,7 +106,7 @@ impl App {
 
 /// A quieter, denser style than the default: a small window holds all panels.
 fn style(ctx: &egui::Context) {
-    // What is said in passing must be readable as well: six times as light as the ground, or as dark.
+    // Secondary text must be readable as well: its luminance differs from the background's by a factor of six.
     for (theme, grey) in [(egui::Theme::Dark, 155), (egui::Theme::Light, 92)] {
         ctx.style_mut_of(theme, |style| {
             style.visuals.weak_text_color = Some(egui::Color32::from_gray(grey));
@@ -186,7 +186,7 @@ impl App {
         }
     }
 
-    /// What listens to the graphics device; it outlives the window.
+    /// The listener on the graphics device; it outlives the window.
     #[must_use]
     pub fn watch(&self) -> &Watch {
         &self.watch

@@ -27,7 +27,7 @@ pub fn find(scene: &Scene) -> Result<Vec<Stray>, String> {
 }
 
 impl Audit {
-    /// What was found, once it is.
+    /// The bounds violations, once the audit is done.
     #[must_use]
     pub fn found(&self) -> Option<&[Stray]> {
         self.found.as_deref()

@@ -1,4 +1,4 @@
-//! What each stage of culling saves a renderer: frame times against those of a renderer that leaves back faces to
+//! Savings of each stage of culling for a renderer: frame times against those of a renderer that leaves back faces to
 //! the graphics hardware and hands it everything, and the check that the pictures are the same.
 
 use std::io::Write;
@@ -44,7 +44,7 @@ pub enum BenchError {
 /// A way to draw a frame.
 struct Way {
     name: &'static str,
-    /// What culls; `None` hands everything to the device.
+    /// The culling settings; `None` hands everything to the device.
     stages: Option<Stages>,
     faces: CullFace,
 }
@@ -69,7 +69,7 @@ fn ways() -> Vec<Way> {
 /// The way that the others are measured against.
 const BASE: &str = "hardware back faces alone";
 
-/// What a way took on average over the views.
+/// Figures of a way, on average over the views.
 #[derive(Clone, Copy, Debug, Default)]
 struct Took {
     culling_ms: f64,
@@ -148,7 +148,7 @@ pub fn run(world: &World, out: &mut impl Write) -> Result<u64, BenchError> {
     Ok(changed)
 }
 
-/// What else the machine does, where it says so: without it nobody knows what a time is worth.
+/// Load of the machine, where the system tells it: a time measured beside other work means little.
 fn load() -> String {
     let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);

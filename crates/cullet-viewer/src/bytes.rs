@@ -12,7 +12,7 @@ pub enum UnpackError {
     /// They end before what they promise.
     #[error("the packed bytes end early, at byte {0}")]
     Short(usize),
-    /// What they say cannot be.
+    /// The bytes cannot be a packed model.
     #[error("the packed bytes are damaged: {0}")]
     Damaged(String),
 }

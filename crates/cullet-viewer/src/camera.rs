@@ -28,7 +28,7 @@ pub enum Mode {
 pub struct Rig {
     /// How it is moved.
     pub mode: Mode,
-    /// What it looks at.
+    /// The point that it looks at.
     pub target: [f64; 3],
     /// How far the eye is from the target, above 0.
     pub distance: f64,
@@ -81,7 +81,7 @@ impl Rig {
         }
     }
 
-    /// What is wrong with it, if anything: which number, its value, and what it must be.
+    /// Checks every number; the error names the invalid one, its value, and what it must be.
     ///
     /// # Errors
     /// If a number is not finite or out of its range.

@@ -40,7 +40,7 @@ impl Chooser {
         }
     }
 
-    /// What was chosen since the last call, or why no dialog was to be had. `ctx` is woken when there is
+    /// Returns the file chosen since the last call, or why no dialog could be opened. `ctx` is woken when there is
     /// something new.
     pub(crate) fn poll(&mut self, ctx: &egui::Context) -> Option<Result<PathBuf, String>> {
         let (since, dialog) = self.open.as_mut()?;

@@ -10,7 +10,7 @@ pub const MOST_CORNERS: usize = 12;
 /// The numbers of sides that a window may have.
 pub const SIDES: std::ops::RangeInclusive<u32> = 3..=8;
 
-/// What the playground shows.
+/// Settings of the clipping playground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Clipping {
@@ -36,7 +36,7 @@ impl Default for Clipping {
 }
 
 impl Clipping {
-    /// What is wrong with it, if anything: which number, its value, and what it must be.
+    /// Checks every number; the error names the invalid one, its value, and what it must be.
     ///
     /// # Errors
     /// If a number is not finite or out of its range.
@@ -90,7 +90,7 @@ impl Clipping {
         region
     }
 
-    /// What outcodes alone say of the polygon. It need not be convex: all of it is inside of a plane that all
+    /// Classifies the polygon by its outcodes alone. It need not be convex: all of it is inside a plane that all its
     /// corners are inside of.
     #[must_use]
     pub fn verdict(&self) -> Verdict {

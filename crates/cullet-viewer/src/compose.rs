@@ -1,4 +1,4 @@
-//! What is to be drawn of a session: its panes, with lines and ghosts. Neither decides nor draws.
+//! Composes the panes to draw of a session, with lines and ghosts. It neither decides nor draws.
 
 use cullet::{CullFace, Depth, SlotRange, Stage, View, Visible};
 use cullet_draw::palette;
@@ -14,7 +14,7 @@ use crate::study::Seen;
 /// More ghosts than these are a haze.
 pub const MOST_GHOSTS: usize = 6_000;
 
-/// What a pane is for.
+/// Role of a pane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// The flown camera's picture.
@@ -29,14 +29,14 @@ pub enum Role {
     Depth,
 }
 
-/// What a pane draws of the scene.
+/// The part of the scene that a pane draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Content {
-    /// What was left.
+    /// The visible set of the culler.
     Kept,
     /// That, and ghosts as they are.
     WithGhosts,
-    /// What was drawn into the occlusion buffer.
+    /// The occluders that were drawn into the occlusion buffer.
     Occluders,
     /// All.
     All,
@@ -45,7 +45,7 @@ enum Content {
 /// A pane with its own data.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// What it is for.
+    /// Its role.
     pub role: Role,
     /// Where it is: x, y, width, height in pixels.
     pub place: [u32; 4],
@@ -63,13 +63,13 @@ pub struct Panel {
 pub struct Composition {
     /// From the bottom up.
     pub panels: Vec<Panel>,
-    /// What was left, with the ghosts that are shown as they are.
+    /// The visible set, with the ghosts that are drawn as they are.
     with_ghosts: Visible,
-    /// What was drawn into the occlusion buffer.
+    /// The occluders that were drawn into the occlusion buffer.
     occluders: Visible,
     /// How many ghosts were left out because there are too many.
     pub ghosts_left_out: usize,
-    /// What the boxes of the level that is shown answered.
+    /// Counts of the test results of the boxes of the level that is shown.
     pub tally: structure::LevelTally,
     /// How many cones are shown, of how many clusters.
     pub cones: [usize; 2],
@@ -159,7 +159,7 @@ pub fn compose(session: &Session) -> Composition {
     made
 }
 
-/// What the renderer is told of a look.
+/// Converts a look to the renderer's style.
 fn style(look: &Look) -> Style {
     Style {
         paint: match look.colour {
@@ -266,7 +266,7 @@ fn decorate(session: &Session, made: &mut Composition) {
     for panel in &mut made.panels {
         panel.content = match panel.role {
             Role::Bare => Content::All,
-            // What the culling camera itself sees is shown as it is drawn.
+            // The culling camera's own picture shows the visible set as it is drawn.
             Role::Culling | Role::Depth => Content::Kept,
             _ if solid && decision.is_some() => Content::WithGhosts,
             _ => Content::Kept,
@@ -283,7 +283,7 @@ fn decorate(session: &Session, made: &mut Composition) {
             Role::Culling | Role::Depth => false,
         };
         if from_outside {
-            // What was kept is there from behind too: its backs face away from here, not from where it is culled.
+            // Seen from outside, the visible set shows its backs too: they face away from here, not from the culling camera.
             panel.view.cull_face = CullFace::None;
             panel.overlay.0.extend_from_slice(&path.0);
             panel.overlay.0.extend_from_slice(&frustum.0.0);
@@ -362,7 +362,7 @@ fn triangle(session: &Session, slot: u32, original: u32, lines: &mut Lines) {
     }
 }
 
-/// What was left, and what was dropped for reasons that are not hidden, whole.
+/// Adds to the visible set, whole, the culled instances whose reasons are not switched off.
 fn with_ghosts(session: &Session, visible: &Visible) -> Visible {
     let mut shown = Visible { partial: visible.partial.clone(), ..Visible::default() };
     let mut whole =

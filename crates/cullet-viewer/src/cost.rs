@@ -1,4 +1,4 @@
-//! What every camera of a path costs: culled one after the other in the background, and shown as a strip, on the
+//! Culling cost of every camera of a path: culled one after the other in the background, and shown as a strip, on the
 //! map and as a line through the scene.
 
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::world::World;
 /// The most cameras that are measured: of longer paths every second, third and so on.
 pub const MOST: usize = 600;
 
-/// What one camera costs.
+/// Culling cost of one camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// Which camera of the path.
@@ -121,7 +121,7 @@ impl Measured {
         true
     }
 
-    /// What was measured.
+    /// The costs, once all are measured.
     #[must_use]
     pub fn costs(&self) -> Option<&Arc<Costs>> {
         match self {

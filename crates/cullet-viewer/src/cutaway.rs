@@ -50,7 +50,7 @@ pub struct CutWorld {
     pub world: Arc<World>,
     /// The outlines, if they are wanted.
     pub outlines: Vec<Outline>,
-    /// What came of it.
+    /// Report of the cut.
     pub report: ModelReport,
     /// Milliseconds that it took.
     pub milliseconds: f32,
@@ -108,11 +108,11 @@ pub struct Cutting {
     pub whole: Option<Arc<World>>,
     /// The outlines of what is shown.
     pub outlines: Vec<Outline>,
-    /// What came of the last cut.
+    /// Report of the last cut.
     pub report: ModelReport,
     /// Milliseconds that it took.
     pub milliseconds: f32,
-    /// What was last cut, or found impossible.
+    /// The cut that was made last, or found impossible.
     done: Option<CutAway>,
     task: Option<(CutAway, Task<Result<CutWorld, String>>)>,
 }

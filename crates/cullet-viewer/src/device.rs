@@ -1,10 +1,10 @@
-//! What the graphics device says while the viewer runs: that it refuses something, or that it is gone.
+//! Listens to the graphics device while the viewer runs: it may report an error, or be lost.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use eframe::{egui, wgpu};
 
-/// What a device said.
+/// Reports of a device.
 #[derive(Debug, Default)]
 struct Said {
     lost: Option<String>,
@@ -26,7 +26,7 @@ impl Watch {
         device.set_device_lost_callback(move |reason, message| {
             let text = lost_text(reason, &message);
             log::error!("{text}");
-            // What draws next may end the page's program, so that it is told at once.
+            // Told at once, since the next drawing may end the page's program.
             #[cfg(target_arch = "wasm32")]
             crate::web::tell_lost(&text);
             told.with(|said| said.lost = Some(text));

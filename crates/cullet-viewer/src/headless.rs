@@ -11,7 +11,7 @@ use eframe::wgpu::{
 
 use crate::draw::Renderer;
 
-/// What draws.
+/// A graphics device without a window.
 #[derive(Debug)]
 pub struct Gpu {
     /// The graphics card, or a program in its place.

@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use eframe::egui;
 
-/// What came of reading files: their names and bytes, the model first; or the name of one that could not be
+/// Result of reading files: their names and bytes, the model first; or the name of one that could not be
 /// read, and why.
 pub type Read = Result<Vec<(String, Vec<u8>)>, (String, String)>;
 
@@ -44,7 +44,7 @@ impl Inbox {
         Self { sender, receiver, ctx }
     }
 
-    /// What puts files into it, from wherever it was read, and wakes the window.
+    /// Returns a sender that puts read files into it and wakes the window.
     pub fn slot(&self) -> impl Fn(Read) + Send + 'static {
         let (sender, ctx) = (self.sender.clone(), self.ctx.clone());
         move |read| {
@@ -54,7 +54,7 @@ impl Inbox {
         }
     }
 
-    /// What arrived since the last call.
+    /// Takes the files that arrived since the last call.
     pub fn take(&self) -> Vec<Read> {
         self.receiver.try_iter().collect()
     }

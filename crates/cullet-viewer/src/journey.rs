@@ -21,7 +21,7 @@ const OWN: usize = 180;
 pub struct Journey {
     /// Its cameras, [`RATE`] a second.
     pub rigs: Vec<Rig>,
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// Seconds from its start.
     pub at: f64,

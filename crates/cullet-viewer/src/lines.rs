@@ -46,7 +46,7 @@ impl Lines {
 
     /// A line from `a` to `b`.
     pub fn line(&mut self, a: DVec3, b: DVec3, colour: [u8; 4]) {
-        // What is not finite has no place on the screen.
+        // A non-finite point has no place on the screen.
         if a.is_finite() && b.is_finite() {
             self.vertex(a, colour);
             self.vertex(b, colour);

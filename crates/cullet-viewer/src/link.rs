@@ -69,7 +69,7 @@ fn read(parts: &[&str]) -> Result<Result<State, serde_json::Error>, LinkError> {
         let wrong = || LinkError::Part(shortened(part));
         let (name, raw) = part.split_once('=').ok_or_else(wrong)?;
         let raw = unescape(raw).ok_or_else(wrong)?;
-        // What is no JSON is a string: `scene=city` reads better than `scene="city"`.
+        // Text that is no JSON is a string: `scene=city` reads better than `scene="city"`.
         let new = serde_json::from_str(&raw).unwrap_or(Value::String(raw));
         let (path, leaf) = name.rsplit_once('.').map_or(("", name), |(p, l)| (p, l));
         let mut place = &mut all;

@@ -23,7 +23,7 @@ pub struct Counts {
     pub clusters: u64,
 }
 
-/// What is found out of a scene once, in time that grows with its instances and with its largest two-sided mesh.
+/// Measures of a scene, found once, in time that grows with its instances and with its largest two-sided mesh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
     /// How much there is of it.
@@ -34,7 +34,7 @@ pub struct Measures {
     pub centre: [f64; 3],
     /// Half its extent along each axis.
     pub half: [f64; 3],
-    /// What back-face culling leaves of it.
+    /// The triangles that back-face culling cannot test, and why.
     pub kept_backs: KeptBacks,
 }
 
@@ -80,7 +80,7 @@ fn usual_extent(model: &Model) -> Aabb {
     if usual.is_empty() { extent } else { usual }
 }
 
-/// What is said of a model that moves, since the viewer does not show it moving.
+/// A warning for a model that moves, since the viewer does not show it moving.
 #[must_use]
 pub fn at_rest(model: &Model) -> Option<Warning> {
     let seconds = model.motion.as_ref()?.seconds();

@@ -47,10 +47,10 @@ Exit codes
 /// A device that is lost so soon after the window was opened again stays lost.
 const TOO_SOON: Duration = Duration::from_secs(60);
 
-/// What the viewer tells itself when it opens a window again.
+/// Argument that the viewer passes to itself when it opens a window again.
 const AGAIN: &str = "--after-lost-device";
 
-/// What the command line says.
+/// The parsed command line.
 struct CommandLine {
     start: Start,
     size: [f32; 2],
@@ -61,7 +61,7 @@ struct CommandLine {
     again: bool,
 }
 
-/// What is measured in place of a window.
+/// A measurement that is run in place of a window.
 #[derive(Clone, Copy)]
 enum Measurement {
     Drawing,
@@ -124,19 +124,19 @@ fn parse(mut args: impl Iterator<Item = String>) -> Result<CommandLine, (u8, Str
         }
     }
     if line.sides != Sides::Automatic {
-        // What comes last in a link holds.
+        // The last value of a key in a link holds.
         let said = State { sides: line.sides, ..State::default() };
         line.start.link.push_str(&format!("&{}", link::to_text(&said)));
     }
     Ok(line)
 }
 
-/// What is left of a window when it is closed.
+/// State that outlives a closed window.
 #[derive(Default)]
 struct Left {
     /// Whether an unattended run told of trouble.
     trouble: AtomicBool,
-    /// What listened to the graphics device, and the state that was shown last.
+    /// The listener on the graphics device, and the state that was shown last.
     shown: Mutex<Option<(Watch, State)>>,
 }
 
@@ -162,7 +162,7 @@ impl eframe::App for Judged {
         let shown = (self.app.watch().clone(), self.app.session().state.clone());
         *self.left.shown.lock().unwrap_or_else(PoisonError::into_inner) = Some(shown);
         if self.app.watch().lost().is_some() {
-            // What else the device says of its end is no news.
+            // Later reports of a lost device tell nothing new.
             return;
         }
         if self.unattended
@@ -295,7 +295,7 @@ fn window(line: CommandLine, left: &Arc<Left>) -> eframe::Result {
         let app = App::new(cc, start)?;
         Ok(Box::new(Judged { app, unattended, left: own }) as Box<dyn eframe::App>)
     });
-    // What draws the panels panics when it is refused a buffer, as it is after the loss of the device. That is no fault
+    // The panels' renderer panics when a buffer is refused, as it is after the loss of the device. That is no fault
     // to be shown; any other is.
     let (before, quiet) = (panic::take_hook(), Arc::clone(left));
     panic::set_hook(Box::new(move |info| {

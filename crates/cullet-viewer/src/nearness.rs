@@ -5,7 +5,7 @@ use cullet::View;
 use cullet::cull::occlusion::{OcclusionBuffer, TILE};
 use glam::DVec3;
 
-/// What is not proved to be covered: a dark blue that no distance is painted in.
+/// Colour of pixels that no occluder covers: a dark blue that no distance is painted in.
 pub const OPEN: [u8; 3] = [16, 26, 60];
 
 /// The picture of a buffer: width, height, and sRGB with straight alpha, row by row from the top.

@@ -17,9 +17,9 @@ use crate::structure::WHOLE;
 pub struct Coded {
     /// Its corners, in world space, with their outcodes.
     pub corners: [(DVec3, Outcode); 3],
-    /// What outcodes alone say of it.
+    /// Classification by outcodes alone.
     pub verdict: Verdict,
-    /// What clipping leaves of it, in world space.
+    /// The polygon that clipping leaves of it, in world space.
     pub left: Vec<DVec3>,
     /// The planes that the mesh's box is not proved inside of, with their numbers.
     pub planes: Vec<(usize, Plane)>,
@@ -58,7 +58,7 @@ impl Coded {
         })
     }
 
-    /// What the verdict says, in words.
+    /// The classification, in words.
     #[must_use]
     pub fn words(&self) -> String {
         match self.verdict {

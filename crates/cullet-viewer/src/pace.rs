@@ -65,7 +65,7 @@ pub fn run(world: World, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// What is shown of a decision.
+/// Figures of a decision that the panels show.
 struct Row {
     kept: u64,
     stages: String,

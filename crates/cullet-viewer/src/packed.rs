@@ -58,12 +58,12 @@ fn cells(model: &Model, slots: &[(u32, Handle)]) -> CellGraph {
     cells
 }
 
-/// What is in a slot, with the box that the scene has for it. There may be a million of them, so that what is long of each
-/// is copied as it lies in memory.
+/// Packs the instance in a slot, with its box in the scene. There may be a million of them, so the long fields of each
+/// are copied as they lie in memory.
 fn instance(out: &mut Writer, scene: &Scene, slot: u32) {
     let flags = scene.flags(slot);
     let exempt = scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
-    // What is exempt by its flag needs no other reason.
+    // An instance that its flag exempts needs no other reason.
     let is_unbounded = exempt && !flags.always_visible;
     out.value(&(scene.mesh_id(slot), scene.layers(slot), flags, is_unbounded));
     let Transform { linear, translation } = scene.transform(slot);
@@ -72,8 +72,8 @@ fn instance(out: &mut Writer, scene: &Scene, slot: u32) {
     out.pod(&scene.bounds(slot));
 }
 
-/// What a mesh has besides its long arrays: its parts, how many polygons it had, whether it deforms, its clusters, which take
-/// most of the time to make, and its occluder, where it was given one.
+/// Short fields of a mesh beside its long arrays: its parts, how many polygons it had, whether it deforms, its clusters, which
+/// take most of the time to build, and its occluder, where one was given.
 type Rest<P, C, O> = (P, u32, bool, C, Option<O>);
 
 fn mesh(out: &mut Writer, mesh: &Mesh, prepared: &Prepared) {
@@ -93,7 +93,7 @@ const INSTANCE: usize = 92;
 /// So many names or instances are one step: some milliseconds at the most.
 const BATCH: usize = 4096;
 
-/// What is unpacked next.
+/// The section that is unpacked next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     Meshes,
@@ -143,7 +143,7 @@ impl Unpacker {
         Ok(Self { bytes, at, model, measures, phase: Phase::Meshes, left })
     }
 
-    /// What the packed model measured.
+    /// Measures of the packed model.
     #[must_use]
     pub fn measures(&self) -> Measures {
         self.measures.clone()

@@ -13,7 +13,7 @@ use crate::state::State;
 use crate::task::{clock, until};
 use crate::world::World;
 
-/// What a picture depends on: if none of it changed, neither did the picture.
+/// Inputs of a picture: if none of them changed, neither did the picture.
 #[derive(Clone, Debug, PartialEq)]
 struct PictureKey {
     state: State,
@@ -37,7 +37,7 @@ pub(crate) struct Painter {
     uploaded: Option<Arc<World>>,
     /// The scene that it is given piece by piece, and whether that has begun.
     coming: Option<(Arc<World>, bool)>,
-    /// What the instances' colours were made of.
+    /// Inputs of the instances' colours.
     coloured: Option<(Option<*const World>, u64, bool)>,
     last: Option<PictureKey>,
     composition: Composition,

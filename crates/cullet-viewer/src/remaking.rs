@@ -10,7 +10,7 @@ use crate::world::World;
 #[derive(Debug, Default)]
 pub struct Remaking {
     task: Option<(Sides, Task<Result<World, String>>)>,
-    /// What could not be made, and is not tried again.
+    /// Sides that the scene could not be given; they are not tried again.
     refused: Option<Sides>,
 }
 
@@ -37,7 +37,7 @@ impl Remaking {
             };
             let sides = *sides;
             self.task = None;
-            // What was wanted may be another by now.
+            // Other sides may be wanted by now.
             if sides == wanted {
                 if made.is_err() {
                     self.refused = Some(wanted);

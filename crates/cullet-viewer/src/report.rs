@@ -10,7 +10,7 @@ use cullet::cull::detail::Measure;
 
 use crate::state::{Sides, Stages};
 
-/// What a report is made of.
+/// Inputs of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportOrder {
     /// The scene as the command line takes it; a file by its path.

@@ -6,7 +6,7 @@ use crate::link;
 use crate::session::Session;
 use crate::state::State;
 
-/// What is done without a user.
+/// A run without a user.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Script {
     /// Nothing.
@@ -32,7 +32,7 @@ pub enum Step {
 }
 
 impl Script {
-    /// What a command line calls it.
+    /// Parses its name on a command line.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         match name {

@@ -34,7 +34,7 @@ pub(crate) fn declare(model: &mut Model, sides: Sides, stored: &[bool]) -> Resul
     done
 }
 
-/// What all of them are, if that is the same.
+/// The common value of all, if there is one.
 fn all_alike(sides: &[bool]) -> Option<bool> {
     let first = *sides.first()?;
     sides.iter().all(|&s| s == first).then_some(first)
@@ -139,7 +139,7 @@ fn why_two_sided(model: &Model, mesh: &Mesh, sides: Sides) -> String {
     if sides == Sides::TwoSided {
         return "that was chosen".to_owned();
     }
-    // What a format that says nothing of sides leaves two-sided is no solid; glTF and built-in scenes declare it.
+    // A format without sides leaves a mesh two-sided where it is not solid; glTF and built-in scenes declare the sides.
     let who = match scenes::is_builtin(&model.name) {
         true => Some("the scene declares it so"),
         false if is_gltf(&model.name) => Some("the file declares it so (doubleSided)"),

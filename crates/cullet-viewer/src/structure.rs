@@ -15,7 +15,7 @@ pub const WHOLE: [u8; 3] = palette::PROVED;
 /// More boxes than these are a haze; the user is told.
 pub const MOST_BOXES: usize = 8_000;
 
-/// What the boxes of a level answered.
+/// Counts of the test results of the boxes of a level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LevelTally {
     /// How many boxes the level has.

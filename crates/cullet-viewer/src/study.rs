@@ -209,7 +209,7 @@ impl Seen<'_> {
     }
 }
 
-/// What a study found.
+/// Counts that a study found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Figures {
     /// Triangles of the mesh.

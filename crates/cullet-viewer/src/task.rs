@@ -2,7 +2,7 @@
 
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
-/// What came of some work.
+/// Progress of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress<T> {
     /// It is not finished.
@@ -48,7 +48,7 @@ impl<T: Send + 'static> Task<T> {
         (send, Self { result })
     }
 
-    /// What came of it so far. A result is given once.
+    /// Returns its progress. A result is returned once.
     pub fn poll(&self) -> Progress<T> {
         match self.result.try_recv() {
             Ok(result) => Progress::Done(result),

@@ -10,7 +10,7 @@ use crate::world::World;
 /// The longest side of the frames that the proof draws: more would take long and tell little more.
 const LONGEST: u32 = 640;
 
-/// What the proof found.
+/// Result of the proof.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Finding {
     /// Triangles of all instances.
@@ -71,7 +71,7 @@ impl Truth {
         true
     }
 
-    /// What was found.
+    /// The result, once the proof is done.
     #[must_use]
     pub fn finding(&self) -> Option<&Finding> {
         match self {

@@ -1,4 +1,4 @@
-//! What only a page needs: its start, what it says in a form that programs can read, files that go in and out,
+//! The parts that only a page needs: its start, its state in a form that programs can read, files that go in and out,
 //! and scenes that are made in a worker.
 //!
 //! A page has one thread, which draws. A file is therefore parsed, and a built-in scene made, in a worker, with

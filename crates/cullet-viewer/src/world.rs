@@ -27,7 +27,7 @@ pub enum Source {
     Bytes {
         /// Its name.
         name: String,
-        /// What is in it.
+        /// Its content.
         bytes: Vec<u8>,
         /// Names and contents of what was given along with it.
         beside: Vec<(String, Vec<u8>)>,
@@ -35,7 +35,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// What a user typed: a built-in scene's text, or else a path.
+    /// Parses a user's input: a built-in scene's text, or else a path.
     #[must_use]
     pub fn of_text(text: &str) -> Self {
         let text = text.trim();
@@ -46,7 +46,7 @@ impl Source {
         }
     }
 
-    /// What to call it while it is loaded, and what a link says.
+    /// Its name while it is loaded, and in a link.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
@@ -71,7 +71,7 @@ pub struct World {
     pub centre: [f64; 3],
     /// Half its extent along each axis.
     pub half: [f64; 3],
-    /// What back-face culling leaves of it.
+    /// The triangles that back-face culling cannot test, and why.
     pub kept_backs: KeptBacks,
     /// Which sides its triangles are taken to have.
     pub sides: Sides,

@@ -11,7 +11,7 @@ const PAGE: &str = "viewer/index.html#";
 /// How a chapter opens the same in a window.
 const COMMAND: &str = "cullet view ";
 
-/// What a chapter shows of the page.
+/// A picture of the page in a chapter.
 #[derive(Default)]
 struct Shown {
     chapter: String,
@@ -21,7 +21,7 @@ struct Shown {
     commands: Vec<String>,
 }
 
-/// What each chapter of the book shows.
+/// Pictures of the page in the chapters of the book.
 fn chapters() -> Vec<Shown> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src");
     let mut all = Vec::new();

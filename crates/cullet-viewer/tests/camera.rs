@@ -49,7 +49,7 @@ proptest! {
         let mut panned = rig;
         panned.pan(0.0, 0.5);
         let view = panned.view(size).expect("a sound rig");
-        // What was in the middle is now half a picture lower: at its lower edge.
+        // The point that was in the middle is now half a picture lower: at its lower edge.
         let [x, y, _] = view.project_point(rig.target).expect("before the eye");
         prop_assert!((x - 200.0).abs() < 1e-3 && (y - 300.0).abs() < 1e-3, "{} {}", x, y);
     }

@@ -20,7 +20,7 @@ struct Panels {
     session: Session,
     size: egui::Vec2,
     time: f64,
-    /// What was copied last.
+    /// The text that was copied last.
     copied: Option<String>,
     /// Texts of the last frame and where they are.
     texts: Vec<(String, Pos2)>,
@@ -98,7 +98,7 @@ impl Panels {
     }
 
     fn click(&mut self, label: &str) {
-        // What opened just now is where it stays after some frames.
+        // Panels that opened just now reach their places after some frames.
         (0..4).for_each(|_| self.frame(Vec::new()));
         let at = self.texts.iter().find(|(text, _)| text == label);
         let at = at.unwrap_or_else(|| panic!("'{label}' is not shown: {:?}", self.texts)).1;
@@ -318,7 +318,7 @@ fn an_error_goes_when_the_next_scene_is_there() {
     assert!(said(&panels).iter().any(|t| t.contains("broken.glb")), "{:?}", said(&panels));
     panels.session.open(Source::of_text("office"));
     panels.settle();
-    // What is wrong with the link is still so.
+    // The fault in the link is still there.
     let left = said(&panels);
     assert!(left.len() == 1 && left[0].contains("The default is shown"), "{left:?}");
 }

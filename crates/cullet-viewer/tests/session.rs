@@ -41,7 +41,7 @@ fn settle(session: &mut Session) {
     }
 }
 
-/// What a culler that remembers nothing says of the session's view.
+/// The result of a culler without memory for the session's view.
 fn direct(session: &Session) -> Visible {
     let world = session.world.as_ref().expect("loaded");
     let view = session.culling_view().expect("a view");
@@ -164,7 +164,7 @@ fn a_report_is_ordered_with_the_settings_that_are_shown() {
         costs.least < costs.most
             && costs.most <= session.world.as_ref().expect("loaded").counts.triangles
     );
-    // What is shown at a camera of the path is what was measured there.
+    // The figures shown at a camera of the path are those measured there.
     session.state.layout = Layout::One;
     session.state.camera = Some(session.journey.rigs[40]);
     settle(&mut session);
@@ -191,7 +191,7 @@ fn the_buffer_is_painted_as_depth_is() {
         assert_eq!(over.pixels[i][3] == 0, near == 0.0);
         if near > 0.0 {
             covered += 1;
-            // What is seen at w, on a ray of its own, is where the shader measures its distance.
+            // A point seen at w, on a ray of its own, is where the shader measures its distance.
             let ray = view.ray([f64::from(x) + 0.5, f64::from(y) + 0.5]).expect("a ray");
             let ahead =
                 view.ray([f64::from(w) * 0.5, f64::from(h) * 0.5]).expect("a ray").direction;

@@ -56,7 +56,7 @@ impl Files {
         for (at, (file, text)) in &self.source {
             let body = body(text);
             let words: BTreeSet<&str> = body.split(|c| !is_word(c)).collect();
-            // What is only handed on ties nothing.
+            // A name that is only re-exported is no dependency.
             let imports = uses(text).into_iter().filter(|(handed_on, path)| {
                 !handed_on || path.last().is_some_and(|name| words.contains(name.as_str()))
             });

@@ -21,7 +21,7 @@ use crate::cutting;
 use crate::record::SCHEMA;
 use crate::shape;
 
-/// What `cullet cut --help` ends with.
+/// End of `cullet cut --help`.
 pub(crate) const HELP: &str = "\
 A plane is nx,ny,nz,d: all points with n.x = d, in world units. What has n.x < d is kept. Several planes
 make a convex region; --keep outside keeps all but that. --cap closes what was closed before the cut:

@@ -77,7 +77,7 @@ pub(super) fn draw(model: &Model, planes: &[Plane], sections: &[Section]) -> Str
     text
 }
 
-/// What has no colour of its own.
+/// Colour of parts without one of their own.
 const PALE: &str = "#c98b80";
 
 /// The colour of a material in sRGB; a pale red where there is none, or it is white.

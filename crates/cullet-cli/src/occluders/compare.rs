@@ -33,7 +33,7 @@ pub(super) struct CompareArgs {
     reference: u32,
 }
 
-/// What was found.
+/// Result of a comparison.
 #[derive(Debug, Serialize)]
 pub(super) struct Comparison {
     /// Views.
@@ -46,7 +46,7 @@ pub(super) struct Comparison {
     kinds: Vec<Kind>,
 }
 
-/// What one kind of occluder gives.
+/// Result of one kind of occluder.
 #[derive(Debug, Serialize)]
 struct Kind {
     name: &'static str,
@@ -170,7 +170,7 @@ impl Bench {
         Ok(Self { views, objects, size, truth: Reference { samples, values } })
     }
 
-    /// What the occluders of a scene find: all that they can, whatever it costs.
+    /// Measures what the occluders of a scene find without a limit on their cost.
     fn kind(&self, name: &'static str, scene: &Scene, console: &Console) -> Result<Kind, Failure> {
         let culler = Culler {
             output: Output::Instances,

@@ -21,7 +21,7 @@ use serde::Serialize;
 use crate::names::mesh_name;
 use compare::{CompareArgs, Comparison};
 
-/// What `cullet occluders --help` ends with.
+/// End of `cullet occluders --help`.
 pub(crate) const HELP: &str = "\
 Makes boxes that lie within what each mesh seals off, and convex polygons that lie in its surface, so that
 what they hide the mesh hides. A mesh has no box where nothing in it is closed (open shell), where its walls
@@ -58,7 +58,7 @@ pub(crate) struct OccludersArgs {
     /// And for eyes near a mesh, for which its boxes do not serve, at the most
     #[arg(long, value_name = "N", default_value_t = 8192)]
     max_near: u32,
-    /// What an occluder must add at the least, in per cent of what its mesh hides
+    /// Least gain of an occluder, in per cent of what its mesh hides
     #[arg(long, value_name = "PERCENT", default_value_t = 1.0)]
     min_gain: f64,
     /// Cells of the grid along the longest side of a mesh, 4 to 192
@@ -85,7 +85,7 @@ pub(crate) struct OccludersArgs {
     compare: CompareArgs,
 }
 
-/// What was found of one mesh.
+/// Result for one mesh.
 #[derive(Debug, Serialize)]
 struct MeshOccluders {
     mesh: u32,
@@ -111,7 +111,7 @@ struct MeshOccluders {
     refuted: Option<Vec<String>>,
 }
 
-/// What was found of a model.
+/// Result for a model.
 #[derive(Debug, Serialize)]
 struct OccludersRecord {
     schema: u32,

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use cullet_command::args::InputArgs;
 use cullet_measure::calibrate::ClusterArgs;
 
-/// What `cullet picture --help` ends with.
+/// End of `cullet picture --help`.
 pub(crate) const HELP: &str = "\
 kinds   the scene from outside, cut open above the eye where something covers what that sees: each
         triangle in the colour of the kind of culling that took it
@@ -51,7 +51,7 @@ Examples
 /// `cullet picture`
 #[derive(Debug, Args)]
 pub(crate) struct PictureArgs {
-    /// What to draw
+    /// The kind of picture
     #[arg(value_enum)]
     pub(crate) kind: PictureKind,
     #[command(flatten)]
@@ -70,7 +70,7 @@ pub(crate) struct PictureArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
-/// What a picture shows.
+/// Kind of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PictureKind {
     /// Each triangle in the colour of the kind of culling that took it
@@ -85,9 +85,9 @@ pub(crate) enum PictureKind {
     Hierarchy,
     /// The true depth, the occlusion buffer by pixels and by tiles, and what they differ by
     OcclusionBuffer,
-    /// What each occluder that was drawn covers
+    /// The area that each drawn occluder covers
     Occluders,
-    /// What is hidden, as ghosts
+    /// The occluded instances, as ghosts
     Hidden,
     /// When a pixel counts as covered
     Coverage,

@@ -158,7 +158,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     })
 }
 
-/// What the tests of the pipeline cost here: the benchmarks, briefly, at the best SIMD level.
+/// Measures the costs of the pipeline's tests on this machine: the benchmarks, briefly, at the best SIMD level.
 fn costs() -> Vec<(String, f64)> {
     let measure = |name: &str| {
         let filter = Some(name.to_owned());

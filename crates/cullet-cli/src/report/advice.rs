@@ -104,7 +104,7 @@ impl Context<'_> {
         }
         let unseen = self.summary.instances;
         let (kept, seen) = (unseen.potentially_visible, unseen.visible.unwrap_or(0));
-        // What was hidden is gone already where that stage ran.
+        // Occluded triangles are culled already where that stage ran.
         let hides = self.summary.stages.iter().any(|s| s.stage == cullet::Stage::Occlusion);
         let text = format!(
             "{} of the {} still drawn per view {} no pixel: they lie behind others, between \

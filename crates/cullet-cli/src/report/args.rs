@@ -10,7 +10,7 @@ use super::drawing::Show;
 use super::opened::OpenedArgs;
 use super::saved::CostArgs;
 
-/// What `cullet report --help` ends with.
+/// End of `cullet report --help`.
 pub(crate) const HELP: &str = "\
 Writes into --out: index.html (one file, opens offline), report.json, views.csv and pictures.
 Each view's part is written as it is finished; Ctrl-C finishes the current view and leaves a valid
@@ -61,7 +61,7 @@ pub(crate) struct ReportArgs {
     /// Also draw this of each view that has pictures
     #[arg(long, value_enum)]
     pub(crate) show: Vec<Show>,
-    /// What counts as tiny in the advice, in pixels
+    /// Size below which a mesh is tiny in the advice, in pixels
     #[arg(long, value_name = "PX", default_value_t = 4.0, value_parser = parse::pixels)]
     pub(crate) tiny: f64,
 }

@@ -1,4 +1,4 @@
-//! What changed since an older `report.json`.
+//! Changes since an older `report.json`.
 
 use std::path::Path;
 

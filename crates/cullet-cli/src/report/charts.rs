@@ -31,7 +31,7 @@ pub(crate) fn visible_color() -> String {
     hex(palette::reason_color(None))
 }
 
-/// What a stage takes, in words.
+/// The triangles that a stage culls, in words.
 pub(crate) fn stage_words(stage: Stage) -> &'static str {
     match stage {
         Stage::Layer => "in another layer",
@@ -45,7 +45,7 @@ pub(crate) fn stage_words(stage: Stage) -> &'static str {
     }
 }
 
-/// What became of all triangles, in the order of the stages; the rest is unseen and visible.
+/// Shares of all triangles by the stage that culled them, in the order of the stages; then unseen and visible ones.
 pub(crate) fn shares(summary: &Summary) -> Vec<Share> {
     let share = |(&stage, &count): (&Stage, &u64)| Share {
         label: stage_words(stage).to_owned(),
@@ -80,8 +80,8 @@ pub(crate) fn funnel(summary: &Summary) -> String {
     let mut rest = all;
     for taken in shares(summary) {
         rest = rest.saturating_sub(taken.count);
-        // What is still there lies to the left; what this step takes is cut off at the right. However little that
-        // is, it can be seen.
+        // The triangles that are left lie to the left; those culled by this step are cut off at the right. However few they
+        // are, they can be seen.
         let least = if taken.count > 0 { "2px" } else { "0" };
         let _ = write!(
             html,
@@ -142,7 +142,7 @@ pub(crate) fn columns(views: &[ViewRecord]) -> String {
                 svg,
                 "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{:.2}\" height=\"{bar:.2}\" fill=\"{color}\"{}/>",
                 (step - gap).max(0.5),
-                // What is visible is nearly white, so it needs an edge on white paper.
+                // Visible triangles are nearly white, so they need an edge on white paper.
                 if color == visible { " class=\"bar\"" } else { "" }
             );
         }

@@ -9,7 +9,7 @@ use cullet_io::Model;
 use crate::opening;
 use crate::survey::Seen;
 
-/// What a report can draw besides.
+/// Optional pictures of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Show {
     /// The walk of the scene's hierarchy, level by level
@@ -117,7 +117,7 @@ pub(crate) fn of_view(
     pictures
 }
 
-/// What occlusion culling did in a view; nothing where it is off.
+/// Draws occlusion culling in a view; nothing where it is off.
 fn of_occlusion(
     model: &Model,
     view: &View,

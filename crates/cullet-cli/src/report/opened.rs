@@ -55,7 +55,7 @@ impl Opened {
         Ok(Some(Self { opening, words: format!("{}: {side}", texts.join(" and ")) }))
     }
 
-    /// What became of everything in a view, seen in the opened scene.
+    /// Draws every triangle of a view in the colour of the stage that culled it, in the opened scene.
     pub(super) fn picture(&self, model: &Model, view: &View, seen: &Seen) -> Titled {
         Titled {
             name: "opened",

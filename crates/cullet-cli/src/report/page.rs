@@ -67,7 +67,7 @@ pub(crate) fn full_headline(record: &Record) -> String {
     headline(&record.summary) + &saved.map_or_else(String::new, saved::CostsRecord::headline)
 }
 
-/// What the milliseconds of the headline rest on, or what would give some; `None` where costs are known and culling
+/// The assumption behind the milliseconds of the headline, or how to get some; `None` where costs are known and culling
 /// saves nothing.
 pub(crate) fn assumption(record: &Record) -> Option<&str> {
     match &record.costs {

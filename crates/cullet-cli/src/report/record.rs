@@ -1,4 +1,4 @@
-//! What `report.json` says: plain data, serialised as it stands.
+//! Records in `report.json`: plain data, serialised as it stands.
 
 use serde::Serialize;
 

@@ -21,12 +21,12 @@ pub(crate) struct CostArgs {
     /// Costs that `cullet calibrate --out` wrote [default: those that `cullet calibrate` kept]
     #[arg(long, value_name = "FILE", conflicts_with = "triangle_ns")]
     pub(crate) costs: Option<PathBuf>,
-    /// What your renderer spends on a triangle, in nanoseconds
+    /// Cost of a triangle in your renderer, in nanoseconds
     #[arg(long, value_name = "NS", value_parser = parse::nanoseconds)]
     pub(crate) triangle_ns: Option<f64>,
 }
 
-/// What triangles of a scene cost.
+/// Costs of triangles of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pricing {
     origin: Origin,
@@ -58,12 +58,12 @@ pub(crate) struct CostsRecord {
     pub(crate) rejected_triangle_ns: f64,
     /// A triangle that it would have drawn, in the scene's mix of materials.
     pub(crate) drawn_triangle_ns: f64,
-    /// What culling saves, in an average view, a renderer that takes up every triangle: an estimate, in
+    /// Estimated saving by culling, in an average view, for a renderer that takes up every triangle, in
     /// milliseconds.
     pub(crate) saved_ms_per_view: f64,
     /// That over the triangles that culling takes, in nanoseconds; null where it takes none.
     pub(crate) saved_ns_per_triangle: Option<f64>,
-    /// What the tests would cost in bulk in an average view; null where only a triangle's cost is known.
+    /// Estimated cost of the tests in bulk in an average view; null where only a triangle's cost is known.
     pub(crate) tests_ms_per_view: Option<f64>,
     /// All of this in a sentence for people.
     pub(crate) assumption: String,
@@ -94,12 +94,12 @@ impl Pricing {
         Self { origin, rejected_ns, drawn_ns }
     }
 
-    /// What a triangle costs that is drawn, in nanoseconds: the mean over the scene's materials.
+    /// Cost of a drawn triangle, in nanoseconds: the mean over the scene's materials.
     pub(crate) fn drawn_ns(&self) -> f64 {
         self.drawn_ns
     }
 
-    /// What the views of a summary come to.
+    /// Costs and savings over the views of a summary.
     pub(crate) fn record(&self, summary: &Summary) -> CostsRecord {
         let views = summary.views.max(1) as f64;
         let saved: f64 = summary.removed.iter().map(|(s, n)| self.price(*s) * *n as f64).sum();
@@ -122,8 +122,8 @@ impl Pricing {
         }
     }
 
-    /// What a triangle would have cost that a stage took. What is outside the view, faces away or has no
-    /// area fills no pixel in any renderer, so only its setup is spared.
+    /// Cost that a triangle would have had if a stage had not culled it. A triangle that is outside the view, faces away or has
+    /// no area fills no pixel in any renderer, so only its setup is saved.
     fn price(&self, stage: Stage) -> f64 {
         match stage {
             Stage::Frustum | Stage::Backface | Stage::Degenerate => self.rejected_ns,

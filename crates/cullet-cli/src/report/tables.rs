@@ -20,7 +20,7 @@ fn n(value: u64) -> String {
     format!("<td class=\"n{zero}\">{}</td>", grouped(value))
 }
 
-/// What was lost, if anything was.
+/// Table of the visible triangles that were culled; nothing where there are none.
 pub(crate) fn losses(out: &mut String, views: &[ViewRecord]) {
     let all: Vec<_> = views.iter().flat_map(|v| &v.losses).collect();
     if all.is_empty() {
@@ -194,7 +194,7 @@ pub(crate) fn meshes(out: &mut String, record: &Record) {
     }
 }
 
-/// What each stage was given and left.
+/// Table of the triangles that each stage received and left.
 pub(crate) fn stages(out: &mut String, s: &Summary) {
     if s.stages.is_empty() {
         return;
@@ -283,7 +283,7 @@ pub(crate) fn backfaces(out: &mut String, s: &Summary) {
     out.push_str("</tbody></table></div>\n");
 }
 
-/// What the figures on back faces leave out, if anything.
+/// Notes on what the figures on back faces leave out, if anything.
 fn counted(views: u64, b: &BackfaceRecord) -> String {
     let mut text = String::new();
     if b.views < views {

@@ -34,10 +34,10 @@ pub struct CullArgs {
     /// Pixels across the occlusion buffer; never more than the view has
     #[arg(long, value_name = "PX", default_value_t = 640, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub occlusion_width: u32,
-    /// What drawing occluders may cost a view, in modelled microseconds
+    /// Budget for drawing occluders, per view, in modelled microseconds
     #[arg(long, value_name = "US", default_value_t = 100_000.0, value_parser = parse::microseconds)]
     pub occlusion_budget: f32,
-    /// What hides: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two
+    /// Occluders: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two
     #[arg(long, value_enum, default_value_t = OccluderKind::Mesh)]
     pub occluders: OccluderKind,
     /// Test big boxes at the frustum's corners exactly
@@ -65,7 +65,7 @@ const MEASURES: &[(&str, Measure, &str)] = &[
     ("diameter", Measure::Diameter, "Diagonal under the threshold"),
 ];
 
-/// What stands for a mesh in the occlusion buffer.
+/// Proxy that is drawn for a mesh into the occlusion buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum OccluderKind {
     /// Proxies where they cover nearly as much at half the modelled cost, else the mesh

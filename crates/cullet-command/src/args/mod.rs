@@ -10,7 +10,7 @@ pub use view::{PictureViewArgs, ViewArgs};
 
 use clap::Args;
 
-/// What is culled: a scene, views of it, and by which stages.
+/// Inputs of culling: a scene, views of it, and the stages to run.
 #[derive(Clone, Debug, Args)]
 pub struct InputArgs {
     /// Which scene.

@@ -1,4 +1,4 @@
-//! What is asked and what is decided as bytes: they go between a page and the worker that keeps its scene.
+//! Requests and decisions as bytes: they go between a page and the worker that keeps its scene.
 //!
 //! Settings, the view and the funnel are the engine's own types, by `postcard`. What is as long as the scene is copied as it
 //! lies in memory: written one by one, reasons alone would take several times as long as all else. As of a packed model both

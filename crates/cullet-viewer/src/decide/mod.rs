@@ -25,7 +25,7 @@ use cullet::{Culler, View, ViewState, Visible};
 use crate::task::clock;
 use crate::world::World;
 
-/// What is asked.
+/// A request to cull a view.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// Of which scene.
@@ -40,12 +40,12 @@ pub struct Request {
     pub number: u64,
 }
 
-/// What was decided.
+/// The answer to a request.
 #[derive(Clone, Debug)]
 pub struct Decision {
-    /// What was asked.
+    /// The request that it answers.
     pub request: Request,
-    /// What is left, with reasons and the funnel.
+    /// The visible set, with reasons and the funnel.
     pub visible: Visible,
     /// The slots of which something was drawn into the occlusion buffer, ascending; empty without that stage.
     pub occluders: Vec<u32>,

@@ -1,11 +1,11 @@
-//! What a line of sight meets first: boxes of instances, then of clusters, then triangles.
+//! Finds the triangle that a line of sight meets first: tests boxes of instances, then of clusters, then triangles.
 
 use cullet::Scene;
 use cullet::bounds::Aabb;
 use cullet::view::Ray;
 use glam::{DMat3, DVec3};
 
-/// What was met.
+/// The triangle that a line of sight meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The instance's slot.

@@ -6,7 +6,7 @@ use cullet::Visible;
 
 use super::{Decision, Memory, Request};
 
-/// What the thread is sent.
+/// A message to the thread.
 #[derive(Debug)]
 enum Message {
     Ask(Box<Request>),

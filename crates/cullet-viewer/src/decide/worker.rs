@@ -1,8 +1,8 @@
 //! Deciding on a page, which has one thread, and that draws: the worker that made a scene keeps it, and is asked.
 //!
-//! What it cannot be asked is decided by the page itself, when it looks for the answer: about a scene that the page
-//! made, as a cut one is; with the occlusion buffer, which is not packed since only who studies it wants it; and all
-//! once a worker broke off.
+//! The page decides for itself, when it looks for the answer, where the worker cannot: for a scene that the page made,
+//! as a cut one is; where the occlusion buffer is wanted, which is not packed since only its study needs it; and for
+//! everything once a worker broke off.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -136,11 +136,11 @@ type Reply = Result<Uint8Array, String>;
 struct WorkerLine {
     world: Weak<World>,
     worker: Worker,
-    /// What it is at.
+    /// The request that it works on.
     asked: Option<Request>,
-    /// What it said that nobody has looked at.
+    /// Replies that are not read yet.
     inbox: Rc<RefCell<VecDeque<Reply>>>,
-    /// What the browser calls; not to be dropped before.
+    /// The browser's callback; not to be dropped before the worker.
     _answered: Closure<dyn Fn(MessageEvent)>,
     _failed: Closure<dyn Fn(Event)>,
     is_broken: bool,

@@ -31,7 +31,7 @@ pub enum DrawError {
         mesh: usize,
         /// Its name, or nothing.
         name: String,
-        /// What it needs too many of.
+        /// The elements of which it has too many.
         what: &'static str,
         /// How many.
         count: u64,

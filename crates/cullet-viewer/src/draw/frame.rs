@@ -1,4 +1,4 @@
-//! What is to be drawn: said by those who decide, followed by those who draw. Neither knows the other.
+//! Describes the frame to draw, between those who decide and those who draw. Neither knows the other.
 
 use cullet::{CullFace, View, Visible};
 
@@ -9,7 +9,7 @@ pub struct Pane<'a> {
     pub place: [u32; 4],
     /// From where it is seen; its viewport is the size of `place`.
     pub view: &'a View,
-    /// What is drawn of the scene; `None` draws all of it that is in the view's layers. Where it lists
+    /// The part of the scene that is drawn; `None` draws all of it that is in the view's layers. Where it lists
     /// triangles, these are drawn, else its instances and clusters.
     pub visible: Option<&'a Visible>,
     /// How it is drawn.
@@ -22,7 +22,7 @@ pub struct Pane<'a> {
     pub ghosts: &'a [LineVertex],
 }
 
-/// What the scene's triangles are painted by.
+/// The quantity that colours the scene's triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Paint {
     /// The colour of the material, lit by a lamp at the eye.
@@ -46,7 +46,7 @@ pub enum Paint {
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Style {
-    /// What triangles are painted by.
+    /// The quantity that colours triangles.
     pub paint: Paint,
     /// Whether triangles are filled.
     pub fill: bool,
@@ -92,7 +92,7 @@ pub struct LineVertex {
     pub colour: [u8; 4],
 }
 
-/// What a frame took.
+/// Statistics of a drawn frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DrawStats {
     /// Triangles handed to the graphics hardware.

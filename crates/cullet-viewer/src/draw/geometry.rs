@@ -31,7 +31,7 @@ pub(super) const fn list_width(max_side: u32) -> u32 {
     if max_side >= 4096 { 4096 } else { 2048 }
 }
 
-/// What a device can hold.
+/// Limits of a device.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Room {
     /// Largest buffer, in bytes.

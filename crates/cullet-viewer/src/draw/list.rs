@@ -15,7 +15,7 @@ pub(super) struct Item {
     pub(super) what: What,
 }
 
-/// What is drawn of a mesh.
+/// The triangles of a mesh that are drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum What {
     /// Successive triangles of the mesh.
@@ -27,7 +27,7 @@ pub(super) enum What {
 /// Entries that are uploaded together: 4 KiB.
 const BLOCK: usize = 1024;
 
-/// What one view draws, kept from frame to frame: only what changed is made and uploaded again.
+/// The list that one view draws, kept from frame to frame: only changed parts are made and uploaded again.
 #[derive(Debug, Default)]
 pub(super) struct DrawList {
     /// Slots. Every group has its place, as large as all its instances, so that a change in one moves
@@ -46,7 +46,7 @@ pub(super) struct DrawList {
     partial: Vec<Item>,
 }
 
-/// What a list was made from.
+/// The source that a list was made from.
 #[derive(Debug, Default)]
 enum ListSource {
     #[default]

@@ -81,7 +81,7 @@ fn flips(pane: &Pane<'_>) -> bool {
     pane.view.is_mirrored() != clockwise
 }
 
-/// What the hardware is to cull of one kind of instance: `None` if that leaves nothing.
+/// The faces that the hardware is to cull of one kind of instance: `None` if no face is left to draw.
 pub(super) fn culled(pane: &Pane<'_>, kind: &Kind, two_sided: bool) -> Option<Option<Face>> {
     let asked = [pane.style.cull_face, pane.view.cull_face];
     let asked = &asked[..if two_sided || kind.two_sided { 1 } else { 2 }];
@@ -107,7 +107,7 @@ pub(super) enum Picks {
     Lines,
 }
 
-/// What is kept of a pane from frame to frame.
+/// State of a pane, kept from frame to frame.
 #[derive(Debug)]
 pub(super) struct PaneState {
     pub(super) list: DrawList,

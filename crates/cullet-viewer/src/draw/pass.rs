@@ -11,7 +11,7 @@ use super::pane::{PaneState, Picks, culled, is_pulled};
 use super::pipelines::{Mix, Near, PipelineKey, Pipelines, VertexSource};
 use super::upload::Uploaded;
 
-/// What the drawing of one pane works with.
+/// Resources for drawing one pane.
 pub(super) struct PaneDraw<'a> {
     pub(super) device: &'a Device,
     pub(super) pipelines: &'a mut Pipelines,
@@ -206,7 +206,7 @@ fn picked(
     pass.draw_indexed(indices, 0, entries);
 }
 
-/// What of an item lies within some triangles of its mesh.
+/// Cuts the triangles of an item to a range of its mesh.
 fn within(item: &Item, run: &Range<u32>, picked: &[u32]) -> What {
     match &item.what {
         What::Triangles(r) => What::Triangles(r.start.max(run.start)..r.end.min(run.end)),

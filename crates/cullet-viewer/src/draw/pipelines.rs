@@ -26,7 +26,7 @@ pub(super) enum VertexSource {
     Clear,
 }
 
-/// What becomes of a fragment's colour.
+/// Blending of a fragment's colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Mix {
     /// It replaces.
@@ -37,7 +37,7 @@ pub(super) enum Mix {
     Add,
 }
 
-/// What fragments do with depth.
+/// Depth test and depth write of fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Near {
     /// The nearer wins.
@@ -54,7 +54,7 @@ pub(super) enum Near {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct PipelineKey {
     pub(super) source: VertexSource,
-    /// What triangles of the scene are painted by.
+    /// The quantity that colours triangles of the scene.
     pub(super) paint: Paint,
     /// Whether fragments may be discarded, or edges are drawn.
     pub(super) cut: bool,

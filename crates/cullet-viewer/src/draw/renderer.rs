@@ -169,7 +169,7 @@ impl Renderer {
         &self.target.colour
     }
 
-    /// What the last frame took.
+    /// Statistics of the last frame.
     #[must_use]
     pub fn stats(&self) -> DrawStats {
         self.stats

@@ -85,7 +85,7 @@ impl ListTexture {
     }
 }
 
-/// What is drawn into: as large as was asked for, with as many samples.
+/// The textures that are drawn into, of the requested size and number of samples.
 #[derive(Debug)]
 pub(super) struct Target {
     pub(super) size: [u32; 2],

@@ -48,7 +48,7 @@ impl Timer {
         })
     }
 
-    /// What the pass of this frame is to write, if it is to be measured. Reads the answer of an earlier one.
+    /// Returns the timestamps that the pass of this frame writes, if it is measured. Reads those of an earlier frame.
     pub(super) fn start(&mut self, queue: &Queue) -> Option<RenderPassTimestampWrites<'_>> {
         match self.state.load(Ordering::Acquire) {
             READY => {

@@ -1,4 +1,4 @@
-//! What was clicked, and what is studied of it.
+//! The clicked instance, and the study of it.
 
 use cullet::{Explanation, Handle, View};
 
@@ -8,7 +8,7 @@ use crate::outcodes::Coded;
 use crate::state::{By, GhostForm};
 use crate::study::{self, Cube, Seen};
 
-/// What the user clicked, and why it is drawn or not.
+/// The instance and triangle that the user clicked, and why it is drawn or not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inspected {
     /// The thing.

@@ -1,4 +1,4 @@
-//! What goes on while the viewer is open: the scene, the state, decisions, and all that is not a picture.
+//! State of the viewer while it is open: the scene, the settings, decisions, and everything but the picture.
 //! It needs no window and no graphics, so tests run it as it is.
 
 mod cameras;
@@ -41,7 +41,7 @@ pub const HISTORY: usize = 240;
 /// A message to the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Notice {
-    /// What it says.
+    /// Its text.
     pub text: String,
     /// Whether something went wrong.
     pub bad: bool,
@@ -49,7 +49,7 @@ pub struct Notice {
     pub of_scene: bool,
 }
 
-/// What a decision came to, for the history graph.
+/// Figures of a decision, for the history graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// Triangles left, of all.
@@ -58,7 +58,7 @@ pub struct Point {
     pub milliseconds: f32,
 }
 
-/// What drawing took.
+/// Figures of drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drawn {
     /// Milliseconds on the processor.
@@ -78,37 +78,37 @@ pub struct Drawn {
 /// Everything but the graphics.
 #[derive(Debug)]
 pub struct Session {
-    /// What is shown and how.
+    /// The settings, as in a link.
     pub state: State,
     /// The scene.
     pub world: Option<Arc<World>>,
     /// The newest decision.
     pub decision: Option<Decision>,
-    /// What decisions came to.
+    /// Figures of the latest decisions.
     pub history: VecDeque<Point>,
-    /// What the user is told.
+    /// Messages to the user.
     pub notices: Vec<Notice>,
-    /// What was clicked.
+    /// The clicked instance.
     pub inspected: Option<Inspected>,
     /// The proof for a view.
     pub truth: Truth,
-    /// What leaves its bounds.
+    /// The search for bounds violations.
     pub audit: Audit,
     /// The cut-away.
     pub cutting: Cutting,
     /// The scene with other sides, while it is made.
     remaking: Remaking,
-    /// What bounds prove of the back faces of what is inspected.
+    /// Counts of the back faces of the inspected instance that bounds prove.
     pub figures: Option<Figures>,
     /// The camera path.
     pub journey: Journey,
-    /// What the cameras of the path cost.
+    /// Culling costs of the cameras of the path.
     pub measured: Measured,
     /// How the camera outside follows.
     pub chase: Chase,
-    /// What drawing took.
+    /// Figures of drawing.
     pub drawn: Drawn,
-    /// What the user types to open.
+    /// The scene or path that the user types.
     pub to_open: String,
     /// Whether the help sheet is open.
     pub help: bool,
@@ -131,7 +131,7 @@ pub struct Session {
     asked: Option<(View, Stages, bool)>,
     /// The scene that is to be shown in place of this one, as soon as it is decided what of it is drawn.
     next: Option<Arc<World>>,
-    /// What `figures` are about: decision, slot, settings.
+    /// The subject of `figures`: decision, slot, settings.
     studied: Option<(u64, u32, Study)>,
     /// How many requests there were.
     requests: u64,
@@ -247,7 +247,7 @@ impl Session {
             && self.saving.is_none()
             && !self.uploading
             && (self.world.is_none() || decided.is_some() && decided == wanted)
-            // What moves after the request went out is asked about at the next picture.
+            // A view that moved after the request went out is requested with the next picture.
             && self.culling_view().is_none_or(|view| self.is_asked(&view))
     }
 
@@ -276,7 +276,7 @@ impl Session {
             self.tell(text, bad);
         }
         if self.journey.is_making() || self.journey.recording {
-            // What was measured is about another path.
+            // The costs belong to another path.
             self.measured = Measured::None;
         }
         if let Some(rig) = &mut self.state.camera {
@@ -336,7 +336,7 @@ impl Session {
             let waited = !self.audit.is_settled();
             let told = self.audit.advance(&shown, wanted, move || ctx.request_repaint());
             told.into_iter().for_each(|t| self.tell(t, true));
-            // What it found is no part of a decision.
+            // Bounds violations are no part of a decision, so the picture must be drawn again.
             self.refresh |= waited && self.audit.is_settled();
         }
     }
@@ -371,7 +371,7 @@ impl Session {
         if self.history.len() > HISTORY {
             self.history.pop_front();
         }
-        // What is inspected is explained for the new view.
+        // The inspected instance is explained for the new view.
         let handle = self.inspected.as_ref().map(|i| (i.handle, i.triangle));
         if let Some(before) = self.decision.replace(decision) {
             self.decider.give_back(before.visible);
@@ -382,7 +382,7 @@ impl Session {
     }
 }
 
-/// What a finished task has to tell, and whether it is bad; the task is then gone.
+/// Takes the message of a finished task, and whether it failed.
 fn finished(task: &mut Option<Task<Result<String, String>>>, lost: &str) -> Option<(String, bool)> {
     let told = match task.as_ref()?.poll() {
         Progress::Working => return None,

@@ -88,7 +88,7 @@ impl Session {
         model
     }
 
-    /// What was read since the last call.
+    /// Takes the files read since the last call.
     pub fn dropped(&mut self) -> Vec<Read> {
         self.inbox.take()
     }
@@ -152,7 +152,7 @@ impl Session {
         if std::mem::take(&mut self.refit) {
             self.state.camera = None;
             self.state.frozen = None;
-            // What was said of the sides of another scene says nothing of this one.
+            // The chosen sides of another scene do not apply to this one.
             self.state.sides = Sides::Automatic;
         }
         self.fitted = None;

@@ -1,4 +1,4 @@
-//! What a user takes out of a session as a text: the link, the funnel and the camera path.
+//! Texts that a user takes out of a session: the link, the funnel and the camera path.
 
 use std::fmt::Write as _;
 

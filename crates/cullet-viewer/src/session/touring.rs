@@ -10,9 +10,9 @@ use crate::state::{GhostForm, Ghosts, Layout, Look, Stages};
 /// A stop of the tour: what is said, and the switches that show it.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// What it is about.
+    /// Its title.
     pub title: &'static str,
-    /// What is to be seen.
+    /// Its explanation.
     pub words: &'static str,
     stages: fn() -> Stages,
     ghosts: GhostForm,

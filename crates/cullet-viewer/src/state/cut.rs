@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// How far beyond the scene planes may stand, in half extents: at 1 they touch it.
 pub const REACH: f64 = 1.05;
 
-/// What the scene is cut by.
+/// The shape that cuts the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
@@ -21,7 +21,7 @@ pub enum Shape {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Part {
-    /// What lies behind the plane, or inside the box.
+    /// The part behind the plane, or inside the box.
     #[default]
     Inside,
     /// The rest.
@@ -69,7 +69,7 @@ impl Default for CutAway {
 }
 
 impl CutAway {
-    /// What is wrong with it, if anything: which number, its value, and what it must be.
+    /// Checks every number; the error names the invalid one, its value, and what it must be.
     ///
     /// # Errors
     /// If a number is not finite or out of its range.

@@ -3,7 +3,7 @@
 use cullet::{CullFace, FrontFace};
 use serde::{Deserialize, Serialize};
 
-/// What triangles are coloured by.
+/// The quantity that colours triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Colour {
@@ -45,7 +45,7 @@ impl Colour {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Look {
-    /// What they are coloured by.
+    /// The quantity that colours them.
     pub colour: Colour,
     /// Filled.
     pub fill: bool,

@@ -17,7 +17,7 @@ pub use sides::Sides;
 pub use stages::Stages;
 pub use study::{By, MOST_GROUPS, Study};
 
-/// What the viewer shows and how. See [`link`](crate::link) for its text.
+/// Settings of the viewer: the scene, the cameras, culling and how it is shown. See [`link`](crate::link) for their text.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct State {
@@ -33,7 +33,7 @@ pub struct State {
     pub wipe: f32,
     /// Whether a map from above lies in the corner.
     pub map: bool,
-    /// What culls.
+    /// The culling settings.
     pub stages: Stages,
     /// Which sides the scene's triangles are taken to have.
     pub sides: Sides,
@@ -41,15 +41,15 @@ pub struct State {
     pub look: Look,
     /// How what was dropped is shown.
     pub ghosts: Ghosts,
-    /// What is shown of the structures behind the answer.
+    /// Structures behind the result that are shown.
     pub structure: Structure,
-    /// What of the scene is cut away.
+    /// The cut-away.
     pub cut: CutAway,
-    /// What is studied of back faces.
+    /// The study of back faces.
     pub study: Study,
     /// The clipping playground.
     pub clipping: Clipping,
-    /// What is drawn when: always, or only when something changed.
+    /// Whether every frame is drawn, or only when something changed.
     pub always: bool,
     /// Whether mere movement of the pointer turns the camera.
     pub hover_turns: bool,
@@ -91,7 +91,7 @@ pub struct Manner {
     pub layout: Layout,
     /// Whether a map from above lies in the corner.
     pub map: bool,
-    /// What culls.
+    /// The culling settings.
     pub stages: Stages,
     /// How triangles are drawn.
     pub look: Look,
@@ -129,7 +129,7 @@ pub enum Layout {
     Split,
     /// One picture with culling to the left of a divider and without to the right.
     Wipe,
-    /// What the culling camera sees as depth, beside the occlusion buffer that was made for it.
+    /// The culling camera's depth, beside the occlusion buffer that was made for it.
     Buffer,
 }
 
@@ -144,7 +144,7 @@ impl State {
     }
 }
 
-/// What is shown of the structures behind the answer.
+/// Structures behind the result that are shown.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Structure {

@@ -1,11 +1,11 @@
-//! What culls: the culler's settings as the switches have them.
+//! The culler's settings as the switches have them.
 
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::Occlusion;
 use cullet::{Backface, Culler, Output};
 use serde::{Deserialize, Serialize};
 
-/// What culls: the settings of a [`Culler`], and whether it is asked at all.
+/// Settings of a [`Culler`], and whether it runs at all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Stages {

@@ -53,7 +53,7 @@ impl By {
     ];
 }
 
-/// What is studied.
+/// Settings of the study of back faces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Study {
@@ -74,7 +74,7 @@ impl Default for Study {
 }
 
 impl Study {
-    /// What is wrong with it, if anything: which number, its value, and what it must be.
+    /// Checks every number; the error names the invalid one, its value, and what it must be.
     ///
     /// # Errors
     /// If a number is out of its range.

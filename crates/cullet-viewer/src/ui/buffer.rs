@@ -11,7 +11,7 @@ use crate::nearness;
 use crate::session::Session;
 use crate::state::Layout;
 
-/// What a texture was made of, and the texture.
+/// A texture, and the inputs that it was made from.
 #[derive(Clone)]
 struct Made {
     key: (usize, u64, bool, bool),
@@ -107,7 +107,7 @@ fn texture(ui: &egui::Ui, session: &Session, over: bool) -> Option<egui::Texture
     let picture = nearness::paint(buffer, view, extent.length(), tiles, over);
     let bytes = picture.pixels.as_flattened();
     let image = egui::ColorImage::from_rgba_unmultiplied(picture.size, bytes);
-    // What is proved of a pixel is not smeared over its neighbours.
+    // Nearest sampling, since the proof of a pixel says nothing of its neighbours.
     let texture = ui.ctx().load_texture("occlusion buffer", image, egui::TextureOptions::NEAREST);
     ui.data_mut(|d| d.insert_temp(id, Made { key, texture: texture.clone() }));
     Some(texture)

@@ -119,7 +119,7 @@ fn zoom(session: &mut Session, role: Option<Role>, factor: f64) {
     }
 }
 
-/// What stands where no picture is yet.
+/// Greeting in place of the first picture.
 fn welcome(ui: &egui::Ui, rect: egui::Rect, session: &Session) {
     let text = match session.loading() {
         Some(name) => format!("loading {name} …"),
@@ -242,7 +242,7 @@ pub(super) fn drops(ctx: &egui::Context, session: &mut Session) {
     if !files.is_empty() {
         #[cfg(not(target_arch = "wasm32"))]
         {
-            // What it names is read from its folder.
+            // Files that it names are read from its folder.
             let names: Vec<String> = files.iter().map(|f| f.path().display().to_string()).collect();
             let model = session.choose_model(names.iter().map(String::as_str));
             session.open(Source::File(files[model].path().to_owned()));

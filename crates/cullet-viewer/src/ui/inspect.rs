@@ -1,4 +1,4 @@
-//! What was clicked: its chain of tests, with numbers.
+//! Panel of the clicked instance: its chain of tests, with numbers.
 
 use cullet::Stage;
 use cullet_draw::palette;

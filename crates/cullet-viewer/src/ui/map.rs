@@ -15,7 +15,7 @@ use crate::task::{clock, until};
 /// Pixels along a side of the map's picture.
 const SIDE: usize = 192;
 
-/// What a picture of the map is made of: which scene, which decision about it, around what.
+/// Inputs of a picture of the map: the scene, the decision about it, the point in the middle.
 type Key = (usize, u64, [u64; 3]);
 
 /// The picture that is shown, and the next one while it is painted.

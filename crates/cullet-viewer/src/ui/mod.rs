@@ -90,7 +90,7 @@ fn for_fingers(ui: &mut egui::Ui) {
     spacing.icon_width = 18.0;
 }
 
-/// What lies below the picture of a narrow window.
+/// The panel below the picture of a narrow window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sheet {
     Switches,

@@ -226,7 +226,7 @@ fn canvas(ui: &mut egui::Ui, c: &mut Clipping, steps: &[Vec<Corner>]) {
         };
         painter.text(at + aside, align, code, font.clone(), strong);
     }
-    // What this plane took, crossed out.
+    // Corners that this plane clipped, crossed out.
     for corner in step_before(c, steps).into_iter().flatten() {
         if c.step > 0 && corner.code >> (c.step - 1) & 1 == 1 {
             let (at, line) = (place(corner.at), Stroke::new(1.6, gone));

@@ -51,7 +51,7 @@ pub(super) fn title(ui: &mut egui::Ui, session: &mut Session) {
     notices(ui, session);
 }
 
-/// What there is to do with all of it.
+/// Buttons for the whole scene.
 pub(super) fn buttons(ui: &mut egui::Ui, session: &mut Session) {
     if button(ui, "Help", "Keys, mouse and words (H)") {
         session.help = !session.help;

@@ -7,7 +7,7 @@ use crate::session::Session;
 use crate::state::{Colour, GhostForm, Layout, REACH, Stages};
 use crate::structure;
 
-/// What a key does.
+/// Action of a key.
 #[derive(Clone, Copy, Debug)]
 pub enum Act {
     /// Once, when it is pressed.
@@ -38,7 +38,7 @@ pub enum Axis {
 pub struct Shortcut {
     /// The keys, as the help sheet writes them.
     pub name: &'static str,
-    /// What they do.
+    /// Their action, in words.
     pub what: &'static str,
     /// Each key and its part; none where a pointer is meant.
     pub keys: &'static [(Key, Act)],

@@ -10,7 +10,7 @@ use crate::session::Session;
 use crate::state::{By, MOST_GROUPS};
 use crate::study::MOST_TRIANGLES;
 
-/// What stands below the hierarchy and the cones.
+/// Controls below those of the hierarchy and the cones.
 pub(super) fn more(ui: &mut egui::Ui, session: &mut Session) {
     let s = &mut session.state;
     switch(

@@ -334,7 +334,7 @@ fn journey(ui: &mut egui::Ui, session: &mut Session) {
     }
 }
 
-/// What every camera of the path costs, as a strip: a click goes there.
+/// Culling costs of the path's cameras, as a strip: a click moves to that camera.
 fn costs(ui: &mut egui::Ui, session: &mut Session) {
     if session.journey.recording {
         return;

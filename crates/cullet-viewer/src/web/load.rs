@@ -129,7 +129,7 @@ async fn in_worker(file: &str, files: Option<&Array>) -> Result<(Vec<u8>, Keeper
         .map_err(thrown)?;
     match event.data().dyn_into::<Uint8Array>() {
         Ok(packed) => Ok((copied(&packed).await, keeper)),
-        // What the file's own error says names the file.
+        // The error of the file names it.
         Err(error) => Err(thrown(error)),
     }
 }

@@ -20,7 +20,7 @@ impl Drop for Keeper {
     }
 }
 
-/// What JavaScript throws, for people.
+/// Text of a JavaScript exception, for people.
 pub(crate) fn thrown(what: JsValue) -> String {
     if let Some(text) = what.as_string() {
         return text;

@@ -170,7 +170,7 @@ fn wireframe_normals_and_samples_change_the_picture() {
         let image = shot(gpu, &mut renderer, pane(&view, style));
         image.save(&format!("style-{name}.png"));
         assert!(image.differing(&plain) > 300, "{name}");
-        // What is drawn as a list of triangles looks the same where it faces the eye.
+        // A list of triangles looks the same where it faces the eye.
         let listed = Pane { visible: Some(&visible), ..pane(&view, style) };
         let listed = shot(gpu, &mut renderer, listed);
         listed.save(&format!("style-{name}-culled.png"));

@@ -1,4 +1,4 @@
-//! What culling saves a renderer: the city at 1280×720. It measures, so it is run by hand, alone:
+//! Savings by culling for a renderer: the city at 1280×720. It measures, so it is run by hand, alone:
 //! `cargo test -p cullet-viewer --profile checked --test draw speed -- --ignored --nocapture`
 
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! What advice is made from.
+//! Inputs of the advice.
 
 use cullet_command::console::grouped;
 use cullet_io::Model;
@@ -10,7 +10,7 @@ use crate::survey::Survey;
 const NAMES_SHOWN: usize = 3;
 pub(super) const NAMES_KEPT: usize = 100;
 
-/// What a run found.
+/// Results of a run.
 pub(super) struct Context<'a> {
     pub(super) survey: &'a Survey,
     pub(super) model: &'a Model,

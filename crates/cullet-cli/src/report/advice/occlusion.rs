@@ -82,7 +82,7 @@ pub(super) fn poor_occluders(ctx: &Context<'_>) -> Option<Advice> {
     Some(ctx.advice("poor-occluder", title, text, drawn, names))
 }
 
-/// What stops a mesh from hiding.
+/// The reason why a mesh does not occlude.
 fn why(ctx: &Context<'_>, record: &MeshRecord) -> String {
     let mesh = &ctx.model.scene.meshes()[record.mesh as usize];
     let see_through = mesh.parts().iter().filter(|p| p.alpha != Alpha::Opaque).count();
