@@ -2,7 +2,7 @@
 //!
 //! A frustum is prepared once ([`Planes::new`]); then boxes or spheres are tested sixteen at a time and
 //! the answer comes as a bit mask, an ascending list of indices, a count, three ways (outside, inside,
-//! straddling), or as the plane that rejects. Answers are the same at every [`Simd`](crate::Simd), the scalar one
+//! straddling), or as the plane that rejects. Answers are the same at every [`Simd`], the scalar one
 //! included: products and sums are rounded one by one, never fused.
 //!
 //! Conservative: what touches the frustum is visible, what is not a number is visible, and what is
