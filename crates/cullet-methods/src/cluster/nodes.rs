@@ -13,7 +13,7 @@ use super::{Bound, ClusterBounds};
 /// needs no second grouping. For other groups fit a bound to each, of what [`join`] makes of them.
 ///
 /// A node's bound is fitted to all planes below it, not to the bounds of its children, and may prove what
-/// theirs do not: so a walk culls what [`ClusterBounds::cull`] does, and perhaps a little more, and all of
+/// theirs do not: so a walk culls what [`Bulk::cull`](crate::Bulk::cull) does, and perhaps a little more, and all of
 /// it is proved.
 ///
 /// Scanned surfaces gain nothing: sixteen clusters mostly face both ways. From three radii the bunny's 930

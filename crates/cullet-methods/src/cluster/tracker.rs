@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::{Bound, ClusterBounds};
 
 /// The answers of a set of bounds for an eye that moves, kept up to date at the cost of the clusters
-/// near whose borders it is. The same answers as [`ClusterBounds::cull`] in every frame.
+/// near whose borders it is. The same answers as [`Bulk::cull`](crate::Bulk::cull) in every frame.
 #[derive(Clone, Debug)]
 pub struct ClusterTracker<B: Bound> {
     bounds: ClusterBounds<B>,
