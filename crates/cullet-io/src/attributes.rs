@@ -1,4 +1,4 @@
-//! What a vertex has besides its position: normal, texture coordinates, colour.
+//! Attributes of a vertex besides its position: normal, texture coordinates, colour.
 
 use cullet::Mesh;
 use glam::Vec3;
@@ -17,7 +17,7 @@ pub struct Attributes {
     pub colors: Vec<[f32; 4]>,
 }
 
-/// What stands for an attribute that a vertex has not.
+/// Values in place of attributes that a vertex has not.
 pub(crate) const NO_NORMAL: [f32; 3] = [0.0; 3];
 pub(crate) const NO_UV: [f32; 2] = [0.0; 2];
 pub(crate) const NO_COLOR: [f32; 4] = [1.0; 4];

@@ -14,7 +14,7 @@ pub(crate) struct Builder<'a> {
     triangles: u64,
     meshes: Vec<(String, MeshData)>,
     instances: Vec<(String, Instance)>,
-    /// What else the file has.
+    /// All else that the file has.
     pub(crate) model: Model,
 }
 
@@ -35,7 +35,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Notes something odd.
+    /// Adds a warning.
     pub(crate) fn warn(&mut self, item: impl Into<String>, message: impl Into<String>) {
         self.model.warnings.push(Warning { item: item.into(), message: message.into() });
     }
@@ -128,7 +128,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// What to say of a mesh so far from 0 that f32 is coarse for its size; national grids are the usual
+/// Warning about a mesh so far from 0 that f32 is coarse for its size; national grids are the usual
 /// cause.
 fn coarse(bounds: &Aabb) -> Option<String> {
     /// Steps of f32 across the mesh, below which shapes begin to look crumpled.

@@ -10,11 +10,11 @@ use thiserror::Error;
 pub struct LoadError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The defect.
     pub kind: ErrorKind,
 }
 
-/// What is wrong with a file.
+/// Defect of a file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -29,7 +29,7 @@ pub enum ErrorKind {
     Invalid {
         /// The item: a line, an accessor, a node.
         item: String,
-        /// What is wrong, with the value and the limit.
+        /// The defect, with the value and the limit.
         message: String,
     },
     /// It is larger than a limit of [`LoadOptions`](crate::LoadOptions).

@@ -99,7 +99,7 @@ fn looks_like_obj(head: &[u8]) -> bool {
 struct Foreign {
     name: &'static str,
     endings: &'static [&'static str],
-    /// What to try; `{in}` and `{out}` stand for the file's name and its stem.
+    /// Advice on how to convert it; `{in}` and `{out}` stand for the file's name and its stem.
     advice: &'static str,
 }
 

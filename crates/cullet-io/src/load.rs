@@ -80,8 +80,8 @@ fn decode(
 ) -> Result<Model, ErrorKind> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let head = source.head(Source::HEAD)?;
-    // What was read of the file is freed before meshes are made: the peak is the greater of the two
-    // halves, not their sum.
+    // The bytes of the file are freed before meshes are made: the peak is the greater of the two halves,
+    // not their sum.
     let builder = match recognise(path, &head, source.size())? {
         // Owned, so that it can be freed once it is decoded.
         Format::Gltf => return gltf::load(path, source.into_bytes()?, options, beside),

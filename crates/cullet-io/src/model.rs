@@ -10,14 +10,14 @@ use crate::{Attributes, Motion, NodeTree, NodeTreeStatistics};
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
 pub struct Model {
-    /// What to call it: the file's name, or the built-in scene's.
+    /// Name for people: the file's, or the built-in scene's.
     pub name: String,
     /// Meshes and instances, committed.
     pub scene: Scene,
     /// The name of each mesh, by its number.
     pub mesh_names: Vec<String>,
-    /// What the vertices of each mesh have besides positions, by its number; empty unless asked for. Meshes
-    /// beyond the end have none.
+    /// Attributes of the vertices of each mesh besides positions, by its number; empty unless
+    /// [`LoadOptions::details`](crate::LoadOptions::details) requests them. Meshes beyond the end have none.
     pub attributes: Vec<Attributes>,
     /// The name of each instance, by the index of its handle; empty where names are made up from the
     /// meshes', as for a scene of millions.
@@ -34,7 +34,7 @@ pub struct Model {
     pub cells: CellGraph,
     /// How it moves, if it does; see [`Model::pose`](Self::pose).
     pub motion: Option<Motion>,
-    /// What was odd in the file but did not stop it.
+    /// Defects of the file that did not stop it from loading.
     pub warnings: Vec<Warning>,
 }
 
@@ -81,7 +81,7 @@ impl Material {
 pub struct CameraNode {
     /// Its name.
     pub name: String,
-    /// What it projects. The aspect is the file's, or 0 where the file leaves it to the viewport.
+    /// Its projection. The aspect is the file's, or 0 where the file leaves it to the viewport.
     pub projection: Projection,
     /// Where it is, at each key time in seconds: one key for a fixed camera. It looks along its −Z.
     pub keys: Vec<(f64, Transform)>,
@@ -133,12 +133,12 @@ pub struct CellGraph {
     pub portals: Vec<Portal>,
 }
 
-/// Something odd in a file that did not stop it: which item, and what about it.
+/// A defect of a file that did not stop it from loading: which item, and what about it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Warning {
     /// The item: a line, a node, an accessor.
     pub item: String,
-    /// What is odd about it, with the values.
+    /// The defect, with the values.
     pub message: String,
 }
 

@@ -63,7 +63,7 @@ pub(crate) fn parse(bytes: &[u8], library: &mut Library) {
             library.entry(name).or_insert(material);
         }
     };
-    // What is in memory can always be read.
+    // Bytes in memory can always be read.
     while c.more().unwrap_or(false) {
         c.skip_blanks();
         let word = c.token().to_vec();
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_passed_over() {
+    fn invalid_lines_are_passed_over() {
         let library =
             parsed("Kd 1 1 1\nnewmtl a\nKd spectral file.rfl 1\nd nan\nKd 1 x\n\x00\x7f\n");
         assert_eq!(library[&b"a"[..]], MtlMaterial::default());

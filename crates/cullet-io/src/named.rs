@@ -8,7 +8,7 @@ use crate::{ErrorKind, LoadError, gltf, obj};
 
 /// The files that loading a model looks for beside it: buffers of a glTF, material libraries of an OBJ. Paths from the
 /// model's folder, in it or below, without `..`, in the order in which they are named, none twice; whether they are
-/// there is not asked. What an OBJ names with blanks in it is one file or several, so all of them are told. Other
+/// there is not checked. What an OBJ names with blanks in it is one file or several, so all of them are told. Other
 /// formats name nothing.
 ///
 /// Reads the JSON of a glTF or GLB, and all of an OBJ.
@@ -92,8 +92,8 @@ mod tests {
     fn what_cannot_be_loaded_is_refused_in_the_same_words() {
         for (name, bytes) in [("a.glb", &b"junk"[..]), ("a.gltf", b"junk"), ("a.txt", b"junk")] {
             let loaded = crate::load_bytes(name, bytes, &crate::LoadOptions::default());
-            let asked = files_named_in(name, bytes);
-            assert_eq!(asked.unwrap_err().to_string(), loaded.unwrap_err().to_string());
+            let named = files_named_in(name, bytes);
+            assert_eq!(named.unwrap_err().to_string(), loaded.unwrap_err().to_string());
         }
     }
 

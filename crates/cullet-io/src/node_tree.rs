@@ -1,4 +1,4 @@
-//! The node tree of a file: what its author called things, and how they nest.
+//! The node tree of a file: the names that its author gave, and how nodes nest.
 
 /// The nodes of a file, or of whatever made the model. Empty for formats that have none.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -8,7 +8,7 @@ pub struct NodeTree {
     /// The name of each node; empty where it has none.
     pub names: Vec<String>,
     /// The transform of each node to its parent, column-major, a root's to the scene; as the file has it,
-    /// whatever moved since. Empty unless [`LoadOptions::details`](crate::LoadOptions::details) asked for it.
+    /// whatever moved since. Empty unless [`LoadOptions::details`](crate::LoadOptions::details) requests it.
     pub locals: Vec<[f64; 16]>,
     /// The node that drew each instance, by the index of the instance's handle. Those beyond the end were
     /// drawn by none.
@@ -44,7 +44,7 @@ impl NodeTree {
         self.parents.is_empty()
     }
 
-    /// What to call a node: its name, or its number (`node 12`).
+    /// The name of a node, or its number where it has none (`node 12`).
     #[must_use]
     pub fn name(&self, node: u32) -> String {
         match self.names.get(node as usize) {

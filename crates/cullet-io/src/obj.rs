@@ -46,7 +46,7 @@ impl Names {
     }
 }
 
-/// What was passed over, for one warning each.
+/// Counts of statements passed over, for one warning each.
 #[derive(Debug, Default)]
 struct Skipped {
     points: u64,
@@ -80,7 +80,7 @@ struct Reader<'a> {
     ahead: Option<(u32, u64)>,
     statements: u64,
     skipped: Skipped,
-    /// What corners have besides positions; `None` where it is not wanted.
+    /// Attributes of corners besides positions; `None` where they are not wanted.
     corners: Option<Box<Corners>>,
 }
 

@@ -1,5 +1,5 @@
 //! `OCCSCN01`, the plain exchange format for occlusion benchmarks: occluder triangles in world space,
-//! cameras as matrices, and boxes whose visibility is asked for.
+//! cameras as matrices, and boxes to be tested.
 //!
 //! Little-endian, packed: the magic; six u32 (vertices, triangles, meshes, cameras, objects, 0); the
 //! vertices, three f32 each; the triangles, three u32 each; the meshes, `first triangle, count, box`;
@@ -51,7 +51,7 @@ pub struct OccCamera {
     pub near: f32,
 }
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Occscn {
     /// Vertices in world space.
@@ -71,7 +71,7 @@ impl Occscn {
     /// no box inside out. Allocates no more than the bytes at hand account for.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its number, value and limit.
+    /// The first defect, with its number, value and limit.
     pub fn parse(bytes: &[u8]) -> Result<Self, ErrorKind> {
         let Some((head, body)) = bytes.split_at_checked(HEADER) else {
             let message = format!("{} bytes, but the header has {HEADER}", bytes.len());
@@ -299,7 +299,7 @@ impl Occscn {
         slots.sort_by_key(|&slot| scene.handle(slot));
         for slot in slots {
             let mesh = scene.mesh(slot);
-            // What shows what is behind it hides nothing.
+            // A part that is seen through hides nothing.
             let opaque = |part: &&Part| part.alpha == Alpha::Opaque;
             let see_through = scene.flags(slot).transparent
                 || (mesh.triangle_count() > 0 && !mesh.parts().iter().any(|p| opaque(&p)));
@@ -346,7 +346,7 @@ impl Occscn {
     }
 }
 
-/// What becomes of an instance.
+/// Role of an instance in the scene that is made.
 enum Role {
     /// A mesh, if it is opaque; else an object.
     Occluder,

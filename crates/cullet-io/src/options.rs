@@ -1,4 +1,4 @@
-//! What is asked of a loader: axes, sides, limits, and what is kept and prepared.
+//! Options of a loader: axes, sides, limits, and what is kept and prepared.
 
 use cullet::Preparation;
 
@@ -15,10 +15,10 @@ pub struct LoadOptions {
     /// The most instances.
     pub max_instances: u64,
     /// Whether what only writers of files need is kept: normals, texture coordinates and colours of vertices
-    /// (glTF, OBJ and PLY), and the places of nodes that draw nothing (glTF). Off unless asked for; it costs
+    /// (glTF, OBJ and PLY), and the places of nodes that draw nothing (glTF). Off by default; it costs
     /// up to 36 bytes a vertex and 128 a node.
     pub details: bool,
-    /// What is made ready of each mesh for culling; [`Scene::prepare`](cullet::Scene::prepare) does it later.
+    /// Data for culling to be made of each mesh; [`Scene::prepare`](cullet::Scene::prepare) makes them later.
     pub prepare: Preparation,
 }
 

@@ -84,7 +84,7 @@ pub fn of_builtin(scene: &str) -> PathSpec {
     }
 }
 
-/// What the caller says of the cameras; what is left out fits the scene, or is the file's.
+/// Settings of the cameras by the caller; those left out fit the scene, or are the file's.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Overrides {
     /// Full vertical field of view in degrees, above 0 and below 180. Default 60, or the file's.
@@ -142,7 +142,7 @@ pub enum PathError {
     Json {
         /// The file.
         path: PathBuf,
-        /// What and where.
+        /// Defect and place.
         error: serde_json::Error,
     },
     /// A camera of the path's file makes no sense.
@@ -152,13 +152,13 @@ pub enum PathError {
         path: PathBuf,
         /// Which camera.
         item: String,
-        /// What is wrong with it.
+        /// The defect.
         message: String,
     },
     /// The model has no such camera.
     #[error("the model has no camera '{name}'; {known}")]
     NoCamera {
-        /// The name asked for.
+        /// The name that was given.
         name: String,
         /// Which it has, in words.
         known: String,
@@ -179,7 +179,7 @@ pub enum PathError {
         index: usize,
         /// Of which path.
         path: String,
-        /// What is wrong.
+        /// The defect.
         error: ViewError,
     },
 }
@@ -274,7 +274,7 @@ pub fn range(projection: &Projection) -> [f64; 2] {
     }
 }
 
-/// What all cameras of a path share: the picture's shape, what the caller fixed, and how large the scene is.
+/// Inputs that all cameras of a path share: the picture's shape, the caller's settings, and the scene's extent.
 struct Lens {
     /// The scene's finite extent in world space; `None` if there is none.
     extent: Option<[DVec3; 2]>,

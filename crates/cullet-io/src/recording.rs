@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 const MAGIC: [u8; 8] = *b"CULLOCC2";
-/// Pixels of a buffer that a recording may ask for: a file of a few bytes must not take a gibibyte.
+/// Most pixels of a buffer in a recording: a file of a few bytes must not take a gibibyte.
 const MOST_PIXELS: u64 = 1 << 24;
 
 /// Why bytes are no recording, or one cannot be played.
@@ -29,7 +29,7 @@ pub enum RecordingError {
          cullet verify --record"
     )]
     Damaged {
-        /// What was being read.
+        /// Kind of the item that was being read.
         what: &'static str,
         /// Which of these.
         number: u32,
@@ -37,7 +37,7 @@ pub enum RecordingError {
         at: usize,
         /// How many bytes there are in all.
         length: usize,
-        /// What is wrong with it.
+        /// The defect.
         why: String,
     },
     /// Bytes after the end.

@@ -4,7 +4,7 @@
 //! minds. Line numbers are counted only for messages, by reading the file once more.
 //!
 //! The cursor holds whole lines, and everything but [`Cursor::more`] and [`Cursor::skip_space`] stays
-//! among those that are held. So a reader asks for `more` wherever a line may begin, and looks at a line
+//! among those that are held. So a reader calls `more` wherever a line may begin, and looks at a line
 //! as if the file were all there. A line may have any length.
 
 use crate::ErrorKind;
@@ -93,7 +93,7 @@ impl<'a> Cursor<'a> {
         &self.window.held()[..self.lines]
     }
 
-    /// What is held from here on.
+    /// The bytes that are held from here on.
     #[inline]
     pub(crate) fn rest(&self) -> &[u8] {
         &self.held()[self.at..]
@@ -209,7 +209,7 @@ impl<'a> Cursor<'a> {
         self.held()[start..self.at].trim_ascii()
     }
 
-    /// What stands here up to a blank, a line end or the end: maybe nothing.
+    /// The bytes from here up to a blank, a line end or the end; may be empty.
     #[inline]
     pub(crate) fn token(&mut self) -> &[u8] {
         let start = self.at;
@@ -321,7 +321,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// What stands at the front up to a blank or a line end.
+/// The bytes at the front up to a blank or a line end.
 #[inline]
 fn token(rest: &[u8]) -> &[u8] {
     &rest[..rest.iter().position(|&b| is_space(b)).unwrap_or(rest.len())]

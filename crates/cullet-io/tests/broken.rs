@@ -1,4 +1,4 @@
-//! Every broken or odd file of the data folder in the formats without a specification to validate
+//! Every broken or unusual file of the data folder in the formats without a specification to validate
 //! against: each ends in a clear error or a correct load, within the memory that is promised.
 
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use cullet_io::{ErrorKind, LoadOptions, load, load_bytes};
 use cullet_testkit::data;
 use cullet_testkit::memory::{Counting, peak_of};
 
-/// What loading may take beyond the file's size.
+/// Memory that loading may take beyond the file's size.
 const ALLOWANCE: usize = 256 << 20;
 
 fn walk(folder: &Path, out: &mut Vec<PathBuf>) {
@@ -34,7 +34,7 @@ static ALLOCATOR: Counting = Counting;
 
 const NO_TRIANGLES: &str = "it has no triangles";
 
-/// What each file ends in. A file of these formats that is not listed fails the test.
+/// Result for each file. A file of these formats that is not listed fails the test.
 const FILES: &[(&str, Expect)] = &[
     // One face names the box's first four corners over and over, on a line of 2,000 characters.
     ("assimp/OBJ-box_longline.obj", Meshes(&[[8, 944, 6]], "")),

@@ -1,4 +1,4 @@
-//! What vertices have besides positions, and the tree of nodes: read on request, and saved again.
+//! Attributes of vertices besides positions, and the tree of nodes: read on request, and saved again.
 
 use std::path::PathBuf;
 
@@ -204,7 +204,7 @@ fn the_tree_of_nodes_is_kept() {
     let again = load(&file("tree.glb"), &details()).unwrap();
     let (before, after) = (tree(&model), tree(&again));
     let names: Vec<&str> = after.iter().map(|n| n.0.as_str()).collect();
-    // What leads to nothing drawn is left out.
+    // Nodes that lead to nothing drawn are left out.
     assert_eq!(names, ["house", "roof", "floor", "chair"]);
     for node in &after {
         assert!(before.contains(node), "{node:?} is none of {before:?}");

@@ -166,7 +166,7 @@ fn traps_of_other_suites_end_in_an_error_that_names_the_item() {
 }
 
 /// File, triangles and instances.
-const ODD: [(&str, u64, u32); 14] = [
+const UNUSUAL: [(&str, u64, u32); 14] = [
     ("trimesh/mode5.gltf", 2_786, 54),
     ("trimesh/nested.glb", 36, 3),
     ("trimesh/no_indices_3storybuilding.glb", 72, 3),
@@ -184,9 +184,9 @@ const ODD: [(&str, u64, u32); 14] = [
 ];
 
 #[test]
-fn odd_but_valid_files_load_whole() {
+fn unusual_but_valid_files_load_whole() {
     let Some(broken) = data("broken") else { return };
-    for (file, triangles, instances) in ODD {
+    for (file, triangles, instances) in UNUSUAL {
         let model = load(&broken.join(file), &LoadOptions::default()).unwrap();
         assert_eq!(model.scene.triangle_count(), triangles, "{file}");
         assert_eq!(model.scene.instance_count(), instances, "{file}");

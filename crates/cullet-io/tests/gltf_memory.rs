@@ -60,7 +60,7 @@ fn terrain(n: u32) -> Vec<u8> {
     out
 }
 
-/// What is prepared for culling comes on top of what a file takes.
+/// Data prepared for culling would come on top of what a file takes.
 fn unprepared() -> LoadOptions {
     LoadOptions { prepare: Preparation::NONE, ..LoadOptions::default() }
 }

@@ -134,12 +134,12 @@ fn stl_ascii((points, triangles): &Soup) -> Vec<u8> {
     out.into_bytes()
 }
 
-/// Triangles along each side of the torus; the variable asks for another size, to measure.
+/// Triangles along each side of the torus; the variable sets another size, to measure.
 fn side() -> u32 {
     std::env::var("CULLET_MEMORY_SIDE").ok().and_then(|n| n.parse().ok()).unwrap_or(354)
 }
 
-/// What is prepared for culling comes on top of what a file takes.
+/// Data prepared for culling would come on top of what a file takes.
 fn unprepared() -> LoadOptions {
     LoadOptions { prepare: Preparation::NONE, ..LoadOptions::default() }
 }

@@ -38,7 +38,7 @@ fn the_city_has_the_published_size() {
         }
         assert!(b.min[1] == 0.0 && (6.0..=120.0).contains(&b.max[1]), "mesh {m}: {b:?}");
     }
-    // Things of 0.4 to 2 m a side and 0.3 to 2.5 m height.
+    // Small objects of 0.4 to 2 m a side and 0.3 to 2.5 m height.
     for [min, max] in &scene.objects {
         for a in [0, 2] {
             assert!((0.39..2.01).contains(&(max[a] - min[a])), "{min:?} to {max:?}");
@@ -111,7 +111,7 @@ fn only_what_is_opaque_occludes() {
     // The opaque half of the window is its second triangle.
     let last = scene.triangles[2].map(|v| scene.vertices[v as usize]);
     assert_eq!(last, [[0.0, 0.0, 3.0], [1.0, 1.0, 3.0], [0.0, 1.0, 3.0]]);
-    // Glass and hedge are asked for, in boxes rounded outward.
+    // Glass and hedge are tested, in boxes rounded outward.
     let places: Vec<f32> = scene.objects.iter().map(|o| o[0][2].round()).collect();
     assert_eq!(places, [1.0, 2.0]);
     assert_eq!(

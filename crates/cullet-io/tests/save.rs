@@ -1,4 +1,4 @@
-//! What is saved loads again as what it was.
+//! Models that are saved load again unchanged.
 
 use std::path::PathBuf;
 

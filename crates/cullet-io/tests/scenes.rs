@@ -185,7 +185,7 @@ fn the_city_is_as_specified() {
     // A third of the ground is built on, and 15 % of what falls there goes on a roof.
     assert!((5_000..15_000).contains(&roof), "{roof}");
     assert!((20_000..26_000).contains(&air), "{air}");
-    // What a report of sixteen verified views can draw in half a minute.
+    // As many as a report of sixteen verified views can draw in half a minute.
     assert!(scene.triangle_count() < 2_000_000, "{}", scene.triangle_count());
     assert_eq!(model.cameras.len(), 32);
 

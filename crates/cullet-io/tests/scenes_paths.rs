@@ -129,7 +129,7 @@ fn an_orbit_fills_the_picture_with_what_is_drawn() {
             scene.slots().flat_map(|slot| {
                 let (m, own) = (scene.transform(slot).to_matrix(), scene.mesh(slot));
                 let m = DMat4::from_cols_array(&m);
-                // What deforms may be anywhere within its bounds.
+                // A mesh that deforms may be anywhere within its bounds.
                 let set = scene.transform(slot).transform_box(&own.bounds(), scene.origin())
                     != scene.bounds(slot);
                 let bounds = scene.bounds(slot).corners().map(|c| DVec3::from(c.map(f64::from)));

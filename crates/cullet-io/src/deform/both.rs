@@ -22,7 +22,7 @@ pub struct MorphedJointBoxes {
     targets: Vec<Vec<Pull>>,
 }
 
-/// What a target adds to the vertices of a joint.
+/// Box of the displacements that a target adds to the vertices of a joint.
 #[derive(Clone, Copy, Debug)]
 struct Pull {
     /// In the joint's space.

@@ -69,7 +69,7 @@ fn affine(t: &Transform) -> DAffine3 {
     DAffine3 { matrix3: linear(t), translation: t.translation.into() }
 }
 
-/// What one joint moves.
+/// Box of the vertices that one joint moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moved {
     pub(super) joint: u16,

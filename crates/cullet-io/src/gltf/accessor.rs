@@ -83,7 +83,7 @@ struct Sparse {
 pub(super) struct Accessor {
     /// How many elements.
     pub(super) count: usize,
-    /// What a component is.
+    /// The type of a component.
     pub(super) component: Component,
     /// Whether integers stand for fractions of 1.
     pub(super) normalized: bool,
@@ -142,7 +142,7 @@ impl Accessors {
     /// One of them.
     ///
     /// # Errors
-    /// If there is none of that number, or its type is unknown; `user` is who asks.
+    /// If there is none of that number, or its type is unknown; `user` is who needs it.
     pub(super) fn get(&self, index: usize, user: &str) -> Result<&Accessor, ErrorKind> {
         match self.all.get(index) {
             None => Err(ErrorKind::invalid(
@@ -166,7 +166,7 @@ impl Accessors {
     /// become fractions, others keep their value.
     ///
     /// # Errors
-    /// If it has another shape or is of u32, or its bytes are absent; `user` is who asks.
+    /// If it has another shape or is of u32, or its bytes are absent; `user` is who needs it.
     pub(super) fn floats<const N: usize>(
         &self,
         index: usize,
@@ -200,7 +200,7 @@ impl Accessors {
     /// Decodes an accessor of indices.
     ///
     /// # Errors
-    /// If it is not of unsigned scalars, or its bytes are absent; `user` is who asks.
+    /// If it is not of unsigned scalars, or its bytes are absent; `user` is who needs it.
     pub(super) fn indices(
         &self,
         index: usize,
@@ -245,7 +245,7 @@ impl Accessors {
     fn grant_zeros(&self, bytes: usize) -> Result<(), String> {
         let left = self.zero_bytes_left.get();
         let after = left.checked_sub(bytes).ok_or_else(|| {
-            format!("asks for {bytes} bytes of zeros, having no bufferView; {left} are left of {MOST_ZERO_BYTES}")
+            format!("needs {bytes} bytes of zeros, having no bufferView; {left} are left of {MOST_ZERO_BYTES}")
         })?;
         self.zero_bytes_left.set(after);
         Ok(())
@@ -391,9 +391,9 @@ struct ElementShape {
     size: usize,
     /// Bytes from one to the next when tightly packed.
     packed: usize,
-    /// What the place in the buffer is a multiple of.
+    /// The place in the buffer is a multiple of this.
     align: usize,
-    /// What the accessor's own offset is a multiple of.
+    /// The accessor's own offset is a multiple of this.
     own_align: usize,
 }
 

@@ -98,7 +98,7 @@ impl<'a> Decoder<'a> {
         // How many meshes use the vertices, and the last that was counted.
         let mut users: HashMap<Vertices, (u32, usize)> = HashMap::new();
         for (number, mesh) in used.enumerate() {
-            // What deforms keeps its vertices in the order of the file, beside what moves them.
+            // A mesh that deforms keeps its vertices in the order of the file, as its weights and targets are.
             for p in mesh.primitives.iter().filter(|p| p.deform.is_rigid()) {
                 let entry = users.entry(p.vertices).or_insert((0, usize::MAX));
                 if entry.1 != number {
@@ -266,7 +266,7 @@ impl<'a> Decoder<'a> {
         Ok((data, attributes))
     }
 
-    /// What moves the vertices of the mesh that was decoded last, of which there are `vertices`.
+    /// Joints, weights and morph targets of the mesh that was decoded last, which has `vertices` vertices.
     ///
     /// # Errors
     /// If joints, weights or displacements are of another form or number than the vertices.

@@ -42,7 +42,7 @@ impl Instancing {
     }
 }
 
-/// What the nodes of the scene place.
+/// Meshes and instances that the nodes of the scene place.
 #[derive(Debug, Default)]
 pub(super) struct PlacedScene {
     /// The file's meshes that are drawn, in the order of the file; after them one more of its mesh for each

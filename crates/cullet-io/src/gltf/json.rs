@@ -1,7 +1,7 @@
 //! The JSON of a glTF, as far as geometry, sidedness and cameras go.
 //!
-//! Every array is first read as raw pieces, and each piece on its own: so an error can name the item
-//! it is in, and what nobody asks for (images, textures) is never read.
+//! Every array is first read as raw items, and each item on its own: so an error can name the item
+//! it is in, and what is not needed (images, textures) is never read.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -389,7 +389,7 @@ pub(super) fn parse(text: &[u8]) -> Result<Root<'_>, ErrorKind> {
     Ok(root)
 }
 
-/// The start of a piece of JSON on one line, for a message.
+/// The start of a JSON text on one line, for a message.
 fn start(text: &str) -> String {
     let head: String = text.chars().take(100).collect();
     let words: Vec<&str> = head.split_whitespace().collect();
@@ -424,7 +424,7 @@ pub(super) fn item<'a, T: Deserialize<'a>>(
     }
     serde_json::from_str(raw.get()).map_err(|e| {
         let message = e.to_string();
-        // The position is that in the piece, which would mislead.
+        // The position is relative to the item, which would mislead.
         wrong(message.split(" at line ").next().unwrap_or_default().to_owned())
     })
 }

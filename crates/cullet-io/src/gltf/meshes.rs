@@ -57,7 +57,7 @@ impl Deform {
     }
 }
 
-/// What moves the vertices of a mesh, vertex by vertex.
+/// Joints, weights and morph targets of a mesh, vertex by vertex.
 #[derive(Debug, Default)]
 pub(super) struct Binding {
     /// Joints and weights; those without any are moved by the first joint alone.
@@ -144,7 +144,7 @@ impl Meshes {
     }
 }
 
-/// What errors call a primitive.
+/// Name of a primitive in errors.
 pub(super) fn user(mesh: usize, name: &str, primitive: usize) -> String {
     format!("mesh {mesh} `{name}`, primitive {primitive}")
 }

@@ -63,7 +63,7 @@ pub(crate) fn load(
     Ok(model)
 }
 
-/// What is called a GLB must begin as one.
+/// A file named `.glb` must begin as one.
 fn check_header(path: &Path, bytes: &[u8]) -> Result<(), ErrorKind> {
     let named_glb = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
     if named_glb && !bytes.starts_with(b"glTF") {
@@ -104,10 +104,10 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
         .collect())
 }
 
-/// What was read, free of the file's bytes.
+/// A document that was decoded, free of the file's bytes.
 struct Decoded {
     meshes: Vec<(String, MeshData)>,
-    /// By mesh; empty unless asked for.
+    /// By mesh; empty unless the options request details.
     attributes: Vec<Attributes>,
     /// Their numbers are those of `meshes`.
     placements: Vec<Placement>,

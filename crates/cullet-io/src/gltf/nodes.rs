@@ -43,7 +43,7 @@ pub(super) struct Node {
 pub(super) struct Nodes {
     pub(super) all: Vec<Node>,
     roots: Vec<u32>,
-    /// What turns the file's up axis to the scene's.
+    /// The rotation of the file's up axis to the scene's.
     base: DAffine3,
 }
 
@@ -77,7 +77,7 @@ impl Nodes {
         Ok(Self { all, roots, base: up_turn(up) })
     }
 
-    /// What to call a node.
+    /// The name of a node, for messages.
     pub(super) fn name(&self, index: u32) -> String {
         match &self.all[index as usize].name {
             Some(name) if !name.is_empty() => shorten(name),
@@ -147,7 +147,7 @@ impl Nodes {
         order
     }
 
-    /// What stands above the roots.
+    /// The transform above the roots.
     pub(super) fn base(&self) -> DAffine3 {
         self.base
     }

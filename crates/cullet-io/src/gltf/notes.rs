@@ -1,4 +1,4 @@
-//! What was odd in a file, kept to a readable length.
+//! Warnings about a file, kept to a readable length.
 
 use crate::Warning;
 
@@ -37,7 +37,7 @@ mod tests {
     #[test]
     fn a_flood_is_counted_not_kept() {
         let mut notes = Notes::default();
-        (0..MOST + 7).for_each(|i| notes.push(format!("node {i}"), "odd"));
+        (0..MOST + 7).for_each(|i| notes.push(format!("node {i}"), "invalid"));
         let warnings = notes.into_warnings();
         assert_eq!(warnings.len(), MOST + 1);
         assert_eq!(warnings[MOST].to_string(), "warnings: 7 more are not listed");

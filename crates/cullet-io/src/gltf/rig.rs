@@ -1,4 +1,4 @@
-//! What moves: animations, skins and morph targets, made ready for posing.
+//! Animations, skins and morph targets, made ready for posing.
 //!
 //! Nothing here stops a file from loading, but for the limits: what is malformed stays as it is stored, and
 //! is noted.
@@ -180,7 +180,7 @@ impl Plan {
             let skinned = nodes.all[f.node as usize].skin.is_some();
             match place.get(&f.node) {
                 Some(&d) => deformed[d].instances.push(follower),
-                // What was to deform and cannot stays as it is, but goes where its node goes.
+                // A mesh that was to deform and cannot keeps its shape, but follows its node.
                 None if skinned || !self.moved[f.node as usize] => {}
                 None => rigid.push(follower),
             }
@@ -207,7 +207,7 @@ pub(super) struct Placed {
 }
 
 /// Which animations are played: all that move nothing that an earlier one moves. A file may hold the
-/// ways of one figure (walks, runs), of which one is enough, or one animation for each of many things.
+/// ways of one figure (walks, runs), of which one is enough, or one animation for each of many instances.
 fn played(clips: &[Clip], notes: &mut Notes) -> Vec<bool> {
     let mut taken: HashMap<(u32, Option<Property>), usize> = HashMap::new();
     let mut played = Vec::with_capacity(clips.len());

@@ -1,4 +1,4 @@
-//! What whole documents become.
+//! Whole documents, loaded.
 
 use cullet::Projection;
 use cullet::mesh::Alpha;

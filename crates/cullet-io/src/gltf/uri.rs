@@ -15,7 +15,7 @@ pub(super) enum UriSource {
 /// reads nothing else on the machine.
 ///
 /// # Errors
-/// What is wrong with it, and what to do instead.
+/// Names the defect, and what to do instead.
 pub(super) fn read(uri: &str) -> Result<UriSource, String> {
     if uri.len() >= 5 && uri.is_char_boundary(5) && uri[..5].eq_ignore_ascii_case("data:") {
         return embedded(&uri[5..]).map(UriSource::Embedded);

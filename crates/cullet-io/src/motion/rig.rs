@@ -83,7 +83,7 @@ impl Bounds {
 pub(crate) struct Deformed {
     pub(crate) node: u32,
     pub(crate) mesh: MeshId,
-    /// What draws it: one, or the many of `EXT_mesh_gpu_instancing`.
+    /// The instances that draw it: one, or the many of `EXT_mesh_gpu_instancing`.
     pub(crate) instances: Vec<Follower>,
     /// The mesh as the file has it.
     pub(crate) data: MeshData,
@@ -95,13 +95,13 @@ pub(crate) struct Deformed {
     pub(crate) bounds: Bounds,
 }
 
-/// What moves in a file, and how.
+/// Nodes, animations and deformed meshes of a file: all that moves.
 #[derive(Debug)]
 pub(crate) struct Rig {
     pub(crate) nodes: Vec<RigNode>,
     /// The nodes, parents first.
     pub(crate) order: Vec<u32>,
-    /// What stands above the roots.
+    /// The transform above the roots.
     pub(crate) base: DAffine3,
     /// The animations that are played: no two move the same.
     pub(crate) clips: Vec<Clip>,

@@ -40,7 +40,7 @@ impl Local {
     }
 }
 
-/// What of a node a track moves.
+/// Property of a node that a track moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Property {
     Translation,

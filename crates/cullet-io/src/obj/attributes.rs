@@ -1,5 +1,5 @@
-//! What the corners of faces have besides positions: an index each for texture coordinates and normals,
-//! and the colours that some programs put behind positions.
+//! Attributes of the corners of faces besides positions: an index each for texture coordinates and
+//! normals, and the colours that some programs put behind positions.
 
 use std::collections::HashMap;
 
@@ -50,7 +50,7 @@ impl Corners {
     pub(super) fn name(&mut self, rest: &[u8], at: u64) -> bool {
         let mut named = [NONE; 2];
         let mut fields = rest.split(|&b| b == b'/');
-        // What stands before the first slash: nothing.
+        // The empty field before the first slash.
         fields.next();
         for (list, count) in [self.uvs.len(), self.normals.len()].into_iter().enumerate() {
             let Some(field) = fields.next().filter(|f| !f.is_empty()) else { continue };

@@ -1,4 +1,4 @@
-//! Makes benchmark scenes: which instances occlude, which boxes are asked for, and from where.
+//! Makes benchmark scenes: which instances occlude, which boxes are tested, and from where.
 
 use cullet::bounds::Aabb;
 
@@ -6,7 +6,7 @@ use super::{MeshRange, OccCamera, Occscn, Role};
 use crate::scenes::Rng;
 use crate::{ErrorKind, MatrixView, Model};
 
-/// Which boxes of a scene are asked for.
+/// Which boxes of a scene are tested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Objects {
     /// The bounds of all instances that are no occluders.
@@ -26,7 +26,7 @@ pub struct MakeOptions {
     /// Meshes of at most so many triangles, cut from all occluders together (see [`Occscn::cluster`]);
     /// `None` leaves one mesh an instance. 128 is what published comparisons use.
     pub cluster: Option<u32>,
-    /// Which boxes are asked for.
+    /// Which boxes are tested.
     pub objects: Objects,
     /// Another seed gives other random boxes.
     pub seed: u64,

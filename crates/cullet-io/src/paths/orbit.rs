@@ -174,7 +174,7 @@ impl<'a> Extents<'a> {
             let low = group.iter().map(|(_, (m, h))| *m - *h).fold(DVec3::INFINITY, DVec3::min);
             let high =
                 group.iter().map(|(_, (m, h))| *m + *h).fold(DVec3::NEG_INFINITY, DVec3::max);
-            // What rounding takes must not come to be outside.
+            // Rounding must not move a corner outside.
             ((low + high) * 0.5, (high - low) * (0.5 + 1e-12))
         };
         let groups = boxes.chunks(GROUP).map(around).collect();

@@ -131,7 +131,7 @@ pub(super) fn walk(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camer
     let origin = DVec3::from(scene.origin());
     let [low, high] = lens.extent()?;
     let eye = eye_height(low, high);
-    // A nearest-neighbour tour of very many places would take longer than it is worth.
+    // A nearest-neighbour tour of very many places would take too long for its use.
     let places = tour(places(model, lens, count.min(4096))?);
     if places.is_empty() {
         return around(lens, count, low.y + eye);

@@ -14,7 +14,7 @@ pub(super) struct Columns {
     uv: Option<[usize; 2]>,
     color: Option<[usize; 3]>,
     alpha: Option<usize>,
-    /// What stands for all of a colour, where it is of integers.
+    /// The value of full intensity, where colours are integers.
     most: f64,
 }
 

@@ -22,11 +22,11 @@ use crate::{Attributes, Model};
 pub struct SaveError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong.
+    /// The defect.
     pub kind: SaveErrorKind,
 }
 
-/// What stops a model from being saved.
+/// Reason why a model cannot be saved.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SaveErrorKind {
@@ -104,7 +104,7 @@ pub fn save(model: &Model, path: &Path) -> Result<(), SaveError> {
     write().map_err(|kind| SaveError { path: path.to_owned(), kind })
 }
 
-/// What all instances come to.
+/// Counts over all instances.
 struct Totals {
     vertices: u64,
     triangles: u64,
@@ -141,7 +141,7 @@ fn world(transform: &Transform, p: [f32; 3]) -> [f32; 3] {
     })
 }
 
-/// What the vertices of a mesh have besides positions: nothing where a list is not of one entry a vertex.
+/// Attributes of the vertices of a mesh; a list that has not one entry a vertex is left empty.
 fn attributes(model: &Model, mesh: usize) -> Attributes {
     let vertices = model.scene.meshes()[mesh].positions().len();
     let mut kept = model.attributes.get(mesh).cloned().unwrap_or_default();

@@ -29,7 +29,7 @@ pub(super) fn write(model: &Model, number: &[Option<usize>]) -> Written {
     let drawn = scene.slots().filter_map(|slot| {
         let world = DMat4::from_cols_array(&scene.transform(slot).to_matrix());
         let mesh = number[scene.mesh_id(slot) as usize]?;
-        // What is not finite has no place in a file.
+        // A non-finite matrix has no place in a file.
         world.is_finite().then_some(Drawn { handle: scene.handle(slot)?, mesh, world })
     });
     // Slots are sorted by place; handles are in the order of the file.
@@ -94,7 +94,7 @@ fn place(model: &Model, drawn: Vec<Drawn>, out: &mut Written) -> Vec<Drawn> {
         let mut local = given.unwrap_or(DMat4::IDENTITY);
         let mut own = std::mem::take(&mut own[n]);
         let mut here = own.iter().position(|d| same(&d.world, &(parent * local)));
-        // A node that draws one thing and no more is where that thing is, whatever moved it.
+        // A node that draws one instance and no more is where that instance is, whatever moved it.
         if here.is_none() && own.len() == 1 && children[n].is_empty() {
             let moved = parent.inverse() * own[0].world;
             if moved.is_finite() {
@@ -128,7 +128,7 @@ fn place(model: &Model, drawn: Vec<Drawn>, out: &mut Written) -> Vec<Drawn> {
         }
         stack.extend(children[n].iter().rev().map(|&c| (c, Some(index), world)));
     }
-    // What hangs on nodes that are their own ancestors, as no file's are.
+    // Instances below nodes that are their own ancestors, as no file's are.
     left.extend(own.into_iter().flatten());
     left
 }

@@ -1,4 +1,4 @@
-//! A city of boxes on a grid, with small things in its streets and on its roofs.
+//! A city of boxes on a grid, with small objects in its streets and on its roofs.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use crate::{CameraNode, Model};
 
 pub(super) const INFO: SceneInfo = SceneInfo {
     name: "city",
-    about: "box buildings on a 24 m grid of streets, with small things in the streets and on the \
+    about: "box buildings on a 24 m grid of streets, with small objects in the streets and on the \
             roofs, and 32 cameras; nearly everything is hidden from the street",
     keys: &[
         KeyInfo { name: "seed", about: "which city", default: 1, min: 0, max: u64::MAX },
@@ -93,7 +93,7 @@ impl City {
     }
 }
 
-/// A small thing: the half-width and half-depth of its box, and its height.
+/// A small object: the half-width and half-depth of its box, and its height.
 struct Object {
     at: [f64; 3],
     half: f64,
@@ -102,7 +102,7 @@ struct Object {
     quarter: usize,
 }
 
-/// Kinds of small things; every mesh fills −1..1 × 0..1 × −1..1, so that scaling it gives the box wanted.
+/// Kinds of small objects; every mesh fills −1..1 × 0..1 × −1..1, so that scaling it gives the box wanted.
 const CRATE: usize = 0;
 const CAR: usize = 1;
 const BARREL: usize = 2;
@@ -157,10 +157,10 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
         let name = format!("{name} building");
         facades.push(b.mesh(&name, &[(Shape::building(sub), material)], Sides::One)?);
     }
-    let mut things = Vec::new();
+    let mut kind_meshes = Vec::new();
     for (name, colour, shape) in kinds() {
         let material = b.material(name, colour);
-        things.push(b.mesh(name, &[(shape, material)], Sides::One)?);
+        kind_meshes.push(b.mesh(name, &[(shape, material)], Sides::One)?);
     }
 
     if spec.get("ground") == 1 {
@@ -187,7 +187,7 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
         b.add(facades[building.facade], transform)?;
     }
     for o in &objects {
-        b.add(things[o.kind], quarter_turned(o))?;
+        b.add(kind_meshes[o.kind], quarter_turned(o))?;
     }
     cameras(&mut b.model, &city, &objects, &mut Rng::new(seed, 3));
     Ok(b.finish())
@@ -203,7 +203,7 @@ fn ground(reach: f64, material: u32) -> MeshData {
     mesh_data(&[(shape, material)], true, Alpha::Opaque)
 }
 
-/// Small things: in the street or floating where the place is free, else now and then on the roof.
+/// Small objects: in the street or floating where the place is free, else now and then on the roof.
 fn objects(city: &City, count: usize, rng: &mut Rng) -> Vec<Object> {
     let mut objects = Vec::with_capacity(count);
     while objects.len() < count {

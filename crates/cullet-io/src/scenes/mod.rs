@@ -40,8 +40,8 @@ pub fn is_builtin(text: &str) -> bool {
     SCENES.iter().any(|s| s.name == name)
 }
 
-/// What to say of a text that names neither a file nor a built-in scene: the built-in scene whose name is most like
-/// it, or all of them.
+/// Message for a text that names neither a file nor a built-in scene: with the built-in scene whose name is most
+/// like it, or with all of them.
 #[must_use]
 pub fn no_such_file(text: &str) -> String {
     let name = text.split(':').next().unwrap_or_default().trim();

@@ -39,7 +39,7 @@ pub(super) const INFO: SceneInfo = SceneInfo {
     ],
 };
 
-/// Distance between the places about which things move, in metres.
+/// Distance between the places about which instances move, in metres.
 const PITCH: f64 = 6.0;
 
 /// A shape with the joints that move each of its vertices.

@@ -57,7 +57,7 @@ const BAY: f64 = 8.0;
 const STOREY: f64 = 6.0;
 const SLAB: f64 = 0.4;
 const WALL: f64 = 0.3;
-/// What stands on or in another reaches this far into it, so that rounding leaves no crack.
+/// Overlap of a shape with the one it stands on or in, so that rounding leaves no crack.
 const LAP: f64 = 0.05;
 /// Half the width of the nave.
 const NAVE: f64 = 10.0;

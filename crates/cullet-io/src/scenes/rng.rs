@@ -1,4 +1,4 @@
-//! Numbers that are the same on every machine: a small generator, and sine and cosine that do not ask
+//! Numbers that are the same on every machine: a small generator, and sine and cosine that do not call
 //! the system's maths library, whose last bits differ from one system to the next.
 
 use std::f64::consts::TAU;

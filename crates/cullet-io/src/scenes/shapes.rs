@@ -313,7 +313,7 @@ impl Shape {
     }
 }
 
-/// What a mesh of several materials is made from: one opaque part, or one of `alpha`, for each shape.
+/// Data of a mesh of several materials: one opaque part, or one of `alpha`, for each shape.
 pub(crate) fn mesh_data(parts: &[(Shape, u32)], two_sided: bool, alpha: Alpha) -> MeshData {
     let mut all = Shape::default();
     let mut ranges = Vec::new();

@@ -2,12 +2,12 @@
 
 use thiserror::Error;
 
-/// What can be said of a built-in scene.
+/// Description of a built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SceneInfo {
     /// Its name.
     pub name: &'static str,
-    /// What it is, in a sentence.
+    /// The scene, in a sentence.
     pub about: &'static str,
     /// Its keys.
     pub keys: &'static [KeyInfo],
@@ -18,7 +18,7 @@ pub struct SceneInfo {
 pub struct KeyInfo {
     /// Its name.
     pub name: &'static str,
-    /// What it sets, with the unit.
+    /// The quantity that it sets, with the unit.
     pub about: &'static str,
     /// The value where none is given.
     pub default: u64,

@@ -1,4 +1,4 @@
-//! What is done to decoded attributes: each turns an element into one of the same size.
+//! Filters of decoded attributes: each turns an element into one of the same size.
 
 use std::f32::consts::FRAC_1_SQRT_2;
 

@@ -15,7 +15,7 @@ mod tests;
 /// deltas of zero.
 pub(super) const MOST_EXPANSION: usize = 64;
 
-/// What the bytes encode.
+/// Kind of data that the bytes encode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     /// Elements of any size.
@@ -26,7 +26,7 @@ pub(super) enum Mode {
     Indices,
 }
 
-/// What is done to attributes after decoding.
+/// Filter applied to attributes after decoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Filter {
     /// Nothing.
@@ -43,7 +43,7 @@ pub(super) enum Filter {
 /// allocated for them.
 ///
 /// # Errors
-/// What is wrong, with the limit.
+/// Names the defect and the limit.
 pub(super) fn check(
     mode: Mode,
     filter: Filter,

@@ -1,4 +1,4 @@
-//! What stands in the rooms of the office.
+//! Furniture of the rooms of the office.
 
 use cullet::MeshId;
 

@@ -1,4 +1,4 @@
-//! What runs and stands in a plant: pipes with elbows, flanges and valves; vessels, pumps, ladders.
+//! Equipment of a plant: pipes with elbows, flanges and valves; vessels, pumps, ladders.
 
 use glam::DVec3;
 
