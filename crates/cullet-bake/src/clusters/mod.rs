@@ -10,7 +10,7 @@
 //! 2. Filling. Limited to 64 vertices, greedy merging stops at some 62 triangles a cluster. So clusters
 //!    are dissolved where their neighbours have room and the test saved is more than what is lost,
 //!    and triangles change sides at borders, at first at random, then only for the better.
-//! 3. Triangles whose culling does not pay for a test, and small connected components, are merged by where
+//! 3. Clusters whose culling does not pay for a test, and small connected components, are merged by where
 //!    they lie; clusters that are never culled come last in their part.
 //!
 //! Parts that are drawn from both sides are never culled by facing; their clusters are only compact.
