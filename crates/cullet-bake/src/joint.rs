@@ -7,7 +7,7 @@
 //!
 //! Seen from 3 radii, the bunny's 872 clusters take 665 tests, the armadillo's 1092 take 1040. A flat sweep
 //! with vector instructions does a test in half a nanosecond, so it is faster all the same: use a
-//! hierarchy where a test is dear, and ask [`JointHierarchy::expected_tests`] first.
+//! hierarchy where a test is expensive, and read [`JointHierarchy::expected_tests`] first.
 //!
 //! ```
 //! use cullet_methods::cluster::{ClusterFacing};
@@ -350,7 +350,7 @@ impl Planner<'_> {
         if saved(&decided) <= VIEWS {
             return below;
         }
-        // What was below moves by one.
+        // The nodes below move by one.
         out.nodes[at..].iter_mut().for_each(|n| n.skip += 1);
         let (count, skip) = (out.order.len() as u32 - first, out.nodes.len() as u32 + 1);
         out.nodes.insert(at, JointNode { bound, first, count, skip });

@@ -1,4 +1,4 @@
-//! What clusters and hierarchies of them both use: view points, places along a curve, and merged numbers.
+//! Helpers of clusters and hierarchies: view points, places along a curve, and merged numbers.
 
 use cullet::bounds::Aabb;
 use glam::{DVec3, DVec4};

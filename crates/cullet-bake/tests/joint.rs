@@ -60,7 +60,7 @@ fn check(mesh: &Mesh, distance: f64, views: usize) -> [f64; 2] {
                 ClusterFacing::Mixed => {}
             }
             decided += usize::from(*t != ClusterFacing::Mixed);
-            // What a cluster's own bound decides, the hierarchy decides too, and in the same way.
+            // A cluster that its own bound decides is decided by the hierarchy too, and in the same way.
             assert!(f == t || *f == ClusterFacing::Mixed, "cluster {c}: {t:?}, flat {f:?}");
         }
         sum = [sum[0] + tests[0] as f64, sum[1] + tests[1] as f64];
@@ -77,7 +77,7 @@ fn a_ball_takes_fewer_tests_than_a_sweep() {
     println!("{tree} {flat} {:?} joints {}", h.expected_tests(), h.joint_count());
     assert!(tree < flat * 0.8, "{tree} {flat}");
     assert!(h.joint_count() > 0 && h.expected_tests().0 < h.expected_tests().1 as f64);
-    // What was expected is what comes.
+    // The measured count meets the expected one.
     let measured: f64 = DISTANCES.iter().map(|d| check(&mesh, *d, 50)[0]).sum::<f64>() / 4.0;
     assert!((measured / h.expected_tests().0 - 1.0).abs() < 0.1, "{measured}");
 }

@@ -424,14 +424,14 @@ proptest! {
         angle in 0.0..1.5f32,
         resolution in 8..40u32,
     ) {
-        let pieces: Vec<_> = solids
+        let blocks: Vec<_> = solids
             .iter()
             .map(|(low, size, inward)| {
                 let block = block(*low, [0, 1, 2].map(|a| low[a] + size[a]));
                 if *inward { turned(block) } else { block }
             })
             .collect();
-        let mut data = one_sided_data(join(pieces));
+        let mut data = one_sided_data(join(blocks));
         rotate(&mut data, angle);
         let (mesh, made, _) = make(&data, &OccluderOptions { resolution, ..QUICK });
         // In the order of the file, a block is 12 triangles.

@@ -21,7 +21,7 @@ pub(crate) struct Arrangement {
     pub(crate) split: Vec<(Segment, Vec<u32>)>,
 }
 
-/// Splits. `None` where the work exceeds what a section of that size is worth.
+/// Splits. `None` where the work exceeds the budget of a section of that size.
 pub(crate) fn arrange(
     outlines: &[Segment],
     places: &mut Places<'_>,

@@ -5,7 +5,7 @@ use cullet::mesh::weld_within;
 
 use crate::options::{CapOptions, CutError, CutInput, CutOptions, Keep, check};
 use crate::result::CutMesh;
-use crate::{pieces, sides};
+use crate::{sides, triangles};
 
 /// The six planes of a box, pointing out: for [`cut`].
 #[must_use]
@@ -36,7 +36,7 @@ pub fn cut(
     let planes = sides::prepare(planes)?;
     welded(input, options.caps.as_ref(), |input, moved| {
         let sides = sides::Sides::new(input.positions, &planes)?;
-        let mut done = pieces::run(input, &planes, &sides, options);
+        let mut done = triangles::run(input, &planes, &sides, options);
         done.report.welded = moved;
         Ok(done)
     })
@@ -59,7 +59,7 @@ pub fn cut_both(
     welded(input, caps, |input, moved| {
         let sides = sides::Sides::new(input.positions, &planes)?;
         Ok([&inside, &outside].map(|options| {
-            let mut done = pieces::run(input, &planes, &sides, options);
+            let mut done = triangles::run(input, &planes, &sides, options);
             done.report.welded = moved;
             done
         }))

@@ -59,10 +59,10 @@ mod mesh;
 mod model;
 mod options;
 mod outline;
-mod pieces;
 mod result;
 mod section;
 mod sides;
+mod triangles;
 
 pub use cut::{box_planes, cut, cut_both};
 pub use mesh::{CutParts, cut_mesh};

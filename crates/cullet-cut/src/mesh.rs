@@ -7,7 +7,7 @@ use crate::cut::cut;
 use crate::options::{CutError, CutInput, CutOptions};
 use crate::result::{CutMesh, NO_ORIGIN};
 
-/// What remains of a [`Mesh`].
+/// A [`Mesh`] after a cut.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CutParts {
     /// Ready for [`Mesh::new`]: the parts that still have triangles, and after them one with the caps.
@@ -41,7 +41,7 @@ pub fn cut_mesh(
     let done = cut(&input, planes, options)?;
     let walls = done.origin.iter().position(|&o| o == NO_ORIGIN).unwrap_or(done.origin.len());
     // Untouched and cut triangles both ascend by origin, so each part has a range of either.
-    let (untouched, pieces) = done.origin[..walls].split_at(done.untouched);
+    let (untouched, touched) = done.origin[..walls].split_at(done.untouched);
     let mut data = MeshData {
         positions: done.positions.clone(),
         indices: Vec::with_capacity(done.indices.len()),
@@ -56,7 +56,7 @@ pub fn cut_mesh(
     for part in mesh.parts() {
         let (first, end) = (part.first_triangle, part.first_triangle + part.triangle_count);
         let before = data.indices.len() / 3;
-        for (list, offset) in [(untouched, 0), (pieces, done.untouched)] {
+        for (list, offset) in [(untouched, 0), (touched, done.untouched)] {
             let at = |limit| offset + list.partition_point(|&o| o < limit);
             take(&mut data, at(first)..at(end));
         }

@@ -1,4 +1,4 @@
-//! What is cut and how, and why it may be refused.
+//! Input and options of a cut, and the errors that refuse them.
 
 use cullet::bounds::Plane;
 use cullet::mesh::MeshError;
@@ -7,7 +7,7 @@ use thiserror::Error;
 /// The most planes of one region.
 pub const MAX_CUT_PLANES: usize = 32;
 
-/// What is cut: plain slices.
+/// Input of a cut: plain slices.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CutInput<'a> {
     /// Vertex positions, all finite.
@@ -24,10 +24,10 @@ pub struct CutInput<'a> {
 /// Which part is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Keep {
-    /// What is inside of every plane.
+    /// All that is inside of every plane.
     #[default]
     Inside,
-    /// What is outside of any.
+    /// All that is outside of any plane.
     Outside,
 }
 
@@ -70,13 +70,13 @@ pub enum CutError {
     Plane {
         /// Which.
         plane: usize,
-        /// What was given.
+        /// The plane that was given.
         value: Plane,
     },
     /// Too many planes.
     #[error("{0} planes exceed the limit of {MAX_CUT_PLANES}; cut several times")]
     TooManyPlanes(usize),
-    /// What is cut is no mesh.
+    /// The input is not a mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// The attributes are not `stride` numbers a vertex, or a cap's do not fit in them.

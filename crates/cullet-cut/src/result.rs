@@ -1,4 +1,4 @@
-//! What remains of a mesh, and what was found while cutting.
+//! Result of a cut: the mesh, and the report.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ pub struct Cap {
     pub triangles: Range<usize>,
 }
 
-/// What remains of a mesh.
+/// A mesh after a cut.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CutMesh {
     /// Vertex positions: those of the input that are kept, in their order, then new ones.
@@ -30,11 +30,11 @@ pub struct CutMesh {
     pub untouched: usize,
     /// The caps, in the order of the planes; empty ones and planes without caps are left out.
     pub caps: Vec<Cap>,
-    /// What was found.
+    /// Counts and defects of the cut.
     pub report: CutReport,
 }
 
-/// What was found while cutting.
+/// Counts and defects found while cutting.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CutReport {

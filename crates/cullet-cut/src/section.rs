@@ -93,7 +93,7 @@ impl<'a> Places<'a> {
     }
 }
 
-/// A piece of an outline from one place to another.
+/// A segment of an outline from one place to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Segment {
     pub(crate) from: u32,

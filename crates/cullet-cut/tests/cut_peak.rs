@@ -1,4 +1,4 @@
-//! What cutting holds at once: at most twice the input and the output together.
+//! Peak memory of cutting: at most twice the input and the output together.
 
 use cullet::bounds::Plane;
 use cullet_cut::{CapOptions, CutInput, CutOptions, Keep, box_planes, cut};

@@ -30,9 +30,9 @@ impl Extent {
     }
 }
 
-/// Where a box may be seen.
+/// Screen bounds of a box, and its least depth.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Footprint {
+pub(crate) struct ScreenBounds {
     /// Pixels that hold all its samples.
     pub(crate) rect: Rect,
     /// No sample of it is nearer than this inner depth.
@@ -41,20 +41,20 @@ pub(crate) struct Footprint {
     pub(crate) distance: f64,
 }
 
-/// What part of all the terms of a coordinate its rounding may amount to, with ample room: a vertex is
+/// Bound on the rounding error of a coordinate as a share of all its terms, with ample room: a vertex is
 /// four products and three sums, so a handful of units of 1.1e-16.
 const SLACK: f64 = 1e-12;
 
-/// Where the triangles in a box may cover samples; `None` where they cover none.
+/// Bounds of the samples that the triangles in a box may cover; `None` where they cover none.
 ///
 /// A box is outside a half-space a·x ≥ 0 of clip space where its centre is farther out than its reach.
 /// One with a corner beside or behind the eye has no rectangle, so it gets the whole screen.
-pub(crate) fn footprint(
+pub(crate) fn screen_bounds(
     lens: &Lens,
     object: &ObjectLens,
     b: &Extent,
     samples: &Samples,
-) -> Option<Footprint> {
+) -> Option<ScreenBounds> {
     let middle: [f64; 3] =
         std::array::from_fn(|a| (f64::from(b.low[a]) + f64::from(b.high[a])) * 0.5);
     let half: [f64; 3] =
@@ -75,7 +75,7 @@ pub(crate) fn footprint(
         return None;
     }
     let w_low = w.middle - w.reach();
-    let everything = Footprint {
+    let everything = ScreenBounds {
         rect: samples.everything(),
         nearest: f64::NEG_INFINITY,
         distance: if lens.parallel { z.middle - z.reach() } else { w_low.max(0.0) },
@@ -103,16 +103,16 @@ pub(crate) fn footprint(
     };
     let ([x0, x1], [y0, y1]) = (widened(&x, 0), widened(&y, 1));
     let rect = samples.rect([x0, y0], [x1, y1])?;
-    // The slack of a depth: that of the corners, and what a weighted mean may stray.
+    // The slack of a depth: that of the corners, and the rounding error of a weighted mean.
     nearest -= slack(&z, nearest) + nearest.abs() * SLACK;
     let nearest = if nearest.is_nan() { f64::NEG_INFINITY } else { nearest };
-    Some(Footprint { rect, nearest, ..everything })
+    Some(ScreenBounds { rect, nearest, ..everything })
 }
 
 /// One coordinate of clip space over a box.
 struct Axis {
     middle: f64,
-    /// What half a side of the box adds, for each side.
+    /// Change of the coordinate over half a side of the box, for each side.
     sides: [f64; 3],
     /// All terms of any vertex in the box, without their signs.
     size: f64,
@@ -185,7 +185,7 @@ fn crossing_rect(lens: &Lens, corners: &[Clip; 3], samples: &Samples) -> Option<
         [0.0, 0.0, -1.0, low - DEPTH_SLACK],
         [0.0, 0.0, 1.0, -high - DEPTH_SLACK],
     ];
-    // What lies within rounding of a side counts as inside.
+    // Points within rounding of a side count as inside.
     let sides = sides.map(|row| HalfSpace::new(row, size * 1e-14));
     let Ok(region) = sides.into_iter().collect::<Result<Vec<_>, _>>().and_then(Region::new) else {
         // A coordinate that is not finite: the surface will have none of it.

@@ -5,7 +5,7 @@ use cullet::{Depth, Scene, View};
 
 use crate::frame::{Frame, RenderOptions, Selection};
 use crate::geometry::{Clip, Lens};
-use crate::reference::render_pieces;
+use crate::reference::render_split;
 use crate::render::frame_samples;
 
 /// Where triangles are clipped before they are drawn.
@@ -17,8 +17,8 @@ pub enum ClipPlace {
     Clip,
 }
 
-/// What [`render_ref`](crate::render_ref) draws, from triangles that are really clipped and cut into fans,
-/// in one place of the pipeline or the other.
+/// Draws as [`render_ref`](crate::render_ref) does, but with triangles that are really clipped and cut into
+/// fans, in one place of the pipeline or the other.
 ///
 /// The frame is that of the renderer, which clips nothing, but for rounding: a cut moves an edge, and the
 /// depth on it, by some 1e-16 of its size, so a sample that lies on an edge to that precision, or as near
@@ -66,5 +66,5 @@ pub fn render_clipped(
                 fan(&mut clip.clip(&volume, &at.map(turned)).iter().map(|&p| turned(p)), out);
             }
         };
-    render_pieces(scene, view, Selection::All, &samples, options.count_layers, &mut split)
+    render_split(scene, view, Selection::All, &samples, options.count_layers, &mut split)
 }

@@ -1,4 +1,4 @@
-//! What the renderer is asked for, and what it returns.
+//! Options of the renderer, and the frame that it returns.
 
 use cullet::Visible;
 
@@ -21,8 +21,8 @@ impl PixelId {
 pub enum Selection<'a> {
     /// All of them: no culling but each part's declared sidedness.
     All,
-    /// The triangles that a culler left. It must have been asked for triangles
-    /// ([`cullet::Output::Triangles`]). Slots and triangles that do not exist are skipped.
+    /// The triangles that a culler left; its output must be [`cullet::Output::Triangles`]. Slots and
+    /// triangles that do not exist are skipped.
     Visible(&'a Visible),
 }
 

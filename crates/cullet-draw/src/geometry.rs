@@ -1,5 +1,5 @@
-//! What it means for a triangle to cover a sample, and at what depth: the definitions that the tiled
-//! renderer and its slow twin share, so that they agree bit for bit.
+//! Coverage and depth of a triangle at a sample: the definitions that the tiled renderer and its slow
+//! twin share, so that they agree bit for bit.
 //!
 //! A triangle is drawn by the edge functions of its homogeneous corners (Olano & Greer, *Triangle
 //! Scan Conversion Using 2D Homogeneous Coordinates*, 1997). Nothing is clipped and no vertex is
@@ -132,7 +132,7 @@ pub(crate) fn has_area(corners: [[f32; 3]; 3]) -> bool {
     cross(u, v) != [0.0; 3]
 }
 
-/// A triangle ready to be asked about samples.
+/// A triangle ready to be tested at samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     /// Edge function i at a sample (X, Y) is x·X + (y·Y + w): positive inside. It belongs to the edge
@@ -227,7 +227,7 @@ impl Surface {
         if !self.w.iter().all(|&w| w > 0.0) {
             return f64::NEG_INFINITY;
         }
-        // A weighted mean of the corners' depths, as computed, strays from them by a few units of
+        // A weighted mean of the corners' depths, as computed, may lie outside of their range by a few units of
         // 1.1e-16 of the largest.
         let d: [f64; 3] = std::array::from_fn(|i| self.z[i] / self.w[i]);
         let size = d[0].abs().max(d[1].abs()).max(d[2].abs());

@@ -1,10 +1,10 @@
-//! What is drawn: meshes cut into blocks, and the blocks of the instances that a view may show.
+//! Items to be drawn: meshes cut into blocks, and the blocks of the instances that a view may show.
 
 use cullet::mesh::{Alpha, Part};
 use cullet::{Mesh, Scene, Visible};
 use rayon::prelude::*;
 
-use crate::bounds::{Extent, Footprint, footprint};
+use crate::bounds::{Extent, ScreenBounds, screen_bounds};
 use crate::frame::Selection;
 use crate::geometry::{Lens, ObjectLens, is_flat};
 use crate::sample::{Rect, Samples};
@@ -47,7 +47,7 @@ pub(crate) struct Item {
     /// First triangle of the mesh's order, or first entry of the visible set's list.
     pub(crate) first: u32,
     pub(crate) count: u32,
-    pub(crate) footprint: Footprint,
+    pub(crate) screen_bounds: ScreenBounds,
 }
 
 /// All that a view draws.
@@ -79,13 +79,18 @@ impl<'a> Stage<'a> {
             && !is_flat(transform)
     }
 
-    /// Where an instance may be seen; `None` where it cannot.
-    pub(crate) fn footprint(&self, lens: &Lens, slot: u32, samples: &Samples) -> Option<Footprint> {
+    /// Screen bounds of an instance; `None` where it covers no sample.
+    pub(crate) fn screen_bounds(
+        &self,
+        lens: &Lens,
+        slot: u32,
+        samples: &Samples,
+    ) -> Option<ScreenBounds> {
         if !self.is_drawn(slot, lens.layers) {
             return None;
         }
         let extent = self.meshes[self.scene.mesh_id(slot) as usize].extent?;
-        footprint(lens, &lens.object(self.scene.transform(slot)), &extent, samples)
+        screen_bounds(lens, &lens.object(self.scene.transform(slot)), &extent, samples)
     }
 
     /// The blocks of a selection that may cover a sample.
@@ -116,18 +121,20 @@ impl<'a> Stage<'a> {
         for (opaque, item) in found {
             if opaque { &mut items.opaque } else { &mut items.blended }.push(item);
         }
-        items.opaque.par_sort_by(|a, b| a.footprint.distance.total_cmp(&b.footprint.distance));
+        items
+            .opaque
+            .par_sort_by(|a, b| a.screen_bounds.distance.total_cmp(&b.screen_bounds.distance));
         items
     }
 
     fn whole(&self, lens: &Lens, samples: &Samples, slot: u32, out: &mut Vec<(bool, Item)>) {
-        let Some(whole) = self.footprint(lens, slot, samples) else { return };
+        let Some(whole) = self.screen_bounds(lens, slot, samples) else { return };
         let blocks = &self.meshes[self.scene.mesh_id(slot) as usize].blocks;
         let object = lens.object(self.scene.transform(slot));
         for b in blocks {
             let place = match blocks.len() {
                 1 => Some(whole),
-                _ => footprint(lens, &object, &b.extent, samples),
+                _ => screen_bounds(lens, &object, &b.extent, samples),
             };
             if let Some(place) = place {
                 out.push(self.item(slot, b, b.first, b.count, place));
@@ -162,7 +169,7 @@ impl<'a> Stage<'a> {
             while at < end && inside(visible.triangles[at]) {
                 at += 1;
             }
-            if let Some(place) = footprint(lens, &object, &b.extent, samples) {
+            if let Some(place) = screen_bounds(lens, &object, &b.extent, samples) {
                 let count = (at - first) as u32;
                 out.push(self.item(range.slot, b, first as u32, count, place));
             }
@@ -175,11 +182,11 @@ impl<'a> Stage<'a> {
         b: &Block,
         first: u32,
         count: u32,
-        footprint: Footprint,
+        screen_bounds: ScreenBounds,
     ) -> (bool, Item) {
         let flags = self.scene.flags(slot);
         let two_sided = b.two_sided || flags.double_sided;
-        (b.opaque && !flags.transparent, Item { slot, two_sided, first, count, footprint })
+        (b.opaque && !flags.transparent, Item { slot, two_sided, first, count, screen_bounds })
     }
 }
 
@@ -187,7 +194,7 @@ impl Items {
     /// Keeps what may cover a pixel for which `wanted` holds somewhere in its rectangle.
     pub(crate) fn within(&self, wanted: impl Fn(&Rect) -> bool + Sync) -> Self {
         let keep = |items: &[Item]| {
-            items.par_iter().filter(|i| wanted(&i.footprint.rect)).copied().collect()
+            items.par_iter().filter(|i| wanted(&i.screen_bounds.rect)).copied().collect()
         };
         Self { opaque: keep(&self.opaque), blended: keep(&self.blended) }
     }

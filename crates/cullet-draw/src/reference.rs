@@ -1,4 +1,4 @@
-//! The slow twin of the renderer: every triangle asked about every sample, in the order of the scene.
+//! The slow twin of the renderer: every triangle tested at every sample, in the order of the scene.
 
 use cullet::mesh::Alpha;
 use cullet::{Scene, View};
@@ -9,7 +9,7 @@ use crate::prepare::part_of;
 use crate::render::frame_samples;
 use crate::sample::Samples;
 
-/// What [`render`](crate::render) does, by a plain loop over all triangles and all pixels: no tiles, no
+/// Draws as [`render`](crate::render) does, by a plain loop over all triangles and all pixels: no tiles, no
 /// rejects, no threads. The oracle of its tests; the frame is the same, bit for bit.
 ///
 /// Cost: some nanoseconds a triangle and pixel, so keep to small scenes.
@@ -23,10 +23,9 @@ pub fn render_ref(
     render_samples(scene, view, selection, &frame_samples(view, options), options.count_layers)
 }
 
-/// The pieces of one triangle that are drawn in its place: slot and corners in the mesh, then in clip
-/// space; the pieces go to the list.
-pub(crate) type Pieces<'a> =
-    &'a mut dyn FnMut(u32, &[[f32; 3]; 3], &[Clip; 3], &mut Vec<[Clip; 3]>);
+/// Splits a triangle into those that are drawn in its place. Arguments: its slot, its corners in the mesh
+/// and in clip space, and the list that takes the new triangles.
+pub(crate) type Split<'a> = &'a mut dyn FnMut(u32, &[[f32; 3]; 3], &[Clip; 3], &mut Vec<[Clip; 3]>);
 
 pub(crate) fn render_samples(
     scene: &Scene,
@@ -36,18 +35,18 @@ pub(crate) fn render_samples(
     count_layers: bool,
 ) -> Frame {
     let mut whole =
-        |_: u32, _: &_, clip: &[Clip; 3], pieces: &mut Vec<[Clip; 3]>| pieces.push(*clip);
-    render_pieces(scene, view, selection, samples, count_layers, &mut whole)
+        |_: u32, _: &_, clip: &[Clip; 3], triangles: &mut Vec<[Clip; 3]>| triangles.push(*clip);
+    render_split(scene, view, selection, samples, count_layers, &mut whole)
 }
 
-/// [`render_samples`] where each triangle is drawn as the pieces that `split` makes of it.
-pub(crate) fn render_pieces(
+/// [`render_samples`] where each triangle is drawn as those that `split` makes of it.
+pub(crate) fn render_split(
     scene: &Scene,
     view: &View,
     selection: Selection,
     samples: &Samples,
     count_layers: bool,
-    split: Pieces<'_>,
+    split: Split<'_>,
 ) -> Frame {
     let lens = Lens::new(view);
     let [width, height] = samples.size;
@@ -60,7 +59,7 @@ pub(crate) fn render_pieces(
         layers: vec![0; if count_layers { pixels } else { 0 }],
         ..Frame::default()
     };
-    let (mut blended, mut pieces) = (Vec::new(), Vec::new());
+    let (mut blended, mut triangles) = (Vec::new(), Vec::new());
     for opaque in [true, false] {
         for slot in scene.slots() {
             let transform = scene.transform(slot);
@@ -79,13 +78,15 @@ pub(crate) fn render_pieces(
                     continue;
                 }
                 let clip = corners.map(|p| object.clip(p));
-                pieces.clear();
-                split(slot, &corners, &clip, &mut pieces);
-                // The first sample, by row and column, of all pieces.
+                triangles.clear();
+                split(slot, &corners, &clip, &mut triangles);
+                // The first sample, by row and column, of all of them.
                 let mut passed = None;
                 let id = PixelId { slot, triangle };
-                for piece in &pieces {
-                    let Some((surface, counter_clockwise)) = Surface::new(*piece) else { continue };
+                for corners in &triangles {
+                    let Some((surface, counter_clockwise)) = Surface::new(*corners) else {
+                        continue;
+                    };
                     if object.draws(counter_clockwise, part.two_sided || flags.double_sided) {
                         let at = draw(&mut frame, &surface, id, &lens, samples, opaque);
                         let earlier = |a: [u32; 2], b: [u32; 2]| {

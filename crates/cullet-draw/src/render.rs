@@ -23,7 +23,7 @@ const MAX_SIDE: u32 = 65_536;
 /// Draws a scene as a view sees it, with no culling but each part's sidedness and the selection.
 ///
 /// Exact to the letter, in f64: see the [crate's page](crate) for the rules. The frame depends on
-/// neither the order in which things are drawn, nor the number of threads; a triangle's samples do not
+/// neither the order in which instances are drawn, nor the number of threads; a triangle's samples do not
 /// depend on the selection. Instances in none of the view's layers, with a transform that is not
 /// finite or that flattens space to a line, and triangles without area are never drawn. Bounds that
 /// override those of a mesh are not looked at.
@@ -94,7 +94,7 @@ pub(crate) fn tiles_in(rect: &Rect) -> impl Iterator<Item = [u32; 2]> {
     (y[0]..=y[1]).flat_map(move |row| (x[0]..=x[1]).map(move |column| [column, row]))
 }
 
-/// What one task set up: surfaces, and which tile is to draw which of them.
+/// Surfaces that one task set up, and which tile is to draw which of them.
 #[derive(Debug, Default)]
 struct Bins {
     draws: Vec<Draw>,
@@ -197,7 +197,7 @@ impl Target {
 
     /// Sets up the triangles of an item and finds their tiles.
     fn bin(&self, stage: &Stage, lens: &Lens, selection: Selection, item: &Item, bins: &mut Bins) {
-        let place = &item.footprint;
+        let place = &item.screen_bounds;
         if self.hides(&place.rect, place.nearest) {
             return;
         }

@@ -47,7 +47,7 @@ impl Tile {
     pub(crate) fn new(samples: &Samples, column: u32, row: u32, count_layers: bool) -> Self {
         let origin = [column * TILE, row * TILE];
         let mut depth = vec![f64::INFINITY; SAMPLES];
-        // What is beyond the image is never drawn and must not keep its block open.
+        // A sample beyond the image is never drawn and must not keep its block open.
         let [width, height] = samples.size;
         for (i, d) in (0..).zip(&mut depth) {
             if origin[0] + i % TILE >= width || origin[1] + i / TILE >= height {

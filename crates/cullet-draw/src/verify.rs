@@ -47,7 +47,7 @@ pub struct FalseCull {
     pub reason: Option<Reason>,
 }
 
-/// What verifying found. Nothing visible was lost if `false_culls` is empty.
+/// Result of a verification. Nothing visible was lost if `false_culls` is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Verification {
     /// |A|: triangles of all instances, degenerate ones included.
@@ -56,7 +56,7 @@ pub struct Verification {
     pub potentially_visible: u64,
     /// |S|: triangles that own a pixel, and blended ones that are seen.
     pub visible: u64,
-    /// What was lost; ascending by slot and triangle.
+    /// Visible triangles that were lost; ascending by slot and triangle.
     pub false_culls: Vec<FalseCull>,
     /// S, sorted.
     pub seen: Vec<PixelId>,
@@ -70,11 +70,11 @@ pub struct Verification {
     pub frame: Frame,
     /// The frame with culling.
     pub culled_frame: Frame,
-    /// What the culler returned.
+    /// The culler's result.
     pub result: Visible,
 }
 
-/// Culls, draws with and without culling, and compares; see [`verify_visible`]. The culler is asked for
+/// Culls, draws with and without culling, and compares; see [`verify_visible`]. The culler returns
 /// triangles and reasons, whatever its settings say of those.
 #[must_use]
 pub fn verify(
@@ -193,7 +193,7 @@ pub(crate) fn lost_instances(
     let mut wanted = vec![false; (wide * high) as usize];
     let at = |[column, row]: [u32; 2]| (row * wide + column) as usize;
     for slot in (0..).zip(&dropped).filter(|(_, dropped)| **dropped).map(|(slot, _)| slot) {
-        if let Some(place) = stage.footprint(&lens, slot, &samples) {
+        if let Some(place) = stage.screen_bounds(&lens, slot, &samples) {
             tiles_in(&place.rect).for_each(|tile| wanted[at(tile)] = true);
         }
     }
@@ -327,7 +327,7 @@ mod tests {
                 assert_eq!(v.frame.id(f.pixel[0], f.pixel[1]), *id);
             }
         }
-        // What no pixel shows may go.
+        // An instance that owns no pixel may be dropped.
         let seen = |slot: u32| slots.binary_search(&slot).is_ok();
         let options = VerifyOptions { samples: 1, ..VerifyOptions::default() };
         assert!(verify_visible(&scene, &view, kept(&scene, seen), &options).false_culls.is_empty());

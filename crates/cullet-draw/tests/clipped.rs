@@ -17,7 +17,7 @@ fn on_edges(whole: &Frame, clipped: &Frame) -> usize {
     owners.zip(depths).filter(|((a, b), (p, q))| a != b && (*p - *q).abs() > DEPTH).count()
 }
 
-/// Scenes with surfaces that coincide, views of all kinds, eyes within things.
+/// Scenes with surfaces that coincide, views of all kinds, eyes within instances.
 #[test]
 fn random_scenes_look_the_same_clipped_in_either_place() {
     let (mut cut, mut edges) = ([0; 2], 0);

@@ -182,7 +182,7 @@ fn a_cluster_and_its_volume() {
     let slot = scene.slots().next().unwrap();
     let (picture, figure) = culling_volume(&scene, slot, None, SHEET).unwrap();
     golden("culling-volume", &picture.halved());
-    // What is proved is a part of what is so.
+    // The proved region is a part of the ideal one.
     assert!(0.02 < figure.proved && figure.proved < figure.ideal && figure.ideal < 0.5);
     let again = culling_volume(&scene, slot, Some(figure.cluster), SHEET).unwrap();
     assert_eq!(again, (picture, figure));

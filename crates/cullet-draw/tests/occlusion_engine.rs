@@ -113,7 +113,7 @@ fn occluder() -> impl Strategy<Value = Occluder> {
         })
 }
 
-fn thing() -> impl Strategy<Value = Aabb> {
+fn bounds() -> impl Strategy<Value = Aabb> {
     ([-5.0..5.0_f32, -4.0..3.0_f32, -24.0..-3.0_f32], [0.02..1.5_f32, 0.02..1.5_f32, 0.02..1.5_f32])
         .prop_map(|(min, size)| Aabb { min, max: std::array::from_fn(|a| min[a] + size[a]) })
 }
@@ -152,19 +152,20 @@ fn view(kind: u8, reversed: bool, mirrored: bool) -> View {
     View::from_matrix(m, depth, [96, 54]).unwrap()
 }
 
-/// Which of the things the engine hides, and what the judges say against it.
+/// Counts of the boxes, of those that the engine hides, and of those proved hidden. An error names a box that
+/// a judge finds visible.
 fn judge(
     view: &View,
     size: [u32; 2],
     occluders: &[Occluder],
-    things: &[Aabb],
+    boxes: &[Aabb],
     seed: u64,
 ) -> Result<[usize; 3], String> {
     let mut buffer = OcclusionBuffer::new(size).unwrap();
     buffer.begin(view, [0.0; 3]);
     occluders.iter().for_each(|o| o.draw(&mut buffer));
     let hidden: Vec<Aabb> =
-        things.iter().copied().filter(|t| buffer.test_box(t) == Visibility::Hidden).collect();
+        boxes.iter().copied().filter(|t| buffer.test_box(t) == Visibility::Hidden).collect();
     if hidden.is_empty() {
         return Ok([0; 3]);
     }
@@ -175,14 +176,14 @@ fn judge(
     let prover = Prover::new(view, &triangles);
     let effort = ProofOptions { smallest_px: 1.0 / 16.0, max_cells: 20_000 };
     let mut proved = 0;
-    for (thing, sampled) in hidden.iter().zip(sampled) {
-        let proof = prover.prove(thing, &Transform::IDENTITY, &effort);
+    for (bounds, sampled) in hidden.iter().zip(sampled) {
+        let proof = prover.prove(bounds, &Transform::IDENTITY, &effort);
         if matches!(proof, Proof::Refuted { .. }) || sampled == Sampled::Visible {
-            return Err(format!("{thing:?} was called hidden: {proof:?}, {sampled:?}"));
+            return Err(format!("{bounds:?} was called hidden: {proof:?}, {sampled:?}"));
         }
         proved += usize::from(proof == Proof::Proved);
     }
-    Ok([things.len(), hidden.len(), proved])
+    Ok([boxes.len(), hidden.len(), proved])
 }
 
 proptest! {
@@ -191,13 +192,13 @@ proptest! {
     #[test]
     fn what_is_hidden_is_never_refuted_nor_seen(
         occluders in prop::collection::vec(occluder(), 1..8),
-        things in prop::collection::vec(thing(), 60),
+        boxes in prop::collection::vec(bounds(), 60),
         (kind, reversed, mirrored) in (0..3_u8, any::<bool>(), any::<bool>()),
         size in prop::sample::select(vec![[96, 54], [192, 108], [48, 27], [37, 91], [5, 3]]),
         seed in any::<u64>(),
     ) {
         let view = view(kind, reversed, mirrored);
-        judge(&view, size, &occluders, &things, seed).map_err(TestCaseError::fail)?;
+        judge(&view, size, &occluders, &boxes, seed).map_err(TestCaseError::fail)?;
     }
 }
 
@@ -205,7 +206,7 @@ proptest! {
 #[test]
 fn each_kind_hides_what_can_be_proved() {
     let shape: Vec<f32> = (0..97).map(|i| (i as f32 * 2.399).sin()).collect();
-    let things: Vec<Aabb> = (0..400)
+    let boxes: Vec<Aabb> = (0..400)
         .map(|k| {
             let [x, y] = [(k % 20) as f32 * 0.5 - 5.0, (k / 20) as f32 * 0.3 - 3.0];
             Aabb { min: [x, y, -14.0], max: [x + 0.2, y + 0.2, -13.0] }
@@ -217,7 +218,7 @@ fn each_kind_hides_what_can_be_proved() {
         let at = Transform::from_scale_translation([2.5, 2.0, 0.5], [0.4, 0.1, -7.0]);
         let occluders = [Occluder::new(kind, 5, &shape, at)];
         let view = view(0, true, false);
-        let [_, hidden, proved] = judge(&view, [192, 108], &occluders, &things, 5).unwrap();
+        let [_, hidden, proved] = judge(&view, [192, 108], &occluders, &boxes, 5).unwrap();
         println!("{kind:?}: {hidden} hidden, {proved} proved");
         assert!(hidden >= least, "{kind:?}: {hidden} hidden");
         assert!(proved * 10 >= hidden * 9, "{kind:?}: {proved} of {hidden} proved");

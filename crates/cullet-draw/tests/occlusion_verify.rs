@@ -84,8 +84,8 @@ fn the_large_city_is_sampled_in_seconds() {
         occluders.add(cullet::Instance::new(mesh, *scene.transform(slot))).unwrap();
     }
     occluders.commit();
-    let things = scene.slots().filter(|&s| !is_building(&model, s));
-    let boxes: Vec<Aabb> = things.map(|s| scene.bounds(s)).collect();
+    let objects = scene.slots().filter(|&s| !is_building(&model, s));
+    let boxes: Vec<Aabb> = objects.map(|s| scene.bounds(s)).collect();
     assert_eq!((occluders.triangle_count(), boxes.len()), (120_000, 100_000));
     let view: View = look([0.0, 1.7, 0.0], [100.0, 1.7, 20.0], [1280, 720]);
     let mut seen = Vec::new();

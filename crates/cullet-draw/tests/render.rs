@@ -197,7 +197,7 @@ fn ties_go_to_the_lowest_slot_and_triangle() {
 }
 
 #[test]
-fn blended_things_hide_nothing_and_are_seen_in_front() {
+fn blended_instances_hide_nothing_and_are_seen_in_front() {
     let square = |z: f32| {
         let p = vec![[-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]];
         meshes::of_parts((p, vec![0, 1, 2]), Vec::new())

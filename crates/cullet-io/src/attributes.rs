@@ -4,7 +4,7 @@ use cullet::Mesh;
 use glam::Vec3;
 
 /// The attributes of a mesh's vertices, kept where [`LoadOptions::details`](crate::LoadOptions::details)
-/// asks for them. Each list has one entry a vertex, in the order of the mesh's positions, or is empty
+/// requests them. Each list has one entry a vertex, in the order of the mesh's positions, or is empty
 /// where the file has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {

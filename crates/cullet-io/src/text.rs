@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_joined_only_where_asked() {
+    fn lines_are_joined_only_on_request() {
         let text = b"a \\\n b\nc \\\r\nd\ne";
         let mut c = over(text);
         assert_eq!(c.token(), b"a");

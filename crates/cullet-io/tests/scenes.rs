@@ -334,7 +334,7 @@ fn between_cells_one_sees_through_portals_alone() {
 }
 
 #[test]
-fn the_forest_has_as_many_as_asked_for() {
+fn the_forest_has_as_many_trees_as_requested() {
     for n in [1u32, 17, 5000] {
         let model = scenes::build(&format!("forest:n={n}")).unwrap();
         assert_eq!(model.scene.instance_count(), n + 1);

@@ -1,5 +1,5 @@
-//! What `cullet` takes and what its methods gain, measured: workloads against this machine's streaming rate, costs for
-//! reports, and the figures of published work.
+//! Measures the time of `cullet` and the gain of its methods: workloads against this machine's streaming rate,
+//! costs for reports, and the figures of published work.
 //!
 //! Each command is a module with its arguments and its `run`: [`mod@bench`], [`calibrate`], [`reproduce`]. The workloads are
 //! there for other programs too:

@@ -6,7 +6,7 @@ use cullet_io::occscn::{MakeOptions, Objects, Occscn};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{MatrixView, Model};
 
-/// Triangles of a mesh and boxes asked for where nobody says another number: those of published figures.
+/// Triangles of a mesh and boxes to be tested where nobody says another number: those of published figures.
 const CLUSTER: u32 = 128;
 const BOXES: u32 = 20_000;
 /// Distance of the near plane, by the scene's diagonal.
@@ -63,7 +63,7 @@ fn city_occluders(model: &Model) -> Vec<String> {
     ["building", "ground"].iter().filter(|n| has(n)).map(ToString::to_string).collect()
 }
 
-/// The views asked for; else the scene's own, else its cameras, else a walk.
+/// The views of the path, if one is given; else the scene's own, else its cameras, else a walk.
 ///
 /// # Errors
 /// If the path is none of this model, or a view is orthographic.
@@ -85,7 +85,7 @@ pub fn views(
     let mut overrides = *overrides;
     let own = matches!(path, PathSpec::Camera(_) | PathSpec::File(_));
     if overrides.near.is_none() && !own {
-        // Nearer planes fit too, but would leave 32-bit depths of far things nothing to differ by.
+        // Nearer planes fit too, but would leave 32-bit depths of far surfaces nothing to differ by.
         let extent = model.scene.extent();
         let square = |k: usize| (f64::from(extent.max[k]) - f64::from(extent.min[k])).powi(2);
         let near = (0..3).map(square).sum::<f64>().sqrt() * NEAR;
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_city_is_buildings_that_hide_things() {
+    fn a_city_is_buildings_that_hide_objects() {
         for (text, meshes, triangles) in [
             ("city:cells=4,objects=50,ground=0", 16, 192),
             ("city:cells=4,objects=50,sub=3", 17, 1730),

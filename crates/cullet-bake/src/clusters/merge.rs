@@ -15,9 +15,9 @@ use crate::sample::find;
 
 /// How often a cluster is culled.
 pub(super) trait Estimate {
-    /// What is known of a cluster.
+    /// Data of a cluster that the estimate needs.
     type State: Clone;
-    /// The count that stands for always.
+    /// The count of a cluster that is always culled.
     fn unit(&self) -> i64;
     /// Of one triangle.
     fn leaf(&self, triangle: u32) -> Self::State;
@@ -27,7 +27,7 @@ pub(super) trait Estimate {
     fn hits(&self, state: &Self::State) -> i64;
 }
 
-/// What a cluster may hold.
+/// Limits of a cluster.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     pub(super) vertices: usize,
@@ -65,9 +65,9 @@ pub(super) fn links(surface: &PartSurface, of: &[u32]) -> Vec<(u32, u32)> {
     pairs
 }
 
-/// What merging is for.
+/// Costs by which merging chooses.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Prices {
+pub(super) struct MergeCosts {
     /// t/r.
     pub(super) test: f64,
     /// The widest box that a merged cluster may have, as its diagonal; narrower ones go first. Infinite
@@ -99,13 +99,13 @@ pub(super) fn merge<E: Estimate>(
     estimate: &E,
     start: &Start,
     limits: Limits,
-    prices: Prices,
+    costs: MergeCosts,
     mut step: impl FnMut(usize) -> bool,
 ) -> (Vec<u32>, usize) {
-    let test = (prices.test * estimate.unit() as f64) as i64;
+    let test = (costs.test * estimate.unit() as f64) as i64;
     let mut next = vec![u32::MAX; surface.len()];
     let mut nodes = nodes(surface, estimate, start, &mut next);
-    // What is gained, less up to one test for a wide box.
+    // The gain, less up to one test for a wide box.
     let gain = |a: &Node<E::State>, b: &Node<E::State>| -> Option<i64> {
         let count = a.count + b.count;
         if count as usize > limits.triangles {
@@ -116,11 +116,11 @@ pub(super) fn merge<E: Estimate>(
         if gain <= 0 {
             return None;
         }
-        if prices.widest == f32::INFINITY {
+        if costs.widest == f32::INFINITY {
             return Some(gain);
         }
         let wide = diagonal(&a.bounds.union(&b.bounds));
-        (wide <= prices.widest).then(|| gain - (wide / prices.widest * test as f32) as i64)
+        (wide <= costs.widest).then(|| gain - (wide / costs.widest * test as f32) as i64)
     };
     // Of equal gains the lower numbers go first.
     let entry = |nodes: &[Node<E::State>], a: u32, b: u32| {
@@ -228,7 +228,7 @@ fn nodes<E: Estimate>(
     nodes
 }
 
-/// What is left of a cluster that was merged into another.
+/// Placeholder of a cluster that was merged into another.
 fn gone<S: Clone>(state: &S) -> Node<S> {
     Node {
         state: state.clone(),
@@ -348,9 +348,9 @@ pub(super) mod tests {
             [(64, 124, 4.0), (12, 124, 4.0), (64, 7, 1.0), (10, 9, 30.0)]
         {
             let limits = Limits { vertices, triangles };
-            let prices = Prices { test, widest: f32::INFINITY };
+            let costs = MergeCosts { test, widest: f32::INFINITY };
             let start = Start::triangles(&surface);
-            let (of, clusters) = merge(&surface, &views, &start, limits, prices, |_| true);
+            let (of, clusters) = merge(&surface, &views, &start, limits, costs, |_| true);
             let mut fast = vec![Vec::new(); clusters];
             of.iter().zip(0u32..).for_each(|(&c, t)| fast[c as usize].push(t));
             let mut slow = merge_ref(&surface, &views, limits, test);

@@ -12,7 +12,7 @@ use crate::corners::turned;
 /// [`build`](super::build).
 ///
 /// `max_vertices` is 3 to 64 and `max_triangles` 4 to 124, rounded down to a multiple of 4 as
-/// meshoptimizer asks; `cone_weight` is 0 to 1, more for clusters that are culled more often.
+/// meshoptimizer requires; `cone_weight` is 0 to 1, more for clusters that are culled more often.
 ///
 /// # Errors
 /// If the mesh is invalid or a limit out of range.

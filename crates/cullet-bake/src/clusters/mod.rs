@@ -8,10 +8,10 @@
 //!    share of view points behind all n triangles (Johannsen & Carter, *Clustered Backface Culling*,
 //!    1998). P of two clusters together is an AND and a population count of two bit sets.
 //! 2. Filling. Limited to 64 vertices, greedy merging stops at some 62 triangles a cluster. So clusters
-//!    are dissolved where their neighbours have room and a test saved is worth more than what is lost,
+//!    are dissolved where their neighbours have room and the test saved is more than what is lost,
 //!    and triangles change sides at borders, at first at random, then only for the better.
-//! 3. What pays for no test, and small pieces joined to nothing, are merged by where they lie; clusters
-//!    that are never culled come last in their part.
+//! 3. Clusters whose culling does not pay for a test, and small connected components, are merged by where
+//!    they lie; clusters that are never culled come last in their part.
 //!
 //! Parts that are drawn from both sides are never culled by facing; their clusters are only compact.
 //!

@@ -36,7 +36,7 @@ pub struct ClusterOptions {
     /// t/r: what a test of a cluster costs, in triangles drawn (default 16). Not negative; more makes
     /// fewer, larger clusters, of which fewer are culled.
     pub test_cost: f64,
-    /// What a vertex in a cluster costs, in triangles drawn (default 0.1). Not negative; more makes
+    /// Cost of a vertex in a cluster, in triangles drawn (default 0.1). Not negative; more makes
     /// clusters rounder and fuller, of which fewer are culled.
     pub vertex_cost: f64,
     /// How many view points to sample, 1 to 1024, rounded up to 256, 512 or 1024 (default 256). Time and
@@ -65,7 +65,7 @@ impl ClusterOptions {
         Self { rounds: 1, sweeps: 0, ..Self::balanced() }
     }
 
-    /// What [`Default`] gives.
+    /// The options of [`Default`].
     #[must_use]
     pub const fn balanced() -> Self {
         Self {
@@ -90,7 +90,7 @@ impl ClusterOptions {
     }
 
     /// The default with `test_cost` from what a machine and its renderer cost: the test of a cluster, and
-    /// the draw that a cluster which stays may need by itself, over what the renderer spends on a triangle
+    /// the draw that a cluster which stays may need by itself, over what the renderer takes for a triangle
     /// that it rejects because it faces away. Costs that [`Costs::check`] refuses may give a `test_cost`
     /// that [`build`](super::build) refuses.
     ///
@@ -114,15 +114,15 @@ impl ClusterOptions {
         count("max_vertices", self.max_vertices, 3, MAX_CLUSTER_VERTICES)?;
         count("max_triangles", self.max_triangles, 1, MAX_CLUSTER_TRIANGLES)?;
         count("views", self.views, 1, 1024)?;
-        let price = |what, value: f64| {
+        let cost = |what, value: f64| {
             // A million triangles drawn for one test; more would not change anything.
             if (0.0..=1e6).contains(&value) {
                 return Ok(());
             }
             Err(ClusterError::Value { what, value, allowed: "a number from 0 to 1e6" })
         };
-        price("test_cost", self.test_cost)?;
-        price("vertex_cost", self.vertex_cost)?;
+        cost("test_cost", self.test_cost)?;
+        cost("vertex_cost", self.vertex_cost)?;
         for value in self.distances {
             if value.is_nan() || value <= 0.0 {
                 let allowed = "a number of radii above 0, or infinity";
@@ -174,7 +174,7 @@ pub enum ClusterError {
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The values that are allowed.
         allowed: &'static str,
     },
 }

@@ -2,7 +2,7 @@
 
 use cullet::MeshData;
 
-use super::merge::{Estimate, Limits, Prices, Start, links, merge};
+use super::merge::{Estimate, Limits, MergeCosts, Start, links, merge};
 use super::options::{ClusterOptions, Probability};
 use super::refine::{Partition, Weights};
 use super::spatial;
@@ -87,7 +87,7 @@ impl Task<'_> {
             Partition::new(self.surface, views, self.limits(), weights, of, clusters);
         let rounds = if going { self.options.rounds } else { 0 };
         for round in 0..rounds {
-            // What is done, of the half that all rounds take.
+            // Progress within the half that all rounds take.
             let done = |part: f32| 0.4 + 0.5 * (round as f32 + part) / rounds as f32;
             partition.descend(8);
             partition.dissolve();
@@ -145,10 +145,10 @@ impl Task<'_> {
         estimate: &E,
         step: &mut dyn FnMut(f32) -> bool,
     ) -> (Vec<u32>, usize) {
-        let prices = Prices { test: self.options.test_cost, widest: f32::INFINITY };
+        let costs = MergeCosts { test: self.options.test_cost, widest: f32::INFINITY };
         let all = self.surface.len().max(1) as f32;
         let start = Start::triangles(self.surface);
-        merge(self.surface, estimate, &start, self.limits(), prices, |merges| {
+        merge(self.surface, estimate, &start, self.limits(), costs, |merges| {
             step(0.05 + 0.35 * merges as f32 / all)
         })
     }
@@ -168,9 +168,10 @@ impl Task<'_> {
         links.sort_unstable();
         links.dedup();
         // Above 0, so that a mesh of points in one place has a width too.
-        let prices = Prices { test: self.options.test_cost, widest: width.max(f32::MIN_POSITIVE) };
+        let costs =
+            MergeCosts { test: self.options.test_cost, widest: width.max(f32::MIN_POSITIVE) };
         let start = Start { of, clusters, links };
-        merge(self.surface, views, &start, self.limits(), prices, |_| true)
+        merge(self.surface, views, &start, self.limits(), costs, |_| true)
     }
 
     /// Of all triangles, in the units of the mesh.

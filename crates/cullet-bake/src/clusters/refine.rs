@@ -109,12 +109,12 @@ impl<const W: usize> Cell<W> {
     }
 }
 
-/// What a move of one triangle is worth.
+/// Weights in the gain of a move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Weights {
     /// t/r, times the number of view points.
     pub(super) test: i64,
-    /// What a vertex of a cluster costs.
+    /// Cost of a vertex of a cluster.
     pub(super) vertex: i64,
 }
 
@@ -144,7 +144,7 @@ impl<'a, const W: usize> Partition<'a, W> {
         Self { surface, views, limits, weights, cells, of }
     }
 
-    /// What it gains to move a triangle. `None` if a limit forbids it, or if it cannot be more than
+    /// The gain of moving a triangle. `None` if a limit forbids it, or if it cannot be more than
     /// `floor`: most moves cost far more than vertices could make up for, which need not be counted.
     fn gain(&self, t: u32, to: u32, floor: i64) -> Option<i64> {
         let (a, b) = (&self.cells[self.of[t as usize] as usize], &self.cells[to as usize]);
@@ -263,8 +263,7 @@ impl<'a, const W: usize> Partition<'a, W> {
         }
     }
 
-    /// What it is worth to put a triangle into a cluster, whatever it was in before. `None` if a limit
-    /// forbids it.
+    /// The gain of adding a triangle to a cluster, whatever it was in before. `None` if a limit forbids it.
     fn welcome(&self, t: u32, to: u32) -> Option<i64> {
         let (cell, behind) = (&self.cells[to as usize], &self.views.behind[t as usize]);
         let missing = cell.missing(self.surface.corners[t as usize]);
@@ -278,7 +277,7 @@ impl<'a, const W: usize> Partition<'a, W> {
         Some(hits - i64::from(missing) * self.weights.vertex)
     }
 
-    /// The cluster next to a triangle of cluster `own` that it is worth most to.
+    /// The neighbouring cluster that gains most by a triangle of cluster `own`.
     fn host(&self, t: u32, own: u32) -> Option<(i64, u32)> {
         let near = self.surface.neighbours(t).iter().map(|&u| self.of[u as usize]);
         near.filter(|&c| c != own)
@@ -321,7 +320,7 @@ impl<'a, const W: usize> Partition<'a, W> {
         let mut total = self.weights.test + freed - cell.value();
         let mut rest: Vec<(u32, Option<(i64, u32)>)> =
             triangles.iter().map(|&t| (t, self.host(t, own))).collect();
-        // A triangle is worth at most P to its host, and P is hardly ever above one half.
+        // The host gains at most P by a triangle, and P is hardly ever above one half.
         let most = W as i64 * 32;
         let pays = loop {
             if rest.is_empty() {

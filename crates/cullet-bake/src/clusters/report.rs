@@ -1,4 +1,4 @@
-//! What a clustering is worth.
+//! Quality and expected cost of a clustering.
 
 use cullet::MeshData;
 use cullet::cull::backface::ClusterPlanes;
@@ -78,7 +78,7 @@ impl Quality {
     }
 }
 
-/// What was made, and what it should cost to draw.
+/// Counts of a clustering, and its expected cost.
 ///
 /// Costs are in triangles drawn, for each triangle of the mesh that is not degenerate: 1 is to draw
 /// everything without a test.
@@ -108,14 +108,15 @@ pub struct Report {
     pub exact_share: f64,
     /// The expected cost T = Σ t + (1 − P) n r, with the clusters that are never culled drawn untested.
     pub expected_cost: f64,
-    /// What one material instead of several would make; `None` unless asked for, and where there are
-    /// fewer than two one-sided parts.
+    /// The clusters that one material instead of several would give; `None` unless
+    /// [`measure_parts`](super::ClusterOptions::measure_parts) is set, and where there are fewer than two
+    /// one-sided parts.
     pub as_one_part: Option<OnePart>,
     /// False if the caller stopped it: the clusters are valid, but not what they might be.
     pub complete: bool,
 }
 
-/// What the clusters would be if they could cross materials.
+/// Clusters and cost as they would be if clusters could cross materials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnePart {
     /// Clusters of one-sided parts, as they are.
@@ -124,7 +125,7 @@ pub struct OnePart {
     pub clusters: u32,
     /// The expected cost of one-sided parts as they are.
     pub expected_cost_split: f64,
-    /// What the expected cost would be.
+    /// The expected cost there would be.
     pub expected_cost: f64,
 }
 

@@ -73,9 +73,9 @@ impl Culling {
                 };
             }
             let side = to - from;
-            let piece = side.x * side.y * side.z;
-            if piece > 0.0 {
-                volume += piece * share_below(weight * side, self.least - weight.dot(from));
+            let block = side.x * side.y * side.z;
+            if block > 0.0 {
+                volume += block * share_below(weight * side, self.least - weight.dot(from));
             }
         }
         (volume / whole).clamp(0.0, 1.0)

@@ -11,16 +11,16 @@ use super::voxels::Grid;
 /// A ray that meets the plane of a polygon at a lower slope than this may pass beside the surface, where
 /// the polygon has a tolerance: polygons are drawn in by the tolerance over the slope.
 pub(super) const SLOPE: f64 = 1.0 / 64.0;
-/// Cells along the longest side of a flat piece.
+/// Cells along the longest side of a flat region.
 const CELLS: u32 = 64;
-/// Flat pieces that are looked at, the largest first.
-const MOST_PIECES: usize = 128;
-/// Triangles of a piece that are tried as they are.
+/// Flat regions that are looked at, the largest first.
+const MOST_REGIONS: usize = 128;
+/// Triangles of a region that are tried as they are.
 const LARGEST: usize = 4;
 
 /// Triangles joined by edges that lie in one plane within rounding.
 #[derive(Debug)]
-struct Piece {
+struct FlatRegion {
     area: f64,
     two_sided: bool,
     /// How far a vertex is off the plane; 0 where it is at right angles to an axis.
@@ -40,9 +40,9 @@ struct Piece {
 /// A polygon to choose from.
 #[derive(Debug)]
 struct Candidate {
-    piece: usize,
+    region: usize,
     polygon: Polygon,
-    /// Cells of the piece's grid that it hides.
+    /// Cells of the region's grid that it hides.
     cells: Vec<u32>,
 }
 
@@ -58,34 +58,34 @@ pub(super) fn polygons(
     if most == 0 || area <= 0.0 {
         return Vec::new();
     }
-    let mut pieces = pieces(surface, min_gain * area);
-    pieces.sort_by(|a, b| b.area.total_cmp(&a.area));
-    pieces.truncate(MOST_PIECES);
+    let mut regions = regions(surface, min_gain * area);
+    regions.sort_by(|a, b| b.area.total_cmp(&a.area));
+    regions.truncate(MOST_REGIONS);
     let mut candidates = Vec::new();
     let mut covered = Vec::new();
     let mut cell_area = Vec::new();
-    for (i, piece) in pieces.iter().enumerate() {
-        let (grid, full) = piece.raster();
+    for (i, region) in regions.iter().enumerate() {
+        let (grid, full) = region.raster();
         for (polygon, corners) in
-            piece.candidates(surface, &grid, &full, most, min_gain * area / piece.area)
+            region.candidates(surface, &grid, &full, most, min_gain * area / region.area)
         {
             let cells = cells_within(&grid, &corners);
-            candidates.push(Candidate { piece: i, polygon, cells });
+            candidates.push(Candidate { region: i, polygon, cells });
         }
         let middle = |at: usize| {
             let p = cell_middle(&grid, at);
-            piece.origin + piece.u * p.x + piece.v * p.y
+            region.origin + region.u * p.x + region.v * p.y
         };
         covered.push(
-            (0..grid.cells()).map(|c| backed(middle(c), piece.normal)).collect::<Vec<bool>>(),
+            (0..grid.cells()).map(|c| backed(middle(c), region.normal)).collect::<Vec<bool>>(),
         );
         cell_area.push(grid.cell.x * grid.cell.y);
     }
     let mut chosen = Vec::new();
     while chosen.len() < most {
         let gain = |c: &Candidate| {
-            let new = c.cells.iter().filter(|&&at| !covered[c.piece][at as usize]).count();
-            new as f64 * cell_area[c.piece]
+            let new = c.cells.iter().filter(|&&at| !covered[c.region][at as usize]).count();
+            new as f64 * cell_area[c.region]
         };
         let best = (0..candidates.len())
             .map(|i| (gain(&candidates[i]), i))
@@ -93,15 +93,15 @@ pub(super) fn polygons(
         let Some((gain, best)) = best.filter(|b| b.0 > 0.0 && b.0 >= min_gain * area) else {
             break;
         };
-        let Candidate { piece, polygon, cells } = candidates.swap_remove(best);
-        cells.iter().for_each(|&at| covered[piece][at as usize] = true);
+        let Candidate { region, polygon, cells } = candidates.swap_remove(best);
+        cells.iter().for_each(|&at| covered[region][at as usize] = true);
         chosen.push((polygon, gain / area));
     }
     chosen
 }
 
-/// Flat pieces of at least some area.
-fn pieces(surface: &Surface, min_area: f64) -> Vec<Piece> {
+/// Flat regions of at least some area.
+fn regions(surface: &Surface, min_area: f64) -> Vec<FlatRegion> {
     let edges = Edges::of(surface);
     let normals: Vec<DVec3> =
         surface.triangles.iter().map(|t| normal(&surface.corners(t))).collect();
@@ -110,8 +110,8 @@ fn pieces(surface: &Surface, min_area: f64) -> Vec<Piece> {
         normals[b as usize].length_squared().total_cmp(&normals[a as usize].length_squared())
     });
     let mut taken = vec![false; normals.len()];
-    let mut pieces = Vec::new();
-    // What f32 rounds a coordinate by, twice: the corners of a wall that was turned lie this far off it.
+    let mut regions = Vec::new();
+    // Twice the rounding of a coordinate in f32: the corners of a wall that was rotated lie this far off it.
     let tolerance = surface.reach * f64::from(f32::EPSILON) * 2.0;
     for first in order {
         let Some(axis) = normals[first as usize].try_normalize() else { continue };
@@ -147,13 +147,13 @@ fn pieces(surface: &Surface, min_area: f64) -> Vec<Piece> {
         }
         let area = members.iter().map(|m| normals[m.0 as usize].length() * 0.5).sum();
         if area >= min_area {
-            pieces.push(Piece::new(surface, &members, axis, area));
+            regions.push(FlatRegion::new(surface, &members, axis, area));
         }
     }
-    pieces
+    regions
 }
 
-impl Piece {
+impl FlatRegion {
     fn new(surface: &Surface, members: &[(u32, bool)], axis: DVec3, area: f64) -> Self {
         let wound: Vec<[u32; 3]> = members
             .iter()
@@ -205,7 +205,7 @@ impl Piece {
         }
     }
 
-    /// A grid over the piece, and which of its cells are wholly within it.
+    /// A grid over the region, and which of its cells are wholly within it.
     fn raster(&self) -> (Grid, Vec<bool>) {
         let points = || self.triangles.iter().flat_map(|t| t.0);
         let low = points().fold(DVec2::INFINITY, DVec2::min);
@@ -241,7 +241,7 @@ impl Piece {
         (grid, full)
     }
 
-    /// Convex polygons within the piece, with their corners in the plane.
+    /// Convex polygons within the region, with their corners in the plane.
     fn candidates(
         &self,
         surface: &Surface,
@@ -310,7 +310,7 @@ impl Piece {
         [low, high]
     }
 
-    /// Whether a convex polygon is within the piece: no outline passes through it, and a point of it is
+    /// Whether a convex polygon is within the region: no outline passes through it, and a point of it is
     /// in a triangle.
     fn holds(&self, polygon: &[DVec2]) -> bool {
         if polygon.len() < 3 {
@@ -320,8 +320,8 @@ impl Piece {
         if !self.triangles.iter().any(|t| within(&t.0, middle)) {
             return false;
         }
-        // What is left of each edge within the polygon, drawn in by far more than f64 rounds and far less
-        // than f32 does.
+        // The part of each edge within the polygon, drawn in by far more than f64 rounds and far less than f32
+        // does.
         let size = polygon.iter().fold(0.0, |m: f64, p| m.max((*p - middle).length()));
         let reach = self.origin.length() + size;
         let slack = reach * f64::from(f32::EPSILON) / 256.0;

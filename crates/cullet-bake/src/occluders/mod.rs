@@ -14,7 +14,7 @@
 //!    *Automated Occluders for GPU Culling*, 2011, who grows boxes from the densest voxel). Then each side
 //!    is pushed out to the surface, and rounded inward.
 //! 4. Where walls are thinner than cells, where the mesh is open, and on slopes: triangles joined by edges
-//!    that lie in one plane make a piece; convex polygons within it are chosen in the same way, where no box
+//!    that lie in one plane make a region; convex polygons within it are chosen in the same way, where no box
 //!    is behind them.
 //! 5. Where those leave much (slopes, round walls, open shells), triangles of the mesh stand for themselves; and so they do
 //!    for eyes so near that the boxes do not serve them.
@@ -67,7 +67,7 @@ use voxels::Voxels;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Occluders {
     /// Boxes within what the mesh seals off. They overlap each other. They block for every eye outside of
-    /// [`sealed`](Self::sealed), which is asked by [`boxes_hold`](Self::boxes_hold).
+    /// [`sealed`](Self::sealed), which [`boxes_hold`](Self::boxes_hold) tests.
     pub boxes: Vec<Aabb>,
     /// Boxes around all that the shells which hold [`boxes`](Self::boxes) seal off: a room, seen from
     /// within, hides nothing that is in it.
@@ -142,7 +142,7 @@ impl Polygon {
     }
 }
 
-/// Triangles of a mesh that stand for themselves, whatever their slope: exact, but dearer to draw than a box or
+/// Triangles of a mesh that stand for themselves, whatever their slope: exact, but more expensive to draw than a box or
 /// polygon. Where they share an edge they are to be drawn as one surface, or a strict rasteriser leaves a seam.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheet {
@@ -216,9 +216,9 @@ pub enum OccluderError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NoOccluders {
-    /// None were asked for.
-    #[error("none wanted")]
-    NotAsked,
+    /// The options allow none.
+    #[error("none requested")]
+    NotRequested,
     /// Its vertices may move.
     #[error("it deforms")]
     Deformable,
@@ -231,10 +231,10 @@ pub enum NoOccluders {
     /// Nothing in it is closed, so that a view reaches all space around it.
     #[error("open shell")]
     Open,
-    /// What it seals off is thinner than the cells.
+    /// The space that it seals off is thinner than the cells.
     #[error("thin")]
     Thin,
-    /// Nothing hides as much as was asked for.
+    /// Nothing hides as much as the options require.
     #[error("too little each")]
     Little,
     /// Triangles of the mesh stand for all that polygons would.
@@ -242,7 +242,7 @@ pub enum NoOccluders {
     Triangles,
 }
 
-/// What was made, and what it is good for.
+/// Counts of the occluders that were made, and the areas that they hide.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OccluderReport {
     /// The share of what solid cells hide along the axes that each box adds, in the order of the boxes.
@@ -266,13 +266,13 @@ pub struct OccluderReport {
     pub area: f64,
     /// The volume of the solid cells, in cubed units of the mesh.
     pub solid_volume: f64,
-    /// What is hidden, from each of a number of directions.
+    /// Hidden areas, from each of a number of directions.
     pub hidden: Vec<HiddenFrom>,
 }
 
 impl OccluderReport {
     /// The area that the occluders hide over that which the mesh hides, over all directions: 1 is perfect,
-    /// 0 where the mesh hides nothing or no directions were asked for. An estimate from samples.
+    /// 0 where the mesh hides nothing or the options have no directions. An estimate from samples.
     #[must_use]
     pub fn efficiency(&self) -> f64 {
         let sum = |of: fn(&HiddenFrom) -> f64| self.hidden.iter().map(of).sum::<f64>();
@@ -345,7 +345,7 @@ pub fn occluders(
     }
     if made.polygons.is_empty() {
         report.no_polygons = Some(match (options.max_polygons, chosen.all) {
-            (0, _) => NoOccluders::NotAsked,
+            (0, _) => NoOccluders::NotRequested,
             (_, true) => NoOccluders::Triangles,
             _ => NoOccluders::Little,
         });
@@ -385,7 +385,7 @@ fn boxes(
     }
     if made.boxes.is_empty() {
         report.no_boxes = Some(match (options.max_boxes, shells.len(), solid) {
-            (0, ..) => NoOccluders::NotAsked,
+            (0, ..) => NoOccluders::NotRequested,
             (_, 0, _) => NoOccluders::Open,
             (_, _, 0) => NoOccluders::Thin,
             _ => NoOccluders::Little,

@@ -13,10 +13,10 @@ const LEFT_BY_POLYGONS: f64 = 0.05;
 /// Where not all triangles fit, one must have this part of what a polygon must add: smaller ones hide little
 /// once their edges are drawn in.
 const SMALLEST: f64 = 1.0 / 16.0;
-/// Triangles of a patch; as many as one that is worth choosing or leaving out as one.
+/// Most triangles of a patch, which is chosen or left out as a whole.
 const PATCH: u32 = 128;
 
-/// What was chosen.
+/// Triangles that were chosen.
 #[derive(Debug, Default)]
 pub(super) struct Chosen {
     pub(super) sheets: Vec<Sheet>,
@@ -45,7 +45,7 @@ pub(super) fn sheets(
     let planes: Vec<Plane> =
         polygons.iter().filter(|p| p.tolerance == 0.0).filter_map(Plane::new).collect();
     let near = surface.reach * f64::from(f32::EPSILON) * 4.0;
-    // What boxes leave, and of that what polygons leave.
+    // Triangles that boxes leave open, and of those the ones that polygons leave open.
     let (mut left, mut bare): (Vec<Open>, Vec<Open>) = (Vec::new(), Vec::new());
     for (number, triangle) in (0u32..).zip(&surface.triangles) {
         let corners = surface.corners(triangle);
@@ -112,7 +112,7 @@ fn spread(&[a, b, c]: &[DVec3; 3]) -> impl Iterator<Item = DVec3> {
     upright.chain(turned).map(move |(s, t)| at(f64::from(s), f64::from(t)))
 }
 
-/// A polygon, to ask what it covers.
+/// A polygon, to test what it covers.
 #[derive(Debug)]
 struct Plane {
     points: Vec<DVec3>,

@@ -75,7 +75,7 @@ impl Surface {
         triangle.vertices.map(|v| self.points[v as usize])
     }
 
-    /// What coordinates computed from those of the mesh may be wrong by, with plenty to spare: a margin
+    /// Bound on the error of coordinates computed from those of the mesh, with plenty to spare: a margin
     /// for every comparison in f64, and 4 thousandths of what f32 rounds.
     pub(super) fn margin(&self) -> f64 {
         self.reach * f64::from_bits((1023 - 32) << 52) + f64::MIN_POSITIVE

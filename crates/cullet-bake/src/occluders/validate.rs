@@ -41,7 +41,7 @@ pub enum Escape {
     },
 }
 
-/// What [`validate`] found.
+/// Result of [`validate`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Validation {
     /// Boxes of which every point was proved to be sealed off by a closed shell.
@@ -52,7 +52,7 @@ pub struct Validation {
     pub samples: u64,
     /// Triangles that are the mesh's own, which is proof.
     pub proved_triangles: u32,
-    /// What refutes, at most once for each occluder.
+    /// Counterexamples, at most one for each occluder.
     pub escapes: Vec<Escape>,
     /// The farthest that a sampled point of a polygon is from the surface, in units of the mesh.
     pub farthest: f64,
@@ -66,7 +66,7 @@ impl Validation {
     }
 }
 
-/// Pieces of a box that are looked at before the proof is given up.
+/// Parts of a box that are looked at before the proof is given up.
 const MOST_PIECES: u32 = 200_000;
 
 /// Proves that occluders lie within what a mesh hides, without the grid by which they were made.
@@ -193,8 +193,8 @@ fn escape_of_box(
     })
 }
 
-/// Whether a ray outward crosses a triangle that is drawn for who looks the other way. Rays through an edge
-/// cross both its triangles.
+/// Whether a ray outward crosses a triangle that is drawn for an eye that looks the other way. Rays through an
+/// edge cross both its triangles.
 fn crosses(t: &[DVec3; 3], two_sided: bool, from: DVec3, way: DVec3) -> bool {
     let [a, b, c] = t.map(|p| p - from);
     let [u, v, w] = [way.dot(b.cross(c)), way.dot(c.cross(a)), way.dot(a.cross(b))];

@@ -11,7 +11,7 @@ use crate::sample::fibonacci;
 /// Pixels along each side of the pictures that are compared.
 const SIZE: usize = 128;
 
-/// What is seen from one direction.
+/// Areas of the mesh and its occluders, seen from one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HiddenFrom {
     /// Towards the eye, which is infinitely far.

@@ -62,7 +62,7 @@ impl Grid {
     }
 }
 
-/// What is known of each cell.
+/// Cells of the grid, with the state of each.
 #[derive(Debug)]
 pub(super) struct Voxels {
     pub(super) grid: Grid,
@@ -129,13 +129,13 @@ impl Voxels {
                         continue;
                     }
                     flood(&local, &mut state, [x, y, z], &mut region);
-                    // All of a region is on one side of the shell; asking twice guards against a gap in
+                    // All of a region is on one side of the shell; testing twice guards against a gap in
                     // that reasoning as well as in the arithmetic.
-                    let asked = [region[0], region[region.len() / 2]];
+                    let tested = [region[0], region[region.len() / 2]];
                     let middle = |c: &[u16; 3]| {
                         local.low + local.cell * DVec3::from(c.map(|v| f64::from(v) + 0.5))
                     };
-                    if asked.iter().all(|c| shell.seals(middle(c))) {
+                    if tested.iter().all(|c| shell.seals(middle(c))) {
                         any = true;
                         for c in &region {
                             state[local.index(c.map(usize::from))] = SEALED;
@@ -169,7 +169,7 @@ fn volume(shell: &Shell) -> f64 {
     (shell.high - shell.low).element_product()
 }
 
-/// Marks the cells of a block that a triangle touches: whole blocks are asked first.
+/// Marks the cells of a block that a triangle touches: whole blocks are tested first.
 fn touch(grid: &Grid, t: &[DVec3; 3], margin: f64, block: &Block, state: &mut [u8]) {
     let [low, high] = grid.bounds(block);
     if block.iter().any(|[a, b]| a >= b) || !touches(t, low, high, margin) {

@@ -44,7 +44,7 @@ fn a_ball_is_culled_nearly_as_well_as_its_triangles() {
     assert!((report.exact_share - report.ideal_share) < 0.12, "{report:?}");
     assert!(report.complete && report.two_sided == 0 && report.never_culled <= 2, "{report:?}");
     assert_eq!((report.triangles, report.degenerate), (14_160, 0));
-    // What faces away is exactly known of a ball: seen from 3 radii, (1 + 1/3) / 2 of it.
+    // The share that faces away is exactly known of a ball: seen from 3 radii, (1 + 1/3) / 2 of it.
     assert!((quality.exact - 2.0 / 3.0).abs() < 0.01, "{quality:?}");
 }
 
@@ -82,7 +82,7 @@ fn dearer_tests_make_fewer_clusters() {
 }
 
 #[test]
-fn culling_volumes_make_clusters_worth_having_too() {
+fn culling_volumes_make_clusters_that_are_culled_more_too() {
     let data = one_sided_data(bumpy_ball(40, 0.05));
     let simple = Clustering::spatial(&data).expect("valid");
     let before = Quality::of(&data, &simple, 3.0).ideal;
@@ -116,7 +116,7 @@ fn what_is_never_culled_comes_last_in_its_part() {
     for t in data.indices[..half].chunks_exact_mut(6) {
         t.swap(0, 1);
     }
-    // Dear tests, but vertices so few that no cluster could hold opposed triangles apart.
+    // Expensive tests, but vertices so few that no cluster could hold opposed triangles apart.
     let options = ClusterOptions { test_cost: 40.0, ..ClusterOptions::default() };
     let (clustering, report) = reported(&data, &options);
     check(&data, &clustering, &options);
@@ -142,7 +142,7 @@ fn what_is_never_culled_comes_last_in_its_part() {
 }
 
 #[test]
-fn parts_are_not_crossed_and_their_price_is_told() {
+fn parts_are_not_crossed_and_their_cost_is_reported() {
     let mut data = one_sided_data(bumpy_ball(40, 0.0));
     let triangles = (data.indices.len() / 3) as u32;
     // Narrow parts: stripes of the ball, and one of them is drawn from both sides.
@@ -159,11 +159,11 @@ fn parts_are_not_crossed_and_their_price_is_told() {
     // A strip one quad wide has as many vertices as triangles: two clusters would not do.
     assert_eq!((report.two_sided_triangles, report.two_sided), (170, 3), "{report:?}");
     assert_eq!(mesh.clusters().iter().filter(|c| c.part == 10).count(), 3);
-    let one = report.as_one_part.expect("it was asked for");
+    let one = report.as_one_part.expect("it was requested");
     println!("{report:?}");
     assert!(one.clusters < one.clusters_split && one.expected_cost < one.expected_cost_split);
-    let unasked = reported(&data, &ClusterOptions::default());
-    assert_eq!((unasked.0, unasked.1.as_one_part), (clustering, None));
+    let default = reported(&data, &ClusterOptions::default());
+    assert_eq!((default.0, default.1.as_one_part), (clustering, None));
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn two_sided_clusters_are_full_and_compact() {
 }
 
 #[test]
-fn pieces_joined_to_nothing_are_gathered_by_place() {
+fn separate_triangles_are_gathered_by_place() {
     let data = one_sided_data(scattered(3000));
     let (clustering, report) = reported(&data, &ClusterOptions::default());
     check(&data, &clustering, &ClusterOptions::default());

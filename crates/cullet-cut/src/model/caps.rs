@@ -1,4 +1,4 @@
-//! What the vertices of caps have besides positions.
+//! Attributes of the vertices of caps besides positions.
 
 use cullet_io::Attributes;
 

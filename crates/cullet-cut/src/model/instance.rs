@@ -37,7 +37,7 @@ pub(super) struct InstanceCut<'a> {
     pub(super) planes: &'a [(usize, Plane)],
 }
 
-/// What is left of an instance.
+/// An instance's mesh after a cut.
 pub(super) struct Remainder {
     pub(super) mesh: Mesh,
     pub(super) attributes: Attributes,
@@ -46,7 +46,7 @@ pub(super) struct Remainder {
 }
 
 impl InstanceCut<'_> {
-    /// What is left; `None` if nothing is. An error says in words what is wrong with the mesh.
+    /// Cuts; `None` if nothing is left. An error says in words what is wrong with the mesh.
     pub(super) fn run(
         &self,
         cap_material: u32,

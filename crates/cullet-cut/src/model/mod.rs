@@ -24,13 +24,13 @@ use place::{Place, place};
 /// The colour of caps: the red of cut faces in drawings.
 const CUT_FACE: [f32; 4] = [0.50, 0.065, 0.04, 1.0];
 
-/// What is left of a model.
+/// A model after a cut.
 #[derive(Debug)]
 pub struct CutModel {
     /// Its own scene, committed, with the names, materials, cameras and nodes of what it was cut from, and one more
     /// material, `cut face`, where there are caps.
     pub model: Model,
-    /// What was found.
+    /// The figures of the cut.
     pub report: ModelReport,
     /// The outlines, where they are wanted.
     pub sections: Vec<Section>,
@@ -55,10 +55,10 @@ pub enum ModelError {
     Mesh {
         /// Its name.
         name: String,
-        /// What is wrong.
+        /// The defect.
         what: String,
     },
-    /// What is left cannot be a scene.
+    /// The instances that are left cannot be a scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// The cut goes through more triangles than [`ModelOptions::most_triangles`].
@@ -189,7 +189,7 @@ pub fn cut_model(
     if report.cap_triangles > 0 {
         out.materials.push(Material { name: "cut face".into(), color: CUT_FACE });
     }
-    // What is prepared of meshes is for those to want who cull the cut.
+    // Meshes are not prepared: only a caller who culls the cut model needs that.
     out.scene.sort();
     report.triangles_after = out.scene.triangle_count();
     Ok(CutModel { model: out, report, sections, origin, triangles, cap_material })

@@ -1,4 +1,4 @@
-//! What was found while a model was cut.
+//! Figures of the cut of a model.
 
 use cullet::Mesh;
 use cullet::mesh::Topology;

@@ -81,7 +81,7 @@ fn check(name: &str, seed: u64, rounds: usize) {
         });
         let cube = box_planes(ends.map(|e| e[0]), ends.map(|e| e[1]));
         check_one(&shape, &cube, size, &told("a box"));
-        // What is left is cut again, and along the same plane, whose cap is rounded to either side of it.
+        // The result is cut again, and along the same plane, whose cap is rounded to either side of it.
         let once = capped(&shape, &[plane], Keep::Inside);
         let once = (once.positions, once.indices);
         let again = plane_near(&mut rng, centre, half);
@@ -97,9 +97,9 @@ fn check(name: &str, seed: u64, rounds: usize) {
 /// rounds of each model, of ten planes and a box each.
 #[test]
 fn closed_models_stay_closed() {
-    let asked = std::env::var("CULLET_ROUNDS").ok();
-    let asked = asked.map(|n| n.parse::<usize>().expect("CULLET_ROUNDS is a number"));
+    let rounds_set = std::env::var("CULLET_ROUNDS").ok();
+    let rounds_set = rounds_set.map(|n| n.parse::<usize>().expect("CULLET_ROUNDS is a number"));
     for (seed, (name, rounds)) in (1..).zip(CLOSED) {
-        check(name, seed, asked.unwrap_or(rounds));
+        check(name, seed, rounds_set.unwrap_or(rounds));
     }
 }

@@ -35,7 +35,7 @@ proptest! {
         check_halves_of_any(&shape, &planes);
     }
 
-    /// What an open cut keeps is inside, and what it drops is not: by the centres of its triangles.
+    /// Triangles that an open cut keeps are inside, and those that it drops are not: by their centres.
     #[test]
     fn open_cuts_keep_the_right_side(shape in tetrahedra(), planes in planes()) {
         for (keep, sign) in [(Keep::Inside, 1.0), (Keep::Outside, -1.0)] {

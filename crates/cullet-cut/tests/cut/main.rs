@@ -1,4 +1,4 @@
-//! Cuts leave no open edge, halves add up, and what is odd about the input is said.
+//! Cuts leave no open edge, halves add up, and defects of the input are reported.
 
 mod data;
 mod grid;
@@ -194,7 +194,7 @@ fn holes_leave_what_crosses_them_uncapped_unless_healed() {
 }
 
 #[test]
-fn seams_that_do_not_quite_meet_are_closed_when_asked() {
+fn seams_that_do_not_quite_meet_are_closed_on_request() {
     let whole = ball_at([0.0; 3], 1.0, 16);
     let mut torn = unshared(&whole);
     let mut rng = Rng(21);

@@ -23,7 +23,7 @@ use super::planar::{Cell, Point, Projected, Projector, Range, range_of};
 use super::reference::{box_triangles, corners};
 use crate::prepare::part_of;
 
-/// What can be said of a box.
+/// Result of the proof that a box is hidden.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Proof {
     /// No ray of the view meets the box before something that hides it, or the box is outside of the view

@@ -1,13 +1,13 @@
 //! The sampled judge: which boxes, or instances, own a sample of a finer image.
 //!
-//! What it calls visible is visible. What it calls hidden may still show between the samples: take
-//! more of them, or ask [`Prover`](crate::Prover).
+//! A box called visible is visible. One called hidden may still show between the samples: take more of
+//! them, or use [`Prover`](crate::Prover).
 
 use cullet::bounds::Aabb;
 use cullet::{Scene, Transform, View, Visible};
 use rayon::prelude::*;
 
-use crate::bounds::{Extent, Footprint, footprint, triangle_rect};
+use crate::bounds::{Extent, ScreenBounds, screen_bounds, triangle_rect};
 use crate::frame::Selection;
 use crate::geometry::{Clip, Lens, ObjectLens, Surface};
 use crate::prepare::Stage;
@@ -19,7 +19,7 @@ use crate::verify::{MAX_SIDE, VerifyOptions, lost_instances};
 /// Tiles drawn at a time: with 64 × 64 samples of 16 bytes, 128 MiB.
 const BAND_TILES: usize = 2048;
 
-/// What samples say of a box.
+/// Visibility of a box, by samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Sampled {
@@ -102,7 +102,7 @@ fn finer(view: &View, n: u32, jitter: Jitter) -> Samples {
 struct Candidate<'a> {
     index: usize,
     bounds: &'a Aabb,
-    place: Footprint,
+    place: ScreenBounds,
 }
 
 fn boxes_in_pool(
@@ -117,7 +117,7 @@ fn boxes_in_pool(
     let object = lens.object(&Transform::from_translation(scene.origin()));
     let push = push_away(view, &lens, options.tolerance);
     let seer = Seer { lens: &lens, object: &object, push, mirrored: view.is_mirrored() };
-    let places: Vec<Result<Footprint, Sampled>> =
+    let places: Vec<Result<ScreenBounds, Sampled>> =
         boxes.par_iter().map(|b| place(&lens, &object, b, &samples)).collect();
     let mut answers: Vec<Sampled> =
         places.iter().map(|p| p.as_ref().err().copied().unwrap_or(Sampled::Hidden)).collect();
@@ -155,7 +155,7 @@ fn boxes_in_pool(
     answers
 }
 
-/// What is added to the z of a corner to move it away by `tolerance` of its distance: along its line of
+/// Offset to the z of a corner that moves it away by `tolerance` of its distance: along its line of
 /// sight a point is eye + (1 + t)(p − eye), and clip space is linear, so x, y and w grow by 1 + t alike
 /// and z by t(z − z of the eye); divided by 1 + t again, all but z is what it was.
 fn push_away(view: &View, lens: &Lens, tolerance: f64) -> f64 {
@@ -167,13 +167,13 @@ fn push_away(view: &View, lens: &Lens, tolerance: f64) -> f64 {
     -lens.clip([eye[0], eye[1], eye[2]])[2] * t / (1.0 + t)
 }
 
-/// Where a box may be seen, or an answer that needs no samples.
+/// Screen bounds of a box, or a result that needs no samples.
 fn place(
     lens: &Lens,
     object: &ObjectLens,
     bounds: &Aabb,
     samples: &Samples,
-) -> Result<Footprint, Sampled> {
+) -> Result<ScreenBounds, Sampled> {
     if !bounds.is_finite() || bounds.is_empty() {
         return Err(Sampled::CrossesNear);
     }
@@ -195,7 +195,7 @@ fn place(
     }
     // In the picture, but between its samples.
     let extent = Extent { low: bounds.min, high: bounds.max };
-    footprint(lens, object, &extent, samples).ok_or(Sampled::Hidden)
+    screen_bounds(lens, object, &extent, samples).ok_or(Sampled::Hidden)
 }
 
 /// The six faces of a box as two triangles each, by bits of its corners: bit a is axis a.
@@ -234,7 +234,7 @@ impl Seer<'_> {
             let [x, y, z, w] = self.object.clip(p);
             [x, y, z + self.push, w]
         });
-        // Backs are behind fronts, so only fronts are asked: all corners are in front of the eye.
+        // Back faces are behind front faces, so only front faces are tested: all corners are in front of the eye.
         box_triangles().any(|t| {
             let triangle = t.map(|i| clip[i]);
             let Some(rect) = triangle_rect(self.lens, &triangle, samples) else { return false };

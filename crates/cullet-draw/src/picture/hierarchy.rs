@@ -185,7 +185,7 @@ fn draw_legend(
     top += line / 2;
     let soft = mix(CHALK, NIGHT, 0.2);
     let mut say = |words: String| {
-        // What does not fit is set smaller.
+        // A line that does not fit is set smaller.
         let room = (right - left) as f64;
         let fit = (room / text_width(&words, size).max(1) as f64).min(1.0);
         picture.text([left, top], &words, size * fit, soft);

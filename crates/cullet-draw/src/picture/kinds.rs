@@ -86,7 +86,7 @@ pub(super) fn explain(
     legend.draw(picture, "the view and its culling", &plural(total, "triangle"), counts);
 }
 
-/// What became of every triangle of a scene in a view.
+/// Fates of all triangles of a scene in a view.
 pub(super) struct SceneFates<'a> {
     scene: &'a Scene,
     of_slots: Vec<Option<Fate>>,
@@ -151,7 +151,7 @@ impl<'a> SceneFates<'a> {
     }
 }
 
-/// What became of the triangles of instances that are kept.
+/// Fates of the triangles of instances that are kept.
 struct TriangleFates<'a> {
     visible: &'a Visible,
     seen: &'a [PixelId],

@@ -1,4 +1,4 @@
-//! The scene from above, every instance coloured by what became of it.
+//! The scene from above, every instance coloured by its fate.
 
 use std::cmp::Reverse;
 
@@ -8,12 +8,12 @@ use glam::DVec3;
 use super::Picture;
 use super::canvas::{LINE, grouped, hull};
 use super::font::{text_height, text_size, text_width};
-use super::outside::things;
+use super::outside::contents;
 use super::palette::{CHALK, DROPPED, NIGHT, SEEN, UNSEEN, mix, reason_color, reason_label};
 use super::space::Space;
 use crate::frame::PixelId;
 
-/// What became of an instance.
+/// Fate of an instance: dropped, and by which stage, or kept, and seen or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Fate {
     Dropped(Option<Stage>),
@@ -41,8 +41,8 @@ impl Fate {
     }
 }
 
-/// What became of every slot: `None` for an empty one. What is kept is seen if it is in `seen`, which
-/// must be sorted.
+/// Fate of every slot: `None` for an empty one. A kept instance is seen if it is in `seen`, which must be
+/// sorted.
 pub(crate) fn fates(scene: &Scene, visible: &Visible, seen: &[PixelId]) -> Vec<Option<Fate>> {
     let mut kept = vec![false; scene.slot_count() as usize];
     let mut keep = |slot: u32| {
@@ -71,8 +71,8 @@ pub(crate) fn fates(scene: &Scene, visible: &Visible, seen: &[PixelId]) -> Vec<O
         .collect()
 }
 
-/// A map of the scene from above: the footprint of every instance coloured by the kind of culling that
-/// took it, or by whether it is seen; the outline of the frustum; and a legend with counts.
+/// A map of the scene from above: the outline of every instance coloured by the stage that dropped it, or
+/// by whether it is seen; the outline of the frustum; and a legend with counts.
 ///
 /// `visible` must have reasons; `seen` is the exact visible set ([`Frame::visible`](crate::Frame::visible)),
 /// sorted. `size` is the width and height of the picture, legend included, at least 320 × 200. What
@@ -99,11 +99,11 @@ pub fn top_down(
     let mut places: Vec<(Fate, u32, Vec<[f64; 2]>)> = (0..)
         .zip(&fates)
         .filter_map(|(slot, fate)| {
-            let place = map.footprint(scene, slot)?;
+            let place = map.outline(scene, slot)?;
             (*fate).map(|fate| (fate, slot, place))
         })
         .collect();
-    // What is dropped lies below what is kept, and large things below small ones.
+    // Dropped instances lie below kept ones, and large ones below small ones.
     let area = |p: &[[f64; 2]]| {
         let term = |i: usize| {
             let (a, b) = (p[i], p[(i + 1) % p.len()]);
@@ -113,7 +113,7 @@ pub fn top_down(
     };
     let whole = f64::from(map.size[0]) * f64::from(map.size[1]);
     let is_large = |p: &[[f64; 2]]| area(p) > 0.15 * whole;
-    // Alone on the map, even a large thing drowns nothing.
+    // Alone on the map, even a large instance covers no other.
     let crowded = places.iter().any(|(_, _, place)| !is_large(place));
     let is_ground = |p: &[[f64; 2]]| crowded && is_large(p);
     // Bits of numbers that are not negative ascend as they do.
@@ -134,7 +134,7 @@ pub fn top_down(
             picture.fill_convex(&circle, color, 1.0);
         }
     }
-    // What the drawing spilled beyond the map.
+    // The drawing may have spilled beyond the map.
     let [left, legend] = [map.size[0], width - map.size[0]].map(i64::from);
     picture.fill([left, 0], [legend, i64::from(height)], NIGHT, 1.0);
     picture.fill([left, 0], [1, i64::from(height)], CHALK, 0.35);
@@ -266,7 +266,7 @@ pub(super) struct Map {
 impl Map {
     pub(super) fn new(scene: &Scene, view: &View, size: [u32; 2]) -> Self {
         let origin = DVec3::from(scene.origin());
-        let extent = things(scene);
+        let extent = contents(scene);
         let (mut low, mut high) = match extent.is_empty() {
             true => (DVec3::splat(-1.0), DVec3::splat(1.0)),
             false => (
@@ -296,7 +296,7 @@ impl Map {
     }
 
     /// The outline of an instance: the hull of the corners of its mesh's box.
-    fn footprint(&self, scene: &Scene, slot: u32) -> Option<Vec<[f64; 2]>> {
+    fn outline(&self, scene: &Scene, slot: u32) -> Option<Vec<[f64; 2]>> {
         let (transform, bounds) = (scene.transform(slot), scene.mesh(slot).bounds());
         if scene.is_removed(slot) || !transform.is_finite() || bounds.is_empty() {
             return None;

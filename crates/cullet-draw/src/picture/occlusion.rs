@@ -1,5 +1,5 @@
-//! What occlusion culling did in a view: its buffer beside the truth, who covers what in it, and
-//! what it hid.
+//! Occlusion culling in a view: its buffer beside the truth, which occluder covers which pixels of it, and
+//! the instances that it hides.
 
 use cullet::cull::occlusion::{OcclusionBuffer, TILE};
 use cullet::{Depth, Scene, Simd, Stage, TriangleRange, Unit, View, ViewState, Visible};
@@ -22,13 +22,13 @@ const GAP: u32 = 10;
 /// How near to the truth counts as the same, as a share of it.
 const ALIKE: f64 = 0.02;
 
-/// What a cull of a view left behind, with [`Culler::reasons`](cullet::Culler::reasons) and
+/// State and result of a cull of a view, made with [`Culler::reasons`](cullet::Culler::reasons) and
 /// [`Culler::dropped`](cullet::Culler::dropped).
 #[derive(Clone, Copy, Debug)]
 pub struct Culled<'a> {
     /// The state of the view, right after the cull.
     pub state: &'a ViewState,
-    /// Its answer.
+    /// Its result.
     pub result: &'a Visible,
 }
 
@@ -82,7 +82,7 @@ impl Nearness {
     }
 }
 
-/// What a pixel of the buffer says, held against what is there.
+/// Comparison of a pixel of the buffer with the true depth.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Finding {
     Empty,
@@ -249,7 +249,7 @@ fn range(nearness: impl Iterator<Item = f64>) -> NearnessRange {
 }
 
 impl NearnessRange {
-    /// Where a nearness lies in it, 0 to 1: even steps are factors, for near things are far apart in it.
+    /// Where a nearness lies in it, 0 to 1: even steps are factors, for near surfaces are far apart in it.
     fn share(&self, n: f64) -> f64 {
         ((n / self.low).ln() / (self.high / self.low).ln()).clamp(0.0, 1.0)
     }
@@ -257,7 +257,7 @@ impl NearnessRange {
 
 /// Which of the drawn occluders is the nearest on each pixel of the buffer; `usize::MAX` where none is proved.
 fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuffer) -> Vec<usize> {
-    // The answer is the same at every level.
+    // The result is the same at every SIMD level.
     let level = Simd::best();
     let [columns, rows] = buffer.size();
     let mut best = vec![(0.0, usize::MAX); columns as usize * rows as usize];
@@ -268,7 +268,7 @@ fn owners(scene: &Scene, view: &View, culled: &Culled<'_>, buffer: &OcclusionBuf
         alone.begin(view, scene.origin());
         shape.draw(level, &mut alone.band(), transform);
         let bounds = alone.screen_bounds(&transform.transform_box(&shape.bounds(), scene.origin()));
-        // What crosses the near plane may be anywhere.
+        // A shape that crosses the near plane may be anywhere.
         let [min, max] = bounds.map_or([[0; 2], [columns - 1, rows - 1]], |b| [b.min, b.max]);
         for y in min[1]..=max[1] {
             for x in min[0]..=max[0] {

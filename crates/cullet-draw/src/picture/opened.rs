@@ -23,10 +23,10 @@ const HATCH: [i64; 2] = [17, 4];
 /// The background, from the top of the picture to its bottom.
 const BACKDROP: [[u8; 3]; 2] = [[0xF1, 0xF3, 0xF5], [0xCB, 0xD1, 0xD8]];
 
-/// What is left of a scene that was cut open.
+/// Scene that was cut open, with the origin of its instances and triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct OpenedScene<'a> {
-    /// What is left.
+    /// The scene after the cut.
     pub scene: &'a Scene,
     /// For each instance of it, by the index of its handle, which instance of the whole scene it is of.
     pub origin: &'a [Handle],
@@ -114,13 +114,13 @@ fn finish(picture: &mut Picture, frame: &Frame, surfaces: &Surfaces<'_>, cut_mat
     }
 }
 
-/// Draws a scene cut open, seen from `from`: each triangle in the colour of what became of it in `view`, cut
+/// Draws a scene cut open, seen from `from`: each triangle in the colour of its fate in `view`, cut
 /// faces in that of their instance, darker, with the frustum, and a legend where it would cover less than a
 /// quarter. The counts of the legend are those of the whole scene.
 ///
 /// `visible` must be of the whole `scene` and have reasons, and triangles if single ones shall be told apart.
-/// What is left of an instance that is no more in the whole scene is drawn as dropped. Cost: two frames, of the whole
-/// and of what is left, some 0.3 µs a pixel, and as much for a triangle of an instance that is kept.
+/// An instance of `left` that is no more in the whole scene is drawn as dropped. Cost: two frames, of `scene` and of
+/// `left`, some 0.3 µs a pixel, and as much for a triangle of an instance that is kept.
 #[must_use]
 pub fn opened(
     scene: &Scene,

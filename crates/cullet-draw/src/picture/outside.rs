@@ -82,7 +82,7 @@ fn stand(scene: &Scene, view: &View, height: f64, size: [u32; 2]) -> Option<View
     let heading = if level.length() > 0.1 { level.normalize() } else { DVec3::NEG_Z };
     let side = heading.cross(DVec3::Y);
     if is_outside(scene, &space) {
-        let mut points = corners(scene, &things(scene)).to_vec();
+        let mut points = corners(scene, &contents(scene)).to_vec();
         points.extend(frustum_corners(scene, &space).into_iter().flatten());
         points.push(space.eye.truncate() / space.eye.w);
         let back = side * 0.9 - heading * 0.35 + DVec3::Y * 0.4;
@@ -115,9 +115,9 @@ fn is_outside(scene: &Scene, space: &Space) -> bool {
 fn frustum_corners(scene: &Scene, space: &Space) -> [[DVec3; 2]; 4] {
     let length = if is_outside(scene, space) {
         let (near, direction) = space.ray(0.0, 0.0);
-        let bounds = things(scene);
+        let bounds = contents(scene);
         let middle = DVec3::from(scene.origin()) + DVec3::from(bounds.center().map(f64::from));
-        // Most things are rounder than their boxes.
+        // Most scenes are rounder than their boxes.
         let half = DVec3::from(bounds.half_extent().map(f64::from)).dot(direction.abs());
         ((middle - near).dot(direction) + 0.6 * half).max(0.1 * reach(scene))
     } else {
@@ -131,25 +131,25 @@ fn frustum_corners(scene: &Scene, space: &Space) -> [[DVec3; 2]; 4] {
 const SMALL_WITHIN: f64 = 0.4;
 
 /// The bounds of the scene, but for a ground or sky that reaches far beyond all else.
-pub(super) fn things(scene: &Scene) -> Aabb {
+pub(super) fn contents(scene: &Scene) -> Aabb {
     let size = |b: &Aabb| DVec3::from(b.half_extent()).length();
     let extent = scene.extent();
     if extent.is_empty() {
         return extent;
     }
     let limit = size(&extent) * 0.5;
-    let things =
+    let contents =
         scene.slots().map(|s| scene.bounds(s)).filter(|b| b.is_finite() && size(b) < limit);
-    let things = things.fold(Aabb::EMPTY, |a, b| a.union(&b));
-    // What holds all else is a room, not a ground.
-    let is_room = things.is_empty() || size(&things) > SMALL_WITHIN * size(&extent);
-    if is_room { extent } else { things }
+    let contents = contents.fold(Aabb::EMPTY, |a, b| a.union(&b));
+    // An instance that holds all others is a room, not a ground.
+    let is_room = contents.is_empty() || size(&contents) > SMALL_WITHIN * size(&extent);
+    if is_room { extent } else { contents }
 }
 
-/// Half the diagonal of [`things`].
+/// Half the diagonal of [`contents`].
 fn reach(scene: &Scene) -> f64 {
-    let things = things(scene);
-    if things.is_empty() { 1.0 } else { DVec3::from(things.half_extent()).length().max(1e-6) }
+    let contents = contents(scene);
+    if contents.is_empty() { 1.0 } else { DVec3::from(contents.half_extent()).length().max(1e-6) }
 }
 
 /// Draws the edges of a view's frustum into a picture taken from another, finer from the eye to the near plane;
@@ -174,11 +174,11 @@ pub(super) fn draw_frustum(
     let mut points = Vec::new();
     let mut runs = Vec::new();
     for (a, b, width) in lines {
-        // In pieces, each with a depth of its own; those alike are one line, or their ends would show.
-        const PIECES: u32 = 256;
-        let at = |k: u32| a.lerp(b, f64::from(k) / f64::from(PIECES));
+        // In segments, each with a depth of its own; those alike are one line, or their ends would show.
+        const SEGMENTS: u32 = 256;
+        let at = |k: u32| a.lerp(b, f64::from(k) / f64::from(SEGMENTS));
         let mut run: Option<([f64; 2], [f64; 2], bool)> = None;
-        for k in 0..PIECES {
+        for k in 0..SEGMENTS {
             let ends = (outer.project(at(k), size), outer.project(at(k + 1), size));
             let (Some((p, depth)), Some((q, _))) = ends else { continue };
             let [x, y] = p.map(|v| v * 2.0);

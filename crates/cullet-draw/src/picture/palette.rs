@@ -15,17 +15,17 @@
 
 use cullet::Stage;
 
-/// What is kept and owns a pixel.
+/// Instances and triangles that are kept and own a pixel.
 pub const SEEN: [u8; 3] = [0xF6, 0xF2, 0xE8];
-/// What is kept for want of proof, or though no pixel shows it: the price of being conservative.
+/// Those that are kept for want of proof, or though no pixel shows them: the cost of being conservative.
 pub const UNSEEN: [u8; 3] = [0xF2, 0xCC, 0x0C];
-/// What a test says for sure: wholly inside, accepted, covered.
+/// Certain results of a test: wholly inside, accepted, covered.
 pub const PROVED: [u8; 3] = [0x00, 0x9E, 0x73];
-/// What a diagram is about, where that has no fate yet.
+/// The subject of a diagram, where that has no fate yet.
 pub const SUBJECT: [u8; 3] = [0x00, 0x72, 0xB2];
-/// What was dropped where nobody says by which stage.
+/// Those dropped by a stage that is not known.
 pub const DROPPED: [u8; 3] = [0x60, 0x66, 0x6E];
-/// What was lost though it is visible. No picture of a sound culler has it.
+/// False culls: visible, but dropped. No picture of a sound culler has this colour.
 pub const LOST: [u8; 3] = [0xFF, 0x00, 0x3C];
 /// The background of maps.
 pub const NIGHT: [u8; 3] = [0x15, 0x19, 0x1F];
@@ -52,7 +52,7 @@ pub const fn reason_color(stage: Option<Stage>) -> [u8; 3] {
     }
 }
 
-/// What to call a stage in a legend.
+/// Label of a stage in a legend.
 #[must_use]
 pub const fn reason_label(stage: Option<Stage>) -> &'static str {
     match stage {
@@ -150,7 +150,7 @@ mod tests {
                 assert!(apart(a.1, b.1) > 25.0, "{} and {}: {}", a.0, b.0, apart(a.1, b.1));
             }
         }
-        // What a picture of a scene has side by side must be told apart in sun and shade.
+        // Colours side by side in a picture of a scene must be told apart in sun and shade.
         let hidden = reason_color(Some(Stage::Occlusion));
         assert!(apart(UNSEEN, hidden) > 50.0);
         assert!(apart(mix(UNSEEN, INK, 0.5), mix(hidden, INK, 0.5)) > 25.0);

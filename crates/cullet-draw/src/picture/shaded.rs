@@ -13,7 +13,7 @@ use crate::frame::{Frame, PixelId};
 
 /// Where the sun stands.
 const SUN: DVec3 = DVec3::new(0.62, 0.66, 0.42);
-/// How many places around a pixel are asked whether they stand above its surface.
+/// How many places around a pixel are tested for standing above its surface.
 const AMBIENT_SAMPLES: usize = 10;
 /// How far those places lie, as a share of the frame's height.
 const AMBIENT_RADIUS: f64 = 0.035;
@@ -218,7 +218,7 @@ fn openness(
         // Half of all samples are not above the surface, and are done with before the root.
         if above > 0.0 && world > 0.0 {
             let length = v.length();
-            // What is much farther than the radius is not near at all.
+            // A place much farther than the radius is not near at all.
             let far = length / (3.0 * world);
             shade += (above / length - 0.08).max(0.0) / (1.0 + far * far);
         }

@@ -14,8 +14,8 @@ use crate::ErrorKind;
 use crate::motion::Clip;
 use crate::motion::track::{Interpolation, Local, Property, Track, WeightTrack};
 
-/// A curve of degree three is given by this many straight pieces between two of its keys.
-const PIECES: usize = 8;
+/// A curve of degree three is given by this many straight segments between two of its keys.
+const SEGMENTS: usize = 8;
 
 impl Clip {
     /// Reads the tracks of animation `index`; `targets` says how many morph targets a node of the document
@@ -83,7 +83,7 @@ impl Clip {
     pub(super) fn cost(&self, chain: &[u32]) -> u64 {
         let tracks = self.tracks.iter().filter(|t| chain.contains(&t.node));
         let (count, keys) =
-            tracks.fold((0u64, 0u64), |(n, k), t| (n + 1, k + (t.times.len() * PIECES) as u64));
+            tracks.fold((0u64, 0u64), |(n, k), t| (n + 1, k + (t.times.len() * SEGMENTS) as u64));
         count.saturating_mul(keys)
     }
 
@@ -137,8 +137,8 @@ impl Track {
             }
             Interpolation::Cubic => pairs
                 .flat_map(|w| {
-                    let (a, step) = (w[0], (w[1] - w[0]) / PIECES as f64);
-                    (1..PIECES).map(move |i| a + step * i as f64)
+                    let (a, step) = (w[0], (w[1] - w[0]) / SEGMENTS as f64);
+                    (1..SEGMENTS).map(move |i| a + step * i as f64)
                 })
                 .collect(),
         };
@@ -239,6 +239,6 @@ mod tests {
         };
         assert_eq!(track(Interpolation::Linear).key_times(), [1.0, 3.0]);
         assert_eq!(track(Interpolation::Step).key_times(), [1.0, 3.0, 3f64.next_down()]);
-        assert_eq!(track(Interpolation::Cubic).key_times().len(), 2 + PIECES - 1);
+        assert_eq!(track(Interpolation::Cubic).key_times().len(), 2 + SEGMENTS - 1);
     }
 }

@@ -207,7 +207,7 @@ fn primitive(
         }
     }
     if item.extensions.draco.is_some() {
-        // Accessors with views of their own are the fallback for who cannot read Draco.
+        // Accessors with views of their own are the fallback for readers without Draco.
         let has_bytes = |i: usize| accessors.find(i).is_some_and(Accessor::has_bytes);
         let fallback = has_bytes(positions) && item.indices.is_none_or(|i| has_bytes(i.index()));
         if !fallback {

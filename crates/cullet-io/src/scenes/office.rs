@@ -382,22 +382,22 @@ impl Office {
         Ok(())
     }
 
-    /// A wall with holes, which are in order: whole pieces between them, and what is above and below.
+    /// A wall with holes, which are in order: whole segments between them, and what is above and below.
     fn wall(&mut self, line: Line, span: [f64; 2], holes: &[Hole]) -> Result<(), SceneSpecError> {
         // Up through the slab to the wall above, for where the stairwell has no slab.
         let (bottom, top) = (line.floor - LAP, line.floor + STOREY - 0.5 * LAP);
-        let mut pieces = Vec::new();
+        let mut segments = Vec::new();
         let mut from = span[0];
         for h in holes {
-            pieces.push((from, h.from, bottom, top));
-            pieces.push((h.from - LAP, h.to + LAP, line.floor + h.head, top));
+            segments.push((from, h.from, bottom, top));
+            segments.push((h.from - LAP, h.to + LAP, line.floor + h.head, top));
             if h.sill > 0.0 {
-                pieces.push((h.from - LAP, h.to + LAP, bottom, line.floor + h.sill));
+                segments.push((h.from - LAP, h.to + LAP, bottom, line.floor + h.sill));
             }
             from = h.to;
         }
-        pieces.push((from, span[1], bottom, top));
-        for (from, to, low, high) in pieces {
+        segments.push((from, span[1], bottom, top));
+        for (from, to, low, high) in segments {
             let low = line.along.point(from, low, line.across - WALL * 0.5);
             let high = line.along.point(to, high, line.across + WALL * 0.5);
             self.b.add(self.wall, fill(low, high))?;

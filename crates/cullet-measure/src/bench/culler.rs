@@ -47,7 +47,7 @@ impl CullerArgs {
         self.input.settle();
     }
 
-    /// Where JSON is asked for.
+    /// The path that JSON is to be written to.
     pub(super) fn json(&self) -> Option<&Path> {
         self.json.as_deref()
     }

@@ -43,7 +43,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
         let settings = CutOptions { keep: Keep::Inside, caps };
         let mut done = CutMesh::default();
         let items = indices.len() / 3;
-        // What must be read and what must be written, each once.
+        // Bytes that must be read, and bytes that must be written, each once.
         let read = positions.len() * (12 + stride * 4) + indices.len() * 4;
         let first = cut(&input, planes, &settings).unwrap_or_default();
         let written = first.positions.len() * (12 + stride * 4) + first.indices.len() * 4;

@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn the_camera_sees_what_is_asked() {
+    fn the_camera_sees_the_share_that_is_wanted() {
         let boxes = Boxes::from_slice(&Layout::Random.boxes(5000));
         for percent in VISIBLE {
             let count = |p: &Planes| batch::count_boxes(Simd::best(), p, &boxes);

@@ -138,7 +138,7 @@ impl World {
                 level: crate::machine::levels()[0].0,
                 items: visible.max(1),
                 visible,
-                // What it is of has been checked.
+                // The walk that it divides has been checked.
                 checked: true,
             };
             let all = visible.max(1) as f64;

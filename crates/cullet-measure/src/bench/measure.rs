@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use cullet_methods::level_of;
 use fearless_simd::{dispatch, prelude::*};
 
-/// The fastest pass of each of two things, in nanoseconds, taken in turns for `seconds` in all, so that
+/// The fastest pass of each of two workloads, in nanoseconds, taken in turns for `seconds` in all, so that
 /// what disturbs one disturbs both. At least three passes each. The first is told the number of its turn.
 pub(super) fn fastest_of_both(
     seconds: f64,

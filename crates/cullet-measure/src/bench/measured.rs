@@ -17,7 +17,7 @@ pub struct Measured {
     pub visible: usize,
     /// Time an item, of the fastest pass.
     pub ns_per_item: f64,
-    /// What the time is held against.
+    /// The time that this one is compared with.
     #[serde(flatten)]
     pub yardstick: Yardstick,
     /// Whether the answer was that of the scalar oracle.
@@ -27,7 +27,7 @@ pub struct Measured {
     pub versus: Option<(&'static str, f64)>,
 }
 
-/// What a time is held against.
+/// Yardstick of a time.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Yardstick {

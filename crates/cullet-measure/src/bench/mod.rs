@@ -53,10 +53,10 @@ pub struct BenchArgs {
     of: Option<BenchOf>,
 }
 
-/// What `cullet bench` measures of a scene.
+/// Measurements of a scene by `cullet bench`.
 #[derive(Debug, Subcommand)]
 enum BenchOf {
-    /// What each stage of the culler takes on a scene
+    /// Time of each stage of the culler on a scene
     #[command(after_help = culler::HELP)]
     Culler(Box<culler::CullerArgs>),
 }
@@ -69,7 +69,7 @@ impl BenchArgs {
         }
     }
 
-    /// Where JSON is asked for.
+    /// The path that JSON is to be written to.
     #[must_use]
     pub fn json(&self) -> Option<&Path> {
         match &self.of {
@@ -82,7 +82,7 @@ impl BenchArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// If the command line asks for what cannot be, or a file cannot be read or written.
+/// If the command line cannot be carried out, or a file cannot be read or written.
 pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
     if let Some(BenchOf::Culler(args)) = &args.of {
         return culler::run(args, console);

@@ -12,7 +12,7 @@ use super::measured::{Measured, Workload};
 use super::options::BenchOptions;
 use super::world::{Layout, Random, camera_over, planes_of, size_name};
 
-/// Rows of moves: how many things move, one in so many.
+/// Rows of moves: how many boxes move, one in so many.
 const MOVES: [(&str, usize); 2] = [("all moved", 1), ("10% moved", 10)];
 
 /// Frames of drift.
@@ -145,7 +145,7 @@ impl Moving<'_> {
         }
     }
 
-    /// What a walk costs after everything drifted and only slices were sorted, against one of a hierarchy that was
+    /// Measures a walk after everything drifted and only slices were sorted, against one of a hierarchy that was
     /// just built over the same boxes.
     fn drift(&self, what: &str, rounds: usize, each: &mut dyn FnMut(Measured)) {
         let (mut h, _) = self.built();
@@ -195,7 +195,7 @@ impl Moving<'_> {
     }
 }
 
-/// Moves things one by one, and refits.
+/// Moves boxes one by one, and refits.
 fn move_all(h: &mut Hierarchy, moves: &[(Handle, Aabb)]) {
     for (handle, b) in moves {
         h.set_bounds(*handle, b).expect("it was never removed");
@@ -214,7 +214,7 @@ fn shifted(b: &Aabb, random: &mut Random) -> Aabb {
     Aabb { min: moved(b.min), max: moved(b.max) }
 }
 
-/// Whether every slot's box holds that of its thing, and is not much larger.
+/// Whether every slot's box holds that of its item, and is not much larger.
 fn holds(h: &Hierarchy, items: &[Aabb], number: impl Fn(Handle) -> usize) -> bool {
     h.slot_count() as usize == items.len()
         && (0..h.slot_count()).all(|slot| {

@@ -1,6 +1,6 @@
-//! What to measure, and for how long.
+//! Options of the benchmarks: workloads, sizes and times.
 
-/// What to measure.
+/// Workloads, sizes and times.
 #[derive(Clone, Debug)]
 pub struct BenchOptions {
     /// Only workloads whose name contains this.
@@ -16,7 +16,7 @@ pub struct BenchOptions {
 }
 
 impl BenchOptions {
-    /// What the command line asks for.
+    /// The options of the command line.
     pub fn new(filter: Option<String>, large: bool) -> Self {
         let mut options = Self { filter, ..Self::default() };
         if large {

@@ -1,4 +1,4 @@
-//! What a run of the benchmarks found, as JSON and as a table.
+//! Results of a run of the benchmarks, as JSON and as a table.
 
 use std::fmt;
 

@@ -32,7 +32,7 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     }
 }
 
-/// What the view sees, and where shadows can fall: on the floor of the cube and what stands on it.
+/// The view's frustum, and the box in which shadows can fall: on the floor of the cube and what stands on it.
 fn view() -> (Frustum, Aabb) {
     let half = f64::from(HALF);
     let (eye, target) = ([0.0, -0.9 * half, 0.0], [0.3 * half, -0.95 * half, -half]);

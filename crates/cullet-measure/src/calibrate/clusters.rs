@@ -1,4 +1,4 @@
-//! What clusters are made for: a t/r that the user gives, the costs that were measured, or the default.
+//! Costs that clusters are made for: a t/r that the user gives, the costs that were measured, or the default.
 
 use std::path::PathBuf;
 

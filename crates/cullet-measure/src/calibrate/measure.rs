@@ -1,4 +1,4 @@
-//! What is measured, and how: the fastest of many rounds, and slopes instead of times.
+//! Measurement of the costs: the fastest of many rounds, and slopes instead of times.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -52,7 +52,7 @@ pub struct Spread {
     pub high: f64,
 }
 
-/// What one round measured, in nanoseconds.
+/// Times of one round, in nanoseconds.
 struct Round {
     /// An item of each test.
     tests: [f64; 3],
@@ -60,7 +60,7 @@ struct Round {
     frames: Vec<Vec<f64>>,
 }
 
-/// Scenes that fill the same pixels and differ in one count, whose price is wanted.
+/// Scenes that fill the same pixels and differ in one count, whose cost is wanted.
 struct Series {
     scenes: Vec<Scene>,
     counts: Vec<f64>,
@@ -133,7 +133,7 @@ fn figures(rounds: &[Round], series: &[Series; 5]) -> [f64; 8] {
     })
 }
 
-/// What the tests in batches need.
+/// Data of the tests in batches.
 struct Tests {
     boxes: cullet::bounds::Boxes,
     frustum: batch::Planes,

@@ -18,7 +18,7 @@ pub use measure::Spread;
 use store::Place;
 pub use store::Stored;
 
-/// What `cullet calibrate --help` ends with.
+/// End of the text of `cullet calibrate --help`.
 pub const HELP: &str = "\
 Measures t, the test of a cluster, r, a triangle of the reference renderer for each kind of material,
 and what else decides whether a kind of culling pays; in nanoseconds on one thread, each from the
@@ -60,7 +60,7 @@ pub struct CalibrateArgs {
 }
 
 impl CalibrateArgs {
-    /// Where JSON is asked for.
+    /// The path that JSON is to be written to.
     #[must_use]
     pub fn json(&self) -> Option<&Path> {
         self.json.as_deref()
@@ -78,7 +78,7 @@ pub fn run(args: &CalibrateArgs, console: &Console) -> Outcome {
     if args.forget {
         return forget(console);
     }
-    // Known before anything is measured, so that no measurement is in vain.
+    // Found before anything is measured, so that no measurement is lost for want of a place to keep it.
     let path = match (&args.out, args.dry_run) {
         (_, true) => None,
         (Some(path), false) => Some(path.clone()),

@@ -21,7 +21,7 @@ const SCHEMA: u32 = 1;
 /// Names the file, where set and not empty.
 pub(super) const VARIABLE: &str = "CULLET_COSTS";
 
-/// What the file holds.
+/// Contents of the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stored {
     schema: u32,
@@ -42,7 +42,7 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// What was measured here and now, in the order of [`Costs::named`].
+    /// The costs measured here and now, in the order of [`Costs::named`].
     #[must_use]
     pub fn now(spreads: [Spread; 8], rounds: u32) -> Self {
         let mut values = spreads.iter();
@@ -137,7 +137,7 @@ impl Stored {
             let Some(ns) = ns else {
                 return Err(refuse("ns", "nanoseconds above 0, to 1e9"));
             };
-            // A price that a third of the rounds gives may be below nothing.
+            // A cost that a third of the rounds gives may be below zero.
             if !cost["low"].as_f64().is_some_and(|low| low <= ns) {
                 return Err(refuse("low", "nanoseconds, at most its ns"));
             }
@@ -156,7 +156,7 @@ pub(crate) struct StoreError {
     what: Damage,
 }
 
-/// What is wrong with it.
+/// Its defect.
 #[derive(Clone, Debug, PartialEq)]
 enum Damage {
     Unreadable(String),

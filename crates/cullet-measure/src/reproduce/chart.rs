@@ -43,9 +43,9 @@ pub(crate) struct Plot {
     pub(crate) corner: Point,
     /// Width and height, in pixels.
     pub(crate) size: Point,
-    /// What is at its left and right end.
+    /// The values at its left and right end.
     pub(crate) x: [f64; 2],
-    /// What is at its bottom and top.
+    /// The values at its bottom and top.
     pub(crate) y: [f64; 2],
 }
 
@@ -219,7 +219,7 @@ impl Chart {
     }
 }
 
-/// The pieces of a line: itself, or dashes as the SVG has them.
+/// The segments of a line: itself, or dashes as the SVG has them.
 fn dashes(from: Point, to: Point, dashed: bool) -> Vec<[Point; 2]> {
     const ON: f64 = 16.0;
     const STEP: f64 = 28.0;
@@ -263,9 +263,9 @@ mod tests {
 
     #[test]
     fn dashes_stay_on_their_line() {
-        let pieces = dashes([0.0, 0.0], [100.0, 0.0], true);
-        assert_eq!(pieces.len(), 4);
-        assert!(pieces.iter().flatten().all(|p| (0.0..=100.0).contains(&p[0]) && p[1] == 0.0));
+        let segments = dashes([0.0, 0.0], [100.0, 0.0], true);
+        assert_eq!(segments.len(), 4);
+        assert!(segments.iter().flatten().all(|p| (0.0..=100.0).contains(&p[0]) && p[1] == 0.0));
         assert_eq!(dashes([1.0, 2.0], [100.0, 0.0], false), [[[1.0, 2.0], [100.0, 0.0]]]);
     }
 }

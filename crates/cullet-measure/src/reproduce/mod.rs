@@ -21,7 +21,7 @@ pub struct ReproduceArgs {
     which: Which,
 }
 
-/// What can be reproduced.
+/// Papers that can be reproduced.
 #[derive(Debug, Subcommand)]
 enum Which {
     /// Optimized View Frustum Culling Algorithms for Bounding Boxes (2000): the gain of each trick
@@ -36,7 +36,7 @@ enum Which {
 }
 
 impl ReproduceArgs {
-    /// Where JSON is asked for.
+    /// The path that JSON is to be written to.
     #[must_use]
     pub fn json(&self) -> Option<&Path> {
         match &self.which {

@@ -1,4 +1,4 @@
-//! What the reproductions look at: one solid of one-sided triangles, and where they look from.
+//! Subject of the reproductions: one solid of one-sided triangles, and the eyes that look at it.
 
 use cullet::bounds::Sphere;
 use cullet::mesh::Part;
@@ -17,7 +17,7 @@ const MOST_TRIANGLES: u64 = 1_000_000;
 /// A model as one mesh that is drawn from its front alone.
 #[derive(Debug)]
 pub(crate) struct Subject {
-    /// What to call it.
+    /// Name for people.
     pub(crate) name: String,
     /// All its triangles, one-sided.
     pub(crate) mesh: Mesh,
@@ -76,7 +76,7 @@ impl Subject {
         Ok(Self { name, mesh, sphere, defect })
     }
 
-    /// What the mesh was made of, to be cut into other clusters.
+    /// The data of the mesh, to be divided into other clusters.
     pub(crate) fn data(&self) -> MeshData {
         MeshData {
             positions: self.mesh.positions().to_vec(),

@@ -59,7 +59,7 @@ pub fn clip_w(size: [u32; 2]) -> Picture {
         } else {
             ([A, B], LOST)
         };
-        // What lies on the screen between the two divided ends.
+        // The segment on the screen between the two divided ends.
         let shown = ends.map(sight);
         for (end, shown) in ends.into_iter().zip(shown) {
             sheet.line(at(end), at(shown), 1.2, INK);
@@ -144,7 +144,7 @@ const SPACES: [(&str, &str, &[Test]); 4] = [
     ),
 ];
 
-/// What leads from each space to the next.
+/// The transform from each space to the next.
 const ARROWS: [&str; 3] = ["model", "projection", "divide"];
 
 /// The names of the benchmarks whose times [`pipeline`] shows.

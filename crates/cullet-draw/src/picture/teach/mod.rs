@@ -24,9 +24,9 @@ pub(super) use surface::{COLORS, caption};
 pub use surface::{clusters, cones};
 pub use volume::{VolumeFigure, culling_volume};
 
-/// What faces away, as in every picture.
+/// Back faces, as in every picture.
 pub(super) const BACK: [u8; 3] = reason_color(Some(Stage::Backface));
-/// What lies outside, as in every picture.
+/// Instances and triangles outside, as in every picture.
 pub(super) const OUTSIDE: [u8; 3] = reason_color(Some(Stage::Frustum));
-/// What is kept, so dark that it shows on paper.
+/// Those that are kept, so dark that they show on paper.
 pub(super) const KEPT: [u8; 3] = [0xE8, 0xE4, 0xDA];

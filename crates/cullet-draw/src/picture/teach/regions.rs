@@ -79,7 +79,7 @@ fn tint(of_slots: &[Vec<[u8; 3]>], slot: u32, t: u32) -> [u8; 3] {
     of_slots.get(slot as usize).and_then(|of| of.get(t as usize)).copied().unwrap_or(KEPT)
 }
 
-/// What faces away as a scene of its own, with the colours of its triangles by slot.
+/// Back faces as a scene of their own, with the colours of its triangles by slot.
 fn backs(scene: &Scene, regions: &[Regions]) -> (Scene, Vec<Vec<[u8; 3]>>) {
     let mut backs = Scene::new();
     let mut made = Vec::new();

@@ -137,7 +137,7 @@ pub(super) fn on_circle(c: [f64; 2], r: f64, degrees: f64) -> [f64; 2] {
     [c[0] + r * t, c[1] - r * s]
 }
 
-/// A flat camera for diagrams in space: parallel, so that equal things look equal.
+/// A flat camera for diagrams in space: parallel, so that equal lengths look equal.
 pub(super) struct Flat {
     pub(super) toward: glam::DVec3,
     right: glam::DVec3,

@@ -13,10 +13,10 @@ use crate::picture::palette::{INK, PROVED, SUBJECT, mix};
 
 /// How far the box reaches from the cluster's middle, in radii of the cluster.
 const REACH: f64 = 4.0;
-/// A region must have this share of the box to be worth a picture.
+/// A region with a smaller share of the box has no picture.
 const LEAST_SHARE: f64 = 0.02;
 
-/// What a picture of a culling volume shows, in figures.
+/// Figures of a picture of a culling volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeFigure {
     /// Which cluster of the mesh.

@@ -1,4 +1,4 @@
-//! What a frame of one model costs apart from its triangles: masks of groups, the list of clusters, planes
+//! Costs of a frame of one model apart from its triangles: masks of groups, the list of clusters, planes
 //! and masks of a mesh that deforms; and the test that everyone writes first.
 
 use std::ops::Range;
@@ -122,8 +122,8 @@ fn clusters(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured
     }
 }
 
-/// What is left of the model: whole ranges where clusters are proved to be seen from the front, and a
-/// list out of the 8-bit planes where they are neither that nor behind. The frame is the item.
+/// Triangles of the model that are kept: whole ranges where clusters are proved to be seen from the front, and
+/// a list out of the 8-bit planes where they are neither that nor behind. The frame is the item.
 fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(Measured)) {
     let [_, _, name, ..] = NAMES;
     if !options.wants(name) {
@@ -172,7 +172,7 @@ fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(
                         _ => ranges.push(range),
                     }
                 }
-                // What is neither, in place of what is behind.
+                // The clusters that are neither, in place of those behind.
                 let here = u64::MAX >> (64 - (count - i * 64).min(64));
                 *back = !(*back | front) & here;
             }
@@ -190,7 +190,7 @@ fn ranges_and_lists(options: &BenchOptions, model: &Model, each: &mut dyn FnMut(
     }
 }
 
-/// What everyone writes first: the normal of three vertices in f32, no error bound, a push for each
+/// The test that everyone writes first: the normal of three vertices in f32, no error bound, a push for each
 /// triangle that is kept. Its gathers through the indices keep it from being vectorised.
 pub(super) fn keep_of_vertices(positions: &[[f32; 3]], indices: &[u32], kept: &mut Vec<u32>) {
     let eye: [f32; 3] = [0, 1, 2].map(|k| EYE[k] as f32);
@@ -235,7 +235,7 @@ const UPDATE_SIZES: [usize; 3] = [TRIANGLES, TRIANGLES, 18];
 /// All triangles of the model encoded anew, as those of a deforming mesh are.
 fn updates(options: &BenchOptions, (positions, indices): &Model, each: &mut dyn FnMut(Measured)) {
     let [.., masks_name, name8] = NAMES;
-    // What is updated is first made of another shape in the same box.
+    // The masks and planes to be updated are first made of another shape in the same box.
     let other: Vec<[f32; 3]> = positions.iter().map(|[x, y, z]| [-x, *y, *z]).collect();
     if let Some(grid) = MaskGrid::new(16).filter(|_| options.wants(masks_name)) {
         let mut masks = NormalMasks::default();

@@ -12,7 +12,7 @@ use cullet_io::occscn::Occscn;
 use super::rasteriser::{HIDDEN, OUTSIDE, Rasteriser, VISIBLE};
 use super::scene::Prepared;
 
-/// What meshes are drawn as.
+/// Ways to draw meshes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Kinds {
     /// Convex ones as triangles too.
@@ -184,12 +184,12 @@ impl Rasteriser for Engine<'_> {
     }
 }
 
-// What is neither has no bit.
+// A box that is neither visible nor hidden has no bit.
 const _: () = assert!(OUTSIDE == 0);
 
 /// A byte for each bit, 1 where it is set.
 fn spread(bits: u8) -> u64 {
     let apart = (u64::from(bits) * 0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
-    // What is not zero reaches the highest bit of its byte.
+    // A byte that is not zero reaches its highest bit.
     (apart + 0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101
 }

@@ -30,7 +30,7 @@ pub(super) struct Mode {
     pub(super) meshes: f64,
 }
 
-/// What testing the objects takes and finds, with the buffer filled as `sorted` does: means over views.
+/// Times and results of testing the objects, with the buffer filled as `sorted` does: means over views.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct ObjectTests {
     /// Time for those in the frustum alone, projection included, by their number.
@@ -45,7 +45,7 @@ pub(super) struct ObjectTests {
     pub(super) visible: f64,
 }
 
-/// What a measurement found.
+/// Results of a measurement.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     /// By [`MODES`].
@@ -75,14 +75,14 @@ fn fastest<const N: usize>(seconds: f64, mut pass: impl FnMut() -> [Duration; N]
     best.map(|d| d.as_nanos() as f64)
 }
 
-/// What some work takes.
+/// Time that some work takes.
 pub(super) fn timed(work: impl FnOnce()) -> Duration {
     let start = Instant::now();
     work();
     start.elapsed()
 }
 
-/// Measures all views in turn, about `seconds` for each of five things in each; `go_on` is asked after
+/// Measures all views in turn, about `seconds` for each of five times in each; `go_on` is called after
 /// each view.
 pub(super) fn measure(
     prepared: &Prepared,

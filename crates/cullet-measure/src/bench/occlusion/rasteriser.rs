@@ -1,4 +1,4 @@
-//! What is measured, as the measurement sees it.
+//! The rasteriser that is measured, as the measurement sees it.
 
 use cullet::View;
 use cullet::bounds::Boxes;

@@ -1,4 +1,4 @@
-//! What a measurement of occlusion culling found, for people and as JSON.
+//! Results of a measurement of occlusion culling, for people and as JSON.
 
 use cullet::Simd;
 use cullet_command::console::{Console, count, grouped};
@@ -11,7 +11,7 @@ use super::scene::Prepared;
 use super::threads::Shared;
 use super::truth::Agreement;
 
-/// What `cullet bench occlusion` adds to the results: means over views.
+/// Results that `cullet bench occlusion` adds: means over views.
 #[derive(Clone, Debug, Serialize)]
 pub struct Occlusion {
     /// The SIMD level.
@@ -26,7 +26,7 @@ pub struct Occlusion {
     modes: [Mode; 3],
     /// The tests of objects.
     test: ObjectTests,
-    /// Drawing on several threads, where that was asked for.
+    /// Drawing on several threads, where the options have it.
     #[serde(skip_serializing_if = "Option::is_none")]
     shared: Option<Shared>,
     /// Beside what is really hidden.
@@ -97,7 +97,7 @@ pub(super) fn measured(
 }
 
 impl Occlusion {
-    /// What was found, at a level and resolution.
+    /// The results at a SIMD level and resolution.
     pub(super) fn new(
         level: &'static str,
         resolution: [u32; 2],

@@ -7,7 +7,7 @@ use cullet::{Depth, Simd, View};
 use cullet_command::exit::Failure;
 use cullet_io::occscn::Occscn;
 
-/// What is measured.
+/// Scene of a measurement.
 #[derive(Debug)]
 pub(super) struct Prepared {
     /// Triangles and meshes.
@@ -16,11 +16,11 @@ pub(super) struct Prepared {
     pub(super) meshes: Vec<Aabb>,
     /// The same as a batch.
     pub(super) mesh_boxes: Boxes,
-    /// What is asked for.
+    /// The boxes that are tested.
     pub(super) objects: Vec<Aabb>,
     /// The same as a batch.
     pub(super) object_boxes: Boxes,
-    /// The views, at the resolution asked for.
+    /// The views, at the resolution of the measurement.
     pub(super) views: Vec<View>,
 }
 
@@ -68,7 +68,7 @@ impl Prepared {
     }
 }
 
-/// What [`Prepared::sorted`] works in, and its answer.
+/// Memory that [`Prepared::sorted`] works in, and its result.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     /// Meshes, in the order to draw them.

@@ -13,7 +13,7 @@ pub(super) struct StandIn<'a> {
     scene: &'a Occscn,
     view: Option<View>,
     depth: Vec<f64>,
-    /// Says hidden whatever it is asked.
+    /// Calls every box hidden.
     pub(super) reckless: bool,
 }
 

@@ -13,7 +13,7 @@ use super::measure::timed;
 use super::rasteriser::Rasteriser;
 use super::scene::{Prepared, Scratch};
 
-/// What drawing in bands takes, on several threads and on one: means over views of the fastest pass, in milliseconds
+/// Times of drawing in bands, on several threads and on one: means over views of the fastest pass, in milliseconds
 /// without clearing.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(crate) struct Shared {
@@ -80,7 +80,7 @@ impl Workers {
     }
 }
 
-/// Measures all views in turn, about `seconds` each; `go_on` is asked after each.
+/// Measures all views in turn, about `seconds` each; `go_on` is called after each.
 pub(super) fn measure(
     prepared: &Prepared,
     level: Simd,

@@ -1,4 +1,4 @@
-//! What is really hidden, from files beside the scene, and how answers stand beside it.
+//! Reference visibility from files beside the scene, and the agreement of results with it.
 
 use std::path::{Path, PathBuf};
 
@@ -19,13 +19,13 @@ const MOST: u8 = 3;
 
 /// Pixels of published references, whatever the occlusion buffer has.
 const SIZE: [u32; 2] = [1280, 720];
-/// What is not nearer than what hides it by more than this part of its distance counts as hidden there.
+/// An object that is not nearer than what hides it by more than this part of its distance counts as hidden there.
 pub const TOLERANCE: f64 = 1e-6;
 
 /// References that are looked for beside a scene: images of up to so many times the width and height.
 const FINEST: u32 = 16;
 
-/// What is hidden in images of N × N times the pixels.
+/// Visibility in images of N × N times the pixels.
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// N.
@@ -107,7 +107,7 @@ impl Reference {
 }
 
 /// Draws the reference of the first `views` views: 1280 × 720 pixels of N × N samples each, both sides of
-/// every triangle, as published references are. Ends early where `go_on` says so, which is asked after
+/// every triangle, as published references are. Ends early where `go_on` says so, which is called after
 /// each view.
 pub(super) fn drawn(
     scene: &Occscn,

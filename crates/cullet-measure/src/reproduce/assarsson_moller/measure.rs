@@ -149,7 +149,7 @@ pub(super) fn all(
                     record.frames_differing += u64::from(i > 0 && found != truth);
                 }
             }
-            // In turns, for who comes second finds the boxes in the cache.
+            // In turns, for the second finds the boxes in the cache.
             for which in [pass % 2, 1 - pass % 2] {
                 let start = Instant::now();
                 let (nodes, boxes) = (hierarchy.nodes(), hierarchy.boxes());

@@ -57,7 +57,7 @@ pub(super) fn all(console: &Console, record: &AssarssonMollerRecord) {
     }
 }
 
-/// What it says.
+/// Prints the conclusions in words.
 fn words(console: &Console, record: &AssarssonMollerRecord) {
     let best = record.rows.iter().max_by(|a, b| a.speedup.total_cmp(&b.speedup));
     if let (Some(best), [cold, warm]) = (best, &record.wide[..]) {
@@ -69,7 +69,7 @@ fn words(console: &Console, record: &AssarssonMollerRecord) {
             best.ns / cold.ns
         ));
         console.line(
-            "What carries over to wide vectors: masking (a node's children are asked only by the planes that it\n\
+            "What carries over to wide vectors: masking (a node's children are tested only against the planes it\n\
              straddles), and taking or dropping a whole range at once. What does not: the octant test and the\n\
              last rejecting plane save a test of one box by a branch, and sixteen boxes differ in which they\n\
              would need. Motion coherency carries over by groups of 256 boxes:",

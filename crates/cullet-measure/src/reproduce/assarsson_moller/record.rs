@@ -1,4 +1,4 @@
-//! What is found: the figures as they are written.
+//! The record: the figures as they are written.
 
 use serde::Serialize;
 
@@ -34,7 +34,7 @@ pub(super) struct AssarssonMollerRecord {
     pub(super) complete: bool,
 }
 
-/// What a way of culling costs a frame; means over the frames.
+/// Costs of a way of culling in a frame; means over the frames.
 #[derive(Debug, Serialize)]
 pub(super) struct TricksRow {
     pub(super) variant: &'static str,
@@ -49,7 +49,7 @@ pub(super) struct TricksRow {
 #[derive(Debug, Serialize)]
 pub(super) struct WideRow {
     pub(super) variant: &'static str,
-    /// Sixteen things against a plane count as sixteen.
+    /// Sixteen boxes against a plane count as sixteen.
     pub(super) plane_tests: f64,
     pub(super) ns: f64,
     pub(super) speedup: f64,

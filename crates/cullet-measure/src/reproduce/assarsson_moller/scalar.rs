@@ -39,7 +39,7 @@ pub(super) struct Tricks {
     pub(super) motion: bool,
 }
 
-/// What a frame cost.
+/// Counts of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub(super) nodes: u64,
@@ -67,7 +67,7 @@ pub(super) fn sides(frustum: &Frustum) -> Option<Sides> {
     Some([side(Near)?, side(Far)?, side(Left)?, side(Right)?, side(Bottom)?, side(Top)?])
 }
 
-/// What is remembered from frame to frame.
+/// State kept from frame to frame.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     /// By node, the plane that rejected it last.
@@ -232,7 +232,7 @@ fn distances(node: &Node, side: &Side) -> (f64, f64) {
 /// The octant test: of each two opposite open planes the one that the node cannot reach, for it is on the other
 /// side of the middle between them, and its sphere is smaller than half their distance there.
 ///
-/// The paper asks for a sphere smaller than the frustum at its middle. Towards the eye a frustum is narrower,
+/// The paper requires a sphere smaller than the frustum at its middle. Towards the eye a frustum is narrower,
 /// so here the distance is that at the node, and the answer is never another.
 fn hidden(node: &Node, sides: &Sides, open: u8) -> u8 {
     let middle = (node.min + node.max) * 0.5;

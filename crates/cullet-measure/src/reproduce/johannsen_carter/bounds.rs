@@ -1,4 +1,4 @@
-//! What each bound of a cluster culls, and what its test costs.
+//! Bounds of clusters: the share that each culls, and the cost of its test.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -36,7 +36,7 @@ const CELLS: u32 = 16;
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct BoundRow {
     pub(super) name: &'static str,
-    /// What it is, for people.
+    /// Description for people.
     pub(super) what: &'static str,
     /// Of one cluster; where clusters differ, in the mean.
     pub(super) bytes: u64,
@@ -57,7 +57,7 @@ pub(super) struct Clusters<'a> {
     triangles: u64,
 }
 
-/// What can be culled from one eye at most.
+/// Clusters that can be culled from one eye at most.
 struct Seen {
     eye: [f64; 4],
     /// Clusters that the eye is behind, by the ideal test.
@@ -73,7 +73,7 @@ pub(super) struct Views {
     pub(super) ideal_percent: Vec<f64>,
 }
 
-/// What was found wrong; all zero, or something is.
+/// Counts of wrong results; all must be zero.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Wrong {
     /// Clusters that a bound culled, and that were not proved to face away.
@@ -137,7 +137,7 @@ impl<'a> Clusters<'a> {
         percent(culled as f64, self.triangles as f64 * eyes.len() as f64)
     }
 
-    /// What the exact and the ideal test cull, from every eye.
+    /// Shares that the exact and the ideal test cull, from every eye.
     pub(super) fn views(&self, subject: &Subject, directions: u32, bar: &mut Progress) -> Views {
         let triangles: Vec<ClusterPlanes> = (0..self.len())
             .flat_map(|c| self.corners(c))

@@ -1,4 +1,4 @@
-//! Ways to make clusters, and what each is worth.
+//! Ways to make clusters, and the quality of each.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -37,7 +37,7 @@ pub(super) struct ProbabilityRow {
     pub(super) seconds: f64,
 }
 
-/// What it costs that clusters do not cross materials.
+/// Cost of keeping clusters from crossing materials.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct MaterialRow {
     pub(super) parts: usize,

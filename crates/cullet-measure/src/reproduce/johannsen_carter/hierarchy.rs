@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::bounds::{Clusters, DISTANCES, MAIN, fastest};
 
-/// What the tree saves, and what it costs; means over the eyes.
+/// Savings and costs of the tree; means over the eyes.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct HierarchyRow {
     /// Nodes above single clusters.

@@ -153,7 +153,7 @@ fn measure(
     })
 }
 
-/// What takes longer: other clusterings, and the hierarchy.
+/// The measurements that take longer: other clusterings, and the hierarchy.
 fn more(
     record: &mut JohannsenCarterRecord,
     subject: &Subject,

@@ -1,4 +1,4 @@
-//! What is found: the figures as they are written.
+//! The record: the figures as they are written.
 
 use clap::ValueEnum;
 use serde::Serialize;

@@ -23,7 +23,7 @@ use crate::reproduce::model::fibonacci;
 const PASSES: usize = 40;
 const PATIENCE: Duration = Duration::from_secs(4);
 
-/// What drawing found.
+/// Results of drawing.
 #[derive(Debug)]
 pub(super) struct Times {
     /// Views drawn.
@@ -157,7 +157,7 @@ impl Lists {
         self.visible.triangle_ranges.clear();
     }
 
-    /// What is left of each copy, seen from an eye in its own space.
+    /// The triangles of each copy that are kept, seen from an eye in its own space.
     fn list(
         &mut self,
         eyes: [[f64; 4]; 2],
@@ -188,7 +188,7 @@ fn view(pair: &Pair, direction: [f64; 3], radii: f64, size: [u32; 2]) -> Result<
     View::new(&Camera::look_at(eye, [0.0; 3], projection), Depth::Reversed, size).map_err(internal)
 }
 
-/// What only a fault of ours can cause.
+/// A failure that only a fault of this program can cause.
 pub(super) fn internal(error: impl ToString) -> Failure {
     Failure { exit: Exit::Internal, message: error.to_string() }
 }

@@ -12,7 +12,7 @@ const SHARE: [u8; 3] = [0x00, 0x72, 0xB2];
 const SPEED: [u8; 3] = [0xD5, 0x5E, 0x00];
 /// The share that an exact test culls.
 const EXACT: [u8; 3] = [0x5C, 0x63, 0x6B];
-/// What the paper claims.
+/// The band of the speed-up that the paper claims.
 const CLAIM: [u8; 3] = [0xF8, 0xE4, 0xD4];
 const GRID: [u8; 3] = [0xDD, 0xDB, 0xD5];
 
@@ -79,7 +79,7 @@ pub(super) fn chart(record: &ZhangHoffRecord) -> Chart {
     c.curve(&points(&speed, &|r| Some(r.even_speedup)), faint, true);
     c.curve(&points(&speed, &|r| r.speedup), SPEED, false);
 
-    // What is what, below: nothing hides a curve.
+    // The legend, below: nothing hides a curve.
     let legend = [
         (SHARE, false, "culled by masks"),
         (pale, true, "culled, as the paper prints it"),

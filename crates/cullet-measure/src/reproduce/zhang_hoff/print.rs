@@ -108,7 +108,7 @@ fn views(n: u32) -> String {
 
 /// Why the paper's speed-up is another.
 fn claim(console: &Console, record: &ZhangHoffRecord) {
-    // What the paper's frame took for each triangle that its masks kept.
+    // Time of the paper's frame for each triangle that its masks kept.
     let each = PAPER.map(|(_, culled, ms)| ms * 1e3 / (PAPER_TRIANGLES * (1.0 - culled / 100.0)));
     let [least, most] = [f64::min, f64::max].map(|f| each.into_iter().reduce(f).unwrap_or(0.0));
     let even = record.rows.last().map_or(1.0, |r| r.even_speedup);

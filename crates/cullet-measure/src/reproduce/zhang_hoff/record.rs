@@ -1,4 +1,4 @@
-//! What the paper prints, and what is found: the figures as they are written.
+//! The record: the figures that the paper prints, and those measured, as they are written.
 
 use serde::Serialize;
 
@@ -69,7 +69,7 @@ pub(super) struct CopiesRecord {
 pub(super) struct TableRow {
     pub(super) n: u32,
     pub(super) classes: u32,
-    /// What the masks keep; the paper's word for it is front-facing.
+    /// Triangles that the masks keep; the paper's word for them is front-facing.
     pub(super) front: u64,
     pub(super) back: u64,
     pub(super) culled_percent: f64,
@@ -77,7 +77,7 @@ pub(super) struct TableRow {
     pub(super) exact_percent: f64,
     pub(super) ms_per_frame: Option<f64>,
     pub(super) speedup: Option<f64>,
-    /// What the speed-up were if a frame's time went by its triangles alone, each costing the same.
+    /// The speed-up if a frame's time depended on its triangles alone, each costing the same.
     pub(super) even_speedup: f64,
     pub(super) paper_ms: f64,
 }

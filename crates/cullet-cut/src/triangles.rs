@@ -22,14 +22,14 @@ const DROPPED: u32 = u32::MAX;
 
 /// A triangle that planes touch. Vertices from the number of those of the input on are new.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct CutTriangle {
     corners: [u32; 3],
     origin: u32,
     /// The plane of the cap that it is of.
     cap: Option<u8>,
 }
 
-/// What a plane cut off, where that is wanted: a corner where the triangle leaves the inside, corners
+/// Polygon that a plane cut off, where that is kept: a corner where the triangle leaves the inside, corners
 /// outside, and the corner where it comes back. Later planes may divide the edge from the last to the
 /// first, for the other half has it too.
 #[derive(Clone, Copy, Debug)]
@@ -71,8 +71,8 @@ struct Work<'a> {
     /// an edge in a plane may have vertices of their own. The latest in `cut_list`.
     cuts_at: QuickMap<[[u32; 3]; 2], u32>,
     cut_list: Vec<CutAt>,
-    walls: Vec<Piece>,
-    caps: Vec<Piece>,
+    walls: Vec<CutTriangle>,
+    caps: Vec<CutTriangle>,
     removed: Vec<Removed>,
     /// The edges of what was removed that lie in the plane, in its direction.
     edges: Vec<[u32; 2]>,
@@ -194,7 +194,7 @@ impl Work<'_> {
             }
             run = t + 1;
             if touched {
-                self.walls.push(Piece { corners, origin: t as u32, cap: None });
+                self.walls.push(CutTriangle { corners, origin: t as u32, cap: None });
             }
         }
         copy(run, all.len() / 3);
@@ -208,8 +208,8 @@ impl Work<'_> {
         let positions = self.input.positions;
         let at = |v: u32| key(positions[v as usize]);
         let mut seen = QuickMap::default();
-        let again = |piece: &Piece| {
-            let [a, b, c] = piece.corners.map(at);
+        let again = |triangle: &CutTriangle| {
+            let [a, b, c] = triangle.corners.map(at);
             let turned = [[a, b, c], [b, c, a], [c, a, b]].into_iter().min();
             seen.insert(turned, ()).is_some()
         };
@@ -220,8 +220,8 @@ impl Work<'_> {
         // How much oftener an edge is run along one way than the other; of those edges only that no plane
         // rejects as a whole, for all triangles at them have been gathered.
         let outside = &self.sides.outside;
-        let edges = |piece: &Piece| {
-            let [a, b, c] = piece.corners;
+        let edges = |triangle: &CutTriangle| {
+            let [a, b, c] = triangle.corners;
             [[a, b], [b, c], [c, a]].into_iter().filter_map(|[p, q]| {
                 let (own, other) = (outside[p as usize], outside[q as usize]);
                 let (p, q) = (at(p), at(q));
@@ -239,11 +239,12 @@ impl Work<'_> {
             let mut more = false;
             for i in 0..again.len() {
                 let i = if pass % 2 == 0 { i } else { again.len() - 1 - i };
-                let piece = &self.walls[i];
-                if !again[i] || spare[i] || edges(piece).all(|(edge, way)| net[&edge] * way <= 0) {
+                let triangle = &self.walls[i];
+                if !again[i] || spare[i] || edges(triangle).all(|(edge, way)| net[&edge] * way <= 0)
+                {
                     continue;
                 }
-                edges(piece).for_each(|(edge, way)| *net.entry(edge).or_default() -= way);
+                edges(triangle).for_each(|(edge, way)| *net.entry(edge).or_default() -= way);
                 (spare[i], more) = (true, true);
             }
             if !more {
@@ -271,12 +272,12 @@ impl Work<'_> {
         let new: Vec<i8> = self.positions.iter().map(|&p| plane.side(p)).collect();
         let walls = std::mem::take(&mut self.walls);
         self.walls.reserve(walls.len());
-        for piece in walls {
-            self.split(piece, number, plane, &new);
+        for triangle in walls {
+            self.split(triangle, number, plane, &new);
         }
         let caps = std::mem::take(&mut self.caps);
-        for piece in caps {
-            self.split(piece, number, plane, &new);
+        for triangle in caps {
+            self.split(triangle, number, plane, &new);
         }
         let Some(options) = &self.options.caps else { return };
         if self.edges.is_empty() {
@@ -311,22 +312,22 @@ impl Work<'_> {
                 }
                 vertex[p as usize]
             });
-            self.caps.push(Piece { corners, origin: NO_ORIGIN, cap: Some(number as u8) });
+            self.caps.push(CutTriangle { corners, origin: NO_ORIGIN, cap: Some(number as u8) });
         }
     }
 
     /// Divides a triangle at a plane: what is inside stays, what is outside goes, and the edge between
     /// them is noted.
-    fn split(&mut self, piece: Piece, number: usize, plane: &CutPlane, new: &[i8]) {
+    fn split(&mut self, triangle: CutTriangle, number: usize, plane: &CutPlane, new: &[i8]) {
         let count = self.input.positions.len();
-        let corners = piece.corners;
+        let corners = triangle.corners;
         let side = corners.map(|v| match (v as usize).checked_sub(count) {
             None => self.sides.side(v, number),
             Some(v) => new[v],
         });
         let to = |work: &mut Self, corners| {
-            let list = if piece.cap.is_some() { &mut work.caps } else { &mut work.walls };
-            list.push(Piece { corners, ..piece });
+            let list = if triangle.cap.is_some() { &mut work.caps } else { &mut work.walls };
+            list.push(CutTriangle { corners, ..triangle });
         };
         if side.iter().all(|&s| s <= 0) {
             let flat = side == [0; 3];
@@ -338,7 +339,7 @@ impl Work<'_> {
         }
         if side.iter().all(|&s| s > 0) || side.iter().all(|&s| s == 0) {
             let on = if side == [0; 3] { On::All } else { On::None };
-            return self.remove(piece, number, corners, None, on);
+            return self.remove(triangle, number, corners, None, on);
         }
         let (mut kept, mut kept_len) = ([0; 4], 0);
         let [mut exit, mut entry] = [DROPPED; 2];
@@ -374,7 +375,7 @@ impl Work<'_> {
         let ([o, p], len) = outer;
         let third = if len == 2 { p } else { entry };
         let on = if exit == entry { On::None } else { On::Last };
-        self.remove(piece, number, [exit, o, third], (len == 2).then_some(entry), on);
+        self.remove(triangle, number, [exit, o, third], (len == 2).then_some(entry), on);
         if side.iter().all(|&s| s >= 0) {
             return;
         }
@@ -386,8 +387,15 @@ impl Work<'_> {
     }
 
     /// Notes what was cut off a wall, if that is what is kept.
-    fn remove(&mut self, piece: Piece, plane: usize, [a, b, c]: [u32; 3], d: Option<u32>, on: On) {
-        if self.options.keep == Keep::Inside || piece.cap.is_some() {
+    fn remove(
+        &mut self,
+        triangle: CutTriangle,
+        plane: usize,
+        [a, b, c]: [u32; 3],
+        d: Option<u32>,
+        on: On,
+    ) {
+        if self.options.keep == Keep::Inside || triangle.cap.is_some() {
             return;
         }
         // A corner on the plane with both others outside: a triangle.
@@ -396,7 +404,7 @@ impl Work<'_> {
             Some(d) => ([a, b, c, d], 4),
             None => ([a, b, c, c], 3),
         };
-        let (origin, plane) = (piece.origin, plane as u8);
+        let (origin, plane) = (triangle.origin, plane as u8);
         self.removed.push(Removed { corners, origin, len, plane, on });
     }
 
@@ -440,20 +448,20 @@ impl Work<'_> {
         v
     }
 
-    /// Appends the pieces and the caps to the untouched triangles.
+    /// Appends the cut triangles and the caps to the untouched ones.
     fn finish(&mut self, place: &[u32]) {
         let count = self.input.positions.len();
-        let mut pieces = match self.options.keep {
+        let mut triangles = match self.options.keep {
             Keep::Inside => std::mem::take(&mut self.walls),
-            Keep::Outside => self.outer_pieces(),
+            Keep::Outside => self.outer_triangles(),
         };
-        let walls = pieces.len();
+        let walls = triangles.len();
         let mut caps = std::mem::take(&mut self.caps);
         caps.sort_by_key(|c| c.cap);
         if self.options.keep == Keep::Outside {
             // The same faces, from the other side.
-            for piece in &mut caps {
-                piece.corners.swap(1, 2);
+            for triangle in &mut caps {
+                triangle.corners.swap(1, 2);
             }
             if let Some(at) = self.options.caps.as_ref().and_then(|c| c.normal_at) {
                 let stride = self.input.stride;
@@ -474,12 +482,12 @@ impl Work<'_> {
                 _ => self.result.caps.push(Cap { plane, triangles: t..t + 1 }),
             }
         }
-        pieces.append(&mut caps);
+        triangles.append(&mut caps);
         let mut new = vec![DROPPED; self.positions.len()];
         let stride = self.input.stride;
         let result = &mut self.result;
-        for piece in pieces {
-            for v in piece.corners {
+        for triangle in triangles {
+            for v in triangle.corners {
                 let to = match (v as usize).checked_sub(count) {
                     None => place[v as usize],
                     Some(v) => {
@@ -492,18 +500,18 @@ impl Work<'_> {
                         new[v]
                     }
                 };
-                debug_assert_ne!(to, DROPPED, "a piece has a vertex that was dropped");
+                debug_assert_ne!(to, DROPPED, "a triangle has a vertex that was dropped");
                 result.indices.push(to);
             }
-            result.origin.push(piece.origin);
+            result.origin.push(triangle.origin);
         }
     }
 
-    /// What the planes cut off, as triangles by origin.
-    fn outer_pieces(&mut self) -> Vec<Piece> {
+    /// The polygons that the planes cut off, as triangles by origin.
+    fn outer_triangles(&mut self) -> Vec<CutTriangle> {
         let mut removed = std::mem::take(&mut self.removed);
         removed.sort_by_key(|r| r.origin);
-        let mut pieces = Vec::with_capacity(removed.len() * 2);
+        let mut triangles = Vec::with_capacity(removed.len() * 2);
         let mut rim = Vec::new();
         for r in &removed {
             let [exit, mut apex] = [r.corners[0], r.corners[1]];
@@ -530,16 +538,16 @@ impl Work<'_> {
             }
             for w in rim.windows(2) {
                 let corners = [apex, w[0], w[1]];
-                pieces.push(Piece { corners, origin: r.origin, cap: None });
+                triangles.push(CutTriangle { corners, origin: r.origin, cap: None });
             }
         }
-        pieces
+        triangles
     }
 
     /// Appends the vertices at which planes after this one divided an edge of both halves, in order.
     ///
-    /// What happened to the edge is gone through again: looked up by its positions alone, it might be taken
-    /// for one that came to lie there later, by rounding.
+    /// The divisions of the edge are repeated: looked up by its positions alone, it might be taken for one that
+    /// came to lie there later, by rounding.
     fn divide(&mut self, from: u32, to: u32, after: u8, rim: &mut Vec<u32>) {
         for number in usize::from(after) + 1..self.planes.len() {
             let plane = &self.planes[number];
