@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_figure_is_reckoned_from_its_pointers() {
+    fn a_figure_is_computed_from_its_pointers() {
         let json = serde_json::json!({"all": 12, "gone": {"a": 4}, "of": 2, "list": [1, 1, 1]});
         let of = |value: &str, over: Option<&str>| {
             let value = serde_json::json!({"run": "x", "value": value, "over": over, "times": 100});

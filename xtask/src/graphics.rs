@@ -3,7 +3,7 @@
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{install, install_words, is_ci, optional};
 
-/// Debian's packages: software Vulkan, a virtual screen, and what a window asks for when it starts.
+/// Debian's packages: software Vulkan, a virtual screen, and what a window needs when it starts.
 pub(crate) const DEBIAN: &[&str] = &[
     "mesa-vulkan-drivers",
     "libvulkan1",

@@ -96,7 +96,7 @@ fn draw_pictures(folder: &Path) -> Done {
     Ok(())
 }
 
-/// Draws the viewer's window on a screen that nobody looks at, so that no desktop's scale or theme is in the
+/// Draws the viewer's window on a virtual screen, so that no desktop's scale or theme is in the
 /// picture, and in software, so that two machines draw the same.
 fn draw_windows(folder: &Path) -> Done {
     if !graphics::is_there() {

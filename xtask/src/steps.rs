@@ -50,7 +50,7 @@ fn docs() -> Ended {
     all(run(doc))
 }
 
-/// Each library alone, with no more features than it asks for, and each of its features: the workspace may lend it some.
+/// Each library alone, with no more features than it declares, and each of its features: the workspace may lend it some.
 fn features() -> Ended {
     let check = |more: &[&str]| {
         cargo(&[&["check", "--profile", checked::PROFILE, "--package"], more].concat())

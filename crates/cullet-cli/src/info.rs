@@ -62,8 +62,8 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
     let facts = meshes::facts(&model);
     let record = meshes::scene_record(&model, &facts);
     let scene = &model.scene;
-    let transforms = |odd: fn(&cullet::Transform) -> bool| {
-        scene.slots().filter(|&s| odd(scene.transform(s))).count() as u64
+    let transforms = |is_counted: fn(&cullet::Transform) -> bool| {
+        scene.slots().filter(|&s| is_counted(scene.transform(s))).count() as u64
     };
     let tree = Some(&model.node_tree).filter(|t| !t.is_empty());
     let groups = tree.and_then(|_| model.node_tree_statistics());
@@ -142,12 +142,12 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
         let names: Vec<&str> = info.cameras.iter().take(shown.min(8)).copied().collect();
         row("cameras", format!("{}: {}", info.cameras.len(), names.join(", ")));
     }
-    let odd = [
+    let notes = [
         (info.mirrored_instances, "mirrored"),
         (info.non_finite_instances, "with a transform that is not finite"),
         (info.singular_instances, "scaled to nothing along an axis"),
     ];
-    for (n, what) in odd.iter().filter(|o| o.0 > 0) {
+    for (n, what) in notes.iter().filter(|o| o.0 > 0) {
         row("note", format!("{} {what}", count(*n, "instance is", "instances are")));
     }
     let degenerate: u64 = info.meshes.iter().map(|m| m.degenerate).sum();

@@ -33,9 +33,9 @@ pub(crate) fn reason_text(reason: Reason) -> String {
         }
         Stage::Portal => "not seen through any portal".into(),
         Stage::Detail => "too small on the screen".into(),
-        Stage::Lod => "another level of detail stands for it".into(),
-        Stage::Occlusion => "behind something".into(),
+        Stage::Lod => "another level of detail is drawn instead".into(),
+        Stage::Occlusion => "occluded".into(),
         Stage::Backface => "every triangle faces away".into(),
-        Stage::Degenerate => "without area".into(),
+        Stage::Degenerate => "degenerate: no triangle has area".into(),
     }
 }

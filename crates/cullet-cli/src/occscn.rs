@@ -15,13 +15,13 @@ use cullet_measure::occscn::{default_options, make, views};
 
 /// End of `cullet occscn --help`.
 pub(crate) const HELP: &str = "\
-Writes an OCCSCN01 file: triangles that occlude, in world space and in meshes; boxes that are asked for;
+Writes an OCCSCN01 file: triangles that occlude, in world space and in meshes; boxes to test;
 views as matrices. cullet bench occlusion --scene FILE measures it.
 
 Of a city, the buildings and the ground occlude, each a mesh of its own; all else is boxes, seen from the
 city's own cameras. Of any other model all that is opaque occludes, cut into meshes of at most 128
 triangles at medians; the boxes are 20000 random ones, and the views walk through it. A scene that says
-what occludes (an OCCSCN01 file) is taken at its word.
+what occludes (an OCCSCN01 file) is used as it says.
 
 Examples
   cullet occscn city:ground=0 -o city.bin            120000 triangles, 100000 boxes, 32 views

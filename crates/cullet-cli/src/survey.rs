@@ -118,7 +118,7 @@ impl Survey {
         self.count_backfaces = true;
     }
 
-    /// Culls one view, verifies it if asked, and adds it to the tallies.
+    /// Culls one view, verifies it on request, and adds it to the tallies.
     ///
     /// # Errors
     /// If the model cannot be posed at the view's time.

@@ -19,7 +19,7 @@ pub struct Console {
 }
 
 impl Console {
-    /// A console; `json` is where JSON is asked for.
+    /// A console; `json` is where JSON is written to.
     pub fn new(quiet: bool, json: Option<&Path>) -> Self {
         Self { quiet, json_on_stdout: json.is_some_and(|p| p == Path::new("-")) }
     }
@@ -101,7 +101,7 @@ impl Drop for Progress {
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// From now on the first Ctrl-C asks to stop after the current view or step, and a second one stops at once.
+/// From now on the first Ctrl-C requests a stop after the current view or step, and a second one stops at once.
 pub fn watch_interrupts() {
     // Where no handler can be set, Ctrl-C ends the program as it would have without one.
     let _ = ctrlc::set_handler(|| {

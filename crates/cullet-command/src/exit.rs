@@ -39,7 +39,7 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// The command line asks for what cannot be.
+    /// The command line is wrong.
     pub fn usage(message: impl ToString) -> Self {
         Self { exit: Exit::Usage, message: message.to_string() }
     }

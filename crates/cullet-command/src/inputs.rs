@@ -85,7 +85,7 @@ fn limit(model: &Model, args: &SceneArgs) -> Result<(), Failure> {
     }
 }
 
-/// Poses a model at the first of the times asked for, so that paths find it where it is.
+/// Poses a model at the first of the given times, so that paths find it where it is.
 pub fn begin(model: &mut Model, args: &ViewArgs, console: &Console) -> Result<(), Failure> {
     let Some([first, _]) = args.time else {
         let seconds = model.motion.as_ref().and_then(cullet_io::Motion::seconds);
@@ -124,14 +124,14 @@ pub fn pose(model: &mut Model, seconds: f64) -> Result<(), Failure> {
     })
 }
 
-/// The time of each of `views` views; none where no time was asked for.
+/// The time of each of `views` views; none where no time was given.
 pub fn times(args: &ViewArgs, views: usize) -> Vec<f64> {
     let Some([first, last]) = args.time else { return Vec::new() };
     let steps = views.saturating_sub(1).max(1) as f64;
     (0..views).map(|i| first + (last - first) * (i as f64 / steps)).collect()
 }
 
-/// The views asked for, and a line that says what near and far came to.
+/// The requested views, and a line with their near and far distances.
 pub fn views(model: &Model, args: &ViewArgs, console: &Console) -> Result<Vec<View>, Failure> {
     let overrides =
         Overrides { fov_degrees: args.fov, near: args.near, far: args.far, ..Overrides::default() };
@@ -199,7 +199,7 @@ pub fn path_words(args: &ViewArgs) -> String {
     words
 }
 
-/// The culler asked for.
+/// The culler of the arguments.
 pub fn culler(args: &CullArgs) -> Culler {
     let detail = |threshold_px| Detail { measure: args.detail_by, threshold_px };
     let culler = Culler {

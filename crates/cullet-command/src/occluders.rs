@@ -40,7 +40,7 @@ pub fn of_meshes<T: Send>(
     Ok(all)
 }
 
-/// Gives every mesh the occluder that is asked for; a line says what came of it.
+/// Gives every mesh the occluder of the arguments, and prints a line with the result.
 ///
 /// Polygons off the axes lie near the surface and not in it, by a tolerance that a buffer would have to allow for at
 /// each slope; they are left out.
@@ -57,7 +57,7 @@ pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(),
     }
     let (mut options, costs) = (OccluderOptions::default(), OccluderCosts::default());
     if args.occluders == OccluderKind::Baked {
-        // Nobody asks how good they are.
+        // Their efficiency is not used.
         options.directions = 0;
     }
     model.scene.prepare(Preparation { occluder: true, ..Preparation::NONE });

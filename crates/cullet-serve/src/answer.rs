@@ -137,7 +137,7 @@ fn page(file: &PageFile, headers: &HeaderMap) -> Response<Answer> {
 
 /// The head of an answer, and whether the client has it already.
 fn begin(kind: &'static str, tag: u64, gzip: bool, headers: &HeaderMap) -> (Builder, bool) {
-    // The two forms of a file are two things to a cache.
+    // The two forms of a file are two entries of a cache.
     let tag = format!("\"{tag:016x}{}\"", if gzip { "-gz" } else { "" });
     let known = headers.get_all(header::IF_NONE_MATCH).iter();
     let fresh = known.filter_map(|v| v.to_str().ok()).flat_map(|v| v.split(',')).any(|v| {
@@ -148,7 +148,7 @@ fn begin(kind: &'static str, tag: u64, gzip: bool, headers: &HeaderMap) -> (Buil
         .status(if fresh { StatusCode::NOT_MODIFIED } else { StatusCode::OK })
         .header(header::CONTENT_TYPE, kind)
         .header(header::ETAG, tag)
-        // Kept, but asked about each time: a page that was built anew is seen at once.
+        // Kept, but revalidated each time: a page that was built anew is seen at once.
         .header(header::CACHE_CONTROL, "no-cache")
         .header(header::VARY, "Accept-Encoding");
     (if gzip { answer.header(header::CONTENT_ENCODING, "gzip") } else { answer }, fresh)
@@ -223,8 +223,9 @@ mod tests {
         assert_eq!(decode("/scene/a%20b.glb").as_deref(), Some("/scene/a b.glb"));
         assert_eq!(decode("/%2e%2e").as_deref(), Some("/.."));
         assert_eq!(decode("/%252e").as_deref(), Some("/%2e"), "decoded once, not twice");
-        for odd in ["/%", "/%2", "/%zz", "/%00", "/%0a", "/a%2fb", "/a%5Cb", "/%ff", "/%c0%ae"] {
-            assert_eq!(decode(odd), None, "{odd}");
+        for invalid in ["/%", "/%2", "/%zz", "/%00", "/%0a", "/a%2fb", "/a%5Cb", "/%ff", "/%c0%ae"]
+        {
+            assert_eq!(decode(invalid), None, "{invalid}");
         }
     }
 

@@ -41,7 +41,7 @@ pub struct Limits {
     /// of one that has taken nothing of its answer for a while; while all take their answers it waits. An answer holds
     /// at most 128 KiB of a scene, beside what the system keeps for the connection, and two file handles.
     pub connections: usize,
-    /// How long answers may go on once the server was asked to stop.
+    /// How long answers may go on once the server was told to stop.
     pub stop_time: Duration,
 }
 
@@ -169,8 +169,8 @@ async fn serve(
     let _ = tokio::time::timeout(limits.stop_time, graceful.shutdown()).await;
 }
 
-/// Serves a connection to its end, or until its client is too slow. That one breaks off, or asks wrongly, is its own
-/// affair.
+/// Serves a connection to its end, or until its client is too slow. A broken connection or a bad request is no error
+/// of the server.
 async fn in_time(connection: impl Future, progress: Rc<Progress>, limits: Limits) {
     let mut connection = pin!(connection);
     loop {

@@ -1,4 +1,4 @@
-//! The audit of bounds: which things leave the boxes that culling goes by, and so may vanish while they are in sight.
+//! The audit of bounds: which instances leave the boxes that culling tests, and so may vanish while they are visible.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub struct Audit {
     found: Option<Vec<Stray>>,
 }
 
-/// The things of a scene that leave their bounds where they stand now.
+/// The bounds violations of a scene, with its instances where they stand now.
 ///
 /// # Errors
 /// None that a scene gives rise to; the text for the user.
@@ -77,13 +77,14 @@ impl Audit {
     }
 }
 
-fn draw(scene: &Scene, strays: &[Stray], most: usize, lines: &mut Lines) {
+fn draw(scene: &Scene, violations: &[Stray], most: usize, lines: &mut Lines) {
     let red = tint(cullet_draw::palette::LOST, 255);
-    for stray in strays.iter().take(most) {
-        let b = scene.bounds(stray.slot);
+    for violation in violations.iter().take(most) {
+        let b = scene.bounds(violation.slot);
         lines.edges(&b, scene.origin(), red);
         let origin = glam::DVec3::from(scene.origin());
-        let [middle, vertex] = [b.center(), stray.position].map(|p| glam::DVec3::from(p) + origin);
+        let [middle, vertex] =
+            [b.center(), violation.position].map(|p| glam::DVec3::from(p) + origin);
         lines.line(middle, vertex, red);
     }
 }

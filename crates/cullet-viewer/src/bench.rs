@@ -51,11 +51,11 @@ struct Way {
 
 fn ways() -> Vec<Way> {
     let way = |name, stages| Way { name, stages, faces: CullFace::Back };
-    let deep = |depth| Stages { depth, ..Stages::open() };
+    let deep = |depth| Stages { depth, ..Stages::without_occlusion() };
     vec![
         Way { name: "nothing is culled", stages: None, faces: CullFace::None },
         way(BASE, None),
-        way("+ frustum, whole instances", Some(Stages::plain())),
+        way("+ frustum, whole instances", Some(Stages::frustum_only())),
         way("+ back faces, clusters", Some(deep(Output::Clusters))),
         way("  the same by triangles", Some(deep(Output::Triangles))),
         way("+ occlusion, clusters", Some(Stages::default())),
@@ -90,11 +90,11 @@ pub fn run(world: &World, out: &mut impl Write) -> Result<u64, BenchError> {
     let mut renderer = Renderer::new(&gpu.adapter, &gpu.device);
     renderer.set_scene(&gpu.device, &gpu.queue, &world.model)?;
     let [w, h] = SIZE;
-    let things = grouped(world.counts.instances);
-    let faces = grouped(world.counts.triangles);
+    let instances = grouped(world.counts.instances);
+    let triangles = grouped(world.counts.triangles);
     writeln!(
         out,
-        "{}: {faces} triangles of {things} instances, {w}x{h}, {}",
+        "{}: {triangles} triangles of {instances} instances, {w}x{h}, {}",
         world.name, info.name
     )?;
     let mut changed = 0;

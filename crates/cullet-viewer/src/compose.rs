@@ -73,7 +73,7 @@ pub struct Composition {
     pub tally: structure::LevelTally,
     /// How many cones are shown, of how many clusters.
     pub cones: [usize; 2],
-    /// Whether the cluster that was clicked has a culling volume, where it is asked.
+    /// Whether the cluster that was clicked has a culling volume, where it is tested.
     pub volume: Option<bool>,
 }
 

@@ -80,10 +80,10 @@ impl Costs {
     }
 }
 
-/// The measurement, if one was asked for.
+/// The measurement, if one was requested.
 #[derive(Debug, Default)]
 pub enum Measured {
-    /// None was asked for, or the path is another.
+    /// None was requested, or the path is another.
     #[default]
     None,
     /// Under way.

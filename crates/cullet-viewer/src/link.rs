@@ -47,9 +47,9 @@ pub fn from_text(text: &str) -> Result<State, LinkError> {
         // A value that cannot be is told by its type alone: the part is the one without which all can be.
         let all_but = |n: usize| [&parts[..n], &parts[n + 1..]].concat();
         let few = parts.len() <= MOST_TRIED;
-        let odd = (0..parts.len()).find(|&n| few && matches!(read(&all_but(n)), Ok(Ok(_))));
-        let odd = odd.map_or(String::new(), |n| format!("{}: ", shortened(parts[n])));
-        LinkError::Value(format!("{odd}{why}"))
+        let invalid = (0..parts.len()).find(|&n| few && matches!(read(&all_but(n)), Ok(Ok(_))));
+        let invalid = invalid.map_or(String::new(), |n| format!("{}: ", shortened(parts[n])));
+        LinkError::Value(format!("{invalid}{why}"))
     })?;
     check(&state)?;
     Ok(state)

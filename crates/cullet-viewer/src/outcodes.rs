@@ -18,7 +18,7 @@ pub struct Coded {
     /// Its corners, in world space, with their outcodes.
     pub corners: [(DVec3, Outcode); 3],
     /// Classification by outcodes alone.
-    pub verdict: Verdict,
+    pub class: Verdict,
     /// The polygon that clipping leaves of it, in world space.
     pub left: Vec<DVec3>,
     /// The planes that the mesh's box is not proved inside of, with their numbers.
@@ -51,7 +51,7 @@ impl Coded {
             mesh.bounds().corners().iter().fold(0, |or, &p| or | region.outcode(p).not_inside);
         let planes = frustum.planes().filter(|(i, _)| touched >> i & 1 == 1);
         Some(Self {
-            verdict: region.verdict(&corners),
+            class: region.verdict(&corners),
             corners: coded,
             left: left.into_iter().map(DVec3::from).collect(),
             planes: planes.map(|(i, p)| (i, *p)).collect(),
@@ -61,7 +61,7 @@ impl Coded {
     /// The classification, in words.
     #[must_use]
     pub fn words(&self) -> String {
-        match self.verdict {
+        match self.class {
             Verdict::Accepted => "accepted: inside of every plane, no clipping".to_owned(),
             Verdict::Rejected(planes) => format!("rejected: all corners beyond {}", names(planes)),
             Verdict::Candidate(planes) => {
@@ -70,7 +70,7 @@ impl Coded {
         }
     }
 
-    /// Adds the planes as squares beside a thing of this middle and radius, and the triangle with what is left of it.
+    /// Adds the planes as squares beside an instance of this middle and radius, and the triangle with what is left of it.
     pub fn draw(&self, middle: DVec3, radius: f64, lines: &mut Lines, sides: &mut Lines) {
         let blue = palette::reason_color(Some(cullet::Stage::Frustum));
         for (_, plane) in &self.planes {
@@ -119,7 +119,7 @@ mod tests {
             for &original in mesh.original_triangle().iter().take(400) {
                 let coded = Coded::new(&view, mesh, transform, original).expect("there");
                 let all_in = coded.corners.iter().all(|(p, _)| frustum.contains(p.to_array()));
-                match coded.verdict {
+                match coded.class {
                     Verdict::Accepted => {
                         assert!(all_in && coded.left.len() == 3);
                         accepted += 1;

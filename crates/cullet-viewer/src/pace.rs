@@ -28,27 +28,27 @@ const MOVES: [Move; 3] = [
     ("flies", |rig, reach| rig.shift(0.0, 0.0, reach * 0.16 / 60.0)),
 ];
 
-/// Measures a scene from where the viewer begins, with the usual settings and without occlusion, down to clusters
-/// and for whole things, and writes a table to `out`: milliseconds, the median and the worst of 60 decisions.
+/// Measures a scene from where the viewer begins, with the default settings and without occlusion, down to clusters
+/// and for whole instances, and writes a table to `out`: milliseconds, the median and the worst of 60 decisions.
 ///
 /// # Errors
 /// If the table cannot be written.
 pub fn run(world: World, out: &mut impl Write) -> io::Result<()> {
-    let things = grouped(world.counts.instances);
-    let faces = grouped(world.counts.triangles);
-    writeln!(out, "{}: {faces} triangles of {things} instances, {SIZE:?}", world.name)?;
+    let instances = grouped(world.counts.instances);
+    let triangles = grouped(world.counts.triangles);
+    writeln!(out, "{}: {triangles} triangles of {instances} instances, {SIZE:?}", world.name)?;
     writeln!(
         out,
         "\n{:30} {:7} {:>8} {:>8} {:>9}  of the median, by stage",
-        "what culls", "camera", "median", "worst", "instances"
+        "stages", "camera", "median", "worst", "instances"
     )?;
     let world = Arc::new(world);
     let deep = |depth, stages: Stages| Stages { depth, ..stages };
     for (name, stages) in [
-        ("usual", Stages::default()),
-        ("usual, whole instances", deep(Output::Instances, Stages::default())),
-        ("open (no occlusion)", Stages::open()),
-        ("plain (frustum, whole instances)", Stages::plain()),
+        ("default", Stages::default()),
+        ("default, whole instances", deep(Output::Instances, Stages::default())),
+        ("without occlusion", Stages::without_occlusion()),
+        ("frustum, whole instances", Stages::frustum_only()),
     ] {
         for (moves, by) in MOVES {
             let mut took = decisions(&world, &stages, by);
@@ -79,7 +79,7 @@ fn decisions(world: &Arc<World>, stages: &Stages, by: fn(&mut Rig, f64)) -> Vec<
         by(&mut rig, world.reach);
         let Ok(view) = rig.view(SIZE) else { break };
         let culler = stages.culler(clock);
-        decider.ask(Request { world: Arc::clone(world), view, culler, buffer: false, number });
+        decider.request(Request { world: Arc::clone(world), view, culler, buffer: false, number });
         let decision = loop {
             match decider.latest() {
                 Some(decision) => break decision,

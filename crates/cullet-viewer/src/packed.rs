@@ -16,7 +16,7 @@ use crate::bytes::{Reader, UnpackError, Writer};
 use crate::measures::{Measures, at_rest};
 
 /// Packs all of a model but how it moves, which is told as a warning: what moves stands as it is stored. Instances come
-/// in the order of their slots, so that nobody need sort them again; the handle of each is its place among them.
+/// in the order of their slots, so that they need no second sort; the handle of each is its place among them.
 /// Costs a copy of everything.
 #[must_use]
 pub fn pack(model: &Model) -> Vec<u8> {
@@ -351,7 +351,7 @@ mod tests {
         assert_eq!(back.scene.exempt()[slot / 64] >> (slot % 64) & 1, 1);
     }
 
-    /// A wall, and behind it a row of things.
+    /// A wall, and behind it a row of instances.
     fn walled() -> Model {
         let slab = |half: [f32; 3]| {
             let corner =
@@ -370,11 +370,11 @@ mod tests {
         };
         let mut model = Model { name: "wall".to_owned(), ..Model::default() };
         let wall = model.scene.add_mesh(slab([10.0, 10.0, 0.5]));
-        let thing = model.scene.add_mesh(slab([0.3; 3]));
+        let slab_mesh = model.scene.add_mesh(slab([0.3; 3]));
         model.scene.add(Instance::new(wall, Transform::IDENTITY)).unwrap();
         for x in -8..=8 {
             let place = Transform::from_translation([f64::from(x), 0.0, -20.0]);
-            model.scene.add(Instance::new(thing, place)).unwrap();
+            model.scene.add(Instance::new(slab_mesh, place)).unwrap();
         }
         model.scene.commit();
         model
@@ -408,7 +408,7 @@ mod tests {
         let given = |m: &Model| m.scene.prepared()[0].given_occluder().cloned();
         assert!(given(&model).is_some_and(|o| o.shapes().len() == 2));
         assert_eq!(given(&back), given(&model));
-        assert!(back.scene.prepared()[1].given_occluder().is_none(), "nobody gave one");
+        assert!(back.scene.prepared()[1].given_occluder().is_none(), "none was given");
         assert_eq!(hidden(&back), by_half);
     }
 

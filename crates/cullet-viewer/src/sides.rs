@@ -128,7 +128,7 @@ impl KeptBacks {
                 let share = percent(kept, all);
                 let most = if name.is_empty() { "the largest such mesh" } else { name };
                 Some(format!(
-                    "back faces of {share} of the faces are kept: {most} {how}, since {why}"
+                    "back faces of {share} of the triangles are kept: {most} {how}, since {why}"
                 ))
             }
         }
@@ -221,7 +221,7 @@ mod tests {
             assert!(kept.is_most(10) && !kept.is_most(16));
             kept.sentence(10).expect("some are kept")
         };
-        let of = "back faces of 80 % of the faces are kept: strip 1 is two-sided, since ";
+        let of = "back faces of 80 % of the triangles are kept: strip 1 is two-sided, since ";
         assert_eq!(told("strips.ply"), format!("{of}it is open: 4 boundary edges"));
         assert_eq!(told("strips.GLB"), format!("{of}the file declares it so (doubleSided)"));
         assert_eq!(told("city"), format!("{of}the scene declares it so"));

@@ -20,7 +20,7 @@ pub const MOST_BOXES: usize = 8_000;
 pub struct LevelTally {
     /// How many boxes the level has.
     pub boxes: usize,
-    /// How many were asked and found outside, inside, straddling.
+    /// How many were tested and found outside, inside, straddling.
     pub answers: [usize; 3],
 }
 
@@ -30,8 +30,8 @@ pub fn level_count(scene: &Scene) -> u32 {
     scene.hierarchy().nodes().levels().len() as u32
 }
 
-/// Adds the boxes of one level (1 is just above the instances) that the walk for `view` asked, coloured by
-/// the answer. Nothing for a level that is not there. O(boxes of the scene).
+/// Adds the boxes of one level (1 is just above the instances) that the walk for `view` tested, coloured by
+/// the result. Nothing for a level that is not there. O(boxes of the scene).
 pub fn hierarchy(scene: &Scene, view: &View, level: u32, lines: &mut Lines) -> LevelTally {
     let tree = scene.hierarchy();
     let boxes: Option<&Boxes> =
@@ -39,9 +39,9 @@ pub fn hierarchy(scene: &Scene, view: &View, level: u32, lines: &mut Lines) -> L
     let Some(boxes) = boxes else { return LevelTally::default() };
     let planes = Planes::new(&view.frustum().relative_to(scene.origin()));
     let trace = Trace::new(&planes, tree.nodes(), tree.boxes());
-    let asked = &trace.levels[level as usize];
+    let tested = &trace.levels[level as usize];
     let mut tally = LevelTally { boxes: boxes.len(), ..LevelTally::default() };
-    for (i, side) in asked.iter().enumerate() {
+    for (i, side) in tested.iter().enumerate() {
         let (answer, colour) = match side {
             None => continue,
             Some(Side::Outside) => (0, palette::reason_color(Some(Stage::Frustum))),

@@ -1,5 +1,5 @@
 //! Back faces, studied: the directions that face away as a mask on the cube of directions, and how much of the
-//! inspected thing each bound proves to be seen from behind.
+//! inspected instance each bound proves to be seen from behind.
 
 use cullet::cull::backface::ClusterEye;
 use cullet::cull::backface::{BackfaceMask, Facing, MaskGrid, ViewCone};
@@ -16,7 +16,7 @@ use crate::structure::WHOLE;
 
 /// The largest mesh that is studied at every step of the eye.
 pub const MOST_TRIANGLES: u32 = 100_000;
-/// The mask on the cube of directions, for a view or for a thing that it sees.
+/// The mask on the cube of directions, for a view or for an instance that it sees.
 #[derive(Clone, Debug)]
 pub struct Cube {
     /// The lines of sight.
@@ -30,7 +30,7 @@ pub struct Cube {
 }
 
 impl Cube {
-    /// The cube of `cells` for lines of sight; `None` where there are none, as where the eye is within the thing.
+    /// The cube of `cells` for lines of sight; `None` where there are none, as where the eye is within the instance.
     #[must_use]
     pub fn new(cells: u32, cone: Option<ViewCone>) -> Option<Self> {
         let (grid, cone) = (MaskGrid::new(cells)?, cone?);

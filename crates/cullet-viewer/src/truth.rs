@@ -33,10 +33,10 @@ pub struct Finding {
     pub view: Option<View>,
 }
 
-/// The proof, if one was asked for.
+/// The proof, if one was requested.
 #[derive(Debug, Default)]
 pub enum Truth {
-    /// None was asked for.
+    /// None was requested.
     #[default]
     None,
     /// Under way.

@@ -75,9 +75,9 @@ pub struct World {
     pub kept_backs: KeptBacks,
     /// Which sides its triangles are taken to have.
     pub sides: Sides,
-    /// Whether each part of its meshes is two-sided where nobody says otherwise.
+    /// Whether each part of its meshes is two-sided where no other sides are chosen.
     pub(crate) stored: Vec<bool>,
-    /// The worker that made it and can be asked about it; none of a scene that was made here.
+    /// The worker that made it and answers requests about it; none of a scene that was made here.
     #[cfg(target_arch = "wasm32")]
     pub(crate) keeper: Option<std::sync::Arc<crate::web::Keeper>>,
 }

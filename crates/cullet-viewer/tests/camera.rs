@@ -82,12 +82,12 @@ proptest! {
 }
 
 #[test]
-fn zooming_halves_the_distance_and_minds_nonsense() {
+fn zooming_halves_the_distance_and_refuses_invalid_factors() {
     let mut rig = Rig { distance: 8.0, ..Rig::default() };
     rig.zoom(2.0);
     assert_eq!(rig.distance, 4.0);
-    for nonsense in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        rig.zoom(nonsense);
+    for invalid in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        rig.zoom(invalid);
         assert_eq!(rig.distance, 4.0);
     }
     let mut fly = Rig { mode: Mode::Fly, distance: 8.0, pitch: 0.0, yaw: 0.0, ..Rig::default() };
@@ -111,7 +111,7 @@ fn headings_are_those_of_the_documentation() {
     let forward = |yaw| Rig { yaw, pitch: 0.0, ..Rig::default() }.forward();
     assert!(near(forward(0.0), [0.0, 0.0, -1.0], 1e-12));
     assert!(near(forward(90.0), [-1.0, 0.0, 0.0], 1e-12));
-    let odd = Camera {
+    let invalid = Camera {
         eye: [0.0; 3],
         direction: [f64::NAN; 3],
         up: [0.0; 3],
@@ -124,5 +124,5 @@ fn headings_are_those_of_the_documentation() {
             far: 2.0,
         },
     };
-    assert!(Rig::of(&odd, f64::NAN).check().is_ok());
+    assert!(Rig::of(&invalid, f64::NAN).check().is_ok());
 }

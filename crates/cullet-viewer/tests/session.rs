@@ -210,7 +210,7 @@ fn the_buffer_is_painted_as_depth_is() {
 }
 
 #[test]
-fn nonsense_in_a_link_shows_the_default_and_says_so() {
+fn an_invalid_link_shows_the_default_and_says_so() {
     let session = begin("stages.frustum=perhaps", "solids");
     assert_eq!(session.state.stages, Stages::default());
     let notice = &session.notices[0];

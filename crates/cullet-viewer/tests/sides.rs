@@ -118,7 +118,7 @@ fn an_open_mesh_says_why_and_is_culled_once_it_is_taken_for_one_sided() {
     settle(&mut session);
     assert_eq!((left(&session), session.kept_backs()), (before, Some(sentence)));
     // Where back faces are not to be culled there is nothing to explain.
-    session.state.stages = Stages::plain();
+    session.state.stages = Stages::frustum_only();
     assert_eq!(session.kept_backs(), None);
     assert!(session.notices.is_empty(), "{:?}", session.notices);
 }

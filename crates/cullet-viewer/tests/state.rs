@@ -96,7 +96,7 @@ proptest! {
     }
 
     #[test]
-    fn no_text_is_followed_into_nonsense(text in ".{0,200}") {
+    fn no_text_gives_an_invalid_state(text in ".{0,200}") {
         if let Ok(state) = from_text(&text) {
             prop_assert_eq!(from_text(&to_text(&state)), Ok(state));
         }
@@ -117,7 +117,7 @@ fn links_are_readable() {
 }
 
 #[test]
-fn nonsense_is_named() {
+fn an_invalid_value_is_named() {
     for (text, part) in [
         ("scene", "'scene' is not of the form"),
         ("scene=%zz", "'scene=%zz' is not of the form"),

@@ -197,7 +197,7 @@ pub(crate) fn run(args: &OccludersArgs, console: &Console) -> Outcome {
     Ok(if wrong || record.meshes.iter().any(refuted) { Exit::FalseCull } else { Exit::Fine })
 }
 
-/// A mesh to ask whether options are in range.
+/// A mesh to check whether options are in range.
 fn empty() -> Result<Mesh, Failure> {
     Mesh::new(cullet::MeshData::default()).map_err(Failure::input)
 }
@@ -268,7 +268,7 @@ fn refutations(found: &Validation) -> Vec<String> {
 }
 
 fn print(args: &OccludersArgs, record: &OccludersRecord, console: &Console) {
-    /// Meshes that are listed where not all are asked for.
+    /// Meshes that are listed where not all are wanted.
     const SHOWN: usize = 24;
     let mut order: Vec<&MeshOccluders> = record.meshes.iter().collect();
     order.sort_by(|a, b| b.silhouette.total_cmp(&a.silhouette).then(a.mesh.cmp(&b.mesh)));

@@ -11,7 +11,7 @@ use crate::record::{Advice, MeshRecord, Summary};
 use crate::survey::Survey;
 use context::{Context, NAMES_KEPT, shown};
 
-/// Everything worth saying, what concerns the most triangles first.
+/// All advice, that on the most triangles first.
 pub(crate) fn advise(
     survey: &Survey,
     summary: &Summary,
@@ -289,13 +289,13 @@ impl Context<'_> {
         let (meshes, sum, names) =
             self.worst(|m| (m.degenerate > 0).then_some(m.degenerate * m.instances.max(1)))?;
         let text = format!(
-            "{} no area (corners that repeat, or all on one line), in {}: {}. What has no area never \
-             shows; an exporter that drops it makes the file smaller.",
+            "{} no area (corners that repeat, or all on one line), in {}: {}. They are never \
+             visible; an exporter that drops them makes the file smaller.",
             count(sum, "triangle has", "triangles have"),
             count(meshes.len() as u64, "mesh", "meshes"),
             shown(&names),
         );
-        let title = format!("{} without area", count(sum, "triangle is", "triangles are"));
+        let title = count(sum, "degenerate triangle", "degenerate triangles");
         Some(self.advice("degenerate", title, text, sum * self.views as u64, names))
     }
 
@@ -346,13 +346,13 @@ impl Context<'_> {
         Some(self.advice("duplicate-instance", title, text, triangles * self.views as u64, names))
     }
 
-    /// Instances whose transform is `odd`.
+    /// Instances whose transform meets a condition.
     fn transforms(
         &self,
-        odd: impl Fn(&cullet::Transform) -> bool,
+        is_counted: impl Fn(&cullet::Transform) -> bool,
     ) -> Option<(usize, u64, Vec<String>)> {
         let scene = &self.model.scene;
-        let slots: Vec<u32> = scene.slots().filter(|&s| odd(scene.transform(s))).collect();
+        let slots: Vec<u32> = scene.slots().filter(|&s| is_counted(scene.transform(s))).collect();
         let triangles = slots.iter().map(|&s| u64::from(scene.mesh(s).triangle_count())).sum();
         let names = slots.iter().take(NAMES_KEPT).map(|&s| name_of(self.model, s)).collect();
         (!slots.is_empty()).then_some((slots.len(), triangles, names))

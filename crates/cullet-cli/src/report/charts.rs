@@ -21,7 +21,7 @@ pub(crate) fn stage_color(stage: Stage) -> String {
     hex(palette::reason_color(Some(stage)))
 }
 
-/// The colour of what is drawn though nobody sees it.
+/// The colour of what is drawn though no pixel shows it.
 pub(crate) fn unseen_color() -> String {
     hex(palette::UNSEEN)
 }
@@ -39,9 +39,9 @@ pub(crate) fn stage_words(stage: Stage) -> &'static str {
         Stage::Portal => "in rooms out of sight",
         Stage::Detail => "too small to matter",
         Stage::Lod => "replaced by another level of detail",
-        Stage::Occlusion => "behind something",
+        Stage::Occlusion => "occluded",
         Stage::Backface => "facing away",
-        Stage::Degenerate => "without area",
+        Stage::Degenerate => "degenerate",
     }
 }
 

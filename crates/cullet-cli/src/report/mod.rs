@@ -38,7 +38,7 @@ use fail_if::FailIf;
 use opened::Opened;
 use page::{Gallery, Image};
 use record::{Record, Settings};
-use saved::{Origin, Pricing};
+use saved::{Origin, TriangleCosts};
 
 pub(crate) use args::{HELP, ReportArgs};
 
@@ -66,11 +66,11 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
     let views = inputs::views(&model, &args.input.view, console)?;
-    let pricing = costs.map(|origin| Pricing::new(origin, &model.scene));
+    let triangle_costs = costs.map(|origin| TriangleCosts::new(origin, &model.scene));
     let opened = Opened::new(&args.opened, &model, console)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let facts = meshes::facts(&model);
-    let mut report = Report::new(args, model, facts, baseline.as_ref(), pricing, console)?;
+    let mut report = Report::new(args, model, facts, baseline.as_ref(), triangle_costs, console)?;
     report.opened = opened;
     report.survey.move_over(inputs::times(&args.input.view, views.len()));
     let mut progress = console.progress("views", views.len() as u64);
@@ -109,7 +109,7 @@ struct Report<'a> {
     survey: Survey,
     facts: Vec<MeshRecord>,
     baseline: Option<&'a Value>,
-    pricing: Option<Pricing>,
+    triangle_costs: Option<TriangleCosts>,
     gallery: Gallery,
     opened: Option<Opened>,
     csv: File,
@@ -125,7 +125,7 @@ impl<'a> Report<'a> {
         model: Model,
         facts: Vec<MeshRecord>,
         baseline: Option<&'a Value>,
-        pricing: Option<Pricing>,
+        triangle_costs: Option<TriangleCosts>,
         console: &Console,
     ) -> Result<Self, Failure> {
         let options = VerifyOptions {
@@ -156,7 +156,7 @@ impl<'a> Report<'a> {
             survey,
             facts,
             baseline,
-            pricing,
+            triangle_costs,
             gallery: Gallery::default(),
             opened: None,
             csv,
@@ -246,7 +246,7 @@ impl<'a> Report<'a> {
             &meshes,
             pixels,
             self.args.tiny,
-            self.pricing.as_ref().map(Pricing::drawn_ns),
+            self.triangle_costs.as_ref().map(TriangleCosts::drawn_ns),
         );
         Record {
             schema: SCHEMA,
@@ -260,7 +260,7 @@ impl<'a> Report<'a> {
                 version: env!("CARGO_PKG_VERSION"),
             },
             views,
-            costs: self.pricing.as_ref().map(|p| p.record(&summary)),
+            costs: self.triangle_costs.as_ref().map(|p| p.record(&summary)),
             summary,
             meshes,
             complete,
@@ -328,13 +328,13 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
         }
         (0, n) => format!("  verified in {n} of {} views: nothing visible was lost", s.views),
         (n, _) => {
-            let lost = count(n, "VISIBLE THING WAS", "VISIBLE THINGS WERE");
-            format!("  {lost} LOST: see the page")
+            let lost = count(n, "FALSE CULL", "FALSE CULLS");
+            format!("  {lost}, visible and yet culled: see the page")
         }
     });
     if let Some(b) = s.backfaces.filter(|b| b.facing_away > 0) {
         console.line(format!(
-            "  back faces  {} of one-sided triangles; {} of them go with whole clusters (ideal {}), {} by their planes",
+            "  back faces  {} of one-sided triangles; {} of them are culled by whole clusters (ideal {}), {} by their planes",
             percent(b.facing_away, b.one_sided),
             percent(b.by_cluster, b.facing_away),
             percent(b.ideal_by_cluster, b.facing_away),

@@ -33,7 +33,7 @@ pub(super) struct Opened {
 }
 
 impl Opened {
-    /// Cuts a model, with caps; `None` where it is not asked for.
+    /// Cuts a model, with caps; `None` where it is not wanted.
     pub(super) fn new(
         args: &OpenedArgs,
         model: &Model,

@@ -170,8 +170,8 @@ pub(crate) fn page(record: &Record, gallery: &Gallery, changes: &[String]) -> St
     }
     figures(&mut out, s);
     out.push_str(
-        "<h2>Where the triangles go</h2><p class=\"sub\">Each step takes the coloured piece; the grey is \
-         what goes on to the next. Averages over the views.</p><div class=\"panel\">",
+        "<h2>Where the triangles go</h2><p class=\"sub\">Each step culls the coloured part; the grey part \
+         passes on to the next. Averages over the views.</p><div class=\"panel\">",
     );
     out.push_str(&charts::funnel(s));
     out.push_str("</div>\n");
@@ -234,7 +234,7 @@ fn advice(out: &mut String, record: &Record) {
          triangles first.</p>",
     );
     if record.summary.advice.is_empty() {
-        out.push_str("<div class=\"panel\">Nothing was found worth changing.</div>");
+        out.push_str("<div class=\"panel\">No advice: nothing was found to change.</div>");
     }
     for a in &record.summary.advice {
         let _ = writeln!(

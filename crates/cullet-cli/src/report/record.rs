@@ -21,7 +21,7 @@ pub(crate) struct Record {
     pub(crate) complete: bool,
 }
 
-/// How the run was asked for.
+/// Arguments of the run.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Settings {
     pub(crate) path: String,

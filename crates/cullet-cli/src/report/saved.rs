@@ -28,7 +28,7 @@ pub(crate) struct CostArgs {
 
 /// Costs of triangles of a scene.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pricing {
+pub(crate) struct TriangleCosts {
     origin: Origin,
     /// A triangle that the renderer would have rejected itself.
     rejected_ns: f64,
@@ -81,7 +81,7 @@ impl Origin {
     }
 }
 
-impl Pricing {
+impl TriangleCosts {
     /// The prices of a scene's triangles.
     pub(crate) fn new(origin: Origin, scene: &Scene) -> Self {
         let [rejected_ns, drawn_ns] = match &origin {
@@ -102,7 +102,7 @@ impl Pricing {
     /// Costs and savings over the views of a summary.
     pub(crate) fn record(&self, summary: &Summary) -> CostsRecord {
         let views = summary.views.max(1) as f64;
-        let saved: f64 = summary.removed.iter().map(|(s, n)| self.price(*s) * *n as f64).sum();
+        let saved: f64 = summary.removed.iter().map(|(s, n)| self.cost_of(*s) * *n as f64).sum();
         let culled: u64 = summary.removed.values().sum();
         let (source, stored) = match &self.origin {
             Origin::Given(_) => ("--triangle-ns".to_owned(), None),
@@ -124,7 +124,7 @@ impl Pricing {
 
     /// Cost that a triangle would have had if a stage had not culled it. A triangle that is outside the view, faces away or has
     /// no area fills no pixel in any renderer, so only its setup is saved.
-    fn price(&self, stage: Stage) -> f64 {
+    fn cost_of(&self, stage: Stage) -> f64 {
         match stage {
             Stage::Frustum | Stage::Backface | Stage::Degenerate => self.rejected_ns,
             // The renderer skips other layers too, with all of an instance at once.
@@ -181,7 +181,7 @@ impl CostsRecord {
 pub(crate) const UNKNOWN: &str = "`cullet calibrate` measures what a triangle costs on this machine; reports \
                                   then say how many milliseconds culling saves.";
 
-/// The price of a drawn triangle, the mean over all instances; that of an opaque one where there is none.
+/// The cost of a drawn triangle, the mean over all instances; that of an opaque one where there is none.
 fn mean_drawn_ns(costs: &Costs, scene: &Scene) -> f64 {
     let (mut ns, mut triangles) = (0.0, 0u64);
     for slot in scene.slots() {
@@ -197,13 +197,13 @@ fn mean_drawn_ns(costs: &Costs, scene: &Scene) -> f64 {
 
 /// The tests of all views, were each made in bulk.
 fn tests_ns(costs: &Costs, summary: &Summary) -> f64 {
-    let price = |stage: Stage, unit: Unit| match (stage, unit) {
+    let cost = |stage: Stage, unit: Unit| match (stage, unit) {
         (Stage::Frustum, Unit::Instances) => costs.object_test_ns,
         (_, Unit::Clusters) => costs.cluster_test_ns,
         (Stage::Backface, Unit::Triangles) => costs.triangle_test_ns,
         _ => 0.0,
     };
-    summary.stages.iter().map(|s| price(s.stage, s.unit) * s.entered as f64).sum()
+    summary.stages.iter().map(|s| cost(s.stage, s.unit) * s.entered as f64).sum()
 }
 
 /// `about 12 ms`
@@ -291,15 +291,15 @@ mod tests {
     #[test]
     fn each_stage_spares_what_its_triangles_would_have_cost() {
         // 4 ns rejected; 5, 6 and 7 ns drawn, by class.
-        let pricing = Pricing::new(file(), &scene());
-        assert_eq!((pricing.rejected_ns, pricing.drawn_ns), (4.0, 6.0));
+        let triangle_costs = TriangleCosts::new(file(), &scene());
+        assert_eq!((triangle_costs.rejected_ns, triangle_costs.drawn_ns), (4.0, 6.0));
         let removed = [
             (Stage::Frustum, 1_000_000),
             (Stage::Backface, 2_000_000),
             (Stage::Detail, 3_000_000),
             (Stage::Layer, 9),
         ];
-        let record = pricing.record(&summary(&removed));
+        let record = triangle_costs.record(&summary(&removed));
         // (3e6 × 4 + 3e6 × 6) / 2 views
         assert_eq!(record.saved_ms_per_view, 15.0);
         // (1e6 × 1 + 2e6 × 2 + 4e6 × 3) / 2 views
@@ -318,9 +318,9 @@ mod tests {
 
     #[test]
     fn a_price_from_the_command_line_is_the_price_of_all() {
-        let pricing = Pricing::new(Origin::Given(2.5), &scene());
-        let record =
-            pricing.record(&summary(&[(Stage::Frustum, 1_000_000), (Stage::Occlusion, 1_000_000)]));
+        let triangle_costs = TriangleCosts::new(Origin::Given(2.5), &scene());
+        let record = triangle_costs
+            .record(&summary(&[(Stage::Frustum, 1_000_000), (Stage::Occlusion, 1_000_000)]));
         assert_eq!((record.saved_ms_per_view, record.tests_ms_per_view), (2.5, None));
         assert!(record.assumption.contains("2.5 ns per triangle"), "{}", record.assumption);
         assert_eq!(plain(&record), " At 2.5 ns per triangle, culling saves about 2.5 ms per view.");
@@ -328,9 +328,9 @@ mod tests {
 
     #[test]
     fn a_scene_of_nothing_has_a_price_and_saves_nothing() {
-        let pricing = Pricing::new(file(), &Scene::new());
-        assert_eq!(pricing.drawn_ns, 5.0);
-        let record = pricing.record(&Summary::of(&[]));
+        let triangle_costs = TriangleCosts::new(file(), &Scene::new());
+        assert_eq!(triangle_costs.drawn_ns, 5.0);
+        let record = triangle_costs.record(&Summary::of(&[]));
         assert_eq!((record.saved_ms_per_view, record.saved_ns_per_triangle), (0.0, None));
         assert_eq!(record.headline(), "");
     }

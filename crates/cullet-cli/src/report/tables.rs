@@ -11,7 +11,7 @@ use cullet_command::html::escape;
 use super::record::Record;
 use crate::record::{BackfaceRecord, DepthRecord, Summary, ViewRecord};
 
-/// More rows than this are left to report.json: a page of a thousand meshes helps nobody.
+/// More rows than this are left to report.json: a table of a thousand meshes cannot be read.
 const MESHES_SHOWN: usize = 60;
 const LOSSES_SHOWN: usize = 100;
 

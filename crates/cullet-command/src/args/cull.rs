@@ -25,10 +25,10 @@ pub struct CullArgs {
     /// Keep back faces
     #[arg(long)]
     pub no_backface: bool,
-    /// Keep triangles without area
+    /// Keep degenerate triangles, which have no area
     #[arg(long)]
     pub no_degenerate: bool,
-    /// Keep what is hidden behind something
+    /// Keep occluded instances and clusters
     #[arg(long)]
     pub no_occlusion: bool,
     /// Pixels across the occlusion buffer; never more than the view has
@@ -47,15 +47,15 @@ pub struct CullArgs {
 
 /// The stages that can be run alone.
 const ALONE: &[(&str, Stage, &str)] = &[
-    ("frustum", Stage::Frustum, "What is outside the frustum"),
+    ("frustum", Stage::Frustum, "Instances, clusters and triangles outside the frustum"),
     (
         "detail",
         Stage::Detail,
-        "What is small on the screen (lossy; --detail sets the threshold, else a pixel)",
+        "Small instances on the screen (lossy; --detail sets the threshold, else a pixel)",
     ),
-    ("occlusion", Stage::Occlusion, "What is hidden behind something"),
-    ("backface", Stage::Backface, "What faces away"),
-    ("degenerate", Stage::Degenerate, "What has no area"),
+    ("occlusion", Stage::Occlusion, "Occluded instances and clusters"),
+    ("backface", Stage::Backface, "Back-facing clusters and triangles"),
+    ("degenerate", Stage::Degenerate, "Degenerate triangles, without area"),
 ];
 
 /// How detail culling measures.

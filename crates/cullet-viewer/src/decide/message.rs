@@ -239,7 +239,7 @@ mod tests {
         let (mut here, mut there) = (Memory::default(), Memory::default());
         let mut spare = Visible::default();
         let (mut partial, mut triangles, mut drawn, mut dropped, mut ranges) = (0, 0, 0, 0, 0);
-        // Of the one whole things are dropped and are occluders, of the other clusters.
+        // In one scene whole instances are culled and are occluders, in the other clusters.
         let worlds = ["city:cells=4,objects=300", "knobs"].map(world);
         for request in worlds.iter().flat_map(requests) {
             let back = Request::unpack(&request.pack(), Arc::clone(&request.world)).unwrap();

@@ -36,7 +36,7 @@ pub struct Request {
     pub culler: Culler,
     /// Whether the occlusion buffer is wanted too: copying it takes a tenth of a millisecond or so.
     pub buffer: bool,
-    /// Tells this request from others of the same asker, and rises from one to the next.
+    /// Tells this request from others of the same session, and rises from one to the next.
     pub number: u64,
 }
 
@@ -62,7 +62,7 @@ pub struct Decision {
 struct Memory {
     state: ViewState,
     decided: u64,
-    /// An earlier answer, whose memory the next one takes: that of a million things is some megabytes, which the
+    /// An earlier answer, whose memory the next one takes: that of a million instances is some megabytes, which the
     /// system would hand out page by page.
     spare: Visible,
 }

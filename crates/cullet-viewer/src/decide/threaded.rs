@@ -9,11 +9,11 @@ use super::{Decision, Memory, Request};
 /// A message to the thread.
 #[derive(Debug)]
 enum Message {
-    Ask(Box<Request>),
+    Request(Box<Request>),
     Spare(Box<Visible>),
 }
 
-/// Decides in a thread of its own, or, where there is none to be had, when asked.
+/// Decides in a thread of its own, or, where none can be started, in [`Decider::latest`].
 #[derive(Debug)]
 pub struct Decider {
     requests: Sender<Message>,
@@ -34,7 +34,7 @@ impl Decider {
                 let mut wanted = None;
                 for message in std::iter::once(first).chain(inbox.try_iter()) {
                     match message {
-                        Message::Ask(request) => wanted = Some(*request),
+                        Message::Request(request) => wanted = Some(*request),
                         Message::Spare(visible) => memory.spare = *visible,
                     }
                 }
@@ -51,13 +51,13 @@ impl Decider {
     }
 
     /// Asks; an older request that still waits is forgotten.
-    pub fn ask(&mut self, request: Request) {
+    pub fn request(&mut self, request: Request) {
         if let Some((_, waiting)) = &mut self.inline {
             *waiting = Some(request);
-        } else if let Err(lost) = self.requests.send(Message::Ask(Box::new(request))) {
+        } else if let Err(lost) = self.requests.send(Message::Request(Box::new(request))) {
             // The thread is gone: from now on without.
             let waiting = match lost.0 {
-                Message::Ask(request) => Some(*request),
+                Message::Request(request) => Some(*request),
                 Message::Spare(_) => None,
             };
             self.inline = Some((Memory::default(), waiting));

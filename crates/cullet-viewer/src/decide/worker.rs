@@ -1,4 +1,4 @@
-//! Deciding on a page, which has one thread, and that draws: the worker that made a scene keeps it, and is asked.
+//! Deciding on a page, which has one thread, and that draws: the worker that made a scene keeps it, and answers requests.
 //!
 //! The page decides for itself, when it looks for the answer, where the worker cannot: for a scene that the page made,
 //! as a cut one is; where the occlusion buffer is wanted, which is not packed since only its study needs it; and for
@@ -22,7 +22,7 @@ use crate::world::World;
 pub struct Decider {
     /// For what it decides itself.
     memory: Memory,
-    /// The newest request, while nobody is at it.
+    /// The newest request, while it waits.
     waiting: Option<Request>,
     line: Option<WorkerLine>,
     /// The number of the newest request that is answered.
@@ -53,7 +53,7 @@ impl Decider {
     }
 
     /// Asks; an older request that still waits is forgotten, and so is one about another scene.
-    pub fn ask(&mut self, request: Request) {
+    pub fn request(&mut self, request: Request) {
         self.waiting = Some(request);
         self.send();
     }
@@ -63,7 +63,7 @@ impl Decider {
         self.spare = visible;
     }
 
-    /// The newest decision since the last call. What no worker can be asked is decided now.
+    /// The newest decision since the last call. A request that no worker can answer is decided now.
     pub fn latest(&mut self) -> Option<Decision> {
         let mut newest = self.receive();
         self.send();
@@ -109,7 +109,7 @@ impl Decider {
                         let unpacked = Decision::unpack(&bytes, asked.clone(), spare);
                         unpacked.map(Some).map_err(|e| e.to_string())
                     }
-                    // It was asked about this scene before another one was shown for a while.
+                    // It was requested of this scene before another one was shown for a while.
                     _ => Ok(None),
                 }
             });
@@ -186,7 +186,7 @@ impl WorkerLine {
         self.world.as_ptr() == Arc::as_ptr(world)
     }
 
-    /// Whether the worker can be asked this, now or when it has answered.
+    /// Whether the worker can answer this, now or after its present request.
     fn can(&self, request: &Request) -> bool {
         self.leads_to(&request.world) && !request.buffer && !self.is_broken
     }
@@ -234,7 +234,7 @@ pub fn decide(request: &[u8]) -> Result<Vec<u8>, JsValue> {
         let (world, memory) = kept.as_mut().ok_or("the worker keeps no scene")?;
         let sides = Request::sides(request).map_err(|e| e.to_string())?;
         if world.sides != sides {
-            // Between two requests nobody else holds it.
+            // Between two requests it is held here alone.
             let own = Arc::get_mut(world).ok_or("the worker's scene is in use")?;
             own.set_sides(sides)?;
         }

@@ -92,7 +92,7 @@ impl PaneDraw<'_> {
         }
     }
 
-    /// Draws the items of a list in one way; of `blended` parts alone, or of those that are not, if asked.
+    /// Draws the items of a list in one way; of `blended` parts alone, or of those that are not, if set.
     fn items(
         &mut self,
         pass: &mut RenderPass<'_>,

@@ -15,7 +15,7 @@ use super::upload::{Upload, Uploaded};
 /// Draws scenes into a texture of its own, which others show.
 ///
 /// It needs nothing beyond WebGL2: no storage buffers and no compute. What it keeps from frame to frame
-/// follows what it is asked to draw: a list of slots is made and uploaded again only where it changed.
+/// follows the panes it draws: a list of slots is made and uploaded again only where it changed.
 #[derive(Debug)]
 pub struct Renderer {
     pipelines: Pipelines,
@@ -126,7 +126,7 @@ impl Renderer {
 
     /// Draws panes, one over the other where they overlap, into a texture of `size` pixels; true when that
     /// texture was made anew. `background` is sRGB from 0 to 1. Sides are held within 1 and what the device
-    /// can; samples are the most that a pane asks for, if the device can. What of a pane lies outside is not
+    /// can; samples are the most that a pane requests, if the device can. What of a pane lies outside is not
     /// drawn.
     pub fn draw(
         &mut self,

@@ -22,7 +22,7 @@ const READY: u8 = 2;
 const FAILED: u8 = 3;
 
 impl Timer {
-    /// `None` where the device has no clock, or was not asked for it.
+    /// `None` where the device has no clock, or was opened without it.
     pub(super) fn new(device: &Device) -> Option<Self> {
         if !device.features().contains(Features::TIMESTAMP_QUERY) {
             return None;

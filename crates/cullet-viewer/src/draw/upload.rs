@@ -11,7 +11,7 @@ use super::error::DrawError;
 use super::geometry::{ChunkData, Geometry, Grouping, Instances, Room, vertex_normals};
 use super::textures::ListTexture;
 
-/// Buffers that meshes share, and what is made of them when it is first asked for.
+/// Buffers that meshes share, and what is made of them at the first request.
 #[derive(Debug)]
 pub(super) struct Chunk {
     pub(super) vertices: Buffer,

@@ -106,7 +106,7 @@ impl Session {
         }
     }
 
-    /// Fits the camera again where its pane has another size and nobody has moved it since it was fitted.
+    /// Fits the camera again where its pane has another size and it was not moved since it was fitted.
     pub(super) fn fit_again(&mut self) {
         let Some((rig, size)) = self.fitted else { return };
         let still = self.state.camera == Some(rig) && self.state.frozen.is_none();

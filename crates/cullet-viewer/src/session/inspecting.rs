@@ -11,7 +11,7 @@ use crate::study::{self, Cube, Seen};
 /// The instance and triangle that the user clicked, and why it is drawn or not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inspected {
-    /// The thing.
+    /// The instance.
     pub handle: Handle,
     /// Its slot.
     pub slot: u32,

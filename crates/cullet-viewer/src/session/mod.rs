@@ -147,7 +147,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Begins with a link's text, empty for the default; nonsense is told and not followed. `source`, if
+    /// Begins with a link's text, empty for the default; an invalid one is reported and not followed. `source`, if
     /// there is one, is opened in place of the link's scene.
     #[must_use]
     pub fn new(ctx: egui::Context, link: &str, source: Option<Source>) -> Self {
@@ -228,7 +228,7 @@ impl Session {
         link::to_text(&self.state)
     }
 
-    /// Whether all that was asked for is there: nothing is loading, and the decision is about the present
+    /// Whether every request is answered: nothing is loading, and the decision is about the present
     /// view.
     #[must_use]
     pub fn is_settled(&self) -> bool {
@@ -285,9 +285,9 @@ impl Session {
         }
         self.fit_again();
         self.beside();
-        self.ask();
+        self.request();
         if let Some(decision) = self.decider.latest() {
-            // One that was asked for before another scene was opened is about that other one.
+            // One that was requested before another scene was opened is about that other one.
             let about = |w: &Option<Arc<World>>| {
                 w.as_ref().is_some_and(|w| Arc::ptr_eq(w, &decision.request.world))
             };
@@ -350,7 +350,7 @@ impl Session {
         whole.kept_backs.sentence(whole.counts.triangles)
     }
 
-    fn ask(&mut self) {
+    fn request(&mut self) {
         let world = self.next.as_ref().or(self.world.as_ref());
         let (Some(world), Some(view)) = (world, self.culling_view()) else { return };
         if self.is_asked(&view) {
@@ -361,7 +361,7 @@ impl Session {
         let world = Arc::clone(world);
         self.asked = Some((view.clone(), stages.clone(), buffer));
         self.requests += 1;
-        self.decider.ask(Request { world, view, culler, buffer, number: self.requests });
+        self.decider.request(Request { world, view, culler, buffer, number: self.requests });
     }
 
     fn take(&mut self, decision: Decision) {

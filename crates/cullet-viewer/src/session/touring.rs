@@ -36,15 +36,15 @@ pub const STOPS: [Stop; 5] = [
         title: "Frustum culling",
         words: "What lies wholly outside the white lines cannot be in the left picture, so it is dropped: blue on \
                 the right. The left picture has not changed.",
-        stages: Stages::plain,
+        stages: Stages::frustum_only,
         ghosts: GhostForm::Solid,
         around: 0.0,
         nearer: 1.0,
     },
     Stop {
         title: "Back-face culling",
-        words: "Of a closed thing only the near side is seen. Right, from aside and near: the faces that look away \
-                from the camera are dropped too, and things stand open. The left picture has not changed.",
+        words: "Of a closed mesh only the near side is seen. Right, from aside and near: the triangles that face away \
+                from the camera are culled too, and bodies stand open. The left picture has not changed.",
         stages: faces,
         ghosts: GhostForm::Off,
         around: 62.0,
@@ -61,8 +61,8 @@ pub const STOPS: [Stop; 5] = [
     },
     Stop {
         title: "Why is it missing?",
-        words: "Click a thing on the right, best an orange one. Inspect, in the panel, says which test dropped it, \
-                with the numbers, and what hides it; a click on such a name goes on to that.",
+        words: "Click an instance on the right, best an orange one. Inspect, in the panel, says which test culled it, \
+                with the numbers, and which occluders hide it; a click on such a name inspects that instance.",
         stages: hidden,
         ghosts: GhostForm::Solid,
         around: 0.0,
@@ -70,9 +70,9 @@ pub const STOPS: [Stop; 5] = [
     },
 ];
 
-/// Down to triangles: of things that are one cluster each, back faces are nothing less.
+/// Down to triangles: an instance of one cluster loses nothing to back-face culling of clusters.
 fn faces() -> Stages {
-    Stages { backface: Backface::Fast, depth: Output::Triangles, ..Stages::plain() }
+    Stages { backface: Backface::Fast, depth: Output::Triangles, ..Stages::frustum_only() }
 }
 
 fn hidden() -> Stages {

@@ -150,13 +150,13 @@ impl State {
 pub struct Structure {
     /// Boxes of the hierarchy that the walk tested, of this level: 1 is just above the instances, 0 none.
     pub level: u32,
-    /// The cones of normals of the clusters of the thing inspected.
+    /// The cones of normals of the clusters of the inspected instance.
     pub cones: bool,
     /// The occlusion buffer over the picture of the camera that it was made for.
     pub buffer: bool,
     /// Of the buffer its coarser level: the farthest of each tile of 8 × 8 pixels.
     pub tiles: bool,
-    /// Only the things of which something was drawn into the buffer are drawn.
+    /// Only the instances of which something was drawn into the buffer are drawn.
     pub occluders: bool,
     /// Where an eye sees the cluster that was clicked wholly from behind.
     pub volume: bool,

@@ -19,11 +19,11 @@ pub struct Stages {
     pub backface: Backface,
     /// See [`Culler::degenerate`].
     pub degenerate: bool,
-    /// The size in pixels under which things are dropped; 0 drops none.
+    /// The size in pixels under which instances are culled; 0 culls none.
     pub detail_px: f64,
     /// How that size is measured.
     pub detail_by: Measure,
-    /// Whether things behind others are dropped; see [`Culler::occlusion`].
+    /// Whether occluded instances and clusters are culled; see [`Culler::occlusion`].
     pub occlusion: bool,
     /// See [`Occlusion::width`].
     pub occlusion_width: u32,
@@ -65,9 +65,9 @@ impl Stages {
         }
     }
 
-    /// Whole instances by the frustum alone, what most engines begin with.
+    /// Frustum culling of whole instances alone, the first kind in most engines.
     #[must_use]
-    pub fn plain() -> Self {
+    pub fn frustum_only() -> Self {
         Self {
             backface: Backface::Off,
             degenerate: false,
@@ -77,19 +77,19 @@ impl Stages {
         }
     }
 
-    /// Everything, down to triangles, and what stays under two pixels too.
+    /// Every stage, down to triangles, with detail culling under two pixels, which is lossy.
     #[must_use]
     pub fn all() -> Self {
         Self { frustum_exact: true, detail_px: 2.0, depth: Output::Triangles, ..Self::default() }
     }
 
-    /// All but what asks what lies before what.
+    /// The default stages but occlusion.
     #[must_use]
-    pub fn open() -> Self {
+    pub fn without_occlusion() -> Self {
         Self { occlusion: false, ..Self::default() }
     }
 
-    /// The culler with these settings, which is asked for reasons and keeps time by `clock`.
+    /// The culler with these settings, with reasons, timed by `clock`.
     #[must_use]
     pub fn culler(&self, clock: fn() -> u64) -> Culler {
         let on = self.on;

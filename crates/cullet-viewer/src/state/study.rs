@@ -61,7 +61,7 @@ pub struct Study {
     pub cube: bool,
     /// Cells along an edge of the cube.
     pub cells: u32,
-    /// Into how many groups the triangles of the inspected thing are put for masks.
+    /// Into how many groups the triangles of the inspected instance are put for masks.
     pub groups: u32,
     /// By which bound.
     pub by: By,

@@ -88,8 +88,8 @@ fn rows(ui: &mut egui::Ui, funnel: &Funnel) {
         let text =
             format!("{} nodes tested, {} plane tests", grouped(w.nodes), grouped(w.plane_tests));
         ui.weak(text).on_hover_text(format!(
-            "The frustum's walk of the hierarchy: {} blocks of 16 things tested one by one, {} groups of 256 \
-             not asked since the last frame's answer still held, {} things swept without asking a node",
+            "The frustum's walk of the hierarchy: {} blocks of 16 instances tested one by one, {} groups of 256 \
+             not tested since the last frame's result still held, {} instances swept without testing a node",
             grouped(w.blocks),
             grouped(w.remembered),
             grouped(w.swept)
@@ -131,7 +131,7 @@ fn history(ui: &mut egui::Ui, session: &Session) {
     named(true, "triangles left".to_owned(), faces);
     named(false, format!("culling, to {slowest:.1} ms"), times);
     response.on_hover_text(
-        "The last 240 decisions: the share of faces that was left, and what deciding took",
+        "The last 240 decisions: the share of triangles left, and the time of culling",
     );
 }
 
@@ -220,7 +220,7 @@ fn proof(ui: &mut egui::Ui, session: &mut Session) {
     });
     let tight = found.kept as f64 / found.visible.max(1) as f64;
     ui.label(format!(
-        "{} faces seen, {} kept: {tight:.1} ×",
+        "{} triangles visible, {} kept: tightness {tight:.1}",
         grouped(found.visible),
         grouped(found.kept)
     ))

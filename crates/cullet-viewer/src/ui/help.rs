@@ -43,7 +43,7 @@ pub(super) fn sheet(ctx: &egui::Context, session: &mut Session) {
             }
             ui.separator();
             ui.label(
-                "A thing is one placement of a mesh. A cluster is a group of up to 124 of its triangles. Never \
+                "An instance is one placement of a mesh. A cluster is a group of up to 124 of its triangles. Never \
                  wrong means that nothing which owns a pixel is ever dropped: Verify this view proves it.",
             );
         });

@@ -8,7 +8,7 @@ use super::words::swatch;
 use crate::numbers::grouped;
 use crate::session::Session;
 
-/// The most names of what hides a thing.
+/// The most names of occluders of an instance.
 const MOST_BLOCKERS: usize = 12;
 
 /// The panel.
@@ -33,14 +33,14 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
         };
     });
     for step in &inspected.explanation.steps {
-        let verdict = if step.left == 0 {
+        let result = if step.left == 0 {
             "dropped"
         } else if step.left == step.entered {
             "passes"
         } else {
             "passes in part"
         };
-        ui.label(format!("{} · {} · {verdict}", step.stage.name(), step.unit.name()));
+        ui.label(format!("{} · {} · {result}", step.stage.name(), step.unit.name()));
         ui.indent(("step", step.stage.name(), step.unit.name()), |ui| {
             ui.weak(&step.finding);
         });
@@ -62,7 +62,7 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
     let mesh = scene.mesh(inspected.slot);
     let name = world.model.mesh_names.get(scene.mesh_id(inspected.slot) as usize);
     ui.weak(format!(
-        "mesh {}: {} faces in {} clusters, {}",
+        "mesh {}: {} triangles in {} clusters, {}",
         name.map_or("", String::as_str),
         grouped(u64::from(mesh.triangle_count())),
         mesh.clusters().len(),

@@ -1,4 +1,4 @@
-//! The map: every thing as a dot from above, in the colour of what became of it, with the frustum. Painted on
+//! The map: every instance as a dot from above, in the colour of the stage that culled it, with the frustum. Painted on
 //! the processor, so that it costs the graphics card nothing.
 
 use std::sync::Arc;
@@ -106,7 +106,7 @@ impl Map {
         wide: f64,
     ) -> Option<(DVec3, egui::TextureId)> {
         let (world, decision) = (session.world.as_ref()?, session.decision.as_ref()?);
-        // Slots of another scene are other things.
+        // Slots of another scene are other instances.
         self.shown.take_if(|(key, ..)| key.0 != wanted.0);
         self.next.take_if(|next| next.key.0 != wanted.0);
         if self.shown.as_ref().is_none_or(|(key, ..)| *key != wanted) {
@@ -149,7 +149,7 @@ impl Painting {
         DVec3::from(self.key.2.map(f64::from_bits))
     }
 
-    /// Paints a dot for every thing until some moment, or to the end: then true. O(slots).
+    /// Paints a dot for every instance until some moment, or to the end: then true. O(slots).
     fn go_on(&mut self, scene: &Scene, reasons: &[Option<Reason>], until: u64) -> bool {
         let count = scene.slot_count();
         while self.slot < count && clock() < until {

@@ -100,7 +100,7 @@ fn bits(code: u32, sides: u32) -> String {
 fn words(ui: &mut egui::Ui, c: &Clipping, steps: &[Vec<Corner>]) {
     ui.separator();
     let sides = c.sides;
-    let verdict = match c.verdict() {
+    let result = match c.classify() {
         Verdict::Accepted => "accepted: the OR of all codes is 0, nothing is to be cut".to_owned(),
         Verdict::Rejected(and) => {
             format!(
@@ -112,7 +112,7 @@ fn words(ui: &mut egui::Ui, c: &Clipping, steps: &[Vec<Corner>]) {
             format!("to be clipped by the planes of the OR, {}", bits(or, sides))
         }
     };
-    ui.label(format!("Outcodes alone: {verdict}."));
+    ui.label(format!("Outcodes alone: {result}."));
     ui.separator();
     let (Some(now), Some(before)) = (steps.get(c.step as usize), step_before(c, steps)) else {
         return;

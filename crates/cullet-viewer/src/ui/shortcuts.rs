@@ -102,10 +102,10 @@ pub const TABLE: [Section; 6] = [
             keys("C", "culling on, off", &[(Key::C, Press(|s| flip(&mut s.state.stages.on)))]),
             keys(
                 "6 7 8 9",
-                "cull plain, open, usual, all",
+                "cull by frustum only, + back faces, default, all",
                 &[
-                    (Key::Num6, Press(|s| s.state.stages = Stages::plain())),
-                    (Key::Num7, Press(|s| s.state.stages = Stages::open())),
+                    (Key::Num6, Press(|s| s.state.stages = Stages::frustum_only())),
+                    (Key::Num7, Press(|s| s.state.stages = Stages::without_occlusion())),
                     (Key::Num8, Press(|s| s.state.stages = Stages::default())),
                     (Key::Num9, Press(|s| s.state.stages = Stages::all())),
                 ],
@@ -350,7 +350,7 @@ mod tests {
         let mut taken = HashSet::new();
         for line in TABLE.iter().flat_map(|(_, lines)| *lines) {
             for (key, _) in line.keys {
-                assert!(taken.insert(*key), "{key:?} is there twice: {}", line.what);
+                assert!(taken.insert(*key), "{key:?} has two actions: {}", line.what);
             }
         }
         assert!(taken.len() > 40, "only {} keys", taken.len());

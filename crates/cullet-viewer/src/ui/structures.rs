@@ -1,4 +1,4 @@
-//! Switches of what is studied of the thing inspected, of back faces and of bounds.
+//! Switches for the study of the inspected instance, of back faces and of bounds.
 
 use cullet::cull::backface::MaskGrid;
 use eframe::egui;
@@ -80,11 +80,11 @@ fn figures(ui: &mut egui::Ui, session: &Session) {
     if f.too_large {
         let most = grouped(u64::from(MOST_TRIANGLES));
         let has = grouped(u64::from(f.triangles));
-        ui.weak(format!("This mesh has {has} faces; up to {most} are studied while you look."));
+        ui.weak(format!("This mesh has {has} triangles; up to {most} are studied while you look."));
         return;
     }
     let (proved, away, all) = (f.proved.len() as u64, u64::from(f.away), u64::from(f.triangles));
-    ui.label(format!("{} of {} faces are proved away", grouped(proved), grouped(all)));
+    ui.label(format!("{} of {} triangles are proved back-facing", grouped(proved), grouped(all)));
     ui.weak(format!("{} face away: {} of them found", grouped(away), percent(proved, away)))
         .on_hover_text("What is found is violet: fly out to see it from behind");
     if world.model.scene.mesh(inspected.slot).is_two_sided() {
@@ -97,7 +97,7 @@ fn audit(ui: &mut egui::Ui, session: &mut Session) {
         ui,
         &mut session.state.structure.audit,
         "bounds audit",
-        "Tests every vertex against the box that its instance is culled by: what leaves it may vanish in plain sight",
+        "Tests every vertex against the box that its instance is culled by: an instance with a vertex outside it may vanish while it is visible",
     );
     if !session.state.structure.audit {
         return;
@@ -110,17 +110,20 @@ fn audit(ui: &mut egui::Ui, session: &mut Session) {
         ui.weak("Every vertex is within its instance's bounds.");
         return;
     }
-    let text = format!("{} instances leave their bounds", grouped(found.len() as u64));
+    let text = format!("bounds violations: {}", grouped(found.len() as u64));
     ui.colored_label(ui.visuals().error_fg_color, text);
     let mut chosen = None;
     let worst = found.iter().take(8);
-    for stray in worst {
-        let name = session.world.as_ref().map(|w| w.model.instance_name(stray.handle).into_owned());
-        let text = format!("{}: {:.3}", name.unwrap_or_default(), stray.excess);
-        let about =
-            format!("{} vertices are outside, by up to {:.4} units", stray.outside, stray.excess);
+    for violation in worst {
+        let name =
+            session.world.as_ref().map(|w| w.model.instance_name(violation.handle).into_owned());
+        let text = format!("{}: {:.3}", name.unwrap_or_default(), violation.excess);
+        let about = format!(
+            "{} vertices are outside, by up to {:.4} units",
+            violation.outside, violation.excess
+        );
         if button(ui, &text, &about) {
-            chosen = Some(stray.handle);
+            chosen = Some(violation.handle);
         }
     }
     if let Some(handle) = chosen {

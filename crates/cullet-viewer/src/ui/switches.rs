@@ -38,18 +38,26 @@ fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egu
 fn culling(ui: &mut egui::Ui, session: &mut Session) {
     let kept = session.kept_backs();
     let s = &mut session.state.stages;
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         switch(ui, &mut s.on, "cull", "All culling at once; off draws everything (C)");
         ui.separator();
         for (name, about, preset) in [
-            ("plain", "Whole instances by the frustum, as most engines begin (6)", Stages::plain()),
             (
-                "open",
-                "Also back faces, down to clusters; but not what lies behind something (7)",
-                Stages::open(),
+                "frustum only",
+                "Frustum culling of whole instances, the first kind in most engines (6)",
+                Stages::frustum_only(),
             ),
-            ("usual", "That, and what lies behind something (8)", Stages::default()),
-            ("all", "Down to triangles, and drops what stays under two pixels (9)", Stages::all()),
+            (
+                "+ back faces",
+                "Also back-face culling, down to clusters; without occlusion culling (7)",
+                Stages::without_occlusion(),
+            ),
+            ("default", "Also occlusion culling (8)", Stages::default()),
+            (
+                "all, lossy",
+                "Down to triangles, with detail culling under two pixels (9)",
+                Stages::all(),
+            ),
         ] {
             if ui.selectable_label(*s == preset, name).on_hover_text(about).clicked() {
                 *s = preset;
@@ -68,7 +76,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
                 (Backface::Off, "off", "Back faces of solids are kept"),
                 (Backface::Fast, "fast", "Clusters that face away go whole, by a cone; then triangles by a plane of four bytes"),
                 (Backface::Masks, "masks", "As fast, but triangles by the class of their normal, in two bytes"),
-                (Backface::Exact, "exact", "Each triangle from its corners: 15 ns each, where triangles are asked for"),
+                (Backface::Exact, "exact", "Each triangle from its corners: 15 ns each, where the output is triangles"),
             ]);
         });
         ui.horizontal_wrapped(|ui| {
@@ -78,7 +86,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
         if let Some(kept) = kept {
             ui.weak(kept);
         }
-        switch(ui, &mut s.degenerate, "without area", "Drops what has no area: it can own no pixel");
+        switch(ui, &mut s.degenerate, "degenerate", "Culls triangles without area: they can own no pixel");
         ui.horizontal(|ui| {
             let mut on = s.detail_px > 0.0;
             if switch(ui, &mut on, "small", "Drops what stays under this many pixels: the one switch here that may change the picture") {
@@ -120,8 +128,8 @@ fn occlusion(ui: &mut egui::Ui, s: &mut Stages) {
         );
         let budget = egui::DragValue::new(&mut s.occlusion_budget);
         ui.add(budget.range(0.0..=1e6).speed(20.0).suffix(" µs")).on_hover_text(
-            "What drawing occluders may cost, by a model and not by a clock, so that the answer is the same on \
-             every machine; what covers most for its cost is drawn first",
+            "Budget for drawing occluders, by a cost model and not by a clock, so that the result is the same on \
+             every machine; occluders with the highest score, what they may hide for their cost, are drawn first",
         );
     });
 }
@@ -256,7 +264,7 @@ fn picture(ui: &mut egui::Ui, session: &mut Session) {
         ui,
         &mut look.hardware,
         "by the hardware too",
-        "The graphics card drops those faces of every mesh, sheets too: what the culler saves it from doing",
+        "The graphics card culls those faces of every mesh, two-sided ones too: work that the culler saves it",
     );
     switch(
         ui,
@@ -365,7 +373,7 @@ fn costs(ui: &mut egui::Ui, session: &mut Session) {
     painter.vline(at, rect.y_range(), egui::Stroke::new(1.0, ui.visuals().strong_text_color()));
     let slowest = costs.all.iter().map(|c| c.milliseconds).fold(0.0, f32::max);
     ui.weak(format!(
-        "{} to {} faces, culling {slowest:.2} ms at most",
+        "{} to {} triangles, culling {slowest:.2} ms at most",
         grouped(costs.least),
         grouped(costs.most)
     ));

@@ -87,7 +87,7 @@ fn card(ctx: &egui::Context, rect: egui::Rect, session: &mut Session) {
         ui.colored_label(ink, stop.words);
         if let Some(left) = left {
             let share = percent(left, all);
-            let text = format!("To draw: {} of {} faces, {share}", grouped(left), grouped(all));
+            let text = format!("To draw: {} of {} triangles, {share}", grouped(left), grouped(all));
             ui.strong(text);
         }
         ui.horizontal(|ui| {

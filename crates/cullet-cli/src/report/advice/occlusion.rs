@@ -7,7 +7,7 @@ use cullet_command::console::{agree, count, grouped, percent};
 use super::context::{Context, shown};
 use crate::record::{Advice, MeshRecord, StageRecord};
 
-/// Under this share of what is in the frustum, hiding is not worth a stage.
+/// Under this share of what is in the frustum, occlusion culling does not pay.
 const FEW_PERCENT: u64 = 3;
 /// A mesh that owns less than this share of the pixels could hide little.
 const LARGE_PERCENT: u64 = 2;
@@ -21,9 +21,9 @@ pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<A
     let triangles: u64 = rows().map(StageRecord::taken).sum();
     let hidden: u64 = rows().map(|s| s.instances[0].saturating_sub(s.instances[1])).sum();
     let few = triangles * 100 < entered.triangles[0] * FEW_PERCENT;
-    let spared = drawn_ns.map(|ns| triangles as f64 * ns * 1e-6 / views as f64);
-    let dear = spared.is_some_and(|ms| took > ms);
-    if entered.entered == 0 || !(few || dear) {
+    let saved = drawn_ns.map(|ns| triangles as f64 * ns * 1e-6 / views as f64);
+    let is_slower = saved.is_some_and(|ms| took > ms);
+    if entered.entered == 0 || !(few || is_slower) {
         return None;
     }
     let found = format!(
@@ -33,7 +33,7 @@ pub(super) fn does_not_pay(ctx: &Context<'_>, drawn_ns: Option<f64>) -> Option<A
         count(entered.instances[0] / views, "instance", "instances"),
         percent(triangles, entered.triangles[0]),
     );
-    let text = match spared {
+    let text = match saved {
         Some(ms) => format!("{found}; drawing those would have taken {ms:.2} ms."),
         None => format!("{found}."),
     } + " On views like these, leave it out (--no-occlusion), or lower --occlusion-width.";
@@ -94,7 +94,7 @@ fn why(ctx: &Context<'_>, record: &MeshRecord) -> String {
             all => format!("{see_through} of its {all} parts can be seen through"),
         }
     } else if ctx.model.scene.prepared()[record.mesh as usize].shapes().is_empty() {
-        "nothing was made to stand for it (`--occluders mesh` takes the mesh itself)".into()
+        "it has no proxy (`--occluders mesh` draws the mesh itself)".into()
     } else if let Some(defect) = &record.defect {
         format!("{defect}, and its parts are too thin to cover whole pixels")
     } else {
