@@ -280,9 +280,9 @@ fn audit_names_the_stale_and_nothing_else() {
     let mut moved = triangle().positions().to_vec();
     moved.iter_mut().take(3).for_each(|p| p[1] += 2.0);
     let current = |h| [stale, unbounded, margin].contains(&h).then(|| Cow::Borrowed(&moved[..]));
-    let strays = scene.audit(current).unwrap();
-    assert_eq!(strays.len(), 1, "{strays:?}");
-    let s = strays[0];
+    let violations = scene.audit(current).unwrap();
+    assert_eq!(violations.len(), 1, "{violations:?}");
+    let s = violations[0];
     assert_eq!((s.handle, s.slot, s.vertex, s.outside), (stale, 13, 2, 3));
     assert!((s.excess - 2.0).abs() < 0.01, "{s:?}");
     // Grown by what it says, they hold.
@@ -291,8 +291,11 @@ fn audit_names_the_stale_and_nothing_else() {
 
     let mut broken = moved.clone();
     broken[1][0] = f32::NAN;
-    let strays = scene.audit(|h| (h == stale).then(|| Cow::Borrowed(&broken[..]))).unwrap();
-    assert_eq!((strays.len(), strays[0].vertex, strays[0].excess), (1, 1, f64::INFINITY));
+    let violations = scene.audit(|h| (h == stale).then(|| Cow::Borrowed(&broken[..]))).unwrap();
+    assert_eq!(
+        (violations.len(), violations[0].vertex, violations[0].excess),
+        (1, 1, f64::INFINITY)
+    );
     let error = scene.audit(|h| (h == stale).then(|| Cow::Borrowed(&moved[..2]))).unwrap_err();
     assert_eq!(error, SceneError::Positions { handle: stale, given: 2, vertices: 4 });
 }

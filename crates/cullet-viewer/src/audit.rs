@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use cullet::BoundsViolation;
 use cullet::Scene;
-use cullet::Stray;
 
 use crate::lines::{Lines, tint};
 use crate::task::{Progress, Task};
@@ -14,22 +14,22 @@ use crate::world::World;
 pub struct Audit {
     /// Of which scene.
     of: Option<Arc<World>>,
-    task: Option<Task<Result<Vec<Stray>, String>>>,
-    found: Option<Vec<Stray>>,
+    task: Option<Task<Result<Vec<BoundsViolation>, String>>>,
+    found: Option<Vec<BoundsViolation>>,
 }
 
 /// The things of a scene that leave their bounds where they stand now.
 ///
 /// # Errors
 /// None that a scene gives rise to; the text for the user.
-pub fn find(scene: &Scene) -> Result<Vec<Stray>, String> {
+pub fn find(scene: &Scene) -> Result<Vec<BoundsViolation>, String> {
     scene.audit(|_| None).map_err(|e| e.to_string())
 }
 
 impl Audit {
     /// What was found, once it is.
     #[must_use]
-    pub fn found(&self) -> Option<&[Stray]> {
+    pub fn found(&self) -> Option<&[BoundsViolation]> {
         self.found.as_deref()
     }
 
@@ -77,13 +77,14 @@ impl Audit {
     }
 }
 
-fn draw(scene: &Scene, strays: &[Stray], most: usize, lines: &mut Lines) {
+fn draw(scene: &Scene, violations: &[BoundsViolation], most: usize, lines: &mut Lines) {
     let red = tint(cullet_draw::palette::LOST, 255);
-    for stray in strays.iter().take(most) {
-        let b = scene.bounds(stray.slot);
+    for violation in violations.iter().take(most) {
+        let b = scene.bounds(violation.slot);
         lines.edges(&b, scene.origin(), red);
         let origin = glam::DVec3::from(scene.origin());
-        let [middle, vertex] = [b.center(), stray.position].map(|p| glam::DVec3::from(p) + origin);
+        let [middle, vertex] =
+            [b.center(), violation.position].map(|p| glam::DVec3::from(p) + origin);
         lines.line(middle, vertex, red);
     }
 }

@@ -2,7 +2,7 @@
 //! lie, and what is left of it when it is cut by them.
 
 use cullet::bounds::Plane;
-use cullet::clip::outcode::{ObjectRegion, Outcode, Verdict};
+use cullet::clip::outcode::{ObjectRegion, Outcode, OutcodeResult};
 use cullet::clip::{Clipper, Region};
 use cullet::view::FrustumPlane;
 use cullet::{Mesh, Transform, View};
@@ -18,7 +18,7 @@ pub struct Coded {
     /// Its corners, in world space, with their outcodes.
     pub corners: [(DVec3, Outcode); 3],
     /// What outcodes alone say of it.
-    pub verdict: Verdict,
+    pub result: OutcodeResult,
     /// What clipping leaves of it, in world space.
     pub left: Vec<DVec3>,
     /// The planes that the mesh's box is not proved inside of, with their numbers.
@@ -51,20 +51,22 @@ impl Coded {
             mesh.bounds().corners().iter().fold(0, |or, &p| or | region.outcode(p).not_inside);
         let planes = frustum.planes().filter(|(i, _)| touched >> i & 1 == 1);
         Some(Self {
-            verdict: region.verdict(&corners),
+            result: region.test(&corners),
             corners: coded,
             left: left.into_iter().map(DVec3::from).collect(),
             planes: planes.map(|(i, p)| (i, *p)).collect(),
         })
     }
 
-    /// What the verdict says, in words.
+    /// The result, in words.
     #[must_use]
     pub fn words(&self) -> String {
-        match self.verdict {
-            Verdict::Accepted => "accepted: inside of every plane, no clipping".to_owned(),
-            Verdict::Rejected(planes) => format!("rejected: all corners beyond {}", names(planes)),
-            Verdict::Candidate(planes) => {
+        match self.result {
+            OutcodeResult::Accepted => "accepted: inside of every plane, no clipping".to_owned(),
+            OutcodeResult::Rejected(planes) => {
+                format!("rejected: all corners beyond {}", names(planes))
+            }
+            OutcodeResult::Candidate(planes) => {
                 format!("clipped by {}: {} corners are left", names(planes), self.left.len())
             }
         }
@@ -119,16 +121,16 @@ mod tests {
             for &original in mesh.original_triangle().iter().take(400) {
                 let coded = Coded::new(&view, mesh, transform, original).expect("there");
                 let all_in = coded.corners.iter().all(|(p, _)| frustum.contains(p.to_array()));
-                match coded.verdict {
-                    Verdict::Accepted => {
+                match coded.result {
+                    OutcodeResult::Accepted => {
                         assert!(all_in && coded.left.len() == 3);
                         accepted += 1;
                     }
-                    Verdict::Rejected(planes) => {
+                    OutcodeResult::Rejected(planes) => {
                         assert!(coded.left.is_empty() && planes != 0);
                         rejected += 1;
                     }
-                    Verdict::Candidate(_) => cut += 1,
+                    OutcodeResult::Candidate(_) => cut += 1,
                 }
                 for p in &coded.left {
                     let worst = frustum.planes().map(|(_, f)| f.distance(p.to_array()));

@@ -50,8 +50,8 @@ fn every_posed_vertex_is_inside_its_bounds() {
     for step in -3..40 {
         let t = f64::from(step) * 0.23;
         model.pose(t).unwrap();
-        let strays = model.scene.audit(|_| None).unwrap();
-        assert!(strays.is_empty(), "at {t} s: {strays:?}");
+        let violations = model.scene.audit(|_| None).unwrap();
+        assert!(violations.is_empty(), "at {t} s: {violations:?}");
         for name in ["bar", "blob", "both", "cart", "twin"] {
             let (b, [low, high]) = (bounds(&model, name), truth(&model, name));
             assert!(b.is_finite(), "{name} at {t} s has no bounds");
@@ -123,10 +123,10 @@ fn a_bound_of_another_time_is_found() {
         model.pose(1.3).unwrap();
         let h = handle(&model, name);
         model.scene.set_bounds(h, BoundsOverride::World(old)).unwrap();
-        let strays = model.scene.audit(|_| None).unwrap();
-        assert_eq!(strays.len(), 1, "{name}: {strays:?}");
-        assert_eq!(strays[0].handle, h);
-        assert!(strays[0].excess > 0.5, "{strays:?}");
+        let violations = model.scene.audit(|_| None).unwrap();
+        assert_eq!(violations.len(), 1, "{name}: {violations:?}");
+        assert_eq!(violations[0].handle, h);
+        assert!(violations[0].excess > 0.5, "{violations:?}");
     }
 }
 

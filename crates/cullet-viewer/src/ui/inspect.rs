@@ -33,14 +33,14 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
         };
     });
     for step in &inspected.explanation.steps {
-        let verdict = if step.left == 0 {
+        let result = if step.left == 0 {
             "dropped"
         } else if step.left == step.entered {
             "passes"
         } else {
             "passes in part"
         };
-        ui.label(format!("{} · {} · {verdict}", step.stage.name(), step.unit.name()));
+        ui.label(format!("{} · {} · {result}", step.stage.name(), step.unit.name()));
         ui.indent(("step", step.stage.name(), step.unit.name()), |ui| {
             ui.weak(&step.finding);
         });

@@ -1,7 +1,7 @@
 //! The clipping playground: a polygon whose corners can be dragged, and the window that cuts it.
 
 use cullet::Stage;
-use cullet::clip::outcode::Verdict;
+use cullet::clip::outcode::OutcodeResult;
 use cullet_draw::palette;
 use eframe::egui::{self, Color32, Pos2, Stroke};
 
@@ -100,19 +100,21 @@ fn bits(code: u32, sides: u32) -> String {
 fn words(ui: &mut egui::Ui, c: &Clipping, steps: &[Vec<Corner>]) {
     ui.separator();
     let sides = c.sides;
-    let verdict = match c.verdict() {
-        Verdict::Accepted => "accepted: the OR of all codes is 0, nothing is to be cut".to_owned(),
-        Verdict::Rejected(and) => {
+    let result = match c.result() {
+        OutcodeResult::Accepted => {
+            "accepted: the OR of all codes is 0, nothing is to be cut".to_owned()
+        }
+        OutcodeResult::Rejected(and) => {
             format!(
                 "rejected: the AND of all codes is {}, all lies beyond one plane",
                 bits(and, sides)
             )
         }
-        Verdict::Candidate(or) => {
+        OutcodeResult::Candidate(or) => {
             format!("to be clipped by the planes of the OR, {}", bits(or, sides))
         }
     };
-    ui.label(format!("Outcodes alone: {verdict}."));
+    ui.label(format!("Outcodes alone: {result}."));
     ui.separator();
     let (Some(now), Some(before)) = (steps.get(c.step as usize), step_before(c, steps)) else {
         return;

@@ -34,7 +34,7 @@ pub struct Nodes {
     sizes: Sizes,
 }
 
-/// What [`Nodes::validate`] found to be wrong.
+/// A fault that [`Nodes::validate`] found.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NodesError {
@@ -53,12 +53,12 @@ pub enum NodesError {
         level: usize,
         /// Which node.
         node: usize,
-        /// Which of the things below it, by its own number.
+        /// Which child or box, by its own number.
         child: usize,
     },
 }
 
-/// What [`Nodes::validate`] measured.
+/// Measurements of [`Nodes::validate`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeStatistics {
     /// How many nodes each level has, from the one next to the boxes up.

@@ -19,7 +19,7 @@ use thiserror::Error;
 use crate::bounds::{Aabb, Boxes};
 use crate::hierarchy::Nodes;
 
-/// What the alpha of a part's material does.
+/// Alpha mode of a part's material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -45,11 +45,11 @@ pub struct Part {
     pub material: u32,
     /// Whether both sides of its triangles are drawn.
     pub two_sided: bool,
-    /// What its alpha does.
+    /// Its alpha mode.
     pub alpha: Alpha,
 }
 
-/// What a mesh is made from: plain data, not yet checked.
+/// Input of a mesh: plain data, not yet checked.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
     /// Vertex positions.
@@ -310,7 +310,7 @@ impl Mesh {
         indices
     }
 
-    /// What the mesh was made of, its triangles in their original order: to make it again in another way.
+    /// Input that the mesh was made of, its triangles in their original order: to make it again in another way.
     /// Copies all of it.
     #[must_use]
     pub fn to_data(&self) -> MeshData {
@@ -410,8 +410,8 @@ impl Mesh {
         self.deformable
     }
 
-    /// What the welded surface is like, all parts joined; see [`Topology::of`] for the cost, and keep the
-    /// answer.
+    /// Topology of the welded surface, all parts joined; see [`Topology::of`] for the cost, and keep the
+    /// result.
     #[must_use]
     pub fn topology(&self) -> Topology {
         Topology::of(&self.positions, &self.indices)

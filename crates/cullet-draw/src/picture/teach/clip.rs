@@ -21,8 +21,8 @@ fn digits(code: u32) -> String {
     format!("{code:04b}")
 }
 
-/// What is drawn for a primitive: the colour of its verdict, and how many candidates missed.
-fn verdict(codes: &[u32], left: bool) -> [u8; 3] {
+/// What is drawn for a primitive: the colour of its result, and how many candidates missed.
+fn result_colour(codes: &[u32], left: bool) -> [u8; 3] {
     let (and, or) = codes.iter().fold((u32::MAX, 0), |(and, or), c| (and & c, or | c));
     match (or, and, left) {
         (0, _, _) => PROVED,
@@ -76,7 +76,7 @@ impl Panel {
 }
 
 /// The nine regions around a window with their outcodes, and lines and triangles by what the codes of
-/// their ends say: accepted, rejected, candidates; those candidates marked that miss the window. Verdicts,
+/// their ends say: accepted, rejected, candidates; those candidates marked that miss the window. Results,
 /// codes and what is left are the library's own. `size` is at least 640 × 360.
 #[must_use]
 pub fn outcodes(size: [u32; 2]) -> Picture {
@@ -115,7 +115,7 @@ pub fn outcodes(size: [u32; 2]) -> Picture {
             for t in TRIANGLES {
                 let codes = t.map(|p| window.outcode(&p));
                 let left = clipper.clip(&region, &t).to_vec();
-                let color = verdict(&codes, !left.is_empty());
+                let color = result_colour(&codes, !left.is_empty());
                 sheet.fill(&t.map(at), mix(color, PAPER, 0.6), 1.0);
                 if !left.is_empty() {
                     let left: Vec<_> = left.into_iter().map(at).collect();
@@ -129,7 +129,7 @@ pub fn outcodes(size: [u32; 2]) -> Picture {
             for [a, b] in LINES {
                 let codes = [window.outcode(&a), window.outcode(&b)];
                 let left = window.cohen_sutherland(&a, &b);
-                let color = verdict(&codes, left.is_some());
+                let color = result_colour(&codes, left.is_some());
                 sheet.line(at(a), at(b), 2.0, mix(color, PAPER, 0.2));
                 for t in left.into_iter() {
                     let ends = t.map(|t| at(line::at(&a, &b, t)));

@@ -137,7 +137,7 @@ impl Backfaces {
         (doubt <= CONE_DOUBT && facing != Facing::Edge).then_some(())?;
         cone.sine += CONE_DOUBT;
         if facing == Facing::Front {
-            // What the eye sees from the front is behind for lines of sight that go the other way.
+            // Front faces for the eye are back faces for lines of sight that go the other way.
             cone.axis = cone.axis.map(|v| -v);
         }
         Some(grid.mask(level, Some(&cone)))
@@ -145,7 +145,7 @@ impl Backfaces {
 
     /// The cones of clusters of the same mesh; `None` is one that is never culled. `facing` is what
     /// they are to prove of the eye: that it sees the [`Facing::Back`] of all triangles, or the
-    /// [`Facing::Front`]. 10 to 35 µs a cluster, the more its normals spread.
+    /// [`Facing::Front`]. The cost of a cluster grows with the spread of its normals.
     ///
     /// # Panics
     /// As [`Backfaces::new`].
@@ -174,10 +174,10 @@ impl Backfaces {
         ClusterCones { bounds, any, facing }
     }
 
-    /// The eye of an instance as planes and cones take it; some 20 ns. `None` where it culls nothing, or
+    /// The eye of an instance as planes and cones take it. `None` where it culls nothing, or
     /// where its doubt is too large for these forms: then only [`ObjectEye::culls`] is right.
     ///
-    /// [`ObjectEye::culls`] asks n·(eye − w·a) < −(2·reach·Q + s·error)/h of a triangle with unit normal n,
+    /// [`ObjectEye::culls`] tests n·(eye − w·a) < −(2·reach·Q + s·error)/h of a triangle with unit normal n,
     /// edges s and height h, where Q is the length of eye − w·a. Both forms leave as much in relation to
     /// Q: the planes by a wider bound, the cones by being fitted so. All is doubled for the rounding of
     /// that test itself.
