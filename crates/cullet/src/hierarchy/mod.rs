@@ -187,7 +187,7 @@ impl Hierarchy {
     }
 
     /// All boxes by slot, to be written in place. What changed is not known, so dropping this refits all
-    /// nodes: about 1 ms for a million boxes.
+    /// nodes: O(n), once through them.
     pub fn bounds_mut(&mut self) -> BoundsMut<'_> {
         BoundsMut { hierarchy: self }
     }

@@ -140,7 +140,7 @@ impl Nodes {
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or the range leaves those.
-    pub fn refit_range(&mut self, level: crate::Simd, boxes: &Boxes, changed: Range<usize>) {
+    pub(crate) fn refit_range(&mut self, level: crate::Simd, boxes: &Boxes, changed: Range<usize>) {
         assert!(
             boxes.len() >= self.leaves,
             "{} boxes under nodes over {}",

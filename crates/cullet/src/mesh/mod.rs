@@ -86,19 +86,15 @@ impl Cluster {
 
 /// Clusters of one part that follow each other in the mesh's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PartRun {
-    /// The part.
-    pub part: u32,
-    /// First cluster.
-    pub first_cluster: u32,
-    /// How many clusters.
-    pub cluster_count: u32,
+pub(crate) struct PartRun {
+    pub(crate) part: u32,
+    pub(crate) first_cluster: u32,
+    pub(crate) cluster_count: u32,
 }
 
 impl PartRun {
     /// The range of its clusters.
-    #[must_use]
-    pub fn clusters(&self) -> std::ops::Range<u32> {
+    pub(crate) fn clusters(&self) -> std::ops::Range<u32> {
         self.first_cluster..self.first_cluster + self.cluster_count
     }
 }
@@ -288,8 +284,7 @@ impl Mesh {
     }
 
     /// The degenerate triangles, in the mesh's order: they follow the last cluster.
-    #[must_use]
-    pub fn degenerate_triangles(&self) -> std::ops::Range<u32> {
+    pub(crate) fn degenerate_triangles(&self) -> std::ops::Range<u32> {
         let count = self.triangle_count();
         count - self.degenerate..count
     }
@@ -350,8 +345,7 @@ impl Mesh {
 
     /// The clusters of each part, in the mesh's order: what is drawn at once. As many runs as parts, unless a
     /// clustering of the caller's mixes them.
-    #[must_use]
-    pub fn part_runs(&self) -> &[PartRun] {
+    pub(crate) fn part_runs(&self) -> &[PartRun] {
         &self.part_runs
     }
 

@@ -108,12 +108,7 @@ impl Mesh {
     /// number stay; a triangle that is turned over has its last two corners exchanged.
     #[must_use]
     pub fn oriented(mut self) -> (Self, Repair) {
-        let repair = self.orient();
+        let repair = orient_triangles(&self.positions, &mut self.indices);
         (self, repair)
-    }
-
-    /// [`Mesh::oriented`] in place.
-    pub fn orient(&mut self) -> Repair {
-        orient_triangles(&self.positions, &mut self.indices)
     }
 }

@@ -78,7 +78,7 @@ pub struct Visible {
     pub triangles: Vec<u32>,
     /// Where reasons are recorded: one per slot; `None` is visible (or an empty slot).
     pub reasons: Vec<Option<Reason>>,
-    /// Where they are recorded: the triangles that were culled on their own or with their cluster, ascending by slot
+    /// Where drops are recorded: the triangles that were culled on their own or with their cluster, ascending by slot
     /// and triangle, without overlap. An instance that was dropped as a whole has none here, only its reason.
     pub dropped: Vec<DroppedRange>,
     /// Counts of each stage.

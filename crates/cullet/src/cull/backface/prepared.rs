@@ -88,7 +88,7 @@ impl Backfaces {
     ///
     /// # Panics
     /// As [`Backfaces::new`].
-    pub fn add_masks(
+    pub(crate) fn add_masks(
         &mut self,
         positions: &[[f32; 3]],
         indices: &[u32],
@@ -106,7 +106,7 @@ impl Backfaces {
         self.masks = Some((masks, Sphere::from_points(positions)));
     }
 
-    /// The masks of the triangles' normals, where they were [added](Self::add_masks).
+    /// The masks of the triangles' normals, where they were [wanted](crate::Preparation::masks).
     #[must_use]
     pub fn masks(&self) -> Option<&NormalMasks> {
         self.masks.as_ref().map(|(masks, _)| masks)
@@ -207,7 +207,7 @@ impl Backfaces {
     }
 
     /// Fills words `first..` of the mask of culled triangles, as many as `culled` has. The same at every
-    /// level; 0.06 ns a triangle with AVX-512.
+    /// level.
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
@@ -267,7 +267,7 @@ impl ClusterCones {
     }
 
     /// Sets bit i of `culled` where every triangle of cluster i is proved to be culled. Nothing is for an
-    /// eye that culls the other side. The same at every level; 0.5 ns a cluster with AVX-512.
+    /// eye that culls the other side. The same at every level.
     pub fn cull(&self, level: Simd, eye: &BackfaceEye, culled: &mut Vec<u64>) {
         culled.clear();
         culled.resize(self.bounds.len().div_ceil(64), 0);

@@ -97,7 +97,7 @@ impl CasterRegion {
     /// The light is a point or a direction; shadows with soft edges, and filters that read around a pixel, are
     /// what `margin_world` of [`with_margin`](Self::with_margin) is for.
     ///
-    /// Cost: the same, whatever the number of casters.
+    /// Cost: constant, whatever the number of casters.
     #[must_use]
     pub fn new(frustum: &Frustum, receivers: Option<&Aabb>, light: &Light) -> Self {
         if receivers.is_some_and(Aabb::is_empty) {

@@ -172,8 +172,8 @@ fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u
 
 /// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted), and of the others
 /// what is not outside the frustum. Where clusters are wanted and no later stage can drop one of an instance, its bit
-/// is [settled](super::super::sets::Clusters::settled) and it gets no run: in large
-/// scenes that is most of what is visible.
+/// is [settled](super::super::sets::Clusters::settled) and it gets no run: in large scenes that is
+/// most of what is visible.
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
     cache: &mut Cache,
