@@ -1,4 +1,4 @@
-//! A scene with a moving view: the state of the view is reused, and says why things went.
+//! A scene with a moving view: the state of the view is reused, and says why instances were culled.
 
 use cullet::{
     Camera, Culler, Depth, Instance, Mesh, MeshData, Output, Projection, Scene, Transform, View,
@@ -21,10 +21,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     for frame in 0..3 {
         let eye = [0.0, 3.0, 20.0 - 15.0 * f64::from(frame)];
-        let lens =
+        let projection =
             Projection::Perspective { fov_y_radians: 0.8, aspect: 1.5, near: 0.1, far: 120.0 };
-        let camera =
-            Camera { eye, direction: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0], projection: lens };
+        let camera = Camera { eye, direction: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0], projection };
         let view = View::new(&camera, Depth::Reversed, [1280, 720])?;
         culler.cull_one(&scene, &view, &mut state, &mut visible);
         println!("frame {frame}: {} of 1000 instances", visible.instance_count);

@@ -208,7 +208,7 @@ impl<'a> BezierPatch<'a> {
                 }
             }
         }
-        // What has no terms but zeros is zero wherever the eye is.
+        // A sum of zeros alone is zero wherever the eye is.
         sums.retain(|(_, _, size)| *size > 0.0);
         let is_certain = |(normal, _, size): &(DVec3, f64, f64)| normal.length() > size * CERTAIN;
         let complete = sums.iter().all(is_certain);
@@ -263,7 +263,7 @@ fn pairs(first: usize, second: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..first).flat_map(move |i| (0..second).map(move |j| (i, j)))
 }
 
-/// What the product of Bernstein polynomials of these degrees and numbers is of the one of their sums.
+/// Ratio of the product of Bernstein polynomials of these degrees and numbers to the one of their sums.
 fn share<const N: usize>(degrees: [usize; N], numbers: [usize; N]) -> f64 {
     let parts: f64 = degrees.iter().zip(numbers).map(|(d, i)| binomial(*d, i)).product();
     parts / binomial(degrees.iter().sum(), numbers.iter().sum())

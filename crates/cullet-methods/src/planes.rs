@@ -8,7 +8,7 @@ use glam::{DVec3, DVec4};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frame {
     centre: DVec3,
-    /// What offsets are divided by, so that they are comparable to normals.
+    /// Divisor of the offsets, so that they are comparable to normals.
     scale: f64,
 }
 

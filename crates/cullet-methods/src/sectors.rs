@@ -23,7 +23,7 @@ pub enum SectorError {
     NoCorners,
 }
 
-/// What may lie outside of the frustum that a mask is made for.
+/// View whose triangles a mask is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaskUse {
     /// A camera: what is outside of its frustum is not seen.
@@ -145,7 +145,7 @@ impl SectorMasks {
     /// sphere may reach into. `None` where it reaches into none, being outside of the view.
     ///
     /// `eye` is the position of the viewer, in the space of the sphere and of the corner directions.
-    /// What is not finite is in every sector.
+    /// A non-finite sphere is in every sector.
     #[must_use]
     pub fn for_sphere(&self, eye: [f64; 3], sphere: &Sphere) -> Option<BackfaceMask> {
         let centre = DVec3::from(sphere.center.map(f64::from)) - DVec3::from(eye);

@@ -3,7 +3,7 @@
 use cullet::Simd;
 use fearless_simd::Level;
 
-/// The level by its name, for kernels of this crate and of measurements. Some nanoseconds.
+/// The level by its name, for kernels of this crate and of measurements.
 #[must_use]
 pub fn level_of(simd: Simd) -> Level {
     let best = Level::new();

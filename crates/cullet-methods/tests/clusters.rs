@@ -309,7 +309,7 @@ fn joined_boxes_are_behind_only_where_both_are() {
 }
 
 #[test]
-fn odd_clusters_have_no_bound() {
+fn invalid_clusters_have_no_bound() {
     let none = ClusterPlanes::new([]);
     let nan = ClusterPlanes::new([[[f32::NAN; 3]; 3]]);
     let huge = ClusterPlanes::new([[[1e20, 0.0, 0.0], [2e20, 0.0, 0.0], [1e20, 1e20, 0.0]]]);

@@ -197,7 +197,7 @@ fn sectors_of_what_has_none_are_refused() {
     let flat = [[0.0, 0.0, 1.0]; 4];
     assert_eq!(make(&flat, 2, MaskUse::Camera).err(), Some(SectorError::NoCorners));
     let sectors = make(&corners, 2, MaskUse::Camera).expect("good corners");
-    // What is not a number is in every sector; what is behind the viewer in none.
+    // A sphere that is not a number is in every sector; one behind the viewer in none.
     let nan = Sphere { center: [f32::NAN; 3], radius: 1.0 };
     let all = sectors.for_sphere([0.0; 3], &nan).expect("it may be seen");
     let one = sectors.sector(0, 0).clone();

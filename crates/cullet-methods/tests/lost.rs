@@ -98,7 +98,7 @@ fn no_form_loses_a_front_face() {
             in_front.fill(0);
             for t in 0..drawn {
                 let (value, size) = front(mesh.corners(t), eye);
-                // What f64 cannot tell from edge-on is nobody's front.
+                // A triangle that f64 cannot tell from edge-on is nobody's front.
                 in_front[t as usize / 64] |= u64::from(value > size * 1e-13) << (t % 64);
             }
             for form in &mut forms {

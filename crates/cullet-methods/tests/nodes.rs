@@ -84,7 +84,7 @@ fn nodes_prove_all_that_clusters_do_and_nothing_wrong() {
                         assert!(bit(mask, i), "cluster {i} of {count}, bend {bend}");
                     }
                 }
-                fewer += usize::from(cut.blocks_asked() < count.div_ceil(16));
+                fewer += usize::from(cut.blocks_tested() < count.div_ceil(16));
             }
         }
     }
@@ -156,7 +156,7 @@ fn measure<B: Bound>(name: &str, mesh: &Mesh, clusters: &[Vec<Corners>]) {
         }
         culled += cut.culled().iter().map(|w| w.count_ones()).sum::<u32>();
         culled_flat += nodes.clusters()[0].count(Simd::best(), eye) as u32;
-        blocks += cut.blocks_asked();
+        blocks += cut.blocks_tested();
     }
     assert!(culled >= culled_flat && culled > 0);
     let time = |cull: &mut dyn FnMut([f64; 4])| {

@@ -155,7 +155,7 @@ fn a_culled_patch_has_nothing_in_front() {
                 let reach = reach.sum::<f64>().sqrt() + planes.radius();
                 for sample in &samples {
                     let value = behind(sample, eye);
-                    // What f64 leaves of a product of these sizes.
+                    // Rounding error of f64 in a product of these sizes.
                     let error = 1e-12 * dot(sample.1, sample.1).sqrt() * reach
                         + 1e-14 * planes.radius().powi(2) * reach;
                     assert!(!ideal || value >= -error, "{}: {value} seen from {eye:?}", net.name);
@@ -200,7 +200,7 @@ fn shares(net: &Net) -> [f64; 4] {
 
 #[test]
 fn patches_are_culled_in_most_views_that_see_no_front() {
-    // What is culled at the least, in per cent of views: measured, less half a point.
+    // Least share that is culled, in per cent of views: measured, less half a point.
     let floors = [[5.7, 3.8, 19.2], [6.1, 4.0, 18.8], [14.7, 14.3, 26.2], [49.4, 49.1, 49.4]];
     for (net, floors) in smooth().iter().zip(floors) {
         let [grid, cone, surface, exact] = shares(net);

@@ -1,4 +1,4 @@
-//! What is kept because nothing is proved: eyes that are none, and spheres.
+//! Clusters kept because nothing is proved: eyes that are none, and spheres.
 
 use cullet::MeshData;
 use cullet::Simd;

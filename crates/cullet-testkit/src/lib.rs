@@ -1,5 +1,5 @@
-//! What the tests and benches of cullet's crates share: random numbers, shapes, scenes and views, slow oracles, the
-//! test data, and every SIMD level.
+//! Shared parts of the tests and benches of cullet's crates: random numbers, shapes, scenes and views, slow oracles,
+//! the test data, and every SIMD level.
 //!
 //! | module | holds |
 //! |---|---|
@@ -27,7 +27,7 @@
 //! # A circle that is none
 //!
 //! This crate depends on `cullet`, whose tests depend on this crate. Cargo allows that, for what only tests need does
-//! not count. Two things follow:
+//! not count. Two rules follow:
 //!
 //! - Programs in `cullet/tests` and `cullet/benches` see one `cullet`. Unit tests within `cullet/src` are compiled into
 //!   a second one, whose types are others: they may use what is plain data here ([`random`], [`vectors`], [`soups`],

@@ -46,7 +46,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// What `run` returns, and the most bytes that were held at once beyond those held before.
+/// Result of `run`, and the most bytes that were held at once beyond those held before.
 ///
 /// # Panics
 ///
@@ -59,7 +59,7 @@ pub fn peak_of<T>(run: impl FnOnce() -> T) -> (T, usize) {
     (result, PEAK.load(Ordering::Relaxed) - before)
 }
 
-/// What `run` returns, and how often it allocated.
+/// Result of `run`, and how often it allocated.
 ///
 /// # Panics
 ///

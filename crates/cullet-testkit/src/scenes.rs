@@ -94,7 +94,7 @@ pub fn mixed_scene(rng: &mut Rng) -> Scene {
         let transform = mixed_transform(rng);
         let instance = Instance { flags, layers, ..Instance::new(mesh, transform) };
         let handle = scene.add(instance).unwrap();
-        // The very same thing twice: every depth is a tie.
+        // The very same instance twice: every depth is a tie.
         if rng.chance(0.1) {
             scene.add(instance).unwrap();
         }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// How a property is tried: cases enough to meet each kind of projection many times, few enough for seconds;
-/// always the same, unless `CULLET_CASES` asks for more.
+/// always the same, unless `CULLET_CASES` sets more.
 pub fn config(n: u32) -> ProptestConfig {
     let cases = crate::cases(n);
     let rng_seed = if cases > n { RngSeed::Random } else { RngSeed::Fixed(1) };

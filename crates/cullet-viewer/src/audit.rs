@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use cullet::BoundsViolation;
 use cullet::Scene;
-use cullet::Stray;
 
 use crate::lines::{Lines, tint};
 use crate::task::{Progress, Task};
@@ -14,22 +14,22 @@ use crate::world::World;
 pub struct Audit {
     /// Of which scene.
     of: Option<Arc<World>>,
-    task: Option<Task<Result<Vec<Stray>, String>>>,
-    found: Option<Vec<Stray>>,
+    task: Option<Task<Result<Vec<BoundsViolation>, String>>>,
+    found: Option<Vec<BoundsViolation>>,
 }
 
 /// The bounds violations of a scene, with its instances where they stand now.
 ///
 /// # Errors
 /// None that a scene gives rise to; the text for the user.
-pub fn find(scene: &Scene) -> Result<Vec<Stray>, String> {
+pub fn find(scene: &Scene) -> Result<Vec<BoundsViolation>, String> {
     scene.audit(|_| None).map_err(|e| e.to_string())
 }
 
 impl Audit {
     /// The bounds violations, once the audit is done.
     #[must_use]
-    pub fn found(&self) -> Option<&[Stray]> {
+    pub fn found(&self) -> Option<&[BoundsViolation]> {
         self.found.as_deref()
     }
 
@@ -77,7 +77,7 @@ impl Audit {
     }
 }
 
-fn draw(scene: &Scene, violations: &[Stray], most: usize, lines: &mut Lines) {
+fn draw(scene: &Scene, violations: &[BoundsViolation], most: usize, lines: &mut Lines) {
     let red = tint(cullet_draw::palette::LOST, 255);
     for violation in violations.iter().take(most) {
         let b = scene.bounds(violation.slot);

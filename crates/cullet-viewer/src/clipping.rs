@@ -1,7 +1,7 @@
 //! The clipping playground: a polygon that the user draws, cut by a convex window one plane after another, as
 //! Sutherland & Hodgman do. What cuts is [`cullet::clip`]; here is only who came from where.
 
-use cullet::clip::outcode::{Outcode, Verdict};
+use cullet::clip::outcode::{Outcode, OutcodeResult};
 use cullet::clip::{Clipper, HalfSpace, Region, Vertex};
 use serde::{Deserialize, Serialize};
 
@@ -93,9 +93,9 @@ impl Clipping {
     /// Classifies the polygon by its outcodes alone. It need not be convex: all of it is inside a plane that all its
     /// corners are inside of.
     #[must_use]
-    pub fn classify(&self) -> Verdict {
+    pub fn classify(&self) -> OutcodeResult {
         let region = self.region();
-        Verdict::of(self.polygon.iter().map(|p| {
+        OutcodeResult::of(self.polygon.iter().map(|p| {
             let code = region.outcode(p);
             Outcode { outside: code, not_inside: code }
         }))
@@ -218,7 +218,7 @@ mod tests {
         assert_eq!(steps[0].iter().map(|p| p.at).collect::<Vec<_>>(), c.polygon);
         assert!(steps[4].iter().any(|p| matches!(p.from, From::Cut(_))));
         assert!(steps[4].iter().all(|p| p.code == 0), "all that is left is inside");
-        assert!(matches!(c.classify(), Verdict::Candidate(_)));
+        assert!(matches!(c.classify(), OutcodeResult::Candidate(_)));
         let left = |i: usize| area(&steps[i].iter().map(|p| p.at).collect::<Vec<_>>());
         assert!((1..5).all(|i| left(i) <= left(i - 1) + 1e-12) && left(4) < left(0));
     }
@@ -227,11 +227,11 @@ mod tests {
     fn outcodes_decide_what_is_wholly_in_or_out() {
         let inside = vec![[-0.1, -0.1], [0.1, -0.1], [0.0, 0.1]];
         let c = Clipping { polygon: inside, ..Clipping::default() };
-        assert_eq!(c.classify(), Verdict::Accepted);
+        assert_eq!(c.classify(), OutcodeResult::Accepted);
         assert_eq!(c.steps()[4], c.steps()[0]);
         let below = vec![[-0.5, -0.9], [0.5, -0.9], [0.0, -0.8]];
         let c = Clipping { polygon: below, ..Clipping::default() };
-        assert_eq!(c.classify(), Verdict::Rejected(1));
+        assert_eq!(c.classify(), OutcodeResult::Rejected(1));
         assert!(c.steps()[1].is_empty());
     }
 

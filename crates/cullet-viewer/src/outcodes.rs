@@ -2,7 +2,7 @@
 //! lie, and what is left of it when it is cut by them.
 
 use cullet::bounds::Plane;
-use cullet::clip::outcode::{ObjectRegion, Outcode, Verdict};
+use cullet::clip::outcode::{ObjectRegion, Outcode, OutcodeResult};
 use cullet::clip::{Clipper, Region};
 use cullet::view::FrustumPlane;
 use cullet::{Mesh, Transform, View};
@@ -18,7 +18,7 @@ pub struct Coded {
     /// Its corners, in world space, with their outcodes.
     pub corners: [(DVec3, Outcode); 3],
     /// Classification by outcodes alone.
-    pub class: Verdict,
+    pub class: OutcodeResult,
     /// The polygon that clipping leaves of it, in world space.
     pub left: Vec<DVec3>,
     /// The planes that the mesh's box is not proved inside of, with their numbers.
@@ -51,7 +51,7 @@ impl Coded {
             mesh.bounds().corners().iter().fold(0, |or, &p| or | region.outcode(p).not_inside);
         let planes = frustum.planes().filter(|(i, _)| touched >> i & 1 == 1);
         Some(Self {
-            class: region.verdict(&corners),
+            class: region.test(&corners),
             corners: coded,
             left: left.into_iter().map(DVec3::from).collect(),
             planes: planes.map(|(i, p)| (i, *p)).collect(),
@@ -62,9 +62,11 @@ impl Coded {
     #[must_use]
     pub fn words(&self) -> String {
         match self.class {
-            Verdict::Accepted => "accepted: inside of every plane, no clipping".to_owned(),
-            Verdict::Rejected(planes) => format!("rejected: all corners beyond {}", names(planes)),
-            Verdict::Candidate(planes) => {
+            OutcodeResult::Accepted => "accepted: inside of every plane, no clipping".to_owned(),
+            OutcodeResult::Rejected(planes) => {
+                format!("rejected: all corners beyond {}", names(planes))
+            }
+            OutcodeResult::Candidate(planes) => {
                 format!("clipped by {}: {} corners are left", names(planes), self.left.len())
             }
         }
@@ -120,15 +122,15 @@ mod tests {
                 let coded = Coded::new(&view, mesh, transform, original).expect("there");
                 let all_in = coded.corners.iter().all(|(p, _)| frustum.contains(p.to_array()));
                 match coded.class {
-                    Verdict::Accepted => {
+                    OutcodeResult::Accepted => {
                         assert!(all_in && coded.left.len() == 3);
                         accepted += 1;
                     }
-                    Verdict::Rejected(planes) => {
+                    OutcodeResult::Rejected(planes) => {
                         assert!(coded.left.is_empty() && planes != 0);
                         rejected += 1;
                     }
-                    Verdict::Candidate(_) => cut += 1,
+                    OutcodeResult::Candidate(_) => cut += 1,
                 }
                 for p in &coded.left {
                     let worst = frustum.planes().map(|(_, f)| f.distance(p.to_array()));

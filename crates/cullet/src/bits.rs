@@ -1,4 +1,4 @@
-//! Masks of one bit a thing, in words of sixty-four.
+//! Masks of one bit per item, in words of sixty-four.
 
 use std::ops::Range;
 

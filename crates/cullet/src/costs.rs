@@ -20,8 +20,8 @@ pub struct Costs {
     pub cluster_test_ns: f64,
     /// The back-face test of one triangle's 8-bit plane, in a batch.
     pub triangle_test_ns: f64,
-    /// What the renderer spends on a triangle that it rejects by itself, because it faces away: what
-    /// culling spares it there. It fills no pixel.
+    /// Cost to the renderer of a triangle that it rejects by itself, because it faces away: what
+    /// culling saves it there. It fills no pixel.
     pub rejected_triangle_ns: f64,
     /// r: an opaque triangle drawn, pixels apart.
     pub opaque_triangle_ns: f64,

@@ -65,7 +65,7 @@ impl<const N: usize> Sum<N> {
 
     /// -1, 0 or 1.
     pub(crate) fn sign(&self) -> i32 {
-        // The largest part outweighs the rest together.
+        // The largest part exceeds the rest together.
         if self.len == 0 { 0 } else { sign_of(self.parts[self.len - 1]) }
     }
 }

@@ -1,4 +1,4 @@
-//! What each stage takes: stages, reasons, and the counts in and out of each.
+//! Funnel of a cull: stages, reasons, and the counts in and out of each stage.
 
 use std::ops::{Add, AddAssign, Sub, SubAssign};
 
@@ -57,7 +57,7 @@ impl Stage {
     }
 }
 
-/// Why a thing was dropped: the stage, and a detail that is the stage's own (frustum: the number of
+/// Reason for which an instance was dropped: the stage, and a detail that is the stage's own (frustum: the number of
 /// the plane). Two bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -71,7 +71,7 @@ pub struct Reason {
 }
 
 impl Reason {
-    /// The detail where the parts of a thing went for different details of one stage.
+    /// The detail where parts of an instance were dropped for different details of one stage.
     pub const MIXED: u8 = u8::MAX;
 
     /// Why its shadow cannot matter, in an answer of [`Culler::cull_shadows`](crate::Culler::cull_shadows); `None`
@@ -82,7 +82,7 @@ impl Reason {
     }
 }
 
-/// What a stage counts.
+/// Unit that a stage counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -186,11 +186,11 @@ impl std::iter::Sum for Counts {
 pub struct FunnelRow {
     /// The stage.
     pub stage: Stage,
-    /// What it tested: whole instances, whole clusters, or single triangles.
+    /// Unit that it tested: whole instances, whole clusters, or single triangles.
     pub unit: Unit,
-    /// What came in: what the row before left, and for the first row all of the scene.
+    /// Counts in: those that the row before left, and for the first row all of the scene.
     pub entered: Counts,
-    /// What went on.
+    /// Counts passed on.
     pub left: Counts,
     /// How long it took in nanoseconds, or [`NO_TIME`](Self::NO_TIME); see [`time`](Self::time).
     pub nanoseconds: u64,
@@ -206,26 +206,26 @@ impl FunnelRow {
         (self.nanoseconds != Self::NO_TIME).then_some(self.nanoseconds)
     }
 
-    /// What the stage took, of each unit.
+    /// Counts that the stage dropped, of each unit.
     #[must_use]
     pub fn dropped(&self) -> Counts {
         self.entered - self.left
     }
 }
 
-/// How the frustum stage found the instances: what it asked of the scene's hierarchy.
+/// Work of the frustum stage: its tests of the scene's hierarchy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FrustumWork {
-    /// Nodes that asked their children, sixteen at a time.
+    /// Nodes whose children were tested, sixteen at a time.
     pub nodes: u64,
     /// Blocks of sixteen instances that were tested one by one.
     pub blocks: u64,
-    /// How many times sixteen things were tested against a plane.
+    /// How many times sixteen boxes were tested against a plane.
     pub plane_tests: u64,
-    /// Groups of 256 instances that were not asked at all, for the view has not moved enough since they were.
+    /// Groups of 256 instances that were not tested at all, for the view has not moved enough since they were.
     pub remembered: u64,
-    /// Instances that were swept without asking a node: those added since the last commit, or all of them
+    /// Instances that were swept without testing a node: those added since the last commit, or all of them
     /// where that is cheaper.
     pub swept: u64,
 }
@@ -266,9 +266,9 @@ pub struct OcclusionTimes {
 pub struct Funnel {
     /// One row for each stage and unit.
     pub rows: Vec<FunnelRow>,
-    /// What the frustum stage did to get its answer, where it ran: less where the last frame's answer serves.
+    /// Work of the frustum stage, where it ran: less where the last frame's result serves.
     pub frustum: FrustumWork,
-    /// What the occlusion stage did, where it ran.
+    /// Work of the occlusion stage, where it ran.
     pub occlusion: OcclusionWork,
 }
 
@@ -291,7 +291,7 @@ impl Funnel {
         self.rows.last().map_or(Counts::default(), |row| row.left)
     }
 
-    /// What a stage took, whether as instances, as clusters or triangle by triangle.
+    /// Counts that a stage dropped, whether as instances, as clusters or triangle by triangle.
     #[must_use]
     pub fn dropped(&self, stage: Stage) -> Counts {
         self.rows.iter().filter(|row| row.stage == stage).map(FunnelRow::dropped).sum()

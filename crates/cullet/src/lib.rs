@@ -1,6 +1,6 @@
 //! A visibility engine: takes a scene and a view and decides what need not be drawn.
 //!
-//! It is conservative, so nothing that the view sees is dropped; it is fast; and it says why each thing went.
+//! It is conservative, so nothing that the view sees is dropped; it is fast; and it says why each instance was culled.
 //!
 //! ```
 //! use cullet::{Camera, Culler, Depth, Instance, Mesh, MeshData, Projection, Scene, Transform, View};
@@ -19,8 +19,8 @@
 //!
 //! let (culler, mut state, mut visible) = (Culler::default(), ViewState::default(), Visible::default());
 //! // Each frame:
-//! let lens = Projection::Perspective { fov_y_radians: 0.9, aspect: 1.6, near: 0.1, far: 500.0 };
-//! let view = View::new(&Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], lens), Depth::Reversed, [1280, 720])?;
+//! let projection = Projection::Perspective { fov_y_radians: 0.9, aspect: 1.6, near: 0.1, far: 500.0 };
+//! let view = View::new(&Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], projection), Depth::Reversed, [1280, 720])?;
 //! culler.cull_one(&scene, &view, &mut state, &mut visible);
 //! for draw in visible.draws(&scene) {
 //!     draw_indexed(draw.mesh, draw.indices, draw.slot);
@@ -33,7 +33,7 @@
 //! [`Visible::draws`] is for a start; [`DrawList`] fills arrays for indirect draws and allocates nothing. A renderer
 //! that has no use for a [`Scene`] calls the rooms below it: plain functions over slices.
 //!
-//! # Where things are
+//! # Where to find what
 //!
 //! | module | holds |
 //! |---|---|
@@ -49,7 +49,7 @@
 //!
 //! | feature | adds |
 //! |---|---|
-//! | `mint` | matrices of [`mint`](https://docs.rs/mint), and so of glam, nalgebra and cgmath, where a [`Matrix`] is asked for |
+//! | `mint` | matrices of [`mint`](https://docs.rs/mint), and so of glam, nalgebra and cgmath, where a [`Matrix`] is expected |
 //! | `rayon` | [`Culler::cull`] takes its views, and [`Scene::prepare`] its meshes, side by side on rayon's pool |
 //! | `serde` | settings and results can be written and read; what is read is checked |
 //! | `force_support_fallback` | the scalar code beside that of the machine's SIMD levels, for tests |
@@ -85,7 +85,8 @@ pub use matrix::Matrix;
 pub use mesh::{Mesh, MeshData};
 pub use prepared::{Preparation, Prepared};
 pub use scene::{
-    BoundsOverride, Instance, InstanceFlags, MeshId, Scene, SceneBoundsMut, SceneError, Stray,
+    BoundsOverride, BoundsViolation, Instance, InstanceFlags, MeshId, Scene, SceneBoundsMut,
+    SceneError,
 };
 pub use simd::Simd;
 pub use transform::Transform;

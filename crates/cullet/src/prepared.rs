@@ -13,7 +13,7 @@ use crate::mesh::{Cluster, Mesh};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Preparation {
     /// Planes of triangles and cones of clusters, for views that cull back faces by
-    /// [`Backface::Fast`](crate::Backface::Fast). Some 5 bytes a triangle, and the dearest to make: as long as
+    /// [`Backface::Fast`](crate::Backface::Fast). Some 5 bytes per triangle, and the most expensive to make: as long as
     /// drawing the mesh some hundred times.
     pub backfaces: bool,
     /// The same cones for views that cull what is wound counter-clockwise: because they draw the backs alone, as
@@ -34,7 +34,7 @@ impl Preparation {
     /// Everything.
     pub const ALL: Self = Self { backfaces: true, frontfaces: true, masks: true, occluder: true };
 
-    /// What is in either.
+    /// Union of both.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self {
@@ -47,13 +47,13 @@ impl Preparation {
 }
 
 impl Default for Preparation {
-    /// What views need that cull back faces.
+    /// Data for views that cull back faces.
     fn default() -> Self {
         Self { frontfaces: false, masks: false, ..Self::ALL }
     }
 }
 
-/// What is derived from one mesh. Plain values: copied with the scene's data, made on any thread.
+/// Data derived from one mesh. Plain values: copied with the scene's data, made on any thread.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     made: Preparation,
@@ -80,8 +80,8 @@ impl Default for Prepared {
 }
 
 impl Prepared {
-    /// What is wanted of a mesh. Some 70 ns a triangle for back faces and 10 to 35 µs a cluster, the more its normals
-    /// spread; nothing for a mesh whose back faces are never culled, because it is two-sided or can deform.
+    /// Makes the wanted data of a mesh. Cost: for back faces linear in triangles and clusters, more where the normals
+    /// of a cluster spread; nothing for a mesh whose back faces are never culled, because it is two-sided or can deform.
     #[must_use]
     pub fn of(mesh: &Mesh, wanted: Preparation) -> Self {
         let mut made = Self::default();
@@ -122,7 +122,7 @@ impl Prepared {
         self.made = self.made.and(wanted);
     }
 
-    /// What was made or given.
+    /// Kinds of data that were made or given.
     #[must_use]
     pub fn made(&self) -> Preparation {
         self.made

@@ -6,7 +6,7 @@ use fearless_simd::Level;
 
 /// Which vector instructions the batched tests use. The answer is the same at every level.
 ///
-/// A value of a level can only be had on a machine that has it. Asking what the machine has takes some nanoseconds; a
+/// A value of a level can only be had on a machine that has it. Detection takes a few look-ups; a
 /// [`Culler`](crate::Culler) holds its level.
 #[derive(Clone, Copy)]
 pub struct Simd(pub(crate) Level);

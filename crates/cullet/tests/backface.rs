@@ -29,7 +29,7 @@ proptest! {
         prop_assert_eq!(
             degenerate::is_zero_area(&corners), degenerate::flattens_ref(&none, &corners)
         );
-        // What the flattened instance still shows is kept by the back-face test.
+        // Triangles that the flattened instance still shows are kept by the back-face test.
         if flat.rank() < 3 {
             let eye = [3.0, 4.0, 5.0, 1.0];
             let eye = ObjectEye::new(eye, &transform, FrontFace::default(), CullFace::Back);

@@ -101,7 +101,7 @@ fn nothing_in_front_is_culled() {
 }
 
 #[test]
-fn odd_inputs() {
+fn invalid_inputs() {
     assert!([0, 19, u32::MAX].iter().all(|&n| MaskGrid::new(n).is_none()));
     let grid = MaskGrid::new(16).expect("a good N");
     assert_eq!(grid.classes(), 1536);
@@ -130,12 +130,12 @@ fn lists_are_appended_in_any_pieces() {
         (0..40 * 64).filter(|&i| words[i as usize / 64] >> (i % 64) & 1 == 1).collect();
     at_every_level!(|name, level| {
         let mut list = Indices::new();
-        for piece in [1, 7, 40] {
+        for count in [1, 7, 40] {
             list.clear();
-            for (i, words) in words.chunks(piece).enumerate() {
-                list.append_ones(level, words, (i * piece * 64) as u32);
+            for (i, words) in words.chunks(count).enumerate() {
+                list.append_ones(level, words, (i * count * 64) as u32);
             }
-            assert_eq!(*list, *expected, "{name}, {piece} at once");
+            assert_eq!(*list, *expected, "{name}, {count} at once");
         }
     });
 }

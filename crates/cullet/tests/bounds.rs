@@ -32,7 +32,7 @@ fn f64s(p: [f32; 3]) -> DVec3 {
 fn smallest_radius(points: &[[f32; 3]]) -> f64 {
     let p: Vec<DVec3> = points.iter().map(|p| f64s(*p)).collect();
     let mut best = f64::INFINITY;
-    let mut offer = |c: DVec3| {
+    let mut consider = |c: DVec3| {
         let r = p.iter().map(|q| q.distance(c)).fold(0.0, f64::max);
         // Dependent points have no centre, and `max` would pass over its NaN.
         if c.is_finite() {
@@ -40,15 +40,15 @@ fn smallest_radius(points: &[[f32; 3]]) -> f64 {
         }
     };
     for (i, &a) in p.iter().enumerate() {
-        offer(a);
+        consider(a);
         for (j, &b) in p[..i].iter().enumerate() {
-            offer((a + b) * 0.5);
+            consider((a + b) * 0.5);
             for (k, &c) in p[..j].iter().enumerate() {
                 let (u, v) = (b - a, c - a);
                 let n = u.cross(v);
                 let up = (n.cross(u) * v.length_squared() + v.cross(n) * u.length_squared())
                     / (2.0 * n.length_squared());
-                offer(a + up);
+                consider(a + up);
                 for &d in &p[..k] {
                     let m = DMat3::from_cols(u, v, d - a).transpose();
                     let half = DVec3::new(
@@ -56,7 +56,7 @@ fn smallest_radius(points: &[[f32; 3]]) -> f64 {
                         v.length_squared(),
                         (d - a).length_squared(),
                     );
-                    offer(a + m.inverse() * (half * 0.5));
+                    consider(a + m.inverse() * (half * 0.5));
                 }
             }
         }

@@ -201,7 +201,7 @@ fn enough_is_culled_and_the_exact_test_leaves_none_in_vain() {
     println!(
         "{total} big boxes: {outside} outside; found by spheres {by_spheres}, by planes {by_planes}, exactly {by_exact}"
     );
-    assert_eq!(by_exact, outside, "none is kept in vain");
+    assert_eq!(by_exact, outside, "none is kept without need");
     assert!(by_planes < by_exact, "there are boxes that only the exact test drops");
     assert!(f64::from(by_planes) > 0.95 * f64::from(outside));
     assert!(f64::from(by_spheres) > 0.85 * f64::from(outside));

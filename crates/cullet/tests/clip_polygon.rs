@@ -138,7 +138,7 @@ proptest! {
                 prop_assert!(side.height(p) < 1e-11);
             }
         }
-        // The area in (x, y, w) is linear in the pieces, and has no divide that could hide a mistake.
+        // The area in (x, y, w) is linear in the parts, and has no divide that could hide a mistake.
         let flat = |polygon: &[[f64; 4]]| {
             normal(&polygon.iter().map(|p| [p[0], p[1], p[3]]).collect::<Vec<_>>())
         };

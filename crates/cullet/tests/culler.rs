@@ -229,7 +229,7 @@ fn far_worlds_are_as_good_as_near_ones() {
             assert!(b.contains(&(slot, triangle)));
         }
     }
-    // What is within the rounding of 1e7 in f64 of a plane may differ: nearly flat instances mostly,
+    // Points within the rounding of 1e7 in f64 of a plane may differ: nearly flat instances mostly,
     // whose back faces are then in doubt and kept.
     assert!(differing * 200 < all, "{differing} of {all} triangles differ");
 }
@@ -285,8 +285,8 @@ fn bounds_written_in_place_are_bounds_given_by_handle() {
             .filter(|slot| slot % 3 != 0)
             .map(|slot| {
                 let at = rng.vector(20.0).map(|v| v as f32);
-                let odd = rng.below(10) == 0;
-                let high = if odd { f32::INFINITY } else { at[0] + 2.0 };
+                let unbounded = rng.below(10) == 0;
+                let high = if unbounded { f32::INFINITY } else { at[0] + 2.0 };
                 (slot, cullet::bounds::Aabb::new(at, [high, at[1] + 1.0, at[2] + 1.0]))
             })
             .collect();

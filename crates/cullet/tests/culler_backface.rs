@@ -134,14 +134,14 @@ fn nearly_all_back_faces_go() {
             let d = rng.vector(1.0);
             let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
             let view = looking_at(d.map(|v| v / length * distance), [0.0; 3]);
-            let ask = |way, output| {
+            let culled = |way, output| {
                 let culler = Culler { frustum: false, ..by(way, output) };
                 let all = u64::from(mesh.triangle_count() - mesh.degenerate_count());
                 all - cull(&culler, &scene, &view).triangle_count.min(all)
             };
-            exact += ask(Backface::Exact, Output::Triangles);
-            fast += ask(Backface::Fast, Output::Triangles);
-            by_cluster += ask(Backface::Fast, Output::Clusters);
+            exact += culled(Backface::Exact, Output::Triangles);
+            fast += culled(Backface::Fast, Output::Triangles);
+            by_cluster += culled(Backface::Fast, Output::Clusters);
         }
         assert_eq!(fast, exact, "at {distance}");
         let share = by_cluster * 100 / exact;
@@ -231,7 +231,7 @@ fn what_has_no_back_is_kept_whole() {
     };
     let mesh = leaf(false);
     assert_eq!(whole(&alone(mesh.clone(), Transform::IDENTITY)), [false; 2]);
-    // What was prepared is made anew with the mesh.
+    // Prepared data is made anew with the mesh.
     let mut scene = alone(mesh.clone(), Transform::IDENTITY);
     scene.edit_meshes(|_, mesh| mesh.set_two_sided(true));
     assert_eq!(whole(&scene), [true; 2]);

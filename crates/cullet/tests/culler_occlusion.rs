@@ -251,7 +251,7 @@ fn warm_and_cold_moved_and_sorted_agree() {
     assert!(dropped > 10_000, "{dropped} hidden");
 }
 
-/// A view down the city of [`city`], from where nothing of it crosses the near plane: of such things ties go by
+/// A view down the city of [`city`], from where nothing of it crosses the near plane: of such instances ties go by
 /// slot, which sorting changes.
 fn street_view() -> View {
     let projection =
@@ -301,17 +301,17 @@ fn what_nodes_answer_for_is_what_each_box_would_be_told() {
             let buffer = state.occlusion_buffer().unwrap();
             // Each by itself: no nodes here.
             let words = (scene.slot_count() as usize).div_ceil(64);
-            let mut asked = vec![0; words];
-            let is_asked = |r: Option<Reason>| r.is_none_or(|r| r.stage == Stage::Occlusion);
+            let mut tested = vec![0; words];
+            let is_tested = |r: Option<Reason>| r.is_none_or(|r| r.stage == Stage::Occlusion);
             for (slot, &reason) in result.reasons.iter().enumerate() {
-                asked[slot / 64] |= u64::from(is_asked(reason)) << (slot % 64);
+                tested[slot / 64] |= u64::from(is_tested(reason)) << (slot % 64);
             }
             let (mut visible, mut hidden) = (vec![0; words], vec![0; words]);
             let boxes = scene.boxes();
-            buffer.test_boxes(culler.level, boxes, 0, &asked, &mut visible, &mut hidden);
+            buffer.test_boxes(culler.level, boxes, 0, &tested, &mut visible, &mut hidden);
             let mut count = 0;
             for (slot, &reason) in result.reasons.iter().enumerate() {
-                if is_asked(reason) {
+                if is_tested(reason) {
                     let is_visible = visible[slot / 64] >> (slot % 64) & 1 == 1;
                     assert_eq!(reason.is_none(), is_visible, "slot {slot} at {budget}");
                     count += 1;

@@ -80,7 +80,7 @@ fn of_triangles(scene: &Scene, visible: &Visible) -> Drawn {
     drawn
 }
 
-/// What a renderer would draw, with one buffer of all indices.
+/// Triangles that a renderer would draw, with one buffer of all indices.
 fn rendered(scene: &Scene, list: &DrawList, all: &[u32], places: &[MeshPlace]) -> Drawn {
     assert_eq!(list.commands.len(), list.keys.len());
     let mut drawn = Drawn::new();

@@ -43,7 +43,7 @@ fn rows_chain_and_count_what_the_record_says() {
         for row in &result.funnel.rows {
             taken[row.stage as usize][row.unit as usize] += row.dropped().triangles;
         }
-        // The shallower answers count as much, and nothing in between where nothing is asked.
+        // The shallower answers count as much, and nothing in between where nothing is tested.
         for output in [Output::Instances, Output::Clusters] {
             let shallow = cull(&Culler { output, ..culler.clone() }, &scene, &view);
             let rows = &shallow.funnel.rows;

@@ -24,14 +24,14 @@ fn check(planes: &Planes, nodes: &Nodes, boxes: &Boxes, cut: &mut Cut) {
         assert_eq!(cut.inside(), inside, "inside, {level:?}");
         let trace = Trace::new(planes, nodes, boxes);
         if cut.swept() as usize <= boxes.len() - nodes.len() / 64 * 64 {
-            let asking = |level: &[Option<Side>]| {
+            let straddling = |level: &[Option<Side>]| {
                 level.iter().filter(|side| **side == Some(Side::Straddling)).count() as u64
             };
-            // The root is asked without being in any level.
+            // The root is tested without being in any level.
             let inner: u64 =
-                trace.levels[2.min(trace.levels.len())..].iter().map(|l| asking(l)).sum();
+                trace.levels[2.min(trace.levels.len())..].iter().map(|l| straddling(l)).sum();
             let root = u64::from(!nodes.levels().is_empty());
-            assert_eq!(cut.nodes_asked(), inner + root);
+            assert_eq!(cut.nodes_tested(), inner + root);
         }
         let (mut swept, mut walked) = (Indices::new(), Indices::new());
         batch::cull_boxes(level, planes, boxes, &mut swept);

@@ -1,4 +1,4 @@
-//! A view that moves: the coherent walk gives the answers of a cold one in every frame, and asks less.
+//! A view that moves: the coherent walk gives the results of a cold one in every frame, and tests less.
 
 use std::time::Instant;
 
@@ -138,7 +138,7 @@ fn many_planes_and_odd_ones_are_no_trap() {
                 *d += rng.range(-step, step);
                 let turn = rng.vector(step * 0.01);
                 *normal = std::array::from_fn(|a| normal[a] + turn[a]);
-                let odd = match rng.below(400) {
+                let offset = match rng.below(400) {
                     0 => f64::INFINITY,
                     1 => f64::NEG_INFINITY,
                     2 => f64::NAN,
@@ -146,7 +146,7 @@ fn many_planes_and_odd_ones_are_no_trap() {
                     4 => -1e18,
                     _ => *d,
                 };
-                let _ = frustum.push(Plane::new(*normal, odd));
+                let _ = frustum.push(Plane::new(*normal, offset));
             }
             same(Simd::best(), &Planes::new(&frustum), &h, 0, &mut state);
         }
@@ -209,7 +209,7 @@ fn a_view_that_hardly_moves_asks_little() {
     let (mut walker, mut state) = (Walker::new(), Coherent::new());
     let mut frame = |walker: &Walker| {
         state.cull(Simd::best(), &Planes::new(&walker.frustum()), h.nodes(), h.boxes(), 0);
-        (state.share_answered(), state.cut().nodes_asked())
+        (state.share_answered(), state.cut().nodes_tested())
     };
     assert_eq!(frame(&walker).0, 0.0);
     assert_eq!(frame(&walker), (1.0, 0), "still");
@@ -309,8 +309,8 @@ fn measure_the_gain() {
                             };
                             let groups = || (0..now.0.len() / 4 * 4).step_by(4);
                             let differing = groups().filter(|&at| mixed(at) && differs(at)).count();
-                            let asked = groups().filter(|&at| mixed(at)).count().max(1);
-                            unchanged += 1.0 - differing as f64 / asked as f64;
+                            let tested = groups().filter(|&at| mixed(at)).count().max(1);
+                            unchanged += 1.0 - differing as f64 / tested as f64;
                         }
                         last = now;
                     }

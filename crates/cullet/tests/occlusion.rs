@@ -1,4 +1,4 @@
-//! What is called hidden is hidden: random scenes of boxes against lines of sight, drawn convex and as patches.
+//! Boxes reported hidden are hidden: random scenes of boxes against lines of sight, drawn convex and as patches.
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch, Visibility};
@@ -81,7 +81,7 @@ proptest! {
     #[test]
     fn no_line_of_sight_reaches_what_is_hidden(
         blocks in prop::collection::vec(block(), 1..24),
-        things in prop::collection::vec(block(), 1..24),
+        occludees in prop::collection::vec(block(), 1..24),
         size in (1..200_u32, 1..120_u32).prop_map(|(w, h)| [w, h]),
         (orthographic, reversed, as_mesh) in any::<(bool, bool, bool)>(),
         points in prop::collection::vec([0.0..1.0_f64, 0.0..1.0_f64, 0.0..1.0_f64], 60),
@@ -105,13 +105,13 @@ proptest! {
             }
         }
         let eye = view.eye();
-        for thing in &things {
-            if buffer.test_box(thing) != Visibility::Hidden {
+        for occludee in &occludees {
+            if buffer.test_box(occludee) != Visibility::Hidden {
                 continue;
             }
             for t in &points {
                 let p: [f64; 3] = std::array::from_fn(|a| {
-                    let (low, high) = (f64::from(thing.min[a]), f64::from(thing.max[a]));
+                    let (low, high) = (f64::from(occludee.min[a]), f64::from(occludee.max[a]));
                     low + (high - low) * t[a]
                 });
                 let from = if orthographic {
@@ -120,7 +120,7 @@ proptest! {
                     [eye[0], eye[1], eye[2]]
                 };
                 if is_seen_there(&view, p) {
-                    prop_assert!(is_blocked(&blocks, from, p), "{p:?} of {thing:?} is seen");
+                    prop_assert!(is_blocked(&blocks, from, p), "{p:?} of {occludee:?} is seen");
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! What occlusion buffers get wrong elsewhere: each case has a known answer, in views of every kind.
+//! Cases that occlusion buffers get wrong elsewhere: each has a known answer, in views of every kind.
 
 use cullet::bounds::Aabb;
 use cullet::cull::occlusion::{
@@ -134,7 +134,7 @@ fn drawn(view: &View, size: [u32; 2], walls: &[Aabb], how: As) -> OcclusionBuffe
 
 /// Behind a wall that fills the view, in front of it, through it, touching it, and out of the view.
 fn hold(buffer: &OcclusionBuffer, case: &str) {
-    for (thing, visibility, what) in [
+    for (occludee, visibility, what) in [
         (cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]), Visibility::Hidden, "behind"),
         (cuboid([-0.4, -0.6, -5.1], [0.3, -0.2, -5.01]), Visibility::Hidden, "close behind"),
         (cuboid([-300.0, -300.0, -90.0], [0.3, -0.2, -8.0]), Visibility::Hidden, "behind the edge"),
@@ -151,7 +151,7 @@ fn hold(buffer: &OcclusionBuffer, case: &str) {
         (cuboid([500.0, -0.6, -6.0], [501.0, -0.2, -5.5]), Visibility::Outside, "beside the view"),
         (cuboid([-0.4, -0.6, 5.0], [0.3, -0.2, 6.0]), Visibility::Outside, "behind the eye"),
     ] {
-        assert_eq!(buffer.test_box(&thing), visibility, "{what}, {case}");
+        assert_eq!(buffer.test_box(&occludee), visibility, "{what}, {case}");
     }
 }
 
@@ -186,7 +186,7 @@ fn far_from_the_origin_a_rebased_scene_has_the_same_answers() {
 fn gaps_from_a_thousandth_to_a_whole_pixel_are_seen_through() {
     // A pixel of 1280 × 720 at a distance of 5.
     let px = 2.0 * 5.0 * 0.5_f32.tan() / 720.0;
-    let thing = cuboid([-1.0, -1.0, -9.0], [1.0, 1.0, -8.0]);
+    let occludee = cuboid([-1.0, -1.0, -9.0], [1.0, 1.0, -8.0]);
     for parts in [1e-3_f32, 1e-2, 0.1, 0.3, 0.5, 0.9, 1.0] {
         let gap = parts * px;
         let upright =
@@ -203,12 +203,12 @@ fn gaps_from_a_thousandth_to_a_whole_pixel_are_seen_through() {
             for walls in [&upright[..], &level, &junction] {
                 for how in [As::Convex, As::Patch] {
                     let buffer = drawn(&view(), size, walls, how);
-                    let visibility = buffer.test_box(&thing);
+                    let visibility = buffer.test_box(&occludee);
                     assert_eq!(visibility, Visibility::Visible, "{parts} px, {size:?} {how:?}");
                 }
             }
         }
-        // What the gap does not show is found all the same.
+        // A box that the gap does not show is still hidden.
         let aside = cuboid([-2.0, -1.5, -9.0], [-1.0, -1.0, -8.0]);
         let buffer = drawn(&view(), [640, 360], &upright, As::Convex);
         assert_eq!(buffer.test_box(&aside), Visibility::Hidden, "{parts} px");
@@ -234,8 +234,8 @@ fn a_vertex_off_the_edge_that_it_divides_leaves_a_gap() {
             for p in patch(&positions, &indices, true) {
                 p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
             }
-            let thing = cuboid([-0.5, -0.5, -9.0], [0.5, 0.5, -8.0]);
-            assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{dent} {size:?}");
+            let occludee = cuboid([-0.5, -0.5, -9.0], [0.5, 0.5, -8.0]);
+            assert_eq!(buffer.test_box(&occludee), Visibility::Visible, "{dent} {size:?}");
         }
     }
 }
@@ -245,7 +245,7 @@ fn a_wall_that_ends_short_of_the_screen_shows_what_is_at_its_edge() {
     let (half_height, z) = (0.5_f64.tan() * 5.0, -5.0);
     let half_width = (half_height * 16.0 / 9.0) as f32;
     let px = 2.0 * half_height as f32 / 720.0;
-    let thing = cuboid([0.0, -0.5, -9.0], [40.0, 0.5, -8.0]);
+    let occludee = cuboid([0.0, -0.5, -9.0], [40.0, 0.5, -8.0]);
     for (short, visibility) in [
         (-10.0 * px, Visibility::Hidden),
         (1e-3 * px, Visibility::Visible),
@@ -255,7 +255,7 @@ fn a_wall_that_ends_short_of_the_screen_shows_what_is_at_its_edge() {
             let walls = [wall([-90.0, half_width - short], [-90.0, 90.0], z)];
             for how in [As::Convex, As::Patch] {
                 let buffer = drawn(&view(), size, &walls, how);
-                assert_eq!(buffer.test_box(&thing), visibility, "{short} {size:?} {how:?}");
+                assert_eq!(buffer.test_box(&occludee), visibility, "{short} {size:?} {how:?}");
             }
         }
     }
@@ -278,7 +278,7 @@ fn an_occluder_through_the_near_plane_hides_what_it_hides() {
 
 #[test]
 fn an_occluder_around_the_eye_hides_nothing() {
-    let things = [
+    let occludees = [
         cuboid([-0.4, -0.4, -9.0], [0.4, 0.4, -8.0]),
         cuboid([-0.4, -0.4, -0.9], [0.4, 0.4, -0.8]),
         cuboid([-90.0; 3], [90.0, 90.0, -6.0]),
@@ -287,8 +287,8 @@ fn an_occluder_around_the_eye_hides_nothing() {
         let around = cuboid([-half; 3], [half; 3]);
         for size in SIZES {
             let buffer = drawn(&view(), size, &[around], As::Convex);
-            for thing in &things {
-                assert_eq!(buffer.test_box(thing), Visibility::Visible, "{half} {size:?}");
+            for occludee in &occludees {
+                assert_eq!(buffer.test_box(occludee), Visibility::Visible, "{half} {size:?}");
             }
         }
     }
@@ -338,14 +338,14 @@ fn a_hundred_thousand_triangles_in_a_pixel_hide_no_more_than_they_cover() {
         // Fewer is no fault: of patches that are smaller than a pixel none covers it alone.
         assert!(covered.len() <= most, "{covered:?}");
         let wide = px * 4.0;
-        let thing = cuboid([-wide, -wide, -9.0], [wide, wide, -8.0]);
-        assert_eq!(buffer.test_box(&thing), Visibility::Visible);
+        let occludee = cuboid([-wide, -wide, -9.0], [wide, wide, -8.0]);
+        assert_eq!(buffer.test_box(&occludee), Visibility::Visible);
     }
 }
 
 #[test]
 fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
-    let thing = cuboid([-0.5, -0.5, -9.0], [0.5, 0.5, -8.0]);
+    let occludee = cuboid([-0.5, -0.5, -9.0], [0.5, 0.5, -8.0]);
     let before = cuboid([-0.5, -0.5, -4.9], [0.5, 0.5, -4.8]);
     for width in [0.0, 1e-30, 1e-7, 1e-4] {
         let positions = [[-20.0, 0.0, -5.0], [20.0, 0.0, -5.0], [0.0, width, -5.0]];
@@ -358,7 +358,7 @@ fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
             if let Ok(polygon) = Convex::from_polygon(&positions) {
                 polygon.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
             }
-            assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{width} {size:?}");
+            assert_eq!(buffer.test_box(&occludee), Visibility::Visible, "{width} {size:?}");
         }
     }
     // Two thousand strips, each a hundredth of a pixel and less, with shared edges.
@@ -373,7 +373,7 @@ fn slivers_cover_nothing_and_a_sheet_of_them_hides_nothing_before_it() {
         p.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
     }
     assert_eq!(buffer.test_box(&before), Visibility::Visible);
-    assert_eq!(buffer.test_box(&thing), Visibility::Visible);
+    assert_eq!(buffer.test_box(&occludee), Visibility::Visible);
 }
 
 #[test]
@@ -386,8 +386,8 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
             let (mut low, mut high) = (good, good);
             low.min[axis] = bad;
             high.max[axis] = bad;
-            for thing in [low, high].into_iter().filter(|b| !b.is_empty()) {
-                assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{thing:?}");
+            for occludee in [low, high].into_iter().filter(|b| !b.is_empty()) {
+                assert_eq!(buffer.test_box(&occludee), Visibility::Visible, "{occludee:?}");
             }
             assert!(Convex::from_box(&low).is_err(), "{low:?}");
             let mut corners = [[0.0, 0.0, -5.0], [1.0, 0.0, -5.0], [0.0, 1.0, -5.0]];
@@ -405,7 +405,7 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
     let convex = Convex::from_box(&fills[0]).unwrap();
     let (positions, indices) = quads(&fills);
     let patches = patch(&positions, &indices, true);
-    let thing = cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]);
+    let occludee = cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]);
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut transforms = vec![Transform::from_translation([0.0, f64::from(bad), 0.0])];
         for axis in 0..3 {
@@ -417,7 +417,7 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
             buffer.begin(&view(), [0.0; 3]);
             convex.draw(Simd::best(), &mut buffer.band(), &t);
             patches.iter().for_each(|p| p.draw(Simd::best(), &mut buffer.band(), &t));
-            assert_eq!(buffer.test_box(&thing), Visibility::Visible, "{t:?}");
+            assert_eq!(buffer.test_box(&occludee), Visibility::Visible, "{t:?}");
         }
     }
     // Flattened to a line, the wall hides nothing; as large as f32 is, it may.
@@ -430,7 +430,7 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
         let before = cuboid([-0.4, -0.6, -4.0], [0.3, -0.2, -3.0]);
         assert_eq!(buffer.test_box(&before), Visibility::Visible, "{t:?}");
         if t == flat {
-            assert_eq!(buffer.test_box(&thing), Visibility::Visible);
+            assert_eq!(buffer.test_box(&occludee), Visibility::Visible);
         }
     }
 }
@@ -448,8 +448,8 @@ fn buffers_of_no_size_or_a_huge_one_are_refused_with_the_limit() {
         hold(&drawn(&view(), size, &fills, As::Convex), &format!("{size:?}"));
     }
     let empty = OcclusionBuffer::new([9, 9]).unwrap();
-    let thing = cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]);
-    assert_eq!(empty.test_box(&thing), Visibility::Visible, "before it has a view");
+    let occludee = cuboid([-0.4, -0.6, -9.0], [0.3, -0.2, -8.0]);
+    assert_eq!(empty.test_box(&occludee), Visibility::Visible, "before it has a view");
 }
 
 /// A wall of two triangles before a row of others, one-sided towards +Z.

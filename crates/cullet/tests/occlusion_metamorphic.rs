@@ -1,5 +1,5 @@
-//! What must not change an answer, and what may change it in one way alone: order, threads, SIMD levels, mirrors and
-//! origins; more occluders, smaller things.
+//! Changes that must not alter a result, or may alter it in one direction alone: order, threads, SIMD levels,
+//! mirrors and origins; more occluders, smaller boxes.
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::occlusion::{Band, Convex, DrawJob, OcclusionBuffer, Patch, Visibility};
@@ -96,7 +96,7 @@ fn occluder() -> impl Strategy<Value = Drawn> {
     ]
 }
 
-fn thing() -> impl Strategy<Value = Aabb> {
+fn occludee() -> impl Strategy<Value = Aabb> {
     ([-6.0..6.0_f32, -4.0..4.0_f32, -30.0..-1.0_f32], [0.01..2.0_f32, 0.01..2.0_f32, 0.01..2.0_f32])
         .prop_map(|(min, size)| Aabb { min, max: std::array::from_fn(|a| min[a] + size[a]) })
 }
@@ -159,12 +159,12 @@ fn tiles(b: &OcclusionBuffer) -> Vec<u32> {
 }
 
 /// Everything that a buffer says.
-fn all(b: &OcclusionBuffer, things: &[Aabb]) -> (Vec<u32>, Vec<u32>, Vec<Visibility>) {
-    (pixels(b), tiles(b), results(b, things))
+fn all(b: &OcclusionBuffer, occludees: &[Aabb]) -> (Vec<u32>, Vec<u32>, Vec<Visibility>) {
+    (pixels(b), tiles(b), results(b, occludees))
 }
 
-fn results(b: &OcclusionBuffer, things: &[Aabb]) -> Vec<Visibility> {
-    things.iter().map(|t| b.test_box(t)).collect()
+fn results(b: &OcclusionBuffer, occludees: &[Aabb]) -> Vec<Visibility> {
+    occludees.iter().map(|t| b.test_box(t)).collect()
 }
 
 fn size() -> impl Strategy<Value = [u32; 2]> {
@@ -177,13 +177,13 @@ proptest! {
     #[test]
     fn every_simd_level_has_the_same_bits(
         drawn in prop::collection::vec(occluder(), 1..10),
-        things in prop::collection::vec(thing(), 20),
+        occludees in prop::collection::vec(occludee(), 20),
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
     ) {
         let view = view(kind, reversed);
-        let best = all(&buffer(&view, size, Simd::best(), &drawn), &things);
+        let best = all(&buffer(&view, size, Simd::best(), &drawn), &occludees);
         at_every_level!(|level| {
-            let other = all(&buffer(&view, size, level, &drawn), &things);
+            let other = all(&buffer(&view, size, level, &drawn), &occludees);
             prop_assert!(other == best, "{level:?}");
         });
     }
@@ -192,17 +192,17 @@ proptest! {
     fn neither_order_nor_sharing_out_changes_a_bit(
         drawn in prop::collection::vec(occluder(), 1..12),
         order in prop::collection::vec(0..1000_usize, 12),
-        things in prop::collection::vec(thing(), 20),
+        occludees in prop::collection::vec(occludee(), 20),
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
         threads in 1..5_usize,
     ) {
         let view = view(kind, reversed);
-        let straight = all(&buffer(&view, size, Simd::best(), &drawn), &things);
+        let straight = all(&buffer(&view, size, Simd::best(), &drawn), &occludees);
         let mut shuffled: Vec<usize> = (0..drawn.len()).collect();
         shuffled.sort_by_key(|&i| order[i]);
         let again = buffer(&view, size, Simd::best(), shuffled.iter().map(|&i| &drawn[i]));
-        prop_assert!(all(&again, &things) == straight);
-        // What is hidden by then is left out, and is not missed.
+        prop_assert!(all(&again, &occludees) == straight);
+        // Occluders already hidden are left out, and are not missed.
         let bounds: Vec<Aabb> = drawn.iter().map(Drawn::bounds).collect();
         let order: Vec<u32> = shuffled.iter().map(|&i| i as u32).collect();
         let boxes = Boxes::from_slice(&bounds);
@@ -210,7 +210,7 @@ proptest! {
             let mut some = buffer(&view, size, level, []);
             let draw = |b: &mut Band<'_>, i: u32| drawn[i as usize].draw_in(level, b);
             let count = some.draw_unless_hidden(level, &boxes, &order, draw);
-            prop_assert!(count <= drawn.len() && all(&some, &things) == straight);
+            prop_assert!(count <= drawn.len() && all(&some, &occludees) == straight);
             // The same in bands, run in any order; twice, for what a buffer keeps.
             let mut jobs = buffer(&view, size, level, &drawn[..1]);
             for _ in 0..2 {
@@ -219,7 +219,7 @@ proptest! {
                     assert!((1..=threads).contains(&jobs.len()));
                     jobs.into_iter().rev().for_each(DrawJob::run);
                 });
-                prop_assert!(all(&jobs, &things) == straight);
+                prop_assert!(all(&jobs, &occludees) == straight);
             }
         });
     }
@@ -227,13 +227,13 @@ proptest! {
     #[test]
     fn an_occluder_more_makes_nothing_visible(
         drawn in prop::collection::vec(occluder(), 2..12),
-        things in prop::collection::vec(thing(), 40),
+        occludees in prop::collection::vec(occludee(), 40),
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
     ) {
         let view = view(kind, reversed);
         let fewer = buffer(&view, size, Simd::best(), &drawn[1..]);
         let more = buffer(&view, size, Simd::best(), &drawn);
-        for (a, b) in results(&fewer, &things).iter().zip(results(&more, &things)) {
+        for (a, b) in results(&fewer, &occludees).iter().zip(results(&more, &occludees)) {
             prop_assert!(*a == b || (*a, b) == (Visibility::Visible, Visibility::Hidden));
         }
         for (a, b) in pixels(&fewer).iter().zip(pixels(&more)) {
@@ -244,19 +244,19 @@ proptest! {
     #[test]
     fn what_shrinks_stays_hidden(
         drawn in prop::collection::vec(occluder(), 1..12),
-        things in prop::collection::vec(thing(), 40),
+        occludees in prop::collection::vec(occludee(), 40),
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
         (low, high) in (0.01..0.5_f32, 0.5..0.99_f32),
     ) {
         let view = view(kind, reversed);
         let buffer = buffer(&view, size, Simd::best(), &drawn);
-        for thing in &things {
+        for occludee in &occludees {
             let at = |t: f32| {
-                let [a, b] = [thing.min, thing.max];
+                let [a, b] = [occludee.min, occludee.max];
                 std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t)
             };
             let small = Aabb { min: at(low), max: at(high) };
-            match buffer.test_box(thing) {
+            match buffer.test_box(occludee) {
                 // In part it may be out of the view.
                 Visibility::Hidden => prop_assert_ne!(buffer.test_box(&small), Visibility::Visible),
                 Visibility::Outside => prop_assert_eq!(buffer.test_box(&small), Visibility::Outside),
@@ -268,7 +268,7 @@ proptest! {
     #[test]
     fn a_world_and_camera_that_move_together_keep_their_answers(
         drawn in prop::collection::vec(occluder(), 1..10),
-        things in prop::collection::vec(thing(), 40),
+        occludees in prop::collection::vec(occludee(), 40),
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
         (power, axis, negative) in (0..24_u32, 0..3_usize, any::<bool>()),
     ) {
@@ -279,13 +279,13 @@ proptest! {
         let mut there = OcclusionBuffer::new(size).unwrap();
         there.begin(&moved, by);
         drawn.iter().for_each(|d| d.draw(Simd::best(), &mut there, by));
-        prop_assert_eq!(results(&there, &things), results(&here, &things));
+        prop_assert_eq!(results(&there, &occludees), results(&here, &occludees));
     }
 
     #[test]
     fn mirrored_views_have_the_same_answers(
         drawn in prop::collection::vec(occluder(), 1..10),
-        things in prop::collection::vec(thing(), 40),
+        occludees in prop::collection::vec(occludee(), 40),
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
         mirror in prop::sample::select(vec![vec![0_usize], vec![1], vec![0, 1]]),
     ) {
@@ -296,7 +296,7 @@ proptest! {
         let (convex, patches): (Vec<_>, Vec<_>) =
             drawn.iter().partition(|d| matches!(d, Drawn::Convex(..)));
         let answers = [&view, &mirrored]
-            .map(|v| results(&buffer(v, size, Simd::best(), convex.iter().copied()), &things));
+            .map(|v| results(&buffer(v, size, Simd::best(), convex.iter().copied()), &occludees));
         prop_assert_eq!(&answers[0], &answers[1]);
         // Patches keep one nearness for pixels side by side, and round places from one corner, so not to
         // the last bit; but they cover the same pixels.
@@ -314,7 +314,7 @@ proptest! {
     #[test]
     fn what_a_coarse_buffer_hides_a_finer_one_hides(
         drawn in prop::collection::vec(occluder(), 1..10),
-        things in prop::collection::vec(thing(), 40),
+        occludees in prop::collection::vec(occludee(), 40),
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
         times in 2..5_u32,
     ) {
@@ -324,7 +324,7 @@ proptest! {
         let view = view(kind, reversed);
         let coarse = buffer(&view, size, Simd::best(), drawn.iter().copied());
         let fine = buffer(&view, size.map(|s| s * times), Simd::best(), drawn.iter().copied());
-        for (a, b) in results(&coarse, &things).iter().zip(results(&fine, &things)) {
+        for (a, b) in results(&coarse, &occludees).iter().zip(results(&fine, &occludees)) {
             prop_assert!(*a != Visibility::Hidden || b == Visibility::Hidden, "{a:?} {b:?}");
         }
     }
@@ -333,7 +333,7 @@ proptest! {
 #[test]
 fn jobs_share_what_there_is_to_do() {
     let (view, level) = (view(0, true), Simd::best());
-    // Many small things in the lower half, each hidden by none.
+    // Many small boxes in the lower half, each hidden by none.
     let boxes: Vec<Aabb> = (0..400)
         .map(|i| {
             let at = [(i % 40) as f32 * 0.2 - 4.0, (i / 40) as f32 * -0.2 - 0.2, -9.0];

@@ -1,7 +1,7 @@
 //! Outcodes against the exact oracle, over views of every kind.
 
 use cullet::bounds::Side;
-use cullet::clip::{ObjectRegion, Sorted, Verdict, outcode_ref};
+use cullet::clip::{ObjectRegion, OutcodeResult, Sorted, outcode_ref};
 use cullet::{Depth, Transform};
 use cullet_testkit::strategies::{corners, distant_transform, distant_view};
 use proptest::prelude::*;
@@ -64,7 +64,7 @@ proptest! {
     /// Accepted, rejected or a candidate, in a batch as one by one; and of the candidates those that
     /// miss have no point that is inside.
     #[test]
-    fn sorted_triangles_are_those_of_single_verdicts(
+    fn sorted_triangles_are_those_of_single_results(
         view in distant_view(),
         transform in distant_transform(),
         triangles in prop::collection::vec(corners(), 1..30),
@@ -78,14 +78,14 @@ proptest! {
         region.sort_into(&points, &indices, 0..count + 7, &mut sorted);
         let mut expected = [Vec::new(), Vec::new(), Vec::new()];
         for (t, corners) in (0..).zip(&triangles) {
-            let kind = match region.verdict(corners) {
-                Verdict::Accepted => 0,
-                Verdict::Candidate(planes) => {
+            let kind = match region.test(corners) {
+                OutcodeResult::Accepted => 0,
+                OutcodeResult::Candidate(planes) => {
                     let xor = corners.iter().fold(0, |or, &p| or | region.outcode(p).not_inside);
                     prop_assert_eq!(planes, xor);
                     1
                 }
-                Verdict::Rejected(_) => 2,
+                OutcodeResult::Rejected(_) => 2,
             };
             expected[kind].push(t);
         }
@@ -136,15 +136,15 @@ fn a_triangle_around_a_corner_is_a_false_positive() {
         [5.0, 0.5, 0.0], // outside
         [f32::NAN, 3.0, 0.0],
         [0.0, 2.0, 0.0],
-        [3.0, 2.0, 0.0], // who knows
+        [3.0, 2.0, 0.0], // undecided
     ];
     let indices: Vec<u32> = (0..15).collect();
     let mut sorted = Sorted::default();
     region.sort_into(&points, &indices, 0..5, &mut sorted);
     assert_eq!((&sorted.accepted[..], &sorted.candidates[..]), (&[2][..], &[0, 1, 4][..]));
-    assert_eq!(region.verdict(&points[..3]), Verdict::Candidate(0b1010));
-    assert_eq!(region.verdict(&points[9..12]), Verdict::Rejected(0b10));
-    assert_eq!(region.verdict(&[[-3.0, 0.0, 0.0], [3.0, 0.5, 0.0]]), Verdict::Candidate(0b11));
+    assert_eq!(region.test(&points[..3]), OutcodeResult::Candidate(0b1010));
+    assert_eq!(region.test(&points[9..12]), OutcodeResult::Rejected(0b10));
+    assert_eq!(region.test(&[[-3.0, 0.0, 0.0], [3.0, 0.5, 0.0]]), OutcodeResult::Candidate(0b11));
     region.resolve(&points, &indices, &mut sorted);
     assert_eq!((sorted.false_positives, &sorted.candidates[..]), (1, &[1, 4][..]));
     region.sort_into(&points, &indices, 4..4, &mut sorted);

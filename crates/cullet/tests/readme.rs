@@ -27,8 +27,8 @@ fn run(
 
     let (culler, mut state, mut visible) = (Culler::default(), ViewState::default(), Visible::default());
     // Each frame:
-    let lens = Projection::Perspective { fov_y_radians: 0.9, aspect: 1.6, near: 0.1, far: 500.0 };
-    let camera = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], lens);
+    let projection = Projection::Perspective { fov_y_radians: 0.9, aspect: 1.6, near: 0.1, far: 500.0 };
+    let camera = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], projection);
     let view = View::new(&camera, Depth::Reversed, [1280, 720])?;
     culler.cull_one(&scene, &view, &mut state, &mut visible);
     for draw in visible.draws(&scene) {

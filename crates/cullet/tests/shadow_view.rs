@@ -145,7 +145,7 @@ fn the_pipeline_keeps_what_the_region_keeps_box_by_box() {
                     let reason = result.reasons[slot as usize].and_then(cullet::Reason::caster);
                     let is_empty = boxes.get(slot as usize).is_empty();
                     let expected = expected(slot);
-                    // What a region says of an empty box is that it is outside, of whatever.
+                    // An empty box is outside of some plane of a region, of whichever.
                     assert!(
                         reason == expected || is_empty && reason.is_some() && expected.is_some(),
                         "{level:?} slot {slot}: {reason:?}, by itself {expected:?}"
@@ -504,7 +504,7 @@ fn casters_through_the_near_plane_or_without_bounds_are_kept_and_those_beside_th
     assert_eq!(reason(beside).and_then(cullet::Reason::caster), Some(CasterReason::OutsideMap));
 }
 
-/// What the camera sees is what can be shaded: of nothing seen, nothing casts.
+/// Only receivers that the camera sees are shaded: where it sees none, nothing casts.
 #[test]
 fn receivers_are_what_the_camera_sees() {
     let boxes = [[0.0, 0.0, -8.0], [0.0, 30.0, -8.0], [0.0, 30.0, -30.0]]

@@ -1,4 +1,4 @@
-//! Projected sizes against samples of the things themselves.
+//! Projected sizes against samples of the boxes and spheres themselves.
 
 use cullet::bounds::{Aabb, Sphere};
 use cullet::{Depth, Projection, View};

@@ -72,7 +72,7 @@ fn compare(
             tested / visible.max(1) as f64
         );
     };
-    row("cullet, hierarchy", ours, 16.0 * (cut.nodes_asked() + cut.leaves_asked()) as f64);
+    row("cullet, hierarchy", ours, 16.0 * (cut.nodes_tested() + cut.leaves_tested()) as f64);
     row("cullet, flat sweep", sweep, items.len() as f64);
     for peer in peers {
         let mut found = Vec::new();
@@ -98,7 +98,7 @@ fn shapes(items: &[Aabb], flat: &Boxes, h: &Hierarchy, peers: &[Box<dyn Peer>]) 
             let asked = |nodes: &Nodes, boxes: &Boxes| {
                 let mut cut = Cut::new();
                 cut.cull(Level::new(), &planes, nodes, boxes);
-                (cut.nodes_asked() + cut.leaves_asked()) as f64
+                (cut.nodes_tested() + cut.leaves_tested()) as f64
             };
             let (a, b) = (asked(h.nodes(), h.boxes()), asked(&nodes, &theirs));
             println!(

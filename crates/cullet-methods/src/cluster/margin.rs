@@ -7,7 +7,7 @@ use glam::DVec3;
 /// behind and negative elsewhere, and is off by at most a few roundings of `size` times the way to the
 /// apex and the apex itself.
 pub(super) fn margin(value: f64, steepness: f64, size: f64, way: f64, apex: DVec3) -> f64 {
-    // The eye may go as far as twice its way; f32 is worth 6e-8, the test 7 of it, and the squares of
+    // The eye may go as far as twice its way; f32 rounds by 6e-8, the test 7 of it, and the squares of
     // less than 1e-18 nothing.
     let error = size * (3e-6 * way + 5e-7 * apex.length()) + 4e-18;
     ((value.abs() - error) / steepness).max(0.0)

@@ -52,7 +52,7 @@ pub use quantised::{ByteRows, EllipticConeQuantised};
 pub use region::{CullingRegion, RegionFace};
 pub use tracker::ClusterTracker;
 
-/// What is added to every shape, as an angle or relative to its size. It covers the rounding of the
+/// Margin added to every shape, as an angle or relative to its size. It covers the rounding of the
 /// bound's numbers to f32 (1e-7) and of its test (4e-7), and the normals' own doubt (4.5e-7).
 const ANGULAR_SLACK: f64 = 1e-5;
 

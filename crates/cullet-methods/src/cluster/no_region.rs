@@ -29,7 +29,7 @@ pub enum NoRegion {
         /// The limit.
         limit: f64,
     },
-    /// Its normals span half of space, or so nearly that a region is not worth having.
+    /// Its normals span half of space, or so nearly that a region would be too small to gain by.
     #[error("its normals span half of space or nearly so")]
     Hemisphere,
     /// There is a region, but too thin for an apex to be found in it.

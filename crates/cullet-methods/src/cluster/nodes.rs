@@ -20,7 +20,7 @@ use super::{Bound, ClusterBounds};
 /// clusters cost 101 % of the blocks of a flat sweep, the armadillo's 1138 cost 108 %, and several times the
 /// time, for a sweep reads what lies side by side (`cargo test --release -p cullet-methods --test nodes --
 /// --nocapture`). It pays where many clusters lie in planes or bend little; see
-/// [`blocks_asked`](ClusterCut::blocks_asked).
+/// [`blocks_tested`](ClusterCut::blocks_tested).
 #[derive(Clone, Debug)]
 pub struct ClusterNodes<B: Bound> {
     /// Of the clusters, then of each level of nodes up to one of at most sixteen: where all is seen from
@@ -28,13 +28,13 @@ pub struct ClusterNodes<B: Bound> {
     levels: Vec<[ClusterBounds<B>; 2]>,
 }
 
-/// What an eye sees of clusters.
+/// Clusters that an eye sees from behind, and those that it sees from the front.
 #[derive(Clone, Debug, Default)]
 pub struct ClusterCut {
     culled: Vec<u64>,
     front: Vec<u64>,
     blocks: [Vec<u32>; 2],
-    asked: usize,
+    tested: usize,
 }
 
 impl ClusterCut {
@@ -50,7 +50,7 @@ impl ClusterCut {
         &self.culled
     }
 
-    /// One bit a cluster: it is proved to be seen from the front, so none of its triangles need be asked.
+    /// One bit a cluster: it is proved to be seen from the front, so none of its triangles need be tested.
     #[must_use]
     pub fn front(&self) -> &[u64] {
         &self.front
@@ -58,8 +58,8 @@ impl ClusterCut {
 
     /// How many blocks of sixteen nodes or clusters were tested, for both sides.
     #[must_use]
-    pub fn blocks_asked(&self) -> usize {
-        self.asked
+    pub fn blocks_tested(&self) -> usize {
+        self.tested
     }
 }
 
@@ -78,7 +78,7 @@ impl<B: Bound> ClusterNodes<B> {
             for planes in &mut below {
                 let back = planes.as_ref().and_then(B::fit);
                 let front = planes.as_ref().and_then(|p| B::fit(&p.flipped()));
-                // What is above has these planes and more, and fits no better. A cluster of no triangle
+                // A node above has these planes and more, and fits no better. A cluster of no triangle
                 // has no bound, but hinders none.
                 if back.is_none()
                     && front.is_none()
@@ -126,22 +126,22 @@ impl<B: Bound> ClusterNodes<B> {
             mask.clear();
             mask.resize(self.len().div_ceil(64), 0);
         }
-        cut.asked = 0;
+        cut.tested = 0;
         if let Some(eye) = ClusterEye::new(eye).filter(|_| !self.is_empty()) {
             self.walk(level, &eye, cut);
         }
     }
 
     fn walk(&self, level: Simd, eye: &ClusterEye, cut: &mut ClusterCut) {
-        let ClusterCut { culled, front, blocks: [here, next], asked } = cut;
+        let ClusterCut { culled, front, blocks: [here, next], tested } = cut;
         here.clear();
         here.push(0);
         for (at, bounds) in self.levels.iter().enumerate().rev() {
             // How many clusters one of this level stands for.
             let unit = LANES.pow(at as u32);
             next.clear();
-            *asked += here.len();
-            // Four blocks are tested at once: those of a word are neighbours, and mostly asked together.
+            *tested += here.len();
+            // Four blocks are tested at once: those of a word are neighbours, and mostly tested together.
             for blocks in here.chunk_by(|a, b| a / BLOCKS == b / BLOCKS) {
                 let word = (blocks[0] / BLOCKS) as usize;
                 let found = [0, 1].map(|side: usize| bounds[side].word(level, word, eye));

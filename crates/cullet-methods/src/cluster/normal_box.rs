@@ -17,7 +17,7 @@ use glam::{DMat3, DVec3};
 use super::lanes::{self, Row, plain};
 use super::{Blocks, Bound, dot};
 
-/// What a side of the box of normals is moved out by: the rounding of the test (3e-7 of each product), of
+/// Distance that a side of the box of normals is moved out: the rounding of the test (3e-7 of each product), of
 /// the box to f32, and the normals' own doubt.
 const SIDE_SLACK: f64 = 2e-6;
 
@@ -123,7 +123,7 @@ impl NormalBox {
                 std::array::from_fn(|k| f64::from(origin[k]) - f64::from(b.origin[k]));
             f64::from(b.d) - support(b, v)
         };
-        // What the eye loses in f32 depends on the origin: see [`ClusterPlanes::slack`].
+        // The eye's rounding to f32 depends on the origin: see [`ClusterPlanes::slack`].
         let size = self.origin.iter().chain(&other.origin).chain(&origin);
         let size = size.fold(0.0, |a: f64, v| a.max(f64::from(v.abs())));
         let d = moved(self).min(moved(other)) - size * f64::from(f32::EPSILON) * 2.0;

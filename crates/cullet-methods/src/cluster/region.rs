@@ -1,7 +1,7 @@
 //! The culling volume of a cluster as a polyhedron.
 //!
 //! All eyes behind some planes form a convex region, seldom closed; inside a box it is a convex
-//! polyhedron. It is what Johannsen & Carter, *Clustered Backface Culling* (1998), measure the worth of a
+//! polyhedron. It is what Johannsen & Carter, *Clustered Backface Culling* (1998), measure the quality of a
 //! cluster by: its share of the box is the probability that an eye anywhere in the box culls it. This is
 //! the slow and plain form, for pictures and as an oracle.
 
@@ -173,7 +173,7 @@ impl CullingRegion {
                     rim.push(new);
                 }
             }
-            // What only touches the plane from outside has no inner corner.
+            // A face that only touches the plane from outside has no inner corner.
             let inner = |v: &u32| side.get(*v as usize).is_some_and(|s| *s < 0.0);
             if kept.len() >= 3 && kept.iter().any(inner) {
                 self.faces.push(RegionFace { vertices: kept, ..face });

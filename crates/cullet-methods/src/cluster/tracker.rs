@@ -64,7 +64,7 @@ impl<B: Bound> ClusterTracker<B> {
             _ => f64::INFINITY,
         };
         self.eye = position;
-        // What the eye has gone is rounded up and what is left of a margin down: many frames of rounding
+        // The way of the eye is rounded up and the rest of a margin down: many frames of rounding
         // never add up to a border passed unseen.
         self.gone = (self.gone + step * (1.0 + 4.0 * f64::EPSILON)).next_up();
         if !self.gone.is_finite() {

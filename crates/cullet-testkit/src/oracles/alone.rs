@@ -4,10 +4,10 @@ use cullet::{Counts, Culler, Output, Scene, Stage, Unit, View, Visible};
 
 use crate::answers::cull;
 
-/// What became of every triangle of every instance, in the order of its mesh: the row that took it.
+/// Fate of every triangle of every instance, in the order of its mesh: the row that dropped it.
 pub type Fates = Vec<Vec<Option<(Stage, Unit)>>>;
 
-/// Asks for everything that a cull can tell.
+/// Settings that record all that a cull can tell.
 pub fn telling(culler: &Culler) -> Culler {
     Culler {
         output: Output::Triangles,
@@ -18,7 +18,7 @@ pub fn telling(culler: &Culler) -> Culler {
     }
 }
 
-/// What the record of one cull says: ranges where an instance went by parts, else its reason.
+/// Fates by the record of one cull: ranges where an instance was dropped by parts, else its reason.
 ///
 /// # Panics
 ///
@@ -52,7 +52,7 @@ pub fn fates(scene: &Scene, result: &Visible) -> Fates {
     fates
 }
 
-/// What the stages say, each run alone. Occlusion chooses its occluders among what the stages of instances before it
+/// Fates by the stages, each run alone. Occlusion chooses its occluders among what the stages of instances before it
 /// leave, so it runs after those.
 pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
     let culler = telling(culler);

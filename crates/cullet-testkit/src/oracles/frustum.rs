@@ -43,7 +43,7 @@ pub fn classify_aabb_ref(frustum: &Frustum, b: &Aabb) -> Side {
 /// planes of the frustum (Sutherland & Hodgman, *Reentrant Polygon Clipping*, 1974); if nothing is left of any,
 /// the frustum may still lie wholly in the box.
 ///
-/// `None` where the box is not finite, or where the frustum has no near corner to ask about.
+/// `None` where the box is not finite, or where the frustum has no near corner to test.
 pub fn intersects_ref(frustum: &Frustum, b: &Aabb) -> Option<bool> {
     if !b.is_finite() {
         return None;

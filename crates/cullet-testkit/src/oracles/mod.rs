@@ -1,4 +1,4 @@
-//! What must come out, by slow and plain means that share nothing with the engine's.
+//! Expected results, by slow and plain means that share nothing with the engine's.
 
 pub mod alone;
 pub mod frustum;

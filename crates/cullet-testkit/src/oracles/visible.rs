@@ -1,11 +1,11 @@
-//! What a view can see.
+//! Potentially visible triangles of a view.
 
 use cullet::{CullFace, FrontFace, Reason, Scene, Stage, TriangleRange, View, Visible};
 
 use crate::vectors::multiply;
 
-/// What a view can see, hidden surfaces included: triangles (in the order of their mesh) that face it
-/// and of which a piece is left after clipping in clip space, by a margin that makes it beyond doubt.
+/// Potentially visible triangles, hidden surfaces included: those (in the order of their mesh) that face it
+/// and of which a part is left after clipping in clip space, by a margin that makes it beyond doubt.
 pub fn visible_ref(scene: &Scene, view: &View) -> Vec<(u32, u32)> {
     let m = view.clip_from_world();
     let mut seen = Vec::new();

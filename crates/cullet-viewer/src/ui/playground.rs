@@ -1,7 +1,7 @@
 //! The clipping playground: a polygon whose corners can be dragged, and the window that cuts it.
 
 use cullet::Stage;
-use cullet::clip::outcode::Verdict;
+use cullet::clip::outcode::OutcodeResult;
 use cullet_draw::palette;
 use eframe::egui::{self, Color32, Pos2, Stroke};
 
@@ -101,14 +101,16 @@ fn words(ui: &mut egui::Ui, c: &Clipping, steps: &[Vec<Corner>]) {
     ui.separator();
     let sides = c.sides;
     let result = match c.classify() {
-        Verdict::Accepted => "accepted: the OR of all codes is 0, nothing is to be cut".to_owned(),
-        Verdict::Rejected(and) => {
+        OutcodeResult::Accepted => {
+            "accepted: the OR of all codes is 0, nothing is to be cut".to_owned()
+        }
+        OutcodeResult::Rejected(and) => {
             format!(
                 "rejected: the AND of all codes is {}, all lies beyond one plane",
                 bits(and, sides)
             )
         }
-        Verdict::Candidate(or) => {
+        OutcodeResult::Candidate(or) => {
             format!("to be clipped by the planes of the OR, {}", bits(or, sides))
         }
     };

@@ -6,11 +6,11 @@
 //! A box is kept as −min and max, so that a plane test has no negative coefficient and picks a row
 //! where it would have picked a sign.
 //!
-//! What is stored is never tighter than what was given, and just so much wider that the f32 tests need
+//! Stored bounds are never tighter than the given ones, and just so much wider that the f32 tests need
 //! no error term. With u = 2⁻²⁴: a plane test sums |n|·y over three axes, where y is −min or max, as
 //! y₀ + (b·y₁ + c·y₂), the plane being scaled so that the first coefficient is 1. Rounding b and c to
 //! f32, two products and two sums lose at most 4u Σ|n||y|, and 2⁻¹⁴⁵ where a product underflows.
-//! [`Boxes::set`] moves every coordinate outward by at least 14u|y| + 2⁻¹²⁷, worth 14u Σ|n||y| + 2⁻¹²⁷
+//! [`Boxes::set`] moves every coordinate outward by at least 14u|y| + 2⁻¹²⁷, which adds 14u Σ|n||y| + 2⁻¹²⁷
 //! to the sum. Comparing the sum with the offset is exact. The stored sum is therefore never below the
 //! exact sum of the box that was given, and what is culled is outside. The same growth serves the test
 //! for inside, whose sum takes the other corner.
@@ -53,7 +53,7 @@ impl Block for BoxBlock {
         let rows = if is_plain(x, p) & is_plain(y, q) & is_plain(z, r) {
             [-x, -y, -z, p, q, r].map(widen)
         } else {
-            odd_rows(b)
+            rows_of_invalid(b)
         };
         for (row, v) in self.0.iter_mut().zip(rows) {
             row[lane] = v;
@@ -103,10 +103,10 @@ impl Block for SphereBlock {
     }
 }
 
-/// What stands for a box that is not plain, in every row.
+/// Rows of a box that is empty, not finite or beyond the limit.
 #[cold]
-fn odd_rows(b: &Aabb) -> [f32; 6] {
-    // A NaN means keep, whatever the other numbers say; so it is asked for first.
+fn rows_of_invalid(b: &Aabb) -> [f32; 6] {
+    // A NaN means keep, whatever the other numbers say; so it is tested first.
     let nan = b.min.iter().chain(&b.max).any(|v| v.is_nan());
     if !nan && b.is_empty() { [-Boxes::LIMIT; 6] } else { [Boxes::LIMIT; 6] }
 }
@@ -118,9 +118,9 @@ fn widen(v: f32) -> f32 {
 
 /// Sixteen items of a batch, a row of sixteen numbers for each coordinate. Boxes and spheres have one.
 pub trait Block: Pod + sealed::Sealed {
-    /// What the block holds sixteen of.
+    /// The item that a block holds sixteen of.
     type Item;
-    /// What one is called.
+    /// Name of one item.
     #[doc(hidden)]
     const NAME: &'static str;
 
@@ -137,7 +137,7 @@ pub trait Block: Pod + sealed::Sealed {
 }
 
 mod sealed {
-    /// What is tested knows the blocks that there are.
+    /// Sealed: the tests know every kind of block.
     pub trait Sealed {}
     impl Sealed for super::BoxBlock {}
     impl Sealed for super::SphereBlock {}
@@ -247,7 +247,7 @@ fn gather_blocks<S: Simd>(
     }
 }
 
-/// Widens sixteen plain boxes, or leaves them and returns `false` if any of them is odd.
+/// Widens sixteen plain boxes, or leaves them and returns `false` if any of them is not plain.
 #[inline(always)]
 fn widen_block<S: Simd>(simd: S, block: &mut BoxBlock) -> bool {
     let limit = S::f32s::splat(simd, Boxes::LIMIT);
@@ -347,7 +347,7 @@ impl<B: Block> Batch<B> {
         self.len = len;
     }
 
-    /// Replaces item `index`; what becomes of odd ones stands at [`Boxes`] and [`Spheres`].
+    /// Replaces item `index`; for non-finite and empty ones see [`Boxes`] and [`Spheres`].
     ///
     /// # Panics
     /// If `index` is not below [`len`](Self::len).
@@ -378,7 +378,7 @@ impl<B: Block> Batch<B> {
         &self.blocks
     }
 
-    /// For who knows that what it writes is wide enough.
+    /// The blocks, to be written; written bounds must contain their items.
     pub(crate) fn blocks_mut(&mut self) -> &mut [B] {
         &mut self.blocks
     }
@@ -398,17 +398,17 @@ mod tests {
     }
 
     #[test]
-    fn odd_boxes_become_everything_or_stay_empty() {
+    fn invalid_boxes_become_everything_or_stay_empty() {
         let limit = Boxes::LIMIT;
-        let mut odd = Aabb::new([0.0; 3], [1.0; 3]);
-        odd.max[1] = f32::NAN;
+        let mut invalid = Aabb::new([0.0; 3], [1.0; 3]);
+        invalid.max[1] = f32::NAN;
         let infinite = Aabb::new([f32::INFINITY; 3], [f32::INFINITY; 3]);
-        let batch = Boxes::from_slice(&[odd, Aabb::EVERYTHING, infinite, Aabb::EMPTY]);
+        let batch = Boxes::from_slice(&[invalid, Aabb::EVERYTHING, infinite, Aabb::EMPTY]);
         for i in 0..3 {
             assert_eq!(batch.get(i), Aabb::new([-limit; 3], [limit; 3]), "box {i}");
         }
         assert!(batch.get(3).is_empty());
-        // What was read back can be stored again.
+        // Items that were read back can be stored again.
         let again = Boxes::from_slice(&[batch.get(0), batch.get(3)]);
         assert_eq!(again.get(0), batch.get(0));
         assert!(again.get(1).is_empty());

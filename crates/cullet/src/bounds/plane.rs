@@ -1,4 +1,4 @@
-//! Planes n·x = d and the side of them a thing is on.
+//! Planes n·x = d and the side of them that a point, box or sphere is on.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -15,7 +15,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// The side of a thing whose lowest and highest signed distance to a plane are `span`: outside
+    /// The side of an item whose lowest and highest signed distance to a plane are `span`: outside
     /// where even the lowest is positive, inside where even the highest is negative, else (NaN
     /// included) straddling.
     #[must_use]
@@ -133,7 +133,7 @@ impl Plane {
     }
 }
 
-/// What n·x − d in f64 may be off by, relative to Σ|nᵢ||xᵢ| + |d|: 16 u with u = 2⁻⁵³. Evaluating it
+/// Error bound of n·x − d in f64, relative to Σ|nᵢ||xᵢ| + |d|: 16 u with u = 2⁻⁵³. Evaluating it
 /// costs 4 u; the rest is for coefficients that have been rounded a few times themselves.
 pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 

@@ -133,7 +133,7 @@ impl<T: Scalar, const D: usize> Window<T, D> {
 
     /// The part of a line within the window, by Cohen & Sutherland: accepted or rejected by outcodes
     /// where they decide; else the end that is outside moves to the side that its lowest bit names, and
-    /// the codes are asked again. `None` where nothing is left.
+    /// the codes are tested again. `None` where nothing is left.
     ///
     /// The moved end lies on that side exactly, whatever rounding says, so there are at most 4·D rounds.
     /// A line of finite ends gives finite parameters; an infinite end that must be moved gives a NaN.
@@ -157,7 +157,7 @@ impl<T: Scalar, const D: usize> Window<T, D> {
             }
             ends[end] = at(a, b, t[end]);
             ends[end][axis] = side;
-            // What an earlier round has settled stays settled.
+            // Sides that an earlier round has settled stay settled.
             let settled = (1_u32 << (bit + 1)) - 1;
             codes[end] = self.outcode(&ends[end]) & !settled;
         }

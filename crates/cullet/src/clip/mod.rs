@@ -8,7 +8,7 @@
 //! | polygons | [`Clipper::clip`], both parts: [`Clipper::split`] | by [`Window::region`] | [`Clipper::clip`], [`GuardBand::clip`] |
 //!
 //! On a plane is inside, everywhere. Decisions and cuts depend on the two ends of an edge alone and not on
-//! the polygon they are asked for, so neighbours agree.
+//! the polygon they are computed for, so neighbours agree.
 //!
 //! A polygon with a colour, cut by a frustum in world space and by the same view's clip volume:
 //!
@@ -64,7 +64,7 @@ pub mod region;
 pub mod space;
 
 pub use line::Window;
-pub use outcode::{ObjectRegion, Outcode, Sorted, Verdict, outcode_ref};
+pub use outcode::{ObjectRegion, Outcode, OutcodeResult, Sorted, outcode_ref};
 pub use polygon::{Clipper, Vertex};
 pub use region::{ClipError, HalfSpace, Region, Scalar};
 pub use space::GuardBand;

@@ -18,7 +18,7 @@ use crate::transform::Transform;
 use crate::view::Frustum;
 
 /// Units of rounding that a vertex may be off: this test's own, and that of whoever transforms and clips
-/// it in f64 with operations of their own (some twenty, each worth half an epsilon).
+/// it in f64 with operations of their own (some twenty, each of half an epsilon).
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// Where a point lies against each plane of a region.
@@ -30,9 +30,9 @@ pub struct Outcode {
     pub not_inside: u32,
 }
 
-/// What outcodes alone say of a line, a triangle, or the convex hull of any points.
+/// Result of outcodes alone for a line, a triangle, or the convex hull of any points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Verdict {
+pub enum OutcodeResult {
     /// Inside every plane: no clipping needed. The OR of the codes is 0.
     Accepted,
     /// Wholly outside each of these planes: the AND of the codes.
@@ -42,8 +42,8 @@ pub enum Verdict {
     Candidate(u32),
 }
 
-impl Verdict {
-    /// The verdict on the points with these codes. No points are accepted.
+impl OutcodeResult {
+    /// The result for points with these codes. No points are accepted.
     #[must_use]
     pub fn of(codes: impl IntoIterator<Item = Outcode>) -> Self {
         let (mut and, mut or) = (u32::MAX, 0);
@@ -155,17 +155,17 @@ impl ObjectRegion {
     /// candidate. It may be outside though it is a candidate.
     #[must_use]
     pub fn classify(&self, corners: &[[f32; 3]; 3]) -> Side {
-        match self.verdict(corners) {
-            Verdict::Accepted => Side::Inside,
-            Verdict::Rejected(_) => Side::Outside,
-            Verdict::Candidate(_) => Side::Straddling,
+        match self.test(corners) {
+            OutcodeResult::Accepted => Side::Inside,
+            OutcodeResult::Rejected(_) => Side::Outside,
+            OutcodeResult::Candidate(_) => Side::Straddling,
         }
     }
 
-    /// The verdict on the convex hull of some points: two are a line, three a triangle.
+    /// The result for the convex hull of some points: two are a line, three a triangle.
     #[must_use]
-    pub fn verdict(&self, points: &[[f32; 3]]) -> Verdict {
-        Verdict::of(points.iter().map(|&p| self.outcode(p)))
+    pub fn test(&self, points: &[[f32; 3]]) -> OutcodeResult {
+        OutcodeResult::of(points.iter().map(|&p| self.outcode(p)))
     }
 
     /// Whether a triangle misses the region though no single plane rejects it, as one that passes by a
@@ -219,10 +219,10 @@ impl ObjectRegion {
         let unknown = Outcode { outside: 0, not_inside: self.present };
         each_triangle(indices, range, |t, corners| {
             let code = |v: u32| sorted.codes.get(v as usize).copied().unwrap_or(unknown);
-            match Verdict::of(corners.map(code)) {
-                Verdict::Accepted => sorted.accepted.push(t),
-                Verdict::Candidate(_) => sorted.candidates.push(t),
-                Verdict::Rejected(_) => sorted.rejected += 1,
+            match OutcodeResult::of(corners.map(code)) {
+                OutcodeResult::Accepted => sorted.accepted.push(t),
+                OutcodeResult::Candidate(_) => sorted.candidates.push(t),
+                OutcodeResult::Rejected(_) => sorted.rejected += 1,
             }
         });
     }
@@ -246,7 +246,7 @@ impl ObjectRegion {
     }
 
     /// The number of the first plane of `active` that a triangle is wholly outside of: the planes that
-    /// its cluster straddles are the only ones worth asking. `None` keeps it.
+    /// its cluster straddles are the only ones to test. `None` keeps it.
     #[inline]
     #[must_use]
     pub fn rejects(&self, corners: &[[f32; 3]; 3], active: u32) -> Option<u8> {
@@ -356,7 +356,7 @@ mod tests {
         assert_eq!(region.classify(&at(-9.2)), Side::Straddling);
         assert_eq!(region.classify(&at(0.0)), Side::Outside);
         assert_eq!(region.rejects(&at(0.0), u32::MAX), Some(1));
-        assert_eq!(region.rejects(&at(0.0), 0b01), None, "only the planes asked for count");
+        assert_eq!(region.rejects(&at(0.0), 0b01), None, "only the active planes count");
         // Around a corner of the region: outside, but of no single plane.
         let around = [[-7.0, 0.0, 0.0], [-10.0, 3.0, 0.0], [-8.0, 2.0, 0.0]];
         assert_eq!(region.classify(&around), Side::Straddling);

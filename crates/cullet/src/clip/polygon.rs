@@ -2,7 +2,7 @@
 //!
 //! Sutherland & Hodgman, *Reentrant Polygon Clipping*, 1974: the polygon is cut by one plane after
 //! another, each going once around it, keeping what is inside and putting a vertex where an edge
-//! crosses. Two things are added. Outcodes say which planes to cut by at all. And a cut vertex inherits
+//! crosses. Two steps are added. Outcodes say which planes to cut by at all. And a cut vertex inherits
 //! the side of its edge's ends where they agree, so that rounding cannot put a vertex between two inside
 //! ones outside; a triangle that needs no cut by a plane and its neighbour that does then still agree,
 //! bit for bit, about the edge that they share.
@@ -19,7 +19,7 @@ use super::region::{HalfSpace, Region, Scalar};
 /// their number is known at run time only, clip triangles with three weights as attributes, (1, 0, 0) to
 /// (0, 0, 1), and apply the weights that come out to what there is.
 pub trait Vertex<T, const D: usize>: Copy {
-    /// What the planes are asked about.
+    /// Position that is tested against the planes.
     fn position(&self) -> [T; D];
 
     /// The vertex at parameter `t` from `self` (0) to `to` (1), with its attributes.
@@ -170,7 +170,7 @@ impl<V: Copy> Clipper<V> {
     }
 
     /// [`clip`](Self::clip) by the outcodes of the caller: those by which all may be rejected at once, and
-    /// those of the region; `recode` gives the latter of a cut vertex, at least the bits that it is asked.
+    /// those of the region; `recode` gives the latter of a cut vertex, at least the requested bits.
     #[inline]
     pub(super) fn clip_coded<T: Scalar, const D: usize>(
         &mut self,

@@ -138,7 +138,7 @@ impl<T: Scalar, const D: usize> HalfSpace<T, D> {
     }
 
     /// n·x − d as plain arithmetic rounds it: above zero outside. The same numbers give the same height,
-    /// whichever primitive asks, so neighbours agree about the vertices that they share.
+    /// whichever primitive it belongs to, so neighbours agree about the vertices that they share.
     #[inline]
     #[must_use]
     pub fn height(&self, p: &[T; D]) -> T {

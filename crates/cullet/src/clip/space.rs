@@ -84,7 +84,7 @@ impl<T: Scalar> GuardBand<T> {
         Ok(Self { band: region(depth, wide), wide, depth })
     }
 
-    /// What primitives are cut to: the planes of the band, and near and far.
+    /// Region that primitives are cut to: the planes of the band, and near and far.
     #[must_use]
     pub fn region(&self) -> &Region<T, 4> {
         &self.band

@@ -17,7 +17,7 @@ pub fn is_zero_area(corners: &[[f32; 3]; 3]) -> bool {
     is_collinear(corners)
 }
 
-/// What an instance's transform does to areas, prepared for the triangles of its mesh.
+/// Effect of an instance's transform on areas, prepared for the triangles of its mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flattening {
     rank: u8,
@@ -26,7 +26,7 @@ pub struct Flattening {
 }
 
 impl Flattening {
-    /// What `transform` does.
+    /// Effect of `transform`.
     #[must_use]
     pub fn of(transform: &Transform) -> Self {
         let full = Self { rank: 3, lost: [[0.0; 2]; 3] };

@@ -1,4 +1,4 @@
-//! Detail culling: dropping what is small on the screen. Lossy, so off unless asked for: what is dropped
+//! Detail culling: dropping what is small on the screen. Lossy, so off by default: what is dropped
 //! is smaller than the threshold, in pixels, and no more than that is promised.
 
 use crate::view::ScreenRect;
@@ -18,7 +18,7 @@ pub enum Measure {
     Diameter,
 }
 
-/// What counts as too small.
+/// Measure and threshold of detail culling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -30,7 +30,7 @@ pub struct Detail {
 }
 
 impl Default for Detail {
-    /// What is narrower and lower than a pixel.
+    /// Culls bounds narrower and lower than a pixel.
     fn default() -> Self {
         Self { measure: Measure::default(), threshold_px: 1.0 }
     }

@@ -55,7 +55,7 @@ fn write_clusters(frame: &Frame<'_>, sets: &Sets, result: &mut Visible) {
 struct Settled<'a> {
     live: &'a [u32],
     words: &'a [u64],
-    /// What is left of the first live word.
+    /// Bits left of the first live word.
     left: u64,
 }
 

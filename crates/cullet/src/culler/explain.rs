@@ -12,19 +12,19 @@ use crate::scene::Scene;
 use crate::view::View;
 use crate::visible::Visible;
 
-/// What one stage found.
+/// Finding of one stage.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Step {
     /// The stage.
     pub stage: Stage,
-    /// What it looked at.
+    /// Unit that it tested.
     pub unit: Unit,
     /// How many of the instance's instances (one), clusters or triangles came in.
     pub entered: u64,
     /// How many went on.
     pub left: u64,
-    /// What it measured, in words with numbers.
+    /// Its measurements, in words with numbers.
     pub finding: String,
 }
 
@@ -81,7 +81,7 @@ impl Culler {
         let (mut scratch, mut all, mut result) =
             (Scratch::default(), Visible::default(), Visible::default());
         if telling.occlusion.is_some() {
-            // What hides an instance is everything else.
+            // Occluders of an instance are all the others, so the whole scene is culled first.
             let instances = Self { output: Output::Instances, ..telling.clone() };
             pipeline::run(&instances, scene, viewer, None, &mut scratch, &mut all);
         }
@@ -104,7 +104,7 @@ impl Culler {
     }
 }
 
-/// What a stage found, by the words of the stage itself.
+/// Finding of a stage, in the words of the stage itself.
 fn finding(
     frame: &Frame<'_>,
     hidden: &occlusion::Cache,

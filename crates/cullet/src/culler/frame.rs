@@ -39,7 +39,7 @@ impl Viewer<'_> {
 pub(super) struct Frame<'a> {
     pub(super) culler: &'a Culler,
     pub(super) scene: &'a Scene,
-    /// What is drawn: for a light, its map; its camera where it has none, and no stage looks through it.
+    /// View that is drawn: for a light, its map; its camera where it has none, and no stage looks through it.
     pub(super) view: &'a View,
     /// In world space, and relative to the scene's origin, as its boxes are: of a light, where casters matter.
     pub(super) world_frustum: Frustum,

@@ -1,6 +1,6 @@
 //! The log of a cull: the counts of the funnel, reasons, and the record of what each stage took.
 //!
-//! What an instance holds is looked up where it is visited anyway: the stages of instances note only what they
+//! Totals of an instance are looked up where it is visited anyway: the stages of instances note only what they
 //! take, and the sum of what they leave, which the first stage after them finds, gives all their rows.
 
 use std::ops::Range;
@@ -21,15 +21,15 @@ pub(super) struct Log<'a> {
     wants_reasons: bool,
     wants_dropped: bool,
     stage_began: u64,
-    /// What the layers left.
+    /// Totals that the layers left.
     pub(super) in_layers: Tally,
-    /// What is still there, once the stages of instances are through.
+    /// Totals that the stages of instances left.
     pub(super) left: Tally,
     pub(super) frustum: FrustumWork,
     pub(super) occlusion: OcclusionWork,
 }
 
-/// What is left of a log when the cull is over.
+/// Results of a log when the cull is over.
 pub(super) struct Work {
     pub(super) left: Counts,
     pub(super) frustum: FrustumWork,

@@ -46,7 +46,7 @@ pub enum Output {
 pub enum Backface {
     /// Not at all.
     Off,
-    /// Whole clusters by an elliptic cone, where clusters are asked for; then, where triangles are, each by
+    /// Whole clusters by an elliptic cone, where the output is clusters or triangles; then, for triangles, each by
     /// a plane of four bytes, and the few that are in doubt from their corners. Cones and planes are
     /// [prepared](crate::Prepared) when the scene is committed; of a mesh that came since, clusters are kept, and
     /// triangles are tested from their corners. The triangles left are those that `Exact` leaves.
@@ -56,7 +56,7 @@ pub enum Backface {
     /// two bytes each, one mask of 256 bytes an instance. Quicker on large meshes that are far, and finds less. Masks
     /// are [prepared](Preparation::masks); without, as `Fast`.
     Masks,
-    /// Every triangle from its corners, where triangles are asked for: nothing is prepared, and it
+    /// Every triangle from its corners, where the output is triangles: nothing is prepared, and it
     /// takes some fifty times as long.
     Exact,
 }
@@ -69,7 +69,7 @@ pub struct Culler {
     /// Cull what is outside the frustum. Default on.
     pub frustum: bool,
     /// After the plane test, also test the frustum's corners against the faces of boxes that straddle:
-    /// drops big boxes near its corners, at some 50 ns a straddling box. Default off.
+    /// drops big boxes near its corners, at the cost of an exact test per straddling box. Default off.
     pub frustum_exact: bool,
     /// How to cull back faces of one-sided parts. Default [`Backface::Fast`].
     pub backface: Backface,
@@ -77,7 +77,7 @@ pub struct Culler {
     pub degenerate: bool,
     /// Cull what is small on the screen: lossy, so off by default.
     pub detail: Option<Detail>,
-    /// Cull instances that lie behind others, and where clusters are asked for, clusters of rigid instances that do. Not
+    /// Cull instances that lie behind others, and where the output is finer, clusters of rigid instances that do. Not
     /// lossy: what is dropped is proved to be hidden, at every resolution, or to be beyond an edge of the screen. It
     /// costs some tenths of a millisecond, which a scene with little hidden does not give back; so off by default.
     pub occlusion: Option<Occlusion>,
@@ -114,7 +114,7 @@ impl Default for Culler {
     }
 }
 
-/// What a culler remembers of one view between frames: scratch memory, and what was proved of the scene's
+/// State of one view that a culler keeps between frames: scratch memory, and results proved of the scene's
 /// hierarchy. It notices by itself that the scene is another, or has changed. Dropping it costs time, never
 /// an answer.
 #[derive(Clone, Debug, Default)]
@@ -130,7 +130,7 @@ impl ViewState {
         self.scratch.caches.occlusion.buffer.as_ref()
     }
 
-    /// What was drawn into that buffer, front to back: slots, and which of the shapes of the slot's
+    /// Occluders drawn into that buffer, front to back: slots, and which of the shapes of the slot's
     /// [occluder](crate::Prepared::occluder).
     #[must_use]
     pub fn occluders_drawn(&self) -> &[(u32, u32)] {
@@ -192,7 +192,7 @@ impl Culler {
         without
     }
 
-    /// What these settings need [prepared](crate::Scene::prepare), for views that cull back faces.
+    /// Data that these settings need [prepared](crate::Scene::prepare), for views that cull back faces.
     #[must_use]
     pub fn preparation(&self) -> Preparation {
         Preparation {
@@ -268,7 +268,7 @@ impl Culler {
     /// because its shadow cannot matter, and [`Reason::caster`](crate::Reason::caster) says why. Conservative: no point
     /// of what was dropped is between the light and a receiver, or what hides it from the light is kept.
     ///
-    /// Use one state for each light and camera. Cost: some 10 µs more than a camera's.
+    /// Use one state for each light and camera. Cost: that of a camera's view, and the shadow region once.
     pub fn cull_shadows(
         &self,
         scene: &Scene,

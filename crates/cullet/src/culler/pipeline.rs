@@ -81,7 +81,7 @@ fn depth(output: Output) -> Unit {
     }
 }
 
-/// What stages keep between frames: memory, and what was proved of the last one.
+/// State that stages keep between frames: memory, and results proved in the last one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Caches {
     frustum: frustum::Cache,

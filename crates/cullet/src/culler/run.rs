@@ -14,7 +14,7 @@ pub(super) struct Run {
     pub(super) inside: bool,
 }
 
-/// The fewest triangles of a mesh of which clusters are culled by themselves, two clusters' worth. Of less so
+/// The fewest triangles of a mesh of which clusters are culled by themselves, as many as two clusters hold. Of less so
 /// little goes that finding it costs more than drawing it.
 const LEAST_PARTED: u32 = 2 * MAX_CLUSTER_TRIANGLES as u32;
 

@@ -27,7 +27,7 @@ const FEW: usize = 128;
 /// Keys of which a scattering job picks its own before it moves their boxes.
 const PICKED: usize = 1024;
 
-/// What [`sort`] makes.
+/// Result of [`sort`].
 pub(super) struct Sorted {
     /// By slot: its index is the number of the box in the input.
     pub(super) handles: Vec<Handle>,
@@ -48,7 +48,7 @@ struct Record {
 #[derive(Debug)]
 pub struct BuildJob<'a>(Step<'a>);
 
-/// What a [`BuildJob`] leaves: give it back to
+/// Result of a [`BuildJob`]: give it back to
 /// [`Hierarchy::build_in_jobs`](super::Hierarchy::build_in_jobs).
 #[derive(Debug)]
 pub struct BuildDone(());

@@ -1,11 +1,11 @@
 //! Bounding-volume hierarchies that stay in plain arrays.
 //!
 //! [`spatial_order`] sorts boxes along a curve through space; [`Nodes`] puts sixteen-fold nodes over a
-//! batch of boxes, implicit, without a pointer; [`Hierarchy`] keeps both for things that come, go and
+//! batch of boxes, implicit, without a pointer; [`Hierarchy`] keeps both for items that come, go and
 //! move, under stable handles. What walks them for a view is
 //! [`cull::frustum::tree`](crate::cull::frustum::tree).
 //!
-//! The nodes always hold what is below them, so a walk is right at any time. Moving a thing lets the
+//! The nodes always hold what is below them, so a walk is right at any time. Moving an item lets the
 //! nodes above it grow; [`Hierarchy::refit`] fits them again, [`Hierarchy::commit`] sorts everything
 //! anew, [`Hierarchy::commit_slice`] a little of it, so that a world in motion never waits for a commit.
 
@@ -33,18 +33,18 @@ use slots::Slots;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum HierarchyError {
-    /// The handle's thing was removed, or the handle is of another hierarchy.
+    /// The handle's item was removed, or the handle is of another hierarchy.
     #[error("handle {0:?} names nothing in this hierarchy")]
     NoItem(Handle),
     /// Slots are u32.
-    #[error("a hierarchy holds at most {0} things")]
+    #[error("a hierarchy holds at most {0} items")]
     Full(u32),
 }
 
 /// Boxes in dense slots under stable handles, with nodes over them.
 ///
-/// A thing's slot changes only in [`commit`](Self::commit) and [`commit_slice`](Self::commit_slice).
-/// A removed thing leaves an empty slot until a commit. A box that is not finite is everywhere, and so
+/// An item's slot changes only in [`commit`](Self::commit) and [`commit_slice`](Self::commit_slice).
+/// A removed item leaves an empty slot until a commit. A box that is not finite is everywhere, and so
 /// are the nodes above it; an empty one is nowhere.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
@@ -64,9 +64,9 @@ pub struct Hierarchy {
     next_window: usize,
 }
 
-/// Slots that [`Hierarchy::commit_slice`] sorts together with those that they exchange things with.
+/// Slots that [`Hierarchy::commit_slice`] sorts together with those that they exchange items with.
 const WINDOW: usize = 1024;
-/// How many windows exchange things at once.
+/// How many windows exchange items at once.
 const EXCHANGE: usize = 4;
 
 impl Default for Hierarchy {
@@ -94,7 +94,7 @@ impl Hierarchy {
         Self::default()
     }
 
-    /// Over boxes, sorted. The handle of `boxes[i]` is `handles[i]`. Some 32 ns a box.
+    /// Over boxes, sorted. The handle of `boxes[i]` is `handles[i]`. O(n log n).
     ///
     /// # Errors
     /// If there are more than there are slots.
@@ -129,8 +129,8 @@ impl Hierarchy {
         Ok((h, handles))
     }
 
-    /// Adds a thing, in a new slot at the end. It lies under no node until the next commit: walks take such
-    /// things one by one, some 0.6 ns each.
+    /// Adds an item, in a new slot at the end. It lies under no node until the next commit: walks take such
+    /// items one by one.
     ///
     /// # Errors
     /// If there are as many as there can be.
@@ -141,7 +141,7 @@ impl Hierarchy {
         Ok(handle)
     }
 
-    /// Removes a thing. Its slot stays empty until a commit.
+    /// Removes an item. Its slot stays empty until a commit.
     ///
     /// # Errors
     /// If the handle names nothing.
@@ -151,7 +151,7 @@ impl Hierarchy {
         Ok(())
     }
 
-    /// Moves a thing: gives it other bounds. The nodes above grow as far as they must.
+    /// Moves an item: gives it other bounds. The nodes above grow as far as they must.
     ///
     /// # Errors
     /// If the handle names nothing.
@@ -187,7 +187,7 @@ impl Hierarchy {
     }
 
     /// All boxes by slot, to be written in place. What changed is not known, so dropping this refits all
-    /// nodes: about 1 ms for a million boxes.
+    /// nodes: O(n), once through them.
     pub fn bounds_mut(&mut self) -> BoundsMut<'_> {
         BoundsMut { hierarchy: self }
     }
@@ -197,7 +197,7 @@ impl Hierarchy {
         self.nodes.refit_blocks(self.level, &self.boxes, &mut self.loose);
     }
 
-    /// Sorts everything anew and closes the gaps that removed things left. O(things).
+    /// Sorts everything anew and closes the gaps that removed items left. O(items).
     pub fn commit(&mut self) -> Commit {
         self.commit_parts(|_| false)
     }
@@ -211,7 +211,7 @@ impl Hierarchy {
         let first_moving = if moving.is_empty() { 0 } else { standing.len() };
         let mut from = Vec::with_capacity(standing.len() + moving.len());
         let mut order = Vec::new();
-        // What moves comes last, and so its curve is the one that is kept.
+        // Moving items come last, and so their curve is the one that is kept.
         for part in [standing, moving].iter().filter(|p| !p.is_empty()) {
             self.orderer.order(part.len(), |i| staged[part[i] as usize], &mut order);
             from.extend(order.iter().map(|&i| part[i as usize]));
@@ -229,9 +229,9 @@ impl Hierarchy {
     }
 
     /// Nodes over the boxes in the order in which they lie, as after a [`commit`](Self::commit) that found nothing to
-    /// sort: for things that were inserted in the order of an earlier commit. Any other order is right too, but walks
+    /// sort: for items that were inserted in the order of an earlier commit. Any other order is right too, but walks
     /// are slow. Empty slots stay, and [`commit_slice`](Self::commit_slice) does nothing until the next commit.
-    /// O(things), but it streams through them once.
+    /// O(items), but it streams through them once.
     pub fn commit_in_order(&mut self) {
         self.settle(self.boxes.len());
         self.order_version += 1;
@@ -250,9 +250,9 @@ impl Hierarchy {
     }
 
     /// Sorts a little of what moves (all, if nothing was said to): takes the next window of 1024 slots, and up
-    /// to three others to which most of what strayed from it belongs, and sorts them together. Call it some
-    /// times a frame in a world in motion: what strays then comes home. Returns the slots that changed, as old
-    /// and new; some 0.15 ms.
+    /// to three others to which most items that left it belong, and sorts them together. Call it some
+    /// times a frame in a world in motion: items that leave their window then come home. Returns the slots that
+    /// changed, as old and new.
     ///
     /// Empty slots stay, at the end of their windows; only [`commit`](Self::commit) closes them.
     pub fn commit_slice(&mut self) -> Vec<[u32; 2]> {
@@ -268,10 +268,10 @@ impl Hierarchy {
             let key = self.orderer.key(&self.boxes.get(slot));
             self.windows.partition_point(|&first| first <= key).saturating_sub(1)
         };
-        let mut strayed: Vec<usize> = slots_of(home).map(wanted).filter(|&w| w != home).collect();
-        strayed.sort_unstable();
+        let mut away: Vec<usize> = slots_of(home).map(wanted).filter(|&w| w != home).collect();
+        away.sort_unstable();
         let mut partners: Vec<(usize, usize)> =
-            strayed.chunk_by(|a, b| a == b).map(|run| (run.len(), run[0])).collect();
+            away.chunk_by(|a, b| a == b).map(|run| (run.len(), run[0])).collect();
         partners.sort_unstable_by(|a, b| b.cmp(a));
         let mut windows: Vec<_> = partners.iter().take(EXCHANGE - 1).map(|p| p.1).collect();
         windows.push(home);
@@ -291,7 +291,7 @@ impl Hierarchy {
         from.iter().zip(&to).filter(|(a, b)| a != b).map(|(&a, &b)| [a, b]).collect()
     }
 
-    /// The slot of a thing.
+    /// The slot of an item.
     ///
     /// # Errors
     /// If the handle names nothing.
@@ -304,12 +304,12 @@ impl Hierarchy {
         self.slots.index_count()
     }
 
-    /// The slot of the thing whose handle has an index; `None` where there is none.
+    /// The slot of the item whose handle has an index; `None` where there is none.
     pub(crate) fn slot_of_index(&self, index: usize) -> Option<usize> {
         self.slots.slot_of_index(index)
     }
 
-    /// The handle of the thing in a slot; `None` for an empty slot or one beyond the last.
+    /// The handle of the item in a slot; `None` for an empty slot or one beyond the last.
     #[must_use]
     pub fn handle(&self, slot: u32) -> Option<Handle> {
         self.slots.handle(slot)
@@ -327,7 +327,7 @@ impl Hierarchy {
         self.slots.present()
     }
 
-    /// How many things there are.
+    /// Number of items.
     #[must_use]
     pub fn len(&self) -> u32 {
         self.slots.len() - self.slots.removed()
@@ -364,7 +364,7 @@ impl Hierarchy {
         &self.nodes
     }
 
-    /// Checks everything that must hold, and measures the tree. O(things).
+    /// Checks everything that must hold, and measures the tree. O(items).
     ///
     /// # Errors
     /// If a node does not hold its children.

@@ -34,7 +34,7 @@ pub struct Nodes {
     sizes: Sizes,
 }
 
-/// What [`Nodes::validate`] found to be wrong.
+/// A fault that [`Nodes::validate`] found.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NodesError {
@@ -53,12 +53,12 @@ pub enum NodesError {
         level: usize,
         /// Which node.
         node: usize,
-        /// Which of the things below it, by its own number.
+        /// Which child or box, by its own number.
         child: usize,
     },
 }
 
-/// What [`Nodes::validate`] measured.
+/// Measurements of [`Nodes::validate`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NodeStatistics {
     /// How many nodes each level has, from the one next to the boxes up.
@@ -140,7 +140,7 @@ impl Nodes {
     ///
     /// # Panics
     /// If there are fewer boxes than the nodes were built for, or the range leaves those.
-    pub fn refit_range(&mut self, level: crate::Simd, boxes: &Boxes, changed: Range<usize>) {
+    pub(crate) fn refit_range(&mut self, level: crate::Simd, boxes: &Boxes, changed: Range<usize>) {
         assert!(
             boxes.len() >= self.leaves,
             "{} boxes under nodes over {}",

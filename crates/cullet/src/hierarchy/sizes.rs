@@ -1,4 +1,4 @@
-//! How large the boxes below a node are, each by itself: a node of small things may be large.
+//! How large the boxes below a node are, each by itself: a node of small boxes may be large.
 
 use fearless_simd::f32x4;
 use fearless_simd::prelude::*;

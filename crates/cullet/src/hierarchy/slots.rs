@@ -1,8 +1,8 @@
-//! Stable handles for things that lie in dense slots.
+//! Stable handles for items that lie in dense slots.
 
 use crate::bits;
 
-/// The caller's stable name for a thing in a slot: an index, and a generation that tells a removed thing
+/// The caller's stable name for an item in a slot: an index, and a generation that tells a removed item
 /// from the one that took its index.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, bytemuck::Pod, bytemuck::Zeroable,
@@ -29,10 +29,10 @@ impl From<Handle> for [u32; 2] {
     }
 }
 
-/// What a commit did to the slots.
+/// Changes of a commit to the slots.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Commit {
-    /// The new slot of each old slot; `u32::MAX` where its thing was removed.
+    /// The new slot of each old slot; `u32::MAX` where its item was removed.
     pub slot_of_old: Vec<u32>,
     /// The new order version.
     pub order_version: u64,

@@ -19,12 +19,12 @@ pub struct Clustering {
 
 impl Clustering {
     /// Triangles of each part split in two by the middle of their centres along the longest axis, until
-    /// each piece fits a cluster; within a cluster they keep their order. Degenerate triangles are left
-    /// out, unless the mesh can deform. Deterministic; O(n log n), some 0.1 µs a triangle.
+    /// each half fits a cluster; within a cluster they keep their order. Degenerate triangles are left
+    /// out, unless the mesh can deform. Deterministic; O(n log n).
     ///
     /// Cutting a space-filling curve where a cluster is full was tried and takes as long: along a Hilbert
     /// curve clusters are 7 to 16 % fewer, but their boxes have 1.5 to 2.3 times the surface, along a
-    /// Morton curve 2.2 to 3.5 times (bunny, armadillo, buddha, a ball). On soups of many small pieces
+    /// Morton curve 2.2 to 3.5 times (bunny, armadillo, buddha, a ball). On soups of many small components
     /// (Sponza) the curve makes a third fewer clusters.
     ///
     /// # Errors
@@ -125,14 +125,14 @@ impl Clustering {
     }
 }
 
-/// How many triangles a split aims at: a compact piece of a regular mesh has about half as many
+/// How many triangles a split aims at: a compact patch of a regular mesh has about half as many
 /// vertices, and a ragged edge of twenty more. With 72 or 88 the test models end in more clusters.
 const TARGET: usize = 80;
 
 struct Builder<'a> {
     data: &'a MeshData,
     result: Clustering,
-    /// The stamp of the piece that last used a vertex.
+    /// The stamp of the range that last used a vertex.
     used_by: Vec<u32>,
     stamp: u32,
 }
@@ -144,12 +144,12 @@ impl Builder<'_> {
     }
 
     /// Makes clusters of some triangles of a part, given with their centres.
-    fn split(&mut self, part: u32, piece: &mut [([f32; 3], u32)]) {
-        if self.close(part, piece) {
+    fn split(&mut self, part: u32, range: &mut [([f32; 3], u32)]) {
+        if self.close(part, range) {
             return;
         }
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for (c, _) in piece.iter() {
+        for (c, _) in range.iter() {
             for a in 0..3 {
                 low[a] = if c[a] < low[a] { c[a] } else { low[a] };
                 high[a] = if c[a] > high[a] { c[a] } else { high[a] };
@@ -159,26 +159,26 @@ impl Builder<'_> {
         let axis =
             if side(0) >= side(1).max(side(2)) { 0 } else { 1 + usize::from(side(2) > side(1)) };
         // At the middle, but so that both sides make whole clusters.
-        let clusters = piece.len().div_ceil(TARGET).max(2);
-        let middle = clusters / 2 * piece.len() / clusters;
+        let clusters = range.len().div_ceil(TARGET).max(2);
+        let middle = clusters / 2 * range.len() / clusters;
         // Ties by number, so that the two halves are the same sets whatever the selection does inside.
         let order = |x: &([f32; 3], u32), y: &([f32; 3], u32)| {
             x.0[axis].total_cmp(&y.0[axis]).then(x.1.cmp(&y.1))
         };
-        piece.select_nth_unstable_by(middle, order);
-        let (low, high) = piece.split_at_mut(middle);
+        range.select_nth_unstable_by(middle, order);
+        let (low, high) = range.split_at_mut(middle);
         self.split(part, low);
         self.split(part, high);
     }
 
-    /// Makes a piece one cluster, if it keeps the limits. An empty piece makes none.
-    fn close(&mut self, part: u32, piece: &mut [([f32; 3], u32)]) -> bool {
-        if piece.len() > MAX_CLUSTER_TRIANGLES {
+    /// Makes a range one cluster, if it keeps the limits. An empty range makes none.
+    fn close(&mut self, part: u32, range: &mut [([f32; 3], u32)]) -> bool {
+        if range.len() > MAX_CLUSTER_TRIANGLES {
             return false;
         }
         self.stamp += 1;
         let mut vertices = 0;
-        for &(_, t) in piece.iter() {
+        for &(_, t) in range.iter() {
             for v in self.triangle(t) {
                 let user = &mut self.used_by[v as usize];
                 vertices += usize::from(*user != self.stamp);
@@ -188,15 +188,15 @@ impl Builder<'_> {
         if vertices > MAX_CLUSTER_VERTICES {
             return false;
         }
-        piece.sort_unstable_by_key(|p| p.1);
-        if !piece.is_empty() {
+        range.sort_unstable_by_key(|p| p.1);
+        if !range.is_empty() {
             self.result.clusters.push(Cluster {
                 first_triangle: self.result.order.len() as u32,
-                triangle_count: piece.len() as u32,
+                triangle_count: range.len() as u32,
                 part,
             });
         }
-        self.result.order.extend(piece.iter().map(|p| p.1));
+        self.result.order.extend(range.iter().map(|p| p.1));
         true
     }
 }

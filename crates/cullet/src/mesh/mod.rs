@@ -19,7 +19,7 @@ use thiserror::Error;
 use crate::bounds::{Aabb, Boxes};
 use crate::hierarchy::Nodes;
 
-/// What the alpha of a part's material does.
+/// Alpha mode of a part's material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -45,11 +45,11 @@ pub struct Part {
     pub material: u32,
     /// Whether both sides of its triangles are drawn.
     pub two_sided: bool,
-    /// What its alpha does.
+    /// Its alpha mode.
     pub alpha: Alpha,
 }
 
-/// What a mesh is made from: plain data, not yet checked.
+/// Input of a mesh: plain data, not yet checked.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
     /// Vertex positions.
@@ -86,19 +86,15 @@ impl Cluster {
 
 /// Clusters of one part that follow each other in the mesh's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PartRun {
-    /// The part.
-    pub part: u32,
-    /// First cluster.
-    pub first_cluster: u32,
-    /// How many clusters.
-    pub cluster_count: u32,
+pub(crate) struct PartRun {
+    pub(crate) part: u32,
+    pub(crate) first_cluster: u32,
+    pub(crate) cluster_count: u32,
 }
 
 impl PartRun {
     /// The range of its clusters.
-    #[must_use]
-    pub fn clusters(&self) -> std::ops::Range<u32> {
+    pub(crate) fn clusters(&self) -> std::ops::Range<u32> {
         self.first_cluster..self.first_cluster + self.cluster_count
     }
 }
@@ -288,8 +284,7 @@ impl Mesh {
     }
 
     /// The degenerate triangles, in the mesh's order: they follow the last cluster.
-    #[must_use]
-    pub fn degenerate_triangles(&self) -> std::ops::Range<u32> {
+    pub(crate) fn degenerate_triangles(&self) -> std::ops::Range<u32> {
         let count = self.triangle_count();
         count - self.degenerate..count
     }
@@ -310,7 +305,7 @@ impl Mesh {
         indices
     }
 
-    /// What the mesh was made of, its triangles in their original order: to make it again in another way.
+    /// Input that the mesh was made of, its triangles in their original order: to make it again in another way.
     /// Copies all of it.
     #[must_use]
     pub fn to_data(&self) -> MeshData {
@@ -350,8 +345,7 @@ impl Mesh {
 
     /// The clusters of each part, in the mesh's order: what is drawn at once. As many runs as parts, unless a
     /// clustering of the caller's mixes them.
-    #[must_use]
-    pub fn part_runs(&self) -> &[PartRun] {
+    pub(crate) fn part_runs(&self) -> &[PartRun] {
         &self.part_runs
     }
 
@@ -410,8 +404,8 @@ impl Mesh {
         self.deformable
     }
 
-    /// What the welded surface is like, all parts joined; see [`Topology::of`] for the cost, and keep the
-    /// answer.
+    /// Topology of the welded surface, all parts joined; see [`Topology::of`] for the cost, and keep the
+    /// result.
     #[must_use]
     pub fn topology(&self) -> Topology {
         Topology::of(&self.positions, &self.indices)

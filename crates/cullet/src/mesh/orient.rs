@@ -3,12 +3,12 @@
 use super::Mesh;
 use super::nesting::Nesting;
 use super::surface::Surface;
-use super::topology::{Joined, Pieces};
+use super::topology::{Joined, ShellMap};
 
-/// What [`Mesh::oriented`] did.
+/// Changes that [`Mesh::oriented`] made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Repair {
-    /// Shells: pieces connected by edges of just two triangles, once equal positions are welded.
+    /// Shells: components connected by edges of just two triangles, once equal positions are welded.
     pub shells: u32,
     /// Shells whose triangles disagreed and were made to agree.
     pub made_consistent: u32,
@@ -39,22 +39,23 @@ pub struct Repair {
 /// shells.
 pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
     let mut surface = Surface::welded(positions, indices);
-    let mut pieces = Pieces::of(&surface, Joined::ByManifoldEdges);
-    let shells = pieces.facts.len();
+    let mut shell_map = ShellMap::of(&surface, Joined::ByManifoldEdges);
+    let shells = shell_map.facts.len();
     let mut repair = Repair { shells: shells as u32, ..Repair::default() };
     // First make each shell agree with itself, by turning the fewer.
-    let mut odd: Vec<bool> = (0..pieces.shell_of.len()).map(|t| pieces.shells.find(t).1).collect();
+    let mut odd: Vec<bool> =
+        (0..shell_map.shell_of.len()).map(|t| shell_map.shells.find(t).1).collect();
     let mut balance = vec![0i64; shells];
-    for (t, &s) in pieces.shell_of.iter().enumerate() {
+    for (t, &s) in shell_map.shell_of.iter().enumerate() {
         balance[s as usize] += if odd[t] { 1 } else { -1 };
     }
-    for f in &pieces.facts {
+    for f in &shell_map.facts {
         repair.made_consistent += u32::from(!f.one_sided && f.misoriented);
         repair.left += u32::from(f.one_sided);
     }
-    pieces.facts.iter_mut().filter(|f| f.misoriented).for_each(|f| f.volume = 0.0);
-    for (t, &s) in pieces.shell_of.iter().enumerate() {
-        let (facts, s) = (&mut pieces.facts[s as usize], s as usize);
+    shell_map.facts.iter_mut().filter(|f| f.misoriented).for_each(|f| f.volume = 0.0);
+    for (t, &s) in shell_map.shell_of.iter().enumerate() {
+        let (facts, s) = (&mut shell_map.facts[s as usize], s as usize);
         odd[t] = (odd[t] != (balance[s] > 0)) && !facts.one_sided;
         if odd[t] {
             surface.corners[t].swap(1, 2);
@@ -62,8 +63,8 @@ pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
     }
     // The volume of what was inconsistent is known only now.
     let mut about = vec![None; shells];
-    for (t, &s) in pieces.shell_of.iter().enumerate() {
-        let facts = &mut pieces.facts[s as usize];
+    for (t, &s) in shell_map.shell_of.iter().enumerate() {
+        let facts = &mut shell_map.facts[s as usize];
         if facts.misoriented {
             let about = about[s as usize]
                 .get_or_insert_with(|| glam::DVec3::from(surface.points(t)[0].map(f64::from)));
@@ -71,14 +72,14 @@ pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
         }
     }
     // Then turn closed shells outward, larger ones first: what holds a shell is larger than it.
-    let closed = |s: usize| !(pieces.facts[s].open || pieces.facts[s].one_sided);
-    let volume = |s: usize| pieces.facts[s].volume;
+    let closed = |s: usize| !(shell_map.facts[s].open || shell_map.facts[s].one_sided);
+    let volume = |s: usize| shell_map.facts[s].volume;
     let mut inward: Vec<u32> =
         (0..shells as u32).filter(|&s| closed(s as usize) && volume(s as usize) < 0.0).collect();
     inward.sort_by(|&a, &b| volume(a as usize).total_cmp(&volume(b as usize)));
     let mut turned = vec![false; shells];
     if !inward.is_empty() {
-        let nesting = Nesting::new(&surface, &pieces.shell_of, shells);
+        let nesting = Nesting::new(&surface, &shell_map.shell_of, shells);
         for &s in &inward {
             let size = volume(s as usize).abs();
             let weight = |o: u32| match o as usize {
@@ -91,7 +92,7 @@ pub fn orient_triangles(positions: &[[f32; 3]], indices: &mut [u32]) -> Repair {
     }
     repair.turned_outward = turned.iter().map(|&t| u32::from(t)).sum();
     repair.cavities = inward.len() as u32 - repair.turned_outward;
-    for ((t, &s), source) in pieces.shell_of.iter().enumerate().zip(surface.sources()) {
+    for ((t, &s), source) in shell_map.shell_of.iter().enumerate().zip(surface.sources()) {
         if odd[t] != turned[s as usize] {
             let i = source * 3;
             indices.swap(i + 1, i + 2);
@@ -107,12 +108,7 @@ impl Mesh {
     /// number stay; a triangle that is turned over has its last two corners exchanged.
     #[must_use]
     pub fn oriented(mut self) -> (Self, Repair) {
-        let repair = self.orient();
+        let repair = orient_triangles(&self.positions, &mut self.indices);
         (self, repair)
-    }
-
-    /// [`Mesh::oriented`] in place.
-    pub fn orient(&mut self) -> Repair {
-        orient_triangles(&self.positions, &mut self.indices)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::surface::{Shells, Surface, for_each_edge};
 
-/// Pieces of some triangles of a list, each connected by edges.
+/// Components of some triangles of a list, each connected by edges.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Regions {
     /// The region of each triangle of the list, numbered in the order of their first triangles;
@@ -28,7 +28,7 @@ impl Regions {
 /// not enough.
 ///
 /// Triangles whose corners are not three different positions, or have an index out of range, are in no
-/// region; `chosen` is asked once for each of the others. Expected O(n), as
+/// region; `chosen` is called once for each of the others. Expected O(n), as
 /// [`Topology::of`](super::Topology::of).
 #[must_use]
 pub fn connected_regions(

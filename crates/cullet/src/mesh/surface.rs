@@ -89,7 +89,7 @@ impl HalfEdge {
 /// their half edges, so that these are a quarter of what they would be. That keeps a mesh and its edges
 /// within thrice its geometry.
 const PASSES: usize = 4;
-/// The fewest half edges worth a pass of their own: 1 MiB, which a processor's cache holds.
+/// The fewest half edges that get a pass of their own: 1 MiB, which a processor's cache holds.
 const LEAST_HALF_EDGES: usize = 1 << 17;
 
 /// Calls `visit` with the uses of each edge. O(n) apart from a sort of the edges at each vertex: half

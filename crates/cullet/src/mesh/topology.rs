@@ -1,4 +1,4 @@
-//! What a surface is like once equal positions are welded: closed, manifold, consistently wound?
+//! Topology of a surface once equal positions are welded: closed, manifold, consistently wound?
 
 use glam::DVec3;
 use thiserror::Error;
@@ -75,7 +75,7 @@ pub struct Topology {
     pub non_manifold_edges: u32,
     /// Edges whose two triangles run along them in the same direction.
     pub misoriented_edges: u32,
-    /// Pieces connected by edges.
+    /// Components connected by edges.
     pub shells: u32,
     /// Shells that are closed, manifold and consistently wound, but inward, and no cavity of another
     /// shell: the space around them is not inside anything.
@@ -90,7 +90,7 @@ impl Topology {
     ///
     /// Triangles whose corners are not three different positions are ignored, and so are those with an
     /// index out of range and indices that make no whole triangle. Triangles of zero area with three
-    /// different corners count: they close gaps. Expected O(n), about 0.2 µs a triangle.
+    /// different corners count: they close gaps. Expected O(n).
     #[must_use]
     pub fn of(positions: &[[f32; 3]], indices: &[u32]) -> Self {
         Self::of_surface(&Surface::welded(positions, indices))
@@ -139,24 +139,24 @@ impl Topology {
     }
 
     fn of_surface(surface: &Surface<'_>) -> Self {
-        let pieces = Pieces::of(surface, Joined::ByEveryEdge);
-        let inward: Vec<u32> = (0..pieces.facts.len() as u32)
-            .filter(|&s| pieces.facts[s as usize].is_inward())
+        let shell_map = ShellMap::of(surface, Joined::ByEveryEdge);
+        let inward: Vec<u32> = (0..shell_map.facts.len() as u32)
+            .filter(|&s| shell_map.facts[s as usize].is_inward())
             .collect();
         let mut inward_shells = 0;
         if !inward.is_empty() {
-            let nesting = Nesting::new(surface, &pieces.shell_of, pieces.facts.len());
-            let others = |o: u32| i32::from(pieces.facts[o as usize].is_oriented_solid());
+            let nesting = Nesting::new(surface, &shell_map.shell_of, shell_map.facts.len());
+            let others = |o: u32| i32::from(shell_map.facts[o as usize].is_oriented_solid());
             let wrong = |&s: &u32| nesting.winding_around(s, others) < 1;
             inward_shells = inward.into_iter().filter(wrong).count() as u32;
         }
         Self {
             vertices: used_vertices(surface),
             triangles: surface.corners.len() as u32,
-            shells: pieces.facts.len() as u32,
+            shells: shell_map.facts.len() as u32,
             inward_shells,
             volume: volume(surface),
-            ..pieces.counts
+            ..shell_map.counts
         }
     }
 }
@@ -189,7 +189,7 @@ fn rounded_volume(terms: impl Iterator<Item = f64>) -> f64 {
     if sum.abs() <= error { 0.0 } else { sum / 6.0 }
 }
 
-/// What the edges say of one shell.
+/// Findings from the edges of one shell.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ShellFacts {
     pub(super) open: bool,
@@ -211,7 +211,7 @@ impl ShellFacts {
     }
 }
 
-/// What holds a shell together.
+/// Edges that hold a shell together.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Joined {
     /// Every edge, whatever the number of its triangles.
@@ -222,7 +222,7 @@ pub(super) enum Joined {
 }
 
 /// The shells of a surface, and the counts of its edges.
-pub(super) struct Pieces {
+pub(super) struct ShellMap {
     /// Edge counts; the rest is not filled in.
     pub(super) counts: Topology,
     pub(super) shells: Shells,
@@ -230,12 +230,12 @@ pub(super) struct Pieces {
     pub(super) facts: Vec<ShellFacts>,
 }
 
-impl Pieces {
+impl ShellMap {
     pub(super) fn of(surface: &Surface<'_>, joined: Joined) -> Self {
         let triangles = surface.corners.len();
         let mut counts = Topology::default();
         let mut shells = Shells::new(triangles);
-        // What is amiss at a triangle's edges, for its shell once that is known.
+        // Faults at a triangle's edges, for its shell once that is known.
         let mut marks = vec![0u8; triangles];
         let [open, many, turned, twisted] = [1u8, 2, 4, 8];
         for_each_edge(surface, |uses| {
@@ -259,7 +259,7 @@ impl Pieces {
                     if joined == Joined::ByEveryEdge {
                         marks[first] |= many;
                         for other in &uses[1..] {
-                            // The parity at such an edge means nothing, and nobody asks for it.
+                            // The parity at such an edge means nothing, and nobody reads it.
                             shells.join(first, other.triangle(), false);
                         }
                     }

@@ -1,4 +1,4 @@
-//! Which instances leave their bounds.
+//! Bounds violations: instances that leave their bounds.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use super::{Handle, Scene, SceneError};
 
 /// An instance whose geometry leaves its bounds: it may vanish while it is in sight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stray {
+pub struct BoundsViolation {
     /// Which instance.
     pub handle: Handle,
     /// Its slot.
@@ -38,9 +38,9 @@ impl Scene {
     pub fn audit<'a>(
         &self,
         mut current: impl FnMut(Handle) -> Option<Cow<'a, [[f32; 3]]>>,
-    ) -> Result<Vec<Stray>, SceneError> {
+    ) -> Result<Vec<BoundsViolation>, SceneError> {
         let mut drawn: Vec<Option<Vec<u32>>> = vec![None; self.meshes.len()];
-        let mut strays = Vec::new();
+        let mut violations = Vec::new();
         for slot in self.slots() {
             let bounds = self.bounds(slot);
             if !bounds.is_finite() && !bounds.is_empty() {
@@ -59,7 +59,7 @@ impl Scene {
             let m = t.linear_f64();
             let shift = DVec3::from(t.translation) - DVec3::from(self.origin);
             let [min, max] = [bounds.min, bounds.max].map(|v| DVec3::from(v.map(f64::from)));
-            let mut worst: Option<Stray> = None;
+            let mut worst: Option<BoundsViolation> = None;
             let mut outside = 0;
             for &vertex in used.iter() {
                 let p = m * DVec3::from(positions[vertex as usize].map(f64::from)) + shift;
@@ -71,13 +71,20 @@ impl Scene {
                     outside += 1;
                     if worst.is_none_or(|w| excess > w.excess) {
                         let position = p.to_array();
-                        worst = Some(Stray { handle, slot, vertex, position, excess, outside });
+                        worst = Some(BoundsViolation {
+                            handle,
+                            slot,
+                            vertex,
+                            position,
+                            excess,
+                            outside,
+                        });
                     }
                 }
             }
-            strays.extend(worst.map(|w| Stray { outside, ..w }));
+            violations.extend(worst.map(|w| BoundsViolation { outside, ..w }));
         }
-        Ok(strays)
+        Ok(violations)
     }
 }
 

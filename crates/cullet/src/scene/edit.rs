@@ -113,8 +113,8 @@ impl Scene {
     }
 
     /// Bounds in world space of many instances, written straight to their slots: for what the caller moves by
-    /// means of its own (see [`BoundsOverride::World`]). Dropping it fits all nodes again, about 1 ms for a
-    /// million instances.
+    /// means of its own (see [`BoundsOverride::World`]). Dropping it fits all nodes again: O(n), once
+    /// through them.
     pub fn bounds_mut(&mut self) -> SceneBoundsMut<'_> {
         SceneBoundsMut { scene: self }
     }

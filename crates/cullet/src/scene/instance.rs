@@ -9,7 +9,7 @@ use crate::transform::Transform;
 /// The number of a mesh in its scene.
 pub type MeshId = u32;
 
-/// What is special about an instance.
+/// Flags of an instance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -44,7 +44,7 @@ pub enum BoundsOverride {
     Margin(f32),
 }
 
-/// What to add to a scene.
+/// An instance to add to a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Instance {
@@ -54,7 +54,7 @@ pub struct Instance {
     pub transform: Transform,
     /// In which layers; 0 is in none, so never drawn.
     pub layers: u32,
-    /// What is special about it.
+    /// Its flags.
     pub flags: InstanceFlags,
     /// Its bounds.
     pub bounds: BoundsOverride,
@@ -87,7 +87,7 @@ pub enum SceneError {
     /// There is no such mesh.
     #[error("mesh {mesh} of {meshes}")]
     NoMesh {
-        /// The mesh asked for.
+        /// The requested mesh.
         mesh: MeshId,
         /// How many there are.
         meshes: usize,

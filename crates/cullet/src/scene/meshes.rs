@@ -26,13 +26,13 @@ impl Scene {
         &self.meshes
     }
 
-    /// What is prepared of each mesh.
+    /// Data prepared of each mesh.
     #[must_use]
     pub fn prepared(&self) -> &[Prepared] {
         &self.prepared
     }
 
-    /// What is prepared of the mesh of a slot.
+    /// Data prepared of the mesh of a slot.
     #[must_use]
     pub fn prepared_of(&self, slot: u32) -> &Prepared {
         &self.prepared[self.mesh[slot as usize] as usize]

@@ -16,7 +16,7 @@ mod meshes;
 mod order;
 mod tally;
 
-pub use audit::Stray;
+pub use audit::BoundsViolation;
 pub use edit::SceneBoundsMut;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError};
 use tally::Tallies;
@@ -43,7 +43,7 @@ pub struct Scene {
     flags: Vec<InstanceFlags>,
     overrides: Vec<BoundsOverride>,
     users: Vec<u64>,
-    // What instances hold: by mesh, by word of slots, by mask of layers.
+    // Totals of instances: by mesh, by word of slots, by mask of layers.
     tallies: Tallies,
     // One bit a slot: no stage but the layer mask may cull it.
     exempt: Vec<u64>,
@@ -213,22 +213,22 @@ impl Scene {
         bits::in_words(&self.exempt_words)
     }
 
-    /// What all instances hold.
+    /// Totals of all instances.
     pub(crate) fn tally(&self) -> Tally {
         self.tallies.all()
     }
 
-    /// What the instances in any of some layers hold.
+    /// Totals of the instances in any of some layers.
     pub(crate) fn tally_of_layers(&self, layers: u32) -> Tally {
         self.tallies.in_layers(layers)
     }
 
-    /// What the instance of a slot holds.
+    /// Totals of the instance of a slot.
     pub(crate) fn tally_of(&self, slot: u32) -> Tally {
         self.tallies.of_mesh(self.mesh_id(slot))
     }
 
-    /// What the instances of some bits of a word of slots hold; the slots must not be empty.
+    /// Totals of the instances of some bits of a word of slots; the slots must not be empty.
     pub(crate) fn tally_of_bits(&self, word: usize, bits: u64) -> Tally {
         self.tallies.of_bits(word, bits, self.hierarchy.present()[word], &self.mesh)
     }

@@ -103,9 +103,9 @@ pub struct Camera {
     pub eye: [f64; 3],
     /// Where it looks; any length above 0.
     pub direction: [f64; 3],
-    /// What is up; need not be perpendicular to `direction`, must not lie along it.
+    /// Up direction; need not be perpendicular to `direction`, must not lie along it.
     pub up: [f64; 3],
-    /// What it projects.
+    /// Its projection.
     pub projection: Projection,
 }
 

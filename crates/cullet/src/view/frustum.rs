@@ -99,7 +99,7 @@ impl Frustum {
     pub(super) fn from_matrix(m: &DMat4, depth: Depth) -> Self {
         let (x, y, z, w) = (m.row(0), m.row(1), m.row(2), m.row(3));
         let zero = DVec4::ZERO;
-        // What is inside has a non-negative value in every row: the sum of these two.
+        // A point inside has a non-negative value in every row: the sum of these two.
         let rows = match depth {
             Depth::Standard => [(w, x), (w, -x), (w, y), (w, -y), (z, zero), (w, -z)],
             Depth::Reversed => [(w, x), (w, -x), (w, y), (w, -y), (w, -z), (z, zero)],

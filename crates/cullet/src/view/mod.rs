@@ -82,7 +82,7 @@ pub enum ViewError {
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What was expected.
+        /// The range that it must lie in.
         must: &'static str,
     },
     /// A viewport with no pixel, or too many.
@@ -153,7 +153,7 @@ impl View {
     }
 
     /// An orthographic view from `eye` towards `target`, +Y up, `height` units high and as wide as the
-    /// viewport asks; `near` may be negative. Depth is standard.
+    /// viewport needs; `near` may be negative. Depth is standard.
     ///
     /// # Errors
     /// If the numbers make no view; the message names the number.
@@ -175,7 +175,7 @@ impl View {
     /// The view of any invertible matrix, column-major, that takes world to clip space: perspective,
     /// orthographic, off-centre, mirrored, with a finite or infinite far plane, times any factor.
     ///
-    /// What is seen is what a graphics card keeps: −w ≤ x ≤ w, −w ≤ y ≤ w, 0 ≤ z ≤ w. A matrix is refused as
+    /// A point is inside where a graphics card keeps it: −w ≤ x ≤ w, −w ≤ y ≤ w, 0 ≤ z ≤ w. A matrix is refused as
     /// singular where rounding hides the sign of its determinant: 1e17 units from the origin there is no
     /// room in f64 for a near plane at 0.1, so let matrix and scene share an origin near the eye.
     ///

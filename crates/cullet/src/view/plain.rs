@@ -1,4 +1,4 @@
-//! What a view is made of, for `serde`: all else follows from it, and is checked when it is read.
+//! Input of a view, for `serde`: all else follows from it, and is checked when it is read.
 
 use serde::{Deserialize, Serialize};
 

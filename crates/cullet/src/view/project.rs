@@ -59,7 +59,7 @@ impl View {
         for c in b.corners() {
             let p = DVec3::from(c.map(f64::from));
             let clip: DVec4 = *m * (p + DVec3::from(origin)).extend(1.0);
-            // What each number of `clip` may be off by.
+            // Error bound of each number of `clip`.
             let error = sizes * (p.abs() + DVec3::from(origin).abs()).extend(1.0) * ROUNDING;
             let depth_error = match self.depth {
                 Depth::Standard => error.z,

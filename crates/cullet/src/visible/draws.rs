@@ -80,7 +80,7 @@ impl DrawState {
 }
 
 impl Visible {
-    /// What to draw, an instance and a part at a time. Of an instance that is drawn in part, the clusters that are
+    /// Draws, one for each instance and part. Of an instance that is drawn in part, the clusters that are
     /// left; triangles that were dropped by themselves are in them again: [`DrawList::fill_triangles`] leaves those
     /// out.
     ///
@@ -138,7 +138,7 @@ pub struct DrawCommand {
     pub first_instance: u32,
 }
 
-/// What a [`DrawCommand`] draws: the same for all its instances.
+/// State, material and part of a mesh that a [`DrawCommand`] draws: the same for all its instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct DrawKey {

@@ -1,4 +1,4 @@
-//! What a culler returns: what to draw, why the rest was dropped, and how many each stage took.
+//! Results of a culler: visible instances, clusters and triangles, reasons of the rest, and counts of each stage.
 
 mod draws;
 
@@ -62,7 +62,7 @@ pub struct DroppedRange {
     pub unit: Unit,
 }
 
-/// What one view sees: a superset of what is truly visible. Ascending by slot; reused from frame to
+/// Visible set of one view: a superset of what is truly visible. Ascending by slot; reused from frame to
 /// frame without allocation once it has grown.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -72,13 +72,13 @@ pub struct Visible {
     /// Clusters of instances that are drawn in part, ascending by slot and cluster; no slot is both
     /// here and in `whole`.
     pub partial: Vec<DrawRange>,
-    /// Where triangles were asked for: the triangles of every visible instance, whole ones too.
+    /// Where the output is triangles: the triangles of every visible instance, whole ones too.
     pub triangle_ranges: Vec<TriangleRange>,
     /// Triangle numbers in the order of the instance's mesh, for `triangle_ranges`.
     pub triangles: Vec<u32>,
-    /// Where reasons were asked for: one a slot; `None` is visible (or an empty slot).
+    /// Where reasons are recorded: one per slot; `None` is visible (or an empty slot).
     pub reasons: Vec<Option<Reason>>,
-    /// Where they were asked for: the triangles that went on their own or with their cluster, ascending by slot
+    /// Where drops are recorded: the triangles that were culled on their own or with their cluster, ascending by slot
     /// and triangle, without overlap. An instance that was dropped as a whole has none here, only its reason.
     pub dropped: Vec<DroppedRange>,
     /// Counts of each stage.

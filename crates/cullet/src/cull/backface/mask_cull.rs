@@ -72,7 +72,7 @@ fn fill(
 /// The rows of a mask that are not zero.
 struct Table {
     rows: [[u8; 16]; 16],
-    /// What is subtracted from an offset to count within the row.
+    /// First number of the row, subtracted from an offset to count within it.
     starts: [u8; 16],
     len: usize,
 }

@@ -27,7 +27,7 @@ const SLIVER: f64 = 1e-9;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frame {
     pub(super) centre: DVec3,
-    /// What offsets are divided by, so that they are comparable to normals.
+    /// Divisor of the offsets, so that they are comparable to normals.
     pub(super) scale: f64,
 }
 
@@ -74,7 +74,7 @@ impl Frame {
     }
 }
 
-/// What a plane lost before it was quantised, in f64: a thin triangle's normal is off by less than
+/// Error of a plane before it was quantised, in f64: a thin triangle's normal is off by less than
 /// 4.5e-7 (see SLIVER), times 4 products of up to 127 × 8191.
 const SLACK: f64 = 5.0;
 
@@ -95,7 +95,7 @@ pub struct Planes8 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlaneEye {
     eye: [i32; 4],
-    /// What a product must be below the negative of.
+    /// Positive; products below its negative are culled.
     bound: i32,
 }
 
@@ -182,7 +182,7 @@ impl Planes8 {
         let eye = self.frame.eye(eye)?;
         // Written so that NaN is too much.
         let extra = (0.0..=1.0 / 512.0).contains(&doubt).then_some(doubt * 127.0 * EYE_LIMIT)?;
-        // What each factor lost times its partner, and the product of both.
+        // Error of each factor times its partner, and the product of both.
         let eye_size = DVec4::from(eye.map(|v| f64::from(v.abs()) + 0.5));
         let lost = self.rounded.dot(eye_size) + 2.0 * 127.0 + SLACK + extra;
         let bound = lost.ceil() as i32 + 1;

@@ -88,7 +88,7 @@ impl Backfaces {
     ///
     /// # Panics
     /// As [`Backfaces::new`].
-    pub fn add_masks(
+    pub(crate) fn add_masks(
         &mut self,
         positions: &[[f32; 3]],
         indices: &[u32],
@@ -106,7 +106,7 @@ impl Backfaces {
         self.masks = Some((masks, Sphere::from_points(positions)));
     }
 
-    /// The masks of the triangles' normals, where they were [added](Self::add_masks).
+    /// The masks of the triangles' normals, where they were [wanted](crate::Preparation::masks).
     #[must_use]
     pub fn masks(&self) -> Option<&NormalMasks> {
         self.masks.as_ref().map(|(masks, _)| masks)
@@ -137,7 +137,7 @@ impl Backfaces {
         (doubt <= CONE_DOUBT && facing != Facing::Edge).then_some(())?;
         cone.sine += CONE_DOUBT;
         if facing == Facing::Front {
-            // What the eye sees from the front is behind for lines of sight that go the other way.
+            // Front faces for the eye are back faces for lines of sight that go the other way.
             cone.axis = cone.axis.map(|v| -v);
         }
         Some(grid.mask(level, Some(&cone)))
@@ -145,7 +145,7 @@ impl Backfaces {
 
     /// The cones of clusters of the same mesh; `None` is one that is never culled. `facing` is what
     /// they are to prove of the eye: that it sees the [`Facing::Back`] of all triangles, or the
-    /// [`Facing::Front`]. 10 to 35 µs a cluster, the more its normals spread.
+    /// [`Facing::Front`]. The cost of a cluster grows with the spread of its normals.
     ///
     /// # Panics
     /// As [`Backfaces::new`].
@@ -174,10 +174,10 @@ impl Backfaces {
         ClusterCones { bounds, any, facing }
     }
 
-    /// The eye of an instance as planes and cones take it; some 20 ns. `None` where it culls nothing, or
+    /// The eye of an instance as planes and cones take it. `None` where it culls nothing, or
     /// where its doubt is too large for these forms: then only [`ObjectEye::culls`] is right.
     ///
-    /// [`ObjectEye::culls`] asks n·(eye − w·a) < −(2·reach·Q + s·error)/h of a triangle with unit normal n,
+    /// [`ObjectEye::culls`] tests n·(eye − w·a) < −(2·reach·Q + s·error)/h of a triangle with unit normal n,
     /// edges s and height h, where Q is the length of eye − w·a. Both forms leave as much in relation to
     /// Q: the planes by a wider bound, the cones by being fitted so. All is doubled for the rounding of
     /// that test itself.
@@ -207,7 +207,7 @@ impl Backfaces {
     }
 
     /// Fills words `first..` of the mask of culled triangles, as many as `culled` has. The same at every
-    /// level; 0.06 ns a triangle with AVX-512.
+    /// level.
     ///
     /// # Panics
     /// If the words reach beyond the last triangle's.
@@ -267,7 +267,7 @@ impl ClusterCones {
     }
 
     /// Sets bit i of `culled` where every triangle of cluster i is proved to be culled. Nothing is for an
-    /// eye that culls the other side. The same at every level; 0.5 ns a cluster with AVX-512.
+    /// eye that culls the other side. The same at every level.
     pub fn cull(&self, level: Simd, eye: &BackfaceEye, culled: &mut Vec<u64>) {
         culled.clear();
         culled.resize(self.bounds.len().div_ceil(64), 0);

@@ -16,10 +16,10 @@ use crate::view::{CullFace, FrontFace, View};
 
 /// The vertices of a mesh may be moved by so many units of rounding of world space before a triangle is
 /// called front- or back-facing: enough for whoever transforms and projects them in f64, in an order of
-/// operations of their own. Each such chain has some twenty operations, each worth half an epsilon.
+/// operations of their own. Each such chain has some twenty operations, each of half an epsilon.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// The eye of a view, prepared for the triangles of one instance; about 100 ns to make.
+/// The eye of a view, prepared for the triangles of one instance.
 ///
 /// Where nothing can be decided it decides nothing, and every triangle is kept: a transform that is
 /// singular (or too nearly so for f64) or not finite, an eye that is not finite.

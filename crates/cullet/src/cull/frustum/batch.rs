@@ -179,7 +179,7 @@ macro_rules! batch_tests {
 
         #[doc = concat!("Lists the visible ", $what, " of a slice, ascending, with no batch needed.")]
         ///
-        /// The same answer as that of a batch of them. Preparing the items costs some nanoseconds each,
+        /// The same answer as that of a batch of them. Preparing the items costs some operations each,
         /// so what is tested more than once is better kept in a batch.
         pub fn $slice(level: Simd, planes: &Planes, items: &[$item], visible: &mut Indices) {
             visible.fill(list_bound(items.len()), |out| {

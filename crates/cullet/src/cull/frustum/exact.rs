@@ -69,7 +69,7 @@ impl ExactFrustum {
     /// only of none: it means *keep*. NaN gives `false`; an empty box gives `true`.
     ///
     /// Cost: the frustum's planes, 6 faces, and for an ordinary view 36 more planes, until the first that
-    /// separates; about 0.3 µs for a box that none does.
+    /// separates; the most for a box that none does.
     #[must_use]
     pub fn is_outside(&self, b: &Aabb) -> bool {
         any_rejects(&self.planes[..self.count], b)

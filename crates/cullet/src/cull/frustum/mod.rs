@@ -1,6 +1,6 @@
 //! Frustum culling: boxes and spheres against the planes of a view.
 //!
-//! [`single`] answers for one thing, [`batch`] for many with SIMD,
+//! [`single`] tests one item, [`batch`] for many with SIMD,
 //! [`tree`] tests whole nodes first, [`exact`] drops big boxes that the plane test keeps by mistake.
 
 pub mod batch;

@@ -12,7 +12,7 @@ const MAX_VERTICES: usize = 128;
 /// 6 faces of a box, 32 planes of a frustum and 8 sides of a cone; one bit each.
 const MAX_PLANES: usize = 6 + 32 + super::Light::CONE_SIDES;
 
-/// What all cuts together may displace a corner by, relative to the size of its coordinates: three roundings and
+/// Largest displacement of a corner by all cuts together, relative to the size of its coordinates: three roundings and
 /// one of [`ROUNDING`] for each of at most 40 cuts, with room to spare.
 const CUTS: f64 = 64.0 * ROUNDING;
 
@@ -131,7 +131,7 @@ impl Body {
     ///
     /// Why nothing is lost: the plane is first moved out by more than a corner's distance to it may be off by. Of
     /// an edge that it cuts, what is left therefore reaches beyond the true plane, whatever the angle
-    /// between the two; and the hull of those pieces holds all that the plane leaves of the body.
+    /// between the two; and the hull of those parts holds all that the plane leaves of the body.
     ///
     /// For bodies without corners at infinity.
     pub(super) fn cut(&mut self, plane: &Plane) -> Option<usize> {
@@ -172,7 +172,7 @@ impl Body {
                 self.count += 1;
             }
         }
-        // What is left, with the new ones after it.
+        // Those that are left, with the new ones after them.
         let left = (0..self.count).filter(|&i| i >= before || inside(i));
         let mut count = 0;
         for i in left {

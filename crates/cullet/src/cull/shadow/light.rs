@@ -45,7 +45,7 @@ pub(super) struct Apex {
     pub(super) at_infinity: bool,
 }
 
-/// What is known of a light's reach.
+/// Known reach of a light.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Reach {
     /// Nothing is lit.
@@ -56,7 +56,7 @@ pub(super) enum Reach {
     Lit(Lit),
 }
 
-/// What a light lights.
+/// Region that a light reaches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lit {
     pub(super) apex: Apex,
@@ -144,7 +144,7 @@ impl Lit {
             let turn = std::f64::consts::TAU * side as f64 / Light::CONE_SIDES as f64;
             let across = u * turn.cos() + v * turn.sin();
             let n = across * cosine - axis * sine;
-            // The normal is off by some roundings, worth that much per unit of distance: here for the tip's; where
+            // The normal is off by some roundings, each per unit of distance: here for the tip's; where
             // the plane cuts a body, the body's slack is for its own.
             let slack = tip.abs().element_sum() * ROUNDING;
             Plane { normal: n.into(), d: n.dot(tip) + slack }

@@ -1,6 +1,6 @@
 //! Shadow-caster culling: which instances can throw a shadow that a view sees, wherever they stand themselves.
 //!
-//! What a light shows of a view is the part R of its frustum that holds receivers and that the light reaches. A
+//! The lit part of a view is the part R of its frustum that holds receivers and that the light reaches. A
 //! caster matters only if it has a point on the way from some point of R to the light. All those ways together
 //! are the convex hull of R and the light: for a directional light R swept towards it without end, for a point or
 //! spot light a body with the light at its tip. [`CasterRegion`] finds the planes of that hull once per light and

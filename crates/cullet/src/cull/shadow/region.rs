@@ -97,7 +97,7 @@ impl CasterRegion {
     /// The light is a point or a direction; shadows with soft edges, and filters that read around a pixel, are
     /// what `margin_world` of [`with_margin`](Self::with_margin) is for.
     ///
-    /// Cost: about 10 µs, whatever the number of casters.
+    /// Cost: constant, whatever the number of casters.
     #[must_use]
     pub fn new(frustum: &Frustum, receivers: Option<&Aabb>, light: &Light) -> Self {
         if receivers.is_some_and(Aabb::is_empty) {
@@ -202,7 +202,7 @@ impl CasterRegion {
 
     /// Its planes, pointing out: whatever a frustum can be tested with, this can, and what is outside is no
     /// caster that matters. Without a plane if every caster is kept, and also if [`no_receiver`](Self::no_receiver):
-    /// ask that first.
+    /// test that first.
     #[must_use]
     pub fn frustum(&self) -> &Frustum {
         &self.frustum
@@ -385,7 +385,7 @@ impl Sweep {
     ///
     /// Directions for them come from the faces of the body, and from its edges with the light; how far the hull
     /// reaches in a direction comes from all corners. So each plane holds the hull whatever the directions
-    /// are worth, and a direction that is missed, or is not a face's, costs tightness and no more.
+    /// are, and a direction that is missed, or is not a face's, costs tightness and no more.
     fn add_hull(&mut self, body: &Body, apex: &Apex, [of_range, of_cone]: [u64; 2]) {
         let hull = Hull::new(body, apex);
         let touches = self.size * TOUCHES;
@@ -450,8 +450,8 @@ impl Sweep {
 struct Hull<'a> {
     body: &'a Body,
     apex: &'a Apex,
-    /// What is taken from every normal. A plane along the light's rays is found to lean out a little by rounding as
-    /// often as in, and leaning out it would cut a ray far away. So all lean in by more than rounding is worth.
+    /// Subtracted from every normal. A plane along the light's rays is found to lean out a little by rounding as
+    /// often as in, and leaning out it would cut a ray far away. So all lean in by more than the rounding.
     lean: DVec3,
 }
 
@@ -475,7 +475,7 @@ impl<'a> Hull<'a> {
         body.chain(self.apex.at_infinity.then_some(self.apex.point))
     }
 
-    /// What n·direction may be off by.
+    /// Error bound of n·direction.
     fn direction_slack(&self) -> f64 {
         2.0 * (self.body.direction_error + ROUNDING)
     }

@@ -8,7 +8,7 @@ use crate::scene::{Scene, Tally};
 
 /// Instances that are still there.
 ///
-/// What a view sees is mostly a small part of a scene, so only the words that hold something are ever looked at,
+/// A view mostly sees a small part of a scene, so only the words that hold something are ever looked at,
 /// unless reasons are wanted: those are for what is not seen.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Instances {
@@ -93,7 +93,7 @@ impl Instances {
         sum
     }
 
-    /// What all that is there holds.
+    /// Totals of all instances that are left.
     pub(in super::super) fn tally(&self, scene: &Scene) -> Tally {
         let mut sum = Tally::default();
         for &word in &self.live {

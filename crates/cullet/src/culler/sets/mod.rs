@@ -8,7 +8,7 @@ pub(super) use clusters::Clusters;
 pub(super) use instances::{Instances, slots};
 pub(super) use triangles::Triangles;
 
-/// What is left of a view's scene, in three grains. Memory that its culls use again.
+/// Instances, clusters and triangles that are left of a view's scene. Memory that its culls use again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sets {
     pub(super) instances: Instances,

@@ -32,7 +32,7 @@ pub(super) struct Backs<'a> {
 enum Eye<'a> {
     /// None that proves anything: all is kept.
     Undecided,
-    /// Only the test from the corners is fine enough, or it is asked for.
+    /// Only the test from the corners is fine enough, or the settings choose it.
     Exact(ObjectEye),
     /// Cones of clusters, planes of triangles, and corners where those are in doubt.
     Planes(ObjectEye, &'a Backfaces, BackfaceEye),
@@ -186,7 +186,7 @@ pub(in super::super) fn triangles(
     });
 }
 
-/// Adds those triangles in doubt that the test from the corners culls: few, but for flat things near their
+/// Adds those triangles in doubt that the test from the corners culls: few, but for flat meshes near their
 /// horizon, as roofs and floors of a city seen along its streets. Words begin at word `first`.
 fn cull_in_doubt(
     mesh: &Mesh,

@@ -51,7 +51,7 @@ pub(in super::super) fn of_the_rest(frame: &Frame<'_>, sets: &Sets, log: &mut Lo
     }
 }
 
-/// What is left of an instance's area.
+/// Finding of the stage: how much area is left of an instance.
 pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> String {
     let mesh = frame.scene.mesh(slot);
     format!(

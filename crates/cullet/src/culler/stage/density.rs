@@ -85,7 +85,7 @@ impl Density {
         self.all = self.of([0; 2], size.map(|s| s - 1));
     }
 
-    /// Weight of pixels, the first and the last columns and rows inclusive. No part of them weighs more.
+    /// Weight of pixels, the first and the last columns and rows inclusive. No part of them has more.
     pub(super) fn of(&self, min: [u32; 2], max: [u32; 2]) -> f32 {
         let [x0, y0] = min.map(u64::from);
         let [x1, y1] = max.map(|v| u64::from(v) + 1);

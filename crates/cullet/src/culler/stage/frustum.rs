@@ -19,7 +19,7 @@ use crate::scene::Tally;
 use crate::view::FrustumPlane;
 use crate::visible::TriangleRange;
 
-/// What the stage keeps of a view.
+/// State that the stage keeps of a view.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
     /// Which scene the last frame was of, and what it saw.
@@ -29,7 +29,7 @@ pub(in super::super) struct Cache {
     of_meshes: Vec<OfMesh>,
 }
 
-/// What holds for all instances of a mesh in one view.
+/// Facts of all instances of a mesh in one view.
 #[derive(Clone, Copy, Debug, Default)]
 struct OfMesh {
     /// No cluster of any instance is culled for facing away. The rest holds where this does.
@@ -82,8 +82,8 @@ fn take_visible(
         coherent.cull(frame.culler.level, planes, hierarchy.nodes(), boxes, version);
         let cut = coherent.cut();
         log.frustum = FrustumWork {
-            nodes: cut.nodes_asked(),
-            blocks: cut.leaves_asked(),
+            nodes: cut.nodes_tested(),
+            blocks: cut.leaves_tested(),
             plane_tests: cut.plane_tests(),
             remembered: coherent.answered(),
             swept: cut.swept(),
@@ -107,7 +107,7 @@ fn take_visible(
         for word in 0..hierarchy.present().len() {
             let dropped = hierarchy.present()[word] & !set.alive[word];
             for slot in slots(word, dropped) {
-                // What is in no layer was dropped before.
+                // Instances in no layer were dropped before.
                 if all_in || scene.layers(slot) & frame.view.layers != 0 {
                     let detail = frame.rejection(slot);
                     log.drop_slot(slot, Reason { stage: Stage::Frustum, detail });
@@ -172,7 +172,8 @@ fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u
 
 /// Turns instances into runs of clusters: all of those inside and of those with [few](is_parted), and of the others
 /// what is not outside the frustum. Where clusters are wanted and no later stage can drop one of an instance, its bit
-/// is [settled](super::super::sets::Clusters::settled) and it gets no run: most of what is seen of very many things.
+/// is [settled](super::super::sets::Clusters::settled) and it gets no run: in large scenes that is
+/// most of what is visible.
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
     cache: &mut Cache,
@@ -226,7 +227,7 @@ pub(in super::super) fn clusters(
                 continue;
             }
             clusters.settle(slot);
-            // What holds for the mesh, and not for this instance alone.
+            // True of the mesh, and not of this instance alone.
             let has_no_backs = backs.as_ref().is_none_or(|b| b.none_of_mesh(slot));
             cache.of_meshes[scene.mesh_id(slot) as usize] =
                 OfMesh { has_no_backs, is_whole: !is_parted(mesh), tally };

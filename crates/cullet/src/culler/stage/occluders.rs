@@ -95,7 +95,7 @@ impl Search<'_> {
         densest: f32,
         least: f32,
     ) -> Option<f32> {
-        // A product, before the dearer sums; raised by more than its rounding.
+        // A product, before the more expensive sums; raised by more than its rounding.
         let most = pixels * densest * (1.0 + 1e-5);
         if most < least {
             return None;
@@ -135,7 +135,7 @@ impl Search<'_> {
             let at = words[0] as usize / 64;
             let wanted = words.iter().fold(0_u64, |wanted, w| wanted | 1 << (w % 64 / 4));
             let block = nodes.levels().get(1).and_then(|l| l.blocks().get(at));
-            // What was added since the nodes were made is under none.
+            // Instances added since the nodes were made are under none.
             let under = bits::ones(wanted).filter(|n| (at * LANES + n + 1) * 256 <= nodes.len());
             let known = under.fold(0_u64, |known, n| known | 1 << n);
             let mut list = |n: usize, bounds| {
@@ -258,7 +258,7 @@ impl Search<'_> {
             {
                 return;
             }
-            // What crosses the near plane has no screen bounds, but those of its part beyond say what it is like.
+            // Bounds that cross the near plane have no screen bounds; those of the part beyond estimate them.
             let (pixels, value) = match bounds {
                 Some(_) => (pixels, value),
                 None => match self.seen_part(slot, shape) {
@@ -277,7 +277,7 @@ impl Search<'_> {
                 cost: cost(pixels),
                 bounds,
             };
-            // The dearest test comes last.
+            // The most expensive test comes last.
             if choice.may_take(candidate.score())
                 && self.drawn.binary_search(&(slot, number as u32)).is_err()
                 && !self.is_hidden(bounds)

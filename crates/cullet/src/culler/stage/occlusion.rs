@@ -296,7 +296,7 @@ pub(in super::super) fn clusters(
         set_clusters(runs, mesh.clusters().len(), culled);
         let against = BoxTests::of_object(buffer, frame.culler.level, scene.transform(slot));
         tests += against.hide(mesh.cluster_nodes(), mesh.cluster_boxes(), culled);
-        // What is left are those that are not hidden.
+        // Clusters that are not hidden are left.
         culled.iter_mut().for_each(|word| *word = !*word);
         true
     });

@@ -45,7 +45,7 @@ pub(super) fn best_ellipse(points: &[DVec2]) -> Ellipse {
     best.2
 }
 
-/// What an ellipse leaves unproved, its angle and ratio, and the ellipse.
+/// Share that an ellipse leaves unproved, its angle and ratio, and the ellipse.
 type Value = (f64, [f64; 2], Ellipse);
 
 /// The angle of the longest axis of the points' moments, and the logarithm of the axes' ratio.

@@ -35,7 +35,7 @@ impl EllipticCone {
         let fit = planes.apex(doubt)?;
         let farthest =
             fit.hull.iter().map(|p| DVec2::from(*p).length_squared()).fold(0.0, f64::max);
-        // What a turn by the angle moves a point of the plane at distance 1, and a little more.
+        // Distance that a turn by the angle moves a point of the plane at distance 1, and a little more.
         let wide = doubt * (1.0 + farthest) * 1.1;
         let shape = Shape::around(&fit).widened(wide);
         let fit = if doubt > 0.0 { fit.widened(wide) } else { fit };

@@ -31,7 +31,7 @@ impl ClusterEye {
         .then(|| Self { xyz: xyz.map(|v| v as f32), w: f32::from(w > 0.0) })
     }
 
-    /// What a difference of squares must exceed: squares smaller than f32's normal numbers are off by 1e-45
+    /// Bound that a difference of squares must exceed: squares smaller than f32's normal numbers are off by 1e-45
     /// or, where a processor flushes them, by 1e-38.
     pub const LEAST_SQUARE: f32 = 1e-36;
 

@@ -1,4 +1,4 @@
-//! What the apex bounds have in common: an axis, an apex, and the normals projected along the axis.
+//! Common parts of the apex bounds: an axis, an apex, and the normals projected along the axis.
 
 use glam::{DVec2, DVec3};
 
@@ -199,7 +199,7 @@ impl ClusterPlanes {
         narrowest_cone_axis(&self.normals).map(Into::into)
     }
 
-    /// What a cone or a pyramid is fitted to: an apex that stays behind all planes though they turn by
+    /// Input that a cone or a pyramid is fitted to: an apex that stays behind all planes though they turn by
     /// `doubt` radians around the nearest point of the cluster's ball, and the normals around their axis.
     ///
     /// `None` where the planes are not [usable](Self::is_usable), have no [axis](Self::axis), or no point

@@ -31,10 +31,10 @@ pub(super) struct SpherePlane {
     pub(super) number: u8,
 }
 
-/// Beyond this a plane's offset says nothing about things within [`Boxes::LIMIT`].
+/// Beyond this a plane's offset says nothing about items within [`Boxes::LIMIT`].
 const FAR_OFF: f64 = Boxes::LIMIT as f64 / 2.0;
 
-/// What a coefficient flushed to zero may be worth, within [`Boxes::LIMIT`].
+/// Largest contribution of a coefficient flushed to zero, within [`Boxes::LIMIT`].
 const FLUSHED: f64 = f32::MIN_POSITIVE as f64 * Boxes::LIMIT as f64 * 4.0;
 
 /// Offsets of a plane whose exact offset is `d`, give or take `slack`: rounded up, and down.
@@ -313,7 +313,7 @@ fn sphere_plane(number: usize, plane: &Plane) -> SpherePlane {
         number: number as u8,
     };
     let Some(p) = plane.normalized().filter(|p| !p.d.is_nan()) else { return never };
-    // Tiny coefficients may round to zero or lose digits: what they are worth is in FLUSHED.
+    // Tiny coefficients may round to zero or lose digits: their contribution is in FLUSHED.
     let (d, inside) = offsets(p.d, FLUSHED);
     SpherePlane { n: p.normal.map(|v| v as f32), d, inside, number: number as u8 }
 }
@@ -336,11 +336,11 @@ fn six(frustum: &Frustum) -> Option<Six> {
     // Smaller than this, scaling to 1 would bring offsets near the limits of f32.
     const SMALLEST: f64 = 1e-6;
     let shared = [Far, Near, Left, Right];
-    let worth = |axis: usize| {
+    let size = |axis: usize| {
         shared.iter().filter_map(|&w| plane(w)).map(|p| p.normal[axis].abs()).fold(1.0, f64::min)
     };
-    let unit = (0..3).fold(0, |best, a| if worth(a) > worth(best) { a } else { best });
-    if worth(unit) < SMALLEST {
+    let unit = (0..3).fold(0, |best, a| if size(a) > size(best) { a } else { best });
+    if size(unit) < SMALLEST {
         return None;
     }
     let axes = axes_from(unit);

@@ -9,7 +9,7 @@
 //! back has not moved, and what a turn costs in precision is the group's own width times the turn, not its
 //! distance from the eye.
 //!
-//! What that gains depends on how many groups a step leaves alone, and that is soon known: a group that
+//! The gain depends on how many groups a step leaves alone, and that is soon known: a group that
 //! straddles a plane holds boxes by the dozen on either side, and some change sides. Measured on a Zen 4
 //! server, one thread, 1e6 boxes of 1 to 6 units in a cube of 2000 (`cargo test --release -p cullet --test
 //! hierarchy_coherent -- --ignored --nocapture`); *same* is the share of the straddling groups whose answer
@@ -25,12 +25,12 @@
 //! | turned by 1.2° | 25 %, 0.91 times | 15 %, 0.94 times | 9 %, 0.95 times |
 //!
 //! Clustered boxes come out alike (1.7, 1.7 and 1.1 times at 0.1 units). So memory serves views that stand,
-//! or creep, or worlds with fewer things in the picture's edge; a view that turns in a world of a million is
+//! or creep, or worlds with fewer boxes at the frustum's sides; a view that turns in a world of a million is
 //! best walked cold, and where too little holds, a [`Coherent`] does so but for one group in
 //! thirty-two, which costs it some 5 % (on the smallest views 10).
 //!
 //! Tried, and slower: a memory of 64 bytes for each block of sixteen boxes. It holds oftener (60 % against
-//! 34 % at 0.1°, 10 % seen), but to look at it costs 8 to 9 ns where the cold test of the block takes 13: nearly
+//! 34 % at 0.1°, 10 % seen), but to look at it costs two thirds of the cold test of the block: nearly
 //! everywhere slower than a cold walk.
 
 use fearless_simd::dispatch;
@@ -43,7 +43,7 @@ use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
 
-/// [`Cut`]s of one view from frame to frame: what the last frames proved is not asked again. The
+/// [`Cut`]s of one view from frame to frame: what the last frames proved is not tested again. The
 /// answers are those of [`Cut::cull`] in every frame, bit for bit.
 ///
 /// Keeps 192 bytes for each 256 boxes, a thirty-second of what the boxes take.
@@ -53,7 +53,7 @@ pub struct Coherent {
     memory: Vec<Memory>,
     /// Groups to be tested now and remembered, with their open planes.
     again: Vec<(u32, u32)>,
-    /// What is remembered under another number is forgotten; 0 is never in use.
+    /// Number of the memories in use: those of another number are forgotten; 0 is never in use.
     generation: u32,
     version: Option<u64>,
     last: Vec<BoxPlane>,
@@ -62,7 +62,7 @@ pub struct Coherent {
     found: Found,
 }
 
-/// What one frame found.
+/// Counts of one frame.
 #[derive(Clone, Copy, Debug, Default)]
 struct Found {
     /// Groups whose answer was taken from memory.
@@ -138,7 +138,7 @@ impl Coherent {
         // Too few to tell from: leave it as it is.
         if self.found.remembered >= 4 {
             let share = self.found.answered as f64 / self.found.remembered as f64;
-            self.sampling = share < WORTH[usize::from(self.sampling)];
+            self.sampling = share < LOOK_FOR[usize::from(self.sampling)];
         }
     }
 
@@ -162,7 +162,7 @@ impl Coherent {
         }
     }
 
-    /// What the last cull found.
+    /// Result of the last cull.
     #[must_use]
     pub fn cut(&self) -> &Cut {
         &self.now
@@ -193,9 +193,9 @@ const SAMPLE: u32 = 32;
 
 /// Memory serves as long as this share of what is remembered holds, and again from the second share on: to
 /// renew it costs, to use it saves.
-const WORTH: [f64; 2] = [0.6, 0.75];
+const LOOK_FOR: [f64; 2] = [0.6, 0.75];
 
-/// What a group was found to be, and how far each plane may go until that changes.
+/// Visible boxes of a group, and how far each plane may move until they change.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Memory {
@@ -262,7 +262,7 @@ impl Margin {
 
     /// Of a plane that came as near as `low` and `high` to corners within `around`, rows of a block of boxes.
     fn new(plane: &BoxPlane, [low, high]: [f32; 2], around: &[f32; 6]) -> Self {
-        // What is summed from row q lies in −(row q + 3) ..= row q: at the near corners it is −min or max of
+        // The term of row q lies in −(row q + 3) ..= row q: at the near corners it is −min or max of
         // a box, at the far ones the other of the two, with its sign turned.
         let [p, q, r] = plane.rows.map(|row| (-around[(row + 3) % 6], around[row]));
         Self {

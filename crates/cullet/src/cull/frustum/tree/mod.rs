@@ -1,5 +1,5 @@
 //! Frustum culling with a hierarchy: a group outside is dropped whole, a group inside is taken whole,
-//! and only one that straddles asks its members, against the planes that it straddles.
+//! and only one that straddles has its members tested, against the planes that it straddles.
 //!
 //! The answer is that of the flat sweep ([`batch`](super::batch)), bit for bit; only the way there is
 //! shorter.
@@ -25,7 +25,7 @@
 //! let frustum = Camera { eye, direction, up, projection }.frustum()?;
 //! let mut cut = Cut::new();
 //! cut.cull(Simd::best(), &Planes::new(&frustum), &nodes, &boxes);
-//! assert!(cut.count() < 10 && cut.nodes_asked() < 10);
+//! assert!(cut.count() < 10 && cut.nodes_tested() < 10);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -45,7 +45,7 @@ use crate::cull::output::expand;
 use crate::hierarchy::Nodes;
 use walk::{Counts, Front, Target, Walk};
 
-/// What a view sees of a batch of boxes: two masks, and which words of them hold anything, so that
+/// Visible boxes of a batch: two masks, and which words of them hold anything, so that
 /// neither writing nor reading them costs more than what is visible.
 ///
 /// Keeps its memory from call to call.
@@ -125,7 +125,7 @@ impl Cut {
 
     /// Lists the visible boxes, ascending.
     pub fn list(&self, level: Simd, visible: &mut Indices) {
-        // What is listed at once must not be longer than the list, whose end is the end of the boxes.
+        // A run listed at once must not be longer than the list, whose end is the end of the boxes.
         visible.fill(self.len.next_multiple_of(64), |out| {
             let mut len = 0;
             let mut words = self.touched().peekable();
@@ -179,25 +179,25 @@ impl Cut {
         bits::in_words(&self.touched)
     }
 
-    /// How many nodes asked their children, sixteen at a time.
+    /// Number of nodes whose children were tested, sixteen at a time.
     #[must_use]
-    pub fn nodes_asked(&self) -> u64 {
+    pub fn nodes_tested(&self) -> u64 {
         self.counts.nodes
     }
 
     /// How many blocks of sixteen boxes were tested one by one.
     #[must_use]
-    pub fn leaves_asked(&self) -> u64 {
+    pub fn leaves_tested(&self) -> u64 {
         self.counts.leaves
     }
 
-    /// How many times sixteen things were tested against a plane.
+    /// How many times sixteen boxes were tested against a plane.
     #[must_use]
     pub fn plane_tests(&self) -> u64 {
         self.counts.planes
     }
 
-    /// How many boxes were swept without asking a node: those that lie under none, and all where that is
+    /// How many boxes were swept without testing a node: those that lie under none, and all where that is
     /// cheaper.
     #[must_use]
     pub fn swept(&self) -> u64 {

@@ -1,10 +1,10 @@
-//! What a walk does, node by node: the oracle of the walk, and what pictures of it are drawn from.
+//! Trace of a walk, node by node: the oracle of the walk, and the source of pictures of it.
 
 use super::super::batch::planes::Planes;
 use crate::bounds::{Boxes, LANES, Side};
 use crate::hierarchy::Nodes;
 
-/// Every node that a walk asks, with the answer, level by level.
+/// Every node that a walk tests, with the result, level by level.
 ///
 /// `levels[0]` is the boxes themselves, `levels[k]` level k − 1 of the nodes: entry i is `None` where the
 /// walk never came to it, because something above it was dropped or taken whole.
@@ -15,8 +15,8 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Walks `nodes`, which are over `boxes` or the first of them, one thing after the other, each against
-    /// all planes. Boxes that lie under no node are asked each.
+    /// Walks `nodes`, which are over `boxes` or the first of them, one after the other, each against
+    /// all planes. Boxes that lie under no node are tested each.
     ///
     /// The slow twin of [`Cut::cull`](super::Cut::cull): the same nodes, the same answers.
     ///
@@ -39,7 +39,7 @@ impl Trace {
         Self { levels }
     }
 
-    /// The boxes that it keeps, ascending: those that it asked and found not outside, and all below a node
+    /// The boxes that it keeps, ascending: those that it tested and found not outside, and all below a node
     /// that is inside, empty ones apart where planes reject those.
     #[must_use]
     pub fn visible(&self, planes: &Planes, boxes: &Boxes) -> Vec<u32> {

@@ -15,7 +15,7 @@ use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 use crate::hierarchy::Nodes;
 
-/// The blocks of one level that are still to be asked, with the planes that each of them straddles.
+/// The blocks of one level that are still to be tested, with the planes that each of them straddles.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Front {
     pub(super) blocks: Vec<u32>,
@@ -72,7 +72,7 @@ pub(super) struct Target<'a> {
     pub(super) counts: Counts,
 }
 
-/// What a walk cost.
+/// Cost of a walk.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub(super) nodes: u64,
@@ -116,7 +116,7 @@ impl<'a> Target<'a> {
         self.touched[word / 64] |= touched << (word % 64);
     }
 
-    /// What was found of the 256 boxes of a block of nodes.
+    /// Results for the 256 boxes of a block of nodes.
     pub(super) fn group(&self, group: usize) -> ([u64; 4], [u64; 4]) {
         let word = group * 4;
         let four = |words: &[u64]| std::array::from_fn(|i| words[word + i]);
@@ -124,7 +124,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// What is walked, for which planes.
+/// Nodes and boxes that are walked, and the planes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk<'a> {
     pub(super) level: crate::Simd,
@@ -133,12 +133,12 @@ pub(super) struct Walk<'a> {
     pub(super) boxes: &'a Boxes,
 }
 
-/// A block that the walk asks takes some 14 ns, one that a sweep passes 9: so a walk that has to ask more
-/// than this share of the blocks is not worth its while.
+/// A block that the walk tests takes about 3/2 as long as one that a sweep passes: so a walk that has to test more
+/// than this share of the blocks costs more than the sweep.
 pub(super) const SWEEP: (usize, usize) = (5, 8);
 
 impl Walk<'_> {
-    /// All of it. `false` if so many boxes are left to ask that sweeping all of them is cheaper: then what
+    /// All of it. `false` if so many boxes are left to test that sweeping all of them is cheaper: then what
     /// was written is only a part.
     pub(super) fn run(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> bool {
         self.down_to_groups(fronts, target);
@@ -146,7 +146,7 @@ impl Walk<'_> {
     }
 
     /// The part of [`run`](Self::run) above the nodes that are next to the boxes. Leaves the blocks of these
-    /// that are to be asked in the first front, and returns how many.
+    /// that are to be tested in the first front, and returns how many.
     pub(super) fn down_to_groups(&self, fronts: &mut [Front; 2], target: &mut Target<'_>) -> usize {
         fronts[0].set_root(self.planes.len(), self.nodes.len());
         let top = self.nodes.levels().len();
@@ -164,7 +164,7 @@ impl Walk<'_> {
         true
     }
 
-    /// Whether so many blocks of boxes are left to ask that sweeping all of them is cheaper.
+    /// Whether so many blocks of boxes are left to test that sweeping all of them is cheaper.
     pub(super) fn is_vain(&self, front: &Front) -> bool {
         front.len * SWEEP.1 > self.nodes.len() / LANES * SWEEP.0 && front.len > 1
     }
@@ -182,7 +182,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Asks the boxes of a front.
+    /// Tests the boxes of a front.
     fn leaves(&self, front: &Front, target: &mut Target<'_>) {
         let planes = self.planes.box_planes();
         dispatch!(self.level.0, simd => leaves(simd, planes, self.boxes, front, target));
@@ -196,7 +196,7 @@ fn valid(len: usize, block: usize) -> u32 {
     if left >= LANES { 0xffff } else { (1 << left) - 1 }
 }
 
-/// Asks sixteen children each, of which one covers `unit` blocks of leaves.
+/// Tests sixteen children each, of which one covers `unit` blocks of leaves.
 #[inline(always)]
 fn inner<S: Simd>(
     simd: S,
@@ -225,7 +225,7 @@ fn inner<S: Simd>(
     target.counts.nodes += front.len as u64;
 }
 
-/// Asks the boxes themselves.
+/// Tests the boxes themselves.
 #[inline(always)]
 fn leaves<S: Simd>(
     simd: S,

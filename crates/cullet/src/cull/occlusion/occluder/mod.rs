@@ -205,7 +205,7 @@ impl Occluder {
 const MOST_OF_REGION: u32 = Convex::MAX_VERTICES as u32 * 2 - 4;
 
 /// The least size of a body, as a share of the mesh; smaller ones are left to the patches: the bolts of a machine are not
-/// worth looking at one by one.
+/// to be looked at one by one.
 const LEAST_OF_MESH: f32 = 1.0 / 4.0;
 
 fn diagonal(b: &Aabb) -> f32 {

@@ -58,7 +58,7 @@ impl TryFrom<ConvexData> for Convex {
         if faces.iter().any(|corners| corners.len() < 3) {
             return Err(OcclusionError::Empty);
         }
-        // What closes has two sides; of more faces than a body has there would be no room for which are seen.
+        // A closed body has two faces at least; for more than a body can have, bits of visible faces have no room.
         if !(2..=count * 2).contains(&faces.len()) {
             return Err(OcclusionError::Open);
         }

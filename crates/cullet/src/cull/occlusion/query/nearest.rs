@@ -35,7 +35,7 @@ impl Nearest {
     ) -> bool {
         let ScreenBounds { min, max, .. } = *bounds;
         let (size, columns) = (buffer.size(), buffer.read().columns);
-        // What reaches beyond an edge has its rectangle cut off there; of its parts some may be outside.
+        // Rectangles that reach beyond an edge are cut off there; some of their parts may be outside.
         if (0..2).any(|a| min[a] == 0 || max[a] + 1 >= size[a]) {
             return false;
         }

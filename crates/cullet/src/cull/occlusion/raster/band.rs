@@ -1,6 +1,6 @@
 //! Bands: rows of tiles of a buffer, each drawn by itself.
 //!
-//! What covers a pixel depends on no other pixel, so a buffer can be drawn band by band, on as many threads,
+//! Coverage of a pixel depends on no other pixel, so a buffer can be drawn band by band, on as many threads,
 //! with the same result to the last bit; and what is hidden in its band need not be drawn there, which threads
 //! with a buffer each would not know of one another.
 

@@ -12,7 +12,7 @@ use crate::bits;
 /// Pixels by which every edge moves inward beyond what is exact: more than anything here is off by.
 const SLACK: f64 = 1.0 / 1024.0;
 
-/// What f32 may be off by in slope · row + start, as a share of the sizes of both.
+/// Error bound of f32 in slope · row + start, as a share of the sizes of both.
 const EDGE_SHARE: f64 = 1.0 / (1 << 21) as f64;
 
 /// An edge that goes so many columns a row bounds rows alone.
@@ -88,7 +88,7 @@ impl Outline {
             return;
         }
         let (slope, start) = (-b / a, -c / a);
-        // What f32 may be off by in slope · row + start.
+        // Error bound of f32 in slope · row + start.
         let slack = (slope.abs() * f64::from(self.size[1]) + start.abs() + 1.0) * EDGE_SHARE;
         if !(slope.is_finite() && start.is_finite()) {
             self.rows = [1, 0];

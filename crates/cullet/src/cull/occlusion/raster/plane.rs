@@ -34,7 +34,7 @@ impl Plane {
         let (column, row) = (a.x.floor().clamp(0.0, width), a.y.floor().clamp(0.0, height));
         let (to_x, to_y) = (column + 0.5 - a.x, row + 0.5 - a.y);
         let middle = a.nearness + gx * to_x + gy * to_y - 0.5 * (gx.abs() + gy.abs());
-        // What rounding leaves in doubt of the gradients, as far as they are followed.
+        // Rounding error of the gradients, over the distance that they are followed.
         let terms = ((bx * cy).abs() + (cx * by).abs()) / area.abs();
         let (width, height) = (reach[0].min(width) + 2.0, reach[1].min(height) + 2.0);
         let steep_x = ((bn * cy).abs() + (cn * by).abs()) / area.abs() + gx.abs() * terms;

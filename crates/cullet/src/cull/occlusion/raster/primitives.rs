@@ -170,7 +170,7 @@ impl Primitives {
         let share = f32x8::splat(simd, 1.0) / (bx * cy - cx * by);
         let gx = (bn * cy - cn * by) * share;
         let gy = (bx * cn - cx * bn) * share;
-        // What rounding leaves in doubt of the gradients, times as far as they are followed.
+        // Rounding error of the gradients, times the distance that they are followed.
         let unsure = ((bx * cy).abs() + (cx * by).abs()) * share.abs();
         let steep_x = ((bn * cy).abs() + (cn * by).abs()) * share.abs() + gx.abs() * unsure;
         let steep_y = ((bn * cx).abs() + (cn * bx).abs()) * share.abs() + gy.abs() * unsure;

@@ -214,7 +214,7 @@ impl Surface {
         }
         let mut all = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
         for clip in &clipped.clips {
-            // What is clipped off has no place; a comparison with it is never true.
+            // A vertex that is clipped off has no place; a comparison with it is never true.
             let Spot { x: px, y: py, nearness: pn } = clip.map_or(Spot::NONE, |c| c.spot());
             x.push(px);
             y.push(py);
@@ -226,7 +226,7 @@ impl Surface {
                 ];
             }
         }
-        // What is clipped is off by a little more than its ends.
+        // Points on a clipped edge are off by a little more than its ends.
         let doubt = Doubt::of(error, clipped.clips.iter().flatten());
         let doubt = Doubt { pixels: doubt.pixels * 4.0, nearness: doubt.nearness * 4.0 };
         Some(Extent { own: all, all, doubt })

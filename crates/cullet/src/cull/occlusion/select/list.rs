@@ -227,7 +227,7 @@ impl RowCosts {
         below[0] - above[0] + below[1] - above[2]
     }
 
-    /// Ends of bands that cost as little as can be, the dearest of so many.
+    /// Ends of bands that cost as little as can be, the most expensive of so many.
     fn ends(&self, jobs: usize) -> Vec<usize> {
         let rows = self.rows.len() - 1;
         let jobs = jobs.clamp(1, rows);

@@ -25,11 +25,11 @@ fn view(orthographic: bool, depth: Depth, eye: [f64; 3]) -> View {
     View::new(&Camera::look_at(eye, at, projection), depth, [1280, 720]).unwrap()
 }
 
-fn thing() -> impl Strategy<Value = Aabb> {
+fn occludee() -> impl Strategy<Value = Aabb> {
     let corner = (-9.0..9.0_f32, -6.0..6.0_f32, -30.0..3.0_f32);
     let plain = (corner, 0.0..2.0_f32, 0.0..2.0_f32, 0.0..2.0_f32)
         .prop_map(|((x, y, z), w, h, d)| Aabb { min: [x, y, z], max: [x + w, y + h, z + d] });
-    let odd = prop_oneof![
+    let extreme = prop_oneof![
         Just(Aabb::EMPTY),
         Just(Aabb::EVERYTHING),
         Just(Aabb { min: [0.0, f32::NAN, -9.0], max: [1.0, 1.0, -8.0] }),
@@ -38,7 +38,7 @@ fn thing() -> impl Strategy<Value = Aabb> {
         Just(Aabb { min: [0.5, 0.5, -1e30], max: [0.6, 0.6, -9.0] }),
         Just(Aabb { min: [1e-30, 0.0, -1e-20], max: [2e-30, 0.0, -1e-21] }),
     ];
-    prop_oneof![20 => plain, 1 => odd]
+    prop_oneof![20 => plain, 1 => extreme]
 }
 
 /// A wall with a hole, a pillar, and some blocks.
@@ -70,8 +70,8 @@ proptest! {
 
     #[test]
     fn a_batch_hides_what_is_hidden_alone(
-        blocks in prop::collection::vec(thing(), 0..12),
-        things in prop::collection::vec(thing(), 1..600),
+        blocks in prop::collection::vec(occludee(), 0..12),
+        occludees in prop::collection::vec(occludee(), 1..600),
         size in (1..400_u32, 1..240_u32).prop_map(|(w, h)| [w, h]),
         (orthographic, reversed) in any::<(bool, bool)>(),
         away in prop_oneof![Just([0.0; 3]), Just([900.0, -40.0, 7000.0]), Just([3e5, 0.0, -2e5])],
@@ -88,7 +88,7 @@ proptest! {
                 convex.draw(Simd::best(), &mut buffer.band(), &place);
             }
         }
-        let placed: Vec<Aabb> = things.iter().map(|b| at(b, away)).collect();
+        let placed: Vec<Aabb> = occludees.iter().map(|b| at(b, away)).collect();
         let order = spatial_order(&placed);
         let sorted: Vec<Aabb> = order.iter().map(|&i| placed[i as usize]).collect();
         for items in [placed, sorted] {
@@ -104,7 +104,7 @@ proptest! {
                     let found = (is_set(&visible, i), is_set(&hidden, i));
                     let right = match visibility {
                         Visibility::Hidden => found.0 != found.1,
-                        // What is a little off the screen for f64 may touch it for f32.
+                        // A box a little off the screen for f64 may touch it for f32.
                         Visibility::Outside => true,
                         Visibility::Visible => found == (true, false),
                     };
