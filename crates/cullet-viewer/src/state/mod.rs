@@ -162,6 +162,6 @@ pub struct Structure {
     pub volume: bool,
     /// The outcodes of the triangle that was clicked, and the planes of the frustum that they are about.
     pub outcodes: bool,
-    /// Things that leave the bounds which culling goes by.
+    /// Instances that leave the bounds which culling goes by.
     pub audit: bool,
 }

@@ -53,8 +53,8 @@ pub enum Backface {
     #[default]
     Fast,
     /// As `Fast`, but where the eye is outside the sphere around a mesh, its triangles by classes of their normals:
-    /// two bytes each, one mask of 256 bytes an instance. Quicker on large meshes that are far, and finds less. Masks
-    /// are [prepared](Preparation::masks); without, as `Fast`.
+    /// two bytes each, one mask of 256 bytes an instance. It finds less, the nearer the eye the less. Masks are
+    /// [prepared](Preparation::masks); without, as `Fast`.
     Masks,
     /// Every triangle from its corners, where the output is triangles: nothing is prepared, and it
     /// takes some fifty times as long.

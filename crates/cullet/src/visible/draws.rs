@@ -179,6 +179,8 @@ pub struct DrawList {
     counts: Vec<u32>,
     /// The entries of `counts` that are not zero.
     counted: Vec<u32>,
+    /// The entry of each whole instance.
+    variants: Vec<u32>,
     entries: Vec<(DrawKey, DrawCommand)>,
 }
 
@@ -205,8 +207,9 @@ impl DrawList {
             let clusters = level.first_cluster..level.first_cluster + level.cluster_count;
             self.list(scene, places, (mesh as u32, state, 0), clusters, first_instance, count);
         }
-        for slot in visible.whole.iter().flat_map(|r| r.first..r.first + r.count) {
-            let next = &mut self.counts[variant_of(scene, slot)];
+        let slots = visible.whole.iter().flat_map(|r| r.first..r.first + r.count);
+        for (slot, &variant) in slots.zip(&self.variants) {
+            let next = &mut self.counts[variant as usize];
             self.instances[*next as usize] = slot;
             *next += 1;
         }
@@ -271,6 +274,7 @@ impl DrawList {
         self.indices.clear();
         self.entries.clear();
         self.counted.clear();
+        self.variants.clear();
         self.counts.clear();
         self.counts.resize(scene.meshes().len() * VARIANTS, 0);
     }
@@ -282,6 +286,7 @@ impl DrawList {
                 self.counted.push(variant as u32);
             }
             self.counts[variant] += 1;
+            self.variants.push(variant as u32);
         }
     }
 
