@@ -74,10 +74,7 @@ impl Occluder {
             let convex = Convex::from_box(&UNIT).unwrap();
             return convex.draw(Simd::best(), &mut buffer.band(), &self.transform);
         }
-        let count = self.indices.len() as u32 / 3;
-        let ranges: Vec<_> =
-            (0..count.div_ceil(11)).map(|k| k * 11..(k * 11 + 11).min(count)).collect();
-        let cut = Patch::cut(&self.positions, &self.indices, &ranges, self.two_sided());
+        let cut = Patch::cut(&self.positions, &self.indices, 7, self.two_sided());
         for patch in cut.unwrap() {
             patch.draw(Simd::best(), &mut buffer.band(), &self.transform);
         }

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-const MAGIC: [u8; 8] = *b"CULLOCC2";
+const MAGIC: [u8; 8] = *b"CULLOCC3";
 /// Most pixels of a buffer in a recording: a file of a few bytes must not take a gibibyte.
 const MOST_PIXELS: u64 = 1 << 24;
 
@@ -21,7 +21,7 @@ const MOST_PIXELS: u64 = 1 << 24;
 #[non_exhaustive]
 pub enum RecordingError {
     /// It begins otherwise.
-    #[error("not a recording: it does not begin with CULLOCC2; cullet verify --record makes one")]
+    #[error("not a recording: it does not begin with CULLOCC3; cullet verify --record makes one")]
     Magic,
     /// It ends too early, or a number in it cannot be.
     #[error(
@@ -193,7 +193,7 @@ impl Recording {
         Ok(found)
     }
 
-    /// The recording as bytes: `CULLOCC2`, how many shapes there are, the shapes, how many calls, the calls; in the
+    /// The recording as bytes: `CULLOCC3`, how many shapes there are, the shapes, how many calls, the calls; in the
     /// encoding of `postcard`.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {

@@ -30,15 +30,12 @@ pub fn paint(
     over: bool,
 ) -> Picture {
     let [width, height] = buffer.size();
-    let (far, columns) = buffer.tiles();
-    let size = if tiles {
-        [columns, far.len() / columns.max(1)]
-    } else {
-        [width, height].map(|v| v as usize)
-    };
-    let step = if tiles { TILE as f64 } else { 1.0 };
+    let step = if tiles { TILE } else { [1, 1] };
+    let size = [width as usize, height as usize];
+    let size = [0, 1].map(|a: usize| size[a].div_ceil(step[a]));
     let value = |x: usize, y: usize| {
-        if tiles { far[y * columns + x] } else { buffer.nearness(x as u32, y as u32) }
+        let [x, y] = [(x * step[0]) as u32, (y * step[1]) as u32];
+        if tiles { buffer.tile_nearness(x, y) } else { buffer.nearness(x, y) }
     };
     let all = || (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
     let depth = if view.is_orthographic() {
@@ -54,8 +51,11 @@ pub fn paint(
             if near <= 0.0 {
                 return open;
             }
-            let across = |i: usize, of: u32| ((i as f64 + 0.5) * step / f64::from(of)) * 2.0 - 1.0;
-            let grey = depth.grey(near, [across(x, width), across(y, height)]);
+            let across = |i: usize, step: usize, of: u32| {
+                ((i as f64 + 0.5) * step as f64 / f64::from(of)) * 2.0 - 1.0
+            };
+            let middle = [across(x, step[0], width), across(y, step[1], height)];
+            let grey = depth.grey(near, middle);
             [grey, grey, grey, opaque]
         })
         .collect();

@@ -396,9 +396,7 @@ mod tests {
         let half = Aabb::new([-9.0, -9.0, -0.4], [0.0, 9.0, 0.4]);
         let body = Shape::Convex(Convex::from_box(&half).unwrap());
         let wall = &model.scene.meshes()[0];
-        let patch =
-            Patch::cut(wall.positions(), wall.indices(), std::slice::from_ref(&(0..12)), true)
-                .unwrap();
+        let patch = Patch::cut(wall.positions(), wall.indices(), Patch::FACETS, true).unwrap();
         let near = patch.into_iter().map(Shape::Patch).collect();
         let given = Occluder::new(vec![body]).with_sealed(vec![half]).with_near(near);
         model.scene.set_occluder(0, given);

@@ -86,10 +86,7 @@ fn quads(walls: &[Aabb]) -> (Vec<[f32; 3]>, Vec<u32>) {
 }
 
 fn patch(positions: &[[f32; 3]], indices: &[u32], two_sided: bool) -> Vec<Patch> {
-    let count = indices.len() as u32 / 3;
-    let ranges: Vec<_> =
-        (0..count.div_ceil(4096)).map(|k| k * 4096..(k * 4096 + 4096).min(count)).collect();
-    Patch::cut(positions, indices, &ranges, two_sided).unwrap()
+    Patch::cut(positions, indices, Patch::FACETS, two_sided).unwrap()
 }
 
 /// How walls are drawn.
@@ -393,7 +390,7 @@ fn numbers_that_are_none_hide_nothing_and_are_not_hidden() {
             let mut corners = [[0.0, 0.0, -5.0], [1.0, 0.0, -5.0], [0.0, 1.0, -5.0]];
             corners[1][axis] = bad;
             assert!(Convex::from_polygon(&corners).is_err());
-            let refused = Patch::cut(&corners, &[0, 1, 2], std::slice::from_ref(&(0..1)), true);
+            let refused = Patch::cut(&corners, &[0, 1, 2], Patch::FACETS, true);
             assert!(
                 matches!(refused, Err(OcclusionError::NotFinite { vertex: 1, .. })),
                 "{refused:?}"

@@ -14,7 +14,6 @@ const LEFT_BY_POLYGONS: f64 = 0.05;
 /// once their edges are drawn in.
 const SMALLEST: f64 = 1.0 / 16.0;
 /// Most triangles of a patch, which is chosen or left out as a whole.
-const PATCH: u32 = 128;
 
 /// Triangles that were chosen.
 #[derive(Debug, Default)]
@@ -171,10 +170,7 @@ fn patches(sheets: &[Sheet]) -> Result<Vec<Shape>, OcclusionError> {
     for sheet in sheets {
         let positions = sheet.triangles.as_flattened();
         let indices: Vec<u32> = (0..positions.len() as u32).collect();
-        let count = sheet.triangles.len() as u32;
-        let starts = (0..count).step_by(PATCH as usize);
-        let ranges: Vec<_> = starts.map(|first| first..count.min(first + PATCH)).collect();
-        let patches = Patch::cut(positions, &indices, &ranges, sheet.two_sided)?;
+        let patches = Patch::cut(positions, &indices, Patch::FACETS, sheet.two_sided)?;
         shapes.extend(patches.into_iter().map(Shape::Patch));
     }
     Ok(shapes)

@@ -158,7 +158,6 @@ pub fn occlusion_buffer(
     };
     let [columns, rows] = buffer.size();
     let pixel = |x: u32, y: u32| [scaled(x, wide, columns), scaled(y, high, rows)];
-    let (tiles, in_row) = buffer.tiles();
     let range = range((0..high).flat_map(|y| (0..wide).filter_map(move |x| truth(x, y))));
     let shade = |n: f64| if n > 0.0 { heat(0.12 + 0.86 * range.share(n)) } else { OPEN };
 
@@ -184,10 +183,7 @@ pub fn occlusion_buffer(
                 let color = match (column, row) {
                     (0, 0) => truth(x, y).map_or(OPEN, shade),
                     (1, 0) => shade(f64::from(buffer.nearness(px, py))),
-                    (0, _) => {
-                        let tile = py as usize / TILE * in_row + px as usize / TILE;
-                        shade(f64::from(tiles[tile]))
-                    }
+                    (0, _) => shade(f64::from(buffer.tile_nearness(px, py))),
                     _ => findings[(y * wide + x) as usize].color(),
                 };
                 picture.blend(i64::from(left + x), i64::from(top + y), color, 1.0);
@@ -196,7 +192,7 @@ pub fn occlusion_buffer(
         let title = match (column, row) {
             (0, 0) => "What is there: the true depth".to_owned(),
             (1, 0) => format!("What is proved: {columns} × {rows} pixels"),
-            (0, _) => format!("Tested first: the farthest of each {TILE} × {TILE}"),
+            (0, _) => format!("Tested first: the farthest of each {} × {}", TILE[0], TILE[1]),
             _ => "Proof held against truth".to_owned(),
         };
         picture.text([i64::from(left), i64::from(top - strip) + 9], &title, size, INK);

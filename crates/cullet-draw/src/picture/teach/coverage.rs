@@ -168,8 +168,7 @@ fn mesh() -> Option<Figure> {
     let positions: Vec<[f32; 3]> =
         (0..).zip(&points).map(|(i, p)| position(p, if i > SIDES { -1.0 } else { 0.0 })).collect();
     let indices: Vec<u32> = triangles.iter().flatten().copied().collect();
-    let all = 0..triangles.len() as u32;
-    let patches = Patch::cut(&positions, &indices, std::slice::from_ref(&all), true).ok()?;
+    let patches = Patch::cut(&positions, &indices, Patch::FACETS, true).ok()?;
     let mut buffer = empty()?;
     for patch in &patches {
         patch.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);

@@ -29,9 +29,6 @@ enum Occluder {
     Patches(Range<usize>),
 }
 
-/// The most triangles of a patch: those of a mesh that has more are cut.
-const PATCH: u32 = 512;
-
 /// The meshes of a scene.
 #[derive(Default)]
 struct Meshes {
@@ -75,26 +72,24 @@ impl<'a> Engine<'a> {
     ) -> Result<Self, Failure> {
         let scene = &prepared.scene;
         let buffer = OcclusionBuffer::new(size).map_err(Failure::usage)?;
-        let mut ranges: Vec<Range<u32>> = Vec::new();
         let mut occluders = Vec::with_capacity(scene.meshes.len());
+        let mut patches = Vec::new();
         for mesh in &scene.meshes {
-            let convex =
-                if kinds.triangles { None } else { convex(scene, scene.triangles_of(mesh)) };
-            occluders.push(convex.map_or_else(
-                || {
-                    let first = ranges.len();
-                    // An empty mesh may say that it is anywhere.
-                    let end = mesh.first_triangle.saturating_add(mesh.triangle_count);
-                    let starts = (mesh.first_triangle..end).step_by(PATCH as usize);
-                    ranges.extend(starts.map(|s| s..end.min(s.saturating_add(PATCH))));
-                    Occluder::Patches(first..ranges.len())
-                },
-                |convex| Occluder::Convex(Box::new(convex)),
-            ));
+            let triangles = scene.triangles_of(mesh);
+            let convex = if kinds.triangles { None } else { convex(scene, triangles) };
+            if let Some(convex) = convex {
+                occluders.push(Occluder::Convex(Box::new(convex)));
+                continue;
+            }
+            // Corners one by one: equal places are one vertex again.
+            let corners = triangles.as_flattened().iter();
+            let positions: Vec<_> = corners.map(|&v| scene.vertices[v as usize]).collect();
+            let (first, indices): (_, Vec<u32>) =
+                (patches.len(), (0..positions.len() as u32).collect());
+            let cut = Patch::cut(&positions, &indices, Patch::FACETS, kinds.two_sided);
+            patches.extend(cut.map_err(Failure::input)?);
+            occluders.push(Occluder::Patches(first..patches.len()));
         }
-        let indices = scene.triangles.as_flattened();
-        let patches = Patch::cut(&scene.vertices, indices, &ranges, kinds.two_sided)
-            .map_err(Failure::input)?;
         Ok(Self {
             prepared,
             level,
@@ -121,9 +116,11 @@ impl<'a> Engine<'a> {
         });
     }
 
-    /// The least nearness of each tile.
-    pub(super) fn tiles(&self) -> &[f32] {
-        self.buffer.tiles().0
+    /// The nearness of each pixel, as bits.
+    pub(super) fn pixels(&self) -> Vec<u32> {
+        let [width, height] = self.buffer.size();
+        let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        all.map(|(x, y)| self.buffer.nearness(x, y).to_bits()).collect()
     }
 }
 

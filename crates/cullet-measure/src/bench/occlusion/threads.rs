@@ -105,13 +105,13 @@ pub(super) fn measure(
             let sorted = timed(|| engine.draw(order));
             engine.clear(culling_view);
             let interleaved = timed(|| _ = engine.draw_unless_hidden(order));
-            let alone = engine.tiles().to_vec();
+            let alone = engine.pixels();
             engine.clear(culling_view);
             let go = workers.ready();
             let all = timed(|| {
                 engine.draw_in_jobs(order, threads.into(), |jobs| workers.run(jobs, &go));
             });
-            shared.alike &= *engine.tiles() == alone;
+            shared.alike &= engine.pixels() == alone;
             engine.clear(culling_view);
             let mut jobs_took = (Duration::ZERO, Duration::ZERO);
             let whole = timed(|| {

@@ -13,7 +13,7 @@
 //!  raster                               occluder, query                          select
 //!  ───────────────────────────────      ───────────────────────────────────      ──────────────────────────
 //!  outline  ◄───────────────────────────  Convex: its silhouette            ◄──  choice, within a budget
-//!  surface: triangles, shared edges ◄──  Patch: some triangles of a mesh    ◄──  list, without what is hidden
+//!  surface: facets, shared edges    ◄──  Patch: some triangles of a mesh    ◄──  list, without what is hidden
 //!     └─► tiles, their least  ◄─────────  boxes, nodes, one box in f64      ◄──
 //! ```
 //!

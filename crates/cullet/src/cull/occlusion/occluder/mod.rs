@@ -10,7 +10,7 @@ pub use convex::Convex;
 pub(crate) use cost::{CostModel, EdgeCount, LeastCost};
 pub use patch::Patch;
 
-use super::raster::Band;
+use super::raster::{Band, FACETS};
 use crate::Simd;
 use crate::bounds::{Aabb, Boxes};
 use crate::costs::OccluderCosts;
@@ -58,7 +58,7 @@ impl Shape {
     fn edges(&self) -> EdgeCount {
         match self {
             Self::Convex(convex) => EdgeCount::Convex(convex.edges.len() as u32),
-            Self::Patch(patch) => EdgeCount::Patch(patch.mesh.edges.len() as u32),
+            Self::Patch(patch) => EdgeCount::Patch(patch.mesh.edges.len() as u32 * FACETS as u32),
         }
     }
 }
@@ -94,8 +94,7 @@ impl Occluder {
     }
 
     /// The mesh itself: one body where it is convex, closed and opaque; else a body for each of its one-sided
-    /// regions that is, and the rest of its opaque triangles, a patch for each cluster, with a kept edge to its
-    /// neighbours. Blended and alpha-masked parts do not occlude, nor does a mesh that can deform.
+    /// regions that is, and the rest of its opaque triangles in patches. Blended and alpha-masked parts do not occlude, nor does a mesh that can deform.
     #[must_use]
     pub fn of_mesh(mesh: &Mesh) -> Self {
         let opaque = mesh.parts().iter().all(|p| p.alpha == Alpha::Opaque);
@@ -113,24 +112,17 @@ impl Occluder {
         let (mut shapes, is_in_body) = convex_regions(mesh);
         for two_sided in [false, true] {
             // Edges join what is opaque and has as many sides.
-            let (mut indices, mut patches) = (Vec::new(), Vec::new());
+            let mut indices = Vec::new();
             for cluster in mesh.clusters() {
                 let part = &mesh.parts()[cluster.part as usize];
                 if part.alpha == Alpha::Opaque && part.two_sided == two_sided {
-                    let first = indices.len() as u32 / 3;
-                    for t in cluster.triangles().map(|t| t as usize) {
-                        if !is_in_body[t] {
-                            indices.extend(&mesh.indices()[t * 3..t * 3 + 3]);
-                        }
-                    }
-                    let end = indices.len() as u32 / 3;
-                    if first < end {
-                        patches.push(first..end);
+                    for t in cluster.triangles().map(|t| t as usize).filter(|&t| !is_in_body[t]) {
+                        indices.extend(&mesh.indices()[t * 3..t * 3 + 3]);
                     }
                 }
             }
             // A mesh was checked when it was made, so nothing here is refused.
-            if let Ok(cut) = Patch::cut(mesh.positions(), &indices, &patches, two_sided) {
+            if let Ok(cut) = Patch::cut(mesh.positions(), &indices, Patch::FACETS, two_sided) {
                 shapes.extend(cut.into_iter().map(Shape::Patch));
             }
         }
@@ -254,8 +246,8 @@ mod tests {
         let cube = Aabb { min: [0.0; 3], max: [1.0; 3] };
         let body = Shape::Convex(Convex::from_box(&cube).unwrap());
         let polygon = Shape::Convex(Convex::from_one_sided_polygon(&corners).unwrap());
-        let one = std::slice::from_ref(&(0..1));
-        let patch = Shape::Patch(Patch::cut(&corners, &[0, 1, 2], one, false).unwrap().remove(0));
+        let patch =
+            Shape::Patch(Patch::cut(&corners, &[0, 1, 2], Patch::FACETS, false).unwrap().remove(0));
         let far = Occluder::new(vec![body, polygon, patch.clone()]).with_sealed(vec![cube]);
         let of = |o: &Occluder, within| {
             (0..o.shapes().len()).map(|i| o.is_for(i, within)).collect::<Vec<_>>()

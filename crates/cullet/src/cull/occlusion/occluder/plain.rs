@@ -5,7 +5,6 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::super::OcclusionError;
-use super::patch::Adjacency;
 use super::{Convex, Occluder, Patch, Shape};
 use crate::bounds::Aabb;
 
@@ -70,21 +69,18 @@ impl TryFrom<ConvexData> for Convex {
 #[serde(deny_unknown_fields)]
 struct PatchData {
     vertices: Vec<[f32; 3]>,
-    /// Its own, then those around it, each in the order of the surface.
-    triangles: Vec<[u32; 3]>,
-    /// How many are its own.
-    own: u32,
+    /// Facets: quads whose diagonal runs from the first vertex to the third, and triangles, the last vertex of which stands
+    /// twice. Its own, and those around it.
+    own: Vec<[u32; 4]>,
+    around: Vec<[u32; 4]>,
     two_sided: bool,
 }
 
 impl From<&Patch> for PatchData {
     fn from(patch: &Patch) -> Self {
-        Self {
-            vertices: patch.vertices().collect(),
-            triangles: patch.mesh.numbered().map(|(_, t)| t).collect(),
-            own: patch.triangle_count() as u32,
-            two_sided: patch.mesh.two_sided,
-        }
+        let [own, around] = patch.facets();
+        let vertices = patch.vertices().collect();
+        Self { vertices, own, around, two_sided: patch.mesh.two_sided }
     }
 }
 
@@ -92,16 +88,9 @@ impl TryFrom<PatchData> for Patch {
     type Error = OcclusionError;
 
     fn try_from(data: PatchData) -> Result<Self, OcclusionError> {
-        let PatchData { vertices, triangles, own, two_sided } = data;
-        check_indices(triangles.iter().flatten().copied(), vertices.len())?;
-        let not_finite = |p: &[f32; 3]| !p.iter().all(|v| v.is_finite());
-        if let Some(vertex) = vertices.iter().position(not_finite) {
-            return Err(OcclusionError::NotFinite { vertex, position: vertices[vertex] });
-        }
-        if own as usize > triangles.len() {
-            return Err(OcclusionError::Range { start: 0, end: own, count: triangles.len() });
-        }
-        Ok(Adjacency::new(&vertices, &triangles, two_sided).patch(0..own))
+        let PatchData { vertices, own, around, two_sided } = data;
+        check_indices(own.iter().chain(&around).flatten().copied(), vertices.len())?;
+        Self::from_facets(&vertices, &own, &around, two_sided)
     }
 }
 

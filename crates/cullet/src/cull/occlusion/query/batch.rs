@@ -135,9 +135,9 @@ impl<'a> BoxTests<'a> {
         level: crate::Simd,
         transform: &Transform,
     ) -> Self {
-        let projector = buffer
-            .screen()
-            .and_then(|(screen, origin)| BoxProjector::of_object(screen, transform, origin));
+        let projector = buffer.screen().and_then(|(screen, origin)| {
+            BoxProjector::of_object(screen, &screen.of_object(transform, origin))
+        });
         Self { buffer, projector, level, nearest: None }
     }
 

@@ -3,7 +3,7 @@
 use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
 
-use super::super::raster::{OcclusionBuffer, ScreenBounds, TILE};
+use super::super::raster::{OcclusionBuffer, ScreenBounds};
 
 /// The greatest nearness of each tile of a buffer that is done.
 ///
@@ -12,15 +12,13 @@ use super::super::raster::{OcclusionBuffer, ScreenBounds, TILE};
 /// answers for all under a node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Nearest {
-    tiles: Vec<f32>,
+    blocks: Vec<[u16; 8]>,
 }
 
 impl Nearest {
-    /// Reads a buffer: costs a look at the pixels of each tile into which something was drawn.
+    /// Reads a buffer: costs a look at the pixels of each tile that is covered in part.
     pub(crate) fn read(&mut self, level: crate::Simd, buffer: &OcclusionBuffer) {
-        self.tiles.clear();
-        self.tiles.resize(buffer.read().tiles.len(), 0.0);
-        dispatch!(level.0, simd => greatest(simd, buffer, &mut self.tiles));
+        dispatch!(level.0, simd => buffer.read().most(simd, &mut self.blocks));
     }
 
     /// Whether a rectangle lies within the screen, none of its sides along an edge, and all its pixels are as
@@ -34,42 +32,12 @@ impl Nearest {
         farthest: f32,
     ) -> bool {
         let ScreenBounds { min, max, .. } = *bounds;
-        let (size, columns) = (buffer.size(), buffer.read().columns);
+        let size = buffer.size();
         // Rectangles that reach beyond an edge are cut off there; some of their parts may be outside.
         if (0..2).any(|a| min[a] == 0 || max[a] + 1 >= size[a]) {
             return false;
         }
-        let limit = S::f32s::splat(simd, farthest);
-        let (first, last) = (min.map(|v| v as usize / TILE), max.map(|v| v as usize / TILE));
-        for row in first[1]..=last[1] {
-            let tiles = &self.tiles[row * columns..];
-            let mut column = first[0];
-            while column <= last[0] {
-                let count = (last[0] - column + 1).min(S::f32s::LEN);
-                let far = match tiles.get(column..column + S::f32s::LEN) {
-                    // A NaN is no proof.
-                    Some(near) => S::f32s::from_slice(simd, near).simd_le(limit).to_bitmask(),
-                    // The last tiles of the buffer: there is no whole vector of them.
-                    None => (0..count)
-                        .filter(|i| tiles[column + i] <= farthest)
-                        .fold(0, |far, i| far | 1 << i),
-                };
-                let wanted = u64::MAX >> (64 - count);
-                if far & wanted != wanted {
-                    return false;
-                }
-                column += count;
-            }
-        }
-        true
-    }
-}
-
-#[inline(always)]
-fn greatest<S: Simd>(simd: S, buffer: &OcclusionBuffer, out: &mut [f32]) {
-    let from = buffer.read();
-    for ((tile, held), out) in from.tiles.iter().zip(from.held).zip(out) {
-        *out = tile.most(simd, *held);
+        buffer.read().is_before(simd, &self.blocks, bounds, farthest)
     }
 }
 

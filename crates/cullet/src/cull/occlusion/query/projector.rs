@@ -1,11 +1,6 @@
 //! The projection of sixteen boxes at once, in f32, with bounds on what rounding does to it.
 //!
-//! A row of the screen takes a point to a number, k · p + c. It is worked out from p − e, where e is a point of
-//! f32 numbers near the eye, so that what is far from the origin but near the eye loses nothing: p − e is
-//! rounded once, and what e leaves is in the constant, which is summed in f64. With u = 2⁻²⁴: k and p − e are
-//! off by u each, the product by u and its sum by at most 3 u, so that the number is off by less than 7 u (Σ
-//! |k||p − e| + |c|). [`Row`] takes 9 u, of which the rest pays for the rounding of the bound itself, and adds
-//! what f64 did to the rows.
+//! Numbers X and w of corners are off by E and F at most; see [`Row`].
 //!
 //! Then with X and w off by E and F at most, X / w is off by (E + |X / w| F) / w, the |X / w| being the true
 //! one. Boxes whose w is not above 16 F are left as visible, so that the true one is at most 16/15 (|X / w| + E
@@ -13,53 +8,12 @@
 
 use fearless_simd::prelude::*;
 
-use super::super::raster::{Rectangles, Screen, ScreenBounds};
+use super::super::raster::{ObjectScreen, Rectangles, Row, Screen, ScreenBounds, meet};
 use crate::bounds::{BoxBlock, Boxes, LANES};
-use crate::transform::Transform;
-
-/// Error of rounding a row, as a share of the sizes of its terms: 9 u.
-const SHARE: f64 = 9.0 / (1 << 24) as f64;
-
-/// How far rows and their constants may be off in f64: twice what the test of single boxes takes.
-const SHARE64: f64 = 64.0 * f64::EPSILON;
-
-/// A coefficient beyond this could overflow on a box that is stored as the whole of space.
-const STEEPEST: f64 = 1e18;
 
 /// The least w that has a reciprocal whose products do not overflow, and the largest pixel.
 const LEAST_W: f32 = 1e-18;
 const FARTHEST: f32 = 1e30;
-
-/// An affine function of points, and how far its value may be off.
-#[derive(Clone, Copy, Debug)]
-struct Row {
-    k: [f32; 3],
-    c: f32,
-    /// The error is at most that of these, taken of the absolute coordinates.
-    k_error: [f32; 3],
-    c_error: f32,
-}
-
-impl Row {
-    /// A row for points relative to `e`, of which each number was summed from terms of the sizes `of`; `None` where a
-    /// number may overflow.
-    fn new(r: [f64; 4], of: [f64; 4], e: [f32; 3]) -> Option<Self> {
-        let at = |r: [f64; 4], a: usize| r[a] * f64::from(e[a]);
-        let c = r[3] + at(r, 0) + at(r, 1) + at(r, 2);
-        let size = of[3] + at(of, 0).abs() + at(of, 1).abs() + at(of, 2).abs();
-        if !(of[..3].iter().all(|&k| k < STEEPEST) && size < STEEPEST * 1e18) {
-            return None;
-        }
-        // The smallest normal number is for coefficients and products that underflow.
-        let up = |v: f64| (v as f32).next_up() + f32::MIN_POSITIVE;
-        Some(Self {
-            k: [r[0] as f32, r[1] as f32, r[2] as f32],
-            c: c as f32,
-            k_error: [0, 1, 2].map(|a| up(r[a].abs() * SHARE + of[a] * SHARE64)),
-            c_error: up(c.abs() * SHARE + size * SHARE64),
-        })
-    }
-}
 
 /// Projector of boxes in batches.
 #[derive(Clone, Copy, Debug)]
@@ -80,27 +34,9 @@ impl BoxProjector {
         Self::of_rows(screen, rows, rows.map(|r| r.map(f64::abs)))
     }
 
-    /// For boxes in the space of an object, the screen being relative to `origin`.
-    pub(super) fn of_object(
-        screen: &Screen,
-        transform: &Transform,
-        origin: [f64; 3],
-    ) -> Option<Self> {
-        let m = transform.to_matrix();
-        let mut rows = screen.rows();
-        let mut sizes = rows;
-        for (row, size) in rows.iter_mut().zip(&mut sizes) {
-            let r = *row;
-            for column in 0..3 {
-                let terms = [0, 1, 2].map(|a| r[a] * m[column * 4 + a]);
-                row[column] = terms.iter().sum();
-                size[column] = terms.map(f64::abs).iter().sum();
-            }
-            let terms = [0, 1, 2].map(|a| r[a] * (m[12 + a] - origin[a]));
-            row[3] = r[3] + terms.iter().sum::<f64>();
-            size[3] = r[3].abs() + terms.map(f64::abs).iter().sum::<f64>();
-        }
-        Self::of_rows(screen, rows, sizes)
+    /// For boxes in the space of an object.
+    pub(super) fn of_object(screen: &Screen, object: &ObjectScreen) -> Option<Self> {
+        Self::of_rows(screen, object.rows().map(Into::into), object.sizes.map(Into::into))
     }
 
     fn of_rows(screen: &Screen, rows: [[f64; 4]; 5], sizes: [[f64; 4]; 5]) -> Option<Self> {
@@ -336,16 +272,6 @@ fn smallest<S: Simd>(v: &[S::f32s; 8]) -> S::f32s {
 fn greatest<S: Simd>(v: &[S::f32s; 8]) -> S::f32s {
     let [a, b, c, d, e, f, g, h] = *v;
     (a.max(b).max(c.max(d))).max(e.max(f).max(g.max(h)))
-}
-
-/// The point where three rows are zero, the eye where they are those of a perspective view, as near as f32 has it.
-fn meet(rows: [[f64; 4]; 3]) -> Option<[f32; 3]> {
-    let [a, b, c] = rows.map(|r| glam::DVec3::new(r[0], r[1], r[2]));
-    let d = [rows[0][3], rows[1][3], rows[2][3]];
-    let determinant = a.dot(b.cross(c));
-    let p = -(b.cross(c) * d[0] + c.cross(a) * d[1] + a.cross(b) * d[2]) / determinant;
-    let p = p.to_array().map(|v| v as f32);
-    p.iter().all(|v| v.abs() < Boxes::LIMIT).then_some(p)
 }
 
 #[cfg(test)]

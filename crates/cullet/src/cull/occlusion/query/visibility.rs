@@ -1,6 +1,6 @@
 //! Test of one box, in f64: the oracle of [batches](super::batch).
 
-use super::super::raster::{OcclusionBuffer, ScreenBounds, TILE};
+use super::super::raster::{OcclusionBuffer, ScreenBounds};
 use crate::bounds::Aabb;
 
 /// Result of a test against a buffer.
@@ -90,28 +90,11 @@ impl OcclusionBuffer {
         }))
     }
 
-    /// The first pixel that lets some screen bounds through, tile by tile; `None` where they are covered.
+    /// The first pixel that lets some screen bounds through, row by row; `None` where they are covered.
     pub(crate) fn first_open(&self, bounds: &ScreenBounds) -> Option<[u32; 2]> {
         let ScreenBounds { min, max, nearness } = *bounds;
-        let (tile, all) = (TILE as u32, self.read());
-        for tile_row in min[1] / tile..=max[1] / tile {
-            for column in min[0] / tile..=max[0] / tile {
-                if all.far[tile_row as usize * all.columns + column as usize] > nearness {
-                    continue;
-                }
-                let (x0, y0) = (column * tile, tile_row * tile);
-                for y in min[1].max(y0)..=max[1].min(y0 + tile - 1) {
-                    for x in min[0].max(x0)..=max[0].min(x0 + tile - 1) {
-                        // A NaN nearness lets everything through.
-                        let is_nearer = self.nearness(x, y) > nearness;
-                        if !is_nearer {
-                            return Some([x, y]);
-                        }
-                    }
-                }
-            }
-        }
-        None
+        let all = (min[1]..=max[1]).flat_map(|y| (min[0]..=max[0]).map(move |x| [x, y]));
+        all.into_iter().find(|&[x, y]| self.lets_through(x, y, nearness))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Bands: rows of tiles of a buffer, each drawn by itself.
+//! Bands: rows of blocks of a buffer, each drawn by itself.
 //!
 //! Coverage of a pixel depends on no other pixel, so a buffer can be drawn band by band, on as many threads,
 //! with the same result to the last bit; and what is hidden in its band need not be drawn there, which threads
@@ -7,19 +7,18 @@
 use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
 
+use super::blocks::BlocksMut;
 use super::connected::Connected;
 use super::outline::Outline;
 use super::screen::{Clip, ObjectScreen, Screen};
-use super::shared_edges::SharedCoverage;
-use super::surface::Surface;
-use super::tiles::TilesMut;
+use super::surface::{Projection, Surface};
 use crate::transform::Transform;
 
-/// Rows of tiles of an [`OcclusionBuffer`](super::OcclusionBuffer), all or some of them, into which occluders are drawn:
+/// Rows of blocks of an [`OcclusionBuffer`](super::OcclusionBuffer), all or some of them, into which occluders are drawn:
 /// of each only the part that lies in these rows.
 #[derive(Debug)]
 pub struct Band<'a> {
-    pub(crate) target: TilesMut<'a>,
+    pub(crate) target: BlocksMut<'a>,
     pub(super) screen: Option<&'a Screen>,
     pub(super) origin: [f64; 3],
     pub(crate) pen: &'a mut Pen,
@@ -32,24 +31,33 @@ pub(crate) struct Pen {
     /// Corners of a convex body before the divide, and where eight at a time are on the screen.
     pub(crate) clips: Vec<Clip>,
     pub(crate) places: Vec<[[f64; 8]; 3]>,
-    surface: Surface,
-    /// One for each side that triangles show.
-    coverage: [SharedCoverage; 2],
+    /// Made when a surface is drawn.
+    surface: Option<Surface>,
+    /// Columns and rows of blocks.
+    blocks: [usize; 2],
     /// The screen of the object that was drawn last: many shapes may stand as one object.
     pub(super) object: Option<(Transform, ObjectScreen)>,
+    /// The projection of surfaces of that object, where one was drawn; `None` within where there is none.
+    projection: Option<Option<Projection>>,
 }
 
 impl Pen {
-    /// One for a buffer of so many columns and rows of tiles.
+    /// One for a buffer of so many columns and rows of blocks.
     pub(super) fn new(columns: usize, rows: usize) -> Self {
         Self {
             outline: Outline::default(),
             clips: Vec::new(),
             places: Vec::new(),
-            surface: Surface::default(),
-            coverage: [SharedCoverage::new(columns, rows), SharedCoverage::new(columns, rows)],
+            surface: None,
+            blocks: [columns, rows],
             object: None,
+            projection: None,
         }
+    }
+
+    /// Forgets the last object.
+    pub(super) fn begin(&mut self) {
+        (self.object, self.projection) = (None, None);
     }
 }
 
@@ -63,14 +71,20 @@ impl Band<'_> {
         }
         let screen = self.screen?.of_object(transform, self.origin);
         self.pen.object = Some((*transform, screen.clone()));
+        self.pen.projection = None;
         Some(screen)
     }
 
-    /// Draws what lies in it of connected triangles.
-    pub(crate) fn draw_connected(&mut self, level: crate::Simd, mesh: &Connected, at: &Transform) {
+    /// Draws what lies in it of a patch.
+    pub(crate) fn draw_connected(&mut self, level: crate::Simd, patch: &Connected, at: &Transform) {
         let Some(screen) = self.object_screen(at) else { return };
-        let Pen { surface, coverage, .. } = &mut *self.pen;
-        surface.draw(level, mesh, &screen, self.target.lend(), coverage);
+        let size = self.target.size;
+        let Pen { surface, projection, blocks: [columns, rows], .. } = &mut *self.pen;
+        let projection = projection.get_or_insert_with(|| Projection::new(&screen, size));
+        let Some(projection) = projection else { return };
+        let surface = surface.get_or_insert_with(|| Surface::new(*columns, *rows));
+        let target = &mut self.target;
+        dispatch!(level.0, simd => surface.draw(simd, patch, &screen, projection, target));
     }
 
     /// Covers what lies wholly within the outline of its pen.
@@ -81,6 +95,6 @@ impl Band<'_> {
     /// As [`fill`](Self::fill), where the level is known.
     #[inline(always)]
     pub(crate) fn fill_with<S: Simd>(&mut self, simd: S) {
-        self.pen.outline.fill(simd, self.target.lend());
+        self.pen.outline.fill(simd, &mut self.target);
     }
 }

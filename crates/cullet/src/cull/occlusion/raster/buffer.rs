@@ -1,11 +1,11 @@
-//! The buffer: tiles of pixels, each with the nearness of what is proved to cover all of it.
+//! The buffer: blocks of pixels, each with the nearness of what is proved to cover all of it.
 
 use super::super::OcclusionError;
 use super::band::{Band, Pen};
+use super::blocks::{BLOCK, Block, Blocks, BlocksMut, Pixels};
 use super::bounds::Rectangles;
 use super::screen::Screen;
-use super::tile::{Held, TILE, Tile};
-use super::tiles::{Tiles, TilesMut};
+use super::steps::Scale;
 use crate::view::View;
 
 /// Proof of what is hidden, pixel by pixel.
@@ -14,18 +14,18 @@ use crate::view::View;
 /// covered by occluders that are at least that near. 0 is a pixel of which some point may be open. What is
 /// everywhere farther than the pixels that it can touch is hidden, at every resolution and from every sample.
 ///
-/// Tiles of 8 × 8 pixels keep the least of their pixels, at which most tests end. Clearing touches one
-/// number a tile.
+/// Nearness is kept in sixteen bits, rounded down: in perspective to 1/2048 of itself, in parallel views to 1/65,536
+/// of the depth range. Tiles of 8 × 4 pixels keep the least of their pixels, at which most tests end. Clearing touches
+/// two bytes and a bit a tile.
 #[derive(Clone, Debug)]
 pub struct OcclusionBuffer {
     size: [u32; 2],
-    /// Tiles in a row.
+    /// Blocks in a row.
     columns: usize,
-    tiles: Vec<Tile>,
-    /// The least of the pixels of each tile.
-    far: Vec<f32>,
-    /// Contents of each tile, of this frame.
-    held: Vec<Held>,
+    blocks: Vec<Block>,
+    /// Which tiles of a block have pixels.
+    parted: Vec<u8>,
+    pixels: Vec<Pixels>,
     screen: Option<Screen>,
     origin: [f64; 3],
     /// One for each band that was drawn at a time, and at least one.
@@ -36,7 +36,7 @@ pub struct OcclusionBuffer {
 
 impl OcclusionBuffer {
     /// The longest edge that a buffer may have.
-    pub const LIMIT: u32 = 16384;
+    pub const LIMIT: u32 = 4096;
 
     /// A buffer of `size` pixels, which need not be a multiple of anything, nor that of the view. It
     /// is empty: nothing is hidden. Half or a quarter of the view's resolution proves nearly as much.
@@ -47,13 +47,13 @@ impl OcclusionBuffer {
         if size.iter().any(|&s| s == 0 || s > Self::LIMIT) {
             return Err(OcclusionError::Size(size[0], size[1], Self::LIMIT));
         }
-        let [columns, rows] = size.map(|s| (s as usize).div_ceil(TILE));
+        let [columns, rows] = [0, 1].map(|a| (size[a] as usize).div_ceil(BLOCK[a]));
         Ok(Self {
             size,
             columns,
-            tiles: vec![Tile::filled(0.0); columns * rows],
-            far: vec![0.0; columns * rows],
-            held: vec![Held::Nothing; columns * rows],
+            blocks: vec![Block::default(); columns * rows],
+            parted: vec![0; columns * rows],
+            pixels: vec![Pixels::BLANK; columns * rows * 8],
             screen: None,
             origin: [0.0; 3],
             pens: vec![Pen::new(columns, rows)],
@@ -69,11 +69,30 @@ impl OcclusionBuffer {
 
     /// Empties the buffer and turns it to a view. What is tested later is given relative to `origin`.
     pub fn begin(&mut self, view: &View, origin: [f64; 3]) {
-        self.far.fill(0.0);
-        self.held.fill(Held::Nothing);
-        self.pens.iter_mut().for_each(|p| p.object = None);
+        self.blocks.fill(Block::default());
+        self.parted.fill(0);
+        let rows = self.blocks.len() / self.columns;
+        let ([width, height], [across, down]) = (self.size.map(|s| s as usize), BLOCK);
+        // What is not there never counts as open.
+        if width % across != 0 {
+            (0..rows).for_each(|row| self.fill_beyond([self.columns - 1, row]));
+        }
+        if height % down != 0 {
+            (0..self.columns).for_each(|column| self.fill_beyond([column, rows - 1]));
+        }
+        self.pens.iter_mut().for_each(Pen::begin);
         self.screen = Some(Screen::new(view, origin, self.size));
         self.origin = origin;
+    }
+
+    /// Has the pixels of a block that lie beyond the buffer's edge be infinitely near.
+    fn fill_beyond(&mut self, [column, row]: [usize; 2]) {
+        let block = row * self.columns + column;
+        let size = [0, 1].map(|a| self.size[a] as usize);
+        let place = [column * BLOCK[0], row * BLOCK[1]];
+        let left = [0, 1].map(|a| size[a].saturating_sub(place[a]).min(BLOCK[a]));
+        self.parted[block] =
+            self.blocks[block].fill_beyond(&mut self.pixels[block * 8..][..8], left);
     }
 
     /// The screen of the view that it was turned to last, and what its points are relative to.
@@ -81,20 +100,26 @@ impl OcclusionBuffer {
         Some((self.screen.as_ref()?, self.origin))
     }
 
-    /// Tiles in a row, and rows of them.
-    pub(crate) fn tile_counts(&self) -> [usize; 2] {
-        [self.columns, self.tiles.len() / self.columns]
+    /// Blocks in a row, and rows of them.
+    pub(crate) fn block_counts(&self) -> [usize; 2] {
+        [self.columns, self.blocks.len() / self.columns]
     }
 
-    /// All of its tiles.
+    /// That of the view that it was turned to last.
+    fn scale(&self) -> Scale {
+        self.screen.as_ref().map_or(Scale::parallel(), |screen| screen.scale)
+    }
+
+    /// All of its blocks.
     #[inline(always)]
-    pub(crate) fn read(&self) -> Tiles<'_> {
-        Tiles {
+    pub(crate) fn read(&self) -> Blocks<'_> {
+        Blocks {
+            scale: self.scale(),
             columns: self.columns,
-            rows: [0, self.tiles.len() / self.columns],
-            tiles: &self.tiles,
-            far: &self.far,
-            held: &self.held,
+            rows: [0, self.blocks.len() / self.columns],
+            blocks: &self.blocks,
+            parted: &self.parted,
+            pixels: &self.pixels,
         }
     }
 
@@ -102,13 +127,14 @@ impl OcclusionBuffer {
     #[inline(always)]
     pub fn band(&mut self) -> Band<'_> {
         Band {
-            target: TilesMut {
+            target: BlocksMut {
                 size: self.size,
+                scale: self.scale(),
                 columns: self.columns,
-                rows: [0, self.tiles.len() / self.columns],
-                tiles: &mut self.tiles,
-                far: &mut self.far,
-                held: &mut self.held,
+                rows: [0, self.blocks.len() / self.columns],
+                blocks: &mut self.blocks,
+                parted: &mut self.parted,
+                pixels: &mut self.pixels,
             },
             screen: self.screen.as_ref(),
             origin: self.origin,
@@ -116,24 +142,25 @@ impl OcclusionBuffer {
         }
     }
 
-    /// Its bands between rows of tiles; `ends` ascend from above 0 to the number of all rows.
+    /// Its bands between rows of blocks; `ends` ascend from above 0 to the number of all rows.
     pub(crate) fn bands(&mut self, ends: &[usize]) -> Vec<Band<'_>> {
-        let rows = self.tiles.len() / self.columns;
+        let (scale, rows) = (self.scale(), self.blocks.len() / self.columns);
         while self.pens.len() < ends.len() {
             self.pens.push(Pen::new(self.columns, rows));
         }
-        let (mut tiles, mut far, mut held) =
-            (&mut self.tiles[..], &mut self.far[..], &mut self.held[..]);
+        let (mut blocks, mut parted, mut pixels) =
+            (&mut self.blocks[..], &mut self.parted[..], &mut self.pixels[..]);
         let (mut first, mut bands) = (0, Vec::with_capacity(ends.len()));
         for (&end, pen) in ends.iter().zip(&mut self.pens) {
             let count = (end - first) * self.columns;
-            let target = TilesMut {
+            let target = BlocksMut {
                 size: self.size,
+                scale,
                 columns: self.columns,
                 rows: [first, end],
-                tiles: tiles.split_off_mut(..count).unwrap_or_default(),
-                far: far.split_off_mut(..count).unwrap_or_default(),
-                held: held.split_off_mut(..count).unwrap_or_default(),
+                blocks: blocks.split_off_mut(..count).unwrap_or_default(),
+                parted: parted.split_off_mut(..count).unwrap_or_default(),
+                pixels: pixels.split_off_mut(..count * 8).unwrap_or_default(),
             };
             bands.push(Band { target, screen: self.screen.as_ref(), origin: self.origin, pen });
             first = end;
@@ -148,15 +175,23 @@ impl OcclusionBuffer {
         if x >= self.size[0] || y >= self.size[1] {
             return 0.0;
         }
-        let (x, y) = (x as usize, y as usize);
-        let tile = y / TILE * self.columns + x / TILE;
-        self.tiles[tile].pixel(self.held[tile], x % TILE, y % TILE)
+        let all = self.read();
+        all.scale.nearness(all.pixel(x as usize, y as usize))
     }
 
-    /// The least nearness of each tile, row by row, and how many tiles there are in a row: the coarser
-    /// level of the buffer.
+    /// The least nearness of the tile of 8 × 4 pixels around one: the coarser level of the buffer.
     #[must_use]
-    pub fn tiles(&self) -> (&[f32], usize) {
-        (&self.far, self.columns)
+    pub fn tile_nearness(&self, x: u32, y: u32) -> f32 {
+        if x >= self.size[0] || y >= self.size[1] {
+            return 0.0;
+        }
+        let all = self.read();
+        all.scale.nearness(all.least_around(x as usize, y as usize))
+    }
+
+    /// Whether a pixel lets through what is as near as given.
+    pub(crate) fn lets_through(&self, x: u32, y: u32, nearness: f32) -> bool {
+        let all = self.read();
+        all.pixel(x as usize, y as usize) <= all.scale.of_tested(nearness)
     }
 }

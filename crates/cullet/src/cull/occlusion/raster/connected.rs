@@ -1,51 +1,64 @@
-//! Triangles that share edges, laid out for drawing.
+//! A patch of a surface, laid out for drawing: its facets in groups of eight, and their edges.
 
-use super::primitives::LANES;
 use crate::bounds::Aabb;
 
-/// Some triangles of a surface, its *own*, and those *around* that touch them, with the edges of both.
+/// Facets, vertices or edges that are drawn together.
+pub(crate) const LANES: usize = 8;
+
+/// The number of a facet that is never drawn: the other side of an edge that has one facet.
+pub(crate) const NEVER: u16 = 0;
+
+/// The most numbers of vertices, those that clipping adds included, and of facets.
+pub(super) const NUMBERS: usize = 4096;
+
+/// A patch may have so many vertices, so that there is room for what clipping adds, and facets.
+pub(crate) const MOST_VERTICES: usize = NUMBERS / 2;
+
+/// Some facets of a surface, its *own*, and those *around* that share a vertex with one, with the edges of both.
+///
+/// A facet is a triangle, or two that make a convex quad, the diagonal from the first corner to the third.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Connected {
-    /// x, y and z of the vertices, first those of its own triangles; the last is repeated up to a whole number of
+    /// x, y and z of the vertices, first those of its own facets; the last is repeated up to a whole number of
     /// lanes.
     pub(crate) places: [Vec<f32>; 3],
     pub(crate) own_vertices: usize,
-    /// Triangles, eight at a time, corner by corner: first groups of its own, then of those around it. What fills up
-    /// a group has the same corner three times. A triangle's number is eight times its group's, and its lane.
-    pub(crate) groups: Vec<[[u32; LANES]; 3]>,
-    /// The groups that are its own.
-    pub(crate) own_groups: usize,
-    /// Edges: two vertices, and the triangles on both sides; [`NONE`](Self::NONE) where there is none.
-    pub(crate) edges: Vec<[u32; 4]>,
+    /// Rows of a corner of eight facets: four rows of a group of quads, three of triangles. What fills up a group has the
+    /// same corner throughout.
+    pub(crate) corners: Vec<[u16; LANES]>,
+    /// Groups of its own quads, its own triangles, quads around, triangles around. A facet's number is eight, and eight for
+    /// each group before its own, and its lane.
+    pub(crate) groups: [u16; 4],
+    /// Rows of eight edges: the facets on both sides, [`NEVER`] where there is none, and the two vertices. What fills up has
+    /// `NEVER` on both sides.
+    pub(crate) edges: Vec<[[u16; LANES]; 4]>,
     pub(crate) two_sided: bool,
-    /// The box around its own triangles.
+    /// The box around its own facets, and around all.
     pub(crate) bounds: Aabb,
-    /// The largest absolute coordinate of all vertices along each axis.
-    pub(crate) reach: [f32; 3],
-}
-
-/// The side of a triangle that is seen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Side {
-    /// Too nearly none to tell, or nothing of it is in front of the near plane.
-    #[default]
-    Neither,
-    Front,
-    Back,
+    pub(crate) around: Aabb,
+    /// The middle of the normals of its own triangles, and the sine of the angle within which all are; above 1 where there is
+    /// none.
+    pub(crate) axis: [f32; 3],
+    pub(crate) sine: f32,
 }
 
 impl Connected {
-    /// No triangle.
-    pub(crate) const NONE: u32 = u32::MAX;
-
-    /// Its triangles, each with its number.
-    pub(crate) fn numbered(&self) -> impl Iterator<Item = (u32, [u32; 3])> {
-        let lanes = self.groups.iter().flat_map(|[a, b, c]| (0..LANES).map(|l| [a[l], b[l], c[l]]));
-        (0..).zip(lanes).filter(|(_, t)| is_whole(t))
+    /// Its groups of facets in the order of their numbers: which of the four kinds, the number of the first facet, and
+    /// the rows of corners.
+    #[inline(always)]
+    pub(super) fn for_groups<'a>(&'a self, mut each: impl FnMut(usize, usize, &'a [[u16; LANES]])) {
+        let (mut rest, mut number) = (&self.corners[..], LANES);
+        for (kind, &groups) in self.groups.iter().enumerate() {
+            for _ in 0..groups {
+                let (rows, more) = rest.split_at(corners_of(kind));
+                each(kind, number, rows);
+                (rest, number) = (more, number + LANES);
+            }
+        }
     }
 }
 
-/// Whether a triangle has three different corners.
-pub(crate) fn is_whole(t: &[u32; 3]) -> bool {
-    t[0] != t[1] && t[1] != t[2] && t[2] != t[0]
+/// Corners of a facet of a kind: own quads, own triangles, quads around, triangles around.
+pub(crate) fn corners_of(kind: usize) -> usize {
+    4 - kind % 2
 }

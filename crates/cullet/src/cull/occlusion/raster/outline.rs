@@ -3,11 +3,10 @@
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
+use super::blocks::{BLOCK, BlocksMut, TILE};
 use super::plane::Plane;
 use super::screen::Spot;
-use super::tile::{Held, LANES, PLANES, TILE, TilePlane};
-use super::tiles::TilesMut;
-use crate::bits;
+use super::span::{ROWS, Span};
 
 /// Pixels by which every edge moves inward beyond what is exact: more than anything here is off by.
 const SLACK: f64 = 1.0 / 1024.0;
@@ -38,7 +37,7 @@ pub(crate) struct Outline {
     columns: [i32; 2],
     size: [i32; 2],
     /// Planes of what fills it: at each pixel it is as near as the farthest of these.
-    planes: Vec<Slope>,
+    planes: Vec<TilePlane>,
     /// The pixels that an edge moves inward by, because its ends are off by that much.
     doubt: f64,
 }
@@ -103,7 +102,7 @@ impl Outline {
 
     /// Adds a plane: what fills the outline is at each pixel at least as near as the farthest of all.
     pub(crate) fn plane(&mut self, plane: Plane) {
-        self.planes.push(Slope::of(&plane));
+        self.planes.push(TilePlane::of(&plane));
     }
 
     /// Adds some edges at once, as [`edge`](Self::edge) does, all with the inner side `side`.
@@ -156,17 +155,9 @@ impl Outline {
 
     /// Covers what lies wholly within the outline.
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(&self, simd: S, tiles: TilesMut<'_>) {
-        if self.is_empty() {
-            return;
-        }
-        // Boxes show one to three faces: with their number known, what is the same for all pixels of a tile is
-        // computed once.
-        match self.planes[..] {
-            [a] => fill(simd, tiles, self, &[a]),
-            [a, b] => fill(simd, tiles, self, &[a, b]),
-            [a, b, c] => fill(simd, tiles, self, &[a, b, c]),
-            _ => fill(simd, tiles, self, &self.planes[..]),
+    pub(super) fn fill<S: Simd>(&self, simd: S, target: &mut BlocksMut<'_>) {
+        if !self.is_empty() {
+            fill(simd, target, self);
         }
     }
 
@@ -209,191 +200,64 @@ impl Edges {
     }
 }
 
-/// A plane as tiles are filled with it; see [`TilePlane`].
+/// A plane over tiles: no nearer, anywhere within the tile that begins at a pixel, than value + gradient · (that pixel).
 #[derive(Clone, Copy, Debug)]
-struct Slope {
+struct TilePlane {
     plane: Plane,
-    /// 0 dy to 7 dy.
-    down: [f32; TILE],
-    /// Where it is nearest: the larger of 0 and 7 dx, and of 0 and 7 dy.
-    high: [f32; 2],
+    /// The bound at `plane`'s own pixel.
+    value: f32,
 }
 
-impl Slope {
-    #[inline(always)]
+impl TilePlane {
     fn of(plane: &Plane) -> Self {
-        let edge = (TILE - 1) as f32;
-        let across = [plane.dx * edge, plane.dy * edge];
-        let mut down = LANES;
-        for v in &mut down {
-            *v *= plane.dy;
-        }
+        let [width, height] = TILE.map(|t| (t - 1) as f32);
         // A tile may begin seven pixels before what the plane was made for, and rounds by as much more.
         let value = plane.value - (plane.dx.abs() + plane.dy.abs()) * (1.0 / (1 << 17) as f32);
-        Self {
-            plane: Plane { value, ..*plane },
-            down,
-            high: [across[0].max(0.0), across[1].max(0.0)],
-        }
+        let value = value + (plane.dx * width).min(0.0) + (plane.dy * height).min(0.0);
+        Self { plane: *plane, value }
     }
 
-    /// The plane within a tile.
+    /// Bounds of tiles, the first pixels of which are given.
     #[inline(always)]
-    fn within(&self, x0: f32, y0: f32) -> TilePlane {
-        TilePlane { dx: self.plane.dx, start: self.start(x0, y0), dy: self.plane.dy }
-    }
-
-    /// The bound in the first pixel of a tile.
-    #[inline(always)]
-    fn start(&self, x0: f32, y0: f32) -> f32 {
+    fn at<S: Simd>(&self, simd: S, x: f32x8<S>, y: f32x8<S>) -> f32x8<S> {
         let p = &self.plane;
-        p.value + ((x0 - p.column) * p.dx + (y0 - p.row) * p.dy)
+        let value = f32x8::splat(simd, self.value);
+        (x - p.column) * p.dx + (y - p.row) * p.dy + value
     }
 }
 
-const NOWHERE: f32 = 1e9;
-
-/// A row of tiles at a time: first the columns that each of its rows of pixels spans, a row a lane; then, eight
-/// at a time, the tiles between the least and the most of them that have something farther. Products and sums
-/// are never fused, so that every level rounds alike.
+/// A row of blocks at a time: first the columns that each of its rows of pixels spans, a row a lane; then the
+/// blocks that any of them reaches. Products and sums are never fused, so that every level rounds alike.
 #[inline(always)]
-fn fill<S: Simd, P: AsRef<[Slope]> + ?Sized>(
-    simd: S,
-    mut target: TilesMut<'_>,
-    outline: &Outline,
-    planes: &P,
-) {
-    let planes = planes.as_ref();
-    let lanes = f32x8::from_slice(simd, &LANES);
+fn fill<S: Simd>(simd: S, target: &mut BlocksMut<'_>, outline: &Outline) {
+    let splat = |v: f32| f32x8::splat(simd, v);
     let [top, bottom] = outline.rows;
     let [leftmost, rightmost] = outline.columns;
-    let nowhere = f32x8::splat(simd, NOWHERE);
-    for tile_row in top as usize / TILE..=bottom as usize / TILE {
-        let y0 = (tile_row * TILE) as f32;
-        let rows = lanes + y0;
-        let mut from = f32x8::splat(simd, leftmost as f32);
-        let mut to = f32x8::splat(simd, rightmost as f32);
+    let across = f32x8::simd_from(simd, [0.0, 8.0, 16.0, 24.0, 0.0, 8.0, 16.0, 24.0]);
+    let down = f32x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 4.0, 4.0, 4.0, 4.0]);
+    let (low, high) = (splat(leftmost as f32), splat(rightmost as f32 + 1.0));
+    let (first, last) = (leftmost as usize / BLOCK[0], rightmost as usize / BLOCK[0]);
+    for row in top as usize / BLOCK[1]..=bottom as usize / BLOCK[1] {
+        let y0 = (row * BLOCK[1]) as f32;
+        let y = f32x8::simd_from(simd, ROWS) + y0;
+        let (mut from, mut to) = (low, high - 1.0);
         for b in &outline.left {
-            from = from.max(rows * b.slope + b.start);
+            from = from.max(y * b.slope + b.start);
         }
         for b in &outline.right {
-            to = to.min(rows * b.slope + b.start);
+            to = to.min(y * b.slope + b.start);
         }
-        let inside = rows.simd_ge(f32x8::splat(simd, top as f32))
-            & rows.simd_le(f32x8::splat(simd, bottom as f32));
-        from = inside.select(from.min(nowhere).ceil(), nowhere);
-        to = to.floor();
-        let any = from.simd_le(to);
-        let first = any.select(from, nowhere).reduce_min();
-        if first >= NOWHERE {
-            continue;
-        }
-        let last = any.select(to, -nowhere).reduce_max() as usize / TILE;
-        let whole = [from.reduce_max(), to.reduce_min() - (TILE - 1) as f32];
-        let (from, to): ([f32; TILE], [f32; TILE]) = (from.into(), to.into());
-        let mut column = first as usize / TILE;
-        while column <= last {
-            let count = (last - column + 1).min(TILE);
-            let t = (tile_row - target.rows[0]) * target.columns + column;
-            let x0 = (lanes + column as f32) * TILE as f32;
-            let mut best = f32x8::splat(simd, f32::INFINITY);
-            for s in planes {
-                let p = &s.plane;
-                let start = (x0 - p.column) * p.dx + (y0 - p.row) * p.dy + p.value;
-                best = best.min(start + s.high[0] + s.high[1]);
+        let inside = y.simd_ge(splat(top as f32)) & y.simd_le(splat(bottom as f32));
+        let span = Span::new(simd, from.min(high).ceil(), to.floor() + 1.0, inside);
+        let Some((from, to)) = span.blocks(simd, first, last) else { continue };
+        let tile_y = down + y0;
+        for column in from..=to {
+            let tile_x = across + (column * BLOCK[0]) as f32;
+            let mut nearness = splat(f32::INFINITY);
+            for plane in &outline.planes {
+                nearness = nearness.min(plane.at(simd, tile_x, tile_y));
             }
-            let far = match target.far.get(t..t + TILE) {
-                Some(far) => f32x8::from_slice(simd, far),
-                // The last tiles of the buffer.
-                None => {
-                    let mut far = [0.0; TILE];
-                    far[..count].copy_from_slice(&target.far[t..t + count]);
-                    f32x8::from_slice(simd, &far)
-                }
-            };
-            let open = best.simd_gt(far).to_bitmask() & u64::MAX >> (64 - count);
-            for i in bits::ones(open) {
-                let x0 = ((column + i) * TILE) as f32;
-                if whole[0] <= x0 && whole[1] >= x0 {
-                    cover(simd, &mut target, planes, t + i, x0, y0);
-                } else {
-                    cover_part(simd, &mut target, planes, t + i, x0, y0, (&from, &to));
-                }
-            }
-            column += count;
+            target.raise(simd, [column, row], span.tiles(simd, column), nearness);
         }
     }
-}
-
-/// Covers all of a tile.
-#[inline(always)]
-fn cover<S: Simd>(
-    simd: S,
-    target: &mut TilesMut<'_>,
-    planes: &[Slope],
-    t: usize,
-    x0: f32,
-    y0: f32,
-) {
-    let mut least = f32::INFINITY;
-    for s in planes {
-        least = least.min(s.within(x0, y0).least());
-    }
-    if !target.is_behind(t, least) {
-        let rows = ([f32::NEG_INFINITY; TILE], [f32::INFINITY; TILE]);
-        cover_part(simd, target, planes, t, x0, y0, (&rows.0, &rows.1));
-        return;
-    }
-    // All of it is on the screen: nothing that was here need be read.
-    if let [first, ..] = planes
-        && planes.len() <= PLANES
-    {
-        let mut kept = [first.within(x0, y0); PLANES];
-        for (kept, s) in kept.iter_mut().zip(planes) {
-            *kept = s.within(x0, y0);
-        }
-        target.hold(t, kept, least);
-        return;
-    }
-    target.far[t] = least.max(0.0);
-    target.held[t] = Held::Pixels;
-    let lanes = f32x8::from_slice(simd, &LANES);
-    let zero = f32x8::splat(simd, 0.0);
-    for (row, pixels) in target.tiles[t].0.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
-        let mut value = f32x8::splat(simd, f32::INFINITY);
-        for s in planes {
-            value = value.min(lanes * s.plane.dx + s.start(x0, y0) + s.down[row]);
-        }
-        value.max(zero).store_slice(pixels);
-    }
-}
-
-/// Covers in each row of a tile the pixels between two columns.
-#[inline(always)]
-fn cover_part<S: Simd>(
-    simd: S,
-    target: &mut TilesMut<'_>,
-    planes: &[Slope],
-    t: usize,
-    x0: f32,
-    y0: f32,
-    (from, to): (&[f32; TILE], &[f32; TILE]),
-) {
-    target.wake(t);
-    let lanes = f32x8::from_slice(simd, &LANES);
-    let xs = lanes + x0;
-    let mut least = f32x8::splat(simd, f32::INFINITY);
-    for (row, pixels) in target.tiles[t].0.as_chunks_mut::<TILE>().0.iter_mut().enumerate() {
-        let mut value = f32x8::splat(simd, f32::INFINITY);
-        for s in planes {
-            value = value.min(lanes * s.plane.dx + s.start(x0, y0) + s.down[row]);
-        }
-        let old = f32x8::from_slice(simd, pixels);
-        let span =
-            xs.simd_ge(f32x8::splat(simd, from[row])) & xs.simd_le(f32x8::splat(simd, to[row]));
-        let new = span.select(old.max(value), old);
-        new.store_slice(pixels);
-        least = least.min(new);
-    }
-    target.far[t] = least.reduce_min();
 }

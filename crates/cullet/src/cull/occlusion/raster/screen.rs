@@ -2,6 +2,7 @@
 
 use glam::{DMat4, DVec4};
 
+use super::steps::Scale;
 use crate::transform::Transform;
 use crate::view::{Depth, View};
 
@@ -23,6 +24,7 @@ pub(crate) struct Screen {
     /// Whether outward windings look clockwise where they face the eye.
     pub(crate) mirrored: bool,
     pub(crate) perspective: bool,
+    pub(crate) scale: Scale,
 }
 
 /// A point in the buffer.
@@ -46,15 +48,14 @@ pub(crate) struct Clip {
 }
 
 impl Spot {
-    /// No place; any comparison with it is false.
-    pub(crate) const NONE: Self = Self { x: f64::NAN, y: f64::NAN, nearness: f64::NAN };
-
     pub(crate) fn is_finite(&self) -> bool {
         self.x.is_finite() && self.y.is_finite() && self.nearness.is_finite()
     }
 }
 
 impl Clip {
+    pub(crate) const NONE: Self = Self { x: 0.0, y: 0.0, nearness: 0.0, near: 0.0, w: 0.0 };
+
     pub(crate) fn height(&self) -> f64 {
         self.near
     }
@@ -107,6 +108,8 @@ impl Screen {
             Depth::Standard => (z, w - z),
             Depth::Reversed => (w - z, z),
         };
+        let scale =
+            if perspective { Scale::perspective(near_w(near, w)) } else { Scale::parallel() };
         Self {
             rows: [
                 (x + w) * (0.5 * width),
@@ -118,6 +121,7 @@ impl Screen {
             size,
             mirrored: view.is_mirrored(),
             perspective,
+            scale,
         }
     }
 
@@ -127,9 +131,17 @@ impl Screen {
         let t: [f64; 3] = std::array::from_fn(|a| transform.translation[a] - origin[a]);
         // Row vectors times the matrix.
         let dot = |r: &DVec4, c: [f64; 3]| r.x * c[0] + r.y * c[1] + r.z * c[2];
-        let rows =
-            self.rows.map(|r| DVec4::new(dot(&r, x), dot(&r, y), dot(&r, z), dot(&r, t) + r.w));
-        ObjectScreen { rows, mirrored: self.mirrored ^ (transform.determinant() < 0.0) }
+        let of = |r: DVec4, [x, y, z, t]: [[f64; 3]; 4]| {
+            DVec4::new(dot(&r, x), dot(&r, y), dot(&r, z), dot(&r, t) + r.w)
+        };
+        let columns = [x, y, z, t];
+        let sizes = columns.map(|c| c.map(f64::abs));
+        ObjectScreen {
+            rows: self.rows.map(|r| of(r, columns)),
+            sizes: self.rows.map(|r| of(r.abs(), sizes)),
+            mirrored: self.mirrored ^ (transform.determinant() < 0.0),
+            perspective: self.perspective,
+        }
     }
 
     /// The rows that take a point to x·w, y·w, nearness·w, height over the near plane and w.
@@ -142,8 +154,19 @@ impl Screen {
 #[derive(Clone, Debug)]
 pub(crate) struct ObjectScreen {
     rows: [DVec4; 5],
+    /// Sums of the sizes of the terms that each number of the rows was summed from.
+    pub(crate) sizes: [DVec4; 5],
     /// Whether outward windings look clockwise on a screen whose y grows upward.
     pub(crate) mirrored: bool,
+    pub(crate) perspective: bool,
+}
+
+/// The w of the points of a near plane, of which a row is the height and another w; NaN where that differs too much.
+fn near_w(near: DVec4, w: DVec4) -> f64 {
+    let (n, k) = (near.truncate(), w.truncate());
+    let share = n.dot(k) / k.length_squared();
+    let is_level = (n - k * share).length() <= share.abs() * 0.5;
+    if is_level { (w.w * share - near.w) / share } else { f64::NAN }
 }
 
 impl ObjectScreen {

@@ -6,7 +6,7 @@
 //! draws.
 //!
 //! More bands than threads, taken by whoever is free, were slower than as many: of the city of the benchmark a
-//! fourth of all work lies in one row of tiles, that of the horizon, so more bands even out little and set up
+//! fourth of all work lies in one row of blocks, that of the horizon, so more bands even out little and set up
 //! more twice. Boxes of a sorted list read from a plain slice, one or two cache lines each, took as long to
 //! project as those of a batch, six.
 
@@ -14,7 +14,7 @@ use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
 
 use super::super::query::BoxProjector;
-use super::super::raster::{Band, OcclusionBuffer, Rectangles, TILE, Tiles};
+use super::super::raster::{BLOCK, Band, Blocks, OcclusionBuffer, Rectangles};
 use crate::bits;
 use crate::bounds::{BoxBlock, Boxes, LANES};
 
@@ -71,14 +71,14 @@ impl OcclusionBuffer {
 
     /// As [`draw_unless_hidden`](Self::draw_unless_hidden), as so many jobs: the buffer is the same to the last
     /// bit, for any number of them. `run` is given the jobs, each to be run once, on any thread and in any
-    /// order. Each has a [`Band`] of the buffer, some rows of tiles, and goes through the whole list: what
+    /// order. Each has a [`Band`] of the buffer, some rows of blocks, and goes through the whole list: what
     /// touches the band and is not hidden there by then is drawn, so an occluder may be drawn in several bands,
     /// or in none.
     ///
     /// With rayon: `|jobs| jobs.into_par_iter().for_each(DrawJob::run)`. As many jobs as there are threads are
     /// best: bands are cut so that each has about as much to do, and what crosses from one into the next is set
     /// up in both. The boxes are projected before, by the caller's thread. None is 1 job, and
-    /// there are no more than rows of tiles.
+    /// there are no more than rows of blocks.
     ///
     /// # Panics
     /// If `order` has a number that is no box.
@@ -97,7 +97,7 @@ impl OcclusionBuffer {
         all.clear();
         let some = order.chunks(LANES);
         all.extend(some.map(|some| rectangles(level, projector.as_ref(), boxes, some)));
-        let ends = RowCosts::new(&all, order.len(), self.tile_counts()).ends(jobs);
+        let ends = RowCosts::new(&all, order.len(), self.block_counts()).ends(jobs);
         let rectangles = &all;
         let job = |band| DrawJob { band, level, order, rectangles, draw };
         run(self.bands(&ends).into_iter().map(job).collect());
@@ -128,10 +128,10 @@ impl Band<'_> {
     }
 }
 
-/// The first of some rectangles that is not hidden in some tiles, or that has no bounds.
+/// The first of some rectangles that is not hidden in some blocks, or that has no bounds.
 #[inline(always)]
-fn first_open<S: Simd>(simd: S, of: Tiles<'_>, r: &Rectangles, left: u64) -> Option<usize> {
-    let [first, last] = [of.rows[0] * TILE, of.rows[1] * TILE - 1].map(|v| v as i32);
+fn first_open<S: Simd>(simd: S, of: Blocks<'_>, r: &Rectangles, left: u64) -> Option<usize> {
+    let [first, last] = of.pixel_rows().map(|v| v as i32);
     let mut touching = !r.bounded;
     for lane in 0..LANES {
         let touches = r.max[1][lane] >= first && r.min[1][lane] <= last;
@@ -171,35 +171,36 @@ fn rectangles(
     r
 }
 
-/// Cost of looking at an occluder, in units of what it costs to cover a tile: fitted to the bands of 32 views of a city,
+/// Cost of looking at an occluder, in units of what it costs to cover a block: fitted to the bands of 32 views of a city,
 /// where a few of those looked at are drawn.
 const LOOK: u64 = 12;
 
-/// Cost of drawing one, beside the tiles that it covers whole.
+/// Cost of drawing one, beside the blocks that it covers whole.
 const DRAW: u64 = 150;
 
 /// So many of a list, the nearest, are taken to be drawn as far as they are beside those before.
 const DRAWN: usize = 256;
 
-/// Estimated cost of drawing a list, row by row of tiles.
+/// Estimated cost of drawing a list, row by row of blocks.
 #[derive(Debug)]
 struct RowCosts {
-    /// Up to each row, how many tiles are covered; how much begins above, and how much ends above.
+    /// Up to each row, how many blocks are covered; how much begins above, and how much ends above.
     rows: Vec<[u64; 3]>,
 }
 
 impl RowCosts {
-    /// Of so many occluders, in a buffer of so many columns and rows of tiles.
+    /// Of so many occluders, in a buffer of so many columns and rows of blocks.
     fn new(rectangles: &[Rectangles], listed: usize, [columns, rows]: [usize; 2]) -> Self {
         let mut rows = vec![[0_u64; 3]; rows + 1];
-        for (block, r) in rectangles.iter().enumerate() {
-            let count = (listed - block * LANES).min(LANES);
+        for (some, r) in rectangles.iter().enumerate() {
+            let count = (listed - some * LANES).min(LANES);
             for lane in bits::ones(u64::from(r.bounded) & ((1 << count) - 1)) {
-                let tile = |v: i32| v as usize / TILE;
-                let [first, last] = [tile(r.min[1][lane]), tile(r.max[1][lane])];
+                let block = |v: i32, axis: usize| v as usize / BLOCK[axis];
+                let [first, last] = [block(r.min[1][lane], 1), block(r.max[1][lane], 1)];
                 let mut cost = LOOK;
-                if block * LANES < DRAWN {
-                    let width = (tile(r.max[0][lane]) - tile(r.min[0][lane]) + 1) as u64;
+                if some * LANES < DRAWN {
+                    let [left, right] = [block(r.min[0][lane], 0), block(r.max[0][lane], 0)];
+                    let width = (right - left + 1) as u64;
                     let mut covered = 0;
                     for row in &mut rows[first + 1..last + 2] {
                         let more = width.min(columns as u64 - row[0]);

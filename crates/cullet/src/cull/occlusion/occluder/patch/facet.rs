@@ -1,0 +1,177 @@
+//! Facets: triangles of a surface, and pairs of them that make a convex quad.
+
+use glam::DVec3;
+
+/// The cosine of the angle between the normals of two triangles below which they make no quad.
+const FLAT: f64 = 0.995;
+
+/// The least sine of a corner of a quad: one that is nearly straight is convex on the screen in few views.
+const LEAST_CORNER: f64 = 0.02;
+
+/// No facet.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A facet: three vertices, or four of a quad whose diagonal runs from the first to the third.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Facet {
+    /// That of a triangle ends with its third vertex twice.
+    pub(super) corners: [u32; 4],
+}
+
+impl Facet {
+    pub(super) fn triangle([a, b, c]: [u32; 3]) -> Self {
+        Self { corners: [a, b, c, c] }
+    }
+
+    pub(super) fn corners(&self) -> &[u32] {
+        &self.corners[..if self.is_quad() { 4 } else { 3 }]
+    }
+
+    pub(super) fn is_quad(&self) -> bool {
+        self.corners[2] != self.corners[3]
+    }
+
+    /// Whether a triangle's corners differ; and those of a quad.
+    pub(super) fn is_whole(&self) -> bool {
+        let corners = self.corners();
+        (0..corners.len()).all(|i| (0..i).all(|k| corners[i] != corners[k]))
+    }
+
+    fn sides(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let corners = self.corners();
+        (0..corners.len()).map(|k| [corners[k], corners[(k + 1) % corners.len()]])
+    }
+
+    /// Its triangles.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        let corners = self.corners();
+        (2..corners.len()).map(|k| [corners[0], corners[k - 1], corners[k]])
+    }
+}
+
+/// An edge, and the facets on its sides: the first runs along it from the first vertex, where there are two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Edge {
+    pub(super) vertices: [u32; 2],
+    pub(super) facets: [u32; 2],
+}
+
+/// Edges of facets, ascending by vertices: half-edges of one direction matched with those of the other, in the order of
+/// the facets; what is left over is an edge with one facet. So of three facets at an edge one has it open, and of two that
+/// wind differently both.
+pub(super) fn edges(facets: &[Facet]) -> Vec<Edge> {
+    // Least vertex and the other; direction and facet.
+    let mut halves: Vec<(u64, u64)> = Vec::with_capacity(facets.len() * 4);
+    for (number, facet) in (0_u64..).zip(facets) {
+        halves.extend(facet.sides().map(|[a, b]| {
+            let key = u64::from(a.min(b)) << 32 | u64::from(a.max(b));
+            (key, u64::from(a > b) << 32 | number)
+        }));
+    }
+    halves.sort_unstable();
+    let mut edges = Vec::with_capacity(halves.len() / 2);
+    for same in halves.chunk_by(|p, q| p.0 == q.0) {
+        let vertices = [(same[0].0 >> 32) as u32, same[0].0 as u32];
+        let (along, against) = same.split_at(same.partition_point(|h| h.1 >> 32 == 0));
+        for k in 0..along.len().max(against.len()) {
+            let facet = |of: &[(u64, u64)]| of.get(k).map_or(NONE, |h| h.1 as u32);
+            let facets = match [facet(along), facet(against)] {
+                [NONE, g] => [g, NONE],
+                both => both,
+            };
+            edges.push(Edge { vertices, facets });
+        }
+    }
+    edges
+}
+
+fn place(positions: &[[f32; 3]], vertex: u32) -> DVec3 {
+    DVec3::from(positions[vertex as usize].map(f64::from))
+}
+
+/// The normal of a triangle, as long as twice its area.
+pub(super) fn normal(positions: &[[f32; 3]], [a, b, c]: [u32; 3]) -> DVec3 {
+    let at = place(positions, a);
+    (place(positions, b) - at).cross(place(positions, c) - at)
+}
+
+/// The quad of two triangles over the edge that they share; `None` where both have the same three vertices.
+fn quad(first: &Facet, second: &Facet, edge: [u32; 2]) -> Option<Facet> {
+    let apex = |facet: &Facet| (0..3).find(|&k| !edge.contains(&facet.corners[k]));
+    let (i, j) = (apex(first)?, apex(second)?);
+    let (top, bottom) = (first.corners[i], second.corners[j]);
+    let [a, b] = [first.corners[(i + 1) % 3], first.corners[(i + 2) % 3]];
+    // In the order of the first: top, a, bottom, b. The shared edge, from a to b, is the diagonal.
+    (top != bottom).then_some(Facet { corners: [a, bottom, b, top] })
+}
+
+/// Pairs triangles to quads where they are nearly flat together and convex, the flattest and squarest first.
+pub(super) fn paired(positions: &[[f32; 3]], triangles: Vec<Facet>) -> Vec<Facet> {
+    let normals: Vec<DVec3> = triangles
+        .iter()
+        .map(|t| t.triangles().map(|t| normal(positions, t)).sum::<DVec3>().normalize_or_zero())
+        .collect();
+    let mut candidates: Vec<(f64, Facet, [u32; 2])> = Vec::new();
+    for Edge { vertices, facets } in edges(&triangles) {
+        if facets[1] == NONE {
+            continue;
+        }
+        let [f, g] = facets.map(|f| f as usize);
+        let flatness = normals[f].dot(normals[g]);
+        if flatness < FLAT {
+            continue;
+        }
+        let Some(quad) = quad(&triangles[f], &triangles[g], vertices) else { continue };
+        let up = normals[f] + normals[g];
+        let at = quad.corners.map(|v| place(positions, v));
+        let corner = |k: usize| {
+            let (u, v) = (at[(k + 1) % 4] - at[k], at[(k + 2) % 4] - at[(k + 1) % 4]);
+            u.cross(v).dot(up) / (u.length_squared() * v.length_squared()).sqrt()
+        };
+        let least = (0..4).map(corner).fold(f64::INFINITY, f64::min);
+        if least > LEAST_CORNER {
+            candidates.push(((flatness * 1e4).floor() + least, quad, facets));
+        }
+    }
+    candidates.sort_unstable_by(|p, q| q.0.total_cmp(&p.0).then(p.2.cmp(&q.2)));
+    let mut used = vec![false; triangles.len()];
+    let mut facets = Vec::with_capacity(triangles.len());
+    for (_, quad, of) in candidates {
+        if of.iter().all(|&f| !used[f as usize]) {
+            of.iter().for_each(|&f| used[f as usize] = true);
+            facets.push(quad);
+        }
+    }
+    facets.extend((0..).zip(triangles).filter(|(t, _): &(usize, _)| !used[*t]).map(|(_, t)| t));
+    facets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_triangles_at_an_edge_leave_one_open() {
+        let facets = [[0, 1, 2], [1, 0, 3], [0, 1, 4]].map(Facet::triangle);
+        let at: Vec<_> = edges(&facets).into_iter().filter(|e| e.vertices == [0, 1]).collect();
+        assert_eq!(at.iter().map(|e| e.facets).collect::<Vec<_>>(), [[0, 1], [2, NONE]]);
+        let facets = [[0, 1, 2], [0, 1, 3]].map(Facet::triangle);
+        let open = edges(&facets).into_iter().filter(|e| e.facets[1] == NONE).count();
+        assert_eq!(open, 6, "two that wind differently have none in common");
+    }
+
+    #[test]
+    fn a_bent_pair_stays_two_triangles_and_a_flat_one_is_a_quad() {
+        let mut positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 1.0, 0.0]];
+        let pair = || [[0, 1, 2], [0, 2, 3]].map(Facet::triangle).to_vec();
+        assert_eq!(paired(&positions, pair()).len(), 2);
+        positions[2][2] = 0.0;
+        let flat = paired(&positions, pair());
+        assert_eq!(flat.len(), 1);
+        let [a, _, c, _] = flat[0].corners;
+        assert_eq!([a.min(c), a.max(c)], [0, 2], "the diagonal");
+        // One corner of the two reaches in.
+        positions[1] = [0.6, 0.7, 0.0];
+        assert_eq!(paired(&positions, pair()).len(), 2);
+    }
+}

@@ -1,0 +1,164 @@
+//! Surfaces: patches of connected facets, drawn into the buffer.
+//!
+//! ```text
+//! project    vertices, eight at a time; margin: how far one may be off, in pixels
+//! cut        facets that reach before the near plane or far off the screen, in f64
+//! facets     eight at a time: which show the side that is drawn, for certain
+//!            each covers the pixels that it touches, widened by the margin; their least nearness is kept beside
+//! silhouettes    eight edges at a time: those with a drawn facet on one side alone
+//!            each removes the pixels that it touches, widened by three margins
+//! coverage   what is covered and not removed, into the buffer
+//! ```
+//!
+//! Why that is right: within a pixel the number of drawn facets that lie over a point changes only at silhouette
+//! edges, for at the others one begins where the other ends. So a pixel that no such edge touches is covered wholly
+//! or not at all; and whatever covers a part of it touches it, so that its depth is in the least. A pixel may be counted
+//! as touched by a facet that only comes within the margin of it: then the surface goes on into the pixel, or ends within
+//! three margins of it, which removes it.
+
+mod coverage;
+mod cut;
+mod facets;
+mod projection;
+mod silhouettes;
+
+use fearless_simd::prelude::*;
+
+use super::blocks::BlocksMut;
+use super::connected::{Connected, LANES, NUMBERS, corners_of};
+use super::screen::ObjectScreen;
+use coverage::BlockCoverage;
+use cut::Cut;
+pub(crate) use projection::Projection;
+
+/// A number for each vertex of a patch, or facet: as many as there can be, so that none needs a check.
+type Numbers<T> = Box<[T; NUMBERS]>;
+
+/// Drawing of surfaces: memory.
+#[derive(Clone, Debug)]
+pub(super) struct Surface {
+    /// Blocks in a row of the buffer.
+    columns: usize,
+    /// Blocks of the window of the patch that is drawn, and which of each row have any coverage.
+    blocks: Vec<BlockCoverage>,
+    used: Vec<u128>,
+    x: Numbers<f32>,
+    y: Numbers<f32>,
+    n: Numbers<f32>,
+    /// All bits for a facet that is drawn, else none.
+    drawn: Numbers<u32>,
+    silhouettes: Vec<[u16; 2]>,
+    /// Quads of which both triangles are drawn, but not as one.
+    halves: Vec<[u16; 3]>,
+    cut: Cut,
+}
+
+/// The part of the screen on which a patch lies, and how far its vertices may be off.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    /// First column and row of pixels.
+    low: [f32; 2],
+    /// One beyond the last column; the last row.
+    high: [f32; 2],
+    /// First block, and blocks across.
+    block: [usize; 2],
+    across: usize,
+    /// Pixels by which a vertex, or an edge at a pixel, may be off.
+    margin: f32,
+    /// The same where a plane is followed.
+    steep: f32,
+    /// Error of nearness: a share of it, and beside that.
+    share: f32,
+    nearness: f32,
+    /// Whether some vertices are NaN.
+    is_clipped: bool,
+}
+
+impl Surface {
+    /// For a buffer of so many columns and rows of blocks.
+    pub(super) fn new(columns: usize, rows: usize) -> Self {
+        Self {
+            columns,
+            blocks: vec![BlockCoverage::NONE; columns * rows],
+            used: vec![0; rows],
+            x: numbers(0.0),
+            y: numbers(0.0),
+            n: numbers(0.0),
+            drawn: numbers(0),
+            silhouettes: Vec::new(),
+            halves: Vec::new(),
+            cut: Cut::default(),
+        }
+    }
+
+    /// Draws what lies in the target's rows of a patch, each side that it shows by itself.
+    #[inline(always)]
+    pub(super) fn draw<S: Simd>(
+        &mut self,
+        simd: S,
+        patch: &Connected,
+        screen: &ObjectScreen,
+        projection: &Projection,
+        target: &mut BlocksMut<'_>,
+    ) {
+        let away = [
+            projection.faces_away(patch, 1.0),
+            !patch.two_sided || projection.faces_away(patch, -1.0),
+        ];
+        if away == [true, true] {
+            return;
+        }
+        let rows = target.rows;
+        let Some(window) = self.project(simd, screen, projection, patch, rows) else { return };
+        for (back, is_away) in away.into_iter().enumerate() {
+            if !is_away {
+                let turned = projection.is_mirrored() ^ (back == 1);
+                let both = (screen, projection);
+                self.draw_side(simd, patch, both, &window, [back == 1, turned], target);
+            }
+        }
+    }
+
+    /// Draws the facets that show their fronts, or their backs; `turned` are those whose corners run clockwise on the
+    /// screen, y upward.
+    #[inline(always)]
+    fn draw_side<S: Simd>(
+        &mut self,
+        simd: S,
+        patch: &Connected,
+        screen: (&ObjectScreen, &Projection),
+        window: &Window,
+        [back, turned]: [bool; 2],
+        target: &mut BlocksMut<'_>,
+    ) {
+        self.halves.clear();
+        let (mut rest, mut number) = (&patch.corners[..], LANES);
+        for (kind, &groups) in patch.groups.iter().enumerate() {
+            // No closures: what is not inlined is compiled without the level's instructions.
+            for _ in 0..groups {
+                let (rows, more) = rest.split_at(corners_of(kind));
+                if let Some(quads) = rows.as_array() {
+                    self.group::<S, 4>(simd, window, quads, turned, Some(number), target);
+                } else if let Some(triangles) = rows.as_array() {
+                    self.group::<S, 3>(simd, window, triangles, turned, Some(number), target);
+                }
+                (rest, number) = (more, number + LANES);
+            }
+        }
+        self.draw_halves(simd, window, target);
+        if window.is_clipped {
+            self.draw_cut(simd, window, back, target);
+        }
+        if self.find_silhouettes(screen, patch, window, back) {
+            self.draw_silhouettes(simd, window);
+            self.resolve(simd, window, Some(target));
+        } else {
+            // More corners than there are numbers: nothing is certain.
+            self.resolve(simd, window, None);
+        }
+    }
+}
+
+fn numbers<T: Copy + std::fmt::Debug>(of: T) -> Numbers<T> {
+    vec![of; NUMBERS].into_boxed_slice().try_into().expect("as many as there are numbers")
+}

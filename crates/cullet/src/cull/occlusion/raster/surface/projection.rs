@@ -1,0 +1,281 @@
+//! Projecting the vertices of a patch, eight at a time in f32, and how far they may be off.
+//!
+//! A vertex is off by E in x·w, and by F in w, with E ≤ Σ ε |p − e| + δ; see [`Row`]. What lies on the screen or within a
+//! guard band around it lies in a cone from the eye, so that |p − e| is bounded by w: p − e = M⁻¹ (x·w − cₓ, y·w − c_y, w − c_w),
+//! where M has the rows and c are their constants, so that |p − e| / w ≤ Σ |M⁻¹| (|x| + |c| / w). Without that the error of a wall
+//! near the eye would be that of its far end at the w of its near one.
+
+use fearless_simd::f32x8;
+use fearless_simd::prelude::*;
+use glam::{DMat3, DVec3};
+
+use super::super::blocks::BLOCK;
+use super::super::connected::{Connected, LANES};
+use super::super::row::{Row, meet};
+use super::super::screen::ObjectScreen;
+use super::{Surface, Window};
+use crate::bounds::Aabb;
+
+/// Pixels beyond each edge of the screen up to which vertices keep their digits; what reaches farther is clipped.
+pub(super) const GUARD: f64 = 4096.0;
+
+/// Error of a quotient, as a share of what its parts are off by: enough where w is 16 times as large as its own.
+const QUOTIENT: f64 = 1.125;
+
+/// The map from an object's space to the screen, in f32.
+#[derive(Clone, Debug)]
+pub(crate) struct Projection {
+    /// Point that coordinates are taken relative to.
+    base: [f32; 3],
+    /// x·w, y·w, w (perspective) or nearness (parallel), height over the near plane.
+    rows: [Row; 4],
+    perspective: bool,
+    /// In perspective the errors of x·w, y·w and w, over w, for each pixel from the edge in x, in y, and for one.
+    shares: [[f64; 3]; 3],
+    /// The eye, and 1; or the direction of view, and 0.
+    eye: [f64; 4],
+    /// Whether fronts look clockwise on a screen whose y grows upward.
+    mirrored: bool,
+    size: [f64; 2],
+}
+
+impl Projection {
+    /// That of an object on a screen of `size` pixels. `None` where its numbers are too large for f32, or it is flat.
+    pub(crate) fn new(screen: &ObjectScreen, size: [u32; 2]) -> Option<Self> {
+        let perspective = screen.perspective;
+        let order = [0, 1, if perspective { 4 } else { 2 }, 3];
+        let rows = order.map(|i| screen.rows()[i].to_array());
+        let of = order.map(|i| screen.sizes[i].to_array());
+        let base = meet([rows[0], rows[1], rows[2]]).unwrap_or_default();
+        let row = |i: usize| Row::new(rows[i], of[i], base);
+        let [x, y, third] = [0, 1, 2].map(|i| DVec3::new(rows[i][0], rows[i][1], rows[i][2]));
+        let inverse = DMat3::from_cols(x, y, third).transpose().inverse();
+        let rows = [row(0)?, row(1)?, row(2)?, row(3)?];
+        let shares = [0, 1, 2].map(|i: usize| {
+            [0, 1, 2].map(|j: usize| {
+                let each = |a: usize| f64::from(rows[i].k_error[a]) * inverse.col(j)[a].abs();
+                each(0) + each(1) + each(2)
+            })
+        });
+        let eye = if perspective {
+            let c = [0, 1, 2].map(|i| screen.rows()[order[i]].w);
+            (inverse * -DVec3::from(c)).extend(1.0)
+        } else {
+            let along = x.cross(y);
+            let away = if along.dot(third) > 0.0 { -along } else { along };
+            away.normalize().extend(0.0)
+        };
+        let is_finite = eye.is_finite() && shares.as_flattened().iter().all(|v| v.is_finite());
+        is_finite.then_some(Self {
+            base,
+            rows,
+            perspective,
+            shares,
+            eye: eye.into(),
+            mirrored: screen.mirrored,
+            size: size.map(f64::from),
+        })
+    }
+
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.mirrored
+    }
+
+    /// Pixels of the screen.
+    pub(super) fn size(&self) -> [f64; 2] {
+        self.size
+    }
+
+    /// Whether all own triangles of a patch show their backs; or with `sign` −1, their fronts.
+    pub(super) fn faces_away(&self, patch: &Connected, sign: f64) -> bool {
+        let [ex, ey, ez, one] = self.eye;
+        let axis = DVec3::from(patch.axis.map(f64::from)) * sign;
+        let sine = f64::from(patch.sine);
+        let eye = DVec3::new(ex, ey, ez);
+        if one == 0.0 {
+            return eye.dot(axis) > sine;
+        }
+        let (min, max) = (DVec3::from(patch.bounds.min.map(f64::from)), patch.bounds.max);
+        let max = DVec3::from(max.map(f64::from));
+        let (to, radius) = ((min + max) * 0.5 - eye, (max - min).length() * 0.5);
+        to.dot(axis) >= sine * to.length() + radius * 1.0001
+    }
+
+    /// The largest distance from the base along each axis.
+    fn reach(&self, b: &Aabb) -> [f64; 3] {
+        let base = self.base.map(f64::from);
+        [0, 1, 2].map(|a: usize| {
+            (f64::from(b.min[a]) - base[a]).abs().max((f64::from(b.max[a]) - base[a]).abs())
+        })
+    }
+
+    fn error(&self, row: usize, reach: [f64; 3]) -> f64 {
+        let Row { k_error, c_error, .. } = &self.rows[row];
+        let each = |a: usize| f64::from(k_error[a]) * reach[a];
+        f64::from(*c_error) + each(0) + each(1) + each(2)
+    }
+
+    /// The least that a row may be over a box.
+    fn least(&self, row: usize, b: &Aabb) -> f64 {
+        let Row { k, c, .. } = &self.rows[row];
+        let each = |a: usize| {
+            let (k, base) = (f64::from(k[a]), f64::from(self.base[a]));
+            (k * (f64::from(b.min[a]) - base)).min(k * (f64::from(b.max[a]) - base))
+        };
+        f64::from(*c) + each(0) + each(1) + each(2)
+    }
+
+    #[inline(always)]
+    fn row<S: Simd>(&self, simd: S, row: usize, [x, y, z]: [f32x8<S>; 3]) -> f32x8<S> {
+        let Row { k, c, .. } = &self.rows[row];
+        let splat = |v: f32| f32x8::splat(simd, v);
+        x * splat(k[0]) + y * splat(k[1]) + z * splat(k[2]) + splat(*c)
+    }
+
+    /// Errors of vertices no farther than `g` pixels from the top left corner, whose w is `w` at least.
+    fn doubt(&self, g: [f64; 2], w: f64, reach: [f64; 3]) -> VertexDoubt {
+        let far = g[0].max(g[1]);
+        if !self.perspective {
+            let [x, y, n] = [0, 1, 2].map(|row| QUOTIENT * self.error(row, reach));
+            let pixels = x.max(y) + far * 2.0_f64.powi(-22);
+            return VertexDoubt { pixels, share: 2.0_f64.powi(-22), nearness: n };
+        }
+        let places = [g[0], g[1], 1.0];
+        let at = [0, 1, 2].map(|j: usize| places[j] + f64::from(self.rows[j].c.abs()) / w);
+        let of = |i: usize| {
+            let each = |j: usize| self.shares[i][j] * at[j];
+            each(0) + each(1) + each(2) + f64::from(self.rows[i].c_error) / w
+        };
+        let of_w = of(2);
+        let pixels = (of(0) + g[0] * of_w).max(of(1) + g[1] * of_w);
+        VertexDoubt {
+            pixels: QUOTIENT * pixels + far * 2.0_f64.powi(-21),
+            share: QUOTIENT * of_w + 2.0_f64.powi(-21),
+            nearness: 0.0,
+        }
+    }
+}
+
+/// How far projected vertices may be off: in pixels, in nearness as a share of it, and beside that.
+struct VertexDoubt {
+    pixels: f64,
+    share: f64,
+    nearness: f64,
+}
+
+impl Surface {
+    /// Projects the vertices of a patch, of which those before the near plane or far off the screen become NaN, and
+    /// clips the facets that have one. The part of the screen on which its own facets lie; `None` where there is none.
+    #[inline(always)]
+    pub(super) fn project<S: Simd>(
+        &mut self,
+        simd: S,
+        screen: &ObjectScreen,
+        projection: &Projection,
+        patch: &Connected,
+        rows: [usize; 2],
+    ) -> Option<Window> {
+        let splat = |v: f32| f32x8::splat(simd, v);
+        let reach = projection.reach(&patch.around);
+        let near_error = projection.error(3, reach);
+        let may_be_near = !(projection.least(3, &patch.around) > near_error * 2.0);
+        let least_w = if projection.perspective { 16.0 * projection.error(2, reach) } else { 0.0 };
+        let least_w = splat((least_w as f32).next_up().max(1e-18));
+        let near_error = splat((near_error as f32).next_up());
+        let guard = projection.size.map(|s| splat((s + GUARD) as f32));
+        let (infinite, nan) = (splat(f32::INFINITY), splat(f32::NAN));
+        let (mut low, mut high) = ([infinite; 2], [-infinite; 2]);
+        let (mut own, mut smallest_w) = ((low, high), infinite);
+        let mut is_clipped = false;
+        let count = patch.places[0].len();
+        let base = projection.base;
+        for i in (0..count).step_by(LANES) {
+            let at =
+                |a: usize| f32x8::from_slice(simd, &patch.places[a][i..i + LANES]) - splat(base[a]);
+            let p = [at(0), at(1), at(2)];
+            let third = projection.row(simd, 2, p);
+            let (mut x, mut y) = (projection.row(simd, 0, p), projection.row(simd, 1, p));
+            let mut n = third;
+            let mut usable = x.simd_eq(x);
+            if projection.perspective {
+                n = splat(1.0) / third;
+                (x, y) = (x * n, y * n);
+                usable = third.simd_gt(least_w);
+            }
+            if may_be_near {
+                usable &= projection.row(simd, 3, p).simd_ge(near_error);
+            }
+            usable &= x.abs().simd_lt(guard[0]) & y.abs().simd_lt(guard[1]);
+            is_clipped |= usable.to_bitmask() != 0xff;
+            (x, y) = (usable.select(x, nan), usable.select(y, nan));
+            // Comparisons with a NaN are false.
+            low = [x.simd_lt(low[0]).select(x, low[0]), y.simd_lt(low[1]).select(y, low[1])];
+            high = [x.simd_gt(high[0]).select(x, high[0]), y.simd_gt(high[1]).select(y, high[1])];
+            smallest_w = (usable & third.simd_lt(smallest_w)).select(third, smallest_w);
+            x.store_slice(&mut self.x[i..i + LANES]);
+            y.store_slice(&mut self.y[i..i + LANES]);
+            n.store_slice(&mut self.n[i..i + LANES]);
+            if i < patch.own_vertices {
+                own = (low, high);
+            }
+        }
+        let (low, high) = (least(low), most(high));
+        let mut own = [least(own.0), most(own.1)];
+        self.cut.begin(count);
+        if is_clipped {
+            self.cut_facets(screen, projection, patch, &mut own);
+        }
+        let [own_low, own_high] = own;
+        if !(own_low[0] <= own_high[0]) {
+            return None;
+        }
+        // Where no vertex is usable there are no bounds.
+        let far = |a: usize| if low[a] <= high[a] { low[a].abs().max(high[a].abs()) } else { 0.0 };
+        let g = [far(0), far(1)].map(|g| f64::from(g) * 1.01 + 2.0);
+        let w = f64::from(smallest_w.reduce_min());
+        let doubt = projection.doubt(g, w, reach);
+        let padded = [self.columns * BLOCK[0], self.used.len() * BLOCK[1]].map(|s| s as f64);
+        let mut span = g[0].max(g[1]).max(padded[0]).max(padded[1]);
+        if is_clipped {
+            span = span.max(projection.size[0].max(projection.size[1]) + GUARD + 1.0);
+        }
+        // An edge at a row takes some twelve roundings of at most the span, in units of 2⁻²⁴.
+        let margin = (doubt.pixels * 1.01 + span * 2.0_f64.powi(-20)) as f32 + 2.0_f32.powi(-12);
+        if !(margin < 1.0) {
+            return None;
+        }
+        let first = [0.0, (rows[0] * BLOCK[1]) as f32];
+        let end = [padded[0] as f32, (rows[1] * BLOCK[1]) as f32];
+        let low = [0, 1].map(|a| (own_low[a] - margin).floor().max(first[a]));
+        let high = [
+            ((own_high[0] + margin).floor() + 1.0).min(end[0]),
+            (own_high[1] + margin).floor().min(end[1] - 1.0),
+        ];
+        if !(low[0] < high[0] && low[1] <= high[1]) {
+            return None;
+        }
+        let block = [low[0] as usize / BLOCK[0], low[1] as usize / BLOCK[1]];
+        let across = (high[0] as usize - 1) / BLOCK[0] - block[0] + 1;
+        Some(Window {
+            low,
+            high,
+            block,
+            across,
+            margin,
+            steep: margin + (span * 2.0_f64.powi(-19)) as f32,
+            share: (doubt.share + 2.0_f64.powi(-19)) as f32,
+            nearness: (doubt.nearness * 1.001) as f32,
+            is_clipped,
+        })
+    }
+}
+
+#[inline(always)]
+fn least<S: Simd>(v: [f32x8<S>; 2]) -> [f32; 2] {
+    [v[0].reduce_min(), v[1].reduce_min()]
+}
+
+#[inline(always)]
+fn most<S: Simd>(v: [f32x8<S>; 2]) -> [f32; 2] {
+    [v[0].reduce_max(), v[1].reduce_max()]
+}
