@@ -295,8 +295,9 @@ proptest! {
         let flip = |v: u32, a: usize| if mirror.contains(&a) { size[a] - 1 - v } else { v };
         let differ = (0..size[0] * size[1]).filter(|i| {
             let (x, y) = (i % size[0], i / size[0]);
-            let covered = one.nearness(x, y) > 0.0;
-            covered != (other.nearness(flip(x, 0), flip(y, 1)) > 0.0)
+            let [a, b] = [one.nearness(x, y), other.nearness(flip(x, 0), flip(y, 1))];
+            // Near the far plane a tile may be open by its farthest corner.
+            a.min(b) <= 0.0 && a.max(b) > 0.05
         });
         prop_assert!(differ.count() <= 2);
     }

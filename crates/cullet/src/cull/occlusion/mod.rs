@@ -34,7 +34,7 @@ pub use query::Visibility;
 pub(crate) use query::{BoxTests, Nearest};
 pub use raster::{Band, OcclusionBuffer, ScreenBounds, TILE};
 pub(crate) use select::{Candidate, Choice};
-pub use select::{DrawJob, Occlusion};
+pub use select::{DrawJob, DynamicSurface, Occlusion};
 
 use thiserror::Error;
 

@@ -35,7 +35,7 @@ impl BoxProjector {
     }
 
     /// For boxes in the space of an object.
-    pub(super) fn of_object(screen: &Screen, object: &ObjectScreen) -> Option<Self> {
+    pub(crate) fn of_object(screen: &Screen, object: &ObjectScreen) -> Option<Self> {
         Self::of_rows(screen, object.rows().map(Into::into), object.sizes.map(Into::into))
     }
 

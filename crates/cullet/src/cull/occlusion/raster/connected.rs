@@ -42,7 +42,41 @@ pub(crate) struct Connected {
     pub(crate) sine: f32,
 }
 
+impl Default for Connected {
+    /// No facet.
+    fn default() -> Self {
+        Self {
+            places: [Vec::new(), Vec::new(), Vec::new()],
+            own_vertices: 0,
+            corners: Vec::new(),
+            groups: [0; 4],
+            edges: Vec::new(),
+            two_sided: false,
+            bounds: Aabb::EMPTY,
+            around: Aabb::EMPTY,
+            axis: [0.0; 3],
+            sine: 2.0,
+        }
+    }
+}
+
 impl Connected {
+    /// Gives back memory that it does not use.
+    pub(crate) fn shrink(&mut self) {
+        self.places.iter_mut().for_each(Vec::shrink_to_fit);
+        self.corners.shrink_to_fit();
+        self.edges.shrink_to_fit();
+    }
+
+    /// Bytes that it takes.
+    #[cfg(test)]
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<Self>()
+            + self.places.iter().map(|p| p.len() * 4).sum::<usize>()
+            + self.corners.len() * 16
+            + self.edges.len() * 64
+    }
+
     /// Its groups of facets in the order of their numbers: which of the four kinds, the number of the first facet, and
     /// the rows of corners.
     #[inline(always)]

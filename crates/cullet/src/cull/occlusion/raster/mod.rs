@@ -31,7 +31,9 @@ pub(crate) use bounds::Rectangles;
 pub use bounds::ScreenBounds;
 pub use buffer::OcclusionBuffer;
 pub(crate) use clip::clip_near;
-pub(crate) use connected::{Connected, LANES as FACETS, MOST_VERTICES, NEVER, corners_of};
+#[cfg(feature = "serde")]
+pub(crate) use connected::corners_of;
+pub(crate) use connected::{Connected, LANES as FACETS, MOST_VERTICES, NEVER};
 pub(crate) use outline::Edges;
 pub(crate) use plane::Plane;
 pub(crate) use row::{Row, meet};

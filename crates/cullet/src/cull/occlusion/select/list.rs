@@ -150,7 +150,7 @@ fn first_open<S: Simd>(simd: S, of: Blocks<'_>, r: &Rectangles, left: u64) -> Op
 
 /// Where up to sixteen boxes lie on the screen.
 #[inline(always)]
-fn rectangles(
+pub(super) fn rectangles(
     level: crate::Simd,
     projector: Option<&BoxProjector>,
     boxes: &Boxes,

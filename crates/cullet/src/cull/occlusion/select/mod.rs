@@ -1,9 +1,11 @@
 //! Choosing: the occluders that are drawn, within a budget, or from a list.
 
 mod choice;
+mod dynamic;
 mod list;
 
 pub(crate) use choice::{Candidate, Choice};
+pub use dynamic::DynamicSurface;
 pub use list::DrawJob;
 
 use super::raster::OcclusionBuffer;

@@ -13,13 +13,13 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// A facet: three vertices, or four of a quad whose diagonal runs from the first to the third.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Facet {
+pub(crate) struct Facet {
     /// That of a triangle ends with its third vertex twice.
     pub(super) corners: [u32; 4],
 }
 
 impl Facet {
-    pub(super) fn triangle([a, b, c]: [u32; 3]) -> Self {
+    pub(crate) fn triangle([a, b, c]: [u32; 3]) -> Self {
         Self { corners: [a, b, c, c] }
     }
 
@@ -32,7 +32,7 @@ impl Facet {
     }
 
     /// Whether a triangle's corners differ; and those of a quad.
-    pub(super) fn is_whole(&self) -> bool {
+    pub(crate) fn is_whole(&self) -> bool {
         let corners = self.corners();
         (0..corners.len()).all(|i| (0..i).all(|k| corners[i] != corners[k]))
     }

@@ -3,146 +3,227 @@
 use glam::DVec3;
 
 use super::super::super::raster::{Connected, FACETS as LANES, MOST_VERTICES, NEVER};
-use super::facet::{Facet, NONE, edges, normal};
+use super::facet::{Facet, normal};
 use crate::bounds::Aabb;
 
-/// Lays out patches of a surface, one after the other; memory for it.
-pub(super) struct Layout<'a> {
-    positions: &'a [[f32; 3]],
-    /// For each vertex the last patch that has it, and its number there.
+/// Entries of the table of half-edges: a power of two, more than a patch has.
+const TABLE: usize = 8192;
+
+/// A half-edge that waits for its opposite: its vertices, and the number of its facet. No vertex is 0xffff.
+#[derive(Clone, Copy, Debug)]
+struct HalfEdge {
+    from: u16,
+    to: u16,
+    facet: u16,
+}
+
+const EMPTY: HalfEdge = HalfEdge { from: u16::MAX, to: u16::MAX, facet: 0 };
+
+/// Lays out patches of a surface, one after the other: memory, of which a patch leaves none behind.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    /// For each vertex of the surface the last patch that has it, and its number there.
     patch_of: Vec<u32>,
     number_of: Vec<u16>,
     patches: u32,
+    vertices: Vec<u32>,
+    /// Half-edges without an opposite yet, and where in the table any were.
+    table: Vec<HalfEdge>,
+    used: Vec<u16>,
+    /// Edges so far: facets on both sides and vertices.
+    rows: Vec<[u16; 4]>,
 }
 
-impl<'a> Layout<'a> {
-    pub(super) fn new(positions: &'a [[f32; 3]]) -> Self {
-        let count = positions.len();
-        Self { positions, patch_of: vec![0; count], number_of: vec![0; count], patches: 0 }
+impl Layout {
+    /// For a surface of so many vertices.
+    pub(crate) fn new(vertices: usize) -> Self {
+        Self {
+            patch_of: vec![0; vertices],
+            number_of: vec![0; vertices],
+            patches: 0,
+            vertices: Vec::new(),
+            table: vec![EMPTY; TABLE],
+            used: Vec::new(),
+            rows: Vec::new(),
+        }
     }
 
-    /// Lays out the own facets of a patch and those around it, both sorted as they are to be drawn. Where those around are
-    /// too many, none is kept: then all that borders on them counts as an end of the surface.
-    pub(super) fn lay_out(
+    /// Makes room for so many vertices.
+    pub(crate) fn begin(&mut self, vertices: usize) {
+        if self.patch_of.len() < vertices || self.patches > u32::MAX / 2 {
+            let count = vertices.max(self.patch_of.len());
+            self.patch_of.clear();
+            self.patch_of.resize(count, 0);
+            self.number_of.resize(count, 0);
+            self.patches = 0;
+        }
+    }
+
+    /// Lays out the own facets of a patch and those around it, both sorted as they are to be drawn; all that `to` had is
+    /// overwritten. Where those around are too many, none is kept: then all that borders on them counts as an end of the
+    /// surface.
+    pub(crate) fn lay_out(
         &mut self,
+        positions: &[[f32; 3]],
         own: &[Facet],
         around: &[Facet],
         two_sided: bool,
-    ) -> Connected {
-        // Quads first.
-        let split = |list: &[Facet]| -> [Vec<Facet>; 2] {
-            let (quads, triangles) = list.iter().partition(|f| f.is_quad());
-            [quads, triangles]
-        };
-        let [[own_quads, own_triangles], [quads, triangles]] = [own, around].map(split);
-        let kinds = [own_quads, own_triangles, quads, triangles];
-        match self.lay_out_kinds(&kinds, two_sided) {
-            Some(laid) => laid,
-            None => {
-                let [own_quads, own_triangles, ..] = kinds;
-                let own = [own_quads, own_triangles, Vec::new(), Vec::new()];
-                self.lay_out_kinds(&own, two_sided).expect("a patch has few facets of its own")
-            }
-        }
+        to: &mut Connected,
+    ) {
+        let fits = self.try_lay_out(positions, own, around, to)
+            || self.try_lay_out(positions, own, &[], to);
+        assert!(fits, "{} facets in a patch", own.len());
+        to.two_sided = two_sided;
     }
 
-    fn lay_out_kinds(&mut self, kinds: &[Vec<Facet>; 4], two_sided: bool) -> Option<Connected> {
+    fn try_lay_out(
+        &mut self,
+        positions: &[[f32; 3]],
+        own: &[Facet],
+        around: &[Facet],
+        to: &mut Connected,
+    ) -> bool {
         self.patches += 1;
-        let mut vertices: Vec<u32> = Vec::new();
-        let mut own_vertices = 0;
-        for (kind, list) in kinds.iter().enumerate() {
-            for &v in list.iter().flat_map(Facet::corners) {
-                if self.patch_of[v as usize] != self.patches {
-                    self.patch_of[v as usize] = self.patches;
-                    self.number_of[v as usize] = vertices.len() as u16;
-                    vertices.push(v);
-                    if vertices.len() > MOST_VERTICES - LANES {
-                        return None;
-                    }
+        self.vertices.clear();
+        self.rows.clear();
+        to.corners.clear();
+        to.edges.clear();
+        // Quads first.
+        let kinds = [(own, true), (own, false), (around, true), (around, false)];
+        let mut number = LANES as u16;
+        let mut fits = true;
+        for (kind, (list, quads)) in kinds.into_iter().enumerate() {
+            let mut count = 0;
+            for facet in list.iter().filter(|f| f.is_quad() == quads) {
+                fits &= usize::from(number) + LANES < MOST_VERTICES
+                    && self.vertices.len() + 4 + LANES <= MOST_VERTICES;
+                if !fits {
+                    break;
                 }
+                self.add_facet(facet, count, &mut to.corners);
+                self.add_edges(facet, number);
+                (number, count) = (number + 1, count + 1);
             }
+            to.groups[kind] = count.div_ceil(LANES) as u16;
+            number = number.next_multiple_of(LANES as u16);
             if kind == 1 {
-                own_vertices = vertices.len();
+                to.own_vertices = self.vertices.len();
             }
         }
-        let groups = kinds.each_ref().map(|list| list.len().div_ceil(LANES) as u16);
-        if groups.iter().map(|&g| usize::from(g)).sum::<usize>() >= MOST_VERTICES / LANES {
-            return None;
+        self.finish_edges(&mut to.edges);
+        if fits {
+            self.finish(positions, own, to);
         }
-        let number = |v: u32| self.number_of[v as usize];
-        let mut corners = Vec::new();
-        let mut numbers = Vec::new();
-        let mut first = LANES as u16;
-        for list in kinds {
-            for group in list.chunks(LANES) {
-                for k in 0..group[0].corners().len() {
-                    corners.push(std::array::from_fn(|lane| match group.get(lane) {
-                        Some(facet) => number(facet.corners[k]),
-                        None => number(group[0].corners[0]),
-                    }));
-                }
-                numbers.extend((first..).take(group.len()));
-                first += LANES as u16;
-            }
-        }
-        // By numbers in the patch, so that it is the same wherever its vertices come from.
-        let all = kinds.iter().flatten();
-        let all: Vec<Facet> =
-            all.map(|f| Facet { corners: f.corners.map(|v| u32::from(number(v))) }).collect();
-        let of = |f: u32| if f == NONE { NEVER } else { numbers[f as usize] };
-        let mut rows: Vec<[u16; 4]> = edges(&all)
-            .iter()
-            .map(|e| {
-                let ([f, g], [a, b]) = (e.facets.map(of), e.vertices.map(|v| v as u16));
-                [f, g, a, b]
-            })
-            .collect();
-        // Those of facets that are drawn together come together.
-        rows.sort_unstable();
-        let edges = rows
-            .chunks(LANES)
-            .map(|rows| {
-                let row = |k: usize| {
-                    std::array::from_fn(|lane| {
-                        rows.get(lane).map_or(NEVER, |row: &[u16; 4]| row[k])
-                    })
-                };
-                [0, 1, 2, 3].map(row)
-            })
-            .collect();
-        let padded = vertices.len().next_multiple_of(LANES);
-        let places: Vec<[f32; 3]> = vertices.iter().map(|&v| self.positions[v as usize]).collect();
-        let axis_of = |a: usize| {
-            let mut of: Vec<f32> = places.iter().map(|p| p[a]).collect();
-            of.resize(padded, of.last().copied().unwrap_or_default());
-            of
-        };
-        let (axis, sine) = self.cone(kinds[..2].iter().flatten());
-        Some(Connected {
-            bounds: Aabb::from_points(&places[..own_vertices]),
-            around: Aabb::from_points(&places),
-            places: [0, 1, 2].map(axis_of),
-            own_vertices,
-            corners,
-            groups,
-            edges,
-            two_sided,
-            axis,
-            sine,
-        })
+        fits
     }
 
-    /// The cone of the normals of the triangles of some facets.
-    fn cone<'f>(&self, facets: impl Iterator<Item = &'f Facet>) -> ([f32; 3], f32) {
-        let normals: Vec<DVec3> = facets
-            .flat_map(Facet::triangles)
-            .filter_map(|t| normal(self.positions, t).try_normalize())
-            .collect();
-        let axis = normals.iter().sum::<DVec3>().normalize_or_zero();
-        let least = normals.iter().map(|n| n.dot(axis)).fold(1.0, f64::min);
-        // Normals of tiny triangles are off; an angle that is nearly right says nothing.
-        let is_cone = axis != DVec3::ZERO && least > 0.02;
-        let sine = if is_cone { (1.0 - least * least).max(0.0).sqrt() + 1e-4 } else { 2.0 };
-        (axis.as_vec3().to_array(), sine as f32)
+    /// The number of a vertex in the patch.
+    fn number(&mut self, vertex: u32) -> u16 {
+        let v = vertex as usize;
+        if self.patch_of[v] != self.patches {
+            self.patch_of[v] = self.patches;
+            self.number_of[v] = self.vertices.len() as u16;
+            self.vertices.push(vertex);
+        }
+        self.number_of[v]
     }
+
+    /// Adds the corners of a facet, of which there are `count` of its kind before it.
+    fn add_facet(&mut self, facet: &Facet, count: usize, rows: &mut Vec<[u16; LANES]>) {
+        let (lane, corners) = (count % LANES, facet.corners());
+        if lane == 0 {
+            // What fills up a group has one corner throughout.
+            let first = self.number(corners[0]);
+            rows.extend(std::iter::repeat_n([first; LANES], corners.len()));
+        }
+        let group = rows.len() - corners.len();
+        for (k, &v) in corners.iter().enumerate() {
+            rows[group + k][lane] = self.number(v);
+        }
+    }
+
+    /// Matches the half-edges of a facet with those that run the other way, of facets before it.
+    fn add_edges(&mut self, facet: &Facet, number: u16) {
+        let corners = facet.corners();
+        for k in 0..corners.len() {
+            let [from, to] =
+                [corners[k], corners[(k + 1) % corners.len()]].map(|v| self.number_of[v as usize]);
+            let mut at = slot(from.min(to), from.max(to));
+            loop {
+                let held = &mut self.table[at];
+                if held.from == to && held.to == from {
+                    self.rows.push([held.facet, number, to, from]);
+                    // It waits no longer; what comes behind it is still to be found.
+                    (held.from, held.to) = (u16::MAX, 0);
+                    break;
+                }
+                if held.from == u16::MAX && held.to == u16::MAX {
+                    *held = HalfEdge { from, to, facet: number };
+                    self.used.push(at as u16);
+                    break;
+                }
+                at = (at + 1) % TABLE;
+            }
+        }
+    }
+
+    /// Adds the edges with one facet, and empties the table.
+    fn finish_edges(&mut self, edges: &mut Vec<[[u16; LANES]; 4]>) {
+        for at in self.used.drain(..) {
+            let HalfEdge { from, to, facet } =
+                std::mem::replace(&mut self.table[usize::from(at)], EMPTY);
+            if from != u16::MAX {
+                self.rows.push([facet, NEVER, from, to]);
+            }
+        }
+        for rows in self.rows.chunks(LANES) {
+            let mut eight = [[NEVER; LANES]; 4];
+            for (lane, row) in rows.iter().enumerate() {
+                for (k, number) in row.iter().enumerate() {
+                    eight[k][lane] = *number;
+                }
+            }
+            edges.push(eight);
+        }
+    }
+
+    fn finish(&self, positions: &[[f32; 3]], own: &[Facet], to: &mut Connected) {
+        let (mut own_box, mut all) = (Aabb::EMPTY, Aabb::EMPTY);
+        to.places.iter_mut().for_each(Vec::clear);
+        for (i, &v) in self.vertices.iter().enumerate() {
+            let p = positions[v as usize];
+            to.places.iter_mut().zip(p).for_each(|(places, v)| places.push(v));
+            all = all.union(&Aabb { min: p, max: p });
+            if i < to.own_vertices {
+                own_box = all;
+            }
+        }
+        let padded = self.vertices.len().next_multiple_of(LANES);
+        for places in &mut to.places {
+            let last = places.last().copied().unwrap_or_default();
+            places.resize(padded, last);
+        }
+        (to.bounds, to.around) = (own_box, all);
+        (to.axis, to.sine) = cone(positions, own);
+    }
+}
+
+/// Where the edge between two vertices begins to be looked for.
+fn slot(low: u16, high: u16) -> usize {
+    let key = u32::from(low) << 16 | u32::from(high);
+    (key.wrapping_mul(0x9e37_79b1) >> 16) as usize % TABLE
+}
+
+/// The cone of the normals of the triangles of some facets.
+fn cone(positions: &[[f32; 3]], facets: &[Facet]) -> ([f32; 3], f32) {
+    let normals = || {
+        let triangles = facets.iter().flat_map(Facet::triangles);
+        triangles.filter_map(|t| normal(positions, t).try_normalize())
+    };
+    let axis = normals().sum::<DVec3>().normalize_or_zero();
+    let least = normals().map(|n| n.dot(axis)).fold(1.0, f64::min);
+    // Normals of tiny triangles are off; an angle that is nearly right says nothing.
+    let is_cone = axis != DVec3::ZERO && least > 0.02;
+    let sine = if is_cone { (1.0 - least * least).max(0.0).sqrt() + 1e-4 } else { 2.0 };
+    (axis.as_vec3().to_array(), sine as f32)
 }

@@ -11,8 +11,9 @@ mod facet;
 mod layout;
 mod split;
 
-use facet::{Facet, paired};
-use layout::Layout;
+pub(crate) use facet::Facet;
+use facet::paired;
+pub(crate) use layout::Layout;
 use split::Split;
 
 use super::super::OcclusionError;
@@ -59,13 +60,26 @@ impl Patch {
         let triangles = indices.as_chunks::<3>().0.iter();
         let triangles = triangles.map(|t| Facet::triangle(t.map(|v| same[v as usize])));
         let facets = paired(positions, triangles.filter(Facet::is_whole).collect());
-        let mut layout = Layout::new(positions);
+        let mut layout = Layout::new(positions.len());
         let mut patches = Vec::new();
         let most = most.clamp(1, Self::FACETS);
         Split::new(positions, &facets, most).for_patches(|own, around| {
-            patches.push(Self { mesh: layout.lay_out(own, around, two_sided) });
+            let mut mesh = Connected::default();
+            layout.lay_out(positions, own, around, two_sided, &mut mesh);
+            mesh.shrink();
+            patches.push(Self { mesh });
         });
         Ok(patches)
+    }
+
+    /// One without facets.
+    pub(crate) fn none() -> Self {
+        Self { mesh: Connected::default() }
+    }
+
+    /// Its layout.
+    pub(crate) fn connected(&mut self) -> &mut Connected {
+        &mut self.mesh
     }
 
     /// Draws what lies in a band of it. Nothing where a number is not finite, and before
@@ -120,7 +134,10 @@ impl Patch {
             let facets = list.iter().map(|&corners| Facet { corners });
             facets.filter(Facet::is_whole).collect()
         });
-        Ok(Self { mesh: Layout::new(positions).lay_out(&own, &around, two_sided) })
+        let mut mesh = Connected::default();
+        Layout::new(positions.len()).lay_out(positions, &own, &around, two_sided, &mut mesh);
+        mesh.shrink();
+        Ok(Self { mesh })
     }
 
     /// Its vertices, those of the triangles around it included.
@@ -131,7 +148,7 @@ impl Patch {
     }
 }
 
-fn check_finite(positions: &[[f32; 3]]) -> Result<(), OcclusionError> {
+pub(crate) fn check_finite(positions: &[[f32; 3]]) -> Result<(), OcclusionError> {
     match positions.iter().position(|p| !p.iter().all(|v| v.is_finite())) {
         Some(vertex) => Err(OcclusionError::NotFinite { vertex, position: positions[vertex] }),
         None => Ok(()),
@@ -182,6 +199,14 @@ mod tests {
                 .sum::<usize>();
         }
         assert_eq!(own, 1600);
+    }
+
+    #[test]
+    fn a_triangle_of_a_grid_takes_48_bytes_at_most() {
+        let (positions, indices) = grid(100);
+        let patches = Patch::cut(&positions, &indices, Patch::FACETS, false).unwrap();
+        let bytes: usize = patches.iter().map(|p| p.mesh.bytes()).sum();
+        assert!(bytes <= 48 * indices.len() / 3, "{}", bytes * 3 / indices.len());
     }
 
     #[test]

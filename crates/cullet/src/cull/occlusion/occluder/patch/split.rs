@@ -57,7 +57,11 @@ impl<'a> Split<'a> {
         let mut order: Vec<u32> = (0..self.facets.len() as u32).collect();
         order.sort_by_key(|&f| self.part[f as usize]);
         let mut lists = Vec::new();
-        for part in order.chunk_by_mut(|&f, &g| self.part[f as usize] == self.part[g as usize]) {
+        // A small surface is one patch, whatever its parts: each costs as much as drawing some ten facets.
+        let is_small = order.len() <= self.most;
+        let is_one =
+            |&f: &u32, &g: &u32| is_small || self.part[f as usize] == self.part[g as usize];
+        for part in order.chunk_by_mut(is_one) {
             self.split(part, &mut lists);
         }
         for (number, own) in (0..).zip(lists) {

@@ -22,6 +22,8 @@ pub(super) struct Cut {
     vertices: usize,
     /// Those without a number were to be added.
     is_full: bool,
+    /// The planes beyond which each vertex lies, a bit each.
+    codes: Vec<u32>,
     /// Of the facets that show their fronts, and of those that show their backs.
     sides: [CutSide; 2],
 }
@@ -153,6 +155,12 @@ impl Surface {
         patch: &Connected,
         own: &mut [[f32; 2]; 2],
     ) {
+        let mut codes = std::mem::take(&mut self.cut.codes);
+        codes.clear();
+        codes.extend((0..patch.places[0].len() as u16).map(|v| {
+            let is_nan = self.x[usize::from(v) % NUMBERS].is_nan();
+            if is_nan { projection.beyond([clip(screen, patch, v)].iter())[0] } else { 0 }
+        }));
         patch.for_groups(|kind, number, rows| {
             for lane in 0..rows[0].len() {
                 let mut corners = [0; 4];
@@ -162,7 +170,8 @@ impl Surface {
                 let corners = &corners[..rows.len()];
                 let is_nan = |&v: &u16| self.x[usize::from(v) % NUMBERS].is_nan();
                 // What fills up a group has one corner throughout.
-                if corners[0] != corners[1] && corners.iter().any(is_nan) {
+                let beyond = corners.iter().fold(u32::MAX, |all, &v| all & codes[usize::from(v)]);
+                if corners[0] != corners[1] && beyond == 0 && corners.iter().any(is_nan) {
                     let own = if kind < 2 { Some(&mut *own) } else { None };
                     let all = corners.iter().map(|&v| clip(screen, patch, v));
                     let mut clips = [Clip::default(); 4];
@@ -171,6 +180,7 @@ impl Surface {
                 }
             }
         });
+        self.cut.codes = codes;
     }
 
     /// A quad need not be flat: each of its triangles is cut by itself, and both must show one side.
