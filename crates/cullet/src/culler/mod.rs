@@ -16,6 +16,7 @@ pub use shadow::ShadowView;
 use thiserror::Error;
 
 use crate::Simd;
+use crate::costs::Costs;
 use crate::cull::detail::Detail;
 use crate::cull::occlusion::{Occlusion, OcclusionBuffer};
 use crate::funnel::Stage;
@@ -81,6 +82,9 @@ pub struct Culler {
     /// lossy: what is dropped is proved to be hidden, at every resolution, or to be beyond an edge of the screen. It
     /// costs some tenths of a millisecond, which a scene with little hidden does not give back; so off by default.
     pub occlusion: Option<Occlusion>,
+    /// Costs by which [`occlusion`](Self::occlusion) chooses what to draw, and whether. Default [`Costs::default`]; give
+    /// those of your renderer.
+    pub costs: Costs,
     /// How deep the answer goes.
     pub output: Output,
     /// Fill [`Visible::reasons`]. Default off.
@@ -105,6 +109,7 @@ impl Default for Culler {
             degenerate: true,
             detail: None,
             occlusion: None,
+            costs: Costs::default(),
             output: Output::default(),
             reasons: false,
             dropped: false,
@@ -124,10 +129,11 @@ pub struct ViewState {
 
 impl ViewState {
     /// The occlusion buffer as the last cull of this view left it; `None` before a cull with
-    /// [`Culler::occlusion`]. A later cull without leaves it as it is.
+    /// [`Culler::occlusion`], and after one that found that it would [not pay](Occlusion::risk). A later cull without
+    /// leaves it as it is.
     #[must_use]
     pub fn occlusion_buffer(&self) -> Option<&OcclusionBuffer> {
-        self.scratch.caches.occlusion.buffer.as_ref()
+        self.scratch.caches.occlusion.buffer()
     }
 
     /// Occluders drawn into that buffer, front to back: slots, and which of the shapes of the slot's

@@ -13,6 +13,7 @@ use super::super::run::{Run, is_parted};
 use super::super::sets::{Clusters, Instances};
 use super::density::Density;
 use super::occluders::{Group, Search};
+use super::stake::{Stake, hidden_share};
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
@@ -23,12 +24,14 @@ use crate::scene::Tally;
 use crate::view::{CullFace, FrontFace, View};
 
 /// How often occluders are chosen at the most.
-const ROUNDS: u32 = 3;
+const ROUNDS: u32 = 4;
 
 /// A view's occlusion buffer, and memory.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
-    pub(in super::super) buffer: Option<OcclusionBuffer>,
+    buffer: Option<OcclusionBuffer>,
+    /// The last cull found that occlusion would not pay: the buffer is of another.
+    is_left_out: bool,
     choice: Choice,
     density: Density,
     groups: Vec<Group>,
@@ -42,9 +45,16 @@ pub(in super::super) struct Cache {
 }
 
 impl Cache {
+    /// The buffer of the last cull that drew one; `None` where it would not have paid.
+    pub(in super::super) fn buffer(&self) -> Option<&OcclusionBuffer> {
+        self.buffer.as_ref().filter(|_| !self.is_left_out)
+    }
+
     /// Why an instance is hidden or not, in words: which pixel lets it through, or what covers it.
     pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> String {
-        let Some(buffer) = &self.buffer else { return String::new() };
+        let Some(buffer) = self.buffer() else {
+            return "left out: it would cost more than it could save".to_owned();
+        };
         let [width, height] = buffer.size();
         let tests = BoxTests::new(buffer, frame.culler.level);
         let bounds = match tests.bounds(frame.scene.boxes(), slot as usize) {
@@ -70,7 +80,7 @@ impl Cache {
     /// The instances that cover the screen bounds of an instance, alone or in part, front to back.
     pub(in super::super) fn blockers(&self, frame: &Frame<'_>, slot: u32) -> Vec<u32> {
         let Frame { culler, scene, view, .. } = *frame;
-        let (Some(buffer), mut found) = (&self.buffer, Vec::new()) else { return Vec::new() };
+        let (Some(buffer), mut found) = (self.buffer(), Vec::new()) else { return Vec::new() };
         let tests = BoxTests::new(buffer, culler.level);
         let Ok(bounds) = tests.bounds(scene.boxes(), slot as usize) else { return found };
         let Ok(mut alone) = OcclusionBuffer::new(buffer.size()) else { return found };
@@ -111,6 +121,13 @@ fn test_all(
     log: &mut Log<'_>,
     settings: &Occlusion,
 ) -> Tally {
+    let left = set.tally(frame.scene).counts;
+    let stake = Stake::new(settings, &frame.culler.costs, left);
+    cache.is_left_out = stake.is_nothing();
+    if cache.is_left_out {
+        cache.drawn.clear();
+        return Tally::default();
+    }
     let size = settings.size(frame.view.viewport());
     if cache.buffer.as_ref().is_none_or(|b| b.size() != size) {
         // Never refused: the size is within the limits.
@@ -118,7 +135,7 @@ fn test_all(
     }
     let Some(mut buffer) = cache.buffer.take() else { return Tally::default() };
     buffer.begin(frame.view, frame.scene.origin());
-    let mut work = choose_and_draw(frame, cache, set, log, settings, &mut buffer);
+    let mut work = choose_and_draw(frame, cache, set, log, stake, &mut buffer);
     let begin = log.now();
     let dropped;
     (work.tests, dropped) = test(frame, cache, set, log, &buffer);
@@ -141,28 +158,34 @@ fn choose_and_draw(
     cache: &mut Cache,
     set: &Instances,
     log: &Log<'_>,
-    settings: &Occlusion,
+    stake: Stake,
     buffer: &mut OcclusionBuffer,
 ) -> OcclusionWork {
     let (mut work, mut times) = (OcclusionWork::default(), OcclusionTimes::default());
     cache.drawn.clear();
-    if settings.budget > 0.0 {
+    if stake.budget(0.0) > 0.0 {
         let begin = log.now();
         let tests = BoxTests::new(buffer, frame.culler.level);
         cache.density.sample(frame.scene, &tests, buffer.size(), &set.alive);
         times.choosing = log.now().saturating_sub(begin);
     }
-    let (mut left, mut rounds) = (settings.budget, ROUNDS);
+    let (mut left, mut spent, mut rounds) = (stake.budget(0.0), 0.0, ROUNDS);
     // Nor is a NaN a budget.
     while left > 0.0 && rounds > 0 {
         let begin = log.now();
-        choose(frame, cache, set, buffer, settings, left);
+        choose(frame, cache, set, buffer, left);
         let chose = log.now();
         let (chosen, cost) = draw_chosen(frame, cache, buffer);
         work.chosen += chosen;
         work.considered += cache.choice.considered();
-        rounds = if cache.choice.is_short() && cost < left * 0.5 { rounds - 1 } else { 0 };
-        left -= cost;
+        spent += cost;
+        let mut more = left - cost;
+        if cache.choice.is_short() && stake.is_limited() {
+            let hidden = hidden_share(frame, set, buffer);
+            more = more.max(stake.budget(hidden) - spent);
+        }
+        rounds = if cache.choice.is_short() && more > left * 0.5 { rounds - 1 } else { 0 };
+        left = more;
         times.choosing += chose.saturating_sub(begin);
         times.drawing += log.now().saturating_sub(chose);
     }
@@ -177,7 +200,6 @@ fn choose(
     cache: &mut Cache,
     set: &Instances,
     buffer: &OcclusionBuffer,
-    settings: &Occlusion,
     budget: f32,
 ) {
     cache.choice.begin(budget);
@@ -188,7 +210,7 @@ fn choose(
         scene: frame.scene,
         buffer,
         tests: BoxTests::new(buffer, frame.culler.level),
-        costs: CostModel::new(&settings.costs),
+        costs: CostModel::new(&frame.culler.costs.occluders),
         fronts_are_drawn: fronts_are_drawn(frame.view),
         near: near_box(frame.view, frame.scene.origin()),
         alive: &set.alive,
@@ -290,7 +312,7 @@ pub(in super::super) fn clusters(
     let mut tests = 0;
     set.filter(scene, Stage::Occlusion, log, |runs, culled| {
         let slot = runs[0].slot;
-        let buffer = cache.buffer.as_ref().filter(|_| may_hide_clusters(frame, cache, slot));
+        let buffer = cache.buffer().filter(|_| may_hide_clusters(frame, cache, slot));
         let Some(buffer) = buffer else { return false };
         let mesh = scene.mesh(slot);
         set_clusters(runs, mesh.clusters().len(), culled);
@@ -305,7 +327,7 @@ pub(in super::super) fn clusters(
 
 /// Those of a word of which no cluster is hidden by itself, as far as that is known.
 pub(super) fn unhidden(frame: &Frame<'_>, cache: &Cache, word: usize) -> u64 {
-    match frame.culler.occlusion {
+    match frame.culler.occlusion.filter(|_| !cache.is_left_out) {
         Some(_) => cache.whole.get(word).copied().unwrap_or(0),
         None => u64::MAX,
     }
@@ -325,7 +347,7 @@ fn set_clusters(runs: &[Run], count: usize, clusters: &mut Vec<u64>) {
 
 /// Whether some cluster of an instance may be hidden by itself.
 pub(super) fn may_hide_clusters(frame: &Frame<'_>, cache: &Cache, slot: u32) -> bool {
-    if frame.culler.occlusion.is_none() {
+    if frame.culler.occlusion.is_none() || cache.is_left_out {
         return false;
     }
     let scene = frame.scene;

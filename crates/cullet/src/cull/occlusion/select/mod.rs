@@ -9,7 +9,6 @@ pub use dynamic::DynamicSurface;
 pub use list::DrawJob;
 
 use super::raster::OcclusionBuffer;
-use crate::costs::OccluderCosts;
 
 /// Settings of occlusion culling.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,14 +22,17 @@ pub struct Occlusion {
     /// view and budget give the same answer on every machine. 0 draws none. Half a millisecond finds most of
     /// what is hidden, even in a forest of a million instances. Default 500.
     pub budget: f32,
-    /// The cost model: [`Costs::occluders`](crate::Costs::occluders). It decides which occluders are drawn, and never what
+    /// How much of the cost of drawing what is left, by [`Culler::costs`](crate::Culler::costs), may be spent before
+    /// anything is known to be hidden: 0.025 makes no frame more than some 2.5 % slower, and leaves occlusion out where so
+    /// little would be drawn that looking for it costs more. Then, as long as something is found to be hidden, a fifth of
+    /// what that saves. Infinite, the default, spends the budget on any scene. It decides how much is found, and never what
     /// is right.
-    pub costs: OccluderCosts,
+    pub risk: f32,
 }
 
 impl Default for Occlusion {
     fn default() -> Self {
-        Self { width: 640, budget: 500.0, costs: OccluderCosts::default() }
+        Self { width: 640, budget: 500.0, risk: f32::INFINITY }
     }
 }
 
