@@ -159,7 +159,9 @@ fn a_light_that_is_dropped_lights_no_point_that_is_seen() {
         }
     }
     let [unlit, frustum, _, _, receiver] = dropped;
-    assert!(unlit > 100 && frustum > 1000 && receiver > 200, "{dropped:?}");
+    let rounds = cases(40);
+    let enough = unlit > rounds * 4 && frustum > rounds * 40 && receiver > rounds * 3;
+    assert!(enough, "{dropped:?}");
 }
 
 fn position_of(light: &Light) -> [f64; 3] {
@@ -239,7 +241,7 @@ fn a_light_behind_houses_lights_no_point_that_the_eye_sees() {
     let left = |stage| answer.rows.iter().find(|r| r.stage == stage).map(|r| r.left);
     let [in_view, hidden] =
         [LightReason::Frustum, LightReason::Occlusion].map(|s| left(s).unwrap());
-    assert!(in_view < 300 && hidden * 2 < in_view, "{:?}", answer.rows);
+    assert!(in_view < 450 && hidden * 6 < in_view, "{:?}", answer.rows);
 }
 
 /// Without what it was not given, a stage does not run and drops nothing.
@@ -366,7 +368,7 @@ fn what_is_not_known_keeps_the_light() {
     let options = LightOptions { visible: Some(&nothing), ..LightOptions::default() };
     assert_eq!(kept(&scene, &options), [0_u32; 0]);
     scene.set_bounds(seen, BoundsOverride::None).unwrap();
-    let near = [Light::Point { position: [0.0, 5.0, -3.0], range: 0.5 }];
+    let near = [Light::Point { position: [0.0, 0.5, -3.0], range: 0.5 }];
     let mut answer = LightAnswer::default();
     cull_lights(&scene, &view, &near, &with_visible, &mut answer);
     assert_eq!(answer.receivers, [Some(Aabb::EVERYTHING)], "it may be anywhere");

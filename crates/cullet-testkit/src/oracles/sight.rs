@@ -71,6 +71,13 @@ pub fn place(transform: &Transform, p: [f32; 3]) -> [f64; 3] {
 
 /// Share, whether from the front, whether beyond doubt.
 fn crosses(from: [f64; 3], to: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> Option<(f64, bool, bool)> {
+    let is_apart = |i: usize| {
+        let (low, high) = (from[i].min(to[i]), from[i].max(to[i]));
+        [a, b, c].iter().all(|p| p[i] < low) || [a, b, c].iter().all(|p| p[i] > high)
+    };
+    if (0..3).any(is_apart) {
+        return None;
+    }
     let minus = |p: [f64; 3], q: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| p[i] - q[i]) };
     let (way, u_edge, v_edge, away) = (minus(to, from), minus(b, a), minus(c, a), minus(from, a));
     let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
