@@ -47,7 +47,7 @@ fn check(scene: &Scene, from: [f64; 3], to: [f64; 3], options: &SightOptions) ->
         Sight::Blocked(by) => {
             let hit = hits.iter().find(|h| (h.slot, h.triangle) == (by.slot, by.triangle));
             let hit = hit.unwrap_or_else(|| panic!("{from:?} {to:?}: {by:?} of {hits:?}"));
-            assert!(!((hit.share - by.share).abs() > 1e-4) || !hit.sure, "{by:?} {hit:?}");
+            assert!(!hit.sure || (hit.share - by.share).abs() <= 1e-4, "{by:?} {hit:?}");
             for other in sure {
                 assert!(other.share >= by.share - 1e-4, "{by:?}, but {other:?} is nearer");
             }

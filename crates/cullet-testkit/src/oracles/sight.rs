@@ -88,7 +88,8 @@ fn crosses(from: [f64; 3], to: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> Option<(f6
     // Edges are off by what their ends are, products of three by their own rounding.
     let error = 12.0 * size * size * (place_error + size * 1e-15);
     let doubt = error / det.abs();
-    if !(doubt < 0.05) {
+    let is_known = doubt < 0.05;
+    if !is_known {
         return Some((f64::NAN, false, false));
     }
     let q = cross(away, u_edge);

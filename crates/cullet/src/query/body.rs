@@ -154,14 +154,18 @@ fn passes_solid(faces: &mut impl Iterator<Item = Face>, a: &Corners, b: &Corners
             for j in 0..b.count {
                 let (from, to) = (above[0][i], above[1][j]);
                 let part = &mut parts[i][j];
-                // NaN is none of these, and proves nothing.
-                if from <= 0.0 && to <= 0.0 {
-                } else if from > 0.0 && to <= 0.0 {
-                    part[0] = part[0].max(from / (from - to) * (1.0 + 4.0 * f64::EPSILON));
-                } else if from <= 0.0 && to > 0.0 {
-                    part[1] = part[1].min(from / (from - to) * (1.0 - 4.0 * f64::EPSILON));
-                } else {
-                    return false;
+                match (from <= 0.0, to <= 0.0) {
+                    (true, true) => {}
+                    (false, true) => {
+                        let enter = from / (from - to) * (1.0 + 4.0 * f64::EPSILON);
+                        // NaN stays: it proves nothing.
+                        part[0] = if enter <= part[0] { part[0] } else { enter };
+                    }
+                    (true, false) => {
+                        let leave = from / (from - to) * (1.0 - 4.0 * f64::EPSILON);
+                        part[1] = if leave >= part[1] { part[1] } else { leave };
+                    }
+                    (false, false) => return false,
                 }
             }
         }

@@ -286,7 +286,8 @@ impl Body<'_> {
         let inverse = self.linear.inverse();
         let norm = |m: &DMat3| m.to_cols_array().iter().map(|v| v * v).sum::<f64>().sqrt();
         let condition = norm(&self.linear) * norm(&inverse);
-        if !(condition < WORST_CONDITION) {
+        let is_known = condition < WORST_CONDITION;
+        if !is_known {
             return None;
         }
         let reach = |m: &DMat3, v: DVec3| {
