@@ -2,4 +2,5 @@
 
 pub mod alone;
 pub mod frustum;
+pub mod sight;
 pub mod visible;

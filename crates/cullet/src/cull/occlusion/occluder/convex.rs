@@ -255,7 +255,7 @@ impl Convex {
     }
 
     /// How many faces there are.
-    pub(super) fn face_count(&self) -> usize {
+    pub(crate) fn face_count(&self) -> usize {
         self.spread.len()
     }
 
@@ -268,6 +268,18 @@ impl Convex {
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// Its corners.
+    pub(crate) fn vertices(&self) -> &[[f32; 3]] {
+        &self.vertices
+    }
+
+    /// Each face: three of its corners that lie well apart, and all of them, both counter-clockwise seen from outside. A
+    /// one-sided polygon has no back.
+    pub(crate) fn faces(&self) -> impl Iterator<Item = ([u32; 3], &[u32])> {
+        let all = (0..self.face_count()).map(|f| (self.spread[f], self.face(f)));
+        all.filter(|(_, corners)| !corners.is_empty())
     }
 }
 

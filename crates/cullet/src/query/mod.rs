@@ -1,0 +1,26 @@
+//! Queries of a scene that no frame asks and games and tools do: line of sight, volume to volume, lights.
+//!
+//! They stand beside the [`Culler`](crate::Culler): plain functions over a [`Scene`](crate::Scene) that keep no state, so
+//! that any thread may call them. Each says which way it may err; none claims that something is hidden
+//! unless that is proved.
+//!
+//! | query | answer |
+//! |---|---|
+//! | [`line_of_sight`], [`lines_of_sight`] | whether something opaque stands between two points, which triangle, and where: exact |
+//! | [`box_to_box`] | whether all of a box is hidden from all of another: proved, or not |
+//! | [`cull_lights`] | which lights can change a picture, why the others cannot, and which casters matter for those |
+
+mod body;
+mod lights;
+mod segment;
+mod sight;
+mod triangle;
+mod volume;
+
+pub use lights::{
+    LightAnswer, LightOptions, LightReason, LightRow, cull_light_casters, cull_lights,
+};
+pub use sight::{
+    Blocker, BlockingSides, Find, Segment, Sight, SightOptions, line_of_sight, lines_of_sight,
+};
+pub use volume::{BoxSight, HiddenBy, VolumeOptions, box_to_box};
