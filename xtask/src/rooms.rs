@@ -29,7 +29,7 @@ const ROOMS: &[&[&str]] = &[
     &["clip", "hierarchy", "mesh"],
     &["cell", "costs", "cull", "lod", "prepared"],
     &["funnel", "scene", "visible"],
-    &["culler"],
+    &["culler", "query"],
 ];
 
 /// The kinds of culling, which do not know each other.

@@ -43,6 +43,7 @@
 //! | [`clip`] | outcodes, lines, polygons, clip space |
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
 //! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`shadow`](cull::shadow) |
+//! | [`query`] | what may be seen from a box of eyes, and what will be needed along a motion |
 //! | the root | [`Scene`], [`Prepared`], [`Culler`], [`ViewState`], [`Visible`], [`Funnel`] |
 //!
 //! # Features
@@ -69,6 +70,7 @@ pub mod hierarchy;
 mod matrix;
 pub mod mesh;
 mod prepared;
+pub mod query;
 mod scene;
 mod simd;
 mod transform;
