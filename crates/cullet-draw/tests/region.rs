@@ -175,7 +175,10 @@ fn explore() {
     for line in text.split(';') {
         let n: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
         // half x, y, z; at x, z; cell; most cells; width; most bodies; eyes
-        let eyes = EyeBox::new([n[3] - n[0], 1.7 - n[1], n[4] - n[2]], [n[3] + n[0], 1.7 + n[1], n[4] + n[2]]);
+        let eyes = EyeBox::new(
+            [n[3] - n[0], 1.7 - n[1], n[4] - n[2]],
+            [n[3] + n[0], 1.7 + n[1], n[4] + n[2]],
+        );
         let culler = RegionCuller {
             cell_world: n[5],
             most_cells: n[6] as u32,
@@ -197,7 +200,11 @@ fn explore() {
             let d = (b[0] - n[3]).hypot(b[2] - n[4]);
             rings[((d / 100.0) as usize).min(7)] += 1;
         }
-        println!("{line}: {kept} kept in {:.1} ms, {:?} by 100 m {rings:?}", best * 1e3, visible.work);
+        println!(
+            "{line}: {kept} kept in {:.1} ms, {:?} by 100 m {rings:?}",
+            best * 1e3,
+            visible.work
+        );
         if n[9] > 0.0 {
             let seen = seen_from(scene, &eyes, n[9] as u32, 1024, &mut Rng(1));
             assert_none_lost(&visible, &seen, &line);
