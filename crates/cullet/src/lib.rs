@@ -43,7 +43,7 @@
 //! | [`clip`] | outcodes, lines, polygons, clip space |
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
 //! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`shadow`](cull::shadow) |
-//! | [`query`] | line of sight, volume to volume, lights |
+//! | [`query`] | line of sight, volume to volume, lights, what may be seen from a box of eyes and along a motion |
 //! | the root | [`Scene`], [`Prepared`], [`Culler`], [`ViewState`], [`Visible`], [`Funnel`] |
 //!
 //! # Features

@@ -1,17 +1,21 @@
-//! Queries of a scene that no frame asks and games and tools do: line of sight, volume to volume, lights.
+//! Queries of a scene that no frame asks and games and tools do: line of sight, volume to volume, lights, regions of eyes and
+//! motions.
 //!
-//! They stand beside the [`Culler`](crate::Culler): plain functions over a [`Scene`](crate::Scene) that keep no state, so
-//! that any thread may call them. Each says which way it may err; none claims that something is hidden
-//! unless that is proved.
+//! They stand beside the [`Culler`](crate::Culler) and read a [`Scene`](crate::Scene) alone, so that any thread may ask. Each
+//! says which way it may err; none claims that something is hidden unless that is proved.
 //!
 //! | query | answer |
 //! |---|---|
 //! | [`line_of_sight`], [`lines_of_sight`] | whether something opaque stands between two points, which triangle, and where: exact |
 //! | [`box_to_box`] | whether all of a box is hidden from all of another: proved, or not |
 //! | [`cull_lights`] | which lights can change a picture, why the others cannot, and which casters matter for those |
+//! | [`RegionCuller`] | what may be seen from anywhere in a box of eyes |
+//! | [`MotionQuery`] | what will be needed along a way, and how far along it |
 
 mod body;
 mod lights;
+mod motion;
+mod region;
 mod segment;
 mod sight;
 mod triangle;
@@ -20,6 +24,8 @@ mod volume;
 pub use lights::{
     LightAnswer, LightOptions, LightReason, LightRow, cull_light_casters, cull_lights,
 };
+pub use motion::{Motion, MotionQuery, Needed};
+pub use region::{EyeBox, RegionCuller, RegionError, RegionState, RegionVisible, RegionWork};
 pub use sight::{
     Blocker, BlockingSides, Find, Segment, Sight, SightOptions, line_of_sight, lines_of_sight,
 };

@@ -161,12 +161,13 @@ fn choose_and_draw(
     stake: Stake,
     buffer: &mut OcclusionBuffer,
 ) -> OcclusionWork {
+    let instances = set.tally(frame.scene).counts.instances;
     let (mut work, mut times) = (OcclusionWork::default(), OcclusionTimes::default());
     cache.drawn.clear();
     if stake.budget(0.0) > 0.0 {
         let begin = log.now();
         let tests = BoxTests::new(buffer, frame.culler.level);
-        cache.density.sample(frame.scene, &tests, buffer.size(), &set.alive);
+        cache.density.sample(frame.scene, &tests, buffer.size(), (&set.alive, instances));
         times.choosing = log.now().saturating_sub(begin);
     }
     let (mut left, mut spent, mut rounds) = (stake.budget(0.0), 0.0, ROUNDS);

@@ -1,6 +1,7 @@
 //! Convex occluders: drawn as one, by their silhouette.
 
 mod draw;
+mod shrunk;
 
 use std::collections::HashMap;
 

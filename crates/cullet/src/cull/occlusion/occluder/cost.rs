@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn the_default_model_is_in_microseconds_what_the_costs_are_in_nanoseconds() {
         let model = CostModel::new(&OccluderCosts::default());
-        assert_eq!(model.convex, Terms { base: 0.4, edge: 0.005, outline: 0.03, pixel: 1e-4 });
-        assert_eq!(model.patch, Terms { base: 1.0, edge: 0.02, outline: 0.03, pixel: 2.4e-4 });
+        assert_eq!(model.convex, Terms { base: 0.33, edge: 0.005, outline: 0.005, pixel: 2e-5 });
+        assert_eq!(model.patch, Terms { base: 0.65, edge: 0.007, outline: 0.002, pixel: 3e-5 });
     }
 }
