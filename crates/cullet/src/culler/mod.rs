@@ -62,6 +62,33 @@ pub enum Backface {
 }
 
 /// Settings of culling; no state. The answer depends on the scene, the view and these alone.
+///
+/// # Presets
+///
+/// [`exact`](Self::exact) finds as much as can be proved, [`balanced`](Self::balanced) what pays in most frames, and
+/// [`fast`](Self::fast) what is found soonest, with one stage that is lossy. They differ in these fields alone:
+///
+/// | field | unit, range | `exact` | `balanced` | `fast` | a higher value |
+/// |---|---|---|---|---|---|
+/// | `frustum_exact` | on or off | on | off | off | an exact test for each box that straddles |
+/// | `detail` | pixels, from 0; lossy | none | none | 1 | drops more, and more that can be seen |
+/// | `occlusion.width` | pixels, 1 to 16,384, at most the viewport's | 1280 | 640 | 320 | clearing and drawing by its square; smaller gaps are seen through less |
+/// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 500 | 150 | draws more occluders |
+///
+/// The others are the same in each, and cost as follows:
+///
+/// | field | range | value | cost |
+/// |---|---|---|---|
+/// | `frustum` | on or off | on | a test of six planes for each node and box that straddles |
+/// | `backface` | [`Backface`] | `Fast` | a cone for each cluster; of triangles four bytes each |
+/// | `degenerate` | on or off | on | none: known since the mesh was made |
+/// | `occlusion.costs` | nanoseconds, above 0 | [`Costs::occluders`](crate::Costs::occluders) | decides which occluders are drawn |
+/// | `output` | [`Output`] | `Clusters` | what stages of clusters and triangles take; it is the renderer's to choose |
+/// | `reasons`, `dropped` | on or off | off | two bytes a slot; a range for each that went in part |
+/// | `level` | [`Simd::all`] | the best | none: the answer is the same |
+/// | `clock` | a function | none | two calls a stage |
+///
+/// `cullet bench pays` measures on a scene whether a preset's occlusion gives back what it takes.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -97,20 +124,9 @@ pub struct Culler {
 }
 
 impl Default for Culler {
+    /// [`Culler::balanced`] without occlusion.
     fn default() -> Self {
-        Self {
-            frustum: true,
-            frustum_exact: false,
-            backface: Backface::default(),
-            degenerate: true,
-            detail: None,
-            occlusion: None,
-            output: Output::default(),
-            reasons: false,
-            dropped: false,
-            level: Simd::best(),
-            clock: None,
-        }
+        Self { occlusion: None, ..Self::balanced() }
     }
 }
 
@@ -158,6 +174,41 @@ pub enum CullError {
 }
 
 impl Culler {
+    /// As much as can be proved: all that a wide buffer and a budget beyond any frame's find. Nothing lossy. For tools, and
+    /// for renderers to which a triangle is dear: `cullet report --preset exact` shows what there is to be found.
+    #[must_use]
+    pub fn exact() -> Self {
+        let occlusion = Occlusion { width: 1280, budget: 100_000.0, ..Occlusion::default() };
+        Self { frustum_exact: true, occlusion: Some(occlusion), ..Self::balanced() }
+    }
+
+    /// What pays in most frames: every stage that is not lossy, with the default [`Occlusion`].
+    #[must_use]
+    pub fn balanced() -> Self {
+        Self {
+            frustum: true,
+            frustum_exact: false,
+            backface: Backface::default(),
+            degenerate: true,
+            detail: None,
+            occlusion: Some(Occlusion::default()),
+            output: Output::default(),
+            reasons: false,
+            dropped: false,
+            level: Simd::best(),
+            clock: None,
+        }
+    }
+
+    /// What is found soonest: occlusion in a narrow buffer, and [`Detail`] under a pixel, which is lossy. All else that is
+    /// dropped is proved to be invisible, as with the others.
+    #[must_use]
+    pub fn fast() -> Self {
+        let occlusion = Occlusion { width: 320, budget: 150.0, ..Occlusion::default() };
+        let detail = Some(Detail::default());
+        Self { detail, occlusion: Some(occlusion), ..Self::balanced() }
+    }
+
     /// These settings with no stage but one, which is on: with its own settings, or the default ones where it was off.
     /// Layers always apply, for they belong to the view. A stage that does not exist yet leaves nothing but them.
     #[must_use]
