@@ -75,34 +75,24 @@ pub enum Backface {
 /// | `occlusion.width` | pixels, 1 to 16,384, at most the viewport's | 1280 | 640 | 320 | clearing and drawing by its square; smaller gaps are seen through less |
 /// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 500 | 150 | draws more occluders |
 ///
-/// The others are the same in each, and cost as follows:
-///
-/// | field | range | value | cost |
-/// |---|---|---|---|
-/// | `frustum` | on or off | on | a test of six planes for each node and box that straddles |
-/// | `backface` | [`Backface`] | `Fast` | a cone for each cluster; of triangles four bytes each |
-/// | `degenerate` | on or off | on | none: known since the mesh was made |
-/// | `occlusion.costs` | nanoseconds, above 0 | [`Costs::occluders`](crate::Costs::occluders) | decides which occluders are drawn |
-/// | `output` | [`Output`] | `Clusters` | what stages of clusters and triangles take; it is the renderer's to choose |
-/// | `reasons`, `dropped` | on or off | off | two bytes a slot; a range for each that went in part |
-/// | `level` | [`Simd::all`] | the best | none: the answer is the same |
-/// | `clock` | a function | none | two calls a stage |
-///
+/// The others are the same in each. No preset changes the `output`: how finely it draws is the renderer's to choose.
 /// `cullet bench pays` measures on a scene whether a preset's occlusion gives back what it takes.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Culler {
-    /// Cull what is outside the frustum. Default on.
+    /// Cull what is outside the frustum. Default on. Cost: at most six planes for each node, and for each box that straddles
+    /// the frustum; what a view remembers saves most of them.
     pub frustum: bool,
     /// After the plane test, also test the frustum's corners against the faces of boxes that straddle:
-    /// drops big boxes near its corners, at the cost of an exact test per straddling box. Default off.
+    /// drops big boxes near its corners, at the cost of an exact test for each of them. Default off.
     pub frustum_exact: bool,
-    /// How to cull back faces of one-sided parts. Default [`Backface::Fast`].
+    /// How to cull back faces of one-sided parts. Default [`Backface::Fast`]: a cone for each cluster, and where the output
+    /// is triangles four bytes each.
     pub backface: Backface,
-    /// Cull triangles without area. Default on.
+    /// Cull triangles without area. Default on. Cost: none, for a mesh knows them since it was made.
     pub degenerate: bool,
-    /// Cull what is small on the screen: lossy, so off by default.
+    /// Cull what is small on the screen, in pixels from 0: lossy, so off by default. Cost: the projection of each instance.
     pub detail: Option<Detail>,
     /// Cull instances that lie behind others, and where the output is finer, clusters of rigid instances that do. Not
     /// lossy: what is dropped is proved to be hidden, at every resolution, or to be beyond an edge of the screen. It
@@ -110,7 +100,7 @@ pub struct Culler {
     pub occlusion: Option<Occlusion>,
     /// How deep the answer goes.
     pub output: Output,
-    /// Fill [`Visible::reasons`]. Default off.
+    /// Fill [`Visible::reasons`]. Default off. Cost: two bytes a slot.
     pub reasons: bool,
     /// With [`reasons`](Self::reasons), also fill [`Visible::dropped`]: what every stage took of instances that it did
     /// not take as a whole. Default off.

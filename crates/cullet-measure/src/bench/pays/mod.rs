@@ -41,7 +41,7 @@ pub(crate) struct PaysArgs {
     /// Scenes: files or built-in ones [default: every built-in one, and every model below --data]
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
-    /// Folder of the models [default: CULLET_DATA, else ../shared/data]
+    /// Folder of the models [default: `CULLET_DATA`, else ../shared/data]
     #[arg(long, value_name = "FOLDER", conflicts_with = "scenes")]
     data: Option<PathBuf>,
     /// Pixels of a view

@@ -115,9 +115,11 @@ impl Row {
     }
 }
 
-const HEADING: &str = "\
-                                                               cull ms           draw ms        cull's share    even
-scene                    settings    mean  worst   sure view      off       on      off       on    all  worst  from ns noise %";
+/// Two lines over the columns.
+const HEADING: [&str; 2] = [
+    "                                                               cull ms           draw ms        cull's share    even",
+    "scene                    settings    mean  worst   sure view      off       on      off       on    all  worst  from ns noise %",
+];
 
 impl Record {
     /// The heading of the table.
@@ -136,7 +138,7 @@ impl Record {
             "cull and draw with occlusion over the same without; views of {width}x{height} along {}; this thread's time",
             self.path
         ));
-        console.line(HEADING);
+        HEADING.iter().for_each(|line| console.line(line));
     }
 
     /// Prints and keeps a row.
@@ -164,7 +166,7 @@ impl Record {
             let percent = (row.sure - 1.0) * 100.0;
             let how = if percent > 0.0 { "slower" } else { "faster" };
             console.line(format!(
-                "worst of all by {}: {}, {:.1} % {how} in both halves of the rounds (view {} of it is the worst by the fastest)",
+                "worst view of all by {}: of {}, {:.1} % {how} in both halves of the rounds; by the fastest cull view {} is the worst of it",
                 row.settings,
                 row.scene,
                 percent.abs(),
