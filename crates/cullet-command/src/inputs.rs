@@ -276,7 +276,9 @@ mod tests {
         let fast = Culler::fast();
         let wide = fast.occlusion.map(|o| cullet::cull::occlusion::Occlusion { width: 99, ..o });
         same("--preset fast --occlusion-width 99", Culler { occlusion: wide, ..fast.clone() });
-        same("--preset fast --detail 0", Culler { detail: None, ..fast });
+        let small = Some(Detail { measure: Measure::Area, threshold_px: 3.0 });
+        same("--preset fast --detail 3 --detail-by area", Culler { detail: small, ..fast });
+        same("--detail 0", Culler::balanced());
         same("--no-occlusion", Culler { occlusion: None, ..Culler::balanced() });
     }
 

@@ -42,9 +42,9 @@ fn nothing_visible_is_dropped() {
     assert!(kept * 100 < all * 45, "{kept} of {all} kept, {needed} needed");
 }
 
-/// What a preset leaves, the default leaves too; only the preset that says so has a stage that is lossy.
+/// What a preset leaves, the default leaves too; and none has a stage that is lossy.
 #[test]
-fn presets_drop_more_than_the_default_and_only_fast_is_lossy() {
+fn presets_drop_more_than_the_default_and_none_is_lossy() {
     let mut rng = Rng(7);
     let (mut kept, mut all) = (0, 0);
     for _ in 0..40 {
@@ -59,11 +59,10 @@ fn presets_drop_more_than_the_default_and_only_fast_is_lossy() {
             all += default.instance_count;
         }
     }
-    assert!(kept < all, "{kept} of {all}: nothing was hidden or small");
-    for exact in [Culler::exact(), Culler::balanced(), Culler::default()] {
-        assert!(!exact.runs(Stage::Detail) && !exact.runs(Stage::Lod), "{exact:?}");
+    assert!(kept < all, "{kept} of {all}: nothing was hidden");
+    for preset in [Culler::exact(), Culler::balanced(), Culler::fast(), Culler::default()] {
+        assert!(!preset.runs(Stage::Detail) && !preset.runs(Stage::Lod), "{preset:?}");
     }
-    assert!(Culler::fast().runs(Stage::Detail));
 }
 
 /// The three depths of the answer nest, and each ascends.

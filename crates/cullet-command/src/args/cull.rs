@@ -55,7 +55,7 @@ pub type Preset = fn() -> Culler;
 pub const PRESETS: &[(&str, Preset, &str)] = &[
     ("exact", Culler::exact, "All that can be proved invisible, whatever it takes"),
     ("balanced", Culler::balanced, "What pays in most frames: the engine's own settings"),
-    ("fast", Culler::fast, "What is found soonest (lossy: drops instances under a pixel)"),
+    ("fast", Culler::fast, "What is found soonest: a narrow buffer, and few occluders"),
 ];
 
 /// The stages that can be run alone.

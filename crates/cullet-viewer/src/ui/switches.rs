@@ -59,8 +59,8 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
                 Stages::of(&Culler::exact()),
             ),
             (
-                "fast, lossy",
-                "What is found soonest: a narrow buffer, and detail culling under a pixel",
+                "fast",
+                "What is found soonest: a narrow buffer, and few occluders",
                 Stages::of(&Culler::fast()),
             ),
             (

@@ -66,16 +66,15 @@ pub enum Backface {
 /// # Presets
 ///
 /// [`exact`](Self::exact) finds as much as can be proved, [`balanced`](Self::balanced) what pays in most frames, and
-/// [`fast`](Self::fast) what is found soonest, with one stage that is lossy. They differ in these fields alone:
+/// [`fast`](Self::fast) what is found soonest. None has a stage that is lossy. They differ in these fields alone:
 ///
 /// | field | unit, range | `exact` | `balanced` | `fast` | a higher value |
 /// |---|---|---|---|---|---|
 /// | `frustum_exact` | on or off | on | off | off | an exact test for each box that straddles |
-/// | `detail` | pixels, from 0; lossy | none | none | 1 | drops more, and more that can be seen |
 /// | `occlusion.width` | pixels, 1 to 16,384, at most the viewport's | 1280 | 640 | 320 | clearing and drawing by its square; smaller gaps are seen through less |
 /// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 500 | 150 | draws more occluders |
 ///
-/// The others are the same in each. No preset changes the `output`: how finely it draws is the renderer's to choose.
+/// The others are the same in each: no preset is lossy, nor does one change the `output`: how finely it draws is the renderer's to choose.
 /// `cullet bench pays` measures on a scene whether a preset's occlusion gives back what it takes.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -190,13 +189,12 @@ impl Culler {
         }
     }
 
-    /// What is found soonest: occlusion in a narrow buffer, and [`Detail`] under a pixel, which is lossy. All else that is
-    /// dropped is proved to be invisible, as with the others.
+    /// What is found soonest: occlusion in a narrow buffer, by few occluders. Nothing lossy: [`detail`](Self::detail) under a
+    /// pixel was tried, and projecting each of a city's instances took longer than all else together.
     #[must_use]
     pub fn fast() -> Self {
         let occlusion = Occlusion { width: 320, budget: 150.0, ..Occlusion::default() };
-        let detail = Some(Detail::default());
-        Self { detail, occlusion: Some(occlusion), ..Self::balanced() }
+        Self { occlusion: Some(occlusion), ..Self::balanced() }
     }
 
     /// These settings with no stage but one, which is on: with its own settings, or the default ones where it was off.

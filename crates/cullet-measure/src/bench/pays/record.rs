@@ -178,3 +178,39 @@ impl Record {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use cullet::Culler;
+
+    use super::*;
+
+    #[test]
+    fn a_row_is_of_its_worst_view_and_says_what_a_triangle_must_cost() {
+        let view = |cull: f64, triangles: u64, draws: u64| OneView {
+            cull_ns: [cull, cull * 2.0],
+            triangles,
+            draws,
+            draw_ns: triangles as f64 + draws as f64,
+        };
+        let arm = |views: [OneView; 2]| {
+            let mut arm = Arm::new("on", Culler::fast());
+            arm.views = views.to_vec();
+            arm
+        };
+        let off = arm([view(10.0, 80, 10), view(10.0, 80, 10)]);
+        let on = arm([view(20.0, 20, 10), view(40.0, 70, 10)]);
+        let timing = Timing { rounds: 9, checked: true };
+        let row = Row::new("a/b.glb", &off, &on, timing, 1.0);
+        assert_eq!((row.worst, row.worst_view, row.mean), (1.2, 1, 170.0 / 200.0));
+        // The half in which the cull took twice as long has it slower still.
+        assert_eq!(row.sure, 1.2);
+        assert_eq!(row.cull_share, [60.0 / 170.0, 40.0 / 120.0]);
+        // 40 ns more for 70 triangles less.
+        assert_eq!(row.even_triangle_ns, Some(40.0 / 70.0));
+        assert!(row.line().starts_with("b.glb") && !row.line().contains("WRONG"));
+        let never = Row::new("b", &off, &off, Timing { checked: false, ..timing }, 1.0);
+        assert_eq!((never.even_triangle_ns, never.worst), (None, 1.0));
+        assert!(never.line().contains("never") && never.line().ends_with("WRONG"));
+    }
+}
