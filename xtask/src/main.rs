@@ -8,6 +8,7 @@ mod checked;
 mod compiler;
 mod figures;
 mod graphics;
+mod peers_occlusion;
 mod pictures;
 mod release;
 mod rooms;
@@ -35,6 +36,9 @@ cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask bench-viewer [SCENE]
                        what each stage saves the viewer's renderer, against the hardware's back-face culling alone
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
+cargo xtask peers-occlusion [--prototype FOLDER] [--scene NAME]... [--rounds N] [--passes N]
+                       drawing occluders beside a prototype in C++, on castle, sponza and city, or on any scene that
+                       `cullet occscn` takes; FOLDER, else CULLET_PROTOTYPES, else ../shared/prototypes, has its source
 cargo xtask semver COMMIT
                        what changed in the public interface since a commit or tag, and whether the version says so
 cargo xtask bare       the README's two commands as a stranger meets them: in a fresh clone of what is committed,
@@ -59,6 +63,13 @@ fn main() -> ExitCode {
         ["bench-viewer"] => bench_viewer::measure(None),
         ["bench-viewer", scene] if !scene.starts_with('-') => bench_viewer::measure(Some(scene)),
         ["peers-cut"] => steps::peers_cut(),
+        ["peers-occlusion", ref options @ ..] => match peers_occlusion::Options::parse(options) {
+            Ok(options) => peers_occlusion::compare(&options),
+            Err(message) => {
+                eprintln!("xtask: {message}\n{HELP}");
+                return ExitCode::from(2);
+            }
+        },
         ["semver", since] if !since.starts_with('-') => release::semver(since),
         ["bare"] => bare::try_out(),
         [] | ["help" | "--help" | "-h"] => {

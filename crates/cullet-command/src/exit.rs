@@ -15,7 +15,7 @@ pub enum Exit {
     Input = 3,
     /// The input is over a limit.
     Limit = 4,
-    /// A `--fail-if` holds.
+    /// A `--fail-if` holds, or more is slower than `--most-slower` allows.
     FailIf = 5,
     /// A fault of this program.
     Internal = 70,

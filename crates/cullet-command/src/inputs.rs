@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
-use cullet::cull::occlusion::Occlusion;
 use cullet::{Backface, Culler, Preparation, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, scenes};
@@ -199,22 +198,26 @@ pub fn path_words(args: &ViewArgs) -> String {
     words
 }
 
-/// The culler of the arguments.
+/// The culler of the arguments: a preset, with what the other options change.
 pub fn culler(args: &CullArgs) -> Culler {
-    let detail = |threshold_px| Detail { measure: args.detail_by, threshold_px };
-    let culler = Culler {
-        frustum: !args.no_frustum,
-        frustum_exact: args.exact_frustum,
-        backface: if args.no_backface { Backface::Off } else { Backface::default() },
-        degenerate: !args.no_degenerate,
-        detail: args.detail.map(detail),
-        occlusion: (!args.no_occlusion).then_some(Occlusion {
-            width: args.occlusion_width,
-            budget: args.occlusion_budget,
-            ..Occlusion::default()
-        }),
-        ..Culler::default()
-    };
+    let mut culler = (args.preset)();
+    culler.frustum &= !args.no_frustum;
+    culler.frustum_exact |= args.exact_frustum;
+    culler.degenerate &= !args.no_degenerate;
+    if args.no_backface {
+        culler.backface = Backface::Off;
+    }
+    if let Some(threshold_px) = args.detail {
+        let detail = Detail { measure: args.detail_by, threshold_px };
+        culler.detail = (threshold_px > 0.0).then_some(detail);
+    }
+    if args.no_occlusion {
+        culler.occlusion = None;
+    }
+    if let Some(occlusion) = &mut culler.occlusion {
+        occlusion.width = args.occlusion_width.unwrap_or(occlusion.width);
+        occlusion.budget = args.occlusion_budget.unwrap_or(occlusion.budget);
+    }
     match args.only {
         None => culler,
         Some(stage) => culler.only(stage),
@@ -227,8 +230,8 @@ pub fn culling_words(args: &CullArgs) -> Vec<String> {
     let words = |stage: Stage| match stage {
         Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
         Stage::Detail => {
-            let px = culler.detail.map_or(0.0, |d| d.threshold_px);
-            let unit = if args.detail_by == Measure::Area { "square px" } else { "px" };
+            let Detail { measure, threshold_px: px } = culler.detail.unwrap_or_default();
+            let unit = if measure == Measure::Area { "square px" } else { "px" };
             format!("detail under {px} {unit} (lossy)")
         }
         Stage::Occlusion => match args.occluders {
@@ -249,7 +252,35 @@ pub fn colors(model: &Model) -> Vec<[f32; 4]> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Args as _;
+
     use super::*;
+
+    fn culled_by(words: &str) -> Culler {
+        let args = std::iter::once("test").chain(words.split_whitespace());
+        let args =
+            CullArgs::augment_args(clap::Command::new("test")).try_get_matches_from(args).unwrap();
+        culler(&clap::FromArgMatches::from_arg_matches(&args).unwrap())
+    }
+
+    #[test]
+    fn what_no_option_changes_is_the_preset_of_the_engine() {
+        let same = |words: &str, of: Culler| {
+            let ours = culled_by(words);
+            assert_eq!(format!("{ours:?}"), format!("{of:?}"), "{words}");
+        };
+        same("", Culler::balanced());
+        for (name, preset, _) in crate::args::PRESETS {
+            same(&format!("--preset {name}"), preset());
+        }
+        let fast = Culler::fast();
+        let wide = fast.occlusion.map(|o| cullet::cull::occlusion::Occlusion { width: 99, ..o });
+        same("--preset fast --occlusion-width 99", Culler { occlusion: wide, ..fast.clone() });
+        let small = Some(Detail { measure: Measure::Area, threshold_px: 3.0 });
+        same("--preset fast --detail 3 --detail-by area", Culler { detail: small, ..fast });
+        same("--detail 0", Culler::balanced());
+        same("--no-occlusion", Culler { occlusion: None, ..Culler::balanced() });
+    }
 
     #[test]
     fn distances_are_short() {

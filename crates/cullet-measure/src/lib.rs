@@ -22,3 +22,4 @@ pub mod calibrate;
 pub mod machine;
 pub mod occscn;
 pub mod reproduce;
+mod stopwatch;

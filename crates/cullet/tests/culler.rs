@@ -42,6 +42,29 @@ fn nothing_visible_is_dropped() {
     assert!(kept * 100 < all * 45, "{kept} of {all} kept, {needed} needed");
 }
 
+/// What a preset leaves, the default leaves too; and none has a stage that is lossy.
+#[test]
+fn presets_drop_more_than_the_default_and_none_is_lossy() {
+    let mut rng = Rng(7);
+    let (mut kept, mut all) = (0, 0);
+    for _ in 0..40 {
+        let scene = random_scene(&mut rng, 30);
+        let view = random_view(&mut rng);
+        let default = cull(&Culler::default(), &scene, &view);
+        let slots = answers::slots(&default);
+        for preset in [Culler::exact(), Culler::balanced(), Culler::fast()] {
+            let result = cull(&preset, &scene, &view);
+            assert!(answers::slots(&result).iter().all(|s| slots.contains(s)), "{preset:?}");
+            kept += result.instance_count;
+            all += default.instance_count;
+        }
+    }
+    assert!(kept < all, "{kept} of {all}: nothing was hidden");
+    for preset in [Culler::exact(), Culler::balanced(), Culler::fast(), Culler::default()] {
+        assert!(!preset.runs(Stage::Detail) && !preset.runs(Stage::Lod), "{preset:?}");
+    }
+}
+
 /// The three depths of the answer nest, and each ascends.
 #[test]
 fn outputs_nest_and_ascend() {

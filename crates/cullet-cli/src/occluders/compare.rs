@@ -167,7 +167,7 @@ impl Bench {
             bar.step();
         }
         bar.finish();
-        Ok(Self { views, objects, size, truth: Reference { samples, values } })
+        Ok(Self { views, objects, size, truth: Reference { samples, jittered: false, values } })
     }
 
     /// Measures what the occluders of a scene find without a limit on their cost.

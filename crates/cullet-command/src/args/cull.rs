@@ -1,8 +1,8 @@
 //! Which kinds of culling.
 
 use clap::{Args, ValueEnum};
-use cullet::Stage;
 use cullet::cull::detail::Measure;
+use cullet::{Culler, Stage};
 
 use crate::parse;
 
@@ -10,7 +10,10 @@ use crate::parse;
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Culling")]
 pub struct CullArgs {
-    /// Also drop what stays under PX pixels on the screen (lossy: may cost visible pixels)
+    /// How much is looked for; the options below change single settings of it
+    #[arg(long, value_parser = parse::choice(PRESETS), default_value = "balanced")]
+    pub preset: Preset,
+    /// Also drop what stays under PX pixels on the screen (lossy: may cost visible pixels); 0 drops nothing
     #[arg(long, value_name = "PX", value_parser = parse::pixels)]
     pub detail: Option<f64>,
     /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
@@ -31,12 +34,12 @@ pub struct CullArgs {
     /// Keep occluded instances and clusters
     #[arg(long)]
     pub no_occlusion: bool,
-    /// Pixels across the occlusion buffer; never more than the view has
-    #[arg(long, value_name = "PX", default_value_t = 640, value_parser = clap::value_parser!(u32).range(1..=16384))]
-    pub occlusion_width: u32,
-    /// Budget for drawing occluders, per view, in modelled microseconds
-    #[arg(long, value_name = "US", default_value_t = 100_000.0, value_parser = parse::microseconds)]
-    pub occlusion_budget: f32,
+    /// Pixels across the occlusion buffer; never more than the view has [default: the preset's]
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub occlusion_width: Option<u32>,
+    /// Budget for drawing occluders, per view, in modelled microseconds [default: the preset's]
+    #[arg(long, value_name = "US", value_parser = parse::microseconds)]
+    pub occlusion_budget: Option<f32>,
     /// Occluders: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two
     #[arg(long, value_enum, default_value_t = OccluderKind::Mesh)]
     pub occluders: OccluderKind,
@@ -44,6 +47,16 @@ pub struct CullArgs {
     #[arg(long)]
     pub exact_frustum: bool,
 }
+
+/// Settings to begin with.
+pub type Preset = fn() -> Culler;
+
+/// The presets of the engine.
+pub const PRESETS: &[(&str, Preset, &str)] = &[
+    ("exact", Culler::exact, "All that can be proved invisible, whatever it takes"),
+    ("balanced", Culler::balanced, "What pays in most frames: the engine's own settings"),
+    ("fast", Culler::fast, "What is found soonest: a narrow buffer, and few occluders"),
+];
 
 /// The stages that can be run alone.
 const ALONE: &[(&str, Stage, &str)] = &[

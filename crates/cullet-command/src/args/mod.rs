@@ -4,7 +4,7 @@ mod cull;
 mod scene;
 mod view;
 
-pub use cull::{CullArgs, OccluderKind};
+pub use cull::{CullArgs, OccluderKind, PRESETS, Preset};
 pub use scene::SceneArgs;
 pub use view::{PictureViewArgs, ViewArgs};
 

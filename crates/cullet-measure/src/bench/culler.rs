@@ -176,7 +176,7 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
 }
 
 /// Whether two culls of one view agree: what is drawn, and the counts of each stage.
-fn is_same(a: &Visible, b: &Visible) -> bool {
+pub(super) fn is_same(a: &Visible, b: &Visible) -> bool {
     let counts = |v: &Visible| {
         v.funnel.rows.iter().map(|r| (r.stage, r.unit, r.entered, r.left)).collect::<Vec<_>>()
     };

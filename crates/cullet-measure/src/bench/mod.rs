@@ -16,6 +16,7 @@ mod measured;
 mod moving;
 pub mod occlusion;
 mod options;
+mod pays;
 mod results;
 mod shadow;
 pub(crate) mod world;
@@ -59,6 +60,9 @@ enum BenchOf {
     /// Time of each stage of the culler on a scene
     #[command(after_help = culler::HELP)]
     Culler(Box<culler::CullerArgs>),
+    /// Whether occlusion culling gives back what it takes, on many scenes
+    #[command(after_help = pays::HELP)]
+    Pays(Box<pays::PaysArgs>),
 }
 
 impl BenchArgs {
@@ -74,6 +78,7 @@ impl BenchArgs {
     pub fn json(&self) -> Option<&Path> {
         match &self.of {
             Some(BenchOf::Culler(args)) => args.json(),
+            Some(BenchOf::Pays(args)) => args.json(),
             None => self.json.as_deref(),
         }
     }
@@ -84,8 +89,10 @@ impl BenchArgs {
 /// # Errors
 /// If the command line cannot be carried out, or a file cannot be read or written.
 pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
-    if let Some(BenchOf::Culler(args)) = &args.of {
-        return culler::run(args, console);
+    match &args.of {
+        Some(BenchOf::Culler(args)) => return culler::run(args, console),
+        Some(BenchOf::Pays(args)) => return pays::run(args, console),
+        None => {}
     }
     if args.occlusion.scene.is_some() {
         if args.filter.as_ref().is_some_and(|f| !"occlusion".contains(f.as_str())) {

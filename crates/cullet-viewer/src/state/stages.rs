@@ -35,23 +35,31 @@ pub struct Stages {
 
 impl Default for Stages {
     fn default() -> Self {
-        Self {
-            on: true,
-            frustum: true,
-            frustum_exact: false,
-            backface: Backface::Fast,
-            degenerate: true,
-            detail_px: 0.0,
-            detail_by: Measure::WidthAndHeight,
-            occlusion: true,
-            occlusion_width: Occlusion::default().width,
-            occlusion_budget: Occlusion::default().budget,
-            depth: Output::Clusters,
-        }
+        Self::of(&Culler::balanced())
     }
 }
 
 impl Stages {
+    /// The settings of a culler, which runs.
+    #[must_use]
+    pub fn of(culler: &Culler) -> Self {
+        let detail = culler.detail.unwrap_or(Detail { threshold_px: 0.0, ..Detail::default() });
+        let occlusion = culler.occlusion.unwrap_or_default();
+        Self {
+            on: true,
+            frustum: culler.frustum,
+            frustum_exact: culler.frustum_exact,
+            backface: culler.backface,
+            degenerate: culler.degenerate,
+            detail_px: detail.threshold_px,
+            detail_by: detail.measure,
+            occlusion: culler.occlusion.is_some(),
+            occlusion_width: occlusion.width,
+            occlusion_budget: occlusion.budget,
+            depth: culler.output,
+        }
+    }
+
     /// Nothing is culled.
     #[must_use]
     pub fn none() -> Self {

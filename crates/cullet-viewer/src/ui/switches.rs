@@ -1,7 +1,7 @@
 //! The switches: what culls, from where, how it is drawn, what is shown of what was dropped.
 
 use cullet::cull::detail::Measure;
-use cullet::{Backface, CullFace, Output};
+use cullet::{Backface, CullFace, Culler, Output};
 use cullet_io::paths::PathSpec;
 use eframe::egui;
 
@@ -53,6 +53,16 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
                 Stages::without_occlusion(),
             ),
             ("default", "Also occlusion culling (8)", Stages::default()),
+            (
+                "exact",
+                "As the default, with all that a wide buffer and any budget find",
+                Stages::of(&Culler::exact()),
+            ),
+            (
+                "fast",
+                "What is found soonest: a narrow buffer, and few occluders",
+                Stages::of(&Culler::fast()),
+            ),
             (
                 "all, lossy",
                 "Down to triangles, with detail culling under two pixels (9)",

@@ -63,31 +63,48 @@ pub enum Backface {
 }
 
 /// Settings of culling; no state. The answer depends on the scene, the view and these alone.
+///
+/// # Presets
+///
+/// [`exact`](Self::exact) finds as much as can be proved, [`balanced`](Self::balanced) what pays in most frames, and
+/// [`fast`](Self::fast) what is found soonest. None has a stage that is lossy. They differ in these fields alone:
+///
+/// | field | unit, range | `exact` | `balanced` | `fast` | a higher value |
+/// |---|---|---|---|---|---|
+/// | `frustum_exact` | on or off | on | off | off | an exact test for each box that straddles |
+/// | `occlusion.width` | pixels, 1 to 4,096, at most the viewport's | 1280 | 640 | 320 | clearing and drawing by its square; smaller gaps are seen through less |
+/// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 500 | 150 | draws more occluders |
+/// | `occlusion.risk` | share of the cost of what is left to draw, from 0; or none | none | 0.025 | 0.025 | draws occluders in frames that are cheap to draw |
+///
+/// The others are the same in each: no preset is lossy, nor does one change the `output`: how finely it draws is the renderer's to choose.
+/// `cullet bench pays` measures on a scene whether a preset's occlusion gives back what it takes.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct Culler {
-    /// Cull what is outside the frustum. Default on.
+    /// Cull what is outside the frustum. Default on. Cost: at most six planes for each node, and for each box that straddles
+    /// the frustum; what a view remembers saves most of them.
     pub frustum: bool,
     /// After the plane test, also test the frustum's corners against the faces of boxes that straddle:
-    /// drops big boxes near its corners, at the cost of an exact test per straddling box. Default off.
+    /// drops big boxes near its corners, at the cost of an exact test for each of them. Default off.
     pub frustum_exact: bool,
-    /// How to cull back faces of one-sided parts. Default [`Backface::Fast`].
+    /// How to cull back faces of one-sided parts. Default [`Backface::Fast`]: a cone for each cluster, and where the output
+    /// is triangles four bytes each.
     pub backface: Backface,
-    /// Cull triangles without area. Default on.
+    /// Cull triangles without area. Default on. Cost: none, for a mesh knows them since it was made.
     pub degenerate: bool,
-    /// Cull what is small on the screen: lossy, so off by default.
+    /// Cull what is small on the screen, in pixels from 0: lossy, so off by default. Cost: the projection of each instance.
     pub detail: Option<Detail>,
     /// Cull instances that lie behind others, and where the output is finer, clusters of rigid instances that do. Not
-    /// lossy: what is dropped is proved to be hidden, at every resolution, or to be beyond an edge of the screen. It
-    /// costs some tenths of a millisecond, which a scene with little hidden does not give back; so off by default.
+    /// lossy: what is dropped is proved to be hidden, at every resolution, or to be beyond an edge of the screen. On by
+    /// default, as far as it [pays](Occlusion::risk) by the [`costs`](Self::costs).
     pub occlusion: Option<Occlusion>,
     /// Costs by which [`occlusion`](Self::occlusion) chooses what to draw, and whether. Default [`Costs::default`]; give
     /// those of your renderer.
     pub costs: Costs,
     /// How deep the answer goes.
     pub output: Output,
-    /// Fill [`Visible::reasons`]. Default off.
+    /// Fill [`Visible::reasons`]. Default off. Cost: two bytes a slot.
     pub reasons: bool,
     /// With [`reasons`](Self::reasons), also fill [`Visible::dropped`]: what every stage took of instances that it did
     /// not take as a whole. Default off.
@@ -101,21 +118,9 @@ pub struct Culler {
 }
 
 impl Default for Culler {
+    /// [`Culler::balanced`].
     fn default() -> Self {
-        Self {
-            frustum: true,
-            frustum_exact: false,
-            backface: Backface::default(),
-            degenerate: true,
-            detail: None,
-            occlusion: None,
-            costs: Costs::default(),
-            output: Output::default(),
-            reasons: false,
-            dropped: false,
-            level: Simd::best(),
-            clock: None,
-        }
+        Self::balanced()
     }
 }
 
@@ -164,6 +169,42 @@ pub enum CullError {
 }
 
 impl Culler {
+    /// As much as can be proved: all that a wide buffer and a budget beyond any frame's find. Nothing lossy. For tools, and
+    /// for renderers to which a triangle is dear: `cullet report --preset exact` shows what there is to be found.
+    #[must_use]
+    pub fn exact() -> Self {
+        let occlusion = Occlusion { width: 1280, budget: 100_000.0, risk: None };
+        Self { frustum_exact: true, occlusion: Some(occlusion), ..Self::balanced() }
+    }
+
+    /// What pays: every stage that is not lossy, and of occlusion no more than [a fortieth](Occlusion::risk) of what is left to
+    /// draw is spent in vain.
+    #[must_use]
+    pub fn balanced() -> Self {
+        Self {
+            frustum: true,
+            frustum_exact: false,
+            backface: Backface::default(),
+            degenerate: true,
+            detail: None,
+            occlusion: Some(Occlusion { risk: Some(0.025), ..Occlusion::default() }),
+            costs: Costs::default(),
+            output: Output::default(),
+            reasons: false,
+            dropped: false,
+            level: Simd::best(),
+            clock: None,
+        }
+    }
+
+    /// What is found soonest: occlusion in a narrow buffer, by few occluders. Nothing lossy: [`detail`](Self::detail) under a
+    /// pixel was tried, and projecting each of a city's instances took longer than all else together.
+    #[must_use]
+    pub fn fast() -> Self {
+        let occlusion = Occlusion { width: 320, budget: 150.0, risk: Some(0.025) };
+        Self { occlusion: Some(occlusion), ..Self::balanced() }
+    }
+
     /// These settings with no stage but one, which is on: with its own settings, or the default ones where it was off.
     /// Layers always apply, for they belong to the view. A stage that does not exist yet leaves nothing but them.
     #[must_use]

@@ -1,11 +1,9 @@
 //! The engine's occlusion buffer, as it is measured.
 
-use std::ops::Range;
-
-use cullet::bounds::Boxes;
+use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::frustum::batch::{Planes, mask_boxes, mask_words};
-use cullet::cull::occlusion::{Band, Convex, OcclusionBuffer, Patch};
-use cullet::{Simd, Transform, View};
+use cullet::cull::occlusion::{Band, Convex, Occluder, OcclusionBuffer, Shape};
+use cullet::{Mesh, MeshData, Simd, Transform, View};
 use cullet_command::exit::Failure;
 use cullet_io::occscn::Occscn;
 
@@ -21,111 +19,33 @@ pub(super) struct Kinds {
     pub(super) two_sided: bool,
 }
 
-/// A mesh as the engine draws it.
-enum Occluder {
-    /// By its outline.
-    Convex(Box<Convex>),
-    /// These patches of the surface.
-    Patches(Range<usize>),
-}
-
-/// The meshes of a scene.
-#[derive(Default)]
-struct Meshes {
-    occluders: Vec<Occluder>,
-    patches: Vec<Patch>,
-}
-
-impl Meshes {
-    fn draw(&self, level: Simd, band: &mut Band<'_>, mesh: u32) {
-        match &self.occluders[mesh as usize] {
-            Occluder::Convex(convex) => convex.draw(level, band, &Transform::IDENTITY),
-            Occluder::Patches(range) => {
-                for patch in &self.patches[range.clone()] {
-                    patch.draw(level, band, &Transform::IDENTITY);
-                }
-            }
+/// Shapes that stand for a scene: an outline for each mesh that is convex, and for all the others together those of
+/// one surface, cut as the engine cuts a mesh. What is convex is found here, as an engine would when it loads.
+pub(super) fn shapes(scene: &Occscn, kinds: Kinds) -> Result<Vec<Shape>, Failure> {
+    let (mut shapes, mut rest) = (Vec::new(), Vec::new());
+    for mesh in &scene.meshes {
+        let triangles = scene.triangles_of(mesh);
+        match if kinds.triangles { None } else { convex(scene, triangles) } {
+            Some(convex) => shapes.push(Shape::Convex(convex)),
+            None => rest.extend_from_slice(triangles.as_flattened()),
         }
     }
+    shapes.extend(surface(scene, rest, kinds.two_sided)?);
+    Ok(shapes)
 }
 
-/// An occlusion buffer, and the meshes made ready for it.
-pub(super) struct Engine<'a> {
-    prepared: &'a Prepared,
-    level: Simd,
-    buffer: OcclusionBuffer,
-    meshes: Meshes,
-    planes: Option<Planes>,
-    /// One bit a box: in the frustum; and of those, visible and hidden.
-    inside: Vec<u64>,
-    visible: Vec<u64>,
-    hidden: Vec<u64>,
+/// The shapes of the surface of some triangles. They do not follow the file's meshes, of which each ends where its
+/// number of triangles is reached: neighbours must be known for a seam not to leave a gap.
+fn surface(scene: &Occscn, indices: Vec<u32>, two_sided: bool) -> Result<Vec<Shape>, Failure> {
+    if indices.is_empty() {
+        return Ok(Vec::new());
+    }
+    let positions = scene.vertices.clone();
+    let mut mesh = Mesh::new(MeshData { positions, indices, ..MeshData::default() })
+        .map_err(Failure::input)?;
+    mesh.set_two_sided(two_sided);
+    Ok(Occluder::of_mesh(&mesh).shapes().to_vec())
 }
-
-impl<'a> Engine<'a> {
-    /// Makes the meshes of a scene ready. What is convex is found here, as an engine would when it loads.
-    pub(super) fn new(
-        prepared: &'a Prepared,
-        level: Simd,
-        size: [u32; 2],
-        kinds: Kinds,
-    ) -> Result<Self, Failure> {
-        let scene = &prepared.scene;
-        let buffer = OcclusionBuffer::new(size).map_err(Failure::usage)?;
-        let mut occluders = Vec::with_capacity(scene.meshes.len());
-        let mut patches = Vec::new();
-        for mesh in &scene.meshes {
-            let triangles = scene.triangles_of(mesh);
-            let convex = if kinds.triangles { None } else { convex(scene, triangles) };
-            if let Some(convex) = convex {
-                occluders.push(Occluder::Convex(Box::new(convex)));
-                continue;
-            }
-            // Corners one by one: equal places are one vertex again.
-            let corners = triangles.as_flattened().iter();
-            let positions: Vec<_> = corners.map(|&v| scene.vertices[v as usize]).collect();
-            let (first, indices): (_, Vec<u32>) =
-                (patches.len(), (0..positions.len() as u32).collect());
-            let cut = Patch::cut(&positions, &indices, Patch::FACETS, kinds.two_sided);
-            patches.extend(cut.map_err(Failure::input)?);
-            occluders.push(Occluder::Patches(first..patches.len()));
-        }
-        Ok(Self {
-            prepared,
-            level,
-            buffer,
-            meshes: Meshes { occluders, patches },
-            planes: None,
-            inside: Vec::new(),
-            visible: Vec::new(),
-            hidden: Vec::new(),
-        })
-    }
-
-    /// Draws meshes as so many jobs, as [`Rasteriser::draw_unless_hidden`] does; `run` runs each of them.
-    pub(super) fn draw_in_jobs(
-        &mut self,
-        meshes: &[u32],
-        jobs: usize,
-        run: impl for<'j> FnOnce(Vec<Job<'j>>),
-    ) {
-        let (level, all, boxes) = (self.level, &self.meshes, &self.prepared.mesh_boxes);
-        let draw = |band: &mut Band<'_>, mesh| all.draw(level, band, mesh);
-        self.buffer.draw_in_jobs(level, boxes, meshes, jobs, &draw, |jobs| {
-            run(jobs.into_iter().map(|job| Box::new(|| job.run()) as Job<'_>).collect());
-        });
-    }
-
-    /// The nearness of each pixel, as bits.
-    pub(super) fn pixels(&self) -> Vec<u32> {
-        let [width, height] = self.buffer.size();
-        let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        all.map(|(x, y)| self.buffer.nearness(x, y).to_bits()).collect()
-    }
-}
-
-/// A part of the drawing of a list, to be run once, on any thread.
-pub(super) type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
 
 /// The convex body that some triangles bound, if they do.
 fn convex(scene: &Occscn, triangles: &[[u32; 3]]) -> Option<Convex> {
@@ -138,22 +58,89 @@ fn convex(scene: &Occscn, triangles: &[[u32; 3]]) -> Option<Convex> {
     Convex::from_mesh(&positions, &indices)
 }
 
+/// Draws one shape, where it stands.
+fn draw(shape: &Shape, level: Simd, band: &mut Band<'_>) {
+    shape.draw(level, band, &Transform::IDENTITY);
+}
+
+/// The boxes of shapes.
+pub(super) fn bounds(shapes: &[Shape]) -> Vec<Aabb> {
+    shapes.iter().map(Shape::bounds).collect()
+}
+
+/// An occlusion buffer, and the shapes that are drawn into it.
+pub(super) struct Engine<'a> {
+    prepared: &'a Prepared,
+    shapes: &'a [Shape],
+    level: Simd,
+    buffer: OcclusionBuffer,
+    planes: Option<Planes>,
+    /// One bit a box: in the frustum; and of those, visible and hidden.
+    inside: Vec<u64>,
+    visible: Vec<u64>,
+    hidden: Vec<u64>,
+}
+
+impl<'a> Engine<'a> {
+    /// A buffer for a scene in pieces, which are these shapes.
+    pub(super) fn new(
+        prepared: &'a Prepared,
+        shapes: &'a [Shape],
+        level: Simd,
+        size: [u32; 2],
+    ) -> Result<Self, Failure> {
+        Ok(Self {
+            prepared,
+            shapes,
+            level,
+            buffer: OcclusionBuffer::new(size).map_err(Failure::usage)?,
+            planes: None,
+            inside: Vec::new(),
+            visible: Vec::new(),
+            hidden: Vec::new(),
+        })
+    }
+
+    /// Draws pieces as so many jobs, as [`Rasteriser::draw_unless_hidden`] does; `run` runs each of them.
+    pub(super) fn draw_in_jobs(
+        &mut self,
+        pieces: &[u32],
+        jobs: usize,
+        run: impl for<'j> FnOnce(Vec<Job<'j>>),
+    ) {
+        let (level, shapes, boxes) = (self.level, self.shapes, &self.prepared.pieces.boxes);
+        let draw_one = |band: &mut Band<'_>, i: u32| draw(&shapes[i as usize], level, band);
+        self.buffer.draw_in_jobs(level, boxes, pieces, jobs, &draw_one, |jobs| {
+            run(jobs.into_iter().map(|job| Box::new(|| job.run()) as Job<'_>).collect());
+        });
+    }
+
+    /// The nearness of every pixel, row by row.
+    pub(super) fn pixels(&self) -> Vec<f32> {
+        let [width, height] = self.buffer.size();
+        (0..height).flat_map(|y| (0..width).map(move |x| self.buffer.nearness(x, y))).collect()
+    }
+}
+
+/// A part of the drawing of a list, to be run once, on any thread.
+pub(super) type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
+
 impl Rasteriser for Engine<'_> {
     fn clear(&mut self, view: &View) {
         self.buffer.begin(view, [0.0; 3]);
         self.planes = Some(Planes::new(&view.frustum()));
     }
 
-    fn draw(&mut self, meshes: &[u32]) {
-        for &mesh in meshes {
-            self.meshes.draw(self.level, &mut self.buffer.band(), mesh);
+    fn draw(&mut self, pieces: &[u32]) {
+        for &i in pieces {
+            draw(&self.shapes[i as usize], self.level, &mut self.buffer.band());
         }
     }
 
-    fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize {
-        let (level, all, boxes) = (self.level, &self.meshes, &self.prepared.mesh_boxes);
-        self.buffer.draw_unless_hidden(level, boxes, meshes, |band, mesh| {
-            all.draw(level, band, mesh);
+    fn draw_unless_hidden(&mut self, pieces: &[u32]) -> usize {
+        let (level, shapes, boxes) = (self.level, self.shapes, &self.prepared.pieces.boxes);
+        self.buffer.draw_unless_hidden(level, boxes, pieces, |band, i| {
+            draw(&shapes[i as usize], level, band);
         })
     }
 

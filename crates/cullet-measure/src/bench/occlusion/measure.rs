@@ -1,4 +1,5 @@
-//! The times of one rasteriser on one scene, as comparisons of occlusion cullers take them.
+//! The times of one rasteriser on one scene, as comparisons of occlusion cullers take them: of the thread that draws,
+//! not of the clock on the wall.
 
 use std::time::{Duration, Instant};
 
@@ -8,6 +9,7 @@ use serde::Serialize;
 
 use super::rasteriser::{HIDDEN, OUTSIDE, Rasteriser, VISIBLE};
 use super::scene::{Prepared, Scratch};
+use crate::stopwatch::of_thread;
 
 /// The three ways to fill the buffer.
 pub(super) const MODES: [&str; 3] = ["raw", "sorted", "interleaved"];
@@ -15,19 +17,21 @@ pub(super) const MODES: [&str; 3] = ["raw", "sorted", "interleaved"];
 /// The times of one way, in milliseconds: of each view the fastest pass, and of these the mean.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Mode {
-    /// `raw`: all triangles in the file's order. `sorted`: the meshes in the frustum, nearest first.
-    /// `interleaved`: so too, but each mesh is first tested against what is drawn.
+    /// `raw`: all pieces in their order. `sorted`: those in the frustum, nearest first.
+    /// `interleaved`: so too, but each is first tested against what is drawn.
     pub(super) name: &'static str,
     /// Emptying the buffer and setting up the view.
     pub(super) clear_ms: f64,
     /// Drawing.
     pub(super) render_ms: f64,
-    /// Culling meshes by the frustum and sorting them; 0 for raw.
+    /// The same, of each view the median of its passes.
+    pub(super) median_ms: f64,
+    /// Culling pieces by the frustum and sorting them; 0 for raw.
     pub(super) prepare_ms: f64,
-    /// Triangles that are handed over.
+    /// Triangles of the file's meshes in the frustum; all of them for raw.
     pub(super) triangles: f64,
-    /// Meshes that are drawn.
-    pub(super) meshes: f64,
+    /// Pieces that are drawn.
+    pub(super) pieces: f64,
 }
 
 /// Times and results of testing the objects, with the buffer filled as `sorted` does: means over views.
@@ -61,37 +65,58 @@ pub(super) struct Found {
 /// A pass that takes less than the clock's own cost would measure the clock.
 const SHORTEST: Duration = Duration::from_nanos(1);
 
-/// Times: the least of at least three passes, and of as many as `seconds` allow.
-fn fastest<const N: usize>(seconds: f64, mut pass: impl FnMut() -> [Duration; N]) -> [f64; N] {
-    let mut best = [Duration::MAX; N];
-    let begin = Instant::now();
-    let mut passes = 0;
-    while passes < 3 || begin.elapsed().as_secs_f64() < seconds {
-        for (best, time) in best.iter_mut().zip(pass()) {
-            *best = (*best).min(time.max(SHORTEST));
+/// How often a view is measured.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Passes {
+    /// For so many seconds, and at least three times.
+    For(f64),
+    /// So many times.
+    Count(u32),
+}
+
+impl Passes {
+    const LEAST: usize = 3;
+
+    /// Whether that is not done yet, after some passes since `begin`.
+    pub(super) fn go_on(self, passes: usize, begin: Instant) -> bool {
+        match self {
+            Self::For(seconds) => passes < Self::LEAST || begin.elapsed().as_secs_f64() < seconds,
+            Self::Count(count) => passes < count.max(1) as usize,
         }
-        passes += 1;
     }
-    best.map(|d| d.as_nanos() as f64)
 }
 
-/// Time that some work takes.
-pub(super) fn timed(work: impl FnOnce()) -> Duration {
-    let start = Instant::now();
-    work();
-    start.elapsed()
+/// Times of passes, in nanoseconds.
+#[derive(Clone, Copy, Debug, Default)]
+struct Times {
+    least: f64,
+    median: f64,
 }
 
-/// Measures all views in turn, about `seconds` for each of five times in each; `go_on` is called after
+/// Times of what each pass measures.
+fn times<const N: usize>(passes: Passes, mut pass: impl FnMut() -> [Duration; N]) -> [Times; N] {
+    let mut all: Vec<[Duration; N]> = Vec::new();
+    let begin = Instant::now();
+    while passes.go_on(all.len(), begin) {
+        all.push(pass().map(|time| time.max(SHORTEST)));
+    }
+    std::array::from_fn(|i| {
+        let mut each: Vec<f64> = all.iter().map(|times| times[i].as_nanos() as f64).collect();
+        each.sort_unstable_by(f64::total_cmp);
+        Times { least: each[0], median: each[each.len() / 2] }
+    })
+}
+
+/// Measures all views in turn, five times of each with so many passes for every one; `go_on` is called after
 /// each view.
 pub(super) fn measure(
     prepared: &Prepared,
     level: Simd,
     rasteriser: &mut dyn Rasteriser,
-    seconds: f64,
+    passes: Passes,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Found {
-    let all: Vec<u32> = (0..prepared.scene.meshes.len() as u32).collect();
+    let all: Vec<u32> = (0..prepared.pieces.boxes.len() as u32).collect();
     let mut scratch = Scratch::default();
     let mut found = Found {
         modes: MODES.map(|name| Mode { name, ..Mode::default() }),
@@ -102,31 +127,33 @@ pub(super) fn measure(
     let (mut test_ns, mut tested) = (0.0, 0usize);
     for view in 0..prepared.views.len() {
         let culling_view = &prepared.views[view];
+        let in_view = prepared.triangles_in(level, view);
         let mut fill = |mode: usize, rasteriser: &mut dyn Rasteriser, scratch: &mut Scratch| {
-            let mut meshes = all.len();
-            let [prepare, clear, render] = fastest(seconds, || {
+            let mut pieces = all.len();
+            let [prepare, clear, render] = times(passes, || {
                 let prepare = match mode {
                     0 => Duration::ZERO,
-                    _ => timed(|| prepared.sorted(level, view, scratch)),
+                    _ => of_thread(|| prepared.sorted(level, view, scratch)),
                 };
-                let order = if mode == 0 { &all } else { &scratch.meshes };
-                let clear = timed(|| rasteriser.clear(culling_view));
-                let render = timed(|| match mode {
-                    2 => meshes = rasteriser.draw_unless_hidden(order),
+                let order = if mode == 0 { &all } else { &scratch.pieces };
+                let clear = of_thread(|| rasteriser.clear(culling_view));
+                let render = of_thread(|| match mode {
+                    2 => pieces = rasteriser.draw_unless_hidden(order),
                     _ => rasteriser.draw(order),
                 });
                 if mode == 1 {
-                    meshes = order.len();
+                    pieces = order.len();
                 }
                 [prepare, clear, render]
             });
-            let order = if mode == 0 { &all } else { &scratch.meshes };
             let m = &mut found.modes[mode];
-            m.prepare_ms += if mode == 0 { 0.0 } else { prepare * 1e-6 };
-            m.clear_ms += clear * 1e-6;
-            m.render_ms += render * 1e-6;
-            m.triangles += prepared.triangles(order) as f64;
-            m.meshes += meshes as f64;
+            m.prepare_ms += if mode == 0 { 0.0 } else { prepare.least * 1e-6 };
+            m.clear_ms += clear.least * 1e-6;
+            m.render_ms += render.least * 1e-6;
+            m.median_ms += render.median * 1e-6;
+            let triangles = if mode == 0 { prepared.scene.triangles.len() as u64 } else { in_view };
+            m.triangles += triangles as f64;
+            m.pieces += pieces as f64;
         };
         fill(0, rasteriser, &mut scratch);
         fill(2, rasteriser, &mut scratch);
@@ -137,8 +164,8 @@ pub(super) fn measure(
         found.answers.resize(first + prepared.objects.len(), VISIBLE);
         let answers = &mut found.answers[first..];
         let [time] =
-            fastest(seconds, || [timed(|| rasteriser.test(&prepared.object_boxes, answers))]);
-        found.test.all_ms += time * 1e-6;
+            times(passes, || [of_thread(|| rasteriser.test(&prepared.object_boxes, answers))]);
+        found.test.all_ms += time.least * 1e-6;
         let inside: Vec<u32> =
             (0..answers.len() as u32).filter(|&i| answers[i as usize] != OUTSIDE).collect();
         let hidden = answers.iter().filter(|&&a| a == HIDDEN).count();
@@ -149,8 +176,8 @@ pub(super) fn measure(
             let mut boxes = Boxes::new();
             boxes.gather(level, &prepared.objects, &inside);
             let mut again = vec![VISIBLE; inside.len()];
-            let [time] = fastest(seconds, || [timed(|| rasteriser.test(&boxes, &mut again))]);
-            test_ns += time;
+            let [time] = times(passes, || [of_thread(|| rasteriser.test(&boxes, &mut again))]);
+            test_ns += time.least;
             tested += inside.len();
         }
         found.views += 1;
@@ -160,9 +187,8 @@ pub(super) fn measure(
     }
     let mean = 1.0 / found.views.max(1) as f64;
     for m in &mut found.modes {
-        for value in
-            [&mut m.prepare_ms, &mut m.clear_ms, &mut m.render_ms, &mut m.triangles, &mut m.meshes]
-        {
+        let times = [&mut m.prepare_ms, &mut m.clear_ms, &mut m.render_ms, &mut m.median_ms];
+        for value in times.into_iter().chain([&mut m.triangles, &mut m.pieces]) {
             *value *= mean;
         }
     }

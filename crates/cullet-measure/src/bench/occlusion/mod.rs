@@ -27,7 +27,7 @@ use super::results::Results;
 use crate::machine::Machine;
 use crate::occscn;
 use engine::{Engine, Kinds};
-use measure::{Found, measure};
+use measure::{Found, Passes, measure};
 pub use rasteriser::{HIDDEN, OUTSIDE, VISIBLE};
 pub use report::Occlusion;
 use scene::Prepared;
@@ -39,7 +39,7 @@ pub use truth::{Agreement, Reference, TOLERANCE};
 #[command(next_help_heading = "One scene: cullet bench occlusion --scene FILE")]
 pub struct OcclusionArgs {
     /// Measure occlusion culling on this OCCSCN01 file; cullet occscn writes such files. References that
-    /// lie beside it (FILE.ref1, FILE.ref4 ...) are held against the answers
+    /// lie beside it (FILE.ref1, FILE.ref4 ..., FILE.ref4j with jittered samples) are held against the answers
     #[arg(long, value_name = "FILE")]
     pub(super) scene: Option<PathBuf>,
     /// Pixels of the occlusion buffer
@@ -63,6 +63,9 @@ pub struct OcclusionArgs {
     /// Draw the sorted list on so many threads too, in bands of the buffer, and hold that against one
     #[arg(long, value_name = "N", default_value_t = 1, requires = "scene", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: u16,
+    /// Measure every view N times, in each way [default: for 20 ms, and at least 3 times]
+    #[arg(long, value_name = "N", requires = "scene", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    passes: Option<u32>,
 }
 
 fn level(text: &str) -> Result<(&'static str, Simd), String> {
@@ -97,13 +100,16 @@ pub(super) fn run_scene(o: &OcclusionArgs, json: Option<&Path>, console: &Consol
     }
     let (views, objects) = (scene.cameras.len(), scene.objects.len());
     let mut references = Reference::beside(path, views, objects)?;
-    let prepared = Prepared::new(scene, o.resolution).map_err(|e| fail(e.message))?;
     let level = o.level.unwrap_or_else(|| levels()[0]);
     let kinds = Kinds { triangles: o.triangles, two_sided: !o.one_sided };
+    let passes = o.passes.map_or(Passes::For(SECONDS), Passes::Count);
+    let shapes = engine::shapes(&scene, kinds).map_err(|e| fail(e.message))?;
+    let prepared = Prepared::new(scene, o.resolution).map_err(|e| fail(e.message))?;
+    let prepared = prepared.in_pieces(engine::bounds(&shapes));
     let mut engine =
-        Engine::new(&prepared, level.1, o.resolution, kinds).map_err(|e| fail(e.message))?;
+        Engine::new(&prepared, &shapes, level.1, o.resolution).map_err(|e| fail(e.message))?;
     let mut bar = console.progress("measuring", views as u64);
-    let found = measure(&prepared, level.1, &mut engine, SECONDS, &mut || {
+    let found = measure(&prepared, level.1, &mut engine, passes, &mut || {
         bar.step();
         !interrupted()
     });
@@ -115,7 +121,7 @@ pub(super) fn run_scene(o: &OcclusionArgs, json: Option<&Path>, console: &Consol
             bar.step();
             !interrupted()
         };
-        let found = threads::measure(&prepared, level.1, &mut engine, o.threads, SECONDS, go_on)?;
+        let found = threads::measure(&prepared, level.1, &mut engine, o.threads, passes, go_on)?;
         bar.finish();
         if !found.alike {
             return Err(fail(format!("{} threads did not draw what one does", o.threads)));
@@ -123,7 +129,7 @@ pub(super) fn run_scene(o: &OcclusionArgs, json: Option<&Path>, console: &Consol
         shared = Some(found);
     }
     if let Some(n) = o.reference {
-        references.retain(|r| r.samples != n);
+        references.retain(|r| r.samples != n || r.jittered);
         let mut bar = console.progress("drawing the reference", found.views as u64);
         let drawn = truth::drawn(&prepared.scene, &prepared.objects, found.views, n, &mut || {
             bar.step();
@@ -174,13 +180,15 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) -> Opt
     let text = format!("city:ground=0,cells={cells},objects={objects}");
     let model = cullet_io::scenes::build(&text).ok()?;
     let size = [1280, 720];
-    let prepared = Prepared::new(occscn::of_model(&model).ok()?, size).ok()?;
-    let seconds = options.seconds / prepared.views.len() as f64;
+    let scene = occscn::of_model(&model).ok()?;
+    let shapes = engine::shapes(&scene, Kinds::default()).ok()?;
+    let prepared = Prepared::new(scene, size).ok()?.in_pieces(engine::bounds(&shapes));
+    let passes = Passes::For(options.seconds / prepared.views.len() as f64);
     let truth = truth::drawn(&prepared.scene, &prepared.objects, CHECKED, 1, &mut || true).ok()?;
     let mut best: Option<(Found, Occlusion)> = None;
     for (level_name, level) in levels() {
-        let mut engine = Engine::new(&prepared, level, size, Kinds::default()).ok()?;
-        let found = measure(&prepared, level, &mut engine, seconds, &mut || true);
+        let mut engine = Engine::new(&prepared, &shapes, level, size).ok()?;
+        let found = measure(&prepared, level, &mut engine, passes, &mut || true);
         let agreement = truth.judge(&found.answers);
         let alike = best.as_ref().is_none_or(|(b, _)| b.answers == found.answers);
         let streaming = report::streaming(&prepared, level);
@@ -217,7 +225,7 @@ mod tests {
     }
 
     fn found(prepared: &Prepared, rasteriser: &mut dyn Rasteriser) -> Found {
-        measure(prepared, Simd::best(), rasteriser, 0.0, &mut || true)
+        measure(prepared, Simd::best(), rasteriser, Passes::Count(2), &mut || true)
     }
 
     fn truth(prepared: &Prepared) -> Reference {
@@ -238,11 +246,12 @@ mod tests {
         assert!(t.ns_per_object > 0.0 && t.all_ms > 0.0);
         let [raw, sorted, interleaved] = found.modes;
         assert_eq!([raw.name, sorted.name, interleaved.name], MODES);
-        assert_eq!((raw.triangles, raw.meshes, raw.prepare_ms), (432.0, 36.0, 0.0));
+        assert_eq!((raw.triangles, raw.pieces, raw.prepare_ms), (432.0, 36.0, 0.0));
         assert!(sorted.triangles < raw.triangles && sorted.prepare_ms > 0.0);
         assert_eq!(interleaved.triangles, sorted.triangles);
-        assert!(interleaved.meshes <= sorted.meshes && sorted.meshes < raw.meshes);
-        assert_eq!(sorted.triangles, sorted.meshes * 12.0);
+        assert!(interleaved.pieces <= sorted.pieces && sorted.pieces < raw.pieces);
+        assert_eq!(sorted.triangles, sorted.pieces * 12.0);
+        assert!(sorted.median_ms >= sorted.render_ms && sorted.render_ms > 0.0);
     }
 
     #[test]
@@ -269,9 +278,11 @@ mod tests {
             Kinds { triangles: true, two_sided: true },
         ] {
             let mut first = None;
+            let shapes = engine::shapes(&prepared.scene, kinds).unwrap();
+            let prepared = self::prepared().in_pieces(engine::bounds(&shapes));
             for (name, level) in levels() {
-                let mut engine = Engine::new(&prepared, level, SIZE, kinds).unwrap();
-                let found = measure(&prepared, level, &mut engine, 0.0, &mut || true);
+                let mut engine = Engine::new(&prepared, &shapes, level, SIZE).unwrap();
+                let found = measure(&prepared, level, &mut engine, Passes::Count(1), &mut || true);
                 let agreement = truth.judge(&found.answers);
                 assert_eq!(agreement.false_culls, 0, "{kinds:?} at {name}");
                 assert!(
@@ -285,17 +296,17 @@ mod tests {
     }
 
     #[test]
-    fn meshes_come_nearest_first() {
+    fn pieces_come_nearest_first() {
         let prepared = prepared();
         let mut scratch = Scratch::default();
         for view in 0..VIEWS {
             prepared.sorted(Simd::best(), view, &mut scratch);
             let eye = prepared.scene.cameras[view].eye;
             let distance = |&m: &u32| {
-                let b = prepared.mesh_boxes.get(m as usize);
+                let b = prepared.pieces.boxes.get(m as usize);
                 (0..3).map(|k| (b.min[k] - eye[k]).max(eye[k] - b.max[k]).max(0.0).powi(2)).sum()
             };
-            let distances: Vec<f32> = scratch.meshes.iter().map(distance).collect();
+            let distances: Vec<f32> = scratch.pieces.iter().map(distance).collect();
             assert!(distances.len() > 1 && distances.is_sorted(), "{distances:?}");
         }
     }
@@ -304,7 +315,8 @@ mod tests {
     fn a_stop_leaves_what_was_measured() {
         let prepared = prepared();
         let mut rasteriser = StandIn::new(&prepared.scene);
-        let found = measure(&prepared, Simd::best(), &mut rasteriser, 0.0, &mut || false);
+        let found =
+            measure(&prepared, Simd::best(), &mut rasteriser, Passes::Count(1), &mut || false);
         assert_eq!((found.views, found.answers.len()), (1, 200));
     }
 }

@@ -10,17 +10,17 @@ pub const VISIBLE: u8 = 1;
 /// In the frustum and proved hidden.
 pub const HIDDEN: u8 = 2;
 
-/// An occlusion buffer with the meshes of a scene.
+/// An occlusion buffer with what a scene draws, piece by piece.
 pub(super) trait Rasteriser {
     /// Empties the buffer for a view.
     fn clear(&mut self, view: &View);
 
-    /// Draws meshes in this order.
-    fn draw(&mut self, meshes: &[u32]);
+    /// Draws pieces in this order.
+    fn draw(&mut self, pieces: &[u32]);
 
-    /// Draws meshes in this order, but those whose box is hidden by what is drawn so far. Returns how many
+    /// Draws pieces in this order, but those whose box is hidden by what is drawn so far. Returns how many
     /// it drew.
-    fn draw_unless_hidden(&mut self, meshes: &[u32]) -> usize;
+    fn draw_unless_hidden(&mut self, pieces: &[u32]) -> usize;
 
     /// Says of each box whether it is outside, visible or hidden, by what is drawn.
     fn test(&mut self, boxes: &Boxes, answers: &mut [u8]);

@@ -83,7 +83,7 @@ pub(super) fn measured(
     let test = &found.test;
     let modes = found.modes.iter().map(|m| {
         let time = (m.clear_ms + m.render_ms) * 1e6;
-        (m.triangles, time, bytes_a_triangle(prepared), m.meshes)
+        (m.triangles, time, bytes_a_triangle(prepared), m.pieces)
     });
     let tests = (test.in_frustum, test.ns_per_object * test.in_frustum, BOX_BYTES, test.visible);
     for (name, (items, time, bytes, visible)) in names(scene).into_iter().zip(modes.chain([tests]))
@@ -137,21 +137,22 @@ pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Co
         o.level
     ));
     console.line(format!(
-        "means over views of the fastest pass; streaming {:.1} GB/s in the same run",
+        "means over views of the fastest pass, and of the median; streaming {:.1} GB/s in the same run",
         o.streaming_gb_per_s
     ));
     console
-        .line("mode         clear ms  render ms  prepare ms  triangles  ns/triangle  meshes drawn");
+        .line("mode         clear ms  render ms  (median)  prepare ms  triangles  ns/triangle  pieces drawn");
     for m in &o.modes {
         let each = (m.clear_ms + m.render_ms) * 1e6 / m.triangles.max(1.0);
         console.line(format!(
-            "{:<12} {:>8.4} {:>10.4} {:>11.4} {:>10} {each:>12.2} {:>13}",
+            "{:<12} {:>8.4} {:>10.4} {:>9.4} {:>11.4} {:>10} {each:>12.2} {:>13}",
             m.name,
             m.clear_ms,
             m.render_ms,
+            m.median_ms,
             m.prepare_ms,
             rounded(m.triangles),
-            rounded(m.meshes)
+            rounded(m.pieces)
         ));
     }
     if let Some(s) = &o.shared {
@@ -194,8 +195,9 @@ pub(super) fn print(name: &str, prepared: &Prepared, o: &Occlusion, console: &Co
     }
     for v in &o.references {
         console.line(format!(
-            "reference {}x: {:.2} % of {} hidden objects found; {} false culls of {} visible",
+            "reference {}x{}: {:.2} % of {} hidden objects found; {} false culls of {} visible",
             v.samples,
+            if v.jittered { ", jittered" } else { "" },
             v.efficiency,
             grouped(v.hidden),
             grouped(v.false_culls),

@@ -1,4 +1,4 @@
-//! A benchmark scene, made ready: boxes in batches, views, and the order of meshes.
+//! A benchmark scene, made ready: boxes in batches, views, and the order of what is drawn.
 
 use cullet::bounds::{Aabb, Boxes};
 use cullet::cull::Indices;
@@ -7,15 +7,30 @@ use cullet::{Depth, Simd, View};
 use cullet_command::exit::Failure;
 use cullet_io::occscn::Occscn;
 
+/// Boxes of what is drawn one by one.
+#[derive(Debug)]
+pub(super) struct Pieces {
+    /// The box of each.
+    bounds: Vec<Aabb>,
+    /// The same as a batch.
+    pub(super) boxes: Boxes,
+}
+
+impl Pieces {
+    fn new(bounds: Vec<Aabb>) -> Self {
+        Self { boxes: Boxes::from_slice(&bounds), bounds }
+    }
+}
+
 /// Scene of a measurement.
 #[derive(Debug)]
 pub(super) struct Prepared {
     /// Triangles and meshes.
     pub(super) scene: Occscn,
-    /// The box of each mesh.
-    pub(super) meshes: Vec<Aabb>,
-    /// The same as a batch.
-    pub(super) mesh_boxes: Boxes,
+    /// The boxes of the file's meshes.
+    mesh_boxes: Boxes,
+    /// What is drawn one by one: those meshes, unless a rasteriser cuts them itself.
+    pub(super) pieces: Pieces,
     /// The boxes that are tested.
     pub(super) objects: Vec<Aabb>,
     /// The same as a batch.
@@ -25,7 +40,7 @@ pub(super) struct Prepared {
 }
 
 impl Prepared {
-    /// A scene at a resolution.
+    /// A scene at a resolution, drawn mesh by mesh.
     pub(super) fn new(scene: Occscn, size: [u32; 2]) -> Result<Self, Failure> {
         let meshes: Vec<Aabb> = (0..scene.meshes.len()).map(|m| scene.mesh_bounds(m)).collect();
         let objects: Vec<Aabb> =
@@ -34,7 +49,7 @@ impl Prepared {
             (0..scene.cameras.len()).map(|i| view(&scene, i, size)).collect();
         Ok(Self {
             mesh_boxes: Boxes::from_slice(&meshes),
-            meshes,
+            pieces: Pieces::new(meshes),
             object_boxes: Boxes::from_slice(&objects),
             objects,
             views: views?,
@@ -42,37 +57,45 @@ impl Prepared {
         })
     }
 
-    /// The meshes that a view may see, nearest box first; those equally near to within a hundredth in their
+    /// The same, drawn in pieces that have these boxes.
+    pub(super) fn in_pieces(self, bounds: Vec<Aabb>) -> Self {
+        Self { pieces: Pieces::new(bounds), ..self }
+    }
+
+    /// The pieces that a view may see, nearest box first; those equally near to within a hundredth in their
     /// order. The eye is the file's.
     pub(super) fn sorted(&self, level: Simd, view: usize, scratch: &mut Scratch) {
-        let Scratch { meshes, visible, order, spare } = scratch;
-        cull_boxes(level, &Planes::new(&self.views[view].frustum()), &self.mesh_boxes, visible);
+        let Scratch { pieces, visible, order, spare } = scratch;
+        cull_boxes(level, &Planes::new(&self.views[view].frustum()), &self.pieces.boxes, visible);
         let eye = self.scene.cameras[view].eye;
         order.clear();
         order.extend(visible.iter().map(|&m| {
-            let b = &self.meshes[m as usize];
+            let b = &self.pieces.bounds[m as usize];
             let outside = |k: usize| (b.min[k] - eye[k]).max(eye[k] - b.max[k]).max(0.0);
             let distance: f32 = (0..3).map(|k| outside(k) * outside(k)).sum();
             // Distances are not negative, so their bits sort as they do.
             (u64::from(distance.to_bits()) << 32) | u64::from(m)
         }));
         sort(order, spare);
-        meshes.clear();
-        meshes.extend(order.iter().map(|&key| key as u32));
+        pieces.clear();
+        pieces.extend(order.iter().map(|&key| key as u32));
     }
 
-    /// How many triangles some meshes have.
-    pub(super) fn triangles(&self, meshes: &[u32]) -> u64 {
+    /// How many triangles the file's meshes have that a view may see.
+    pub(super) fn triangles_in(&self, level: Simd, view: usize) -> u64 {
+        let mut visible = Indices::default();
+        let planes = Planes::new(&self.views[view].frustum());
+        cull_boxes(level, &planes, &self.mesh_boxes, &mut visible);
         let of = |&m: &u32| u64::from(self.scene.meshes[m as usize].triangle_count);
-        meshes.iter().map(of).sum()
+        visible.iter().map(of).sum()
     }
 }
 
 /// Memory that [`Prepared::sorted`] works in, and its result.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
-    /// Meshes, in the order to draw them.
-    pub(super) meshes: Vec<u32>,
+    /// Pieces, in the order to draw them.
+    pub(super) pieces: Vec<u32>,
     visible: Indices,
     order: Vec<u64>,
     spare: Vec<u64>,

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use cullet::Simd;
 use cullet_command::exit::Failure;
 use serde::Serialize;
 
 use super::engine::{Engine, Job};
-use super::measure::timed;
+use super::measure::Passes;
 use super::rasteriser::Rasteriser;
 use super::scene::{Prepared, Scratch};
 
@@ -30,7 +30,7 @@ pub(crate) struct Shared {
     /// The longest of the jobs, run one after the other on one thread: what does not depend on whether there were
     /// as many cores free.
     pub(super) longest_ms: f64,
-    /// Whether each view's tiles were the same as one thread's.
+    /// Whether each view's pixels were the same as one thread's.
     pub(super) alike: bool,
 }
 
@@ -80,13 +80,20 @@ impl Workers {
     }
 }
 
-/// Measures all views in turn, about `seconds` each; `go_on` is called after each.
+/// Time on the wall that some work takes: what several threads do is not in the time of one.
+fn timed(work: impl FnOnce()) -> Duration {
+    let start = Instant::now();
+    work();
+    start.elapsed()
+}
+
+/// Measures all views in turn, with so many passes each; `go_on` is called after each.
 pub(super) fn measure(
     prepared: &Prepared,
     level: Simd,
     engine: &mut Engine<'_>,
     threads: u16,
-    seconds: f64,
+    passes: Passes,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Shared, Failure> {
     let workers = Workers::new(threads.into())?;
@@ -96,22 +103,23 @@ pub(super) fn measure(
     let mut views = 0;
     for (view, culling_view) in prepared.views.iter().enumerate() {
         prepared.sorted(level, view, &mut scratch);
-        let order = &scratch.meshes;
+        let order = &scratch.pieces;
         let mut best = [Duration::MAX; 5];
-        let begin = std::time::Instant::now();
-        let mut passes = 0;
-        while passes < 3 || begin.elapsed().as_secs_f64() < seconds {
+        let begin = Instant::now();
+        let mut done = 0;
+        while passes.go_on(done, begin) {
             engine.clear(culling_view);
             let sorted = timed(|| engine.draw(order));
             engine.clear(culling_view);
             let interleaved = timed(|| _ = engine.draw_unless_hidden(order));
-            let alone = engine.pixels();
+            // What is drawn is the same in every pass, and reading it takes long.
+            let alone = (done == 0).then(|| engine.pixels());
             engine.clear(culling_view);
             let go = workers.ready();
             let all = timed(|| {
                 engine.draw_in_jobs(order, threads.into(), |jobs| workers.run(jobs, &go));
             });
-            shared.alike &= engine.pixels() == alone;
+            shared.alike &= alone.is_none_or(|alone| engine.pixels() == alone);
             engine.clear(culling_view);
             let mut jobs_took = (Duration::ZERO, Duration::ZERO);
             let whole = timed(|| {
@@ -127,7 +135,7 @@ pub(super) fn measure(
             for (best, now) in best.iter_mut().zip(now) {
                 *best = (*best).min(now);
             }
-            passes += 1;
+            done += 1;
         }
         for (sum, best) in sums.iter_mut().zip(best) {
             *sum += best.as_secs_f64() * 1e3;

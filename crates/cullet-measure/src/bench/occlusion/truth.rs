@@ -30,6 +30,9 @@ const FINEST: u32 = 16;
 pub struct Reference {
     /// N.
     pub samples: u32,
+    /// Each view's samples are shifted by a part of one, at random: so that pictures of different N have not the same
+    /// places in them, and edges that follow the pixels are no special case.
+    pub jittered: bool,
     /// View by view, one value an object.
     pub values: Vec<u8>,
 }
@@ -39,6 +42,8 @@ pub struct Reference {
 pub struct Agreement {
     /// N of the reference.
     pub samples: u32,
+    /// Whether its samples were shifted at random.
+    pub jittered: bool,
     /// Objects hidden there, over all views.
     pub hidden: u64,
     /// How many of these were culled.
@@ -52,13 +57,12 @@ pub struct Agreement {
 }
 
 impl Reference {
-    /// All references beside a scene: `city.bin.ref4` or `city.ref4`.
+    /// All references beside a scene: `city.bin.ref4` or `city.ref4`, and with jittered samples `city.bin.ref4j`.
     pub(super) fn beside(scene: &Path, views: usize, objects: usize) -> Result<Vec<Self>, Failure> {
         let mut found = Vec::new();
-        for samples in 1..=FINEST {
-            let Some(path) = paths(scene, samples).into_iter().find(|p| p.is_file()) else {
-                continue;
-            };
+        for (samples, jittered) in (1..=FINEST).flat_map(|n| [(n, false), (n, true)]) {
+            let places = paths(scene, samples, jittered);
+            let Some(path) = places.into_iter().find(|p| p.is_file()) else { continue };
             let fail = |what: String| Failure::input(format!("{}: {what}", path.display()));
             let values = std::fs::read(&path).map_err(|e| fail(format!("cannot be read: {e}")))?;
             let want = views as u64 * objects as u64;
@@ -76,14 +80,15 @@ impl Reference {
                     "view {view}, object {object}: {value} is not a result; they are 0 to {MOST}"
                 )));
             }
-            found.push(Self { samples, values });
+            found.push(Self { samples, jittered, values });
         }
         Ok(found)
     }
 
     /// How answers, view by view, stand beside it. Those may be of the first views alone.
     pub fn judge(&self, answers: &[u8]) -> Agreement {
-        let mut agreement = Agreement { samples: self.samples, ..Agreement::default() };
+        let Self { samples, jittered, .. } = *self;
+        let mut agreement = Agreement { samples, jittered, ..Agreement::default() };
         for (&truth, &answer) in self.values.iter().zip(answers) {
             let culled = u64::from(answer == HIDDEN || answer == OUTSIDE);
             match truth {
@@ -134,12 +139,12 @@ pub(super) fn drawn(
             break;
         }
     }
-    Ok(Reference { samples, values })
+    Ok(Reference { samples, jittered: false, values })
 }
 
 /// Where the reference of a scene may lie.
-fn paths(scene: &Path, samples: u32) -> [PathBuf; 2] {
-    let ending = format!("ref{samples}");
+fn paths(scene: &Path, samples: u32, jittered: bool) -> [PathBuf; 2] {
+    let ending = format!("ref{samples}{}", if jittered { "j" } else { "" });
     let mut name = scene.as_os_str().to_owned();
     name.push(format!(".{ending}"));
     [name.into(), scene.with_extension(ending)]
@@ -152,7 +157,8 @@ mod tests {
 
     #[test]
     fn what_is_seen_and_culled_is_a_false_cull() {
-        let reference = Reference { samples: 4, values: vec![0, 1, 1, 1, 2, 2, 2, 3] };
+        let values = vec![0, 1, 1, 1, 2, 2, 2, 3];
+        let reference = Reference { samples: 4, jittered: false, values };
         let answers = [OUTSIDE, VISIBLE, HIDDEN, OUTSIDE, HIDDEN, OUTSIDE, VISIBLE, HIDDEN];
         let agreement = reference.judge(&answers);
         assert_eq!((agreement.samples, agreement.hidden, agreement.found), (4, 3, 2));
@@ -173,8 +179,10 @@ mod tests {
         assert!(find().unwrap().is_empty());
         std::fs::write(folder.join("a.ref4"), [0, 1, 2, 3, 2, 1]).unwrap();
         std::fs::write(folder.join("a.bin.ref1"), [2; 6]).unwrap();
+        std::fs::write(folder.join("a.bin.ref4j"), [1; 6]).unwrap();
         let found = find().unwrap();
-        assert_eq!(found.iter().map(|r| r.samples).collect::<Vec<_>>(), [1, 4]);
+        let which: Vec<_> = found.iter().map(|r| (r.samples, r.jittered)).collect();
+        assert_eq!(which, [(1, false), (4, false), (4, true)]);
         assert_eq!(found[1].values, [0, 1, 2, 3, 2, 1]);
         std::fs::write(folder.join("a.ref2"), [0; 5]).unwrap();
         assert!(find().unwrap_err().message.contains("5 bytes, but 2 views of 3 objects take 6"));

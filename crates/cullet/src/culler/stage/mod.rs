@@ -8,5 +8,5 @@ pub(super) mod detail;
 pub(super) mod frustum;
 pub(super) mod layer;
 mod occluders;
-mod stake;
 pub(super) mod occlusion;
+mod stake;

@@ -36,11 +36,8 @@ impl Stake {
         let us = |ns: f64, count: u64| (ns * 1e-3) as f32 * count as f32;
         let draw = us(costs.draw_ns, left.instances) + us(costs.opaque_triangle_ns, left.triangles);
         let OccluderCosts { test_ns, begin_ns, .. } = costs.occluders;
-        let first = if settings.risk.is_finite() {
-            draw * settings.risk - us(begin_ns, 1) - us(test_ns, left.instances)
-        } else {
-            settings.risk
-        };
+        let overhead = us(begin_ns, 1) + us(test_ns, left.instances);
+        let first = settings.risk.map_or(f32::INFINITY, |risk| draw * risk - overhead);
         Self { limit: settings.budget, first, draw }
     }
 
@@ -108,8 +105,9 @@ mod tests {
     #[test]
     fn nothing_is_spent_on_what_costs_nothing_and_more_where_more_is_saved() {
         let costs = Costs::default();
-        let left = |instances| Counts { instances, clusters: instances, triangles: instances * 100 };
-        let settings = Occlusion { risk: 0.025, ..Occlusion::default() };
+        let left =
+            |instances| Counts { instances, clusters: instances, triangles: instances * 100 };
+        let settings = Occlusion { risk: Some(0.025), ..Occlusion::default() };
         assert!(Stake::new(&settings, &costs, left(10)).is_nothing());
         let stake = Stake::new(&settings, &costs, left(2000));
         assert!(!stake.is_nothing() && stake.is_limited());

@@ -25,14 +25,14 @@ pub struct Occlusion {
     /// How much of the cost of drawing what is left, by [`Culler::costs`](crate::Culler::costs), may be spent before
     /// anything is known to be hidden: 0.025 makes no frame more than some 2.5 % slower, and leaves occlusion out where so
     /// little would be drawn that looking for it costs more. Then, as long as something is found to be hidden, a fifth of
-    /// what that saves. Infinite, the default, spends the budget on any scene. It decides how much is found, and never what
+    /// what that saves. `None`, the default, spends the budget on any scene. It decides how much is found, and never what
     /// is right.
-    pub risk: f32,
+    pub risk: Option<f32>,
 }
 
 impl Default for Occlusion {
     fn default() -> Self {
-        Self { width: 640, budget: 500.0, risk: f32::INFINITY }
+        Self { width: 640, budget: 500.0, risk: None }
     }
 }
 
