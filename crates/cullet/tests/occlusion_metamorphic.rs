@@ -286,6 +286,8 @@ proptest! {
         (kind, reversed, size) in (0..3_u8, any::<bool>(), size()),
         mirror in prop::sample::select(vec![vec![0_usize], vec![1], vec![0, 1]]),
     ) {
+        // Whole tiles, so that they are tiles from either side.
+        let size = [size[0].next_multiple_of(8), size[1].next_multiple_of(4)];
         let view = view(kind, reversed);
         let mut m = view.clip_from_world();
         mirror.iter().for_each(|r| (0..4).for_each(|c| m[c * 4 + r] = -m[c * 4 + r]));

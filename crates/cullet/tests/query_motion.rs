@@ -14,7 +14,9 @@ fn street() -> Scene {
     for i in 0..12_u32 {
         let z = f64::from(i) * -14.0;
         let house = Transform::from_scale_translation([4.0, 6.0, 6.0], [10.0, 6.0, z]);
-        scene.add(Instance { user: 100 + u64::from(i), ..Instance::new(cube, house) }).expect("few");
+        scene
+            .add(Instance { user: 100 + u64::from(i), ..Instance::new(cube, house) })
+            .expect("few");
         if i >= 2 {
             let shed = Transform::from_translation([17.0, 1.0, z]);
             scene.add(Instance { user: u64::from(i), ..Instance::new(cube, shed) }).expect("few");

@@ -56,9 +56,13 @@ fn a_cullers_level_and_clock_are_the_readers() {
     assert_eq!(
         text,
         "{\"frustum\":true,\"frustum_exact\":false,\"backface\":\"fast\",\"degenerate\":true,\
-         \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5},\"occlusion\":{\"width\":128,\"budget\":9.5,\"costs\":{\
-         \"convex\":{\"base_ns\":400.0,\"edge_ns\":5.0,\"outline_ns\":30.0,\"pixel_ns\":0.1},\
-         \"patch\":{\"base_ns\":1000.0,\"edge_ns\":20.0,\"outline_ns\":30.0,\"pixel_ns\":0.24}}},\
+         \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5},\"occlusion\":{\"width\":128,\"budget\":9.5,\"risk\":null},\
+         \"costs\":{\"object_test_ns\":0.5,\"cluster_test_ns\":0.5,\"triangle_test_ns\":0.2,\
+         \"rejected_triangle_ns\":1.0,\"opaque_triangle_ns\":10.0,\"masked_triangle_ns\":10.0,\
+         \"blended_triangle_ns\":10.0,\"draw_ns\":1000.0,\"occluders\":{\
+         \"convex\":{\"base_ns\":330.0,\"edge_ns\":5.0,\"outline_ns\":5.0,\"pixel_ns\":0.02},\
+         \"patch\":{\"base_ns\":650.0,\"edge_ns\":7.0,\"outline_ns\":2.0,\"pixel_ns\":0.03},\
+         \"test_ns\":15.0,\"begin_ns\":5000.0}},\
          \"output\":\"triangles\",\"reasons\":false,\"dropped\":false}"
     );
     let wanted = Culler { clock: None, level: Simd::best(), ..culler };

@@ -53,7 +53,12 @@ impl Stake {
 
     /// What may be spent on drawing occluders where such a share is known to be hidden. No more than the limit.
     pub(super) fn budget(&self, hidden: f32) -> f32 {
-        (self.first + self.draw * hidden * RETURN).min(self.limit)
+        // A limit of NaN is none to be spent.
+        if self.limit > 0.0 {
+            (self.first + self.draw * hidden * RETURN).min(self.limit)
+        } else {
+            0.0
+        }
     }
 }
 

@@ -12,6 +12,10 @@ use crate::bits;
 /// Planes: the near one, and the four sides of the guard band.
 const PLANES: usize = 5;
 
+/// Set in the code of a vertex that is before the near plane, too far off the screen, or too near the eye. Beside it stand
+/// the planes beyond which it certainly is, a bit each.
+pub(super) const UNUSABLE: i32 = 1 << PLANES;
+
 /// The most corners of what is left of a triangle.
 const CORNERS: usize = 3 + PLANES;
 
@@ -22,8 +26,6 @@ pub(super) struct Cut {
     vertices: usize,
     /// Those without a number were to be added.
     is_full: bool,
-    /// The planes beyond which each vertex lies, a bit each.
-    codes: Vec<u32>,
     /// Of the facets that show their fronts, and of those that show their backs.
     sides: [CutSide; 2],
 }
@@ -155,12 +157,6 @@ impl Surface {
         patch: &Connected,
         own: &mut [[f32; 2]; 2],
     ) {
-        let mut codes = std::mem::take(&mut self.cut.codes);
-        codes.clear();
-        codes.extend((0..patch.places[0].len() as u16).map(|v| {
-            let is_nan = self.x[usize::from(v) % NUMBERS].is_nan();
-            if is_nan { projection.beyond([clip(screen, patch, v)].iter())[0] } else { 0 }
-        }));
         patch.for_groups(|kind, number, rows| {
             for lane in 0..rows[0].len() {
                 let mut corners = [0; 4];
@@ -168,10 +164,13 @@ impl Surface {
                     *corner = row[lane];
                 }
                 let corners = &corners[..rows.len()];
-                let is_nan = |&v: &u16| self.x[usize::from(v) % NUMBERS].is_nan();
+                let [mut some, mut all] = [0, !0];
+                for &v in corners {
+                    let code = self.codes[usize::from(v) % NUMBERS];
+                    (some, all) = (some | code, all & code);
+                }
                 // What fills up a group has one corner throughout.
-                let beyond = corners.iter().fold(u32::MAX, |all, &v| all & codes[usize::from(v)]);
-                if corners[0] != corners[1] && beyond == 0 && corners.iter().any(is_nan) {
+                if some & UNUSABLE != 0 && all & !UNUSABLE == 0 && corners[0] != corners[1] {
                     let own = if kind < 2 { Some(&mut *own) } else { None };
                     let all = corners.iter().map(|&v| clip(screen, patch, v));
                     let mut clips = [Clip::default(); 4];
@@ -180,7 +179,6 @@ impl Surface {
                 }
             }
         });
-        self.cut.codes = codes;
     }
 
     /// A quad need not be flat: each of its triangles is cut by itself, and both must show one side.

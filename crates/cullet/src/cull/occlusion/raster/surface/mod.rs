@@ -45,6 +45,8 @@ pub(super) struct Surface {
     x: Numbers<f32>,
     y: Numbers<f32>,
     n: Numbers<f32>,
+    /// Of each vertex the planes beyond which it lies; see [`cut`].
+    codes: Numbers<i32>,
     /// All bits for a facet that is drawn, else none.
     drawn: Numbers<u32>,
     silhouettes: Vec<[u16; 2]>,
@@ -84,6 +86,7 @@ impl Surface {
             x: numbers(0.0),
             y: numbers(0.0),
             n: numbers(0.0),
+            codes: numbers(0),
             drawn: numbers(0),
             silhouettes: Vec::new(),
             halves: Vec::new(),

@@ -5,14 +5,15 @@
 //! where M has the rows and c are their constants, so that |p − e| / w ≤ Σ |M⁻¹| (|x| + |c| / w). Without that the error of a wall
 //! near the eye would be that of its far end at the w of its near one.
 
-use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, i32x8};
 use glam::{DMat3, DVec3};
 
 use super::super::blocks::BLOCK;
 use super::super::connected::{Connected, LANES};
 use super::super::row::{Row, meet};
 use super::super::screen::ObjectScreen;
+use super::cut::UNUSABLE;
 use super::{Surface, Window};
 use crate::bounds::Aabb;
 
@@ -187,6 +188,8 @@ impl Surface {
         let (mut low, mut high) = ([infinite; 2], [-infinite; 2]);
         let (mut own, mut smallest_w) = ((low, high), infinite);
         let mut is_clipped = false;
+        let mut all_codes = i32x8::splat(simd, !0);
+        let beyond = Beyond::new(projection, reach, near_error.into());
         let count = patch.places[0].len();
         let base = projection.base;
         for i in (0..count).step_by(LANES) {
@@ -202,11 +205,15 @@ impl Surface {
                 (x, y) = (x * n, y * n);
                 usable = third.simd_gt(least_w);
             }
-            if may_be_near {
-                usable &= projection.row(simd, 3, p).simd_ge(near_error);
-            }
+            let height = if may_be_near { projection.row(simd, 3, p) } else { infinite };
+            usable &= height.simd_ge(near_error);
             usable &= x.abs().simd_lt(guard[0]) & y.abs().simd_lt(guard[1]);
-            is_clipped |= usable.to_bitmask() != 0xff;
+            let mut codes = i32x8::splat(simd, 0);
+            if usable.to_bitmask() != 0xff {
+                is_clipped = true;
+                codes = usable.select(codes, beyond.codes(simd, projection, p, height));
+            }
+            codes.store_slice(&mut self.codes[i..i + LANES]);
             (x, y) = (usable.select(x, nan), usable.select(y, nan));
             // Comparisons with a NaN are false.
             low = [x.simd_lt(low[0]).select(x, low[0]), y.simd_lt(low[1]).select(y, low[1])];
@@ -217,7 +224,12 @@ impl Surface {
             n.store_slice(&mut self.n[i..i + LANES]);
             if i < patch.own_vertices {
                 own = (low, high);
+                all_codes &= codes;
             }
+        }
+        let all_codes: [i32; LANES] = all_codes.into();
+        if all_codes.iter().fold(!0, |all, code| all & code) & !UNUSABLE != 0 {
+            return None;
         }
         let (low, high) = (least(low), most(high));
         let mut own = [least(own.0), most(own.1)];
@@ -267,6 +279,50 @@ impl Surface {
             nearness: (doubt.nearness * 1.001) as f32,
             is_clipped,
         })
+    }
+}
+
+/// How far vertices must lie beyond the planes to do so for certain.
+struct Beyond {
+    near: f32,
+    sides: [f32; 2],
+}
+
+impl Beyond {
+    fn new(projection: &Projection, reach: [f64; 3], near: [f32; LANES]) -> Self {
+        let of_w = if projection.perspective { projection.error(2, reach) } else { 0.0 };
+        let side = |a: usize| {
+            let far = projection.size[a] + GUARD;
+            // The sums are rounded too, of which the errors of their terms take account twice over.
+            ((projection.error(a, reach) + far * of_w) * 2.0) as f32
+        };
+        Self { near: near[0], sides: [side(0).next_up(), side(1).next_up()] }
+    }
+
+    /// The planes beyond which eight vertices certainly are, and that they are unusable.
+    #[inline(always)]
+    fn codes<S: Simd>(
+        &self,
+        simd: S,
+        projection: &Projection,
+        p: [f32x8<S>; 3],
+        height: f32x8<S>,
+    ) -> i32x8<S> {
+        let splat = |v: f32| f32x8::splat(simd, v);
+        let w = if projection.perspective { projection.row(simd, 2, p) } else { splat(1.0) };
+        let none = i32x8::splat(simd, 0);
+        let bit = |plane: i32| i32x8::splat(simd, 1 << plane);
+        let mut codes = i32x8::splat(simd, UNUSABLE);
+        codes |= height.simd_lt(splat(-self.near)).select(bit(0), none);
+        for a in 0..2 {
+            let at = projection.row(simd, a, p);
+            let (low, high) = (GUARD as f32, (projection.size[a] + GUARD) as f32);
+            let error = splat(self.sides[a]);
+            let plane = 1 + 2 * a as i32;
+            codes |= (at + w * low + error).simd_lt(splat(0.0)).select(bit(plane), none);
+            codes |= (w * high - at + error).simd_lt(splat(0.0)).select(bit(plane + 1), none);
+        }
+        codes
     }
 }
 
