@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         indices: quads.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect(),
         ..MeshData::default()
     })?);
-    scene.add(Instance::new(house, Transform::from_translation([0.0, 5.0, -20.0])))?;
+    scene.add(Instance::new(house, Transform::from_translation([0.0, 4.0, -20.0])))?;
     scene.commit();
 
     let (guard, thief) = ([0.0, 1.7, 0.0], [1.0, 1.7, -40.0]);

@@ -164,6 +164,9 @@ fn wall(two_sided: bool, alpha: Alpha) -> Mesh {
     of_parts((p, vec![0, 1, 2, 0, 2, 3]), vec![part])
 }
 
+/// What makes an instance another.
+type Change = fn(&mut Instance);
+
 fn alone(mesh: Mesh, change: impl FnOnce(&mut Instance)) -> Scene {
     let mut scene = Scene::new();
     let mesh = scene.add_mesh(mesh);
@@ -205,7 +208,7 @@ fn what_is_not_opaque_rigid_drawn_or_wanted_does_not_block() {
         let data = opaque().to_data();
         Mesh::new(MeshData { deformable: true, ..data }).unwrap()
     };
-    let clear: [(&str, Mesh, fn(&mut Instance)); 9] = [
+    let clear: [(&str, Mesh, Change); 9] = [
         ("masked", wall(true, Alpha::Masked), |_| {}),
         ("blended", wall(true, Alpha::Blended), |_| {}),
         ("transparent", opaque(), |i| i.flags.transparent = true),

@@ -126,6 +126,9 @@ impl Pair {
     }
 }
 
+/// What makes an instance another.
+type Change = fn(&mut Instance);
+
 fn body() -> Mesh {
     block([-5.0; 3], [5.0; 3])
 }
@@ -133,7 +136,7 @@ fn body() -> Mesh {
 #[test]
 fn what_may_not_occlude_hides_nothing() {
     assert!(Pair::new(body(), |_| {}).is_hidden());
-    let changes: [(&str, fn(&mut Instance)); 7] = [
+    let changes: [(&str, Change); 7] = [
         ("no occlusion", |i| i.flags.no_occlusion = true),
         ("transparent", |i| i.flags.transparent = true),
         ("in no layer", |i| i.layers = 0),

@@ -183,13 +183,14 @@ mod tests {
 
     /// Whether a point of the segment is in the box: exact, by whole numbers.
     fn touches(b: &Aabb, from: [f64; 3], along: [f64; 3]) -> bool {
+        if b.is_empty() {
+            return false;
+        }
         // Shares as fractions: the greatest of entering and the least of leaving, over positive denominators.
         let (mut enter, mut leave) = ((0_i64, 1_i64), (1_i64, 1_i64));
         for a in 0..3 {
-            let (mut low, mut high) = (
-                (f64::from(b.min[a]) - from[a]).max(-1e6) as i64,
-                (f64::from(b.max[a]) - from[a]).min(1e6) as i64,
-            );
+            let from_start = |v: f32| f64::from(v) as i64 - from[a] as i64;
+            let (mut low, mut high) = (from_start(b.min[a]), from_start(b.max[a]));
             let mut d = along[a] as i64;
             if d < 0 {
                 (low, high, d) = (-high, -low, -d);
@@ -203,6 +204,6 @@ mod tests {
             enter = if low * enter.1 > enter.0 * d { (low, d) } else { enter };
             leave = if high * leave.1 < leave.0 * d { (high, d) } else { leave };
         }
-        !b.is_empty() && enter.0 * leave.1 <= leave.0 * enter.1
+        enter.0 * leave.1 <= leave.0 * enter.1
     }
 }
