@@ -74,7 +74,8 @@ pub enum Backface {
 /// | `occlusion.width` | pixels, 1 to 16,384, at most the viewport's | 1280 | 640 | 320 | clearing and drawing by its square; smaller gaps are seen through less |
 /// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 500 | 150 | draws more occluders |
 ///
-/// The others are the same in each: no preset is lossy, nor does one change the `output`: how finely it draws is the renderer's to choose.
+/// The others are the same in each: no preset is lossy, nor does one change the `output`, for how finely it draws is the
+/// renderer's to choose.
 /// `cullet bench pays` measures on a scene whether a preset's occlusion gives back what it takes.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
