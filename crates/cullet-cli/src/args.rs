@@ -46,6 +46,7 @@ Examples
   cullet occscn city:ground=0 -o city.bin    triangles, boxes and views, for comparing occlusion cullers
   cullet bench occlusion --scene city.bin    what hiding boxes takes on such a file
   cullet bench culler forest --path walk     what each stage of culling takes on a scene
+  cullet bench pays                          whether occlusion gives back what it takes, scene by scene
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
   cullet calibrate                           what a triangle costs here, for reports in milliseconds

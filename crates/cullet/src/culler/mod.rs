@@ -76,7 +76,8 @@ pub enum Backface {
 /// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 500 | 150 | draws more occluders |
 /// | `occlusion.risk` | share of the cost of what is left to draw, from 0; or none | none | 0.025 | 0.025 | draws occluders in frames that are cheap to draw |
 ///
-/// The others are the same in each: no preset is lossy, nor does one change the `output`: how finely it draws is the renderer's to choose.
+/// The others are the same in each: no preset is lossy, nor does one change the `output`, for how finely it draws is the
+/// renderer's to choose.
 /// `cullet bench pays` measures on a scene whether a preset's occlusion gives back what it takes.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
