@@ -239,11 +239,11 @@ fn print(console: &Console, record: &Record, generated: bool) {
         false => String::new(),
     };
     console.line(format!(
-        "{} over {}{scenes}, {} claimed, {} samples each, {:.1} s",
+        "{} over {}{scenes}, {} claimed, {} each, {:.1} s",
         count(record.pixels, "pixel", "pixels"),
         count(record.views(), "view", "views"),
         grouped(record.claimed),
-        record.samples * record.samples,
+        count(u64::from(record.samples * record.samples), "sample", "samples"),
         record.seconds
     ));
     if generated && record.scenes.len() < ADVERSARIES as usize {
