@@ -223,7 +223,7 @@ fn print(console: &Console, record: &Record, generated: bool) {
             }
         }
         for v in &scene.views {
-            if !(generated && v.wrong == 0 || console.quiet && v.wrong == 0) {
+            if v.wrong > 0 || !(generated || console.quiet) {
                 let name = format!("view {:>3}", v.view);
                 console.line(row(&name, v.pixels, v.claimed, v.wrong, v.seconds));
             }

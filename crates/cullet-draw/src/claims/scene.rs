@@ -47,7 +47,7 @@ impl<'a> SceneOccluders<'a> {
     /// Of every mesh of a scene. Occluders that were given to the scene ([`Scene::set_occluder`]) play no part: they need not be made
     /// of the mesh's triangles.
     ///
-    /// Cost: that of [`Occluder::of_mesh`] for each mesh, some microseconds a triangle.
+    /// Cost: that of [`Occluder::of_mesh`] for each mesh.
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
         Self { scene, occluders: scene.meshes().iter().map(Occluder::of_mesh).collect() }

@@ -365,3 +365,29 @@ impl Triangle {
             .then(|| self.nearness.at(x, y))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tolerance_is_less_than_a_billionth_of_a_pixel_in_the_middle_of_the_screen() {
+        let size = [1280, 720];
+        let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 1e3, size).unwrap();
+        for (height, at) in [(0.02_f32, -3.0_f32), (1.0, -10.0), (40.0, -500.0)] {
+            let rows = ScreenRows::new(&view, size).of_object(&Transform::IDENTITY);
+            let corners = [[-height, -height, at], [height, -height, at], [0.0, height, at]];
+            let t = Triangle::new(&rows, corners, false, size).unwrap();
+            for e in t.edges {
+                let width = -e.least / e.a.hypot(e.b);
+                assert!(width > 0.0 && width < 1e-9, "{width}");
+            }
+            let share = -t.nearness.least * f64::from(-at);
+            assert!(share > 0.0 && share < 1e-9, "{share}");
+            // From behind.
+            assert!(
+                Triangle::new(&rows, [corners[0], corners[2], corners[1]], false, size).is_none()
+            );
+        }
+    }
+}
