@@ -51,6 +51,13 @@ fn adversaries_find_no_wrong_claim() {
 }
 
 #[test]
+fn triangles_in_the_near_plane_are_there_far_from_the_origin() {
+    // Rounding puts their corners before and behind it.
+    let a = adversary(69, 9, 1, [320, 180]);
+    assert!(check(&a.name, &a.scene, &a.views[0], Simd::best()).claimed > 50_000);
+}
+
+#[test]
 fn buffers_of_odd_sizes_claim_nothing_wrong_at_any_level() {
     at_every_level!(|name, level| {
         for (number, size) in [(0, [37, 91]), (8, [5, 3]), (23, [130, 67]), (47, [1, 1])] {

@@ -157,7 +157,13 @@ impl Corner {
     }
 
     fn is_in_front(&self) -> bool {
-        self.height.value >= 0.0 && self.w.value > self.w.error
+        self.level() >= 0.0 && self.w.value > self.w.error
+    }
+
+    /// Height over the near plane, 0 where that is rounding: a triangle that lies in the plane is all there, as its samples are.
+    fn level(&self) -> f64 {
+        let Number { value, error } = self.height;
+        if value.abs() <= 64.0 * error { 0.0 } else { value }
     }
 
     fn place(&self) -> [f64; 2] {
@@ -336,7 +342,7 @@ impl Triangle {
             if c.is_in_front() {
                 hold(c.place());
             }
-            let (h, g) = (c.height.value, next.height.value);
+            let (h, g) = (c.level(), next.level());
             if (h >= 0.0) != (g >= 0.0) {
                 let t = h / (h - g);
                 let mix = |a: Number, b: Number| a.value + (b.value - a.value) * t;
