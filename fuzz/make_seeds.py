@@ -116,5 +116,22 @@ def gltf() -> None:
     put("gltf", "binary", b"glTF" + u32(2, 12 + len(chunks)) + chunks)
 
 
-for make in (obj, ply, stl, off, occscn, gltf):
+def claims() -> None:
+    def surface(head: bytes, corners: list[tuple[int, int, int]], triangles: list[tuple[int, int, int]]) -> bytes:
+        # The target takes the first two thirds of what follows the head for corners, of six bytes each.
+        places = b"".join(bytes((v & 255, 0)) for p in corners for v in p)
+        faces = b"".join(bytes(t) for t in triangles)
+        wanted = (len(places) + 1) // 2
+        return head.ljust(12, b"\0") + places + faces.ljust(wanted, b"\0")
+
+    quad = [(-16, -16, -32), (16, -16, -32), (16, 16, -32), (-16, 16, -32)]
+    put("claims", "quad", surface(b"", quad, [(0, 1, 2), (0, 2, 3)]))
+    put("claims", "fold", surface(b"\x01", [*quad, (-14, -16, -31), (-14, 16, -31)], [(0, 1, 2), (0, 2, 3), (0, 4, 5), (0, 5, 3)]))
+    floor = [(-40, -4, 8), (40, -4, 8), (40, -4, -120), (-40, -4, -120)]
+    put("claims", "floor", surface(b"\x10", floor, [(0, 1, 2), (0, 2, 3)]))
+    fan = [*quad, (0, 20, -20), (8, 0, -16)]
+    put("claims", "parallel", surface(b"\x04\0\0\0\0\0\0\x01", fan, [(0, 1, 2), (0, 2, 3), (0, 2, 4), (2, 0, 5), (0, 1, 2)]))
+
+
+for make in (obj, ply, stl, off, occscn, gltf, claims):
     make()

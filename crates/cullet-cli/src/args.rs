@@ -5,6 +5,7 @@ use cullet_measure::bench::BenchArgs;
 use cullet_measure::calibrate::{self, CalibrateArgs};
 use cullet_measure::reproduce::ReproduceArgs;
 
+use crate::check_occlusion::{self, CheckArgs};
 use crate::cut::{self, CutArgs};
 use crate::info::InfoArgs;
 use crate::occluders::{self, OccludersArgs};
@@ -32,6 +33,7 @@ Examples
   cullet report model.glb --baseline old/report.json --fail-if 'tightness>3'
                                              for CI: what changed, and exit code 5 if too loose
   cullet verify model.glb                    only the proof: culled and unculled images must agree
+  cullet check-occlusion model.glb           each pixel of the occlusion buffer against samples
   cullet replay frame.occ                    a recorded frame of occlusion culling, played again
   cullet info model.glb                      what is in a file, and what is wrong with it
   cullet scenes                              the built-in scenes and their settings
@@ -53,7 +55,7 @@ Examples
   cullet reproduce johannsen-carter          clusters and their bounds, beside the ideal
 
 Exit codes
-  0 fine        1 something visible was culled      2 wrong command line
+  0 fine        1 something visible was culled, or a wrong claim      2 wrong command line
   3 input unreadable or invalid     4 over a limit      5 a --fail-if holds
   70 internal error                 130 interrupted, with a valid report of what was done";
 
@@ -75,6 +77,7 @@ impl Cli {
         match &mut self.command {
             Command::Report(args) => args.input.settle(),
             Command::Verify(args) => args.input.settle(),
+            Command::CheckOcclusion(args) => args.settle(),
             Command::Picture(args) => args.input.settle(),
             Command::Bench(args) => args.settle(),
             _ => {}
@@ -91,6 +94,9 @@ pub(crate) enum Command {
     /// Draw every view with and without culling and compare the images
     #[command(after_help = verify::HELP)]
     Verify(Box<VerifyArgs>),
+    /// Hold every pixel that the occlusion buffer claims against samples
+    #[command(after_help = check_occlusion::HELP)]
+    CheckOcclusion(Box<CheckArgs>),
     /// Play a recording of occlusion culling again: are its answers the same?
     #[command(after_help = replay::HELP)]
     Replay(ReplayArgs),

@@ -4,6 +4,7 @@
 mod args;
 mod backfaces;
 mod bounds;
+mod check_occlusion;
 mod cut;
 mod cutting;
 mod info;
@@ -61,6 +62,7 @@ fn run(cli: &Cli) -> Outcome {
     match &cli.command {
         Command::Report(args) => report::run(args, &console(args.json.as_deref())),
         Command::Verify(args) => verify::run(args, &console(args.json.as_deref())),
+        Command::CheckOcclusion(args) => check_occlusion::run(args, &console(args.json.as_deref())),
         Command::Replay(args) => replay::run(args, &console(args.json.as_deref())),
         Command::Info(args) => info::run(args, &console(args.json.as_deref())),
         Command::Scenes(args) => scenes::run(args, &console(args.json.as_deref())),

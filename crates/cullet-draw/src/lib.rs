@@ -45,9 +45,11 @@
 //!
 //! Of what is hidden there are two judges besides, for boxes of any kind: [`sampled_boxes`] looks at
 //! samples, and so can only say what is visible; a [`Prover`] says what is hidden, between the samples too.
+//! [`check_claims`] holds what an occlusion buffer claims of each pixel against samples of what was drawn into it.
 #![forbid(unsafe_code)]
 
 mod bounds;
+mod claims;
 mod clipped;
 mod frame;
 mod geometry;
@@ -60,6 +62,7 @@ mod sample;
 mod tile;
 mod verify;
 
+pub use claims::{ClaimCheck, ClaimOptions, Claims, SceneOccluders, WrongClaim, check_claims};
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
 pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};

@@ -2,9 +2,10 @@
 //!
 //! Each layer knows those below it: the model and how it moves; the builder and what reads blocks and text; a file for
 //! each format; which format a file has; loading, posing and saving. Built-in scenes are another way to a model, and
-//! camera paths look at one.
+//! camera paths look at one. Adversaries are small scenes that are hard for occlusion culling.
 #![forbid(unsafe_code)]
 
+pub mod adversaries;
 mod attributes;
 mod beside;
 mod blocks;
