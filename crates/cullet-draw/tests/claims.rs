@@ -2,7 +2,7 @@
 //! models; and that the check finds claims that are wrong.
 
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Convex, OcclusionBuffer};
+use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch};
 use cullet::{
     Camera, CullFace, Depth, Instance, Mesh, MeshData, Projection, Scene, Simd, Transform, View,
 };
@@ -333,6 +333,14 @@ fn mutants_of_drawing_are_found() {
             });
             let wider = Convex::from_one_sided_polygon(&wider).unwrap();
             wider.draw(Simd::best(), &mut buffer.band(), &Transform::IDENTITY);
+        }
+        assert!(wrong(&view, &Claims::of(&buffer), &triangles).len() > 50);
+        // Without removal of what silhouette edges touch.
+        buffer.begin(&view, [0.0; 3]);
+        let mesh = &scene.meshes()[0];
+        for patch in Patch::cut(mesh.positions(), mesh.indices(), Patch::FACETS, false).unwrap() {
+            let band = &mut buffer.band();
+            patch.draw_without_removal(Simd::best(), band, &Transform::IDENTITY);
         }
         assert!(wrong(&view, &Claims::of(&buffer), &triangles).len() > 50);
     }

@@ -161,6 +161,8 @@ fn is_within(inner: &Visible, outer: &Visible) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use cullet::cull::occlusion::Occlusion;
+
     use super::*;
 
     fn view(cull_ns: [f64; 2], draw_ns: f64) -> OneView {

@@ -75,14 +75,21 @@ impl Band<'_> {
         Some(screen)
     }
 
-    /// Draws what lies in it of a patch.
-    pub(crate) fn draw_connected(&mut self, level: crate::Simd, patch: &Connected, at: &Transform) {
+    /// Draws what lies in it of a patch. Without `removal` what silhouette edges touch is claimed too, which is wrong.
+    pub(crate) fn draw_connected(
+        &mut self,
+        level: crate::Simd,
+        patch: &Connected,
+        at: &Transform,
+        removal: bool,
+    ) {
         let Some(screen) = self.object_screen(at) else { return };
         let size = self.target.size;
         let Pen { surface, projection, blocks: [columns, rows], .. } = &mut *self.pen;
         let projection = projection.get_or_insert_with(|| Projection::new(&screen, size));
         let Some(projection) = projection else { return };
         let surface = surface.get_or_insert_with(|| Surface::new(*columns, *rows));
+        surface.removal = removal;
         let target = &mut self.target;
         dispatch!(level.0, simd => surface.draw(simd, patch, &screen, projection, target));
     }

@@ -85,7 +85,13 @@ impl Patch {
     /// Draws what lies in a band of it. Nothing where a number is not finite, and before
     /// [`OcclusionBuffer::begin`](super::super::OcclusionBuffer::begin).
     pub fn draw(&self, level: Simd, band: &mut Band<'_>, transform: &Transform) {
-        band.draw_connected(level, &self.mesh, transform);
+        band.draw_connected(level, &self.mesh, transform, true);
+    }
+
+    /// Draws it wrongly, as if no pixel had to be given up where the surface ends or turns away: for tests that must notice.
+    #[doc(hidden)]
+    pub fn draw_without_removal(&self, level: Simd, band: &mut Band<'_>, transform: &Transform) {
+        band.draw_connected(level, &self.mesh, transform, false);
     }
 
     /// The box around its own triangles.

@@ -53,6 +53,8 @@ pub(super) struct Surface {
     /// Quads of which both triangles are drawn, but not as one.
     halves: Vec<[u16; 3]>,
     cut: Cut,
+    /// Whether silhouette edges remove what they touch: without, claims are wrong.
+    pub(super) removal: bool,
 }
 
 /// The part of the screen on which a patch lies, and how far its vertices may be off.
@@ -91,6 +93,7 @@ impl Surface {
             silhouettes: Vec::new(),
             halves: Vec::new(),
             cut: Cut::default(),
+            removal: true,
         }
     }
 
@@ -153,7 +156,9 @@ impl Surface {
             self.draw_cut(simd, window, back, target);
         }
         if self.find_silhouettes(screen, patch, window, back) {
-            self.draw_silhouettes(simd, window);
+            if self.removal {
+                self.draw_silhouettes(simd, window);
+            }
             self.resolve(simd, window, Some(target));
         } else {
             // More corners than there are numbers: nothing is certain.
