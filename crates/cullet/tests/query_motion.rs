@@ -11,13 +11,15 @@ use cullet_testkit::meshes::block;
 fn street() -> Scene {
     let mut scene = Scene::new();
     let cube = scene.add_mesh(block([-1.0; 3], [1.0; 3]));
-    for i in 0..12 {
+    for i in 0..12_u32 {
         let z = f64::from(i) * -14.0;
         let house = Transform::from_scale_translation([4.0, 6.0, 6.0], [10.0, 6.0, z]);
-        scene.add(Instance { user: 100 + i, ..Instance::new(cube, house) }).expect("few");
+        scene
+            .add(Instance { user: 100 + u64::from(i), ..Instance::new(cube, house) })
+            .expect("few");
         if i >= 2 {
             let shed = Transform::from_translation([17.0, 1.0, z]);
-            scene.add(Instance { user: i, ..Instance::new(cube, shed) }).expect("few");
+            scene.add(Instance { user: u64::from(i), ..Instance::new(cube, shed) }).expect("few");
         }
     }
     scene.commit();
