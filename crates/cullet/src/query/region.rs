@@ -305,20 +305,18 @@ impl RegionCuller {
                 state.find_wanted();
                 break;
             };
-            buffer.begin(&view, [0.0; 3]);
+            // By the sides of the square: what is beside it may cross the plane in which it begins, and would be open.
+            let planes = Planes::new(&view.frustum());
             let RegionState { test, found, wanted, mask, bodies, work, .. } = &mut *state;
-            let mut sought = &*wanted;
-            if outlook.carried.is_some() {
-                // Of a view that looks ahead most squares show nothing; an empty buffer tells.
-                mask.fill(0);
-                if !test.find(self.level, &buffer, hierarchy, wanted, mask) {
-                    continue;
-                }
-                sought = mask;
+            mask_boxes(self.level, &planes, hierarchy.boxes(), 0, mask);
+            both(mask, wanted);
+            if mask.iter().all(|w| *w == 0) {
+                continue;
             }
+            buffer.begin(&view, [0.0; 3]);
             work.squares += 1;
-            work.drawn += bodies.draw(self.level, scene, &mut buffer);
-            test.find(self.level, &buffer, hierarchy, sought, found);
+            work.drawn += bodies.draw(self.level, scene, &planes, &mut buffer);
+            test.find(self.level, &buffer, hierarchy, mask, found);
             wanted.iter_mut().zip(&*found).for_each(|(wanted, found)| *wanted &= !found);
         }
         state.buffer = Some(buffer);

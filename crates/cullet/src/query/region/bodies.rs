@@ -4,6 +4,7 @@ use super::cells::Cell;
 use crate::Simd;
 use crate::bits;
 use crate::bounds::{Aabb, Boxes};
+use crate::cull::frustum::batch::{Planes, mask_boxes};
 use crate::cull::occlusion::{Convex, OcclusionBuffer, Shape};
 use crate::scene::Scene;
 use crate::transform::Transform;
@@ -139,13 +140,20 @@ impl Bodies {
         self.order.len()
     }
 
-    /// Draws the bodies of the cell, the nearest first, but for those that are hidden or outside by then; how many those
-    /// drawn are.
-    pub(super) fn draw(&self, level: Simd, scene: &Scene, buffer: &mut OcclusionBuffer) -> u64 {
+    /// Draws the bodies of the cell that are not outside of some planes, the nearest first, but for those that are hidden
+    /// by then; how many those drawn are.
+    pub(super) fn draw(
+        &self,
+        level: Simd,
+        scene: &Scene,
+        planes: &Planes,
+        buffer: &mut OcclusionBuffer,
+    ) -> u64 {
         let mut drawn = 0;
         for word in 0..self.order.len().div_ceil(64) {
-            let (mut open, mut hidden) = ([0], [0]);
-            buffer.test_boxes(level, &self.boxes, word, &[u64::MAX], &mut open, &mut hidden);
+            let (mut inside, mut open, mut hidden) = ([0], [0], [0]);
+            mask_boxes(level, planes, &self.boxes, word, &mut inside);
+            buffer.test_boxes(level, &self.boxes, word, &inside, &mut open, &mut hidden);
             for bit in bits::ones(open[0]) {
                 let body = &self.all[self.order[word * 64 + bit].1 as usize];
                 if let Some(convex) = body_of(scene, body.slot, body.shape) {

@@ -22,8 +22,8 @@ pub(super) struct OpenTest {
 }
 
 impl OpenTest {
-    /// Sets in `found` the bits of the `wanted` boxes that are neither hidden nor outside of the buffer's screen; says
-    /// whether there was any. Where a node is hidden or outside, so is what is in it.
+    /// Sets in `found` the bits of the `wanted` boxes that are neither hidden nor outside of the buffer's screen.
+    /// Where a node is hidden or outside, so is what is in it.
     pub(super) fn find(
         &mut self,
         level: Simd,
@@ -31,7 +31,7 @@ impl OpenTest {
         hierarchy: &Hierarchy,
         wanted: &[u64],
         found: &mut [u64],
-    ) -> bool {
+    ) {
         let nodes = hierarchy.nodes();
         self.leaves.clear();
         self.leaves.extend_from_slice(wanted);
@@ -56,12 +56,7 @@ impl OpenTest {
         self.hidden.resize(words.max(self.hidden.len()), 0);
         let (open, hidden) = (&mut self.open[..words], &mut self.hidden[..words]);
         buffer.test_boxes(level, boxes, 0, &self.leaves, open, hidden);
-        let mut any = false;
-        for (found, open) in found.iter_mut().zip(open) {
-            any |= *open != 0;
-            *found |= *open;
-        }
-        any
+        found.iter_mut().zip(open).for_each(|(found, open)| *found |= *open);
     }
 
     /// Tests the wanted nodes of a level: leaves the open ones in `open`.
