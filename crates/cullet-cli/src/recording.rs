@@ -67,7 +67,7 @@ mod tests {
         assert!(again.drawn > 0 && again.hidden > 0 && again.hidden < again.tested);
         // Without the stage there is nothing to record.
         let mut nothing = Recording::default();
-        record(&scene, &view, &Culler::default(), &mut nothing);
+        record(&scene, &view, &Culler { occlusion: None, ..culler }, &mut nothing);
         assert!(nothing.is_empty());
     }
 }

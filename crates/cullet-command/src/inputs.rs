@@ -198,7 +198,7 @@ pub fn path_words(args: &ViewArgs) -> String {
     words
 }
 
-/// The culler of the arguments: a preset, with what the other options change.
+/// The culler of the arguments: a preset, with what the other options change, and without a limit to what occlusion may stake.
 pub fn culler(args: &CullArgs) -> Culler {
     let mut culler = (args.preset)();
     culler.frustum &= !args.no_frustum;
@@ -217,6 +217,8 @@ pub fn culler(args: &CullArgs) -> Culler {
     if let Some(occlusion) = &mut culler.occlusion {
         occlusion.width = args.occlusion_width.unwrap_or(occlusion.width);
         occlusion.budget = args.occlusion_budget.unwrap_or(occlusion.budget);
+        // The program shows what is hidden, also where it would not pay.
+        occlusion.risk = args.occlusion_risk;
     }
     match args.only {
         None => culler,
@@ -254,6 +256,8 @@ pub fn colors(model: &Model) -> Vec<[f32; 4]> {
 mod tests {
     use clap::Args as _;
 
+    use cullet::cull::occlusion::Occlusion;
+
     use super::*;
 
     fn culled_by(words: &str) -> Culler {
@@ -266,6 +270,8 @@ mod tests {
     #[test]
     fn what_no_option_changes_is_the_preset_of_the_engine() {
         let same = |words: &str, of: Culler| {
+            let occlusion = of.occlusion.map(|o| Occlusion { risk: None, ..o });
+            let of = Culler { occlusion, ..of };
             let ours = culled_by(words);
             assert_eq!(format!("{ours:?}"), format!("{of:?}"), "{words}");
         };
@@ -274,7 +280,7 @@ mod tests {
             same(&format!("--preset {name}"), preset());
         }
         let fast = Culler::fast();
-        let wide = fast.occlusion.map(|o| cullet::cull::occlusion::Occlusion { width: 99, ..o });
+        let wide = fast.occlusion.map(|o| Occlusion { width: 99, ..o });
         same("--preset fast --occlusion-width 99", Culler { occlusion: wide, ..fast.clone() });
         let small = Some(Detail { measure: Measure::Area, threshold_px: 3.0 });
         same("--preset fast --detail 3 --detail-by area", Culler { detail: small, ..fast });

@@ -70,6 +70,12 @@ pub fn microseconds(text: &str) -> Result<f32, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), expected).map(|v| v as f32)
 }
 
+/// A share.
+pub fn share(text: &str) -> Result<f32, String> {
+    let expected = "a share, 0 or more; try 0.025";
+    number(text, |v| v >= 0.0 && v.is_finite(), expected).map(|v| v as f32)
+}
+
 /// Seconds.
 pub fn seconds(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a number of seconds, 0 or more; try 60")

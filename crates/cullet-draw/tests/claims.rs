@@ -2,7 +2,7 @@
 //! models; and that the check finds claims that are wrong.
 
 use cullet::bounds::Aabb;
-use cullet::cull::occlusion::{Convex, OcclusionBuffer, Patch};
+use cullet::cull::occlusion::{Convex, DynamicSurface, OcclusionBuffer, Patch};
 use cullet::{
     Camera, CullFace, Depth, Instance, Mesh, MeshData, Projection, Scene, Simd, Transform, View,
 };
@@ -393,4 +393,30 @@ fn the_result_depends_on_no_thread_and_more_samples_find_no_less() {
     assert!(eight.wrong > 0);
     assert_eq!(of(8, 2), eight);
     assert!(of(16, 0).wrong >= of(2, 0).wrong);
+}
+
+#[test]
+fn a_dynamic_surface_claims_nothing_wrong_and_nearly_as_much() {
+    let scene = bumpy_sheet(false);
+    let occluders = SceneOccluders::new(&scene);
+    let mut surface = DynamicSurface::default();
+    let mesh = &scene.meshes()[0];
+    for view in kinds_of_views() {
+        let (prepared, triangles) = drawn(&occluders, &view);
+        surface.set(mesh.positions(), mesh.indices(), false).unwrap();
+        let mut buffer = OcclusionBuffer::new(SIZE).unwrap();
+        buffer.begin(&view, [0.0; 3]);
+        surface.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
+        let claims = Claims::of(&buffer);
+        assert!(wrong(&view, &claims, &triangles).is_empty());
+        let options = ClaimOptions::default();
+        let [new, old] = [&claims, &prepared]
+            .map(|claims| check_claims(&view, claims, &triangles, &options).claimed);
+        assert!(new as f64 > old as f64 * 0.99, "{new} of {old}");
+        // What is refused leaves nothing behind.
+        assert!(surface.set(mesh.positions(), &[0, 1, 9999], false).is_err());
+        buffer.begin(&view, [0.0; 3]);
+        surface.draw(Simd::best(), &mut buffer, &Transform::IDENTITY);
+        assert!((0..SIZE[0]).all(|x| buffer.nearness(x, SIZE[1] / 2) <= 0.0));
+    }
 }

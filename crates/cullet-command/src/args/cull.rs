@@ -35,11 +35,15 @@ pub struct CullArgs {
     #[arg(long)]
     pub no_occlusion: bool,
     /// Pixels across the occlusion buffer; never more than the view has [default: the preset's]
-    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub occlusion_width: Option<u32>,
     /// Budget for drawing occluders, per view, in modelled microseconds [default: the preset's]
     #[arg(long, value_name = "US", value_parser = parse::microseconds)]
     pub occlusion_budget: Option<f32>,
+    /// Look for what is hidden only as far as it pays: at first no more than this share of what drawing all that is left
+    /// costs. The library's preset has 0.025 [default: look, whatever it costs]
+    #[arg(long, value_name = "SHARE", value_parser = parse::share)]
+    pub occlusion_risk: Option<f32>,
     /// Occluders: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two
     #[arg(long, value_enum, default_value_t = OccluderKind::Mesh)]
     pub occluders: OccluderKind,

@@ -89,7 +89,12 @@ impl PaysArgs {
         let on: Vec<(&str, Culler)> = if self.presets {
             PRESETS.iter().map(|(name, preset, _)| (*name, preset())).collect()
         } else {
-            vec![("on", inputs::culler(&self.cull))]
+            let mut on = inputs::culler(&self.cull);
+            if let Some(occlusion) = &mut on.occlusion {
+                let preset = (self.cull.preset)().occlusion.and_then(|o| o.risk);
+                occlusion.risk = self.cull.occlusion_risk.or(preset);
+            }
+            vec![("on", on)]
         };
         if on.iter().any(|c| c.1.occlusion.is_none()) {
             return Err(Failure::usage(
@@ -152,8 +157,9 @@ impl PaysArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &PaysArgs, console: &Console) -> Outcome {
-    let cullers = args.cullers()?;
+    let mut cullers = args.cullers()?;
     let (costs, source) = args.costs(console)?;
+    cullers.iter_mut().for_each(|(_, culler)| culler.costs = costs);
     let is_named = !args.scenes.is_empty();
     let names = match is_named {
         true => args.scenes.clone(),
