@@ -73,7 +73,7 @@ pub enum Backface {
 /// |---|---|---|---|---|---|
 /// | `frustum_exact` | on or off | on | off | off | an exact test for each box that straddles |
 /// | `occlusion.width` | pixels, 1 to 4,096, at most the viewport's | 1280 | 640 | 320 | clearing and drawing by its square; smaller gaps are seen through less |
-/// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 500 | 150 | draws more occluders |
+/// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 200 | 80 | draws more occluders |
 /// | `occlusion.risk` | share of the cost of what is left to draw, from 0; or none | none | 0.025 | 0.025 | draws occluders in frames that are cheap to draw |
 ///
 /// The others are the same in each: no preset is lossy, nor does one change the `output`, for how finely it draws is the
@@ -202,7 +202,7 @@ impl Culler {
     /// pixel was tried, and projecting each of a city's instances took longer than all else together.
     #[must_use]
     pub fn fast() -> Self {
-        let occlusion = Occlusion { width: 320, budget: 150.0, risk: Some(0.025) };
+        let occlusion = Occlusion { width: 320, budget: 80.0, risk: Some(0.025) };
         Self { occlusion: Some(occlusion), ..Self::balanced() }
     }
 

@@ -20,7 +20,7 @@ pub struct Occlusion {
     pub width: u32,
     /// Cost that drawing occluders may come to, in microseconds of a cost model, not of a clock: so the same scene,
     /// view and budget give the same answer on every machine. 0 draws none. Half a millisecond finds most of
-    /// what is hidden, even in a forest of a million instances. Default 500.
+    /// what is hidden, even in a forest of a million instances. Default 200.
     pub budget: f32,
     /// How much of the cost of drawing what is left, by [`Culler::costs`](crate::Culler::costs), may be spent before
     /// anything is known to be hidden: 0.025 makes no frame more than some 2.5 % slower, and leaves occlusion out where so
@@ -32,7 +32,7 @@ pub struct Occlusion {
 
 impl Default for Occlusion {
     fn default() -> Self {
-        Self { width: 640, budget: 500.0, risk: None }
+        Self { width: 640, budget: 200.0, risk: None }
     }
 }
 
