@@ -35,7 +35,7 @@ fn needed(query: &MotionQuery, scene: &Scene, motion: &Motion<'_>) -> Vec<Needed
 #[test]
 fn each_step_adds_what_its_box_may_see_and_none_before_it_did() {
     let scene = street();
-    let way = [[0.0, 1.7, 40.0], [0.0, 1.7, -60.0]];
+    let way = [[0.0, 1.7, 40.0], [0.0, 1.7, -240.0]];
     let motion = Motion { radius_world: 0.25, ..Motion::along(&way) };
     let query = MotionQuery { step_world: 5.0, ..MotionQuery::default() };
     let list = needed(&query, &scene, &motion);
@@ -43,7 +43,7 @@ fn each_step_adds_what_its_box_may_see_and_none_before_it_did() {
     assert!(list.is_sorted_by(|a, b| key(a) <= key(b)));
     // By hand: the region query of each step.
     let mut first = vec![None; scene.slot_count() as usize];
-    for step in 0..20 {
+    for step in 0..56 {
         let (from, to) = (40.0 - f64::from(step) * 5.0, 35.0 - f64::from(step) * 5.0);
         let eyes = EyeBox::around(&[[0.0, 1.7, from], [0.0, 1.7, to]], 0.25);
         let (mut state, mut visible) = (RegionState::default(), RegionVisible::default());
@@ -57,7 +57,7 @@ fn each_step_adds_what_its_box_may_see_and_none_before_it_did() {
         let expected = first[scene.slot(n.handle).unwrap() as usize].unwrap();
         assert!((n.distance - expected).abs() < 1e-6 && n.distance <= expected, "{n:?} {expected}");
     }
-    assert!(list.iter().filter(|n| n.distance > 0.0).count() > 4, "{list:?}");
+    assert!(list.iter().filter(|n| n.distance > 0.0).count() > 2, "{list:?}");
     assert!(list[0].distance == 0.0);
 }
 
@@ -78,8 +78,8 @@ fn a_way_of_many_short_stretches_is_that_of_one() {
 #[test]
 fn reach_and_number_of_steps_are_kept() {
     let scene = street();
-    let way = Motion::straight([0.0, 1.7, 40.0], [0.0, 0.0, -10.0], 10.0);
-    assert_eq!(way[1], [0.0, 1.7, -60.0]);
+    let way = Motion::straight([0.0, 1.7, 40.0], [0.0, 0.0, -28.0], 10.0);
+    assert_eq!(way[1], [0.0, 1.7, -240.0]);
     let query = MotionQuery::default();
     let all = needed(&query, &scene, &Motion::along(&way));
     let half = needed(&query, &scene, &Motion { reach_world: 40.0, ..Motion::along(&way) });
@@ -90,7 +90,7 @@ fn reach_and_number_of_steps_are_kept() {
     // Two steps: two distances.
     let few = MotionQuery { most_steps: 2, ..query };
     let few = needed(&few, &scene, &Motion::along(&way));
-    assert!(few.iter().all(|n| n.distance == 0.0 || (n.distance - 50.0).abs() < 1e-3), "{few:?}");
+    assert!(few.iter().all(|n| n.distance == 0.0 || (n.distance - 140.0).abs() < 1e-3), "{few:?}");
 }
 
 #[test]

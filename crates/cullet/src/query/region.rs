@@ -55,13 +55,14 @@ pub struct RegionCuller {
     pub level: Simd,
     /// Layers that the eyes see, of what is seen and of what hides. A [view](Self::cull_view) brings its own. Default all.
     pub layers: u32,
-    /// Longest side of a cell, in world units, above 0. Bodies lose half of it on every side. A smaller
-    /// one drops more, and costs with its third power. Default 2: about a tenth of a house.
+    /// Longest side of a cell, in world units, above 0. Bodies lose half of it on every side, so that it must be smaller
+    /// than what is to hide is thick. A smaller one drops more, and costs with its third power. Default 2: about a tenth
+    /// of a house.
     pub cell_world: f64,
     /// No more cells than this, at least 1; a larger box has longer cells. Cost is in proportion. Default 64.
     pub most_cells: u32,
-    /// Pixels across each of the six squares, 8 to 4096. More find what small gaps let through less often to be
-    /// open, at a cost that rises with the pixels drawn. Default 256.
+    /// Pixels across each of the six squares, 8 to 4096. More drop more of what is far and small, at a cost that rises
+    /// more slowly than the pixels. Default 512.
     pub width: u32,
     /// No more bodies than this are drawn for a query, those that look largest from the box. Default 2048.
     pub most_bodies: u32,
@@ -81,7 +82,7 @@ impl Default for RegionCuller {
             layers: u32::MAX,
             cell_world: 2.0,
             most_cells: 64,
-            width: 256,
+            width: 512,
             most_bodies: 2048,
             near_world: 0.25,
             reasons: false,
