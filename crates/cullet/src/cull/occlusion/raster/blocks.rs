@@ -19,6 +19,9 @@ pub const TILE: [usize; 2] = [8, 4];
 const TILES: usize = 8;
 const ACROSS: usize = BLOCK[0] / TILE[0];
 
+/// Pixels of a tile that lie no more than this apart have one number: 16 steps are less than a hundredth of a distance.
+const FEW_STEPS: u16 = 16;
+
 /// Tiles of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(16))]
@@ -281,5 +284,55 @@ impl BlocksMut<'_> {
             self.parted[block] |= 1 << tile;
         }
         self.blocks[block].least = raised;
+    }
+
+    /// Which tiles of a block have something farther than the nearest that may be drawn there, and pixels of which the
+    /// farthest and the nearest lie more than a few steps apart, a bit each.
+    #[inline(always)]
+    pub(super) fn steep<S: Simd>(
+        &self,
+        simd: S,
+        [column, row]: [usize; 2],
+        far: f32x8<S>,
+        near: f32x8<S>,
+    ) -> u8 {
+        let block = (row - self.rows[0]) * self.columns + column;
+        let least = u16x8::from_slice(simd, &self.blocks[block].least);
+        let (far, near) =
+            (self.scale.of_eight_drawn(simd, far), self.scale.of_eight_drawn(simd, near));
+        let open = near.simd_gt(least);
+        let apart = (near.max(far) - far).simd_gt(u16x8::splat(simd, FEW_STEPS));
+        (open & apart).to_bitmask() as u8
+    }
+
+    /// Raises the covered pixels of a tile, each to its own nearness, row by row; none is NaN.
+    #[inline(always)]
+    pub(super) fn raise_pixels<S: Simd>(
+        &mut self,
+        simd: S,
+        [column, row]: [usize; 2],
+        tile: usize,
+        covered: u32,
+        nearness: [f32x8<S>; 4],
+    ) {
+        let block = (row - self.rows[0]) * self.columns + column;
+        let [a, b, c, d] = nearness;
+        let steps: u16x32<S> = {
+            let [a, b] = [self.scale.of_eight_drawn(simd, a), self.scale.of_eight_drawn(simd, b)];
+            let [c, d] = [self.scale.of_eight_drawn(simd, c), self.scale.of_eight_drawn(simd, d)];
+            a.combine(b).combine(c.combine(d))
+        };
+        let pixels = &mut self.pixels[block * TILES + tile];
+        let least = &mut self.blocks[block].least[tile];
+        let held = if self.parted[block] >> tile & 1 == 1 {
+            u16x32::from_slice(simd, &pixels.0)
+        } else {
+            u16x32::splat(simd, *least)
+        };
+        let mask = mask16x32::from_bitmask(simd, u64::from(covered));
+        let held = mask.select(held.max(steps), held);
+        held.store_slice(&mut pixels.0);
+        *least = held.reduce_min();
+        self.parted[block] |= 1 << tile;
     }
 }

@@ -1,12 +1,13 @@
 //! Filling convex outlines: only pixels that lie wholly within all edges.
 
-use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, mask32x8, u32x8};
 
 use super::blocks::{BLOCK, BlocksMut, TILE};
 use super::plane::Plane;
 use super::screen::Spot;
 use super::span::{ROWS, Span};
+use crate::bits;
 
 /// Pixels by which every edge moves inward beyond what is exact: more than anything here is off by.
 const SLACK: f64 = 1.0 / 1024.0;
@@ -204,17 +205,31 @@ impl Edges {
 #[derive(Clone, Copy, Debug)]
 struct TilePlane {
     plane: Plane,
-    /// The bound at `plane`'s own pixel.
+    /// The bound at `plane`'s own pixel, over a tile that begins there; over that pixel alone; and how far the bounds of the
+    /// pixels of a tile lie apart.
     value: f32,
+    pixel: f32,
+    range: f32,
 }
 
 impl TilePlane {
     fn of(plane: &Plane) -> Self {
         let [width, height] = TILE.map(|t| (t - 1) as f32);
         // A tile may begin seven pixels before what the plane was made for, and rounds by as much more.
-        let value = plane.value - (plane.dx.abs() + plane.dy.abs()) * (1.0 / (1 << 17) as f32);
-        let value = value + (plane.dx * width).min(0.0) + (plane.dy * height).min(0.0);
-        Self { plane: *plane, value }
+        let pixel = plane.value - (plane.dx.abs() + plane.dy.abs()) * (1.0 / (1 << 17) as f32);
+        let value = pixel + (plane.dx * width).min(0.0) + (plane.dy * height).min(0.0);
+        // With more than what rounding adds.
+        let range = (plane.dx * (width + 0.01)).abs() + (plane.dy * (height + 0.01)).abs();
+        Self { plane: *plane, value, pixel, range }
+    }
+
+    /// Bounds of the pixels of a tile, row by row.
+    #[inline(always)]
+    fn pixels<S: Simd>(&self, simd: S, x: f32, y: f32) -> [f32x8<S>; 4] {
+        let p = &self.plane;
+        let start = (x - p.column) * p.dx + (y - p.row) * p.dy + self.pixel;
+        let row = f32x8::simd_from(simd, ROWS) * p.dx + start;
+        [row, row + p.dy, row + 2.0 * p.dy, row + 3.0 * p.dy]
     }
 
     /// Bounds of tiles, the first pixels of which are given.
@@ -253,11 +268,34 @@ fn fill<S: Simd>(simd: S, target: &mut BlocksMut<'_>, outline: &Outline) {
         let tile_y = down + y0;
         for column in from..=to {
             let tile_x = across + (column * BLOCK[0]) as f32;
-            let mut nearness = splat(f32::INFINITY);
+            let (mut far, mut near) = (splat(f32::INFINITY), splat(f32::INFINITY));
             for plane in &outline.planes {
-                nearness = nearness.min(plane.at(simd, tile_x, tile_y));
+                let at = plane.at(simd, tile_x, tile_y);
+                let most = at + at.abs() * (1.0 / (1 << 20) as f32) + plane.range;
+                (far, near) = (far.min(at), near.min(most));
             }
-            target.raise(simd, [column, row], span.tiles(simd, column), nearness);
+            let covered = span.tiles(simd, column);
+            let steep = target.steep(simd, [column, row], far, near);
+            if steep == 0 {
+                target.raise(simd, [column, row], covered, far);
+                continue;
+            }
+            let of_steep = mask32x8::from_bitmask(simd, u64::from(steep));
+            let others = of_steep.select(u32x8::splat(simd, 0), covered);
+            target.raise(simd, [column, row], others, far);
+            let covered: [u32; 8] = covered.into();
+            for tile in bits::ones(u64::from(steep)).filter(|&tile| covered[tile] != 0) {
+                let (x, y) =
+                    (column * BLOCK[0] + tile % 4 * TILE[0], row * BLOCK[1] + tile / 4 * TILE[1]);
+                let mut pixels = [splat(f32::INFINITY); 4];
+                for plane in &outline.planes {
+                    let of = plane.pixels(simd, x as f32, y as f32);
+                    for k in 0..4 {
+                        pixels[k] = pixels[k].min(of[k]);
+                    }
+                }
+                target.raise_pixels(simd, [column, row], tile, covered[tile], pixels);
+            }
         }
     }
 }
