@@ -111,8 +111,8 @@ impl MotionQuery {
         range("step_world", step, step > 0.0 && step.is_finite(), "above 0 and finite")?;
         range("most_steps", most.into(), most > 0, "at least 1")?;
         let Motion { points, radius_world: radius, reach_world: reach } = *motion;
-        range("radius_world", radius, !(radius < 0.0), "at least 0")?;
-        range("reach_world", reach, !(reach < 0.0), "at least 0")?;
+        range("radius_world", radius, radius >= 0.0 || radius.is_nan(), "at least 0")?;
+        range("reach_world", reach, reach >= 0.0 || reach.is_nan(), "at least 0")?;
         let length: f64 = points.windows(2).map(|p| length(p[0], p[1])).sum();
         let step = match length.min(reach) / f64::from(most) {
             longer if longer.is_finite() => step.max(longer * (1.0 + 1e-9)),

@@ -333,7 +333,7 @@ impl RegionCuller {
         range("most_cells", self.most_cells.into(), self.most_cells > 0, "at least 1")?;
         let width = (8..=4096).contains(&self.width);
         range("width", self.width.into(), width, "from 8 to 4096 pixels")?;
-        range("near_world", near, near >= 0.0 && near < 1e18, "from 0 to 1e18")
+        range("near_world", near, (0.0..1e18).contains(&near), "from 0 to 1e18")
     }
 }
 

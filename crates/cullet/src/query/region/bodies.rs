@@ -77,8 +77,7 @@ impl Bodies {
             let at = scene.transform(slot);
             let is_in = |b: &Aabb| {
                 let b = at.transform_box(b, scene.origin());
-                // A NaN is no proof that they are apart.
-                !(eyes.distance(&b) > limits.near)
+                eyes.distance(&b) <= limits.near
             };
             if sealed.iter().any(is_in) {
                 continue;

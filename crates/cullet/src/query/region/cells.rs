@@ -104,8 +104,8 @@ impl Cells {
             let far = eyes.min[a].abs().max(eyes.max[a].abs()) + origin[a].abs();
             let slack = if half > 0.0 || far > 1e6 { far * 1e-15 } else { 0.0 };
             (all.center[a], all.half[a]) = (center, half + slack);
-            // A NaN fails.
-            if !(center.abs() + half < f64::from(Boxes::LIMIT)) {
+            let far = center.abs() + half;
+            if far.is_nan() || far >= f64::from(Boxes::LIMIT) {
                 return None;
             }
         }

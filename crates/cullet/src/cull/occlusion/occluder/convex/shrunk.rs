@@ -63,7 +63,7 @@ impl<'a> Faces<'a> {
             let [a, b, c] = corners.map(|v| self.linear * self.corner(v));
             let normal = (b - a).cross(c - a);
             let area = normal.length();
-            if !(area >= LEAST_AREA * self.size * self.size) {
+            if area.is_nan() || area < LEAST_AREA * self.size * self.size {
                 return None;
             }
             // The middle is within, so that mirrored bodies need no word.
@@ -111,7 +111,7 @@ impl<'a> Faces<'a> {
         let mut shares = [0.0; 3];
         for (share, normal) in shares.iter_mut().zip(across) {
             let length = normal.length();
-            if !(length > 0.0) {
+            if length.is_nan() || length <= 0.0 {
                 return None;
             }
             let normal = normal / length;
@@ -121,7 +121,7 @@ impl<'a> Faces<'a> {
         }
         let shares = DVec3::from(shares);
         let least = 1.0 / shares.max_element();
-        if !(least > 1.0) {
+        if least.is_nan() || least <= 1.0 {
             return None;
         }
         let at = |times: f64| DVec3::ONE - shares * times;
