@@ -112,7 +112,7 @@ mod tests {
         let costs = Costs::default();
         let left =
             |instances| Counts { instances, clusters: instances, triangles: instances * 100 };
-        let settings = Occlusion { risk: Some(0.025), ..Occlusion::default() };
+        let settings = Occlusion { risk: Some(0.025), budget: 500.0, ..Occlusion::default() };
         assert!(Stake::new(&settings, &costs, left(10)).is_nothing());
         let stake = Stake::new(&settings, &costs, left(2000));
         assert!(!stake.is_nothing() && stake.is_limited());
@@ -122,6 +122,6 @@ mod tests {
         assert_eq!(stake.budget(1.0), settings.budget);
         let always = Stake::new(&Occlusion::default(), &costs, left(1));
         assert!(!always.is_nothing() && !always.is_limited());
-        assert_eq!(always.budget(0.0), settings.budget);
+        assert_eq!(always.budget(0.0), Occlusion::default().budget);
     }
 }

@@ -19,8 +19,8 @@ pub const TILE: [usize; 2] = [8, 4];
 const TILES: usize = 8;
 const ACROSS: usize = BLOCK[0] / TILE[0];
 
-/// Pixels of a tile that lie no more than this apart have one number: 16 steps are less than a hundredth of a distance.
-const FEW_STEPS: u16 = 16;
+/// Pixels of a tile that lie no more than this apart have one number: 64 steps are 3 % of a distance.
+const FEW_STEPS: u16 = 64;
 
 /// Tiles of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
