@@ -101,7 +101,7 @@ impl DynamicSurface {
             let numbers = some.map(|i| i + first as u32);
             let numbers = &numbers[..LANES.min(self.count - first)];
             let r = rectangles(level, projector.as_ref(), &self.boxes, numbers);
-            let inside = (1 << numbers.len()) - 1 & !u64::from(r.outside);
+            let inside = ((1 << numbers.len()) - 1) & !u64::from(r.outside);
             self.order.extend(bits::ones(inside).map(|lane| {
                 let is_bounded = r.bounded >> lane & 1 == 1;
                 (if is_bounded { r.nearness[lane] } else { f32::INFINITY }, numbers[lane])

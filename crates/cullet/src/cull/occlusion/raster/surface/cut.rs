@@ -6,15 +6,8 @@
 use super::super::connected::{Connected, MOST_VERTICES, NUMBERS};
 use super::super::screen::{Clip, ObjectScreen};
 use super::Surface;
-use super::projection::{GUARD, Projection};
+use super::projection::{GUARD, PLANES, Projection, UNUSABLE};
 use crate::bits;
-
-/// Planes: the near one, and the four sides of the guard band.
-const PLANES: usize = 5;
-
-/// Set in the code of a vertex that is before the near plane, too far off the screen, or too near the eye. Beside it stand
-/// the planes beyond which it certainly is, a bit each.
-pub(super) const UNUSABLE: i32 = 1 << PLANES;
 
 /// The most corners of what is left of a triangle.
 const CORNERS: usize = 3 + PLANES;
@@ -99,7 +92,7 @@ impl Projection {
     /// Planes beyond which some points lie, a bit each, and those beyond which all do.
     fn beyond<'a>(&self, points: impl Iterator<Item = &'a Clip>) -> [u32; 2] {
         points.fold([0, u32::MAX], |[some, all], c| {
-            let bit = |plane: usize| u32::from(!(self.height(c, plane) >= 0.0)) << plane;
+            let bit = |plane: usize| u32::from(self.height(c, plane) < 0.0) << plane;
             let code = (0..PLANES).fold(0, |code, plane| code | bit(plane));
             [some | code, all & code]
         })

@@ -171,7 +171,7 @@ impl Surface {
 
     /// Covers what some of eight facets touch.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments)]
+    #[expect(clippy::too_many_arguments, reason = "all of it is in registers")]
     fn cover_group<S: Simd, const N: usize>(
         &mut self,
         simd: S,

@@ -143,9 +143,9 @@ impl Surface {
             // No closures: what is not inlined is compiled without the level's instructions.
             for _ in 0..groups {
                 let (rows, more) = rest.split_at(corners_of(kind));
-                if let Some(quads) = rows.as_array() {
+                if let Ok(quads) = rows.try_into() {
                     self.group::<S, 4>(simd, window, quads, turned, Some(number), target);
-                } else if let Some(triangles) = rows.as_array() {
+                } else if let Ok(triangles) = rows.try_into() {
                     self.group::<S, 3>(simd, window, triangles, turned, Some(number), target);
                 }
                 (rest, number) = (more, number + LANES);

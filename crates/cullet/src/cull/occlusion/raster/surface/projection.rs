@@ -1,9 +1,9 @@
 //! Projecting the vertices of a patch, eight at a time in f32, and how far they may be off.
 //!
 //! A vertex is off by E in x·w, and by F in w, with E ≤ Σ ε |p − e| + δ; see [`Row`]. What lies on the screen or within a
-//! guard band around it lies in a cone from the eye, so that |p − e| is bounded by w: p − e = M⁻¹ (x·w − cₓ, y·w − c_y, w − c_w),
-//! where M has the rows and c are their constants, so that |p − e| / w ≤ Σ |M⁻¹| (|x| + |c| / w). Without that the error of a wall
-//! near the eye would be that of its far end at the w of its near one.
+//! guard band around it lies in a cone from the eye, so that |p − e| is bounded by w: where M has the three rows and c are their
+//! constants, p − e = M⁻¹ ((x·w, y·w, w) − c), and |p − e| / w ≤ Σ |M⁻¹| (|x| + |c| / w), taken of x, y and 1. Without that the error of
+//! a wall near the eye would be that of its far end at the w of its near one.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8};
@@ -13,12 +13,18 @@ use super::super::blocks::BLOCK;
 use super::super::connected::{Connected, LANES};
 use super::super::row::{Row, meet};
 use super::super::screen::ObjectScreen;
-use super::cut::UNUSABLE;
 use super::{Surface, Window};
 use crate::bounds::Aabb;
 
 /// Pixels beyond each edge of the screen up to which vertices keep their digits; what reaches farther is clipped.
 pub(super) const GUARD: f64 = 4096.0;
+
+/// Planes: the near one, and the four sides of the guard band.
+pub(super) const PLANES: usize = 5;
+
+/// Set in the code of a vertex that is before the near plane, too far off the screen, or too near the eye. Beside it stand
+/// the planes beyond which it certainly is, a bit each.
+pub(super) const UNUSABLE: i32 = 1 << PLANES;
 
 /// Error of a quotient, as a share of what its parts are off by: enough where w is 16 times as large as its own.
 const QUOTIENT: f64 = 1.125;
@@ -179,7 +185,8 @@ impl Surface {
         let splat = |v: f32| f32x8::splat(simd, v);
         let reach = projection.reach(&patch.around);
         let near_error = projection.error(3, reach);
-        let may_be_near = !(projection.least(3, &patch.around) > near_error * 2.0);
+        let least_height = projection.least(3, &patch.around);
+        let may_be_near = least_height <= near_error * 2.0 || least_height.is_nan();
         let least_w = if projection.perspective { 16.0 * projection.error(2, reach) } else { 0.0 };
         let least_w = splat((least_w as f32).next_up().max(1e-18));
         let near_error = splat((near_error as f32).next_up());
@@ -238,7 +245,7 @@ impl Surface {
             self.cut_facets(screen, projection, patch, &mut own);
         }
         let [own_low, own_high] = own;
-        if !(own_low[0] <= own_high[0]) {
+        if own_low[0] > own_high[0] {
             return None;
         }
         // Where no vertex is usable there are no bounds.
@@ -253,7 +260,7 @@ impl Surface {
         }
         // An edge at a row takes some twelve roundings of at most the span, in units of 2⁻²⁴.
         let margin = (doubt.pixels * 1.01 + span * 2.0_f64.powi(-20)) as f32 + 2.0_f32.powi(-12);
-        if !(margin < 1.0) {
+        if margin >= 1.0 || margin.is_nan() {
             return None;
         }
         let first = [0.0, (rows[0] * BLOCK[1]) as f32];
