@@ -13,7 +13,6 @@ const LEFT_BY_POLYGONS: f64 = 0.05;
 /// Where not all triangles fit, one must have this part of what a polygon must add: smaller ones hide little
 /// once their edges are drawn in.
 const SMALLEST: f64 = 1.0 / 16.0;
-/// Most triangles of a patch, which is chosen or left out as a whole.
 
 /// Triangles that were chosen.
 #[derive(Debug, Default)]
