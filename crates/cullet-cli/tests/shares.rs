@@ -18,7 +18,7 @@ fn verified(scene: &str, path: &str) -> Vec<Value> {
     let views = VIEWS.to_string();
     let out = Command::new(env!("CARGO_BIN_EXE_cullet"))
         .args(["verify", scene, "--path", path, "--views", &views, "--size", &size])
-        .args(["--samples", "1", "--json", "-", "--quiet"])
+        .args(["--samples", "1", "--json", "-", "--quiet", "--occlusion-budget", "100000"])
         .output()
         .unwrap();
     let error = String::from_utf8_lossy(&out.stderr);
@@ -27,7 +27,7 @@ fn verified(scene: &str, path: &str) -> Vec<Value> {
     json["views"].as_array().unwrap().clone()
 }
 
-/// The same views, and the culler that the program has when nothing is asked for.
+/// The same views, and the culler that the program has with that budget.
 fn inputs(model: &Model, path: &str) -> (Vec<View>, Culler) {
     let overrides = Overrides::default();
     let spec: PathSpec = path.parse().unwrap();
