@@ -10,7 +10,7 @@ use serde_json::Value;
 fn verify(scene: &str, path: &str) -> Value {
     let out = Command::new(env!("CARGO_BIN_EXE_cullet"))
         .args(["verify", scene, "--path", path, "--views", "4", "--size", "480x270"])
-        .args(["--json", "-", "--quiet"])
+        .args(["--json", "-", "--quiet", "--occlusion-budget", "100000"])
         .output()
         .unwrap();
     let error = String::from_utf8_lossy(&out.stderr);

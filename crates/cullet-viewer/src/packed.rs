@@ -269,8 +269,7 @@ mod tests {
         let view = View::new(camera, cullet::Depth::Reversed, [320, 200]).unwrap();
         let mut visible = Visible::default();
         // Which facets an occluder has depends on the order of triangles, which comes back in that of the clusters.
-        let culler =
-            cullet::Culler { reasons: true, occlusion: None, ..cullet::Culler::default() };
+        let culler = cullet::Culler { reasons: true, occlusion: None, ..cullet::Culler::default() };
         culler.cull_one(&model.scene, &view, &mut ViewState::default(), &mut visible);
         let stage = |slot: u32| visible.reasons[slot as usize].map(|r| r.stage.name());
         let all = model.scene.slots().map(stage).collect();

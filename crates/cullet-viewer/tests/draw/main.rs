@@ -14,7 +14,7 @@ use gpu::*;
 const SIZE: [u32; 2] = [320, 200];
 
 fn cull(scene: &Scene, view: &View, output: Output) -> Visible {
-    let culler = Culler { output, backface: Backface::Fast, ..Culler::default() };
+    let culler = Culler { output, backface: Backface::Fast, occlusion: None, ..Culler::default() };
     let (mut state, mut visible) = (ViewState::default(), Visible::default());
     culler.cull_one(scene, view, &mut state, &mut visible);
     visible
