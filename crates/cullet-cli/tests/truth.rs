@@ -112,14 +112,14 @@ fn occlusion_hides_as_much_as_it_did() {
         ("city:objects=5000,cells=40", "walk", 49.0),
         ("city:objects=5000,cells=40", "fly", 38.4),
         ("office", "walk", 42.3),
-        ("plant:bays=4,floors=2,kinds=6", "fly", 16.2),
+        ("plant:bays=4,floors=2,kinds=6", "fly", 35.8),
     ] {
         check_occlusion(scene, path, least);
     }
     for (file, least) in [
-        ("duplex-bim/duplex.glb", 25.8),
-        ("city-delft/delft.glb", 27.5),
-        ("room-godot/room.glb", 23.9),
+        ("duplex-bim/duplex.glb", 27.5),
+        ("city-delft/delft.glb", 35.2),
+        ("room-godot/room.glb", 20.5),
     ] {
         let Some(path) = data(file) else { continue };
         check_occlusion(&path.to_string_lossy(), "fly", least);
