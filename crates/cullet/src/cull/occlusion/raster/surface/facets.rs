@@ -296,12 +296,13 @@ impl Surface {
                     let mut pixels = span.tiles(simd, column);
                     let all = u32x8::splat(simd, u32::MAX);
                     let whole = inner.tiles(simd, column).simd_eq(all);
-                    if whole.any_true() {
+                    // (`any_true` of a sum of masks is what LLVM 22 cannot select for WebAssembly.)
+                    if whole.to_bitmask() != 0 {
                         let whole = whole.select(all, u32x8::splat(simd, 0));
                         target.raise(simd, [column, row], whole, n);
                         pixels &= !whole;
                     }
-                    if !pixels.simd_eq(u32x8::splat(simd, 0)).all_true() {
+                    if pixels.simd_ne(u32x8::splat(simd, 0)).to_bitmask() != 0 {
                         self.block(window, column, row).cover(simd, pixels, n);
                     }
                 }
