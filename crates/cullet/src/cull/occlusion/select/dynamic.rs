@@ -54,8 +54,8 @@ impl Default for DynamicSurface {
 }
 
 impl DynamicSurface {
-    /// Takes other triangles. Those with two equal indices are left out. `two_sided` ones hide from both sides. Cost: about
-    /// a third of what drawing them costs. Bounds are in the space of `positions`.
+    /// Takes other triangles. Those with two equal indices are left out. `two_sided` ones hide from both sides. Cost: linear
+    /// in triangles and vertices. Bounds are in the space of `positions`.
     ///
     /// # Errors
     /// If an index is out of range, or a position is not finite; then it has no triangle.

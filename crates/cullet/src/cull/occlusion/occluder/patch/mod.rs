@@ -41,7 +41,7 @@ impl Patch {
     /// Positions that are equal are one vertex. `two_sided` triangles hide from both sides.
     ///
     /// Of more than two triangles at an edge, or of two that wind differently, only pairs that wind alike are joined; the
-    /// others end there. Triangles with two equal corners are left out. Cost: some half a microsecond a triangle;
+    /// others end there. Triangles with two equal corners are left out. Cost: about a microsecond a triangle;
     /// at most 48 bytes are kept of each in a mesh of ordinary shape.
     ///
     /// # Errors
