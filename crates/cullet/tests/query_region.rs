@@ -117,7 +117,7 @@ fn what_a_ray_from_an_eye_in_the_box_reaches_is_kept() {
             }
         }
     }
-    assert!(dropped > 600, "{dropped}");
+    assert!(dropped > cases(60) as usize * 10, "{dropped}");
 }
 
 /// A wall of 20 by 10, two thick, with a crate behind it and one beside it.
@@ -305,7 +305,8 @@ fn eyes_that_look_as_a_view_does_see_what_is_in_any_of_their_frusta() {
             }
         }
     }
-    assert!(taken[0] > 500 && taken[1] > 10, "{taken:?}");
+    let few = u64::from(cases(40)) / 4;
+    assert!(taken[0] > 48 * few && taken[1] > few, "{taken:?}");
 }
 
 #[test]

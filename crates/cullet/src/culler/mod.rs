@@ -171,7 +171,7 @@ pub enum CullError {
 
 impl Culler {
     /// As much as can be proved: all that a wide buffer and a budget beyond any frame's find. Nothing lossy. For tools, and
-    /// for renderers to which a triangle is dear: `cullet report --preset exact` shows what there is to be found.
+    /// for renderers to which a triangle costs much: `cullet report --preset exact` shows what there is to be found.
     #[must_use]
     pub fn exact() -> Self {
         let occlusion = Occlusion { width: 1280, budget: 100_000.0, risk: None };
@@ -179,7 +179,7 @@ impl Culler {
     }
 
     /// What pays: every stage that is not lossy, and of occlusion no more than [a fortieth](Occlusion::risk) of what is left to
-    /// draw is spent in vain.
+    /// draw is spent where nothing is found.
     #[must_use]
     pub fn balanced() -> Self {
         Self {
