@@ -86,7 +86,7 @@ impl<'a> Backs<'a> {
     }
 
     /// Sets the bits of those clusters of an instance that face away; whether there may be any.
-    fn cull_clusters(&self, slot: u32, culled: &mut Vec<u64>) -> bool {
+    pub(super) fn cull_clusters(&self, slot: u32, culled: &mut Vec<u64>) -> bool {
         if !self.has_back(slot) {
             return false;
         }

@@ -2,11 +2,8 @@
 //!
 //! The ground at one's feet fills half of the screen and hides nothing but what little stands before it, while
 //! a trunk at eye level has all of a forest behind it. So the value of a shape is not how many pixels it
-//! covers, but how many instances may be behind them: some of those that are left are sampled for it. They
-//! are picked by their handles, so that neither the order of slots nor the nodes have a say in which occluders
-//! are chosen.
+//! covers, but how many instances may be behind them, of those that are [sampled](super::samples).
 
-use crate::bits;
 use crate::cull::occlusion::{BoxTests, ScreenBounds};
 use crate::scene::Scene;
 
@@ -15,10 +12,6 @@ const CELL: u64 = 32;
 
 /// The most cells of which the densest is looked up.
 const FEW_CELLS: usize = 16;
-
-/// Instances that are sampled, of those that are left, and the most that are looked at for it.
-const SAMPLES: usize = 128;
-const LOOKED_AT: usize = 4096;
 
 /// Instances behind pixels, in pixels of mean density.
 #[derive(Clone, Debug, Default)]
@@ -35,13 +28,13 @@ pub(super) struct Density {
 }
 
 impl Density {
-    /// Samples what is alive, so many instances, one bit a slot, in a buffer of `size` pixels.
+    /// Of sampled instances, in a buffer of `size` pixels.
     pub(super) fn sample(
         &mut self,
         scene: &Scene,
         tests: &BoxTests<'_>,
         size: [u32; 2],
-        (alive, count_alive): (&[u64], u64),
+        slots: &[u32],
     ) {
         self.cells = size.map(|s| (s as usize).div_ceil(CELL as usize));
         let [columns, rows] = self.cells;
@@ -49,14 +42,8 @@ impl Density {
         self.sums.clear();
         self.sums.resize(stride * (rows + 1), 0);
         let mut count = 0;
-        let handles = scene.hierarchy().index_count();
-        let step = (count_alive as usize / SAMPLES).max(handles.div_ceil(LOOKED_AT)).max(1);
-        for index in (0..handles).step_by(step) {
-            let Some(slot) = scene.hierarchy().slot_of_index(index) else { continue };
-            if alive.get(slot / 64).is_none_or(|_| !bits::get(alive, slot)) {
-                continue;
-            }
-            if let Ok(f) = tests.bounds(scene.boxes(), slot) {
+        for &slot in slots {
+            if let Ok(f) = tests.bounds(scene.boxes(), slot as usize) {
                 let middle = |a: usize| (f.min[a] + f.max[a]) as usize / 2 / CELL as usize;
                 self.sums[(middle(1) + 1) * stride + middle(0) + 1] += 1;
                 count += 1;

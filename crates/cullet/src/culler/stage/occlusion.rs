@@ -13,7 +13,8 @@ use super::super::run::{Run, is_parted};
 use super::super::sets::{Clusters, Instances};
 use super::density::Density;
 use super::occluders::{Group, Search};
-use super::stake::{Stake, hidden_share};
+use super::samples::Samples;
+use super::stake::Stake;
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
@@ -33,6 +34,7 @@ pub(in super::super) struct Cache {
     /// The last cull found that occlusion would not pay: the buffer is of another.
     is_left_out: bool,
     choice: Choice,
+    samples: Samples,
     density: Density,
     groups: Vec<Group>,
     nearest: Nearest,
@@ -122,7 +124,13 @@ fn test_all(
     settings: &Occlusion,
 ) -> Tally {
     let left = set.tally(frame.scene).counts;
-    let stake = Stake::new(settings, &frame.culler.costs, left);
+    // Samples take time themselves: not where all that is left would pay for nothing.
+    let costs = &frame.culler.costs;
+    let mut stake = Stake::new(settings, costs, left.instances, left.triangles as f64);
+    if !stake.is_nothing() {
+        cache.samples.take(frame, set);
+        stake = Stake::new(settings, costs, left.instances, cache.samples.triangles());
+    }
     cache.is_left_out = stake.is_nothing();
     if cache.is_left_out {
         cache.drawn.clear();
@@ -161,13 +169,12 @@ fn choose_and_draw(
     stake: Stake,
     buffer: &mut OcclusionBuffer,
 ) -> OcclusionWork {
-    let instances = set.tally(frame.scene).counts.instances;
     let (mut work, mut times) = (OcclusionWork::default(), OcclusionTimes::default());
     cache.drawn.clear();
     if stake.budget(0.0) > 0.0 {
         let begin = log.now();
         let tests = BoxTests::new(buffer, frame.culler.level);
-        cache.density.sample(frame.scene, &tests, buffer.size(), (&set.alive, instances));
+        cache.density.sample(frame.scene, &tests, buffer.size(), cache.samples.slots());
         times.choosing = log.now().saturating_sub(begin);
     }
     let (mut left, mut spent, mut rounds) = (stake.budget(0.0), 0.0, ROUNDS);
@@ -182,7 +189,7 @@ fn choose_and_draw(
         spent += cost;
         let mut more = left - cost;
         if cache.choice.is_short() && stake.is_limited() {
-            let hidden = hidden_share(frame, set, buffer);
+            let hidden = cache.samples.hidden_share(frame, buffer);
             more = more.max(stake.budget(hidden) - spent);
         }
         rounds = if cache.choice.is_short() && more > left * 0.5 { rounds - 1 } else { 0 };
