@@ -65,9 +65,11 @@ pub struct OccluderCosts {
     pub convex: DrawingCosts,
     /// Patches of a surface.
     pub patch: DrawingCosts,
-    /// Testing an instance, its share of the nodes above it included.
+    /// Looking at a shape, whether it is chosen or not.
+    pub look_ns: f64,
+    /// Testing an instance or a cluster, its share of the nodes above it included.
     pub test_ns: f64,
-    /// Emptying the buffer and looking for occluders, however few there are.
+    /// Emptying the buffer and taking samples of what is left, however little that is.
     pub begin_ns: f64,
 }
 
@@ -94,8 +96,9 @@ impl Default for OccluderCosts {
         Self {
             convex: DrawingCosts { base_ns: 330.0, edge_ns: 5.0, outline_ns: 5.0, pixel_ns: 0.02 },
             patch: DrawingCosts { base_ns: 650.0, edge_ns: 7.0, outline_ns: 2.0, pixel_ns: 0.03 },
+            look_ns: 60.0,
             test_ns: 15.0,
-            begin_ns: 5000.0,
+            begin_ns: 8000.0,
         }
     }
 }

@@ -18,7 +18,8 @@ use super::stake::Stake;
 use crate::bits;
 use crate::bounds::Aabb;
 use crate::cull::occlusion::{
-    BoxTests, Choice, CostModel, Nearest, Occlusion, OcclusionBuffer, ScreenBounds, Visibility,
+    BoxTests, Candidate, Choice, CostModel, Nearest, Occlusion, OcclusionBuffer, ScreenBounds,
+    Visibility,
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
 use crate::scene::Tally;
@@ -27,6 +28,9 @@ use crate::view::{CullFace, FrontFace, View};
 /// How often occluders are chosen at the most.
 const ROUNDS: u32 = 4;
 
+/// So many budgets' worth of occluders are ranked in a search: some are hidden by the time that it is their turn.
+const FORESIGHT: f32 = 1.0;
+
 /// A view's occlusion buffer, and memory.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Cache {
@@ -34,6 +38,9 @@ pub(in super::super) struct Cache {
     /// The last cull found that occlusion would not pay: the buffer is of another.
     is_left_out: bool,
     choice: Choice,
+    /// The best that a search found, and those of them that are drawn next.
+    ranked: Vec<Candidate>,
+    chosen: Vec<Candidate>,
     samples: Samples,
     density: Density,
     groups: Vec<Group>,
@@ -126,10 +133,14 @@ fn test_all(
     let left = set.tally(frame.scene).counts;
     // Samples take time themselves: not where all that is left would pay for nothing.
     let costs = &frame.culler.costs;
-    let mut stake = Stake::new(settings, costs, left.instances, left.triangles as f64);
+    let instances = left.instances as f64;
+    let all = [instances, left.triangles as f64];
+    let mut stake = Stake::new(settings, costs, all, costs.occluders.begin_ns);
     if !stake.is_nothing() {
-        cache.samples.take(frame, set);
-        stake = Stake::new(settings, costs, left.instances, cache.samples.triangles());
+        let samples = &mut cache.samples;
+        samples.take(frame, set);
+        let overhead = samples.overhead_ns(&costs.occluders, left.instances);
+        stake = Stake::new(settings, costs, [instances, samples.triangles()], overhead);
     }
     cache.is_left_out = stake.is_nothing();
     if cache.is_left_out {
@@ -178,32 +189,46 @@ fn choose_and_draw(
         times.choosing = log.now().saturating_sub(begin);
     }
     let (mut left, mut spent, mut rounds) = (stake.budget(0.0), 0.0, ROUNDS);
+    let (mut next, mut is_all, mut hidden) = (0, false, 0.0);
+    cache.ranked.clear();
     // Nor is a NaN a budget.
     while left > 0.0 && rounds > 0 {
         let begin = log.now();
-        choose(frame, cache, set, buffer, left);
-        let chose = log.now();
-        let (chosen, cost) = draw_chosen(frame, cache, buffer);
-        work.chosen += chosen;
-        work.considered += cache.choice.considered();
-        spent += cost;
-        let mut more = left - cost;
-        if cache.choice.is_short() && stake.is_limited() {
-            let hidden = cache.samples.hidden_share(frame, buffer);
-            more = more.max(stake.budget(hidden) - spent);
+        if next == cache.ranked.len() && !is_all {
+            search(frame, cache, set, buffer, stake.limit() * FORESIGHT);
+            cache.ranked.clear();
+            cache.ranked.extend_from_slice(cache.choice.ranked());
+            (next, is_all) = (0, !cache.choice.is_short());
+            work.considered += cache.choice.considered();
         }
-        rounds = if cache.choice.is_short() && more > left * 0.5 { rounds - 1 } else { 0 };
-        left = more;
+        next = choose(frame, cache, buffer, next, left);
+        let chose = log.now();
+        let cost = draw_chosen(frame, cache, buffer);
+        work.chosen += cache.chosen.len() as u64;
+        spent += cost;
         times.choosing += chose.saturating_sub(begin);
         times.drawing += log.now().saturating_sub(chose);
+        let is_short = next < cache.ranked.len() || !is_all;
+        let mut more = left - cost;
+        if is_short && stake.is_limited() {
+            let before = std::mem::replace(&mut hidden, cache.samples.hidden_share(frame, buffer));
+            // As long as what it finds is worth it.
+            more = if stake.saved(hidden - before) > cost {
+                more.max(stake.budget(hidden) - spent)
+            } else {
+                0.0
+            };
+        }
+        rounds = if is_short && more > left * 0.5 { rounds - 1 } else { 0 };
+        left = more;
     }
     work.drawn = cache.drawn.len() as u64;
     work.times = log.has_clock().then_some(times);
     work
 }
 
-/// Chooses what to draw next.
-fn choose(
+/// Ranks what is neither drawn nor hidden, as far as a budget goes.
+fn search(
     frame: &Frame<'_>,
     cache: &mut Cache,
     set: &Instances,
@@ -230,12 +255,36 @@ fn choose(
     search.run(&mut cache.groups, &mut cache.choice);
 }
 
-/// Draws the chosen, front to back; one that is hidden by then adds nothing. How many were chosen, and
-/// what those drawn cost.
-fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffer) -> (u64, f32) {
+/// Takes the best from number `next` on that are not hidden by now, as far as a budget goes; the number of the first that
+/// it leaves.
+fn choose(
+    frame: &Frame<'_>,
+    cache: &mut Cache,
+    buffer: &OcclusionBuffer,
+    next: usize,
+    budget: f32,
+) -> usize {
+    let Cache { ranked, chosen, drawn, .. } = cache;
+    chosen.clear();
+    let (level, mut sum) = (frame.culler.level, 0.0);
+    for (number, c) in ranked.iter().enumerate().skip(next) {
+        if !drawn.is_empty() && c.bounds.is_some_and(|b| buffer.covers(level, &b)) {
+            continue;
+        }
+        sum += c.cost;
+        if sum > budget {
+            return number;
+        }
+        chosen.push(*c);
+    }
+    ranked.len()
+}
+
+/// Draws the chosen, front to back; one that is hidden by then adds nothing. Its answer is what those drawn cost.
+fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffer) -> f32 {
+    cache.chosen.sort_unstable_by(Candidate::by_nearness);
     let mut cost = 0.0;
-    let chosen = cache.choice.chosen();
-    for c in chosen {
+    for c in &cache.chosen {
         if c.bounds.is_some_and(|b| buffer.covers(frame.culler.level, &b)) {
             continue;
         }
@@ -244,7 +293,7 @@ fn draw_chosen(frame: &Frame<'_>, cache: &mut Cache, buffer: &mut OcclusionBuffe
         cache.drawn.push((c.slot, c.shape));
         cost += c.cost;
     }
-    (chosen.len() as u64, cost)
+    cost
 }
 
 /// Drops what is hidden of all that is left; how many tests it took, and what those dropped hold.

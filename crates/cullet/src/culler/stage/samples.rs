@@ -9,6 +9,7 @@ use super::super::run::is_parted;
 use super::super::sets::{Instances, slots};
 use super::backface::Backs;
 use crate::bits;
+use crate::costs::OccluderCosts;
 use crate::cull::frustum::batch::{Planes, VISIBLE};
 use crate::cull::occlusion::{BoxTests, OcclusionBuffer, Visibility};
 
@@ -24,6 +25,12 @@ const LARGE: u64 = SAMPLES as u64;
 /// a forest.
 const OUTLIER: f64 = 8.0;
 
+/// The most clusters of an instance that are sampled.
+const MOST_OF_ONE: usize = 32;
+
+/// Of more shapes most are passed over, by the nodes.
+const MOST_LOOKED_AT: f64 = 4096.0;
+
 /// Of more clusters whether they face away is not asked: that takes a test of each.
 const MANY: usize = 1 << 14;
 
@@ -36,6 +43,10 @@ pub(super) struct Samples {
     parts: Vec<Part>,
     /// Triangles of which there is no sample.
     unknown: f64,
+    /// Clusters that are likely to be left, of instances with more than a few.
+    clusters: f64,
+    /// Shapes of occluders.
+    shapes: f64,
     culled: Vec<u64>,
 }
 
@@ -66,7 +77,13 @@ impl Samples {
         let rest = left.triangles.saturating_sub(alone) as f64;
         self.unknown = if few == 0 { rest } else { 0.0 };
         let factor = rest / few.max(1) as f64;
-        let each = (SAMPLES / self.slots.len().max(1)).max(1);
+        let shapes = |slot: &u32| {
+            let occluder = frame.scene.prepared_of(*slot).occluder();
+            occluder.map_or(0, |o| o.shapes().len()) as f64
+        };
+        self.shapes = self.slots().iter().map(shapes).sum::<f64>() * stands_for;
+        self.clusters = 0.0;
+        let each = (SAMPLES / self.slots.len().max(1)).clamp(1, MOST_OF_ONE);
         for i in 0..self.slots.len() {
             let slot = self.slots[i];
             let factor = if is_outlier(slot) { 1.0 } else { factor };
@@ -82,6 +99,13 @@ impl Samples {
     /// How many triangles are likely to be drawn.
     pub(super) fn triangles(&self) -> f64 {
         self.parts.iter().map(|part| part.triangles).sum::<f64>() + self.unknown
+    }
+
+    /// What looking for occluders and testing costs, in nanoseconds: however little is drawn.
+    pub(super) fn overhead_ns(&self, costs: &OccluderCosts, instances: u64) -> f64 {
+        let OccluderCosts { begin_ns, look_ns, test_ns, .. } = costs;
+        let tests = instances as f64 + self.clusters;
+        begin_ns + look_ns * self.shapes.min(MOST_LOOKED_AT) + test_ns * tests
     }
 
     /// The share of what is likely to be drawn, by triangles, that a buffer hides.
@@ -170,6 +194,7 @@ impl Samples {
                 .is_none_or(|p| p.first_rejecting(mesh.cluster_boxes(), cluster) == VISIBLE);
             if is_inside && !(has_backs && bits::get(&self.culled, cluster)) {
                 let cluster = Some(cluster as u32);
+                self.clusters += triangles * count as f64 / f64::from(mesh.triangle_count());
                 self.parts.push(Part { slot, cluster, triangles });
             }
         }

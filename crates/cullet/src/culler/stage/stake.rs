@@ -5,7 +5,7 @@
 //! spent on more. A frame in which nothing is hidden is slower by the first share alone, and one that costs next to
 //! nothing to draw is left alone.
 
-use crate::costs::{Costs, OccluderCosts};
+use crate::costs::Costs;
 use crate::cull::occlusion::Occlusion;
 
 /// Share of what is saved that is spent to save more.
@@ -23,15 +23,28 @@ pub(super) struct Stake {
 }
 
 impl Stake {
-    /// Of a frame in which so many instances are left, and about so many triangles of them to draw.
-    pub(super) fn new(settings: &Occlusion, costs: &Costs, instances: u64, triangles: f64) -> Self {
-        let us = |ns: f64, count: f64| (ns * 1e-3 * count) as f32;
-        let instances = instances as f64;
-        let draw = us(costs.draw_ns, instances) + us(costs.opaque_triangle_ns, triangles);
-        let OccluderCosts { test_ns, begin_ns, .. } = costs.occluders;
-        let overhead = us(begin_ns, 1.0) + us(test_ns, instances);
+    /// Of a frame in which so many instances are left, and about so many triangles of them to draw, and occlusion takes so
+    /// many nanoseconds whatever it finds.
+    pub(super) fn new(
+        settings: &Occlusion,
+        costs: &Costs,
+        [instances, triangles]: [f64; 2],
+        overhead_ns: f64,
+    ) -> Self {
+        let ns = costs.draw_ns * instances + costs.opaque_triangle_ns * triangles;
+        let [draw, overhead] = [ns, overhead_ns].map(|ns| (ns * 1e-3) as f32);
         let first = settings.risk.map_or(f32::INFINITY, |risk| draw * risk - overhead);
         Self { limit: settings.budget, first, draw }
+    }
+
+    /// The most that may be spent.
+    pub(super) fn limit(&self) -> f32 {
+        self.limit
+    }
+
+    /// What it saves to hide such a share.
+    pub(super) fn saved(&self, hidden: f32) -> f32 {
+        self.draw * hidden
     }
 
     /// Whether there is nothing to be gained.
@@ -63,14 +76,14 @@ mod tests {
     fn nothing_is_spent_on_what_costs_nothing_and_more_where_more_is_saved() {
         let costs = Costs::default();
         let settings = Occlusion { risk: Some(0.025), budget: 500.0, ..Occlusion::default() };
-        assert!(Stake::new(&settings, &costs, 10, 1000.0).is_nothing());
-        let stake = Stake::new(&settings, &costs, 2000, 2e5);
+        assert!(Stake::new(&settings, &costs, [10.0, 1e3], 5e3).is_nothing());
+        let stake = Stake::new(&settings, &costs, [2e3, 2e5], 4e4);
         assert!(!stake.is_nothing() && stake.is_limited());
         // 4 ms to draw: 2.5 % of them, without what tests cost.
-        assert!((60.0..100.0).contains(&stake.budget(0.0)), "{stake:?}");
+        assert!((60.0..100.1).contains(&stake.budget(0.0)), "{stake:?}");
         assert_eq!(stake.budget(0.25), stake.budget(0.0) + 200.0);
         assert_eq!(stake.budget(1.0), settings.budget);
-        let always = Stake::new(&Occlusion::default(), &costs, 1, 100.0);
+        let always = Stake::new(&Occlusion::default(), &costs, [1.0, 100.0], 5e3);
         assert!(!always.is_nothing() && !always.is_limited());
         assert_eq!(always.budget(0.0), Occlusion::default().budget);
     }

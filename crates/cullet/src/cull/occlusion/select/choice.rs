@@ -25,6 +25,12 @@ impl Candidate {
         self.value / self.cost
     }
 
+    /// The nearer one first; ties go by slot and shape.
+    pub(crate) fn by_nearness(&self, other: &Self) -> Ordering {
+        let ties = || (self.slot, self.shape).cmp(&(other.slot, other.shape));
+        other.nearness.total_cmp(&self.nearness).then_with(ties)
+    }
+
     /// The better one first; ties go by slot and shape.
     fn rank(&self, other: &Self) -> Ordering {
         let ties = || (self.slot, self.shape).cmp(&(other.slot, other.shape));
@@ -91,7 +97,7 @@ impl Choice {
         self.considered
     }
 
-    /// Whether more would have been [chosen](Self::chosen) for more, as far as it looked.
+    /// Whether more would be [ranked](Self::ranked) with more to spend, as far as it looked.
     pub(crate) fn is_short(&self) -> bool {
         self.is_short
     }
@@ -113,19 +119,13 @@ impl Choice {
         self.found.truncate(count + 1);
     }
 
-    /// The chosen ones, front to back.
-    pub(crate) fn chosen(&mut self) -> &[Candidate] {
-        // Where all are within the budget, with more to spare than the rounding of any sum, which are better is no matter.
-        if !(self.found.len() < 100_000 && self.cost * 1.01 <= f64::from(self.budget)) {
-            self.cut();
-            let (budget, mut sum) = (self.budget, 0.0);
-            self.found.retain(|c| {
-                sum += c.cost;
-                sum <= budget
-            });
-        }
-        self.found.sort_unstable_by(|a, b| {
-            b.nearness.total_cmp(&a.nearness).then((a.slot, a.shape).cmp(&(b.slot, b.shape)))
+    /// Those that are within the budget, the better one first.
+    pub(crate) fn ranked(&mut self) -> &[Candidate] {
+        self.cut();
+        let (budget, mut sum) = (self.budget, 0.0);
+        self.found.retain(|c| {
+            sum += c.cost;
+            sum <= budget
         });
         &self.found
     }
@@ -155,10 +155,10 @@ mod tests {
             let mut choice = Choice::default();
             choice.begin(budget);
             list.into_iter().for_each(|c| choice.consider(c));
-            choice.chosen().iter().map(|c| c.slot).collect::<Vec<_>>()
+            choice.ranked().iter().map(|c| c.slot).collect::<Vec<_>>()
         };
-        assert_eq!(slots(all.to_vec(), 3.0), [2, 3, 1]);
-        assert_eq!(slots(all.iter().rev().copied().collect(), 3.0), [2, 3, 1]);
+        assert_eq!(slots(all.to_vec(), 3.0), [1, 2, 3]);
+        assert_eq!(slots(all.iter().rev().copied().collect(), 3.0), [1, 2, 3]);
         assert!(slots(all.to_vec(), 0.0).is_empty());
         assert!(slots(all.to_vec(), f32::NAN).is_empty());
         assert_eq!(slots(all.to_vec(), 1e9).len(), 4);
@@ -189,8 +189,7 @@ mod tests {
                 sum += c.cost;
                 sum <= budget
             });
-            let mut expected: Vec<_> = expected.map(|c| c.slot).collect();
-            expected.sort_unstable();
+            let expected: Vec<_> = expected.map(|c| c.slot).collect();
             let mut choice = Choice::default();
             choice.begin(budget);
             let mut refused = 0;
@@ -198,7 +197,7 @@ mod tests {
                 refused += usize::from(!choice.may_take(c.score()));
                 choice.consider(c);
             }
-            assert_eq!(choice.chosen().iter().map(|c| c.slot).collect::<Vec<_>>(), expected);
+            assert_eq!(choice.ranked().iter().map(|c| c.slot).collect::<Vec<_>>(), expected);
             assert_eq!(refused > 1500, budget < 1000.0, "{refused} of {budget}");
         }
     }
