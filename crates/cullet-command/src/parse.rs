@@ -72,7 +72,7 @@ pub fn microseconds(text: &str) -> Result<f32, String> {
 
 /// A share.
 pub fn share(text: &str) -> Result<f32, String> {
-    let expected = "a share, 0 or more; try 0.025";
+    let expected = "a share, 0 or more; try 0.015";
     number(text, |v| v >= 0.0 && v.is_finite(), expected).map(|v| v as f32)
 }
 

@@ -96,9 +96,9 @@ impl Default for OccluderCosts {
         Self {
             convex: DrawingCosts { base_ns: 330.0, edge_ns: 5.0, outline_ns: 5.0, pixel_ns: 0.02 },
             patch: DrawingCosts { base_ns: 650.0, edge_ns: 7.0, outline_ns: 2.0, pixel_ns: 0.03 },
-            look_ns: 60.0,
-            test_ns: 15.0,
-            begin_ns: 8000.0,
+            look_ns: 30.0,
+            test_ns: 20.0,
+            begin_ns: 10_000.0,
         }
     }
 }

@@ -62,7 +62,7 @@ fn a_cullers_level_and_clock_are_the_readers() {
          \"blended_triangle_ns\":10.0,\"draw_ns\":1000.0,\"occluders\":{\
          \"convex\":{\"base_ns\":330.0,\"edge_ns\":5.0,\"outline_ns\":5.0,\"pixel_ns\":0.02},\
          \"patch\":{\"base_ns\":650.0,\"edge_ns\":7.0,\"outline_ns\":2.0,\"pixel_ns\":0.03},\
-         \"test_ns\":15.0,\"begin_ns\":5000.0}},\
+         \"look_ns\":30.0,\"test_ns\":20.0,\"begin_ns\":10000.0}},\
          \"output\":\"triangles\",\"reasons\":false,\"dropped\":false}"
     );
     let wanted = Culler { clock: None, level: Simd::best(), ..culler };

@@ -41,7 +41,7 @@ pub struct CullArgs {
     #[arg(long, value_name = "US", value_parser = parse::microseconds)]
     pub occlusion_budget: Option<f32>,
     /// Look for what is hidden only as far as it pays: at first no more than this share of what drawing all that is left
-    /// costs. The library's preset has 0.025 [default: look, whatever it costs]
+    /// costs. The library's preset has 0.015 [default: look, whatever it costs]
     #[arg(long, value_name = "SHARE", value_parser = parse::share)]
     pub occlusion_risk: Option<f32>,
     /// Occluders: each mesh itself, boxes and polygons baked from it first, or the cheaper of the two

@@ -74,7 +74,7 @@ pub enum Backface {
 /// | `frustum_exact` | on or off | on | off | off | an exact test for each box that straddles |
 /// | `occlusion.width` | pixels, 1 to 4,096, at most the viewport's | 1280 | 640 | 320 | clearing and drawing by its square; smaller gaps are seen through less |
 /// | `occlusion.budget` | microseconds of the cost model, from 0 | 100,000 | 200 | 80 | draws more occluders |
-/// | `occlusion.risk` | share of the cost of what is left to draw, from 0; or none | none | 0.025 | 0.025 | draws occluders in frames that are cheap to draw |
+/// | `occlusion.risk` | share of the cost of what is left to draw, from 0; or none | none | 0.015 | 0.015 | draws occluders in frames that are cheap to draw |
 ///
 /// The others are the same in each: no preset is lossy, nor does one change the `output`, for how finely it draws is the
 /// renderer's to choose.
@@ -178,7 +178,7 @@ impl Culler {
         Self { frustum_exact: true, occlusion: Some(occlusion), ..Self::balanced() }
     }
 
-    /// What pays: every stage that is not lossy, and of occlusion no more than [a fortieth](Occlusion::risk) of what is left to
+    /// What pays: every stage that is not lossy, and of occlusion no more than [1.5 %](Occlusion::risk) of what is left to
     /// draw is spent where nothing is found.
     #[must_use]
     pub fn balanced() -> Self {
@@ -188,7 +188,7 @@ impl Culler {
             backface: Backface::default(),
             degenerate: true,
             detail: None,
-            occlusion: Some(Occlusion { risk: Some(0.025), ..Occlusion::default() }),
+            occlusion: Some(Occlusion { risk: Some(0.015), ..Occlusion::default() }),
             costs: Costs::default(),
             output: Output::default(),
             reasons: false,
@@ -202,7 +202,7 @@ impl Culler {
     /// pixel was tried, and projecting each of a city's instances took longer than all else together.
     #[must_use]
     pub fn fast() -> Self {
-        let occlusion = Occlusion { width: 320, budget: 80.0, risk: Some(0.025) };
+        let occlusion = Occlusion { width: 320, budget: 80.0, risk: Some(0.015) };
         Self { occlusion: Some(occlusion), ..Self::balanced() }
     }
 

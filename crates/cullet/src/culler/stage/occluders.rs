@@ -6,6 +6,8 @@
 //! chosen is passed over unseen: of a million instances a budget is enough for some hundred. The choice is that of
 //! looking at everything.
 
+use std::cmp::Ordering;
+
 use super::density::Density;
 use crate::bits;
 use crate::bounds::{Aabb, Block, BoxBlock, LANES};
@@ -46,11 +48,18 @@ pub(super) struct Search<'a> {
     pub(super) view: &'a View,
 }
 
-/// A node of 256 slots, and the highest score that a shape in it may have.
+/// A node of 256 or 16 slots, and the highest score that a shape in it may have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     score: f32,
     number: u32,
+}
+
+impl Group {
+    /// The better one first.
+    fn rank(&self, other: &Self) -> Ordering {
+        other.score.total_cmp(&self.score).then_with(|| self.number.cmp(&other.number))
+    }
 }
 
 impl Search<'_> {
@@ -58,9 +67,7 @@ impl Search<'_> {
     pub(super) fn run(&self, groups: &mut Vec<Group>, choice: &mut Choice) {
         let least_cost = self.least_cost();
         self.list_groups(least_cost, groups);
-        groups.sort_unstable_by(|a, b| {
-            b.score.total_cmp(&a.score).then_with(|| a.number.cmp(&b.number))
-        });
+        groups.sort_unstable_by(Group::rank);
         // Of the least value that may be taken, by what nodes and instances are refused.
         let (mut least_score, mut least_value) = (0.0, 0.0);
         for group in groups.iter() {
@@ -182,13 +189,15 @@ impl Search<'_> {
                 known |= u64::from(((group * LANES) + n + 1) * LANES <= nodes.len()) << n;
             }
         }
+        let (mut blocks, mut count) = ([Group { score: 0.0, number: 0 }; LANES], 0);
         let mut look = |n: usize, bounds| {
             let node = group * LANES + n;
             if let Some(value) = self.value_below(bounds, 0, node, least_value)
-                && choice.may_take(self.costs.score(least_cost, value, self.density.densest()))
                 && !self.is_hidden(bounds)
             {
-                self.look_at(node, least_value, choice);
+                let score = self.costs.score(least_cost, value, self.density.densest());
+                blocks[count] = Group { score, number: node as u32 };
+                count += 1;
             }
         };
         match nodes.levels().first().and_then(|l| l.blocks().get(group)) {
@@ -197,6 +206,14 @@ impl Search<'_> {
                 self.tests.bounds_of_nodes(block, known, LEAST_PIXELS, look);
             }
             None => bits::ones(wanted).for_each(|n| look(n, None)),
+        }
+        // The best first: what they hold rules out the others.
+        let blocks = &mut blocks[..count];
+        blocks.sort_unstable_by(Group::rank);
+        for block in blocks {
+            if choice.may_take(block.score) {
+                self.look_at(block.number as usize, least_value, choice);
+            }
         }
     }
 

@@ -28,8 +28,8 @@ use crate::view::{CullFace, FrontFace, View};
 /// How often occluders are chosen at the most.
 const ROUNDS: u32 = 4;
 
-/// So many budgets' worth of occluders are ranked in a search: some are hidden by the time that it is their turn.
-const FORESIGHT: f32 = 1.0;
+/// So many times what is spent in a round is ranked in a search, for the next one: searching for more takes longer.
+const FORESIGHT: f32 = 2.0;
 
 /// A view's occlusion buffer, and memory.
 #[derive(Clone, Debug, Default)]
@@ -195,7 +195,7 @@ fn choose_and_draw(
     while left > 0.0 && rounds > 0 {
         let begin = log.now();
         if next == cache.ranked.len() && !is_all {
-            search(frame, cache, set, buffer, stake.limit() * FORESIGHT);
+            search(frame, cache, set, buffer, (left * FORESIGHT).min(stake.limit()));
             cache.ranked.clear();
             cache.ranked.extend_from_slice(cache.choice.ranked());
             (next, is_all) = (0, !cache.choice.is_short());
