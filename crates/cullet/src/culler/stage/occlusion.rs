@@ -135,12 +135,12 @@ fn test_all(
     let costs = &frame.culler.costs;
     let instances = left.instances as f64;
     let all = [instances, left.triangles as f64];
-    let mut stake = Stake::new(settings, costs, all, costs.occluders.begin_ns);
+    let mut stake = Stake::new(settings, costs, all, [costs.occluders.begin_ns, 0.0]);
     if !stake.is_nothing() {
         let samples = &mut cache.samples;
         samples.take(frame, set);
-        let overhead = samples.overhead_ns(&costs.occluders, left.instances);
-        stake = Stake::new(settings, costs, [instances, samples.triangles()], overhead);
+        let overheads = samples.overheads_ns(&costs.occluders, instances);
+        stake = Stake::new(settings, costs, [instances, samples.triangles()], overheads);
     }
     cache.is_left_out = stake.is_nothing();
     if cache.is_left_out {
@@ -154,10 +154,14 @@ fn test_all(
     }
     let Some(mut buffer) = cache.buffer.take() else { return Tally::default() };
     buffer.begin(frame.view, frame.scene.origin());
-    let mut work = choose_and_draw(frame, cache, set, log, stake, &mut buffer);
+    let (mut work, hidden) = choose_and_draw(frame, cache, set, log, stake, &mut buffer);
     let begin = log.now();
-    let dropped;
-    (work.tests, dropped) = test(frame, cache, set, log, &buffer);
+    let mut dropped = Tally::default();
+    if stake.pays_for_tests(hidden) {
+        (work.tests, dropped) = test(frame, cache, set, log, &buffer);
+    } else {
+        cache.is_left_out = true;
+    }
     if let Some(times) = &mut work.times {
         times.testing = log.now().saturating_sub(begin);
     }
@@ -168,7 +172,8 @@ fn test_all(
 
 /// Chooses what to draw and draws it. What is hidden by then is not drawn, nor does it take of the budget; where
 /// more than half of that is left, it goes to what is not hidden by then: in a street the first rows of
-/// houses hide most of what was chosen.
+/// houses hide most of what was chosen. Its answer is what that took, and the share that is likely to be hidden; 1 where
+/// that does not matter.
 ///
 /// A fourth of the budget first, then the rest, took a fourth less time in the street of a city, but a third more
 /// in a forest, of which it left 3 % less, and half more where all is seen from above, for the same.
@@ -179,7 +184,7 @@ fn choose_and_draw(
     log: &Log<'_>,
     stake: Stake,
     buffer: &mut OcclusionBuffer,
-) -> OcclusionWork {
+) -> (OcclusionWork, f32) {
     let (mut work, mut times) = (OcclusionWork::default(), OcclusionTimes::default());
     cache.drawn.clear();
     if stake.budget(0.0) > 0.0 {
@@ -189,7 +194,8 @@ fn choose_and_draw(
         times.choosing = log.now().saturating_sub(begin);
     }
     let (mut left, mut spent, mut rounds) = (stake.budget(0.0), 0.0, ROUNDS);
-    let (mut next, mut is_all, mut hidden) = (0, false, 0.0);
+    let (mut next, mut is_all) = (0, false);
+    let mut hidden = if stake.is_limited() { 0.0 } else { 1.0 };
     cache.ranked.clear();
     // Nor is a NaN a budget.
     while left > 0.0 && rounds > 0 {
@@ -210,7 +216,7 @@ fn choose_and_draw(
         times.drawing += log.now().saturating_sub(chose);
         let is_short = next < cache.ranked.len() || !is_all;
         let mut more = left - cost;
-        if is_short && stake.is_limited() {
+        if stake.is_limited() {
             let before = std::mem::replace(&mut hidden, cache.samples.hidden_share(frame, buffer));
             // As long as what it finds is worth it.
             more = if stake.saved(hidden - before) > cost {
@@ -224,7 +230,7 @@ fn choose_and_draw(
     }
     work.drawn = cache.drawn.len() as u64;
     work.times = log.has_clock().then_some(times);
-    work
+    (work, hidden)
 }
 
 /// Ranks what is neither drawn nor hidden, as far as a budget goes.

@@ -31,7 +31,7 @@ const MOST_OF_ONE: usize = 32;
 /// Of more shapes most are passed over, by the nodes.
 const MOST_LOOKED_AT: f64 = 4096.0;
 
-/// Of more clusters whether they face away is not asked: that takes a test of each.
+/// Of more clusters it is not tested whether they face away: that takes a test of each.
 const MANY: usize = 1 << 14;
 
 /// Some of the instances that are left, and some of their clusters.
@@ -101,11 +101,11 @@ impl Samples {
         self.parts.iter().map(|part| part.triangles).sum::<f64>() + self.unknown
     }
 
-    /// What looking for occluders and testing costs, in nanoseconds: however little is drawn.
-    pub(super) fn overhead_ns(&self, costs: &OccluderCosts, instances: u64) -> f64 {
+    /// What looking for occluders costs, in nanoseconds, however little is drawn; and what testing costs.
+    pub(super) fn overheads_ns(&self, costs: &OccluderCosts, instances: f64) -> [f64; 2] {
         let OccluderCosts { begin_ns, look_ns, test_ns, .. } = costs;
-        let tests = instances as f64 + self.clusters;
-        begin_ns + look_ns * self.shapes.min(MOST_LOOKED_AT) + test_ns * tests
+        let look = begin_ns + look_ns * self.shapes.min(MOST_LOOKED_AT);
+        [look, test_ns * (instances + self.clusters)]
     }
 
     /// The share of what is likely to be drawn, by triangles, that a buffer hides.

@@ -20,21 +20,28 @@ pub(super) struct Stake {
     first: f32,
     /// Cost of drawing all that is left.
     draw: f32,
+    /// Cost of testing all that is left.
+    tests: f32,
 }
 
 impl Stake {
-    /// Of a frame in which so many instances are left, and about so many triangles of them to draw, and occlusion takes so
-    /// many nanoseconds whatever it finds.
+    /// Of a frame in which so many instances are left, and about so many triangles of them to draw; looking for occluders
+    /// and testing take so many nanoseconds.
     pub(super) fn new(
         settings: &Occlusion,
         costs: &Costs,
         [instances, triangles]: [f64; 2],
-        overhead_ns: f64,
+        [look_ns, test_ns]: [f64; 2],
     ) -> Self {
         let ns = costs.draw_ns * instances + costs.opaque_triangle_ns * triangles;
-        let [draw, overhead] = [ns, overhead_ns].map(|ns| (ns * 1e-3) as f32);
-        let first = settings.risk.map_or(f32::INFINITY, |risk| draw * risk - overhead);
-        Self { limit: settings.budget, first, draw }
+        let [draw, look, tests] = [ns, look_ns, test_ns].map(|ns| (ns * 1e-3) as f32);
+        let first = settings.risk.map_or(f32::INFINITY, |risk| draw * risk - look);
+        Self { limit: settings.budget, first, draw, tests }
+    }
+
+    /// Whether hiding such a share saves more than finding out what it is.
+    pub(super) fn pays_for_tests(&self, hidden: f32) -> bool {
+        !self.is_limited() || self.saved(hidden) > self.tests
     }
 
     /// The most that may be spent.
@@ -76,15 +83,17 @@ mod tests {
     fn nothing_is_spent_on_what_costs_nothing_and_more_where_more_is_saved() {
         let costs = Costs::default();
         let settings = Occlusion { risk: Some(0.025), budget: 500.0, ..Occlusion::default() };
-        assert!(Stake::new(&settings, &costs, [10.0, 1e3], 5e3).is_nothing());
-        let stake = Stake::new(&settings, &costs, [2e3, 2e5], 4e4);
+        assert!(Stake::new(&settings, &costs, [10.0, 1e3], [5e3, 1e3]).is_nothing());
+        let stake = Stake::new(&settings, &costs, [2e3, 2e5], [4e4, 2e4]);
         assert!(!stake.is_nothing() && stake.is_limited());
         // 4 ms to draw: 2.5 % of them, without what tests cost.
         assert!((60.0..100.1).contains(&stake.budget(0.0)), "{stake:?}");
         assert_eq!(stake.budget(0.25), stake.budget(0.0) + 200.0);
         assert_eq!(stake.budget(1.0), settings.budget);
-        let always = Stake::new(&Occlusion::default(), &costs, [1.0, 100.0], 5e3);
+        assert!(stake.pays_for_tests(0.25) && !stake.pays_for_tests(0.004));
+        let always = Stake::new(&Occlusion::default(), &costs, [1.0, 100.0], [5e3, 1e3]);
         assert!(!always.is_nothing() && !always.is_limited());
+        assert!(always.pays_for_tests(0.0));
         assert_eq!(always.budget(0.0), Occlusion::default().budget);
     }
 }
