@@ -23,7 +23,7 @@ pub enum LightReason {
     Unlit,
     /// What it reaches lies outside the view's frustum.
     Frustum,
-    /// What it reaches is too small on the screen: lossy, and only if asked for.
+    /// What it reaches is too small on the screen: lossy, and off unless set.
     Detail,
     /// What it reaches lies behind what the occlusion buffer has, or beyond the buffer's edges.
     Occlusion,
@@ -122,7 +122,7 @@ impl LightAnswer {
 /// lit are points: light that is scattered on its way, as in fog, reaches the eye from all over the frustum, so for that
 /// give neither a buffer nor what is visible.
 ///
-/// Stages: lights without reach; reaches outside the frustum; reaches too small on the screen, if asked for; reaches that are
+/// Stages: lights without reach; reaches outside the frustum; reaches too small on the screen, if set; reaches that are
 /// hidden, where the view's buffer is given; reaches without anything that is seen, where that is given.
 /// A reach is the ball of the light's range, cut by a spot's cone.
 ///
@@ -199,7 +199,7 @@ pub fn cull_light_casters(
     }
 }
 
-/// The stage that asks what the view sees of what a light reaches.
+/// The stage that tests what the view sees of what a light reaches.
 fn find_receivers(
     scene: &Scene,
     frustum: &Frustum,

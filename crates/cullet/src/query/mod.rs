@@ -1,7 +1,7 @@
-//! Queries of a scene that no frame asks and games and tools do: line of sight, volume to volume, lights, regions of eyes and
+//! Queries of a scene that games and tools make, and no frame: line of sight, volume to volume, lights, regions of eyes and
 //! motions.
 //!
-//! They stand beside the [`Culler`](crate::Culler) and read a [`Scene`](crate::Scene) alone, so that any thread may ask. Each
+//! They stand beside the [`Culler`](crate::Culler) and read a [`Scene`](crate::Scene) alone, so that any thread may query. Each
 //! says which way it may err; none claims that something is hidden unless that is proved.
 //!
 //! | query | answer |

@@ -1,7 +1,7 @@
 //! What will be needed along a motion, and from where on: for streaming.
 //!
 //! The way is cut into steps; the eyes of a step are the box around it with the motion's uncertainty on every side;
-//! and each box is asked for what may be seen from it and was not found before.
+//! and each box is searched for what may be seen from it and was not found before.
 
 use super::region::{EyeBox, Outlook, RegionCuller, RegionError, RegionState, RegionWork};
 use crate::hierarchy::Handle;

@@ -10,7 +10,7 @@
 //! counts them.
 //!
 //! Peter Wonka, Michael Wimmer & Dieter Schmalstieg, *Visibility Preprocessing with Occluder Fusion for Urban
-//! Walkthroughs*, 2000, shrink occluders by the radius of a ball of eyes. A box of eyes asks for less: a wall that
+//! Walkthroughs*, 2000, shrink occluders by the radius of a ball of eyes. A box of eyes takes less: a wall that
 //! stands along an axis moves by half a side of the cell and not by half its diagonal, and eyes that all are at one height
 //! take nothing off a roof.
 
@@ -146,7 +146,7 @@ pub struct RegionWork {
 pub struct RegionVisible {
     /// One bit a slot, as of the scene's order when the query was made.
     pub words: Vec<u64>,
-    /// Why the other slots were dropped, where [asked for](RegionCuller::reasons): one a slot, `None` for those
+    /// Why the other slots were dropped, where [wanted](RegionCuller::reasons): one a slot, `None` for those
     /// that may be seen and for empty slots. A box without eyes sees nothing by its frustum.
     pub reasons: Vec<Option<Reason>>,
     /// Counts in and out of each stage: layers, the frusta where a view was given, occlusion.
@@ -167,7 +167,7 @@ impl RegionVisible {
         bits::in_words(&self.words).map(|slot| slot as u32)
     }
 
-    /// The instances, ascending by slot; `scene` must be the one that was asked, in the same order.
+    /// The instances, ascending by slot; `scene` must be the one of the query, in the same order.
     pub fn handles<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = Handle> + 'a {
         self.slots().filter_map(|slot| scene.handle(slot))
     }

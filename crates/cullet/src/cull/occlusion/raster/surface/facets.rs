@@ -33,6 +33,8 @@ struct Facets<const N: usize> {
     base: [f32; LANES],
     gradient: [[f32; LANES]; 2],
     least: [f32; LANES],
+    /// One bit a facet: large enough to have tiles wholly within.
+    large: u64,
 }
 
 /// A facet as it is covered: its sides in all lanes.
@@ -184,6 +186,8 @@ impl Surface {
     ) {
         let splat = |v: f32| f32x8::splat(simd, v);
         let (zero, margin) = (splat(0.0), splat(window.margin));
+        // By all of its height: what is drawn must not depend on where a band ends.
+        let height = high[1] - low[1];
         let low = [
             (low[0] - margin).floor().max(splat(window.low[0])),
             (low[1] - margin).floor().max(splat(window.low[1])),
@@ -209,6 +213,8 @@ impl Surface {
             base: [0.0; LANES],
             gradient: [[0.0; LANES]; 2],
             least: [0.0; LANES],
+            large: ((high[0] - low[0]).simd_ge(splat(LARGE[0])) & height.simd_ge(splat(LARGE[1])))
+                .to_bitmask(),
         };
         for k in 0..N {
             let next = (k + 1) % N;
@@ -264,7 +270,7 @@ impl Surface {
         let splat = |v: f32| f32x8::splat(simd, v);
         let [x0, x1] = [of.low[0][lane], of.high[0][lane]];
         let [y0, y1] = [of.low[1][lane], of.high[1][lane]];
-        let is_large = x1 - x0 >= LARGE[0] && y1 - y0 >= LARGE[1];
+        let is_large = of.large >> lane & 1 == 1;
         let (first, last) = (x0 as usize / BLOCK[0], (x1 as usize - 1) / BLOCK[0]);
         let (low, high) = (splat(x0), splat(x1));
         let mut sides = Sides { slope: [low; N], start: [low; N], cap: [low; N] };
@@ -276,7 +282,7 @@ impl Surface {
             inset[k] = splat((of.slope[k][lane].abs() + 1.0) * (1.0 + 4.0 * window.margin));
         }
         let (gx, gy) = (of.gradient[0][lane], of.gradient[1][lane]);
-        let least = splat(of.least[lane]);
+        let (least, cap) = (splat(of.least[lane]), splat(window.cap));
         let across = f32x8::simd_from(simd, [0.0, 8.0, 16.0, 24.0, 0.0, 8.0, 16.0, 24.0]);
         let down = f32x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, 4.0, 4.0, 4.0, 4.0]);
         let base = across * gx + (down * gy + of.base[lane]);
@@ -292,7 +298,7 @@ impl Surface {
                 let [left, right] = sides.inner_columns(y, &inset, low, high);
                 let inner = Span::new(simd, left.min(high), right, inside);
                 for column in from..=to {
-                    let n = (nearness + gx * (column * BLOCK[0]) as f32).max(least);
+                    let n = (nearness + gx * (column * BLOCK[0]) as f32).max(least).min(cap);
                     let mut pixels = span.tiles(simd, column);
                     let all = u32x8::splat(simd, u32::MAX);
                     let whole = inner.tiles(simd, column).simd_eq(all);
@@ -309,7 +315,7 @@ impl Surface {
                 continue;
             }
             for column in from..=to {
-                let n = (nearness + gx * (column * BLOCK[0]) as f32).max(least);
+                let n = (nearness + gx * (column * BLOCK[0]) as f32).max(least).min(cap);
                 let pixels = span.tiles(simd, column);
                 self.block(window, column, row).cover(simd, pixels, n);
             }

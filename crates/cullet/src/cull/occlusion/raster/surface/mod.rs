@@ -74,6 +74,9 @@ struct Window {
     /// Error of nearness: a share of it, and beside that.
     share: f32,
     nearness: f32,
+    /// No nearer than the nearest vertex of its own facets. Pixels that only facets around cover are drawn no nearer, or a
+    /// patch would draw something though it is hidden.
+    cap: f32,
     /// Whether some vertices are NaN.
     is_clipped: bool,
 }

@@ -192,9 +192,10 @@ impl Surface {
         let near_error = splat((near_error as f32).next_up());
         let guard = projection.size.map(|s| splat((s + GUARD) as f32));
         let (infinite, nan) = (splat(f32::INFINITY), splat(f32::NAN));
+        let lanes = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
         let (mut low, mut high) = ([infinite; 2], [-infinite; 2]);
         let (mut own, mut smallest_w) = ((low, high), infinite);
-        let mut is_clipped = false;
+        let (mut is_clipped, mut nearest) = (false, -infinite);
         let mut all_codes = i32x8::splat(simd, !0);
         let beyond = Beyond::new(projection, reach, near_error.into());
         let count = patch.places[0].len();
@@ -222,15 +223,17 @@ impl Surface {
             }
             codes.store_slice(&mut self.codes[i..i + LANES]);
             (x, y) = (usable.select(x, nan), usable.select(y, nan));
-            // Comparisons with a NaN are false.
-            low = [x.simd_lt(low[0]).select(x, low[0]), y.simd_lt(low[1]).select(y, low[1])];
-            high = [x.simd_gt(high[0]).select(x, high[0]), y.simd_gt(high[1]).select(y, high[1])];
+            let before = (low, high);
+            (low, high) = grown(before, [x, y]);
             smallest_w = (usable & third.simd_lt(smallest_w)).select(third, smallest_w);
             x.store_slice(&mut self.x[i..i + LANES]);
             y.store_slice(&mut self.y[i..i + LANES]);
             n.store_slice(&mut self.n[i..i + LANES]);
             if i < patch.own_vertices {
-                own = (low, high);
+                // The last of its own share their eight with some around.
+                let is_own = lanes.simd_lt(splat((patch.own_vertices - i) as f32));
+                own = grown(before, [x, y].map(|v| is_own.select(v, nan)));
+                nearest = nearest.max(is_own.select(n, -infinite));
                 all_codes &= codes;
             }
         }
@@ -265,16 +268,23 @@ impl Surface {
         }
         let first = [0.0, (rows[0] * BLOCK[1]) as f32];
         let end = [padded[0] as f32, (rows[1] * BLOCK[1]) as f32];
-        let low = [0, 1].map(|a| (own_low[a] - margin).floor().max(first[a]));
+        // The pixels that its own facets touch for certain. What they may touch beside those is of the patches around it; so it
+        // draws nothing beyond its box, by which it may be passed over.
+        let low = [0, 1].map(|a| (own_low[a] + margin).floor().max(first[a]));
         let high = [
-            ((own_high[0] + margin).floor() + 1.0).min(end[0]),
-            (own_high[1] + margin).floor().min(end[1] - 1.0),
+            ((own_high[0] - margin).floor() + 1.0).min(end[0]),
+            (own_high[1] - margin).floor().min(end[1] - 1.0),
         ];
         if !(low[0] < high[0] && low[1] <= high[1]) {
             return None;
         }
         let block = [low[0] as usize / BLOCK[0], low[1] as usize / BLOCK[1]];
         let across = (high[0] as usize - 1) / BLOCK[0] - block[0] + 1;
+        let share = (doubt.share + 2.0_f64.powi(-19)) as f32;
+        let nearness = (doubt.nearness * 1.001) as f32;
+        let nearest = nearest.reduce_max();
+        let cap =
+            if is_clipped { f32::INFINITY } else { nearest - nearest.abs() * share - nearness };
         Some(Window {
             low,
             high,
@@ -282,8 +292,9 @@ impl Surface {
             across,
             margin,
             steep: margin + (span * 2.0_f64.powi(-19)) as f32,
-            share: (doubt.share + 2.0_f64.powi(-19)) as f32,
-            nearness: (doubt.nearness * 1.001) as f32,
+            share,
+            nearness,
+            cap,
             is_clipped,
         })
     }
@@ -331,6 +342,18 @@ impl Beyond {
         }
         codes
     }
+}
+
+/// The least and the most of eight places, and of some before; NaN counts for neither.
+#[inline(always)]
+fn grown<S: Simd>(
+    (low, high): ([f32x8<S>; 2], [f32x8<S>; 2]),
+    [x, y]: [f32x8<S>; 2],
+) -> ([f32x8<S>; 2], [f32x8<S>; 2]) {
+    // Comparisons with a NaN are false.
+    let low = [x.simd_lt(low[0]).select(x, low[0]), y.simd_lt(low[1]).select(y, low[1])];
+    let high = [x.simd_gt(high[0]).select(x, high[0]), y.simd_gt(high[1]).select(y, high[1])];
+    (low, high)
 }
 
 #[inline(always)]
