@@ -65,6 +65,7 @@ pub const PRESETS: &[(&str, Preset, &str)] = &[
 /// The stages that can be run alone.
 const ALONE: &[(&str, Stage, &str)] = &[
     ("frustum", Stage::Frustum, "Instances, clusters and triangles outside the frustum"),
+    ("portal", Stage::Portal, "Instances and clusters not seen through any portal, in scenes with cells"),
     (
         "detail",
         Stage::Detail,

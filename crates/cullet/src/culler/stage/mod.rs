@@ -9,4 +9,5 @@ pub(super) mod frustum;
 pub(super) mod layer;
 mod occluders;
 pub(super) mod occlusion;
+pub(super) mod portal;
 mod stake;
