@@ -8,6 +8,9 @@ use super::locate::CellLocator;
 use super::tree::{Bounds, PieceTree};
 use crate::bounds::Plane;
 
+/// As many pieces as touch a small box.
+const FEW: usize = 64;
+
 /// A convex piece of a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellPiece {
@@ -216,9 +219,20 @@ impl CellShapes {
     /// Whether a box is in pieces grown by `reach`.
     fn holds(&self, b: &Bounds, reach: f64) -> bool {
         let grown = [b[0].map(|v| v - reach), b[1].map(|v| v + reach)];
-        let mut near = Vec::new();
-        self.tree.visit(&grown, |number| near.push(number));
+        // A frame asks this of its near plane, and allocates nothing.
+        let (mut few, mut count) = ([0; FEW], 0);
+        self.tree.visit(&grown, |number| {
+            if let Some(near) = few.get_mut(count) {
+                *near = number;
+            }
+            count += 1;
+        });
         let mut budget = 512;
+        if count <= FEW {
+            return self.holds_part(b, reach, &few[..count], &mut budget);
+        }
+        let mut near = Vec::with_capacity(count);
+        self.tree.visit(&grown, |number| near.push(number));
         self.holds_part(b, reach, &near, &mut budget)
     }
 

@@ -23,7 +23,7 @@
 //! let graph = CellGraph::new(3, portals)?;
 //! let view = View::perspective([0.5, 1.0, 0.0], [0.5, 1.0, -1.0], 1.0, 0.1, 100.0, [640, 480])?;
 //! let (view, mut reached) = (PortalView::new(&view).unwrap(), Reached::default());
-//! walk_portals(&graph, &view, 0, &PortalOptions::default(), &mut reached);
+//! walk_portals(&graph, &view, &[0], &PortalOptions::default(), &mut reached);
 //! let cells: Vec<u32> = reached.visits().iter().map(|visit| visit.cell).collect();
 //! assert_eq!(cells, [0, 1]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

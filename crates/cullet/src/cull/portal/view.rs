@@ -10,7 +10,7 @@ use crate::view::{FrustumPlane, View};
 pub struct PortalView {
     pub(super) eye: DVec3,
     /// Left, right, bottom and top, as far as they are there: relative to the eye, pointing out.
-    pub(super) sides: Vec<(DVec3, f64)>,
+    pub(super) sides: [Option<(DVec3, f64)>; 4],
     /// x, y and w of clip space, of points relative to the eye.
     pub(super) rows: [DVec3; 3],
     near: Option<[[f64; 3]; 2]>,
@@ -27,8 +27,8 @@ impl PortalView {
             return None;
         }
         let frustum = view.frustum();
-        let sides = FrustumPlane::ALL[..4].iter().filter_map(|&which| {
-            let plane = frustum.plane(which)?;
+        let sides = [0, 1, 2, 3].map(|which| {
+            let plane = frustum.plane(FrustumPlane::ALL[which])?;
             let n = DVec3::from(plane.normal);
             // They go through the eye, but for the rounding of the matrix.
             let slack = (n.abs().dot(eye.abs()) + plane.d.abs()) * ROUNDING;
@@ -38,7 +38,7 @@ impl PortalView {
         let rows = [0, 1, 3].map(|row| m.row(row).truncate());
         let rows = rows.map(|row| row / row.abs().max_element().max(f64::MIN_POSITIVE));
         let near = near_box(&frustum, eye);
-        Some(Self { eye, sides: sides.collect(), rows, near, door_reach: 0.0 })
+        Some(Self { eye, sides, rows, near, door_reach: 0.0 })
     }
 
     /// The same, for whom shut doors nearer than this are open: in world units, more than half of what a door is thick

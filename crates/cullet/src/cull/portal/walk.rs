@@ -16,11 +16,11 @@ use crate::view::Frustum;
 pub struct Visit {
     /// Which cell.
     pub cell: u32,
-    /// The portal that it is seen through; `None` of the first, and of one that is seen in a mirror.
+    /// The portal that it is seen through; `None` where the walk began, and of one that is seen in a mirror.
     pub portal: Option<u32>,
     /// The mirror that it is seen in, if that is the last of its chain.
     pub mirror: Option<u32>,
-    /// The visit from which it is seen; `None` of the first.
+    /// The visit from which it is seen; `None` where the walk began.
     pub parent: Option<u32>,
     /// How many portals and mirrors led here.
     pub depth: u32,
@@ -44,6 +44,8 @@ pub struct Reached {
     /// Clipped portals, relative to the eyes of the visits.
     polygons: Vec<DVec3>,
     is_limited: bool,
+    /// How many visits are of the cells that the walk began in.
+    starts: usize,
     // Scratch.
     stack: Vec<u32>,
     polygon: Vec<Corner>,
@@ -53,8 +55,16 @@ pub struct Reached {
     queue: Vec<u32>,
 }
 
+impl Visit {
+    /// Whether the walk began here, so that all of the view is seen.
+    #[must_use]
+    pub fn is_start(&self) -> bool {
+        self.parent.is_none() && !self.is_limited
+    }
+}
+
 impl Reached {
-    /// All visits: the cell of the eye first, and each before those that it leads to.
+    /// All visits: the cells that the walk began in first, and each before those that it leads to.
     #[must_use]
     pub fn visits(&self) -> &[Visit] {
         &self.visits
@@ -115,7 +125,7 @@ impl Reached {
     }
 }
 
-/// Walks from the cell of the eye through open portals, and finds the cells of which something may be seen, each with what
+/// Walks from the cell of the eye through open portals, or from several where it may be in any, and finds the cells of which something may be seen, each with what
 /// bounds that. Conservative: a ray from the eye within the sides of the view that meets nothing but open portals reaches
 /// each of its cells within the planes of a visit.
 ///
@@ -123,12 +133,12 @@ impl Reached {
 /// chains, and has a visit for each. An eye that is nearer to a portal than its corners may be off its plane (a
 /// five-hundredth of its size) sees through all of it. Near and far planes of the view are not looked at.
 ///
-/// Cost: that of the portals of the cells that are seen. Nothing is allocated once `reached` has grown. A `cell` that is
-/// not there has no portal.
+/// Cost: that of the portals of the cells that are seen. Nothing is allocated once `reached` has grown. A cell that is
+/// not there has no portal; without any, nothing is reached.
 pub fn walk_portals(
     graph: &CellGraph,
     view: &PortalView,
-    cell: u32,
+    cells: &[u32],
     options: &PortalOptions,
     reached: &mut Reached,
 ) {
@@ -137,25 +147,27 @@ pub fn walk_portals(
     reached.polygons.clear();
     reached.stack.clear();
     reached.is_limited = false;
-    reached.planes.extend(view.sides.iter().copied());
-    reached.visits.push(Visit {
-        cell,
-        portal: None,
-        mirror: None,
-        parent: None,
-        depth: 0,
-        eye: view.eye.into(),
-        is_limited: false,
-        mirrors: 0,
-        rows: view.rows,
-        planes: 0..reached.planes.len() as u32,
-        polygon: 0..0,
-    });
-    if cell >= graph.cell_count() {
-        return;
-    }
+    reached.planes.extend(view.sides.iter().flatten().copied());
     reached.queue.clear();
-    reached.stack.push(0);
+    let planes = 0..reached.planes.len() as u32;
+    for &cell in cells {
+        reached.visits.push(Visit {
+            cell,
+            portal: None,
+            mirror: None,
+            parent: None,
+            depth: 0,
+            eye: view.eye.into(),
+            is_limited: false,
+            mirrors: 0,
+            rows: view.rows,
+            planes: planes.clone(),
+            polygon: 0..0,
+        });
+    }
+    reached.starts = reached.visits.len();
+    let is_there = |at: &u32| cells[*at as usize] < graph.cell_count();
+    reached.stack.extend((0..reached.starts as u32).rev().filter(is_there));
     while let Some(at) = reached.stack.pop() {
         let first = reached.visits.len();
         let visit = &reached.visits[at as usize];
@@ -216,6 +228,10 @@ impl Reached {
         let visit = &self.visits[from as usize];
         let Some(beyond) = graph.if_open(portal, visit.cell) else { return };
         let (of, eye) = (&graph.portals()[portal as usize], DVec3::from(visit.eye));
+        // All is seen of the cells that the walk began in.
+        if visit.mirrors == 0 && self.visits[..self.starts].iter().any(|v| v.cell == beyond) {
+            return;
+        }
         let is_front = visit.cell == of.cells[0];
         let distance = graph.plane(portal).distance(eye);
         let opening = Opening {

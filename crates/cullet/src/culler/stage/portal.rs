@@ -22,6 +22,7 @@ pub(in super::super) struct Cache {
     /// One bit a slot, of the words that were live: in sight, and wholly so as far as portals go.
     seen: Vec<u64>,
     whole: Vec<u64>,
+    starts: Vec<u32>,
     cut: Cut,
     kept: Vec<u64>,
 }
@@ -61,11 +62,11 @@ pub(in super::super) fn instances(
     cache.idle = Idle::NoCells;
     let (Some(options), Some(cells)) = (frame.culler.portal, frame.scene.cells()) else { return };
     let mut dropped = Tally::default();
-    match start(frame, cells) {
+    match start(frame, cells, &mut cache.starts) {
         Err(idle) => cache.idle = idle,
-        Ok((view, cell)) => {
+        Ok(view) => {
             cache.idle = Idle::No;
-            walk_portals(cells.graph(), &view, cell, &options, &mut cache.reached);
+            walk_portals(cells.graph(), &view, &cache.starts, &options, &mut cache.reached);
             cache.look(frame, cells, set);
             dropped = cache.drop_unseen(frame, cells, set, log);
         }
@@ -73,21 +74,24 @@ pub(in super::super) fn instances(
     log.instance_row(Stage::Portal, dropped);
 }
 
-/// The view, and the cell of its eye.
-fn start(frame: &Frame<'_>, cells: &SceneCells) -> Result<(PortalView, u32), Idle> {
+/// The view, and the cells that its near plane may be in, that of the eye first.
+fn start(frame: &Frame<'_>, cells: &SceneCells, starts: &mut Vec<u32>) -> Result<PortalView, Idle> {
     let view = PortalView::new(frame.view).ok_or(Idle::Orthographic)?;
-    let cell = cells.place().cell_of(view.eye()).ok_or(Idle::NoCell)?;
-    if cell >= cells.graph().cell_count() {
-        return Err(Idle::NoCell);
-    }
+    let (place, count) = (cells.place(), cells.graph().cell_count());
+    let cell = place.cell_of(view.eye()).filter(|&c| c < count).ok_or(Idle::NoCell)?;
     // What the near plane cuts away hides nothing: walls do only where none is cut.
-    let [min, max] = view
-        .near_box()
-        .filter(|[min, max]| cells.place().is_free(*min, *max))
-        .ok_or(Idle::InWall)?;
+    let near = view.near_box().filter(|[min, max]| place.is_free(*min, *max));
+    let [min, max] = near.ok_or(Idle::InWall)?;
+    starts.clear();
+    place.cells_touching(min, max, starts);
+    // Between cells may be walls that are thin as paper, so that it cuts them and leaves no cell.
+    starts.retain(|&c| c != cell && c < count);
+    starts.sort_unstable();
+    starts.dedup();
+    starts.insert(0, cell);
     let eye = view.eye();
     let reach = (0..3).map(|a| (max[a] - eye[a]).max(eye[a] - min[a]).powi(2)).sum::<f64>().sqrt();
-    Ok((view.with_door_reach(reach + cells.place().walls()), cell))
+    Ok(view.with_door_reach(reach + place.walls()))
 }
 
 impl Cache {
@@ -104,7 +108,7 @@ impl Cache {
             (self.seen[word as usize], self.whole[word as usize]) = (0, 0);
         }
         let boxes = frame.scene.boxes();
-        for (number, visit) in self.reached.visits().iter().enumerate() {
+        for visit in self.reached.visits() {
             let mut planes = None;
             for &slot in cells.slots_in(visit.cell) {
                 let (word, bit) = (slot as usize / 64, 1 << (slot % 64));
@@ -112,7 +116,7 @@ impl Cache {
                     continue;
                 }
                 // In the cell of the eye the frustum has said all.
-                let side = if number == 0 {
+                let side = if visit.is_start() {
                     Side::Inside
                 } else {
                     let planes = planes.get_or_insert_with(|| {
@@ -212,7 +216,7 @@ impl Cache {
             let planes =
                 Planes::new(&bounds_of(frame, cells, &self.reached, visit, frame.scene.origin()));
             let by = self.chain(number);
-            if number == 0
+            if visit.is_start()
                 || planes.classify_stored(frame.scene.boxes(), slot as usize) != Side::Outside
             {
                 return format!("{place}, seen from cell {start}{by}");
