@@ -46,8 +46,9 @@ struct Piece {
     /// Its planes among all.
     first: u32,
     end: u32,
-    /// Around its corners, and a little more.
+    /// Around its corners, and a little more; of a box along the axes itself, to the last bit.
     bounds: Bounds,
+    is_box: bool,
 }
 
 /// Shapes of the cells of a graph: each the union of convex pieces, and walls around them.
@@ -114,8 +115,10 @@ impl CellShapes {
                     bounds[1][a] = bounds[1][a].max(corner[a] + slack);
                 }
             }
+            let sides = sides_of(&shapes.planes[first..]);
             let (first, end) = (first as u32, shapes.planes.len() as u32);
-            shapes.pieces.push(Piece { cell, first, end, bounds });
+            let (bounds, is_box) = (sides.unwrap_or(bounds), sides.is_some());
+            shapes.pieces.push(Piece { cell, first, end, bounds, is_box });
             corners.push(own);
         }
         let boxes: Vec<Bounds> = shapes.pieces.iter().map(|piece| piece.bounds).collect();
@@ -166,6 +169,16 @@ impl CellShapes {
 
     fn planes_of(&self, piece: &Piece) -> &[Plane] {
         &self.planes[piece.first as usize..piece.end as usize]
+    }
+
+    /// Whether a point is in a piece, its border included.
+    #[inline]
+    fn is_in(&self, piece: &Piece, p: [f64; 3]) -> bool {
+        if piece.is_box {
+            let [min, max] = &piece.bounds;
+            return (0..3).all(|a| min[a] <= p[a] && p[a] <= max[a]);
+        }
+        self.planes_of(piece).iter().all(|plane| plane.distance(p) <= 0.0)
     }
 
     /// How far a point is outside of a piece, at the most of its planes.
@@ -269,15 +282,15 @@ impl CellShapes {
 impl CellLocator for CellShapes {
     /// Cost: logarithmic, where pieces do not overlap much.
     fn cell_of(&self, point: [f64; 3]) -> Option<u32> {
-        let mut found = None;
+        // No cell has the last number: it is below how many there are.
+        let mut found = u32::MAX;
         self.tree.visit(&[point, point], |number| {
             let piece = &self.pieces[number as usize];
-            let is_lower = found.is_none_or(|cell| piece.cell < cell);
-            if is_lower && self.planes_of(piece).iter().all(|p| p.distance(point) <= 0.0) {
-                found = Some(piece.cell);
+            if piece.cell < found && self.is_in(piece, point) {
+                found = piece.cell;
             }
         });
-        found
+        (found != u32::MAX).then_some(found)
     }
 
     fn cells_touching(&self, min: [f64; 3], max: [f64; 3], cells: &mut Vec<u32>) {
@@ -310,6 +323,21 @@ impl CellLocator for CellShapes {
     fn walls(&self) -> f64 {
         self.walls
     }
+}
+
+/// The sides of a box along the axes; `None` of what is no such box, or has more planes than six.
+fn sides_of(planes: &[Plane]) -> Option<Bounds> {
+    let mut sides = [[f64::NAN; 3], [f64::NAN; 3]];
+    for plane in planes {
+        let axis = plane.normal.iter().position(|n| n.abs() == 1.0)?;
+        if plane.normal.iter().filter(|n| **n != 0.0).count() > 1 {
+            return None;
+        }
+        let is_high = plane.normal[axis] > 0.0;
+        sides[usize::from(is_high)][axis] = if is_high { plane.d } else { -plane.d };
+    }
+    let is_whole = planes.len() == 6 && sides.iter().flatten().all(|v| !v.is_nan());
+    is_whole.then_some(sides)
 }
 
 /// The corners of a convex piece.

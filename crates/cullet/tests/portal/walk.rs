@@ -57,8 +57,16 @@ fn a_ray_sees_no_cell_that_the_walk_does_not_reach() {
         let of_view = PortalView::new(&view).unwrap();
         walk_portals(&building.graph, &of_view, &[cell], &options, &mut reached);
         let mut found = vec![false; building.graph.cell_count() as usize];
-        for _ in 0..150 {
-            let along = into(&mut rng, &view);
+        for ray in 0..150 {
+            // Every other through the middle of what is left of some portal: the chains that are long are thin.
+            let visit = &reached.visits()[rng.index(reached.visits().len())];
+            let corners: Vec<[f64; 3]> = reached.polygon(visit).collect();
+            let along = if ray % 2 == 0 && visit.eye == view.eye()[..3] && !corners.is_empty() {
+                let middle = |a: usize| corners.iter().map(|c| c[a]).sum::<f64>();
+                std::array::from_fn(|a| middle(a) / corners.len() as f64 - eye[a])
+            } else {
+                into(&mut rng, &view)
+            };
             let graph = (&building.graph, &building.shapes);
             let mut steps = 0;
             ray_cells_ref(graph, cell, eye, along, (mirrors, 1e-6), |cell, from, to| {
@@ -86,7 +94,7 @@ fn a_ray_sees_no_cell_that_the_walk_does_not_reach() {
             seen += found.iter().filter(|f| **f).count();
         }
     }
-    assert!(rays > cases(150) * 100 && deep > cases(150) * 5, "{rays} {deep}");
+    assert!(rays > cases(150) * 100 && deep > cases(150) * 2, "{rays} {deep}");
     assert!(reflected > cases(150) as usize / 4, "{reflected}");
     // Few rays see nearly all that is reached.
     assert!(seen * 100 > kept * 80, "{seen} of {kept}");
