@@ -95,8 +95,9 @@ impl Building {
         }
         // On the low side along x, seen from within: the other way round.
         let mut mirrors = Vec::new();
-        for (at, room) in (0..size[2]).map(|z| ([0, 0, z], number([0, 0, z]))) {
-            if rng.chance(0.5) {
+        let lowest = (0..size[1] * size[2]).map(|i| [0, i / size[2], i % size[2]]);
+        for (at, room) in lowest.map(|at| (at, number(at))) {
+            if rng.chance(0.7) {
                 let mut polygon = building.opening(rng, at, 0, 0.0);
                 polygon.reverse();
                 mirrors.push(Mirror { cell: cell(room), polygon });
