@@ -172,8 +172,13 @@ fn milliseconds_are_spoken_of_only_where_culling_saves_some() {
     for text in [&text, &page] {
         assert!(!text.contains("about under"), "a bound is not about: {text}");
     }
-    let (text, page) =
-        report(&["--no-frustum", "--no-occlusion", "--no-backface", "--no-degenerate"]);
+    let (text, page) = report(&[
+        "--no-frustum",
+        "--no-portal",
+        "--no-occlusion",
+        "--no-backface",
+        "--no-degenerate",
+    ]);
     assert!(text.contains("removes 0 % of all"), "{text}");
     assert!(!text.contains("Milliseconds") && !text.contains("calibrate"), "{text}");
     assert!(!page.contains("Milliseconds"));

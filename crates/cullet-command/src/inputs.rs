@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
-use cullet::{Backface, Culler, Preparation, Stage, View};
+use cullet::{Backface, Culler, Preparation, Scene, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, scenes};
 
@@ -202,6 +202,9 @@ pub fn path_words(args: &ViewArgs) -> String {
 pub fn culler(args: &CullArgs) -> Culler {
     let mut culler = (args.preset)();
     culler.frustum &= !args.no_frustum;
+    if args.no_portal {
+        culler.portal = None;
+    }
     culler.frustum_exact |= args.exact_frustum;
     culler.degenerate &= !args.no_degenerate;
     if args.no_backface {
@@ -226,8 +229,8 @@ pub fn culler(args: &CullArgs) -> Culler {
     }
 }
 
-/// The stages that are on, in words, in the order in which they run.
-pub fn culling_words(args: &CullArgs) -> Vec<String> {
+/// The stages that are on, in words, in the order in which they run; portals are none in a scene without cells.
+pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
     let culler = culler(args);
     let words = |stage: Stage| match stage {
         Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
@@ -243,7 +246,8 @@ pub fn culling_words(args: &CullArgs) -> Vec<String> {
         },
         stage => stage.name().to_owned(),
     };
-    Stage::ALL.into_iter().filter(|&stage| culler.runs(stage)).map(words).collect()
+    let has = |stage: Stage| stage != Stage::Portal || scene.cell_graph().is_some();
+    Stage::ALL.into_iter().filter(|&stage| culler.runs(stage) && has(stage)).map(words).collect()
 }
 
 /// The colours of a model's materials.

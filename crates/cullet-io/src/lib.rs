@@ -10,6 +10,7 @@ mod attributes;
 mod beside;
 mod blocks;
 mod builder;
+mod cells;
 mod compact;
 pub mod deform;
 mod error;

@@ -131,6 +131,8 @@ pub struct CellGraph {
     pub cells: Vec<Cell>,
     /// The portals.
     pub portals: Vec<Portal>,
+    /// How far into each cell the walls around it reach, along x, y and z: what is left of the cell is free.
+    pub walls: [f64; 3],
 }
 
 /// A defect of a file that did not stop it from loading: which item, and what about it.

@@ -224,7 +224,7 @@ fn solids_are_of_many_kinds() {
 #[test]
 fn cells_of_the_office_meet_at_their_portals() {
     let model = scenes::build("office:floors=3,closed=50").unwrap();
-    let CellGraph { cells, portals } = &model.cells;
+    let CellGraph { cells, portals, .. } = &model.cells;
     let rooms = 8 * 2 * 3;
     assert_eq!(cells.len(), 3 * (rooms + 3 + 2));
     // Cells do not overlap.
@@ -280,7 +280,7 @@ fn between_cells_one_sees_through_portals_alone() {
     // The walls close every way from cell to cell but the portals: a segment that crosses the middle of
     // a wall away from all portals hits a wall, a slab or a shut door.
     let model = scenes::build("office:furniture=0").unwrap();
-    let CellGraph { cells, portals } = &model.cells;
+    let CellGraph { cells, portals, .. } = &model.cells;
     let opaque: Vec<(Transform, u32)> = model
         .scene
         .slots()

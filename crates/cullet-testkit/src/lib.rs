@@ -38,6 +38,7 @@
 #![deny(unsafe_code)]
 
 pub mod answers;
+pub mod buildings;
 mod cases;
 mod data;
 mod levels;

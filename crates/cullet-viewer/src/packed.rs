@@ -189,6 +189,8 @@ impl Unpacker {
             Phase::NodeNames => (Phase::Instances, from.count(INSTANCE)?),
             Phase::Instances => {
                 self.model.scene.commit_in_order();
+                let damaged = |e: cullet::cell::CellError| UnpackError::Damaged(e.to_string());
+                self.model.place_cells().map_err(damaged)?;
                 (Phase::Done, 0)
             }
             Phase::Done => (Phase::Done, 0),

@@ -66,7 +66,8 @@ pub struct Reason {
     /// The stage that dropped it.
     pub stage: Stage,
     /// For the frustum, the number of the first plane it is outside of, or [`Reason::MIXED`], and for a light what
-    /// [`Reason::caster`] reads; else 0.
+    /// [`Reason::caster`] reads; for portals, the number of the instance's cell, or [`Reason::MIXED`] where it is in several,
+    /// or in one whose number is no smaller than that; else 0.
     pub detail: u8,
 }
 

@@ -41,9 +41,9 @@
 //! | [`view`] | cameras, frusta, projected sizes |
 //! | [`mesh`] | checked geometry: parts, clusters, topology, welding |
 //! | [`clip`] | outcodes, lines, polygons, clip space |
-//! | [`cell`] | cells and the portals between them |
+//! | [`cell`] | cells, where they are, and the portals between them |
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
-//! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`shadow`](cull::shadow) |
+//! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`portal`](cull::portal), [`shadow`](cull::shadow) |
 //! | [`query`] | line of sight, volume to volume, lights, what may be seen from a box of eyes and along a motion |
 //! | the root | [`Scene`], [`Prepared`], [`Culler`], [`ViewState`], [`Visible`], [`Funnel`] |
 //!

@@ -6,9 +6,10 @@ use cullet::cull::frustum::tree::Coherent;
 use cullet::cull::occlusion::Occlusion;
 use cullet::hierarchy::Hierarchy;
 use cullet::{
-    Culler, DrawList, Instance, Output, Preparation, Scene, Simd, Transform, View, ViewState,
-    Visible,
+    Culler, DrawList, Instance, Output, Preparation, Scene, Simd, Stage, Transform, View,
+    ViewState, Visible,
 };
+use cullet_testkit::buildings::Building;
 use cullet_testkit::memory::{Counting, allocations_of};
 use cullet_testkit::scenes::random_scene;
 use cullet_testkit::views::{looking_down_z, random_view};
@@ -64,6 +65,34 @@ fn steady_state_allocates_nothing() {
     assert!(result.funnel.occlusion.drawn > 10, "{:?}", result.funnel.occlusion);
     let again = || culler.cull_one(&solids, &view, &mut state, &mut result);
     assert_eq!(allocations_of(again).1, 0, "occlusion");
+
+    let building = Building::new(&mut rng, [5, 2, 5]);
+    let mut rooms = Scene::new();
+    let mesh = rooms.add_mesh(meshes::ball(16));
+    for _ in 0..400 {
+        let (place, _) = building.point(&mut rng, 0.1);
+        rooms.add(Instance::new(mesh, Transform::from_translation(place))).expect("few");
+    }
+    rooms.commit();
+    rooms.set_cells(building.graph.clone(), building.shapes.clone());
+    let culler = Culler { reasons: true, ..Culler::default() };
+    let eyes: Vec<View> = (0..20)
+        .map(|_| {
+            let [from, to] = [0.2, 0.1].map(|margin| building.point(&mut rng, margin).0);
+            View::perspective(from, to, 1.2, 0.01, 500.0, [320, 200]).expect("a good view")
+        })
+        .collect();
+    let (mut reached, mut dropped) = (0, 0);
+    let mut pass = || {
+        for view in &eyes {
+            culler.cull_one(&rooms, view, &mut state, &mut result);
+            reached += state.reached().map_or(0, |reached| reached.visits().len());
+            dropped += result.funnel.dropped(Stage::Portal).instances;
+        }
+    };
+    pass();
+    assert_eq!(allocations_of(pass).1, 0, "portals");
+    assert!(reached > 100 && dropped > 50, "{reached} {dropped}");
 
     let boxes: Vec<Aabb> = (0..60_000)
         .map(|_| rng.vector(60.0).map(|v| v as f32))

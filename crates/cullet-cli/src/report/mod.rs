@@ -256,7 +256,7 @@ impl<'a> Report<'a> {
                 size,
                 samples: self.args.samples,
                 seed: self.args.input.view.seed,
-                culling: inputs::culling_words(&self.args.input.cull),
+                culling: inputs::culling_words(&self.args.input.cull, &self.survey.model.scene),
                 version: env!("CARGO_PKG_VERSION"),
             },
             views,

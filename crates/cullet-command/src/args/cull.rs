@@ -20,11 +20,14 @@ pub struct CullArgs {
     #[arg(long, value_parser = parse::choice(MEASURES), default_value = "sides")]
     pub detail_by: Measure,
     /// Run one stage alone
-    #[arg(long, value_parser = parse::choice(ALONE), value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_backface", "no_degenerate", "no_occlusion"])]
+    #[arg(long, value_parser = parse::choice(ALONE), value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_portal", "no_backface", "no_degenerate", "no_occlusion"])]
     pub only: Option<Stage>,
     /// Keep what is outside the frustum
     #[arg(long)]
     pub no_frustum: bool,
+    /// Keep what is in cells that are not seen
+    #[arg(long)]
+    pub no_portal: bool,
     /// Keep back faces
     #[arg(long)]
     pub no_backface: bool,
@@ -65,6 +68,11 @@ pub const PRESETS: &[(&str, Preset, &str)] = &[
 /// The stages that can be run alone.
 const ALONE: &[(&str, Stage, &str)] = &[
     ("frustum", Stage::Frustum, "Instances, clusters and triangles outside the frustum"),
+    (
+        "portal",
+        Stage::Portal,
+        "Instances and clusters not seen through any portal, in scenes with cells",
+    ),
     (
         "detail",
         Stage::Detail,

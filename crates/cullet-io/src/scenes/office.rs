@@ -75,6 +75,8 @@ const STAIRWELL: f64 = -10.0;
 const STAIRWELL_DEPTH: f64 = 8.0;
 /// The stairwell has no floor up to here, above the lowest storey.
 const STAIRS_DEPTH: f64 = 4.0;
+/// Slabs reach this far beyond their lines.
+const SLAB_LAP: f64 = WALL * 0.5 - 0.02;
 const DOOR: [f64; 2] = [0.9, 2.1];
 
 /// A wall stands along x or along z.
@@ -184,7 +186,8 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
         if let Some(below) = below.replace(stairwell) {
             let y = floor - SLAB * 0.5;
             let (x0, x1) = (STAIRWELL + WALL * 0.5, HALL - WALL * 0.5);
-            let (z0, z1) = (WALL * 0.5, STAIRS_DEPTH);
+            // To the edge of the slab, which reaches a little farther than its line.
+            let (z0, z1) = (WALL * 0.5, STAIRS_DEPTH - SLAB_LAP);
             let polygon = vec![[x0, y, z0], [x0, y, z1], [x1, y, z1], [x1, y, z0]];
             office.portal([below, stairwell], polygon, None, false);
             let at = [STAIRWELL + WALL * 0.5 + 0.1, floor - STOREY, 1.5];
@@ -197,7 +200,10 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
         office.slab([STAIRWELL, 0.0], [HALL, STAIRWELL_DEPTH], roof)?;
         office.slab([HALL, 0.0], [width, depth], roof)?;
     }
-    Ok(office.b.finish())
+    let mut model = office.b.finish();
+    model.cells.walls = [WALL * 0.5, SLAB * 0.5, WALL * 0.5];
+    model.place_cells()?;
+    Ok(model)
 }
 
 /// Twelve steps up one storey.
@@ -408,7 +414,7 @@ impl Office {
     /// A floor: its top at `floor`.
     fn slab(&mut self, low: [f64; 2], high: [f64; 2], floor: f64) -> Result<(), SceneSpecError> {
         // Into the walls, but not to their outside, where two surfaces would share a plane.
-        let half = WALL * 0.5 - 0.02;
+        let half = SLAB_LAP;
         let min = [low[0] - half, floor - SLAB, low[1] - half];
         self.b.add(self.slab, fill(min, [high[0] + half, floor, high[1] + half]))?;
         Ok(())

@@ -95,6 +95,9 @@ pub enum SceneSpecError {
     /// A deforming mesh has no bounds.
     #[error("the scene cannot be made: {0}")]
     Deform(#[from] crate::deform::DeformError),
+    /// Its cells do not fit each other.
+    #[error("the scene cannot be made: {0}")]
+    Cells(#[from] cullet::cell::CellError),
 }
 
 /// A scene's text, taken apart: one value for each of its keys.

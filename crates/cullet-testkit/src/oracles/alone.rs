@@ -67,10 +67,12 @@ pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
     let order = [
         (Stage::Layer, Unit::Instances),
         (Stage::Frustum, Unit::Instances),
+        (Stage::Portal, Unit::Instances),
         (Stage::Detail, Unit::Instances),
         (Stage::Degenerate, Unit::Instances),
         (Stage::Occlusion, Unit::Instances),
         (Stage::Frustum, Unit::Clusters),
+        (Stage::Portal, Unit::Clusters),
         (Stage::Occlusion, Unit::Clusters),
         (Stage::Backface, Unit::Clusters),
         (Stage::Frustum, Unit::Triangles),

@@ -104,6 +104,7 @@ impl Stages {
         Culler {
             frustum: on && self.frustum,
             frustum_exact: on && self.frustum_exact,
+            portal: on.then(Default::default),
             backface: if on { self.backface } else { Backface::Off },
             degenerate: on && self.degenerate,
             detail: (on && self.detail_px > 0.0)

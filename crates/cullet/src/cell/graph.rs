@@ -1,12 +1,12 @@
 //! Cells joined by portals.
 
-use thiserror::Error;
-
+use super::error::{CellError, PortalProblem};
+use crate::bits;
 use crate::bounds::Plane;
 
 /// How far the corners of a portal may lie off one plane, as a share of the portal's size, and how far its polygon may be
 /// dented.
-const FLAT: f64 = 1e-3;
+pub(super) const FLAT: f64 = 1e-3;
 
 /// An opening between two cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,9 +17,21 @@ pub struct Portal {
     pub polygon: Vec<[f64; 3]>,
 }
 
+/// A mirror on the border of a cell, seen from within that cell alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mirror {
+    /// The cell.
+    pub cell: u32,
+    /// Corners of a convex polygon in one plane, counter-clockwise as seen from the cell.
+    pub polygon: Vec<[f64; 3]>,
+}
+
 /// Cells joined by portals: which cells there are, and what leads from one to the next.
 ///
-/// Cells are numbered from 0. Their shapes are not needed here: formats such as `.prt` do not have them.
+/// Cells are numbered from 0. Their shapes are not needed here: formats such as `.prt` do not have them. Where they are
+/// known they stand beside it, as [`CellShapes`](super::CellShapes).
+///
+/// All portals are open at first, and are seen through both ways.
 #[derive(Clone, Debug, Default)]
 pub struct CellGraph {
     portals: Vec<Portal>,
@@ -28,6 +40,13 @@ pub struct CellGraph {
     firsts: Vec<u32>,
     /// Portals of one cell after the other, ascending.
     around: Vec<u32>,
+    /// How far the corners of each portal lie apart, at the most.
+    sizes: Vec<f64>,
+    /// One bit a portal.
+    closed: Vec<u64>,
+    one_way: Vec<u64>,
+    mirrors: Vec<Mirror>,
+    mirror_planes: Vec<Plane>,
 }
 
 impl CellGraph {
@@ -41,7 +60,8 @@ impl CellGraph {
         let mut planes = Vec::with_capacity(portals.len());
         for (number, portal) in portals.iter().enumerate() {
             let at = |problem| CellError::Portal { portal: number as u32, problem };
-            planes.push(plane_of(portal, cell_count).map_err(at)?);
+            check_cells(portal, cell_count).map_err(at)?;
+            planes.push(plane_of(&portal.polygon).map_err(at)?);
             for cell in portal.cells {
                 firsts[cell as usize] += 1;
             }
@@ -59,7 +79,29 @@ impl CellGraph {
                 around[firsts[cell as usize] as usize] = number as u32;
             }
         }
-        Ok(Self { portals, planes, firsts, around })
+        let sizes = portals.iter().map(|p| size_of(&p.polygon)).collect();
+        let words = portals.len().div_ceil(64);
+        let (closed, one_way) = (vec![0; words], vec![0; words]);
+        let (mirrors, mirror_planes) = (Vec::new(), Vec::new());
+        Ok(Self { portals, planes, firsts, around, sizes, closed, one_way, mirrors, mirror_planes })
+    }
+
+    /// The same with mirrors, in place of those that it had.
+    ///
+    /// # Errors
+    /// If a mirror's cell is not there, or its polygon is none, as of a portal.
+    pub fn with_mirrors(mut self, mirrors: Vec<Mirror>) -> Result<Self, CellError> {
+        self.mirror_planes.clear();
+        for (number, mirror) in (0..).zip(&mirrors) {
+            let at = |problem| CellError::Mirror { mirror: number, problem };
+            if mirror.cell >= self.cell_count() {
+                let (cell, cells) = (mirror.cell, self.cell_count());
+                return Err(at(PortalProblem::NoSuchCell { cell, cells }));
+            }
+            self.mirror_planes.push(plane_of(&mirror.polygon).map_err(at)?);
+        }
+        self.mirrors = mirrors;
+        Ok(self)
     }
 
     /// How many cells there are.
@@ -86,17 +128,96 @@ impl CellGraph {
         let [first, end] = [cell, cell + 1].map(|c| self.firsts[c as usize] as usize);
         &self.around[first..end]
     }
+
+    /// The cell that a portal leads to from one of its two; `None` where it is shut, or lets nobody see that way.
+    #[must_use]
+    pub fn beyond(&self, portal: u32, from: u32) -> Option<u32> {
+        self.is_open(portal).then(|| self.if_open(portal, from)).flatten()
+    }
+
+    /// As [`beyond`](Self::beyond), if it were open.
+    pub(crate) fn if_open(&self, portal: u32, from: u32) -> Option<u32> {
+        let [first, second] = self.portals[portal as usize].cells;
+        if from == first {
+            return Some(second);
+        }
+        (from == second && !self.is_one_way(portal)).then_some(first)
+    }
+
+    /// Whether a portal is open.
+    #[must_use]
+    pub fn is_open(&self, portal: u32) -> bool {
+        !bits::get(&self.closed, portal as usize)
+    }
+
+    /// Opens or shuts a portal, as a door does. Nothing where there is no such portal.
+    pub fn set_open(&mut self, portal: u32, open: bool) {
+        if (portal as usize) < self.portals.len() {
+            bits::set(&mut self.closed, portal as usize, !open);
+        }
+    }
+
+    /// Whether a portal is seen through from its first cell alone.
+    #[must_use]
+    pub fn is_one_way(&self, portal: u32) -> bool {
+        bits::get(&self.one_way, portal as usize)
+    }
+
+    /// Says whether a portal is seen through from its first cell alone. Nothing where there is no such portal.
+    pub fn set_one_way(&mut self, portal: u32, one_way: bool) {
+        if (portal as usize) < self.portals.len() {
+            bits::set(&mut self.one_way, portal as usize, one_way);
+        }
+    }
+
+    /// How far the corners of a portal lie apart, at the most: what its tolerances are relative to.
+    pub(crate) fn size(&self, portal: u32) -> f64 {
+        self.sizes[portal as usize]
+    }
+
+    /// How far the corners of a portal may lie off the borders of its cells.
+    pub(crate) fn tolerance(&self, portal: u32) -> f64 {
+        self.size(portal) * FLAT
+    }
+
+    /// All mirrors.
+    #[must_use]
+    pub fn mirrors(&self) -> &[Mirror] {
+        &self.mirrors
+    }
+
+    /// How far the corners of a mirror may lie off the border of its cell.
+    pub(crate) fn mirror_tolerance(&self, mirror: u32) -> f64 {
+        size_of(&self.mirrors[mirror as usize].polygon) * FLAT
+    }
+
+    /// The plane of a mirror, its normal of unit length and towards the cell.
+    #[must_use]
+    pub fn mirror_plane(&self, mirror: u32) -> &Plane {
+        &self.mirror_planes[mirror as usize]
+    }
 }
 
-/// Checks a portal; its plane.
-fn plane_of(portal: &Portal, cell_count: u32) -> Result<Plane, PortalProblem> {
-    let Portal { cells, polygon } = portal;
+/// How far corners lie apart: from the first, twice as far at the most.
+pub(super) fn size_of(polygon: &[[f64; 3]]) -> f64 {
+    let first = glam::DVec3::from(polygon[0]);
+    polygon.iter().map(|p| (glam::DVec3::from(*p) - first).length()).fold(0.0, f64::max)
+}
+
+/// Checks which cells a portal joins.
+fn check_cells(portal: &Portal, cell_count: u32) -> Result<(), PortalProblem> {
+    let cells = portal.cells;
     if let Some(&cell) = cells.iter().find(|&&c| c >= cell_count) {
         return Err(PortalProblem::NoSuchCell { cell, cells: cell_count });
     }
     if cells[0] == cells[1] {
         return Err(PortalProblem::OneCell(cells[0]));
     }
+    Ok(())
+}
+
+/// Checks a polygon; its plane.
+fn plane_of(polygon: &[[f64; 3]]) -> Result<Plane, PortalProblem> {
     if polygon.len() < 3 {
         return Err(PortalProblem::TooFewCorners(polygon.len()));
     }
@@ -110,8 +231,7 @@ fn plane_of(portal: &Portal, cell_count: u32) -> Result<Plane, PortalProblem> {
         sum + vector(polygon[0], *a).cross(vector(polygon[0], *b))
     });
     let plane = Plane::from_point_normal(polygon[0], area).ok_or(PortalProblem::NoArea)?;
-    let size = polygon.iter().map(|p| vector(polygon[0], *p).length()).fold(0.0, f64::max);
-    let limit = size * FLAT;
+    let limit = size_of(polygon) * FLAT;
     for (corner, p) in polygon.iter().enumerate() {
         let distance = plane.distance(*p).abs();
         if distance > limit {
@@ -130,73 +250,6 @@ fn plane_of(portal: &Portal, cell_count: u32) -> Result<Plane, PortalProblem> {
         }
     }
     Ok(plane)
-}
-
-/// Cells or portals that cannot be.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum CellError {
-    /// A portal that cannot be.
-    #[error("portal {portal} {problem}")]
-    Portal {
-        /// Its number.
-        portal: u32,
-        /// The reason.
-        problem: PortalProblem,
-    },
-}
-
-/// Reasons for which a portal cannot be.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum PortalProblem {
-    /// It names a cell that is not there.
-    #[error("joins cell {cell}, of {cells} cells numbered from 0")]
-    NoSuchCell {
-        /// The cell.
-        cell: u32,
-        /// How many there are.
-        cells: u32,
-    },
-    /// It joins a cell with itself.
-    #[error("joins cell {0} with itself")]
-    OneCell(u32),
-    /// It is no polygon.
-    #[error("has {0} corners; it must have 3 or more")]
-    TooFewCorners(usize),
-    /// A corner is not finite.
-    #[error("has a corner that is not finite: number {corner}")]
-    NotFinite {
-        /// Number of the corner.
-        corner: usize,
-    },
-    /// Its corners lie on a line, or in a point.
-    #[error("has no area")]
-    NoArea,
-    /// A corner is off the plane of the others.
-    #[error(
-        "is not planar: corner {corner} lies {distance:.3e} off its plane, over the limit of {limit:.3e}"
-    )]
-    NotPlanar {
-        /// Number of the corner.
-        corner: usize,
-        /// How far off it lies.
-        distance: f64,
-        /// The most that is allowed.
-        limit: f64,
-    },
-    /// A corner is on the wrong side of an edge.
-    #[error(
-        "is not convex: corner {corner} lies {distance:.3e} outside of an edge, over the limit of {limit:.3e}"
-    )]
-    NotConvex {
-        /// Number of the corner.
-        corner: usize,
-        /// How far outside it lies.
-        distance: f64,
-        /// The most that is allowed.
-        limit: f64,
-    },
 }
 
 #[cfg(test)]

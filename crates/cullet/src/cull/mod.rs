@@ -7,6 +7,7 @@ pub mod detail;
 pub mod frustum;
 pub mod occlusion;
 pub(crate) mod output;
+pub mod portal;
 pub mod shadow;
 
 pub use output::Indices;

@@ -3,7 +3,7 @@
 use super::frame::{Alone, Frame, Viewer};
 use super::pipeline::{self, Scratch};
 use super::shadow::ShadowView;
-use super::stage::{degenerate, detail, frustum, layer, occlusion};
+use super::stage::{degenerate, detail, frustum, layer, occlusion, portal};
 use super::{CullError, Culler, Output};
 use crate::bits;
 use crate::funnel::{FunnelRow, Reason, Stage, Unit};
@@ -90,13 +90,14 @@ impl Culler {
         let reason = result.reasons[slot as usize];
         let frame = Frame::new(&telling, scene, viewer, only);
         let occlusion = &scratch.caches.occlusion;
+        let portal = &scratch.caches.portal;
         let rows = result.funnel.rows.iter().filter(|row| row.entered.of(row.unit) > 0);
         let steps = rows.map(|row| Step {
             stage: row.stage,
             unit: row.unit,
             entered: row.entered.of(row.unit),
             left: row.left.of(row.unit),
-            finding: finding(&frame, occlusion, slot, row, reason),
+            finding: finding(&frame, (portal, occlusion), slot, row, reason),
         });
         let hidden = reason.is_some_and(|r| r.stage == Stage::Occlusion);
         let hidden_by = if hidden { occlusion.blockers(&frame, slot) } else { Vec::new() };
@@ -107,7 +108,7 @@ impl Culler {
 /// Finding of a stage, in the words of the stage itself.
 fn finding(
     frame: &Frame<'_>,
-    hidden: &occlusion::Cache,
+    (reached, hidden): (&portal::Cache, &occlusion::Cache),
     slot: u32,
     row: &FunnelRow,
     reason: Option<Reason>,
@@ -123,8 +124,9 @@ fn finding(
             "exempt: flagged always visible, or without finite bounds".to_owned()
         }
         Stage::Frustum => frustum::finding(frame, slot, reason.filter(|_| row.left.instances == 0)),
+        Stage::Portal => reached.finding(frame, slot),
         Stage::Detail => detail::finding(frame, slot),
         Stage::Degenerate => degenerate::finding(frame, slot),
-        Stage::Portal | Stage::Lod | Stage::Backface => String::new(),
+        Stage::Lod | Stage::Backface => String::new(),
     }
 }

@@ -24,8 +24,9 @@ impl Viewer<'_> {
     pub(super) fn settings<'c>(&self, culler: &'c Culler) -> Cow<'c, Culler> {
         let Self::Light(shadows) = self else { return Cow::Borrowed(culler) };
         let mut own = match shadows.map {
-            Some(_) => culler.clone(),
-            None => [Stage::Detail, Stage::Occlusion, Stage::Backface]
+            // What a shadow falls on may be in sight where the light is not.
+            Some(_) => culler.without(Stage::Portal),
+            None => [Stage::Portal, Stage::Detail, Stage::Occlusion, Stage::Backface]
                 .into_iter()
                 .fold(culler.clone(), |culler, stage| culler.without(stage)),
         };

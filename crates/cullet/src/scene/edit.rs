@@ -132,6 +132,7 @@ impl Scene {
         self.origin = origin;
         (0..self.slot_count()).for_each(|slot| self.update_slot(slot));
         self.hierarchy.refit();
+        self.assign_moved();
         self.change += 1;
     }
 
@@ -166,6 +167,7 @@ impl Scene {
         let at = slot as usize;
         let b = self.world_box(at);
         self.hierarchy.set_slot(at, &b);
+        self.loosen(slot);
         let finite = self.transforms[at].is_finite();
         let no_bounds = self.overrides[at] == BoundsOverride::None || !b.is_finite();
         let exempt = self.flags[at].always_visible || no_bounds || !finite;
@@ -202,6 +204,7 @@ impl SceneBoundsMut<'_> {
         if known && bounds.is_finite() && !scene.flags[at].always_visible {
             // Neither exempt nor collapsed, if it was not: that is worked out once.
             scene.hierarchy.write(at, bounds);
+            scene.loosen(slot);
             if !bits::get(&scene.exempt, at) {
                 return;
             }

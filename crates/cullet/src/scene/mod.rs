@@ -10,6 +10,7 @@ use crate::prepared::Prepared;
 use crate::transform::Transform;
 
 mod audit;
+mod cells;
 mod edit;
 mod instance;
 mod meshes;
@@ -17,6 +18,7 @@ mod order;
 mod tally;
 
 pub use audit::BoundsViolation;
+pub(crate) use cells::SceneCells;
 pub use edit::SceneBoundsMut;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError};
 use tally::Tallies;
@@ -53,6 +55,8 @@ pub struct Scene {
     collapsed: Vec<u64>,
     // Bounds, handles, and the order of both.
     hierarchy: Hierarchy,
+    // Which instances are in which cell.
+    cells: Option<Box<SceneCells>>,
 }
 
 impl Default for Scene {
@@ -83,6 +87,7 @@ impl Scene {
             exempt_words: Vec::new(),
             collapsed: Vec::new(),
             hierarchy: Hierarchy::new(),
+            cells: None,
         }
     }
 

@@ -8,8 +8,11 @@ use crate::prepared::Preparation;
 impl Scene {
     /// Fits the nodes of the hierarchy to what moved since the last time: makes the next cull faster,
     /// never different. The cost is that of what moved.
+    ///
+    /// Where the scene has [cells](Self::set_cells), what moved is found in them again.
     pub fn refit(&mut self) {
         self.hierarchy.refit();
+        self.assign_moved();
     }
 
     /// Sorts the slots by place, those of [dynamic](crate::InstanceFlags::dynamic) instances after all others, and
@@ -42,6 +45,7 @@ impl Scene {
         gather_bits(&mut self.exempt, &from);
         gather_bits(&mut self.collapsed, &from);
         self.note_exempt();
+        self.assign_all();
         let present = self.hierarchy.present();
         self.tallies.recount(0..present.len(), &self.mesh, present);
         self.change += 1;
@@ -54,6 +58,7 @@ impl Scene {
     pub fn commit_in_order(&mut self) {
         self.hierarchy.commit_in_order();
         self.note_exempt();
+        self.assign_all();
         self.change += 1;
     }
 
@@ -70,6 +75,10 @@ impl Scene {
         rearrange(&mut self.users, &moves);
         rearrange_bits(&mut self.exempt, &moves);
         rearrange_bits(&mut self.collapsed, &moves);
+        if let Some(cells) = &mut self.cells {
+            cells.rearrange(&moves);
+        }
+        self.assign_moved();
         let mut words: Vec<usize> =
             moves.iter().flatten().map(|&slot| slot as usize / 64).collect();
         words.sort_unstable();
@@ -108,12 +117,12 @@ fn gather_bits(words: &mut Vec<u64>, from: &[u32]) {
 }
 
 /// Moves values from old places to new ones, all at once.
-fn rearrange<T: Copy>(values: &mut [T], moves: &[[u32; 2]]) {
+pub(super) fn rearrange<T: Copy>(values: &mut [T], moves: &[[u32; 2]]) {
     let moved: Vec<_> = moves.iter().map(|m| values[m[0] as usize]).collect();
     moves.iter().zip(moved).for_each(|(m, v)| values[m[1] as usize] = v);
 }
 
-fn rearrange_bits(words: &mut [u64], moves: &[[u32; 2]]) {
+pub(super) fn rearrange_bits(words: &mut [u64], moves: &[[u32; 2]]) {
     let moved: Vec<_> = moves.iter().map(|m| bits::get(words, m[0] as usize)).collect();
     moves.iter().zip(moved).for_each(|(m, v)| bits::set(words, m[1] as usize, v));
 }

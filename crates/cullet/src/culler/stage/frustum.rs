@@ -6,7 +6,7 @@ use super::super::log::Log;
 use super::super::run::{Run, is_parted, triangles_of};
 use super::super::sets::{Instances, Sets, slots};
 use super::backface::Backs;
-use super::occlusion;
+use super::{occlusion, portal};
 use crate::bits;
 use crate::bounds::{Aabb, Plane, Side};
 use crate::clip::outcode::ObjectRegion;
@@ -177,7 +177,7 @@ fn take_alone(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>, slot: u
 pub(in super::super) fn clusters(
     frame: &Frame<'_>,
     cache: &mut Cache,
-    hidden: &occlusion::Cache,
+    (reached, hidden): (&portal::Cache, &occlusion::Cache),
     sets: &mut Sets,
     log: &mut Log<'_>,
 ) {
@@ -198,6 +198,7 @@ pub(in super::super) fn clusters(
         let inside = if by_cluster { instances.inside[word] } else { u64::MAX };
         let may_settle =
             if settles { inside & occlusion::unhidden(frame, hidden, word) } else { 0 };
+        let may_settle = may_settle & !reached.straddling(frame, word);
         for slot in slots(word, instances.alive[word]) {
             let of = cache.of_meshes[scene.mesh_id(slot) as usize];
             let may_settle = may_settle >> (slot % 64) & 1 == 1 || of.is_whole;
@@ -221,6 +222,7 @@ pub(in super::super) fn clusters(
             whole += tally;
             if !settles
                 || occlusion::may_hide_clusters(frame, hidden, slot)
+                || reached.may_cut(frame, slot)
                 || backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot))
             {
                 clusters.runs.push(run);

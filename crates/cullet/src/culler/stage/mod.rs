@@ -9,5 +9,6 @@ pub(super) mod frustum;
 pub(super) mod layer;
 mod occluders;
 pub(super) mod occlusion;
+pub(super) mod portal;
 mod samples;
 mod stake;

@@ -235,6 +235,15 @@ impl Planes {
         self.rejecting_box(&boxes.blocks()[index / 16].0, index % 16)
     }
 
+    /// Where box `index` of a batch lies.
+    ///
+    /// # Panics
+    /// If `index` is not below the batch's length.
+    #[must_use]
+    pub(crate) fn classify_stored(&self, boxes: &Boxes, index: usize) -> Side {
+        self.boxes(&boxes.blocks()[index / 16].0, index % 16)
+    }
+
     pub(in crate::cull::frustum) fn box_planes(&self) -> &[BoxPlane] {
         &self.for_boxes[..self.count]
     }

@@ -1,0 +1,370 @@
+//! Portal: what is in no cell that is seen through open portals, or beside the portals through which its cells are seen.
+
+use super::super::frame::Frame;
+use super::super::log::Log;
+use super::super::run::is_parted;
+use super::super::sets::{Clusters, Instances};
+use crate::bits;
+use crate::bounds::Side;
+use crate::cull::frustum::batch::Planes;
+use crate::cull::frustum::tree::Cut;
+use crate::cull::portal::{PortalView, Reached, Visit, walk_portals};
+use crate::funnel::{Reason, Stage, Unit};
+use crate::scene::{SceneCells, Tally};
+use crate::view::Frustum;
+
+/// What the stage found of a view.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Cache {
+    reached: Reached,
+    /// Whether the eye is in a cell, so that portals hide something.
+    idle: Idle,
+    /// One bit a slot, of the words that were live: in sight, and wholly so as far as portals go.
+    seen: Vec<u64>,
+    whole: Vec<u64>,
+    starts: Vec<u32>,
+    cut: Cut,
+    kept: Vec<u64>,
+}
+
+/// Why the stage does nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Idle {
+    /// It does something.
+    No,
+    /// It has not run, or the scene has no cells.
+    #[default]
+    NoCells,
+    Orthographic,
+    NoCell,
+    InWall,
+}
+
+impl Idle {
+    fn words(self) -> &'static str {
+        match self {
+            Self::No => "",
+            Self::NoCells => "the scene has no cells",
+            Self::Orthographic => "left out: an orthographic view has no eye in a cell",
+            Self::NoCell => "left out: the eye is in no cell",
+            Self::InWall => "left out: the near plane reaches out of the cells, into a wall",
+        }
+    }
+}
+
+/// Drops the instances of cells that are not seen, and those that are beside the portals of those that are.
+pub(in super::super) fn instances(
+    frame: &Frame<'_>,
+    cache: &mut Cache,
+    set: &mut Instances,
+    log: &mut Log<'_>,
+) {
+    cache.idle = Idle::NoCells;
+    let (Some(options), Some(cells)) = (frame.culler.portal, frame.scene.cells()) else { return };
+    let mut dropped = Tally::default();
+    match start(frame, cells, &mut cache.starts) {
+        Err(idle) => cache.idle = idle,
+        Ok(view) => {
+            cache.idle = Idle::No;
+            walk_portals(cells.graph(), &view, &cache.starts, &options, &mut cache.reached);
+            cache.look(frame, cells, set);
+            dropped = cache.drop_unseen(frame, cells, set, log);
+        }
+    }
+    log.instance_row(Stage::Portal, dropped);
+}
+
+/// The view, and the cells that its near plane may be in, that of the eye first.
+fn start(frame: &Frame<'_>, cells: &SceneCells, starts: &mut Vec<u32>) -> Result<PortalView, Idle> {
+    let view = PortalView::new(frame.view).ok_or(Idle::Orthographic)?;
+    let (place, count) = (cells.place(), cells.graph().cell_count());
+    let cell = place.cell_of(view.eye()).filter(|&c| c < count).ok_or(Idle::NoCell)?;
+    // What the near plane cuts away hides nothing: walls do only where none is cut.
+    let near = view.near_box().filter(|[min, max]| place.is_free(*min, *max));
+    let [min, max] = near.ok_or(Idle::InWall)?;
+    starts.clear();
+    place.cells_touching(min, max, starts);
+    // Between cells may be walls that are thin as paper, so that it cuts them and leaves no cell.
+    starts.retain(|&c| c != cell && c < count);
+    starts.sort_unstable();
+    starts.dedup();
+    starts.insert(0, cell);
+    let eye = view.eye();
+    let reach = (0..3).map(|a| (max[a] - eye[a]).max(eye[a] - min[a]).powi(2)).sum::<f64>().sqrt();
+    Ok(view.with_door_reach(reach + place.walls()))
+}
+
+impl Cache {
+    /// Cells that were reached by the last cull, unless the stage did nothing.
+    pub(in super::super) fn reached(&self) -> Option<&Reached> {
+        (self.idle == Idle::No).then_some(&self.reached)
+    }
+
+    /// Finds which instances are in sight.
+    fn look(&mut self, frame: &Frame<'_>, cells: &SceneCells, set: &Instances) {
+        self.seen.resize(set.alive.len(), 0);
+        self.whole.resize(set.alive.len(), 0);
+        for &word in &set.live {
+            (self.seen[word as usize], self.whole[word as usize]) = (0, 0);
+        }
+        let boxes = frame.scene.boxes();
+        for visit in self.reached.visits() {
+            let mut planes = None;
+            for &slot in cells.slots_in(visit.cell) {
+                let (word, bit) = (slot as usize / 64, 1 << (slot % 64));
+                if set.alive[word] & !self.whole[word] & bit == 0 {
+                    continue;
+                }
+                // In the cell of the eye the frustum has said all.
+                let side = if visit.is_start() {
+                    Side::Inside
+                } else {
+                    let planes = planes.get_or_insert_with(|| {
+                        Planes::new(&bounds_of(
+                            frame,
+                            cells,
+                            &self.reached,
+                            visit,
+                            frame.scene.origin(),
+                        ))
+                    });
+                    planes.classify_stored(boxes, slot as usize)
+                };
+                if side != Side::Outside {
+                    self.seen[word] |= bit;
+                }
+                if side == Side::Inside {
+                    self.whole[word] |= bit;
+                }
+            }
+        }
+    }
+
+    /// Drops what is not in sight.
+    fn drop_unseen(
+        &self,
+        frame: &Frame<'_>,
+        cells: &SceneCells,
+        set: &mut Instances,
+        log: &mut Log<'_>,
+    ) -> Tally {
+        let (scene, mut sum) = (frame.scene, Tally::default());
+        for &word in &set.live {
+            let at = word as usize;
+            let kept = self.seen[at] | cells.loose()[at] | scene.exempt()[at];
+            let dropped = set.alive[at] & !kept;
+            set.alive[at] &= kept;
+            sum += scene.tally_of_bits(at, dropped);
+            if log.wants_reasons() {
+                for bit in bits::ones(dropped) {
+                    let slot = word * 64 + bit as u32;
+                    log.drop_slot(
+                        slot,
+                        Reason { stage: Stage::Portal, detail: detail(cells, slot) },
+                    );
+                }
+            }
+        }
+        sum
+    }
+
+    /// Those of a word that are seen in part, as far as portals go.
+    pub(super) fn straddling(&self, frame: &Frame<'_>, word: usize) -> u64 {
+        match frame.scene.cells().filter(|_| frame.culler.portal.is_some() && self.idle == Idle::No)
+        {
+            None => 0,
+            Some(cells) => {
+                self.seen[word]
+                    & !self.whole[word]
+                    & !cells.loose()[word]
+                    & !frame.scene.exempt()[word]
+            }
+        }
+    }
+
+    /// Whether some cluster of an instance may be beside the portals.
+    pub(super) fn may_cut(&self, frame: &Frame<'_>, slot: u32) -> bool {
+        let mesh = frame.scene.mesh(slot);
+        self.straddling(frame, slot as usize / 64) >> (slot % 64) & 1 == 1
+            && mesh.clusters().len() > 1
+            && is_parted(mesh)
+            && frame.scene.is_rigid(slot)
+    }
+
+    /// By which portals an instance is seen, or why it is not.
+    pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> String {
+        let Some(cells) = frame.scene.cells() else { return Idle::NoCells.words().to_owned() };
+        if self.idle != Idle::No {
+            return self.idle.words().to_owned();
+        }
+        let own = cells.of_slot(slot);
+        let place = match own {
+            [] => "in no cell".to_owned(),
+            [cell] => format!("in cell {cell}"),
+            own => format!("in cells {}", list(own)),
+        };
+        if bits::get(cells.loose(), slot as usize) {
+            let why =
+                if own.is_empty() { "" } else { " and beyond, or moved since the last commit" };
+            return format!("{place}{why}: seen from everywhere");
+        }
+        let start = self.reached.visits()[0].cell;
+        let visits =
+            (0..).zip(self.reached.visits()).filter(|(_, visit)| own.contains(&visit.cell));
+        let mut is_beside = None;
+        for (number, visit) in visits {
+            let planes =
+                Planes::new(&bounds_of(frame, cells, &self.reached, visit, frame.scene.origin()));
+            let by = self.chain(number);
+            if visit.is_start()
+                || planes.classify_stored(frame.scene.boxes(), slot as usize) != Side::Outside
+            {
+                return format!("{place}, seen from cell {start}{by}");
+            }
+            is_beside.get_or_insert(by);
+        }
+        if let Some(by) = is_beside {
+            return format!("{place}, but beside what is seen of that from cell {start}{by}");
+        }
+        match first_shut(cells, start, own) {
+            Way::Shut(portal) => {
+                format!("{place}, not seen from cell {start}: portal {portal} on the way is shut")
+            }
+            Way::Open(portals) => format!(
+                "{place}, not seen from cell {start}: the way leads by portal{} {}, and no line of sight does",
+                if portals.len() == 1 { "" } else { "s" },
+                list(&portals)
+            ),
+            Way::None => format!("{place}, not seen from cell {start}: no portals lead there"),
+        }
+    }
+
+    /// The portals of a visit's chain, in words.
+    fn chain(&self, visit: u32) -> String {
+        let chain = self.reached.chain(visit);
+        let portals: Vec<u32> = chain.iter().filter_map(|visit| visit.portal).collect();
+        match (&portals[..], chain.last().is_some_and(|visit| visit.is_limited)) {
+            (_, true) => ", as all is behind the limits of chains".to_owned(),
+            ([], _) => " itself".to_owned(),
+            ([portal], _) => format!(" through portal {portal}"),
+            (portals, _) => format!(" through portals {}", list(portals)),
+        }
+    }
+}
+
+/// Drops the clusters that are beside the portals through which their instance is seen.
+pub(in super::super) fn clusters(
+    frame: &Frame<'_>,
+    cache: &mut Cache,
+    set: &mut Clusters,
+    log: &mut Log<'_>,
+) {
+    let Some(cells) = frame.scene.cells() else { return };
+    if cache.idle != Idle::No {
+        let entered = log.left.counts;
+        log.row(Stage::Portal, Unit::Clusters, entered);
+        return;
+    }
+    set.filter(frame.scene, Stage::Portal, log, |runs, culled| {
+        let slot = runs[0].slot;
+        if !cache.may_cut(frame, slot) {
+            return false;
+        }
+        cache.keep_clusters(frame, cells, slot);
+        culled.clear();
+        culled.extend(cache.kept.iter().map(|word| !word));
+        true
+    });
+}
+
+impl Cache {
+    /// Sets the bits of the clusters of an instance that are in sight.
+    fn keep_clusters(&mut self, frame: &Frame<'_>, cells: &SceneCells, slot: u32) {
+        let (scene, mesh) = (frame.scene, frame.scene.mesh(slot));
+        let own = cells.of_slot(slot);
+        self.kept.clear();
+        self.kept.resize(mesh.clusters().len().div_ceil(64), 0);
+        for visit in self.reached.visits().iter().filter(|visit| own.contains(&visit.cell)) {
+            let frustum = bounds_of(frame, cells, &self.reached, visit, [0.0; 3]);
+            let planes = Planes::new(&frustum.to_object_space(scene.transform(slot)));
+            self.cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
+            for word in self.cut.touched() {
+                self.kept[word] |= self.cut.visible()[word];
+            }
+        }
+    }
+}
+
+/// What bounds that which is seen at a visit, relative to an origin.
+fn bounds_of(
+    frame: &Frame<'_>,
+    cells: &SceneCells,
+    reached: &Reached,
+    visit: &Visit,
+    origin: [f64; 3],
+) -> Frustum {
+    let extent = cells.extent(visit.cell);
+    // How far from the eye anything is.
+    let far = (0..3).map(|a| {
+        let eye = visit.eye[a] - frame.scene.origin()[a];
+        (f64::from(extent.max[a]) - eye).abs().max((f64::from(extent.min[a]) - eye).abs())
+    });
+    reached.frustum(visit, origin, far.map(|v| v * v).sum::<f64>().sqrt())
+}
+
+/// The cell of an instance, if it is one alone and its number fits.
+fn detail(cells: &SceneCells, slot: u32) -> u8 {
+    match cells.of_slot(slot) {
+        [cell] => u8::try_from(*cell).unwrap_or(Reason::MIXED),
+        _ => Reason::MIXED,
+    }
+}
+
+fn list(numbers: &[u32]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+    numbers.join(", ")
+}
+
+/// The way from one cell to others, whatever can be seen along it.
+enum Way {
+    /// The first shut portal of the shortest, where all are shut somewhere.
+    Shut(u32),
+    /// The portals of the shortest that is open.
+    Open(Vec<u32>),
+    None,
+}
+
+/// The shortest way, that is open if there is one.
+fn first_shut(cells: &SceneCells, start: u32, to: &[u32]) -> Way {
+    for open_only in [true, false] {
+        let graph = cells.graph();
+        let mut from = vec![None; graph.cell_count() as usize];
+        let (mut queue, mut at) = (vec![start], 0);
+        while let Some(&cell) = queue.get(at) {
+            at += 1;
+            for &portal in graph.portals_of(cell) {
+                let next = if open_only {
+                    graph.beyond(portal, cell)
+                } else {
+                    graph.if_open(portal, cell)
+                };
+                if let Some(next) = next.filter(|&n| n != start && from[n as usize].is_none()) {
+                    from[next as usize] = Some((cell, portal));
+                    queue.push(next);
+                }
+            }
+        }
+        let Some(&end) = queue.iter().find(|cell| to.contains(cell)) else { continue };
+        let (mut portals, mut cell) = (Vec::new(), end);
+        while let Some((before, portal)) = from[cell as usize].filter(|_| cell != start) {
+            portals.push(portal);
+            cell = before;
+        }
+        portals.reverse();
+        return match portals.iter().find(|&&portal| !graph.is_open(portal)) {
+            Some(&portal) => Way::Shut(portal),
+            None => Way::Open(portals),
+        };
+    }
+    Way::None
+}

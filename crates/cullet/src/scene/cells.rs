@@ -1,0 +1,251 @@
+//! Cells of a scene: which instances are in which.
+
+use super::Scene;
+use super::order::{rearrange, rearrange_bits};
+use crate::bits;
+use crate::bounds::{Aabb, Boxes};
+use crate::cell::{CellGraph, CellLocator};
+
+/// A graph of cells, where those are, and the instances in each.
+#[derive(Debug)]
+pub(crate) struct SceneCells {
+    graph: CellGraph,
+    place: Box<dyn CellLocator>,
+    /// By slot: where its cells begin among all, and how many they are.
+    of_slots: Vec<[u32; 2]>,
+    /// Cells of one slot after the other, ascending; what moved leaves gaps.
+    all: Vec<u32>,
+    /// One bit a slot: seen from everywhere, for it is in no cell, reaches out of them, or moved since it was found.
+    loose: Vec<u64>,
+    /// One bit a slot: to be found. All of them are loose.
+    moved: Vec<u64>,
+    /// Whether the slots of each cell are those of `of_slots`, and nothing moved.
+    is_sorted: bool,
+    /// Where the slots of each cell begin, and where those of the last end.
+    firsts: Vec<u32>,
+    /// Slots of one cell after the other.
+    slots: Vec<u32>,
+    /// Around the boxes of those of each cell that are not loose.
+    extents: Vec<Aabb>,
+}
+
+impl SceneCells {
+    /// The graph.
+    pub(crate) fn graph(&self) -> &CellGraph {
+        &self.graph
+    }
+
+    /// Where the cells are.
+    pub(crate) fn place(&self) -> &dyn CellLocator {
+        &*self.place
+    }
+
+    /// Cells that the instance of a slot touches, ascending, as of the last commit.
+    pub(crate) fn of_slot(&self, slot: u32) -> &[u32] {
+        let [first, count] = self.of_slots.get(slot as usize).copied().unwrap_or_default();
+        &self.all[first as usize..][..count as usize]
+    }
+
+    /// Slots of the instances that touch a cell, loose ones among them.
+    pub(crate) fn slots_in(&self, cell: u32) -> &[u32] {
+        let at = |c: u32| self.firsts.get(c as usize).map_or(self.slots.len(), |&f| f as usize);
+        &self.slots[at(cell)..at(cell + 1)]
+    }
+
+    /// A box around the instances in a cell that are not loose, relative to the scene's origin.
+    pub(crate) fn extent(&self, cell: u32) -> Aabb {
+        self.extents.get(cell as usize).copied().unwrap_or(Aabb::EMPTY)
+    }
+
+    /// One bit a slot: instances that are seen from everywhere.
+    pub(crate) fn loose(&self) -> &[u64] {
+        &self.loose
+    }
+
+    /// Moves what is known of slots.
+    pub(super) fn rearrange(&mut self, moves: &[[u32; 2]]) {
+        rearrange(&mut self.of_slots, moves);
+        rearrange_bits(&mut self.loose, moves);
+        rearrange_bits(&mut self.moved, moves);
+        self.is_sorted &= moves.is_empty();
+    }
+
+    /// Makes room for some slots.
+    fn resize(&mut self, count: usize) {
+        self.of_slots.resize(count, [0; 2]);
+        self.loose.resize(count.div_ceil(64), 0);
+        self.moved.resize(count.div_ceil(64), 0);
+    }
+
+    /// Notes that the instance of a slot is to be found.
+    fn loosen(&mut self, slot: usize) {
+        bits::set(&mut self.loose, slot, true);
+        bits::set(&mut self.moved, slot, true);
+        self.is_sorted = false;
+    }
+
+    /// Makes the slots of each cell anew.
+    fn sort(&mut self, boxes: &Boxes) {
+        self.firsts.clear();
+        self.firsts.resize(self.graph.cell_count() as usize + 1, 0);
+        let of = |[first, count]: [u32; 2]| first as usize..(first + count) as usize;
+        for &range in &self.of_slots {
+            self.all[of(range)].iter().for_each(|&cell| self.firsts[cell as usize] += 1);
+        }
+        let mut sum = 0;
+        for first in &mut self.firsts {
+            sum += *first;
+            *first = sum;
+        }
+        self.slots.clear();
+        self.slots.resize(sum as usize, 0);
+        self.extents.clear();
+        self.extents.resize(self.graph.cell_count() as usize, Aabb::EMPTY);
+        for (slot, &range) in self.of_slots.iter().enumerate().rev() {
+            let is_loose = bits::get(&self.loose, slot);
+            for &cell in &self.all[of(range)] {
+                if !is_loose {
+                    let extent = &mut self.extents[cell as usize];
+                    *extent = extent.union(&boxes.get(slot));
+                }
+                self.firsts[cell as usize] -= 1;
+                self.slots[self.firsts[cell as usize] as usize] = slot as u32;
+            }
+        }
+    }
+}
+
+impl Scene {
+    /// Gives the scene cells, and finds which instances are in them: all those that each touches by its bounds. From then on
+    /// [`Culler::portal`](crate::Culler::portal) culls by them.
+    ///
+    /// An instance that touches no cell, that reaches [out of cells and their walls](CellLocator::is_within), or that moved
+    /// since the last [`commit`](Self::commit), [`commit_slice`](Self::commit_slice) or [`refit`](Self::refit) counts as
+    /// seen from everywhere. O(instances · log of the pieces).
+    pub fn set_cells(&mut self, graph: CellGraph, place: impl CellLocator + 'static) {
+        self.cells = Some(Box::new(SceneCells {
+            graph,
+            place: Box::new(place),
+            of_slots: Vec::new(),
+            all: Vec::new(),
+            loose: Vec::new(),
+            moved: Vec::new(),
+            is_sorted: false,
+            firsts: Vec::new(),
+            slots: Vec::new(),
+            extents: Vec::new(),
+        }));
+        self.assign_all();
+        self.change += 1;
+    }
+
+    /// Takes the cells from the scene.
+    pub fn clear_cells(&mut self) {
+        self.cells = None;
+        self.change += 1;
+    }
+
+    /// The graph of the scene's cells, if it has any.
+    #[must_use]
+    pub fn cell_graph(&self) -> Option<&CellGraph> {
+        self.cells.as_ref().map(|cells| &cells.graph)
+    }
+
+    /// The cell of a point in world space, if the scene has cells; see [`CellLocator::cell_of`].
+    #[must_use]
+    pub fn cell_of(&self, point: [f64; 3]) -> Option<u32> {
+        self.cells.as_ref()?.place.cell_of(point)
+    }
+
+    /// Cells that the instance of a slot touches, ascending, as of the last commit; none where the scene has none.
+    #[must_use]
+    pub fn cells_of(&self, slot: u32) -> &[u32] {
+        self.cells.as_ref().map_or(&[], |cells| cells.of_slot(slot))
+    }
+
+    /// Opens or shuts a portal of the cells, as a door does. Costs nothing, and moves no instance. Nothing where there is
+    /// no such portal.
+    pub fn set_portal_open(&mut self, portal: u32, open: bool) {
+        if let Some(cells) = &mut self.cells {
+            cells.graph.set_open(portal, open);
+            self.change += 1;
+        }
+    }
+
+    /// The cells, for the stage that culls by them.
+    pub(crate) fn cells(&self) -> Option<&SceneCells> {
+        self.cells.as_deref()
+    }
+
+    /// Notes that the instance of a slot may be elsewhere.
+    pub(super) fn loosen(&mut self, slot: u32) {
+        let Some(cells) = &mut self.cells else { return };
+        cells.resize((slot as usize + 1).max(cells.of_slots.len()));
+        cells.loosen(slot as usize);
+    }
+
+    /// Finds the cells of all instances.
+    pub(super) fn assign_all(&mut self) {
+        if let Some(cells) = &mut self.cells {
+            let count = self.hierarchy.slot_count() as usize;
+            cells.all.clear();
+            cells.of_slots.clear();
+            cells.resize(count);
+            (0..count).for_each(|slot| cells.loosen(slot));
+            cells.is_sorted = false;
+            self.assign_moved();
+        }
+    }
+
+    /// Finds the cells of the instances that moved.
+    pub(super) fn assign_moved(&mut self) {
+        if self.cells.as_ref().is_none_or(|cells| cells.is_sorted) {
+            return;
+        }
+        let Some(mut cells) = self.cells.take() else { return };
+        let mut moved = std::mem::take(&mut cells.moved);
+        // Gaps are closed when they are more than what is there.
+        let used: usize = cells.of_slots.iter().map(|[_, count]| *count as usize).sum();
+        if cells.all.len() > 2 * used + 1024 {
+            let mut all = Vec::with_capacity(used);
+            for [first, count] in &mut cells.of_slots {
+                let from = *first as usize;
+                *first = all.len() as u32;
+                all.extend_from_slice(&cells.all[from..][..*count as usize]);
+            }
+            cells.all = all;
+        }
+        for slot in bits::in_words(&moved).map(|slot| slot as u32) {
+            let first = cells.all.len();
+            let mut is_loose = true;
+            let b = self.bounds(slot);
+            if !self.is_removed(slot) && b.is_finite() && !b.is_empty() {
+                let in_world =
+                    |v: [f32; 3]| std::array::from_fn(|a| f64::from(v[a]) + self.origin[a]);
+                let [min, max] = [b.min, b.max].map(in_world);
+                cells.place.cells_touching(min, max, &mut cells.all);
+                cells.all[first..].sort_unstable();
+                let mut kept = first;
+                for i in first..cells.all.len() {
+                    let cell = cells.all[i];
+                    // What the graph does not have is nowhere.
+                    if cell < cells.graph.cell_count()
+                        && cells.all[first..kept].last() != Some(&cell)
+                    {
+                        cells.all[kept] = cell;
+                        kept += 1;
+                    }
+                }
+                cells.all.truncate(kept);
+                is_loose = kept == first || !cells.place.is_within(min, max);
+            }
+            cells.of_slots[slot as usize] = [first as u32, (cells.all.len() - first) as u32];
+            bits::set(&mut cells.loose, slot as usize, is_loose);
+        }
+        moved.fill(0);
+        cells.moved = moved;
+        cells.sort(self.hierarchy.boxes());
+        cells.is_sorted = true;
+        self.cells = Some(cells);
+    }
+}
