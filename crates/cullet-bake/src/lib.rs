@@ -8,4 +8,5 @@ pub mod clusters;
 mod corners;
 pub mod joint;
 pub mod occluders;
+pub mod pvs;
 mod sample;
