@@ -1,233 +1,329 @@
-//! The rounds of a bake.
+//! A bake as rounds of units.
 
 use cullet::cell::CellGraph;
 
-use super::flood::candidates;
-use super::flow::{Flow, Known, Work};
-use super::lines::{Found, Line, Random, prove};
+use super::flow::Flow;
+use super::known::Known;
+use super::lines::{Line, Random};
 use super::openings::Openings;
-use super::rows::{BitRows, clear, count, has, ones};
+use super::pvs::Pvs;
+use super::rows::{clear, ones};
+use super::settings::{PvsPreset, PvsSettings};
 use super::threads;
+use super::unit::{UnitFolder, UnitResult, hash};
 
-#[derive(Clone, Debug)]
-pub struct Settings {
-    pub seed: u64,
-    pub tolerance: f64,
+/// Changed whenever results change, so that units of another version are not taken for this one's.
+const VERSION: u32 = 1;
+
+/// Rounds of the first side at the most. More rounds know more of what others found, and wait for each other more often.
+const ROUNDS: usize = 16;
+/// A round has so many cells at least, but for the last.
+const LEAST_CELLS: usize = 16;
+/// Rounds of the second side: few pairs are left.
+const SECOND_ROUNDS: usize = 2;
+/// Units of a round at the most.
+const UNITS: usize = 16;
+
+/// What the cells of a round do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Task {
+    /// Lines through their own portals.
+    Lines,
+    /// Decide their pairs with cells that come later.
+    First,
+    /// Decide what was left of their pairs with cells that came before.
+    Second,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunEnd {
+    /// Everything is decided that will be: [`Bake::finish`].
+    Whole,
+    /// This unit's share is done and lies in the folder.
+    Share,
+    /// It was stopped; what was finished lies in the folder, if there is one.
+    Stopped,
+}
+
+/// How and where a bake runs. Nothing of it changes the result.
+#[derive(Clone, Copy, Debug)]
+pub struct RunOptions<'a> {
+    /// Threads, 1 or more.
     pub threads: usize,
-    pub stages: usize,
-    pub local: u32,
-    pub aimed: u32,
-    pub tries: u32,
+    /// Where finished units are written, and looked for.
+    pub folder: Option<&'a UnitFolder>,
+    /// This process's share, `[i, n]` with i from 0: it does its own units first, and of the last round no others.
+    pub share: Option<[u32; 2]>,
 }
 
-impl Default for Settings {
+impl Default for RunOptions<'_> {
     fn default() -> Self {
-        Self { seed: 1, tolerance: 1e-6, threads: 1, stages: 16, local: 4, aimed: 8, tries: 16 }
+        Self { threads: 1, folder: None, share: None }
     }
 }
 
+/// A bake of a cell graph's potentially visible sets, in rounds.
+///
+/// Each round is cut into units; a unit is a pure function of graph, settings and what the rounds before found, whoever
+/// runs it, when and on how many threads. Between rounds all is [merged](Self::merge).
 #[derive(Debug)]
-pub struct Pvs {
-    pub rows: BitRows,
-    pub proven: BitRows,
-    pub work: String,
-    pub candidates: u64,
+pub struct Bake {
+    openings: Openings,
+    settings: PvsSettings,
+    key: u64,
+    known: Known,
+    candidates: u64,
+    /// Cells, those first that see least: they decide pairs with others for less than these would.
+    order: Vec<u32>,
+    /// Where each cell is in that order.
+    place: Vec<u32>,
+    rounds: Vec<(Task, std::ops::Range<u32>)>,
+    round: u32,
+    lines: Vec<Line>,
 }
 
-/// What one cell's work gave.
-struct Done {
-    hidden: Vec<u64>,
-    closed: Vec<(u32, Vec<u64>)>,
-    found: Found,
-    work: Work,
-}
-
-pub fn bake(graph: &CellGraph, settings: &Settings) -> Pvs {
-    let mut log = String::new();
-    let openings = Openings::new(graph, settings.tolerance);
-    let cells = graph.cell_count();
-    let mut clock = std::time::Instant::now();
-    let mut lap = |what: &str, log: &mut String| {
-        *log += &format!("{what} {:.3}  ", clock.elapsed().as_secs_f64());
-        clock = std::time::Instant::now();
-    };
-    let mut known = Known {
-        might: BitRows::new(openings.len(), cells),
-        possible: BitRows::new(cells, cells),
-        visible: BitRows::new(cells, cells),
-    };
-    let mut stack = vec![];
-    for o in 0..openings.len() {
-        candidates(&openings, o, known.might.row_mut(o), &mut stack);
-    }
-    for cell in 0..cells {
-        known.possible.set(cell, cell);
-        known.visible.set(cell, cell);
-        for o in openings.leaving(cell) {
-            let row = known.might.row(o).to_vec();
-            known.possible.row_mut(cell).iter_mut().zip(row).for_each(|(a, b)| *a |= b);
+impl Bake {
+    /// Prepares a bake: floods through whole portals. Cost: about a hundredth of the whole.
+    #[must_use]
+    pub fn new(graph: &CellGraph, settings: &PvsSettings, threads: usize) -> Self {
+        let openings = Openings::new(graph, settings.sound_tolerance());
+        let known = Known::new(&openings, threads);
+        let cells = graph.cell_count();
+        let mut order: Vec<u32> = (0..cells).collect();
+        order.sort_by_key(|&cell| known.candidates(cell));
+        let mut place = vec![0; cells as usize];
+        for (k, &cell) in order.iter().enumerate() {
+            place[cell as usize] = k as u32;
         }
-    }
-    *&mut log += &format!("cand {} ", known.possible.count());
-    known.possible.keep_symmetric();
-    *&mut log += &format!("sym {} ", known.possible.count());
-    lap("flood", &mut log);
-    tighten(&openings, &mut known);
-    tighten(&openings, &mut known);
-    let candidate_count = known.possible.count() - u64::from(cells);
-    *&mut log += &format!("tight {} ", known.possible.count());
-    lap("tighten", &mut log);
-    // Local lines.
-    let mut work = Work::default();
-    let done = threads::run(
-        settings.threads,
-        cells as usize,
-        || Flow::new(&openings, &known),
-        |flow, cell| {
-            let cell = cell as u32;
-            flow.begin(cell, &vec![0; known.visible.width()], Random::new(settings.seed, [0, cell]));
-            let leaving = openings.leaving(cell);
-            for a in leaving.clone() {
-                for b in leaving.clone().filter(|&b| b > a) {
-                    for _ in 0..settings.local {
-                        let (r, s) = (flow.random.three(), flow.random.three());
-                        let point = openings.get(b).polygon.point(r);
-                        let start = openings.get(a).polygon.point(s);
-                        if let Some(direction) = (point - start).try_normalize() {
-                            flow.try_line(&Line { opening: b, point, direction });
-                        }
-                    }
-                }
-            }
-            std::mem::take(&mut flow.found)
-        },
-        || true,
-    )
-    .unwrap();
-    for found in &done {
-        for (_, line) in found.iter() {
-            prove(&mut known.visible, line);
-        }
-    }
-    *&mut log += &format!("seen {} ", known.visible.count());
-    lap("local", &mut log);
-    // Order.
-    let mut order: Vec<(u64, u32)> = (0..cells)
-        .map(|cell| {
-            let undecided: u64 = known.possible.row(cell).iter().zip(known.visible.row(cell)).map(|(p, v)| u64::from((p & !v).count_ones())).sum();
-            let _ = undecided;
-            (count(known.possible.row(cell)), cell)
-        })
-        .collect();
-    order.sort_unstable();
-    let mut position = vec![0; cells as usize];
-    for (k, &(_, cell)) in order.iter().enumerate() {
-        position[cell as usize] = k;
-    }
-    for pass in 0..2 {
-        let chunk = (cells as usize).div_ceil(settings.stages);
-        for stage in 0..settings.stages {
-            let from = (stage * chunk).min(order.len());
-            let batch = &order[from..(from + chunk).min(order.len())];
-            let results = threads::run(
-                settings.threads,
-                batch.len(),
-                || Flow::new(&openings, &known),
-                |flow, k| {
-                    let cell = batch[k].1;
-                    let mut wanted: Vec<u64> = known.possible.row(cell).iter().zip(known.visible.row(cell)).map(|(p, v)| p & !v).collect();
-                    let mine = position[cell as usize];
-                    for other in ones(&wanted.clone()) {
-                        if (position[other as usize] < mine) != (pass == 1) {
-                            clear(&mut wanted, other);
-                        }
-                    }
-                    flow.work = Work::default();
-                    flow.tries = settings.tries;
-                    flow.begin(cell, &wanted, Random::new(settings.seed, [1 + pass, cell]));
-                    if pass == 0 {
-                        flow.aim(settings.aimed);
-                    }
-                    let mut closed = vec![];
-                    for door in openings.leaving(cell) {
-                        let before: Vec<u64> = flow.wanted.iter().zip(known.might.row(door)).map(|(w, m)| w & m).collect();
-                        flow.through(door);
-                        let lost: Vec<u64> = before.iter().zip(&flow.wanted).map(|(w, m)| w & m).collect();
-                        closed.push((door, lost));
-                    }
-                    Done { hidden: flow.wanted.clone(), closed, found: std::mem::take(&mut flow.found), work: flow.work }
-                },
-                || true,
-            )
-            .unwrap();
-            for (k, done) in results.iter().enumerate() {
-                let cell = batch[k].1;
-                for other in ones(&done.hidden) {
-                    known.possible.clear(cell, other);
-                    known.possible.clear(other, cell);
-                }
-                for (door, lost) in &done.closed {
-                    known.might.row_mut(*door).iter_mut().zip(lost).for_each(|(m, l)| *m &= !l);
-                }
-                for (_, line) in done.found.iter() {
-                    prove(&mut known.visible, line);
-                }
-                work.lines += done.work.lines;
-                work.nodes += done.work.nodes;
-                work.clips += done.work.clips;
-                work.floods += done.work.floods;
-                work.flood_tests += done.work.flood_tests;
-            }
-            narrow(&openings, &mut known);
-        }
-        *&mut log += &format!("{work:?} ");
-        lap("pass", &mut log);
-    }
-    let lost = ones_lost(&known);
-    *&mut log += &format!("visible but impossible {lost} ");
-    let mut rows = known.possible.clone();
-    rows.words_mut().iter_mut().zip(known.visible.words()).for_each(|(a, b)| *a |= b);
-    Pvs { rows, proven: known.visible, work: log, candidates: candidate_count }
-}
-
-fn ones_lost(known: &Known) -> u64 {
-    known.visible.words().iter().zip(known.possible.words()).map(|(v, p)| u64::from((v & !p).count_ones())).sum()
-}
-
-/// Whatever is hidden from a cell is not seen through its openings, nor through those that lead to it.
-fn narrow(openings: &Openings, known: &mut Known) {
-    for number in 0..openings.len() {
-        let opening = openings.get(number);
-        let (a, b) = (known.possible.row(opening.from), known.possible.row(opening.to));
-        for (k, word) in known.might.row_mut(number).iter_mut().enumerate() {
-            *word &= a[k] & b[k];
-        }
-    }
-}
-
-fn tighten(openings: &Openings, known: &mut Known) {
-    narrow(openings, known);
-    let cells = known.possible.rows();
-    for number in 0..openings.len() {
-        let opening = openings.get(number);
-        for cell in ones(&known.might.row(number).to_vec()) {
-            let sees = |o: u32| {
-                let row = known.might.row(o);
-                has(row, opening.from) && (cell == opening.to || has(row, opening.to))
+        let mut rounds = vec![(Task::Lines, 0..cells)];
+        if settings.preset == PvsPreset::Full {
+            let rounds_of = |task, count: usize| {
+                let step = (cells as usize).div_ceil(count).max(LEAST_CELLS) as u32;
+                (0..cells).step_by(step as usize).map(move |k| (task, k..(k + step).min(cells)))
             };
-            if !openings.leaving(cell).any(sees) {
-                clear(known.might.row_mut(number), cell);
+            rounds.extend(rounds_of(Task::First, ROUNDS));
+            rounds.extend(rounds_of(Task::Second, SECOND_ROUNDS));
+        }
+        Self {
+            key: key_of(graph, settings),
+            candidates: known.possible.count() - u64::from(cells),
+            openings,
+            settings: *settings,
+            known,
+            order,
+            place,
+            rounds,
+            round: 0,
+            lines: Vec::new(),
+        }
+    }
+
+    /// Hash of what the result depends on: graph, settings and version.
+    #[must_use]
+    pub fn key(&self) -> u64 {
+        self.key
+    }
+
+    /// How many rounds there are.
+    #[must_use]
+    pub fn rounds(&self) -> u32 {
+        self.rounds.len() as u32
+    }
+
+    /// The round that is next; equal to [`Self::rounds`] at the end.
+    #[must_use]
+    pub fn round(&self) -> u32 {
+        self.round
+    }
+
+    /// How many units the round has that is next; 0 at the end.
+    #[must_use]
+    pub fn units(&self) -> u32 {
+        let cells = self.rounds.get(self.round as usize).map_or(0, |(_, cells)| cells.len());
+        cells.min(UNITS) as u32
+    }
+
+    /// Cells of all rounds: so many steps [`Self::run`] has.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.rounds.iter().map(|(_, cells)| cells.len() as u64).sum()
+    }
+
+    /// Bytes in memory, but for little.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.openings.bytes() + self.known.bytes() + (self.lines.len() * size_of::<Line>()) as u64
+    }
+
+    /// The places in the order of a unit's cells.
+    fn cells_of(&self, unit: u32) -> std::ops::Range<u32> {
+        let Some((_, cells)) = self.rounds.get(self.round as usize) else { return 0..0 };
+        let (count, units) = (cells.len() as u64, u64::from(self.units().max(1)));
+        let at = |unit: u64| cells.start + (count * unit.min(units) / units) as u32;
+        at(u64::from(unit))..at(u64::from(unit) + 1)
+    }
+
+    /// Runs a unit of the round that is next. `step` is called after each cell and says whether to go on; `None` where it
+    /// did not.
+    pub fn run_unit(
+        &self,
+        unit: u32,
+        threads: usize,
+        step: &(impl Fn() -> bool + Sync),
+    ) -> Option<UnitResult> {
+        let results = self.run_cells(self.cells_of(unit), threads, step)?;
+        let mut sum = UnitResult::default();
+        results.into_iter().for_each(|result| sum.append(result));
+        Some(sum)
+    }
+
+    fn run_cells(
+        &self,
+        cells: std::ops::Range<u32>,
+        threads: usize,
+        step: &(impl Fn() -> bool + Sync),
+    ) -> Option<Vec<UnitResult>> {
+        let stopped = std::sync::atomic::AtomicBool::new(false);
+        let order = std::sync::atomic::Ordering::Relaxed;
+        let results = threads::run(
+            threads,
+            cells.len(),
+            || Flow::new(&self.openings, &self.known, &self.settings),
+            |flow, k| {
+                let result = self.run_cell(flow, cells.start + k as u32);
+                if !step() {
+                    stopped.store(true, order);
+                }
+                result
+            },
+            || !stopped.load(order),
+        )?;
+        (!stopped.load(order)).then_some(results)
+    }
+
+    /// The work of the cell at a place of the order.
+    fn run_cell(&self, flow: &mut Flow<'_>, place: u32) -> UnitResult {
+        let Some(&(task, _)) = self.rounds.get(self.round as usize) else {
+            return UnitResult::default();
+        };
+        let cell = self.order[place as usize];
+        let random = Random::new(self.settings.seed, [task as u32, cell]);
+        let mut wanted = self.known.open(cell);
+        let mut result = UnitResult::default();
+        if task == Task::Lines {
+            wanted.fill(0);
+            flow.begin(cell, &wanted, random);
+            flow.local_lines();
+        } else {
+            // Of the two cells of a pair the first in the order is asked first.
+            for other in ones(&wanted.clone()) {
+                if (self.place[other as usize] < place) == (task == Task::First) {
+                    clear(&mut wanted, other);
+                }
             }
+            flow.begin(cell, &wanted, random);
+            if task == Task::First {
+                flow.aim();
+            }
+            for opening in self.openings.leaving(cell) {
+                flow.through(opening, &mut result);
+            }
+            result.hidden = ones(&flow.wanted).map(|other| [cell, other]).collect();
         }
+        result.found = std::mem::take(&mut flow.found);
+        result
     }
-    for cell in 0..cells {
-        let mut row = vec![0; known.possible.width()];
-        super::rows::set(&mut row, cell);
-        for o in openings.leaving(cell) {
-            row.iter_mut().zip(known.might.row(o)).for_each(|(a, b)| *a |= b);
+
+    /// Ends a round with the results of all of its units, in their order.
+    pub fn merge(&mut self, results: &[UnitResult]) {
+        for result in results {
+            let lines = &mut self.lines;
+            self.known.merge(result, |line| lines.push(result.found.lines[line]));
         }
-        known.possible.row_mut(cell).iter_mut().zip(row).for_each(|(a, b)| *a &= b);
+        self.known.settle(&self.openings);
+        self.round += 1;
     }
-    known.possible.keep_symmetric();
-    narrow(openings, known);
+
+    /// Runs what is left, from the round that is next on. `step` is called after each cell that was worked on, and says
+    /// whether to go on; what is already in the folder is passed over.
+    ///
+    /// # Errors
+    /// If a unit cannot be written to the folder.
+    pub fn run(
+        &mut self,
+        options: &RunOptions<'_>,
+        step: &(impl Fn() -> bool + Sync),
+    ) -> std::io::Result<RunEnd> {
+        let threads = options.threads.max(1);
+        while self.round < self.rounds() {
+            let Some(folder) = options.folder else {
+                let cells = self.cells_of(0).start..self.cells_of(self.units()).start;
+                let Some(results) = self.run_cells(cells, threads, step) else {
+                    return Ok(RunEnd::Stopped);
+                };
+                self.merge(&results);
+                continue;
+            };
+            let units = self.units();
+            let [share, shares] = options.share.unwrap_or([0, 1]).map(u64::from);
+            let bound = |share: u64| (u64::from(units) * share / shares.max(1)) as u32;
+            let own = bound(share)..bound(share + 1);
+            let is_last = self.round + 1 == self.rounds();
+            // Others do theirs from the other end meanwhile.
+            let others = (own.end..units).chain(0..own.start).rev();
+            let mine = options.share.is_some() && is_last;
+            let list: Vec<u32> = own.clone().chain(others.filter(|_| !mine)).collect();
+            for unit in list {
+                if folder.has(self.key, [self.round, unit]) && self.read(folder, unit).is_some() {
+                    (0..self.cells_of(unit).len()).for_each(|_| {
+                        step();
+                    });
+                    continue;
+                }
+                let Some(result) = self.run_unit(unit, threads, step) else {
+                    return Ok(RunEnd::Stopped);
+                };
+                folder.write(self.key, [self.round, unit], &result.to_bytes())?;
+            }
+            if mine {
+                return Ok(RunEnd::Share);
+            }
+            let results: Option<Vec<_>> = (0..units).map(|unit| self.read(folder, unit)).collect();
+            // What is read here was there a moment ago, unless somebody empties the folder.
+            let results = results.ok_or_else(|| std::io::Error::other("a finished unit has gone"))?;
+            self.merge(&results);
+        }
+        Ok(RunEnd::Whole)
+    }
+
+    /// A unit of the round that is next, if it lies in the folder and is whole.
+    fn read(&self, folder: &UnitFolder, unit: u32) -> Option<UnitResult> {
+        let bytes = folder.read(self.key, [self.round, unit])?;
+        let width = self.known.might.width();
+        UnitResult::from_bytes(&bytes, self.openings.len(), self.openings.cells(), width)
+    }
+
+    /// The result: whatever is not proven hidden by now is kept, so that it is sound even before the last round.
+    #[must_use]
+    pub fn finish(self) -> Pvs {
+        Pvs::new(&self.openings, self.key, self.known, self.candidates, &self.lines)
+    }
+}
+
+/// Bakes a graph's potentially visible sets on so many threads.
+#[must_use]
+pub fn bake(graph: &CellGraph, settings: &PvsSettings, threads: usize) -> Pvs {
+    let mut bake = Bake::new(graph, settings, threads);
+    // Without a folder nothing can fail, and nobody stops it.
+    let _ = bake.run(&RunOptions { threads, ..RunOptions::default() }, &|| true);
+    bake.finish()
+}
+
+/// Hash of all that the result depends on.
+fn key_of(graph: &CellGraph, settings: &PvsSettings) -> u64 {
+    let mut bytes = VERSION.to_le_bytes().to_vec();
+    bytes.extend(settings.bytes());
+    bytes.extend(super::pvs::hash_of(graph).to_le_bytes());
+    hash(&bytes)
 }

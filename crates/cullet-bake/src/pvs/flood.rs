@@ -110,7 +110,6 @@ pub(super) fn flood(
     wanted: &[u64],
     reached: &mut [u64],
     scratch: &mut FloodScratch,
-    tests: &mut u64,
 ) -> bool {
     let FloodInput { openings, might, behind, shaft } = *input;
     let thin = openings.tolerance32;
@@ -135,7 +134,6 @@ pub(super) fn flood(
             if !has(back, behind[0]) || !has(back, behind[1]) {
                 continue;
             }
-            *tests += 1;
             if !shaft.meets(openings.bounds(next), thin) || !meet(might.row(next), wanted) {
                 continue;
             }

@@ -1,40 +1,23 @@
 //! Flow through portals: what is seen through a chain of them, clipped ever smaller, until nothing undecided is left.
 
 use super::flood::{FloodInput, FloodScratch, Shaft, flood};
+use super::known::Known;
 use super::lines::{Found, Line, Random, follow, is_new};
 use super::openings::Openings;
-use super::polygon::{Polygon, separators};
-use super::rows::{BitRows, clear, has, ones, set};
+use super::polygon::{HalfSpaces, Polygon, separators};
+use super::rows::{clear, has, ones, set};
+use super::settings::PvsSettings;
+use super::unit::UnitResult;
 
 /// Portals of a chain at the most. What lies behind a longer one is kept.
 const MOST_DEPTH: usize = 96;
-
-/// What is known when a round begins; nobody changes it meanwhile.
-#[derive(Clone, Debug)]
-pub(super) struct Known {
-    /// Of each opening the cells that may be seen through it.
-    pub(super) might: BitRows,
-    /// Of each cell those that it may see.
-    pub(super) possible: BitRows,
-    /// Of each cell those that a line proves visible.
-    pub(super) visible: BitRows,
-}
-
-/// How much work was done.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Work {
-    pub(super) lines: u64,
-    pub(super) nodes: u64,
-    pub(super) clips: u64,
-    pub(super) floods: u64,
-    pub(super) flood_tests: u64,
-}
 
 /// Work of one cell.
 #[derive(Debug)]
 pub(super) struct Flow<'a> {
     pub(super) openings: &'a Openings,
     pub(super) known: &'a Known,
+    settings: &'a PvsSettings,
     pub(super) cell: u32,
     /// Cells that this one is known to see.
     pub(super) visible: Vec<u64>,
@@ -44,30 +27,32 @@ pub(super) struct Flow<'a> {
     pub(super) kept: Vec<u64>,
     pub(super) found: Found,
     pub(super) random: Random,
-    pub(super) tries: u32,
-    pub(super) work: Work,
     scratch: FloodScratch,
     /// Wanted cells that are still ahead, for each depth, and what a flood reached.
     ahead: Vec<u64>,
     reached: Vec<u64>,
     line: Vec<u32>,
     chain: Vec<u32>,
+    /// What is left of the portals of the chain.
+    passes: Vec<Polygon>,
+    split: Vec<[Polygon; 2]>,
 }
 
 impl<'a> Flow<'a> {
-    pub(super) fn new(openings: &'a Openings, known: &'a Known) -> Self {
+    pub(super) fn new(openings: &'a Openings, known: &'a Known, settings: &'a PvsSettings) -> Self {
         let (cells, width) = (known.visible.rows(), known.visible.width());
         Self {
             openings,
             known,
+            settings,
             cell: 0,
             visible: vec![0; width],
             wanted: vec![0; width],
             kept: vec![0; width],
             found: Found::default(),
             random: Random::new(0, [0; 2]),
-            tries: 16,
-            work: Work::default(),
+            passes: Vec::new(),
+            split: Vec::new(),
             scratch: FloodScratch::new(cells),
             ahead: vec![0; width * (MOST_DEPTH + 2)],
             reached: vec![0; width],
@@ -88,7 +73,6 @@ impl<'a> Flow<'a> {
 
     /// Tries a line of sight through an opening of this cell; whether it proved anything that was wanted.
     pub(super) fn try_line(&mut self, line: &Line) -> bool {
-        self.work.lines += 1;
         let mut cells = std::mem::take(&mut self.line);
         follow(self.openings, line, &mut cells);
         let mut news = false;
@@ -109,8 +93,32 @@ impl<'a> Flow<'a> {
         news
     }
 
+    /// Lines through each pair of the cell's openings, as far as they go.
+    pub(super) fn local_lines(&mut self) {
+        let openings = self.openings;
+        let leaving = openings.leaving(self.cell);
+        for a in leaving.clone() {
+            for b in a + 1..leaving.end {
+                for _ in 0..self.settings.local_lines {
+                    let start = openings.get(a).polygon.point(self.random.three());
+                    let point = openings.get(b).polygon.point(self.random.three());
+                    if let Some(direction) = (point - start).try_normalize() {
+                        self.try_line(&Line { opening: b, point, direction });
+                    }
+                }
+            }
+        }
+        // Neighbours see each other, also where nothing is beyond.
+        for opening in leaving {
+            let point = openings.get(opening).polygon.centre();
+            let direction = openings.get(opening).normal;
+            self.try_line(&Line { opening, point, direction });
+        }
+    }
+
     /// Aims lines at undecided cells next to what is seen, as far as that leads.
-    pub(super) fn aim(&mut self, tries: u32) {
+    pub(super) fn aim(&mut self) {
+        let tries = self.settings.aimed_lines;
         let openings = self.openings;
         let leaving = openings.leaving(self.cell);
         let mut front: Vec<u32> = ones(&self.visible).collect();
@@ -146,31 +154,36 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// Follows all chains of portals that could lead to something wanted through an opening; the cells that it may see
-    /// afterwards are what was wanted before and is reached.
-    pub(super) fn through(&mut self, door: u32) {
+    /// Follows all chains of portals that could lead to something wanted through an opening of the cell, and notes what
+    /// is not seen through it.
+    pub(super) fn through(&mut self, door: u32, result: &mut UnitResult) {
         let width = self.wanted.len();
         let opening = self.openings.get(door);
-        let might = self.known.might.row(door);
-        for (k, word) in self.ahead[..width].iter_mut().enumerate() {
-            *word = self.wanted[k] & might[k];
-        }
+        let before: Vec<u64> =
+            self.wanted.iter().zip(self.known.might.row(door)).map(|(w, m)| w & m).collect();
+        self.ahead[..width].copy_from_slice(&before);
+        self.passes.clear();
         self.reach(door, opening.to, &opening.polygon, &opening.polygon);
+        self.ahead[..width].iter_mut().zip(&self.wanted).for_each(|(a, w)| *a &= w);
         if self.ahead[..width].iter().any(|&w| w != 0) {
             self.chain.clear();
-            self.chain.push(self.cell);
-            self.chain.push(opening.to);
+            self.chain.extend([self.cell, opening.to]);
             let source = opening.polygon;
             self.descend(1, [door, door], &source, &source);
         }
+        let lost = before.iter().zip(&self.wanted).map(|(b, w)| b & w);
+        if lost.clone().any(|w| w != 0) {
+            result.closed.push(door);
+            result.closed_rows.extend(lost);
+        }
     }
 
-    /// A chain reached a cell: if it was wanted, looks for a line, and is done with it in any case.
-    fn reach(&mut self, door: u32, to: u32, source: &Polygon, target: &Polygon) {
+    /// A chain reached a cell: if it was wanted, looks for a line, and unless there is none is done with it in any case.
+    fn reach(&mut self, door: u32, to: u32, source: &Polygon, target: &Polygon) -> bool {
         if !has(&self.wanted, to) {
-            return;
+            return true;
         }
-        for k in 0..self.tries {
+        for k in 0..self.settings.chain_lines {
             let (point, end) = match k {
                 0 => (source.centre(), target.centre()),
                 _ => (source.point(self.random.three()), target.point(self.random.three())),
@@ -182,11 +195,72 @@ impl<'a> Flow<'a> {
             let Some(direction) = towards.try_normalize() else { continue };
             self.try_line(&Line { opening: door, point, direction });
             if !has(&self.wanted, to) {
-                return;
+                return true;
+            }
+        }
+        if self.passes.len() > 0 {
+            match self.stab(door, to, source, target) {
+                Some(false) => {
+                    return false;
+                }
+                Some(true) => {
+                    return true;
+                }
+                None => {}
             }
         }
         clear(&mut self.wanted, to);
         set(&mut self.kept, to);
+        true
+    }
+
+    /// Whether there is a line through the whole chain: cuts source and target in halves, and clips each pair of
+    /// halves by what is between them, until nothing is left or a line is found.
+    fn stab(&mut self, door: u32, to: u32, source: &Polygon, target: &Polygon) -> Option<bool> {
+        let slack = self.openings.tolerance * 1e-3;
+        let mut split = std::mem::take(&mut self.split);
+        split.clear();
+        split.push([*source, *target]);
+        let mut left = self.settings.splits;
+        let mut result = Some(false);
+        'pairs: while let Some([mut s, mut t]) = split.pop() {
+            if left == 0 {
+                result = None;
+                break;
+            }
+            left -= 1;
+            for pass in &self.passes {
+                if !t.clip_all(&separators(&s, pass, false, slack), slack)
+                    || !s.clip_all(&separators(&t, pass, true, slack), slack)
+                {
+                    continue 'pairs;
+                }
+            }
+            let point = s.centre();
+            if let Some(direction) = (t.centre() - point).try_normalize() {
+                self.try_line(&Line { opening: door, point, direction });
+                if !has(&self.wanted, to) {
+                    result = Some(true);
+                    break;
+                }
+            }
+            let (a, b) = (s.longest(), t.longest());
+            let cut_source = a.length_squared() > b.length_squared();
+            let (axis, whole) = if cut_source { (a, s) } else { (b, t) };
+            let Some(normal) = axis.try_normalize() else {
+                result = None;
+                break;
+            };
+            let d = normal.dot(whole.centre());
+            for sign in [1.0, -1.0] {
+                let mut half = whole;
+                if half.clip(normal * sign, d * sign, 0.0) {
+                    split.push(if cut_source { [half, t] } else { [s, half] });
+                }
+            }
+        }
+        self.split = split;
+        result
     }
 
     /// The wanted cells that lie ahead at `depth - 1` are sought beyond the last of a chain's openings, `door` being the
@@ -203,11 +277,10 @@ impl<'a> Flow<'a> {
             }
             return;
         }
-        self.work.nodes += 1;
         let cell = openings.get(last).to;
         let first = openings.get(door);
         let mut planes = match depth {
-            1 => super::polygon::HalfSpaces::NONE,
+            1 => HalfSpaces::NONE,
             _ => separators(source, pass, false, slack),
         };
         planes.push(first.normal, first.d);
@@ -218,7 +291,6 @@ impl<'a> Flow<'a> {
         let shaft = Shaft::new(&planes);
         let (known, reverse) = (self.known, openings.get(last).reverse);
         if depth > 1 {
-            self.work.floods += 1;
             let mut reached = std::mem::take(&mut self.reached);
             let ahead = &mut self.ahead[(depth - 1) * width..depth * width];
             let input = FloodInput {
@@ -227,7 +299,7 @@ impl<'a> Flow<'a> {
                 behind: [self.cell, openings.get(last).from],
                 shaft: &shaft,
             };
-            let any = flood(&input, cell, ahead, &mut reached, &mut self.scratch, &mut self.work.flood_tests);
+            let any = flood(&input, cell, ahead, &mut reached, &mut self.scratch);
             ahead.copy_from_slice(&reached);
             self.reached = reached;
             if !any {
@@ -253,7 +325,6 @@ impl<'a> Flow<'a> {
             if any == 0 || !self.chain.iter().all(|&behind| has(back, behind)) {
                 continue;
             }
-            self.work.clips += 1;
             let mut target = opening.polygon;
             if !target.clip_all(&planes, tolerance) {
                 continue;
@@ -268,7 +339,9 @@ impl<'a> Flow<'a> {
                     continue;
                 }
             }
-            self.reach(door, opening.to, &source, &target);
+            if !self.reach(door, opening.to, &source, &target) {
+                continue;
+            }
             let mut more = 0;
             for k in 0..width {
                 self.ahead[depth * width + k] &= self.wanted[k];
@@ -276,7 +349,9 @@ impl<'a> Flow<'a> {
             }
             if more != 0 && !self.chain.contains(&opening.to) {
                 self.chain.push(opening.to);
+                self.passes.push(target);
                 self.descend(depth + 1, [door, next], &source, &target);
+                self.passes.pop();
                 self.chain.pop();
             }
         }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::openings::Openings;
 use super::rows::BitRows;
+use super::unit::mix;
 
 /// Cells that one line is followed through, each way.
 const MOST_CELLS: usize = 512;
@@ -20,8 +21,7 @@ pub(super) struct Line {
     pub(super) direction: DVec3,
 }
 
-/// Random numbers from a hash: the same for the same key, whoever asks and when (Steele, Lea and Flood, *Fast Splittable
-/// Pseudorandom Number Generators*, 2014).
+/// Random numbers from a hash: the same for the same key, whoever asks and when.
 #[derive(Clone, Debug)]
 pub(super) struct Random(u64);
 
@@ -36,10 +36,7 @@ impl Random {
     #[inline]
     pub(super) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        mix(self.0)
     }
 
     /// From 0 up to, not including, 1.
@@ -62,20 +59,23 @@ impl Random {
 
 /// Follows a line both ways. The cells along it, from the one behind to the one ahead; none where it does not pass its
 /// opening.
+///
+/// Followed as if from the point in coordinates of the graph: so it gives the same cells whenever it is followed again.
 pub(super) fn follow(openings: &Openings, line: &Line, cells: &mut Vec<u32>) {
     cells.clear();
     let margin = openings.tolerance * MARGIN;
     let opening = openings.get(line.opening);
+    let point = (line.point + openings.middle) - openings.middle;
     if opening.normal.dot(line.direction) <= 1e-6
-        || !openings.holds(line.opening, line.point, margin)
+        || !openings.holds(line.opening, point, margin)
     {
         return;
     }
-    walk(openings, opening.from, line.point, -line.direction, margin, cells);
+    walk(openings, opening.from, point, -line.direction, margin, cells);
     cells.reverse();
     cells.push(opening.from);
     cells.push(opening.to);
-    walk(openings, opening.to, line.point, line.direction, margin, cells);
+    walk(openings, opening.to, point, line.direction, margin, cells);
 }
 
 /// Goes on from a point of a cell's border, and names the cells that are entered.
@@ -113,7 +113,7 @@ fn walk(
 }
 
 /// Lines that proved something, with the cells along each.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Found {
     pub(super) lines: Vec<Line>,
     /// The cells of one line after the other.
@@ -129,12 +129,19 @@ impl Found {
         self.ends.push(self.cells.len() as u32);
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&Line, &[u32])> {
+    pub(super) fn append(&mut self, other: &Self) {
+        let before = self.cells.len() as u32;
+        self.lines.extend_from_slice(&other.lines);
+        self.cells.extend_from_slice(&other.cells);
+        self.ends.extend(other.ends.iter().map(|end| before + end));
+    }
+
+    pub(super) fn cells_of_lines(&self) -> impl Iterator<Item = &[u32]> {
         let mut first = 0;
-        self.lines.iter().zip(&self.ends).map(move |(line, &end)| {
+        self.ends.iter().map(move |&end| {
             let cells = &self.cells[first..end as usize];
             first = end as usize;
-            (line, cells)
+            cells
         })
     }
 }

@@ -14,6 +14,9 @@ pub(super) struct Opening {
     pub(super) to: u32,
     /// The same portal in the other direction.
     pub(super) reverse: u32,
+    /// Which portal it is, and whether it is passed from the first of its cells to the second.
+    pub(super) portal: u32,
+    pub(super) forward: bool,
     /// Unit normal in the direction of passing; points ahead have n·x > d.
     pub(super) normal: DVec3,
     pub(super) d: f64,
@@ -58,6 +61,10 @@ pub(super) struct Openings {
     /// Planes through edges, positive inside.
     edges: Vec<(DVec3, f64)>,
     firsts: Vec<u32>,
+    /// The openings of each portal, by the cell that is left.
+    places: Vec<[u32; 2]>,
+    /// Hash of the graph.
+    pub(super) hash: u64,
     /// Added to coordinates here it gives those of the graph.
     pub(super) middle: DVec3,
     /// How thin a window may be before it counts as none.
@@ -79,6 +86,8 @@ impl Openings {
             planes: Vec::new(),
             edges: Vec::new(),
             firsts: vec![0],
+            places: Vec::new(),
+            hash: super::pvs::hash_of(graph),
             middle,
             tolerance: tolerance * diagonal,
             tolerance32: (tolerance * diagonal - diagonal * ROUNDING) as f32,
@@ -94,10 +103,11 @@ impl Openings {
             }
             made.firsts.push(made.list.len() as u32);
         }
-        for [a, b] in places {
+        for &[a, b] in &places {
             made.list[a as usize].reverse = b;
             made.list[b as usize].reverse = a;
         }
+        made.places = places;
         made
     }
 
@@ -132,6 +142,8 @@ impl Openings {
             from: portal.cells[side],
             to: portal.cells[1 - side],
             reverse: 0,
+            portal: number,
+            forward: side == 0,
             normal,
             d,
             polygon: Polygon::around(&corners, normal),
@@ -141,6 +153,16 @@ impl Openings {
 
     pub(super) fn len(&self) -> u32 {
         self.list.len() as u32
+    }
+
+    pub(super) fn cells(&self) -> u32 {
+        self.firsts.len() as u32 - 1
+    }
+
+    /// The opening of a portal, passed from its first cell to its second or the other way; the first of all where there is
+    /// no such portal.
+    pub(super) fn of_portal(&self, portal: u32, forward: bool) -> u32 {
+        self.places.get(portal as usize).map_or(0, |places| places[usize::from(!forward)])
     }
 
     #[inline]

@@ -136,6 +136,19 @@ impl Polygon {
         a + (at(k + 1) - a) * u + (at(k + 2) - a) * v
     }
 
+    /// The longest line between two of its corners, from the first on.
+    pub(super) fn longest(&self) -> DVec3 {
+        let mut longest = DVec3::ZERO;
+        for (k, &a) in self.corners().iter().enumerate() {
+            for &b in &self.corners()[k + 1..] {
+                if (b - a).length_squared() > longest.length_squared() {
+                    longest = b - a;
+                }
+            }
+        }
+        longest
+    }
+
     pub(super) fn centre(&self) -> DVec3 {
         self.corners().iter().sum::<DVec3>() / self.len as f64
     }
