@@ -181,7 +181,8 @@ fn read_lists(text: &mut Text<'_>, leafs: u32, clusters: u32) -> Result<Vec<u32>
             }
             let slot = usize::try_from(leaf).ok().and_then(|leaf| owner.get_mut(leaf));
             let Some(slot) = slot else {
-                let message = format!("cluster {cluster} has leaf {leaf}, of {leafs} numbered from 0");
+                let message =
+                    format!("cluster {cluster} has leaf {leaf}, of {leafs} numbered from 0");
                 return Err(text.error_at(at, message));
             };
             if *slot != NONE {
@@ -206,7 +207,10 @@ fn read_clusters(text: &mut Text<'_>, leafs: u32, clusters: u32) -> Result<Vec<u
         let cluster = text.integer(&format!("the cluster of leaf {leaf}"))?;
         let fine = u32::try_from(cluster).ok().filter(|&c| c < clusters);
         owner.push(fine.ok_or_else(|| {
-            text.error_at(at, format!("leaf {leaf} is in cluster {cluster}, of {clusters} numbered from 0"))
+            text.error_at(
+                at,
+                format!("leaf {leaf} is in cluster {cluster}, of {clusters} numbered from 0"),
+            )
         })?);
     }
     Ok(owner)
@@ -241,8 +245,7 @@ fn orient(portals: &mut [Portal], clusters: u32) -> u32 {
             });
             let first = DVec3::from(portal.polygon[0]);
             let edge = |k: usize| DVec3::from(portal.polygon[k]) - first;
-            let normal: DVec3 =
-                (2..portal.polygon.len()).map(|k| edge(k - 1).cross(edge(k))).sum();
+            let normal: DVec3 = (2..portal.polygon.len()).map(|k| edge(k - 1).cross(edge(k))).sum();
             let size = portal.polygon.iter().map(|&v| (DVec3::from(v) - first).length());
             let far = normal.normalize_or_zero().dot(a - b);
             // Beside a portal's own size, a little is no evidence.

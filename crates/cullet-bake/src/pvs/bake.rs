@@ -3,6 +3,7 @@
 use cullet::cell::CellGraph;
 
 use super::flow::Flow;
+use super::hash::{hash, hash_of};
 use super::known::Known;
 use super::lines::{Line, Random};
 use super::openings::Openings;
@@ -10,7 +11,7 @@ use super::pvs::Pvs;
 use super::rows::{clear, ones};
 use super::settings::{PvsPreset, PvsSettings};
 use super::threads;
-use super::unit::{UnitFolder, UnitResult, hash};
+use super::unit::{UnitFolder, UnitResult};
 
 /// Changed whenever results change, so that units of another version are not taken for this one's.
 const VERSION: u32 = 1;
@@ -291,7 +292,8 @@ impl Bake {
             }
             let results: Option<Vec<_>> = (0..units).map(|unit| self.read(folder, unit)).collect();
             // What is read here was there a moment ago, unless somebody empties the folder.
-            let results = results.ok_or_else(|| std::io::Error::other("a finished unit has gone"))?;
+            let results =
+                results.ok_or_else(|| std::io::Error::other("a finished unit has gone"))?;
             self.merge(&results);
         }
         Ok(RunEnd::Whole)
@@ -324,6 +326,6 @@ pub fn bake(graph: &CellGraph, settings: &PvsSettings, threads: usize) -> Pvs {
 fn key_of(graph: &CellGraph, settings: &PvsSettings) -> u64 {
     let mut bytes = VERSION.to_le_bytes().to_vec();
     bytes.extend(settings.bytes());
-    bytes.extend(super::pvs::hash_of(graph).to_le_bytes());
+    bytes.extend(hash_of(graph).to_le_bytes());
     hash(&bytes)
 }

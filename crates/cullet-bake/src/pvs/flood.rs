@@ -15,8 +15,9 @@ pub(super) fn candidates(openings: &Openings, through: u32, row: &mut [u64], sta
     stack.push(opening.to);
     while let Some(cell) = stack.pop() {
         for next in openings.leaving(cell) {
-            let to = openings.get(next).to;
-            if to == opening.from || has(row, to) || plane.reach(openings.bounds(next)) <= thin {
+            let ahead = openings.bounds(next);
+            let to = ahead.to;
+            if to == opening.from || has(row, to) || plane.reach(ahead) <= thin {
                 continue;
             }
             let other = openings.plane32(next);
@@ -45,8 +46,13 @@ pub(super) struct Shaft {
 impl Shaft {
     /// As many of the planes as fit.
     pub(super) fn new(planes: &HalfSpaces) -> Self {
-        let mut shaft =
-            Self { x: [0.0; LANES], y: [0.0; LANES], z: [0.0; LANES], d: [f32::MIN; LANES], len: 0 };
+        let mut shaft = Self {
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+            z: [0.0; LANES],
+            d: [f32::MIN; LANES],
+            len: 0,
+        };
         for (k, plane) in planes.all().iter().take(LANES).enumerate() {
             shaft.x[k] = plane.normal.x as f32;
             shaft.y[k] = plane.normal.y as f32;
@@ -126,27 +132,25 @@ pub(super) fn flood(
     let all = left;
     while let Some(cell) = scratch.stack.pop() {
         for next in openings.leaving(cell) {
-            let opening = openings.get(next);
-            if scratch.stamps[opening.to as usize] == scratch.stamp {
+            let bounds = openings.bounds(next);
+            let to = bounds.to;
+            if scratch.stamps[to as usize] == scratch.stamp || !shaft.meets(bounds, thin) {
                 continue;
             }
-            let back = might.row(opening.reverse);
-            if !has(back, behind[0]) || !has(back, behind[1]) {
+            let back = might.row(bounds.reverse);
+            if !has(back, behind[0]) || !has(back, behind[1]) || !meet(might.row(next), wanted) {
                 continue;
             }
-            if !shaft.meets(openings.bounds(next), thin) || !meet(might.row(next), wanted) {
-                continue;
-            }
-            scratch.stamps[opening.to as usize] = scratch.stamp;
-            if has(wanted, opening.to) {
-                set(reached, opening.to);
+            scratch.stamps[to as usize] = scratch.stamp;
+            if has(wanted, to) {
+                set(reached, to);
                 left -= 1;
                 // Nothing is left to be found out.
                 if left == 0 {
                     return true;
                 }
             }
-            scratch.stack.push(opening.to);
+            scratch.stack.push(to);
         }
     }
     left < all

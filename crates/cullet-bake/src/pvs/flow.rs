@@ -100,8 +100,8 @@ impl<'a> Flow<'a> {
         for a in leaving.clone() {
             for b in a + 1..leaving.end {
                 for _ in 0..self.settings.local_lines {
-                    let start = openings.get(a).polygon.point(self.random.three());
-                    let point = openings.get(b).polygon.point(self.random.three());
+                    let start = openings.polygon(a).point(self.random.three());
+                    let point = openings.polygon(b).point(self.random.three());
                     if let Some(direction) = (point - start).try_normalize() {
                         self.try_line(&Line { opening: b, point, direction });
                     }
@@ -110,7 +110,7 @@ impl<'a> Flow<'a> {
         }
         // Neighbours see each other, also where nothing is beyond.
         for opening in leaving {
-            let point = openings.get(opening).polygon.centre();
+            let point = openings.polygon(opening).centre();
             let direction = openings.get(opening).normal;
             self.try_line(&Line { opening, point, direction });
         }
@@ -139,8 +139,8 @@ impl<'a> Flow<'a> {
                 let before = self.found.lines.len();
                 for k in 0..tries {
                     let door = doors[(k as usize + before) % doors.len()];
-                    let point = openings.get(door).polygon.point(self.random.three());
-                    let end = openings.get(target).polygon.point(self.random.three());
+                    let point = openings.polygon(door).point(self.random.three());
+                    let end = openings.polygon(target).point(self.random.three());
                     let Some(direction) = (end - point).try_normalize() else { continue };
                     self.try_line(&Line { opening: door, point, direction });
                     if !has(&self.wanted, to) {
@@ -163,12 +163,12 @@ impl<'a> Flow<'a> {
             self.wanted.iter().zip(self.known.might.row(door)).map(|(w, m)| w & m).collect();
         self.ahead[..width].copy_from_slice(&before);
         self.passes.clear();
-        self.reach(door, opening.to, &opening.polygon, &opening.polygon);
+        let source = *self.openings.polygon(door);
+        self.reach(door, opening.to, &source, &source);
         self.ahead[..width].iter_mut().zip(&self.wanted).for_each(|(a, w)| *a &= w);
         if self.ahead[..width].iter().any(|&w| w != 0) {
             self.chain.clear();
             self.chain.extend([self.cell, opening.to]);
-            let source = opening.polygon;
             self.descend(1, [door, door], &source, &source);
         }
         let lost = before.iter().zip(&self.wanted).map(|(b, w)| b & w);
@@ -310,11 +310,15 @@ impl<'a> Flow<'a> {
             if next == reverse {
                 continue;
             }
-            let opening = openings.get(next);
-            let back = known.might.row(opening.reverse);
-            if !has(back, self.cell) || !shaft.meets(openings.bounds(next), openings.tolerance32) {
+            let bounds = openings.bounds(next);
+            if !shaft.meets(bounds, openings.tolerance32) {
                 continue;
             }
+            let back = known.might.row(bounds.reverse);
+            if !has(back, self.cell) {
+                continue;
+            }
+            let opening = openings.get(next);
             let might = known.might.row(next);
             let mut any = 0;
             for k in 0..width {
@@ -325,7 +329,7 @@ impl<'a> Flow<'a> {
             if any == 0 || !self.chain.iter().all(|&behind| has(back, behind)) {
                 continue;
             }
-            let mut target = opening.polygon;
+            let mut target = *openings.polygon(next);
             if !target.clip_all(&planes, tolerance) {
                 continue;
             }

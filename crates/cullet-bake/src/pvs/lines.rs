@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
+use super::hash::mix;
 use super::openings::Openings;
 use super::rows::BitRows;
-use super::unit::mix;
 
 /// Cells that one line is followed through, each way.
 const MOST_CELLS: usize = 512;
@@ -66,9 +66,7 @@ pub(super) fn follow(openings: &Openings, line: &Line, cells: &mut Vec<u32>) {
     let margin = openings.tolerance * MARGIN;
     let opening = openings.get(line.opening);
     let point = (line.point + openings.middle) - openings.middle;
-    if opening.normal.dot(line.direction) <= 1e-6
-        || !openings.holds(line.opening, point, margin)
-    {
+    if opening.normal.dot(line.direction) <= 1e-6 || !openings.holds(line.opening, point, margin) {
         return;
     }
     walk(openings, opening.from, point, -line.direction, margin, cells);

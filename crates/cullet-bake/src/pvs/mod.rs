@@ -27,6 +27,7 @@
 mod bake;
 mod flood;
 mod flow;
+mod hash;
 mod known;
 mod lines;
 mod openings;
@@ -44,4 +45,4 @@ pub use pvs::{PairState, Pvs, PvsFileError, Witness};
 pub use rows::BitRows;
 pub use settings::{PvsPreset, PvsSettings};
 pub use sight_ref::{MissedSight, SightCheck, check_sight_ref};
-pub use unit::{UnitFolder, UnitResult, hash};
+pub use unit::{UnitFolder, UnitResult};

@@ -3,6 +3,7 @@
 use cullet::cell::CellGraph;
 use glam::{DVec3, Vec3};
 
+use super::hash::hash_of;
 use super::polygon::Polygon;
 
 /// A portal, passed in one direction.
@@ -20,17 +21,19 @@ pub(super) struct Opening {
     /// Unit normal in the direction of passing; points ahead have n·x > d.
     pub(super) normal: DVec3,
     pub(super) d: f64,
-    /// Counter-clockwise as seen from ahead.
-    pub(super) polygon: Polygon,
     /// Where its edges begin.
     edges: u32,
 }
 
-/// A box around an opening, in f32 about the middle of the graph; wide enough for what was rounded.
+/// What floods read of an opening, half a line of the cache: where it leads, and a box around it, in f32 about the middle of
+/// the graph and wide enough for what was rounded.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bounds {
     pub(super) centre: Vec3,
     pub(super) half: Vec3,
+    /// As in [`Opening`].
+    pub(super) to: u32,
+    pub(super) reverse: u32,
 }
 
 /// A plane in f32 with its normal's absolute values, for tests of boxes.
@@ -56,6 +59,8 @@ impl Plane32 {
 #[derive(Debug)]
 pub(super) struct Openings {
     list: Vec<Opening>,
+    /// Counter-clockwise as seen from ahead.
+    polygons: Vec<Polygon>,
     bounds: Vec<Bounds>,
     planes: Vec<Plane32>,
     /// Planes through edges, positive inside.
@@ -82,12 +87,13 @@ impl Openings {
         let (middle, diagonal) = ((low + high) * 0.5, (high - low).length());
         let mut made = Self {
             list: Vec::with_capacity(graph.portals().len() * 2),
+            polygons: Vec::new(),
             bounds: Vec::new(),
             planes: Vec::new(),
             edges: Vec::new(),
             firsts: vec![0],
             places: Vec::new(),
-            hash: super::pvs::hash_of(graph),
+            hash: hash_of(graph),
             middle,
             tolerance: tolerance * diagonal,
             tolerance32: (tolerance * diagonal - diagonal * ROUNDING) as f32,
@@ -106,6 +112,8 @@ impl Openings {
         for &[a, b] in &places {
             made.list[a as usize].reverse = b;
             made.list[b as usize].reverse = a;
+            made.bounds[a as usize].reverse = b;
+            made.bounds[b as usize].reverse = a;
         }
         made.places = places;
         made
@@ -136,8 +144,9 @@ impl Openings {
         let centre = ((low + high) * 0.5).as_vec3();
         let half = (high - centre.as_dvec3()).max(centre.as_dvec3() - low).as_vec3()
             + Vec3::splat((diagonal * 1e-7) as f32);
-        self.bounds.push(Bounds { centre, half });
+        self.bounds.push(Bounds { centre, half, to: portal.cells[1 - side], reverse: 0 });
         self.planes.push(Plane32::new(normal, d));
+        self.polygons.push(Polygon::around(&corners, normal));
         self.list.push(Opening {
             from: portal.cells[side],
             to: portal.cells[1 - side],
@@ -146,7 +155,6 @@ impl Openings {
             forward: side == 0,
             normal,
             d,
-            polygon: Polygon::around(&corners, normal),
             edges,
         });
     }
@@ -170,6 +178,12 @@ impl Openings {
         &self.list[opening as usize]
     }
 
+    /// The polygon of an opening.
+    #[inline]
+    pub(super) fn polygon(&self, opening: u32) -> &Polygon {
+        &self.polygons[opening as usize]
+    }
+
     /// The openings that leave a cell.
     #[inline]
     pub(super) fn leaving(&self, cell: u32) -> std::ops::Range<u32> {
@@ -190,13 +204,18 @@ impl Openings {
     #[inline]
     pub(super) fn holds(&self, opening: u32, point: DVec3, margin: f64) -> bool {
         let first = self.list[opening as usize].edges as usize;
-        let end = self.list.get(opening as usize + 1).map_or(self.edges.len(), |o| o.edges as usize);
+        let end =
+            self.list.get(opening as usize + 1).map_or(self.edges.len(), |o| o.edges as usize);
         self.edges[first..end].iter().all(|(inward, c)| inward.dot(point) - c >= margin)
     }
 
     /// Bytes in memory, but for little.
     pub(super) fn bytes(&self) -> u64 {
-        (self.list.len() * (size_of::<Opening>() + size_of::<Bounds>() + size_of::<Plane32>())
+        (self.list.len()
+            * (size_of::<Opening>()
+                + size_of::<Polygon>()
+                + size_of::<Bounds>()
+                + size_of::<Plane32>())
             + self.edges.len() * size_of::<(DVec3, f64)>()) as u64
     }
 }

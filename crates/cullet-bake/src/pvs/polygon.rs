@@ -65,8 +65,9 @@ impl Polygon {
             (low, high) = (low.min(at), high.max(at));
         }
         made.len = 4;
-        for (k, [x, y]) in
-            [[low.x, low.y], [high.x, low.y], [high.x, high.y], [low.x, high.y]].into_iter().enumerate()
+        for (k, [x, y]) in [[low.x, low.y], [high.x, low.y], [high.x, high.y], [low.x, high.y]]
+            .into_iter()
+            .enumerate()
         {
             made.corners[k] = first + u * x + v * y;
         }

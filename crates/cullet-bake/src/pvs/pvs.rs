@@ -4,11 +4,11 @@ use cullet::cell::CellGraph;
 use glam::DVec3;
 use thiserror::Error;
 
+use super::hash::{hash, hash_of};
 use super::known::Known;
 use super::lines::{Line, follow, prove};
 use super::openings::Openings;
 use super::rows::BitRows;
-use super::unit::hash;
 
 /// A line of sight: all cells along it see each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,7 +148,7 @@ impl Pvs {
     /// the rows; bit b of row a is bit b mod 8 of its byte b / 8.
     #[must_use]
     pub fn rows_bytes(&self) -> Vec<u8> {
-        rows_bytes(&self.visible)
+        self.visible.to_exchange()
     }
 
     /// What the witnesses prove when they are followed once more; equal to [`Self::proven`].
@@ -183,30 +183,6 @@ impl Pvs {
     }
 }
 
-/// Rows as [`Pvs::rows_bytes`].
-fn rows_bytes(rows: &BitRows) -> Vec<u8> {
-    let stride = (rows.columns() as usize).div_ceil(8);
-    let mut out = b"PVSROWS1".to_vec();
-    out.extend(rows.columns().to_le_bytes());
-    out.extend((stride as u32).to_le_bytes());
-    for row in 0..rows.rows() {
-        let bytes = rows.row(row).iter().flat_map(|w| w.to_le_bytes());
-        out.extend(bytes.take(stride));
-    }
-    out
-}
-
-/// Hash of a graph.
-pub(super) fn hash_of(graph: &CellGraph) -> u64 {
-    let mut bytes = graph.cell_count().to_le_bytes().to_vec();
-    for portal in graph.portals() {
-        portal.cells.iter().for_each(|c| bytes.extend(c.to_le_bytes()));
-        bytes.extend((portal.polygon.len() as u32).to_le_bytes());
-        portal.polygon.iter().flatten().for_each(|v| bytes.extend(v.to_le_bytes()));
-    }
-    hash(&bytes)
-}
-
 /// The first bytes of a file, the last of them the version.
 const MAGIC: &[u8; 8] = b"CULLPVS1";
 /// Bytes before the rows.
@@ -232,7 +208,9 @@ pub enum PvsFileError {
     #[error("its checksum is wrong: damaged")]
     Damaged,
     /// They are of another graph.
-    #[error("it was baked from another map: hash {found:016x}, this one has {expected:016x}; bake it again")]
+    #[error(
+        "it was baked from another map: hash {found:016x}, this one has {expected:016x}; bake it again"
+    )]
     OtherGraph {
         /// Hash of the graph that was baked.
         found: u64,

@@ -1,5 +1,8 @@
 //! Rows of bits.
 
+/// The first bytes of rows as tools exchange them.
+const EXCHANGE: &[u8] = b"PVSROWS1";
+
 /// Rows of bits of equal length, in words of 64.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BitRows {
@@ -14,6 +17,44 @@ impl BitRows {
     pub fn new(rows: u32, columns: u32) -> Self {
         let width = (columns as usize).div_ceil(64);
         Self { words: vec![0; width * rows as usize], columns, width }
+    }
+
+    /// Reads the bytes of [`Pvs::rows_bytes`](super::Pvs::rows_bytes), as other tools write them too; `None` where they
+    /// are not that.
+    #[must_use]
+    pub fn from_exchange(bytes: &[u8]) -> Option<Self> {
+        let rest = bytes.strip_prefix(EXCHANGE)?;
+        let (count, rest) = rest.split_first_chunk::<4>()?;
+        let (stride, rest) = rest.split_first_chunk::<4>()?;
+        let (count, stride) = (u32::from_le_bytes(*count), u32::from_le_bytes(*stride) as usize);
+        let fits = stride == (count as usize).div_ceil(8)
+            && rest.len() as u64 == u64::from(count) * stride as u64;
+        if !fits {
+            return None;
+        }
+        let mut rows = Self::new(count, count);
+        for (row, bytes) in (0..count).zip(rest.chunks(stride.max(1))) {
+            for (k, &byte) in bytes.iter().enumerate() {
+                // Bits beyond the last are nobody's.
+                let left = count - k as u32 * 8;
+                let byte = if left < 8 { byte & ((1 << left) - 1) } else { byte };
+                rows.row_mut(row)[k / 8] |= u64::from(byte) << (k % 8 * 8);
+            }
+        }
+        Some(rows)
+    }
+
+    /// The bytes of these rows as tools exchange them.
+    pub(super) fn to_exchange(&self) -> Vec<u8> {
+        let stride = (self.columns as usize).div_ceil(8);
+        let mut out = EXCHANGE.to_vec();
+        out.extend(self.columns.to_le_bytes());
+        out.extend((stride as u32).to_le_bytes());
+        for row in 0..self.rows() {
+            let bytes = self.row(row).iter().flat_map(|w| w.to_le_bytes());
+            out.extend(bytes.take(stride));
+        }
+        out
     }
 
     /// How many rows there are; 0 where they have no columns.
@@ -132,4 +173,36 @@ pub(super) fn ones(row: &[u64]) -> impl Iterator<Item = u32> + '_ {
             .take_while(|&w| w != 0)
             .map(move |w| at as u32 * 64 + w.trailing_zeros())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_come_back_from_what_tools_exchange() {
+        for cells in [0, 1, 7, 8, 63, 64, 65, 130] {
+            let mut rows = BitRows::new(cells, cells);
+            (0..cells).for_each(|k| rows.set(k, k * 7 % cells));
+            let bytes = rows.to_exchange();
+            assert_eq!(BitRows::from_exchange(&bytes), Some(rows), "{cells} cells");
+            assert_eq!(BitRows::from_exchange(&bytes[..bytes.len() - 1]), None);
+            assert_eq!(BitRows::from_exchange(&[&bytes[..], b"x"].concat()), None);
+        }
+    }
+
+    #[test]
+    fn ones_are_named_in_order() {
+        let row = [1 << 63 | 2, 0, 5];
+        assert_eq!(ones(&row).collect::<Vec<_>>(), [1, 63, 128, 130]);
+        assert_eq!(count(&row), 4);
+    }
+
+    #[test]
+    fn only_what_is_mirrored_stays() {
+        let mut rows = BitRows::new(3, 3);
+        [(0, 1), (1, 0), (0, 2), (2, 2)].iter().for_each(|&(a, b)| rows.set(a, b));
+        rows.keep_symmetric();
+        assert!(rows.has(0, 1) && rows.has(1, 0) && rows.has(2, 2) && rows.count() == 3);
+    }
 }

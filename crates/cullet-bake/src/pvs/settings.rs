@@ -62,12 +62,17 @@ impl PvsSettings {
 
     /// The tolerance within its limits; the default where it is no number.
     pub(super) fn sound_tolerance(&self) -> f64 {
-        if self.tolerance.is_nan() { Self::default().tolerance } else { self.tolerance.clamp(1e-7, 1e-3) }
+        if self.tolerance.is_nan() {
+            Self::default().tolerance
+        } else {
+            self.tolerance.clamp(1e-7, 1e-3)
+        }
     }
 
     /// All that results depend on, for hashes.
     pub(super) fn bytes(&self) -> Vec<u8> {
-        let Self { preset, seed, tolerance: _, local_lines, aimed_lines, chain_lines, splits } = *self;
+        let Self { preset, seed, tolerance: _, local_lines, aimed_lines, chain_lines, splits } =
+            *self;
         let mut bytes = vec![preset as u8];
         bytes.extend(seed.to_le_bytes());
         bytes.extend(self.sound_tolerance().to_le_bytes());

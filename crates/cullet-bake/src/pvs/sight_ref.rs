@@ -64,7 +64,10 @@ pub fn check_sight_ref(
             let number = (group + k) as u64;
             let count = (lines - number * LINES).min(LINES);
             let mut random = Random::new(seed ^ 0x0b5e_55ed, [number as u32, 77]);
-            (count, (0..count).filter_map(|_| sample(graph, &mut random, margin)).collect::<Vec<_>>())
+            (
+                count,
+                (0..count).filter_map(|_| sample(graph, &mut random, margin)).collect::<Vec<_>>(),
+            )
         };
         let found = threads::run(threads, (jobs - group).min(16), || (), job, || true);
         for (count, sights) in found.unwrap_or_default() {
@@ -157,7 +160,8 @@ fn walk(
                 continue;
             }
             let t = (plane.d - normal.dot(point)) / normal.dot(direction);
-            if t > gone && next.is_none_or(|(best, _)| t < best)
+            if t > gone
+                && next.is_none_or(|(best, _)| t < best)
                 && inside(graph, portal, point + direction * t, margin)
             {
                 next = Some((t, portal));

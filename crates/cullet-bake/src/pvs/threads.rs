@@ -28,7 +28,9 @@ pub(super) fn run<S, T: Send>(
     let mut all = std::thread::scope(|scope| {
         // A thread that cannot be had leaves its work to the others.
         let helpers: Vec<_> = (0..helpers)
-            .filter_map(|_| std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work).ok())
+            .filter_map(|_| {
+                std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work).ok()
+            })
             .collect();
         let mut all = work();
         for helper in helpers {

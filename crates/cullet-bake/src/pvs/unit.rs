@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::hash::hash;
 use super::lines::{Found, Line};
 
 /// What a unit of a [`Bake`](super::Bake) found: a pure function of graph, settings, round and unit.
@@ -58,7 +59,12 @@ impl UnitResult {
 
     /// Reads such bytes; `None` where they are not whole, or name what a graph of so many openings and cells, with rows
     /// of `width` words, does not have.
-    pub(super) fn from_bytes(bytes: &[u8], openings: u32, cells: u32, width: usize) -> Option<Self> {
+    pub(super) fn from_bytes(
+        bytes: &[u8],
+        openings: u32,
+        cells: u32,
+        width: usize,
+    ) -> Option<Self> {
         let (body, sum) = bytes.split_last_chunk::<8>()?;
         if u64::from_le_bytes(*sum) != hash(body) {
             return None;
@@ -70,7 +76,8 @@ impl UnitResult {
         }
         let [hidden, closed, rows, lines, along] = counts;
         let sizes = [(hidden, 8), (closed, 4), (rows, 8), (lines, 4 + 48 + 4), (along, 4)];
-        let need = sizes.iter().try_fold(0_usize, |sum, &(n, size)| sum.checked_add(n.checked_mul(size)?));
+        let need =
+            sizes.iter().try_fold(0_usize, |sum, &(n, size)| sum.checked_add(n.checked_mul(size)?));
         if need? != rest.len() || rows != closed.checked_mul(width)? {
             return None;
         }
@@ -115,26 +122,6 @@ fn take<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
     let (first, after) = rest.split_first_chunk::<N>()?;
     *rest = after;
     Some(*first)
-}
-
-/// Hash of bytes, the same on every machine: no secret, but no accident keeps it.
-#[must_use]
-pub fn hash(bytes: &[u8]) -> u64 {
-    let mut state = 0x9e37_79b9_7f4a_7c15 ^ bytes.len() as u64;
-    for chunk in bytes.chunks(8) {
-        let mut word = [0; 8];
-        word[..chunk.len()].copy_from_slice(chunk);
-        state = mix(state ^ u64::from_le_bytes(word)).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    }
-    mix(state)
-}
-
-/// Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014.
-#[inline]
-pub(super) fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// A folder in which units lie as files, each named by what it is a function of.

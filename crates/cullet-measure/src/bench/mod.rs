@@ -17,6 +17,7 @@ mod moving;
 pub mod occlusion;
 mod options;
 mod pays;
+mod pvs;
 mod results;
 mod shadow;
 pub(crate) mod world;
@@ -63,6 +64,9 @@ enum BenchOf {
     /// Whether occlusion culling gives back what it takes, on many scenes
     #[command(after_help = pays::HELP)]
     Pays(Box<pays::PaysArgs>),
+    /// Sets of cells of portal graphs, beside the tool that level builders use
+    #[command(after_help = pvs::HELP)]
+    Pvs(pvs::PvsArgs),
 }
 
 impl BenchArgs {
@@ -79,6 +83,7 @@ impl BenchArgs {
         match &self.of {
             Some(BenchOf::Culler(args)) => args.json(),
             Some(BenchOf::Pays(args)) => args.json(),
+            Some(BenchOf::Pvs(args)) => args.json(),
             None => self.json.as_deref(),
         }
     }
@@ -92,6 +97,7 @@ pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
     match &args.of {
         Some(BenchOf::Culler(args)) => return culler::run(args, console),
         Some(BenchOf::Pays(args)) => return pays::run(args, console),
+        Some(BenchOf::Pvs(args)) => return pvs::run(args, console),
         None => {}
     }
     if args.occlusion.scene.is_some() {
