@@ -1,6 +1,8 @@
 //! Cells that could be reached, judged by whole portals: quick, and never too few.
 
-use super::openings::{Openings, Plane32};
+use glam::Vec4;
+
+use super::openings::{Bounds, Openings, Plane32};
 use super::polygon::HalfSpaces;
 use super::rows::{BitRows, has, meet, set};
 
@@ -30,57 +32,54 @@ pub(super) fn candidates(openings: &Openings, through: u32, row: &mut [u64], sta
     }
 }
 
-/// Planes of a shaft at the most.
-const LANES: usize = 16;
+/// Fours of planes of a shaft at the most; what a shaft has more of is passed over.
+const FOURS: usize = 4;
 
-/// A shaft: planes in f32, side by side for tests of many at once.
+/// Four planes side by side, with the absolute values of their normals.
+#[derive(Clone, Copy, Debug)]
+struct Four {
+    normals: [Vec4; 3],
+    sizes: [Vec4; 3],
+    d: Vec4,
+}
+
+/// A shaft: planes in f32, tested four at once.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shaft {
-    x: [f32; LANES],
-    y: [f32; LANES],
-    z: [f32; LANES],
-    d: [f32; LANES],
+    fours: [Four; FOURS],
     len: usize,
 }
 
 impl Shaft {
     /// As many of the planes as fit.
     pub(super) fn new(planes: &HalfSpaces) -> Self {
-        let mut shaft = Self {
-            x: [0.0; LANES],
-            y: [0.0; LANES],
-            z: [0.0; LANES],
-            d: [f32::MIN; LANES],
-            len: 0,
-        };
-        for (k, plane) in planes.all().iter().take(LANES).enumerate() {
-            shaft.x[k] = plane.normal.x as f32;
-            shaft.y[k] = plane.normal.y as f32;
-            shaft.z[k] = plane.normal.z as f32;
-            shaft.d[k] = plane.d as f32;
-            shaft.len = (k + 4) / 4 * 4;
+        // A plane that everything is ahead of.
+        let none = Four { normals: [Vec4::ZERO; 3], sizes: [Vec4::ZERO; 3], d: Vec4::MIN };
+        let mut shaft =
+            Self { fours: [none; FOURS], len: planes.all().len().div_ceil(4).min(FOURS) };
+        for (k, plane) in planes.all().iter().take(FOURS * 4).enumerate() {
+            let four = &mut shaft.fours[k / 4];
+            for (axis, &n) in plane.normal.as_vec3().as_ref().iter().enumerate() {
+                four.normals[axis][k % 4] = n;
+                four.sizes[axis][k % 4] = n.abs();
+            }
+            four.d[k % 4] = plane.d as f32;
         }
         shaft
     }
 
     /// Whether a box reaches into all of the half-spaces.
     #[inline]
-    pub(super) fn meets(&self, b: &super::openings::Bounds, thin: f32) -> bool {
-        let ([cx, cy, cz], [hx, hy, hz]) = (b.centre.to_array(), b.half.to_array());
-        let mut k = 0;
-        while k < self.len {
-            let mut least = [0.0; 4];
-            for lane in 0..4 {
-                let (x, y, z) = (self.x[k + lane], self.y[k + lane], self.z[k + lane]);
-                least[lane] = x * cx + y * cy + z * cz + x.abs() * hx + y.abs() * hy + z.abs() * hz
-                    - self.d[k + lane];
-            }
-            if least[0].min(least[1]).min(least[2].min(least[3])) <= thin {
-                return false;
-            }
-            k += 4;
-        }
-        true
+    pub(super) fn meets(&self, b: &Bounds, thin: f32) -> bool {
+        let (c, h) = (b.centre.to_array().map(Vec4::splat), b.half.to_array().map(Vec4::splat));
+        let thin = Vec4::splat(thin);
+        self.fours[..self.len].iter().all(|four| {
+            let [x, y, z] = &four.normals;
+            let [sx, sy, sz] = &four.sizes;
+            let middle = *x * c[0] + *y * c[1] + *z * c[2];
+            let reach = *sx * h[0] + *sy * h[1] + *sz * h[2];
+            !(middle + reach - four.d).cmple(thin).any()
+        })
     }
 }
 

@@ -12,29 +12,40 @@ use super::unit::UnitResult;
 /// Portals of a chain at the most. What lies behind a longer one is kept.
 const MOST_DEPTH: usize = 96;
 
+/// End of a search for a line through a chain of portals.
+enum Stab {
+    Found,
+    Impossible,
+    /// Given up.
+    Open,
+}
+
 /// Work of one cell.
 #[derive(Debug)]
 pub(super) struct Flow<'a> {
-    pub(super) openings: &'a Openings,
-    pub(super) known: &'a Known,
+    openings: &'a Openings,
+    known: &'a Known,
     settings: &'a PvsSettings,
-    pub(super) cell: u32,
+    cell: u32,
     /// Cells that this one is known to see.
-    pub(super) visible: Vec<u64>,
+    visible: Vec<u64>,
     /// Cells whose pair with this one is undecided and that no chain reached yet.
     pub(super) wanted: Vec<u64>,
     /// Cells that a chain reached though no line was found.
-    pub(super) kept: Vec<u64>,
+    kept: Vec<u64>,
     pub(super) found: Found,
-    pub(super) random: Random,
+    random: Random,
     scratch: FloodScratch,
     /// Wanted cells that are still ahead, for each depth, and what a flood reached.
     ahead: Vec<u64>,
     reached: Vec<u64>,
+    /// Cells along a line.
     line: Vec<u32>,
+    /// Cells of the chain, this one first.
     chain: Vec<u32>,
-    /// What is left of the portals of the chain.
+    /// What is left of the portals of the chain between its first and what it reached.
     passes: Vec<Polygon>,
+    /// Halves that a search has still to look at.
     split: Vec<[Polygon; 2]>,
 }
 
@@ -71,8 +82,8 @@ impl<'a> Flow<'a> {
         self.random = random;
     }
 
-    /// Tries a line of sight through an opening of this cell; whether it proved anything that was wanted.
-    pub(super) fn try_line(&mut self, line: &Line) -> bool {
+    /// Follows a line through an opening of this cell, and notes what it proves.
+    fn try_line(&mut self, line: &Line) {
         let mut cells = std::mem::take(&mut self.line);
         follow(self.openings, line, &mut cells);
         let mut news = false;
@@ -90,7 +101,6 @@ impl<'a> Flow<'a> {
             }
         }
         self.line = cells;
-        news
     }
 
     /// Lines through each pair of the cell's openings, as far as they go.
@@ -178,7 +188,8 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// A chain reached a cell: if it was wanted, looks for a line, and unless there is none is done with it in any case.
+    /// A chain reached a cell: if it was wanted, looks for a line through what the chain leaves of its first portal and its
+    /// last. False where there is none, so that the chain leads nowhere; else the cell is done with, found or kept.
     fn reach(&mut self, door: u32, to: u32, source: &Polygon, target: &Polygon) -> bool {
         if !has(&self.wanted, to) {
             return true;
@@ -198,41 +209,42 @@ impl<'a> Flow<'a> {
                 return true;
             }
         }
-        if self.passes.len() > 0 {
-            match self.stab(door, to, source, target) {
-                Some(false) => {
-                    return false;
-                }
-                Some(true) => {
-                    return true;
-                }
-                None => {}
-            }
+        match self.stab(door, to, source, target) {
+            Stab::Found => return true,
+            Stab::Impossible => return false,
+            Stab::Open => {}
         }
         clear(&mut self.wanted, to);
         set(&mut self.kept, to);
         true
     }
 
-    /// Whether there is a line through the whole chain: cuts source and target in halves, and clips each pair of
-    /// halves by what is between them, until nothing is left or a line is found.
-    fn stab(&mut self, door: u32, to: u32, source: &Polygon, target: &Polygon) -> Option<bool> {
+    /// Looks for a line through the whole chain: cuts source and target in halves, and clips each pair of halves by what is
+    /// between them, until nothing is left or a line is found.
+    fn stab(&mut self, door: u32, to: u32, source: &Polygon, target: &Polygon) -> Stab {
+        if self.passes.is_empty() {
+            return Stab::Open;
+        }
         let slack = self.openings.tolerance * 1e-3;
         let mut split = std::mem::take(&mut self.split);
         split.clear();
         split.push([*source, *target]);
         let mut left = self.settings.splits;
-        let mut result = Some(false);
+        let mut result = Stab::Impossible;
+        let mut planes = HalfSpaces::NONE;
         'pairs: while let Some([mut s, mut t]) = split.pop() {
             if left == 0 {
-                result = None;
+                result = Stab::Open;
                 break;
             }
             left -= 1;
             for pass in &self.passes {
-                if !t.clip_all(&separators(&s, pass, false, slack), slack)
-                    || !s.clip_all(&separators(&t, pass, true, slack), slack)
-                {
+                separators(&s, pass, false, slack, &mut planes);
+                if !t.clip_all(&planes, slack) {
+                    continue 'pairs;
+                }
+                separators(&t, pass, true, slack, &mut planes);
+                if !s.clip_all(&planes, slack) {
                     continue 'pairs;
                 }
             }
@@ -240,7 +252,7 @@ impl<'a> Flow<'a> {
             if let Some(direction) = (t.centre() - point).try_normalize() {
                 self.try_line(&Line { opening: door, point, direction });
                 if !has(&self.wanted, to) {
-                    result = Some(true);
+                    result = Stab::Found;
                     break;
                 }
             }
@@ -248,7 +260,7 @@ impl<'a> Flow<'a> {
             let cut_source = a.length_squared() > b.length_squared();
             let (axis, whole) = if cut_source { (a, s) } else { (b, t) };
             let Some(normal) = axis.try_normalize() else {
-                result = None;
+                result = Stab::Open;
                 break;
             };
             let d = normal.dot(whole.centre());
@@ -279,10 +291,10 @@ impl<'a> Flow<'a> {
         }
         let cell = openings.get(last).to;
         let first = openings.get(door);
-        let mut planes = match depth {
-            1 => HalfSpaces::NONE,
-            _ => separators(source, pass, false, slack),
-        };
+        let mut planes = HalfSpaces::NONE;
+        if depth > 1 {
+            separators(source, pass, false, slack, &mut planes);
+        }
         planes.push(first.normal, first.d);
         if depth > 1 {
             let passed = openings.get(last);
@@ -306,6 +318,7 @@ impl<'a> Flow<'a> {
                 return;
             }
         }
+        let mut backward = HalfSpaces::NONE;
         for next in openings.leaving(cell) {
             if next == reverse {
                 continue;
@@ -338,7 +351,7 @@ impl<'a> Flow<'a> {
                 continue;
             }
             if depth > 1 {
-                let backward = separators(&target, pass, true, slack);
+                separators(&target, pass, true, slack, &mut backward);
                 if !source.clip_all(&backward, tolerance) {
                     continue;
                 }

@@ -4,10 +4,10 @@ use glam::DVec3;
 
 /// Most corners of a polygon. One with more is replaced by a rectangle around it, and a clip that would make more is not
 /// done: both only keep more.
-const MOST: usize = 16;
+const MOST: usize = 12;
 
 /// Most planes between two polygons.
-pub(super) const MOST_PLANES: usize = 32;
+const MOST_PLANES: usize = 26;
 
 /// A convex polygon of up to [`MOST`] corners.
 #[derive(Clone, Copy, Debug)]
@@ -162,12 +162,17 @@ impl Polygon {
 /// Both polygons are counter-clockwise as seen from where lines go, or both clockwise and `back` true. `pass` is ahead of
 /// the plane of `source`. A plane that does not part them, for what was rounded, is left out.
 #[inline]
-pub(super) fn separators(source: &Polygon, pass: &Polygon, back: bool, slack: f64) -> HalfSpaces {
-    let mut planes = HalfSpaces::NONE;
+pub(super) fn separators(
+    source: &Polygon,
+    pass: &Polygon,
+    back: bool,
+    slack: f64,
+    planes: &mut HalfSpaces,
+) {
+    planes.len = 0;
     // Each edge's plane turns about it from the corner that turns it the least.
-    through_edges(source.corners(), pass.corners(), back, 1.0, slack, &mut planes);
-    through_edges(pass.corners(), source.corners(), back, -1.0, slack, &mut planes);
-    planes
+    through_edges(source.corners(), pass.corners(), back, 1.0, slack, planes);
+    through_edges(pass.corners(), source.corners(), back, -1.0, slack, planes);
 }
 
 #[inline(always)]
@@ -180,28 +185,31 @@ fn through_edges(
     planes: &mut HalfSpaces,
 ) {
     let mut last = edges[edges.len() - 1];
+    let mut ways = [DVec3::ZERO; MOST];
     for &corner in edges {
         let (a, b) = if back { (corner, last) } else { (last, corner) };
         last = corner;
         let edge = b - a;
-        let mut normal = edge.cross(others[0] - a);
-        for &other in &others[1..] {
-            if normal.dot(other - a) * sign < 0.0 {
-                normal = edge.cross(other - a);
+        let ways = &mut ways[..others.len()];
+        ways.iter_mut().zip(others).for_each(|(way, &other)| *way = (other - a) * sign);
+        let mut normal = edge.cross(ways[0]) * sign;
+        for way in &ways[1..] {
+            if normal.dot(*way) < 0.0 {
+                normal = edge.cross(*way) * sign;
             }
         }
-        let squared = normal.length_squared();
-        let long = edge.length_squared();
+        let (squared, long) = (normal.length_squared(), edge.length_squared());
         // An edge or a height of next to nothing spans no plane that can be trusted.
         if long <= slack * slack || squared <= slack * slack * long {
             continue;
         }
-        let normal = normal * (1.0 / squared.sqrt());
-        let d = normal.dot(a);
-        let parts = others.iter().all(|&o| (normal.dot(o) - d) * sign >= -slack)
-            && edges.iter().all(|&o| (normal.dot(o) - d) * sign <= slack);
+        let size = squared.sqrt();
+        let least = -slack * size;
+        let parts = ways.iter().all(|&way| normal.dot(way) >= least)
+            && edges.iter().all(|&o| normal.dot(a - o) * sign >= least);
         if parts {
-            planes.push(normal, d);
+            let normal = normal * (1.0 / size);
+            planes.push(normal, normal.dot(a));
         }
     }
 }

@@ -26,10 +26,10 @@ pub struct PvsSettings {
     pub local_lines: u32,
     /// Lines aimed at each undecided cell next to those that are seen. Default: 8.
     pub aimed_lines: u32,
-    /// Lines through what a chain of portals leaves open, before it is searched. Default: 4.
+    /// Lines through what a chain of portals leaves open, before it is searched. Default: 8.
     pub chain_lines: u32,
     /// How often such a chain is split in the search for a line through it, or for the proof that there is none. More
-    /// leaves less undecided. Default: 64.
+    /// leaves less undecided. Default: 32.
     pub splits: u32,
 }
 
@@ -41,8 +41,8 @@ impl Default for PvsSettings {
             tolerance: 1e-6,
             local_lines: 4,
             aimed_lines: 8,
-            chain_lines: 4,
-            splits: 64,
+            chain_lines: 8,
+            splits: 32,
         }
     }
 }
