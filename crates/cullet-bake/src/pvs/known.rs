@@ -97,7 +97,8 @@ impl Known {
         self.narrow(openings);
         for number in 0..openings.len() {
             let opening = openings.get(number);
-            for cell in ones(&self.might.row(number).to_vec()) {
+            let row = self.might.row(number).to_vec();
+            for cell in ones(&row) {
                 let sees = |back: u32| {
                     let row = self.might.row(back);
                     has(row, opening.from) && (cell == opening.to || has(row, opening.to))

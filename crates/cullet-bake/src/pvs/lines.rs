@@ -53,7 +53,7 @@ impl Random {
     /// Below a limit, which is not 0.
     #[inline]
     pub(super) fn below(&mut self, limit: u32) -> u32 {
-        ((self.next() >> 32) * u64::from(limit) >> 32) as u32
+        (((self.next() >> 32) * u64::from(limit)) >> 32) as u32
     }
 }
 
