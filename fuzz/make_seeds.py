@@ -116,6 +116,15 @@ def gltf() -> None:
     put("gltf", "binary", b"glTF" + u32(2, 12 + len(chunks)) + chunks)
 
 
+def prt() -> None:
+    square = "({0} 0 0 ) ({0} 1 0 ) ({0} 1 1 ) ({0} 0 1 ) "
+    portals = [f"4 {k} {k + 1} {square.format(k)}\n" for k in range(2)]
+    put("prt", "prt1", "PRT1\n3\n2\n" + "".join(portals))
+    put("prt", "quake3", "PRT1\n3\n2\n1\n" + "".join(p.replace(" (", " 0 (", 1) for p in portals) + "4 1 " + square.format(9) + "\n")
+    put("prt", "prt2", "PRT2\n4\n3\n2\n" + "".join(portals) + "0 3 -1\n1 -1\n2 -1\n")
+    put("prt", "prt1-am", "PRT1-AM\n3\n2\n4\n" + "".join(portals) + "0\n1\n2\n0\n")
+
+
 def claims() -> None:
     def surface(head: bytes, corners: list[tuple[int, int, int]], triangles: list[tuple[int, int, int]]) -> bytes:
         # The target takes the first two thirds of what follows the head for corners, of six bytes each.
@@ -133,5 +142,5 @@ def claims() -> None:
     put("claims", "parallel", surface(b"\x04\0\0\0\0\0\0\x01", fan, [(0, 1, 2), (0, 2, 3), (0, 2, 4), (2, 0, 5), (0, 1, 2)]))
 
 
-for make in (obj, ply, stl, off, occscn, gltf, claims):
+for make in (obj, ply, stl, off, prt, occscn, gltf, claims):
     make()

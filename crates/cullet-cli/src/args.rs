@@ -11,6 +11,7 @@ use crate::info::InfoArgs;
 use crate::occluders::{self, OccludersArgs};
 use crate::occscn::{self, OccscnArgs};
 use crate::picture::{self, PictureArgs};
+use crate::pvs::{self, PvsArgs};
 use crate::replay::{self, ReplayArgs};
 use crate::report::{self, ReportArgs};
 use crate::scenes::ScenesArgs;
@@ -41,6 +42,7 @@ Examples
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
   cullet occluders model.glb --picture o.png boxes inside of it, and polygons in its surface
+  cullet pvs map.prt -o map.cpvs             which cells of a map see each other, and what proves it
   cullet view model.glb                      a window: turn it, freeze it, click what is missing
   cullet serve model.glb                     the same as a page, on localhost
   cullet bench                               the batch tests against this machine's streaming rate
@@ -120,6 +122,9 @@ pub(crate) enum Command {
     /// Bake occluders for each mesh: boxes inside of it and polygons in its surface
     #[command(after_help = occluders::HELP)]
     Occluders(Box<OccludersArgs>),
+    /// Bake which cells of a map's portal graph see each other
+    #[command(after_help = pvs::HELP)]
+    Pvs(Box<PvsArgs>),
     /// Write a scene as triangles, boxes and views for comparing occlusion cullers
     #[command(after_help = occscn::HELP)]
     Occscn(Box<OccscnArgs>),

@@ -15,6 +15,7 @@ mod occscn;
 mod opening;
 mod peer;
 mod picture;
+mod pvs;
 mod record;
 mod recording;
 mod replay;
@@ -74,6 +75,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Occscn(args) => occscn::run(args, &console(None)),
         Command::View(args) => view::run(args),
         Command::Serve(args) => serve::run(args),
+        Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
         Command::Picture(args) => picture::run(args, &console(None)),
     }
 }

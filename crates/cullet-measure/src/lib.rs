@@ -21,5 +21,6 @@ pub mod bench;
 pub mod calibrate;
 pub mod machine;
 pub mod occscn;
+pub mod process;
 pub mod reproduce;
 mod stopwatch;

@@ -18,6 +18,7 @@ pub mod occlusion;
 mod options;
 mod pays;
 mod portal;
+mod pvs;
 mod results;
 mod shadow;
 pub(crate) mod world;
@@ -67,6 +68,9 @@ enum BenchOf {
     /// What cells and portals cost, and what they save
     #[command(after_help = portal::HELP)]
     Portal(portal::PortalArgs),
+    /// Sets of cells of portal graphs, beside the tool that level builders use
+    #[command(after_help = pvs::HELP)]
+    Pvs(pvs::PvsArgs),
 }
 
 impl BenchArgs {
@@ -84,6 +88,7 @@ impl BenchArgs {
             Some(BenchOf::Culler(args)) => args.json(),
             Some(BenchOf::Pays(args)) => args.json(),
             Some(BenchOf::Portal(args)) => args.json(),
+            Some(BenchOf::Pvs(args)) => args.json(),
             None => self.json.as_deref(),
         }
     }
@@ -98,6 +103,7 @@ pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
         Some(BenchOf::Culler(args)) => return culler::run(args, console),
         Some(BenchOf::Pays(args)) => return pays::run(args, console),
         Some(BenchOf::Portal(args)) => return portal::run(args, console),
+        Some(BenchOf::Pvs(args)) => return pvs::run(args, console),
         None => {}
     }
     if args.occlusion.scene.is_some() {

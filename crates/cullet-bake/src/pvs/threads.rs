@@ -1,0 +1,49 @@
+//! Jobs side by side, their results in order.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Runs `count` jobs on so many threads, each with a state of its own; the results in the order of the jobs, whoever ran
+/// them. `None` where `go_on` said no before the last was begun.
+pub(super) fn run<S, T: Send>(
+    threads: usize,
+    count: usize,
+    state: impl Fn() -> S + Sync,
+    job: impl Fn(&mut S, usize) -> T + Sync,
+    go_on: impl Fn() -> bool + Sync,
+) -> Option<Vec<T>> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut state = state();
+        let mut done = Vec::new();
+        while go_on() {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            if number >= count {
+                break;
+            }
+            done.push((number, job(&mut state, number)));
+        }
+        done
+    };
+    let helpers = threads.min(count).saturating_sub(1);
+    let mut all = std::thread::scope(|scope| {
+        // A thread that cannot be had leaves its work to the others.
+        let helpers: Vec<_> = (0..helpers)
+            .filter_map(|_| {
+                std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work).ok()
+            })
+            .collect();
+        let mut all = work();
+        for helper in helpers {
+            match helper.join() {
+                Ok(done) => all.extend(done),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        all
+    });
+    all.sort_unstable_by_key(|(number, _)| *number);
+    (all.len() == count).then(|| all.into_iter().map(|(_, result)| result).collect())
+}
+
+/// Room for the deepest chain of portals.
+const STACK: usize = 4 << 20;

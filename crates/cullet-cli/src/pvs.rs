@@ -1,0 +1,319 @@
+//! `cullet pvs`: which cells of a map see each other.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Instant;
+
+use clap::Args;
+use cullet_bake::pvs::{
+    Bake, Pvs, PvsPreset, PvsSettings, RunEnd, RunOptions, SightCheck, UnitFolder, check_sight_ref,
+};
+use cullet_command::console::{Console, agree, count, digits, grouped, interrupted, percent};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::{replace, write_json};
+use cullet_command::parse;
+use cullet_io::{ErrorKind, LoadError, Prt, load_prt};
+use cullet_measure::process;
+use serde::Serialize;
+
+/// End of `cullet pvs --help`.
+pub(crate) const HELP: &str = "\
+Bakes which cells of a portal graph (.prt: PRT1, PRT2, PRT1-AM) see each other. Each pair of cells is proven visible by a
+line of sight, proven hidden by planes, or undecided and kept; the share of the last says how much the sets may be too
+large by. The bytes are the same for any number of threads and any split into units.
+
+--unit I/N does one of N shares of the work and leaves it as files in --units; any number of processes may share a
+folder, on one machine or many. Once all have ended, --resume joins them. --resume alone does all the work and keeps
+what it finished there, so that it can go on after Ctrl-C.
+
+Examples
+  cullet pvs lqdm1.prt                              how much is seen, in what time
+  cullet pvs lqdm1.prt -o lqdm1.cpvs --rows lqdm1.pvs
+  cullet pvs lqdm1.prt --preset fast                only a first bound, at once
+  cullet pvs lqdm1.prt --check 10000000             holds the result against ten million sampled lines
+  cullet pvs big.prt --resume -o big.cpvs           goes on where Ctrl-C stopped it
+  cullet pvs big.prt --unit 3/8 --units /shared/big the third of eight machines
+  cullet pvs lqdm1.prt --json - | jq .undecided
+
+Exit codes
+  0 fine        1 --check found a line of sight between cells that the result calls hidden
+  3 no portal file, or invalid      130 interrupted; with --resume or --unit finished units are kept";
+
+/// `cullet pvs`
+#[derive(Debug, Args)]
+pub(crate) struct PvsArgs {
+    /// The portal graph: a .prt
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Write the sets, with the lines that prove them
+    #[arg(long, short, value_name = "PATH")]
+    out: Option<PathBuf>,
+    /// Write the sets as plain bit rows, PVSROWS1
+    #[arg(long, value_name = "PATH")]
+    rows: Option<PathBuf>,
+    /// Write what was found as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub(crate) json: Option<PathBuf>,
+    /// Threads [default: as many as there are processors]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=256))]
+    threads: Option<u32>,
+    /// Seed of the sampled lines
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How far to go
+    #[arg(long, value_name = "NAME", default_value = "full", value_parser = parse::choice(&PRESETS))]
+    preset: PvsPreset,
+    /// Width of a slit that counts as closed, as a share of the map's diagonal, 1e-7 to 1e-3
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-6, value_parser = tolerance)]
+    tolerance: f64,
+    /// Hold the result against N lines of sight, sampled by code of their own
+    #[arg(long, value_name = "N")]
+    check: Option<u64>,
+    /// How far inside of each portal the lines of --check pass [default: five times the tolerance]
+    #[arg(long, value_name = "DISTANCE", value_parser = parse::distance, requires = "check")]
+    margin: Option<f64>,
+    /// Do only the I-th of N shares, from 1
+    #[arg(long, value_name = "I/N", value_parser = share, conflicts_with_all = ["out", "rows", "json", "check"])]
+    unit: Option<[u32; 2]>,
+    /// Keep finished units, and go on from those that are there
+    #[arg(long)]
+    resume: bool,
+    /// Folder of the units [default: FILE.units]
+    #[arg(long, value_name = "FOLDER")]
+    units: Option<PathBuf>,
+}
+
+const PRESETS: [(&str, PvsPreset, &str); 2] = [
+    ("full", PvsPreset::Full, "Decide every pair"),
+    ("fast", PvsPreset::Fast, "Only floods through whole portals: several times too much"),
+];
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(v) if (1e-7..=1e-3).contains(&v) => Ok(v),
+        _ => Err(format!("'{text}' is not a share of 1e-7 to 1e-3; try 1e-6")),
+    }
+}
+
+fn share(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some([i.parse().ok()?, n.parse().ok()?]));
+    match parts {
+        Some([i, n]) if (1..=n).contains(&i) && n <= 10_000 => Ok([i, n]),
+        _ => Err(format!("'{text}' is not I/N with I from 1 to N, at most 10000; try 1/4")),
+    }
+}
+
+/// What is written as JSON. Pairs are ordered, and a cell with itself is none.
+#[derive(Debug, Serialize)]
+struct Record {
+    schema: u32,
+    cells: u32,
+    portals: u64,
+    visible_pairs: u64,
+    proven_visible: u64,
+    undecided: u64,
+    candidates: u64,
+    cpu_seconds: f64,
+    wall_seconds: f64,
+    peak_bytes: u64,
+    bytes_hash: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    check: Option<CheckRecord>,
+}
+
+/// What the sampled lines found.
+#[derive(Debug, Serialize)]
+struct CheckRecord {
+    lines: u64,
+    margin: f64,
+    pairs: u64,
+    missed: u64,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
+    let prt = load_prt(&args.file).map_err(|error| failure(&error))?;
+    let begin = (Instant::now(), process::cpu_time());
+    let mut settings = PvsSettings::default().with_preset(args.preset).with_seed(args.seed);
+    settings.tolerance = args.tolerance;
+    let threads = args.threads.map_or_else(
+        || std::thread::available_parallelism().map_or(1, usize::from),
+        |threads| threads as usize,
+    );
+    let mut bake = Bake::new(&prt.graph, &settings, threads);
+    let folder = folder(args)?;
+    let options = RunOptions {
+        threads,
+        folder: folder.as_ref().map(|(_, folder)| folder),
+        share: args.unit.map(|[i, n]| [i - 1, n]),
+    };
+    let progress = Mutex::new(console.progress("cells", bake.steps()));
+    let step = || {
+        if let Ok(mut progress) = progress.lock() {
+            progress.step();
+        }
+        !interrupted()
+    };
+    let end = bake.run(&options, &step);
+    if let Ok(mut progress) = progress.lock() {
+        progress.finish();
+    }
+    let at = folder.as_ref().map_or(Path::new(""), |(path, _)| path);
+    match end.map_err(|e| Failure::write(at, &e))? {
+        RunEnd::Whole => {}
+        RunEnd::Stopped => {
+            let (round, rounds) = (bake.round(), bake.rounds());
+            console.note(match folder {
+                Some(_) => format!(
+                    "interrupted in round {} of {rounds}; the same command goes on from {}",
+                    round + 1,
+                    at.display()
+                ),
+                None => "interrupted, and nothing is kept; --resume would keep it".to_owned(),
+            });
+            return Ok(Exit::Interrupted);
+        }
+        RunEnd::Share => {
+            let [i, n] = args.unit.unwrap_or([1, 1]);
+            let file = args.file.display();
+            console.line(format!(
+                "share {i} of {n} is done, in {}; once all are, join them: cullet pvs {file} --resume --units {}",
+                at.display(),
+                at.display()
+            ));
+            return Ok(Exit::Fine);
+        }
+    }
+    let own_bytes = bake.bytes();
+    let pvs = bake.finish();
+    let mut record = Record {
+        schema: 1,
+        cells: pvs.cell_count(),
+        portals: prt.graph.portals().len() as u64,
+        visible_pairs: pvs.visible_pairs(),
+        proven_visible: pvs.proven_pairs(),
+        undecided: pvs.undecided(),
+        candidates: pvs.candidates(),
+        cpu_seconds: (process::cpu_time() - begin.1).as_secs_f64(),
+        wall_seconds: begin.0.elapsed().as_secs_f64(),
+        peak_bytes: process::peak_bytes().unwrap_or(own_bytes),
+        bytes_hash: format!("{:016x}", pvs.rows_hash()),
+        check: None,
+    };
+    print(console, args, &prt, &record);
+    if let Some(path) = &args.rows {
+        replace(path, &pvs.rows_bytes())?;
+    }
+    if let Some(path) = &args.out {
+        replace(path, &pvs.to_bytes())?;
+    }
+    if let Some(lines) = args.check {
+        record.check = Some(check(args, &prt, &pvs, lines, threads, console));
+    }
+    if let Some(path) = &args.json {
+        write_json(path, &record)?;
+    }
+    let missed = record.check.is_some_and(|check| check.missed > 0);
+    Ok(if missed { Exit::FalseCull } else { Exit::Fine })
+}
+
+fn failure(error: &LoadError) -> Failure {
+    let exit =
+        if matches!(error.kind, ErrorKind::OverLimit { .. }) { Exit::Limit } else { Exit::Input };
+    Failure { exit, message: error.to_string() }
+}
+
+/// The folder of units, where one is wanted.
+fn folder(args: &PvsArgs) -> Result<Option<(PathBuf, UnitFolder)>, Failure> {
+    if !args.resume && args.unit.is_none() && args.units.is_none() {
+        return Ok(None);
+    }
+    let path = args.units.clone().unwrap_or_else(|| {
+        let mut name = args.file.clone().into_os_string();
+        name.push(".units");
+        name.into()
+    });
+    let folder = UnitFolder::new(&path).map_err(|e| Failure::write(&path, &e))?;
+    Ok(Some((path, folder)))
+}
+
+fn print(console: &Console, args: &PvsArgs, prt: &Prt, record: &Record) {
+    let Record { cells, portals, visible_pairs, .. } = *record;
+    let all = u64::from(cells) * u64::from(cells.saturating_sub(1));
+    console.line(format!(
+        "{}: {}, {}",
+        args.file.display(),
+        count(u64::from(cells), "cell", "cells"),
+        count(portals, "portal", "portals"),
+    ));
+    if prt.turned > 0 {
+        let odd = count(u64::from(prt.turned), "portal is", "portals are");
+        console.note(format!("{odd} wound the other way around than the rest; turned"));
+    }
+    console.line(format!(
+        "{} of cells see each other, {} of all; {} a cell in the mean",
+        count(visible_pairs, "pair", "pairs"),
+        percent(visible_pairs, all),
+        digits(visible_pairs as f64 / f64::from(cells.max(1))),
+    ));
+    console.line(format!(
+        "  {} proven visible by a line of sight, {} undecided and kept: {}",
+        grouped(record.proven_visible),
+        grouped(record.undecided),
+        percent(record.undecided, visible_pairs),
+    ));
+    let hidden = all - visible_pairs;
+    console.line(format!(
+        "  {} hidden, {} of them by floods through whole portals alone",
+        grouped(hidden),
+        grouped(all - record.candidates),
+    ));
+    console.line(format!(
+        "{} s of processors, {} s, {} MiB at the most",
+        digits(record.cpu_seconds),
+        digits(record.wall_seconds),
+        digits(record.peak_bytes as f64 / f64::from(1 << 20)),
+    ));
+}
+
+/// Holds the sets against sampled lines.
+fn check(
+    args: &PvsArgs,
+    prt: &Prt,
+    pvs: &Pvs,
+    lines: u64,
+    threads: usize,
+    console: &Console,
+) -> CheckRecord {
+    let margin = args.margin.unwrap_or(args.tolerance * 5.0 * diagonal(prt));
+    let found = check_sight_ref(&prt.graph, pvs.visible(), lines, args.seed, margin, threads);
+    let SightCheck { lines, missed, ref first, .. } = found;
+    let pairs = found.found.count();
+    console.line(format!(
+        "{} through random portals, {} inside of each that they pass: {} seen, {missed} missed",
+        count(lines, "line", "lines"),
+        digits(margin),
+        count(pairs, "pair", "pairs"),
+    ));
+    for m in first {
+        let ([px, py, pz], [dx, dy, dz]) = (m.point, m.direction);
+        console.line(format!(
+            "  MISSED cell {} sees cell {}, by the line through {px},{py},{pz} along {dx},{dy},{dz}",
+            m.from, m.to
+        ));
+    }
+    if missed > 0 {
+        let are = agree(missed, "pair is", "pairs are");
+        console.line(format!("{missed} {are} missed: a fault of cullet, please report it"));
+    }
+    CheckRecord { lines, margin, pairs, missed }
+}
+
+/// Length of the diagonal of the box around all portals.
+fn diagonal(prt: &Prt) -> f64 {
+    let corners =
+        || prt.graph.portals().iter().flat_map(|p| &p.polygon).map(|&v| glam::DVec3::from(v));
+    let low = corners().reduce(glam::DVec3::min).unwrap_or_default();
+    let high = corners().reduce(glam::DVec3::max).unwrap_or_default();
+    (high - low).length()
+}

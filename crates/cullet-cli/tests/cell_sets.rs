@@ -1,0 +1,147 @@
+//! `cullet pvs` as its users meet it: its outputs, its units, its messages and exit codes.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder of its own, gone when the test is.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("cullet-sets-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.join(name).to_string_lossy().into_owned()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn cullet(args: &[&str]) -> Output {
+    let all = [&["pvs"], args].concat();
+    Command::new(env!("CARGO_BIN_EXE_cullet")).args(all).output().unwrap()
+}
+
+/// Both outputs, with ordinary spaces.
+fn said(out: &Output) -> String {
+    let text = [&out.stdout[..], &out.stderr[..]].concat();
+    String::from_utf8_lossy(&text).replace('\u{202f}', " ")
+}
+
+/// Rooms in a row, each door higher than the one before, and a side room at each.
+fn map(folder: &Folder) -> String {
+    let mut portals = Vec::new();
+    for k in 0..12_u32 {
+        let (x, y) = (10 * k + 10, 3 * k);
+        let top = y + 4;
+        portals.push(format!(
+            "4 {k} {} ({x} {y} 0 ) ({x} {y} 8 ) ({x} {top} 8 ) ({x} {top} 0 )\n",
+            k + 1
+        ));
+        let (z, a, b, side) = (9, x - 9, x - 1, 13 + k);
+        portals.push(format!(
+            "4 {k} {side} ({a} {y} {z} ) ({a} {top} {z} ) ({b} {top} {z} ) ({b} {y} {z} )\n"
+        ));
+    }
+    let path = folder.path("rooms.prt");
+    std::fs::write(&path, format!("PRT1\n25\n{}\n{}", portals.len(), portals.concat())).unwrap();
+    path
+}
+
+#[test]
+fn a_bake_states_its_pairs_writes_its_rows_and_is_the_same_on_threads_and_in_units() {
+    let folder = Folder::new("same");
+    let map = map(&folder);
+    let (rows, sets) = (folder.path("one.pvs"), folder.path("one.cpvs"));
+    let out = cullet(&[
+        &map,
+        "--json",
+        "-",
+        "--rows",
+        &rows,
+        "-o",
+        &sets,
+        "--threads",
+        "1",
+        "--check",
+        "20000",
+    ]);
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let number = |key: &str| json[key].as_u64().unwrap();
+    assert_eq!((number("schema"), number("cells"), number("portals")), (1, 25, 24));
+    assert_eq!(number("visible_pairs"), number("proven_visible") + number("undecided"));
+    assert!(
+        number("visible_pairs") >= 48 && number("visible_pairs") < number("candidates"),
+        "{json}"
+    );
+    assert!(number("candidates") < 25 * 24 && number("peak_bytes") > 0);
+    assert!(json["cpu_seconds"].is_f64() && json["wall_seconds"].is_f64());
+    assert_eq!((&json["check"]["lines"], &json["check"]["missed"]), (&20_000.into(), &0.into()));
+    let bytes = std::fs::read(&rows).unwrap();
+    assert_eq!((&bytes[..8], bytes.len()), (&b"PVSROWS1"[..], 16 + 25 * 4));
+    let ones: u32 = bytes[16..].iter().map(|b| b.count_ones()).sum();
+    assert_eq!(u64::from(ones), number("visible_pairs") + 25);
+    let whole = std::fs::read(&sets).unwrap();
+    let again = folder.path("again.cpvs");
+    for threads in ["2", "8"] {
+        let out = cullet(&[&map, "-o", &again, "--threads", threads]);
+        assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+        assert!(std::fs::read(&again).unwrap() == whole, "{threads} threads");
+    }
+    let units = folder.path("units");
+    for share in ["2/3", "1/3", "3/3"] {
+        let out = cullet(&[&map, "--unit", share, "--units", &units]);
+        assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+        assert!(said(&out).contains("join them: cullet pvs"), "{}", said(&out));
+    }
+    let out = cullet(&[&map, "--resume", "--units", &units, "-o", &again, "--json", "-"]);
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    assert!(std::fs::read(&again).unwrap() == whole, "units");
+    let joined: Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(joined["bytes_hash"], json["bytes_hash"]);
+}
+
+#[test]
+fn a_preset_is_quicker_and_keeps_more() {
+    let folder = Folder::new("preset");
+    let map = map(&folder);
+    let pairs = |preset: &str| {
+        let out = cullet(&[&map, "--preset", preset, "--json", "-"]);
+        let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+        json["visible_pairs"].as_u64().unwrap()
+    };
+    assert!(pairs("fast") > pairs("full"));
+}
+
+#[test]
+fn wrong_files_and_command_lines_say_why() {
+    let folder = Folder::new("wrong");
+    let map = map(&folder);
+    let cut = folder.path("cut.prt");
+    let text = std::fs::read_to_string(&map).unwrap();
+    std::fs::write(&cut, &text[..text.len() / 2]).unwrap();
+    for (args, code, words) in [
+        (&["no-such.prt"][..], 3, "no-such.prt: cannot be read"),
+        (&[&cut], 3, "cut.prt: line"),
+        (&[&map, "--unit", "4/3"], 2, "'4/3' is not I/N"),
+        (&[&map, "--unit", "1/3", "--json", "-"], 2, "cannot be used with"),
+        (&[&map, "--tolerance", "1"], 2, "try 1e-6"),
+        (&[&map, "--preset", "slow"], 2, "slow"),
+        (&[&map, "--margin", "1"], 2, "--check"),
+        (&[&map, "-o", "/nonexistent/folder/x"], 3, "cannot be written"),
+    ] {
+        let out = cullet(args);
+        assert_eq!(out.status.code(), Some(code), "{args:?}: {}", said(&out));
+        assert!(said(&out).contains(words), "{words} is not in {}", said(&out));
+    }
+}
