@@ -11,6 +11,10 @@ use crate::{Attributes, ErrorKind, LoadOptions, Material, Model, Up, Warning};
 #[derive(Debug)]
 pub(crate) struct Builder<'a> {
     options: &'a LoadOptions,
+    /// The axis that points up where the options do not say.
+    up: Up,
+    /// Whether the parts of meshes say which sides they have.
+    sided: bool,
     triangles: u64,
     meshes: Vec<(String, MeshData)>,
     instances: Vec<(String, Instance)>,
@@ -21,12 +25,30 @@ pub(crate) struct Builder<'a> {
 impl<'a> Builder<'a> {
     pub(crate) fn new(name: &str, options: &'a LoadOptions) -> Self {
         let model = Model { name: name.to_owned(), ..Model::default() };
-        Self { options, triangles: 0, meshes: Vec::new(), instances: Vec::new(), model }
+        Self {
+            options,
+            up: Up::Y,
+            sided: false,
+            triangles: 0,
+            meshes: Vec::new(),
+            instances: Vec::new(),
+            model,
+        }
+    }
+
+    /// Of a format that says which axis points up.
+    pub(crate) fn with_up(self, up: Up) -> Self {
+        Self { up, ..self }
+    }
+
+    /// Of a format that says which sides a part has.
+    pub(crate) fn with_sides(self) -> Self {
+        Self { sided: true, ..self }
     }
 
     /// The rotation that takes the file's up axis to +Y.
     pub(crate) fn up(&self) -> Transform {
-        match self.options.up.unwrap_or_default() {
+        match self.options.up.unwrap_or(self.up) {
             Up::Y => Transform::IDENTITY,
             Up::Z => Transform {
                 linear: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
@@ -98,18 +120,20 @@ impl<'a> Builder<'a> {
         self.instance(name, Instance::new(mesh, Transform::IDENTITY))
     }
 
-    /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else
-    /// one-sided if it is a solid.
+    /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else as its parts say where
+    /// the format does, else one-sided if it is a solid.
     pub(crate) fn finish(mut self) -> Result<Model, ErrorKind> {
         if self.triangles == 0 {
             self.warn("file", "it has no triangles, so there is nothing to see or cull");
         }
-        let Self { options, meshes, instances, mut model, .. } = self;
+        let Self { options, sided, meshes, instances, mut model, .. } = self;
         for (name, data) in meshes {
             let invalid = |message: String| ErrorKind::invalid(format!("mesh \"{name}\""), message);
             let mut mesh = Mesh::new(data).map_err(|e| invalid(e.to_string()))?;
-            let two_sided = options.two_sided.unwrap_or_else(|| mesh.solid().is_err());
-            mesh.set_two_sided(two_sided);
+            match options.two_sided {
+                None if sided => {}
+                said => mesh.set_two_sided(said.unwrap_or_else(|| mesh.solid().is_err())),
+            }
             if let Some(message) = coarse(&mesh.bounds()) {
                 let item = format!("mesh \"{name}\"");
                 model.warnings.push(Warning { item, message });

@@ -9,6 +9,7 @@ pub mod adversaries;
 mod attributes;
 mod beside;
 mod blocks;
+pub mod bsp;
 mod builder;
 mod compact;
 pub mod deform;
