@@ -242,7 +242,10 @@ mod tests {
             {classname info_player_start origin \"4 5 6\" angle 90}\n\0\0junk";
         let entities = parse(text).unwrap();
         assert_eq!(entities.len(), 3);
-        assert_eq!((entities[0].class(), entities[0].get("MESSAGE")), ("worldspawn", Some("a { b }")));
+        assert_eq!(
+            (entities[0].class(), entities[0].get("MESSAGE")),
+            ("worldspawn", Some("a { b }"))
+        );
         let lamp = entities[1].lamp().unwrap();
         assert_eq!((lamp.origin, lamp.intensity), ([1.0, -2.5, 30.0], 150.0));
         assert_eq!(lamp.color, [1.0, 0.0, 0.2]);
@@ -268,7 +271,10 @@ mod tests {
     #[test]
     fn defects_name_their_line() {
         let error = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
-        assert_eq!(error("{\n\"a\" \"b\"\n"), "lump entities, line 3: it ends within an entity; } is missing");
+        assert_eq!(
+            error("{\n\"a\" \"b\"\n"),
+            "lump entities, line 3: it ends within an entity; } is missing"
+        );
         assert_eq!(error("{\n\"a\" }"), "lump entities, line 2: the key \"a\" has no value");
         assert!(error("{ \"a").contains("line 1: a text has no closing"));
         assert!(error("\n}").contains("line 2: found }, expected {"));

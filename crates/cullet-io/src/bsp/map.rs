@@ -14,17 +14,17 @@ pub enum Contents {
     Open,
     /// A liquid: one may be there and see.
     Liquid,
-    /// Sky: nothing is seen beyond it.
+    /// Sky: engines draw its surface in front of what is beyond it, but compilers let sight pass.
     Sky,
     /// Rock, or the outside.
     Solid,
 }
 
 impl Contents {
-    /// Whether sight passes.
+    /// Whether it is a region at all: all but rock.
     #[must_use]
     pub fn is_open(self) -> bool {
-        matches!(self, Self::Open | Self::Liquid)
+        self != Self::Solid
     }
 }
 
@@ -150,7 +150,7 @@ impl Bsp {
         self.tree.leaf_at(root, point)
     }
 
-    /// The cell of a point; `None` in rock, in the sky and outside.
+    /// The cell of a point; `None` in rock and outside.
     #[must_use]
     pub fn cell_at(&self, point: [f64; 3]) -> Option<u32> {
         let leaf = &self.leafs[self.leaf_at(point) as usize];

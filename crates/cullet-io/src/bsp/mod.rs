@@ -32,7 +32,7 @@ mod write;
 
 pub use entities::{Entity, Lamp, Start};
 pub use lumps::Version;
-pub use map::{Bsp, BrushModel, Contents, Leaf, Texture};
+pub use map::{BrushModel, Bsp, Contents, Leaf, Texture};
 pub use scene::to_scene;
 pub use tree::{Child, Node, Tree};
 pub use write::{ClusterRows, clusters_of_leafs, with_visibility};

@@ -5,7 +5,7 @@
 use cullet::cell::{CellGraph, Portal};
 use glam::DVec3;
 
-use super::map::Bsp;
+use super::map::{Bsp, Contents};
 use super::tree::Child;
 use super::winding::{Cut, ON, Winding};
 use crate::ErrorKind;
@@ -14,16 +14,20 @@ use crate::ErrorKind;
 const MARGIN: f64 = 64.0;
 /// Portals narrower than this are left out: they are what rounding leaves between neighbours.
 const NARROW: f64 = 2.0 * ON;
-/// Most cuts, for each node of the tree: of a map they are tens to hundreds; of a tree that is made to be slow, no bound
-/// but the square of the nodes would hold.
-const CUTS: u64 = 20_000;
+/// Most cuts, for each node of the tree: of a map they are about ten; of a tree that is made to be slow, no bound but the
+/// square of the nodes would hold.
+const CUTS: u64 = 1_000;
+/// Most portals, for each node of the tree: of a map there are fewer than nodes.
+const PORTALS: u64 = 16;
 
 /// Most pieces between two cells on one plane that are tried to be joined: the search takes their square.
 const MOST_JOINED: usize = 64;
 
 impl Bsp {
     /// Cells and the portals between them, made from the tree, in the map's axes: the graph of which visibility is baked,
-    /// with no `.prt` file. Cells are those of [`Leaf::cell`](super::Leaf::cell); rock and sky lie between. Portals
+    /// with no `.prt` file. Cells are those of [`Leaf::cell`](super::Leaf::cell); rock lies between. Sight does not
+    /// pass between the sky and what is not sky, for engines draw the sky in front of what is behind it; compilers do the
+    /// same. Portals
     /// between leafs of one cell vanish, and pieces of one plane between the same two cells are joined where they are
     /// convex together.
     ///
@@ -33,7 +37,8 @@ impl Bsp {
     /// Cost: some hundred cuts of a polygon for each node.
     ///
     /// # Errors
-    /// If the map's box is not finite, or the tree is so shaped that cuts exceed 20,000 for each node.
+    /// If the map's box is not finite, or the tree is so shaped that cuts exceed 1,000 for each node, or
+    /// portals 16 for each node.
     pub fn cells(&self) -> Result<CellGraph, ErrorKind> {
         let world = &self.models[0];
         let [low, high] = world.bounds.map(DVec3::from);
@@ -66,8 +71,8 @@ impl Bsp {
             .map_err(|e| ErrorKind::invalid("cells", e.to_string()))
     }
 
-    /// The cell that all leafs below a node are part of and open; of nodes below `root`.
-    fn uniform(&self, root: Child) -> Vec<Option<u32>> {
+    /// The place that all leafs below a node are part of; of nodes below `root`.
+    fn uniform(&self, root: Child) -> Vec<Option<Place>> {
         let mut order = Vec::new();
         let mut open = vec![root];
         while let Some(child) = open.pop() {
@@ -81,23 +86,31 @@ impl Bsp {
         for node in order.into_iter().rev() {
             let [front, back] = self.tree.nodes()[node as usize].children.map(|c| match c {
                 Child::Node(below) => uniform[below as usize],
-                Child::Leaf(leaf) => self.open_cell(leaf),
+                Child::Leaf(leaf) => self.place(leaf),
             });
             uniform[node as usize] = front.filter(|_| front == back);
         }
         uniform
     }
 
-    /// The cell of a leaf that sight passes.
-    fn open_cell(&self, leaf: u32) -> Option<u32> {
+    /// Where a leaf belongs; `None` in rock.
+    fn place(&self, leaf: u32) -> Option<Place> {
         let leaf = &self.leafs[leaf as usize];
-        leaf.cell.filter(|_| leaf.contents.is_open())
+        let sky = leaf.contents == Contents::Sky;
+        leaf.cell.filter(|_| leaf.contents.is_open()).map(|cell| Place { cell, sky })
     }
+}
+
+/// A cell, and whether it is in the sky.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Place {
+    cell: u32,
+    sky: bool,
 }
 
 struct Maker<'a> {
     map: &'a Bsp,
-    uniform: Vec<Option<u32>>,
+    uniform: Vec<Option<Place>>,
     cuts: u64,
     limit: u64,
     centre: DVec3,
@@ -115,6 +128,17 @@ impl Maker<'_> {
         Ok(())
     }
 
+    /// Whether there may be portals besides these pieces.
+    fn within(&self, pieces: usize) -> Result<(), ErrorKind> {
+        let count = (self.portals.len() + pieces) as u64;
+        let limit = PORTALS * self.map.tree().nodes().len() as u64;
+        if count >= limit {
+            let item = "portals of the tree".into();
+            return Err(ErrorKind::OverLimit { item, count, limit });
+        }
+        Ok(())
+    }
+
     /// Portals on the plane of a node.
     fn node(&mut self, node: u32) -> Result<(), ErrorKind> {
         let tree = self.map.tree();
@@ -124,10 +148,11 @@ impl Maker<'_> {
         let normal = DVec3::from(plane.normal);
         // By the cells before and behind.
         let mut pieces: Vec<([u32; 2], Winding)> = Vec::new();
-        for (cell, before) in self.reached(front, whole, normal)? {
+        for (place, before) in self.reached(front, whole, normal)? {
             for (other, both) in self.reached(back, before, -normal)? {
-                if cell != other {
-                    pieces.push(([cell, other], both));
+                if place.cell != other.cell && place.sky == other.sky {
+                    self.within(pieces.len())?;
+                    pieces.push(([place.cell, other.cell], both));
                 }
             }
         }
@@ -180,19 +205,19 @@ impl Maker<'_> {
         child: Child,
         winding: Winding,
         inward: DVec3,
-    ) -> Result<Vec<(u32, Winding)>, ErrorKind> {
+    ) -> Result<Vec<(Place, Winding)>, ErrorKind> {
         let mut reached = Vec::new();
         let mut open = vec![(child, winding)];
         while let Some((child, winding)) = open.pop() {
             let node = match child {
                 Child::Leaf(leaf) => {
-                    reached.extend(self.map.open_cell(leaf).map(|cell| (cell, winding)));
+                    reached.extend(self.map.place(leaf).map(|place| (place, winding)));
                     continue;
                 }
                 Child::Node(node) => node,
             };
-            if let Some(cell) = self.uniform[node as usize] {
-                reached.push((cell, winding));
+            if let Some(place) = self.uniform[node as usize] {
+                reached.push((place, winding));
                 continue;
             }
             self.count()?;

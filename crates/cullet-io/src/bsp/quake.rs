@@ -8,7 +8,7 @@ use super::entities;
 use super::lumps::{
     Lump, Lumps, Records, Shared, Version, floats, int, short, unsigned, unsigned_short,
 };
-use super::map::{Bsp, BrushModel, Contents, Leaf, Texture};
+use super::map::{BrushModel, Bsp, Contents, Leaf, Texture};
 use super::surfaces::{Kind, Surface, Surfaces, area, middle};
 use super::tree::{self, Child, Node, Tree};
 use super::visibility::Visibility;
@@ -159,8 +159,7 @@ fn read_leafs(records: Records<'_>, wide: bool, marks: usize) -> Result<Vec<Leaf
             true => [32, 36].map(|o| i64::from(unsigned(record, o))),
             false => [20, 22].map(|o| i64::from(unsigned_short(record, o))),
         };
-        let surfaces =
-            shared.range(first, count, marks).map_err(|m| records.invalid(number, m))?;
+        let surfaces = shared.range(first, count, marks).map_err(|m| records.invalid(number, m))?;
         Ok(Leaf { contents, bounds: [corner(0), corner(1)], cell: None, surfaces })
     };
     records.iter().enumerate().map(leaf).collect()

@@ -2,7 +2,7 @@
 
 use super::entities;
 use super::lumps::{Lumps, Records, Shared, float, floats, int, unsigned};
-use super::map::{Bsp, BrushModel, Contents, Leaf, Texture};
+use super::map::{BrushModel, Bsp, Contents, Leaf, Texture};
 use super::patch;
 use super::quake::{positions, text};
 use super::surfaces::{Kind, Surface, Surfaces, area, middle};
@@ -88,8 +88,7 @@ fn read_models(records: Records<'_>, faces: usize) -> Result<Vec<BrushModel>, Er
     let mut shared = Shared::new("faces", faces);
     let model = |(number, record): (usize, &[u8])| {
         let [first, count] = [24, 28].map(|o| i64::from(int(record, o)));
-        let surfaces =
-            shared.range(first, count, faces).map_err(|m| records.invalid(number, m))?;
+        let surfaces = shared.range(first, count, faces).map_err(|m| records.invalid(number, m))?;
         let bounds = [0, 12].map(|o| floats(record, o).map(f64::from));
         Ok(BrushModel { bounds, root: Child::Node(0), surfaces })
     };
@@ -148,8 +147,7 @@ pub(crate) fn surfaces(lumps: &Lumps<'_>, map: &Bsp) -> Result<Surfaces, ErrorKi
         let Some(info) = usize::try_from(texture).ok().and_then(|t| map.textures.get(t)) else {
             return Err(at(format!("it names texture {texture}, of {}", map.textures.len())));
         };
-        let range =
-            shared.0.range(first.into(), count.into(), vertices.len()).map_err(at)?;
+        let range = shared.0.range(first.into(), count.into(), vertices.len()).map_err(at)?;
         let own = &corners[range.clone()];
         let start = out.indices.len();
         match kind {
@@ -237,9 +235,9 @@ fn vertices_normals(vertices: Records<'_>, range: std::ops::Range<usize>) -> gla
 /// Turns triangles so that they go round counter-clockwise about the normal: Quake 3 goes round clockwise.
 fn turn(indices: &mut [u32], normal: glam::DVec3, welder: &Welder) {
     let triangles = indices.as_chunks_mut::<3>().0;
-    let sum = triangles.iter().fold(glam::DVec3::ZERO, |sum, t| {
-        sum + area(&t.map(|v| welder.position(v)))
-    });
+    let sum = triangles
+        .iter()
+        .fold(glam::DVec3::ZERO, |sum, t| sum + area(&t.map(|v| welder.position(v))));
     if sum.dot(normal) < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }

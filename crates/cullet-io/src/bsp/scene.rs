@@ -24,6 +24,8 @@ pub fn to_scene([x, y, z]: [f64; 3], up: Option<Up>) -> [f64; 3] {
     }
 }
 
+/// Height of a player's eyes above the ground: 24 to the origin of the player, and 22 more.
+const EYE_HEIGHT: f64 = 46.0;
 /// Distance of the near plane of a start's camera, as the engines have it.
 const NEAR: f64 = 4.0;
 /// Full vertical field of view of a start's camera: 90 degrees across a picture of 4 to 3.
@@ -41,7 +43,7 @@ pub(crate) fn read<'o>(
     let lumps = Lumps::new(bytes)?;
     let map = parse::parse(&lumps)?;
     let surfaces = parse::surfaces(&lumps, &map)?;
-    let mut builder = Builder::new(name, options).with_up(Up::Z).with_sides();
+    let mut builder = Builder::new(name, options).for_map();
     warn(&map, &surfaces, &mut builder);
     let mut maker = Maker {
         compact: Compact::new(surfaces.positions.len()),
@@ -53,6 +55,7 @@ pub(crate) fn read<'o>(
     maker.world()?;
     maker.brush_models()?;
     let mut builder = maker.builder;
+    builder.model.eye_height = Some(EYE_HEIGHT);
     add_cameras(&map, options.up, &mut builder);
     Ok(builder)
 }
@@ -112,12 +115,14 @@ impl Maker<'_, '_> {
         let mut meshes = HashMap::new();
         for (number, entity) in self.map.entities.iter().enumerate() {
             let class = entity.class();
-            let Some(model) = entity.brush_model().filter(|_| !class.starts_with("trigger_")) else {
+            let Some(model) = entity.brush_model().filter(|_| !class.starts_with("trigger_"))
+            else {
                 continue;
             };
             let Some(brushes) = self.map.models.get(model as usize).filter(|_| model > 0) else {
                 let count = self.map.models.len();
-                let message = format!("its model *{model} is not there; the map has {count}, from *1");
+                let message =
+                    format!("its model *{model} is not there; the map has {count}, from *1");
                 self.builder.warn(format!("entity {number} ({class})"), message);
                 continue;
             };
@@ -199,9 +204,9 @@ fn color(name: &str, kind: Kind) -> [f32; 4] {
         Kind::Effect => [0.9, 0.7, 0.4, 0.5],
         Kind::Wall | Kind::Fence => {
             // FNV-1a: the same colours everywhere.
-            let hash = name.bytes().fold(0x811c_9dc5_u32, |h, b| {
-                (h ^ u32::from(b)).wrapping_mul(0x0100_0193)
-            });
+            let hash = name
+                .bytes()
+                .fold(0x811c_9dc5_u32, |h, b| (h ^ u32::from(b)).wrapping_mul(0x0100_0193));
             let channel = |shift: u32| 0.3 + 0.3 * ((hash >> shift & 0xFF) as f32 / 255.0);
             [channel(5), channel(13), channel(21), 1.0]
         }

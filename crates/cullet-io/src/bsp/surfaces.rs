@@ -53,7 +53,6 @@ pub(crate) fn middle(corners: impl ExactSizeIterator<Item = [f32; 3]>) -> [f64; 
 /// counter-clockwise.
 pub(crate) fn area(corners: &[[f32; 3]]) -> glam::DVec3 {
     let at = |i: usize| glam::DVec3::from(corners[i % corners.len()].map(f64::from));
-    (1..corners.len()).fold(glam::DVec3::ZERO, |sum, i| {
-        sum + (at(i) - at(0)).cross(at(i + 1) - at(0))
-    })
+    (1..corners.len())
+        .fold(glam::DVec3::ZERO, |sum, i| sum + (at(i) - at(0)).cross(at(i + 1) - at(0)))
 }

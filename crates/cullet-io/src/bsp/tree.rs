@@ -94,8 +94,10 @@ impl Tree {
             if let Child::Node(node) = *root
                 && parents[node as usize] != NONE
             {
-                let message =
-                    format!("its tree begins at node {node}, which is below {}", parents[node as usize]);
+                let message = format!(
+                    "its tree begins at node {node}, which is below {}",
+                    parents[node as usize]
+                );
                 return Err(at(message));
             }
         }

@@ -156,26 +156,31 @@ fn splice(lumps: &Lumps<'_>, lump: &[u8]) -> Result<Vec<u8>, ErrorKind> {
     let last = places.iter().filter(|p| p[1] > 0).map(|p| p[0] + p[1]);
     let last = last.max().unwrap_or(lumps.directory_end());
     let [start, length] = places[visibility];
+    let whole = |n: usize| n.div_ceil(4) * 4;
     // A lump that was empty comes behind all others, in front of a BSPX directory.
-    let (start, end) = if length > 0 { (start, start + length) } else { (last, last) };
+    let (start, end) = match length {
+        0 => (whole(last), whole(last).min(bytes.len())),
+        _ => (start, start + length),
+    };
     for (name, &[offset, length]) in names.iter().zip(&places) {
         if *name != "visibility" && length > 0 && offset < end && offset + length > start {
-            let message =
-                format!("bytes {offset} to {} overlap lump visibility, {start} to {end}", offset + length);
+            let message = format!(
+                "bytes {offset} to {} overlap lump visibility, {start} to {end}",
+                offset + length
+            );
             return Err(ErrorKind::invalid(format!("lump {name}"), message));
         }
     }
-    let whole = |n: usize| n.div_ceil(4) * 4;
     // The padding of the old lump goes with it, where it is padding: up to where something begins.
     let next = places.iter().filter(|p| p[1] > 0 && p[0] >= end).map(|p| p[0]).min();
     let next = next.or(bspx(bytes, last)).unwrap_or(bytes.len());
     let end = whole(end).min(next.max(end)).min(bytes.len());
-    let mut out = bytes[..start].to_vec();
-    // The first word after the directory may be no whole one in a file that is odd; lumps are read anywhere.
+    let mut out = bytes[..start.min(bytes.len())].to_vec();
+    out.resize(start, 0);
     out.extend(lump);
     let room = whole(out.len() - start);
     out.resize(start + room, 0);
-    let by = room as i64 - (end - start) as i64;
+    let by = (start + room) as i64 - end as i64;
     out.extend(&bytes[end..]);
     if i32::try_from(out.len()).is_err() {
         return Err(too_large(out.len()));
