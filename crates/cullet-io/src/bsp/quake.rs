@@ -289,6 +289,7 @@ pub(crate) fn surfaces(lumps: &Lumps<'_>, map: &Bsp) -> Result<Surfaces, ErrorKi
         if area(&corners).dot(plane.normal.into()) < 0.0 {
             polygon.reverse();
         }
+        turn_to_best(&mut polygon, &positions);
         let start = indices.len();
         triangulator.push(&polygon, &positions, &mut indices);
         let centre = middle(corners.into_iter());
@@ -304,6 +305,27 @@ pub(crate) fn surfaces(lumps: &Lumps<'_>, map: &Bsp) -> Result<Surfaces, ErrorKi
     }
     let notes = vec![(few, "faces of fewer than 3 corners are left out")];
     Ok(Surfaces { positions, indices, list, notes })
+}
+
+/// Most corners of a polygon whose best fan is looked for: it takes their square, and the engines allow no more.
+const MOST_CORNERS: usize = 64;
+
+/// Turns a polygon so that a fan from its first corner has the least triangle as large as may be: compilers put corners on
+/// straight edges, where neighbours have theirs, and a fan from one of those has triangles without area.
+fn turn_to_best(polygon: &mut [u32], positions: &[[f32; 3]]) {
+    let count = polygon.len();
+    if !(4..=MOST_CORNERS).contains(&count) {
+        return;
+    }
+    let at = |i: usize| positions[polygon[i % count] as usize];
+    let least = |first: usize| {
+        (1..count - 1)
+            .map(|k| area(&[at(first), at(first + k), at(first + k + 1)]).length_squared())
+            .fold(f64::INFINITY, f64::min)
+    };
+    let areas: Vec<f64> = (0..count).map(least).collect();
+    let best = (0..count).fold(0, |best, i| if areas[i] > areas[best] { i } else { best });
+    polygon.rotate_left(best);
 }
 
 /// Positions, at `offset` in each record.
