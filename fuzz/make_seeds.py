@@ -142,5 +142,97 @@ def claims() -> None:
     put("claims", "parallel", surface(b"\x04\0\0\0\0\0\0\x01", fan, [(0, 1, 2), (0, 2, 3), (0, 2, 4), (2, 0, 5), (0, 1, 2)]))
 
 
-for make in (obj, ply, stl, off, prt, occscn, gltf, claims):
+def i32(*values: int) -> bytes:
+    return struct.pack(f"<{len(values)}i", *values)
+
+
+# A room of 128 units, cut in two at x = 0 by a plane without a wall: its six walls, then that plane.
+WALLS = [((1, 0, 0), 64), ((-1, 0, 0), 64), ((0, 1, 0), 64), ((0, -1, 0), 64), ((0, 0, 1), 64), ((0, 0, -1), 64)]
+PLANES = [*WALLS, ((1, 0, 0), 0)]
+# Each wall's plane has rock (leaf 0) in front; behind the last are leafs 1 and 2.
+NODES = [(k, -1, k + 1) for k in range(6)] + [(6, -2, -3)]
+CORNERS = [(x, y, z) for x in (-64, 64) for y in (-64, 64) for z in (-64, 64)]
+QUADS = [[c for c in range(8) if CORNERS[c][axis] * sign > 0] for axis in range(3) for sign in (1, -1)]
+ENTITIES = (
+    b'{\n"classname" "worldspawn"\n}\n{\n"classname" "info_player_start"\n"origin" "-32 0 -40"\n"angle" "90"\n}\n'
+    b'{\n"classname" "light"\n"origin" "0 0 48"\n"light" "200"\n}\n{\n"classname" "func_wall"\n"model" "*1"\n}\n\0'
+)
+
+
+def directory(head: bytes, lumps: list[bytes]) -> bytes:
+    at = len(head) + 8 * len(lumps)
+    places, body = b"", b""
+    for lump in lumps:
+        places += i32(at + len(body), len(lump))
+        body += lump + b"\0" * (-len(lump) % 4)
+    return head + places + body
+
+
+def quake(wide: bool, visibility: bytes, rows: tuple[int, int]) -> bytes:
+    """Version 29, or BSP2; walls belong to the world but for the last, which is a brush model."""
+    word = (lambda *v: u32(*v)) if wide else (lambda *v: struct.pack(f"<{len(v)}H", *v))
+    signed = (lambda *v: i32(*v)) if wide else (lambda *v: struct.pack(f"<{len(v)}h", *v))
+    box = (lambda *v: f32(*v)) if wide else (lambda *v: struct.pack(f"<{len(v)}h", *v))
+    planes = b"".join(f32(*n, d) + i32(3) for n, d in PLANES)
+    nodes = b"".join(i32(p) + signed(a, b) + box(-64, -64, -64, 64, 64, 64) + word(0, 0) for p, a, b in NODES)
+    leafs = [(-2, -1, (0,) * 6, 0, 0), (-1, rows[0], (0, -64, -64, 64, 64, 64), 0, 5), (-3, rows[1], (-64, -64, -64, 0, 64, 64), 5, 4)]
+    leafs_lump = b"".join(i32(c, v) + box(*b) + word(f, n) + bytes(4) for c, v, b, f, n in leafs)
+    marks = word(0, 2, 3, 4, 5, 1, 2, 3, 4)
+    edges, surfedges, faces = word(0, 0), b"", b""
+    for k, quad in enumerate(QUADS):
+        a, b, c, d = quad
+        for number, (v, w) in enumerate(((a, b), (b, d), (d, c), (c, a))):
+            edges += word(v, w)
+            surfedges += i32(1 + 4 * k + number)
+        # Seen from within: the back of the plane.
+        face = (k, 1, 4 * k, 4, k % 3)
+        faces += i32(*face) if wide else struct.pack("<HHiHH", *face)
+        faces += bytes(4) + i32(-1)
+    texinfo = b"".join(f32(*range(8)) + u32(t, 0) for t in range(3))
+    names = [b"wall", b"{fence", b"*water"]
+    textures = i32(3, 16, 32, 48) + b"".join(n.ljust(16, b"\0") for n in names)
+    def model(head: int, leafs: int, first: int, count: int) -> bytes:
+        return f32(-64, -64, -64, 64, 64, 64, 0, 0, 0) + i32(head, 0, 0, 0, leafs, first, count)
+
+    models = model(0, 2, 0, 5) + model(-1, 0, 5, 1)
+    vertices = b"".join(f32(*c) for c in CORNERS)
+    lumps = [ENTITIES, planes, textures, vertices, visibility, nodes, texinfo, faces, b"", b"", leafs_lump, marks, edges, surfedges, models]
+    return directory(b"BSP2" if wide else i32(29), lumps)
+
+
+def quake3() -> bytes:
+    """A wall a face, the first as a curved patch and the second as a mesh."""
+    texture = lambda name, flags, contents: name.ljust(64, b"\0") + u32(flags, contents)
+    textures = texture(b"textures/wall", 0, 1) + texture(b"textures/sky", 4, 1) + texture(b"textures/water", 0, 0x20)
+    planes = b"".join(f32(*n, d) for n, d in PLANES)
+    nodes = b"".join(i32(p, a, b, -64, -64, -64, 64, 64, 64) for p, a, b in NODES)
+    leafs = [(-1, (0,) * 6, 0, 0), (0, (0, -64, -64, 64, 64, 64), 0, 5), (1, (-64, -64, -64, 0, 64, 64), 5, 4)]
+    leafs_lump = b"".join(i32(c, 0, *b, f, n, 0, 0) for c, b, f, n in leafs)
+    vertices, meshverts, faces, first = b"", i32(0, 1, 2, 2, 1, 3), b"", 0
+    for k, quad in enumerate(QUADS):
+        normal = [-v for v in PLANES[k][0]]
+        points = [CORNERS[c] for c in quad]
+        if k == 0:
+            points = [(64 + 32 * (i % 3 == 1), 64 * (i % 3 - 1), 64 * (i // 3 - 1)) for i in range(9)]
+        vertices += b"".join(f32(*p, 0, 0, 0, 0, *normal) + bytes(4) for p in points)
+        kind = (2, 3)[k] if k < 2 else 1
+        size = (3, 3) if k == 0 else (0, 0)
+        faces += i32(k % 3, -1, kind, first, len(points), 0, 6, -1, 0, 0, 0, 0) + f32(*range(9), *normal) + i32(*size)
+        first += len(points)
+    models = f32(-64, -64, -64, 64, 64, 64) + i32(0, 5, 0, 0) + f32(-64, -64, -64, 64, 64, 64) + i32(5, 1, 0, 0)
+    visibility = i32(2, 8) + bytes((3, *[0] * 7, 3, *[0] * 7))
+    marks = i32(0, 2, 3, 4, 5, 1, 2, 3, 4)
+    lumps = [ENTITIES, textures, planes, nodes, leafs_lump, marks, b"", models, b"", b"", vertices, meshverts, b"", faces, b"", b"", visibility]
+    return directory(b"IBSP" + i32(46), lumps)
+
+
+def bsp() -> None:
+    put("bsp", "quake", quake(False, bytes((3, 3)), (0, 1)))
+    put("bsp", "one-cell", quake(False, bytes((3,)), (0, 0)))
+    put("bsp", "unbaked", quake(False, b"", (-1, -1)))
+    put("bsp", "bsp2", quake(True, bytes((3, 3)), (0, 1)))
+    put("bsp", "quake3", quake3())
+
+
+for make in (obj, ply, stl, off, prt, occscn, gltf, bsp, claims):
     make()

@@ -11,6 +11,8 @@ use crate::{Attributes, ErrorKind, LoadOptions, Material, Model, Up, Warning};
 #[derive(Debug)]
 pub(crate) struct Builder<'a> {
     options: &'a LoadOptions,
+    /// Whether it is a map: see [`for_map`](Self::for_map).
+    map: bool,
     triangles: u64,
     meshes: Vec<(String, MeshData)>,
     instances: Vec<(String, Instance)>,
@@ -21,12 +23,19 @@ pub(crate) struct Builder<'a> {
 impl<'a> Builder<'a> {
     pub(crate) fn new(name: &str, options: &'a LoadOptions) -> Self {
         let model = Model { name: name.to_owned(), ..Model::default() };
-        Self { options, triangles: 0, meshes: Vec::new(), instances: Vec::new(), model }
+        Self { options, map: false, triangles: 0, meshes: Vec::new(), instances: Vec::new(), model }
+    }
+
+    /// For a map: z is up where the options do not say, parts say which sides they have, and a mesh is a piece of a whole,
+    /// so that its size says nothing of how exact its corners must be.
+    pub(crate) fn for_map(self) -> Self {
+        Self { map: true, ..self }
     }
 
     /// The rotation that takes the file's up axis to +Y.
     pub(crate) fn up(&self) -> Transform {
-        match self.options.up.unwrap_or_default() {
+        let own = if self.map { Up::Z } else { Up::Y };
+        match self.options.up.unwrap_or(own) {
             Up::Y => Transform::IDENTITY,
             Up::Z => Transform {
                 linear: [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
@@ -98,19 +107,21 @@ impl<'a> Builder<'a> {
         self.instance(name, Instance::new(mesh, Transform::IDENTITY))
     }
 
-    /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else
-    /// one-sided if it is a solid.
+    /// The model, its scene sorted. Decides the sides of each mesh: as the options say, else as its parts say in a
+    /// map, else one-sided if it is a solid.
     pub(crate) fn finish(mut self) -> Result<Model, ErrorKind> {
         if self.triangles == 0 {
             self.warn("file", "it has no triangles, so there is nothing to see or cull");
         }
-        let Self { options, meshes, instances, mut model, .. } = self;
+        let Self { options, map, meshes, instances, mut model, .. } = self;
         for (name, data) in meshes {
             let invalid = |message: String| ErrorKind::invalid(format!("mesh \"{name}\""), message);
             let mut mesh = Mesh::new(data).map_err(|e| invalid(e.to_string()))?;
-            let two_sided = options.two_sided.unwrap_or_else(|| mesh.solid().is_err());
-            mesh.set_two_sided(two_sided);
-            if let Some(message) = coarse(&mesh.bounds()) {
+            match options.two_sided {
+                None if map => {}
+                said => mesh.set_two_sided(said.unwrap_or_else(|| mesh.solid().is_err())),
+            }
+            if let Some(message) = coarse(&mesh.bounds()).filter(|_| !map) {
                 let item = format!("mesh \"{name}\"");
                 model.warnings.push(Warning { item, message });
             }

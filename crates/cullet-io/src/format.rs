@@ -14,6 +14,8 @@ pub(crate) enum Format {
     Stl,
     Off,
     Occscn,
+    /// A Quake or Quake 3 map.
+    Bsp,
 }
 
 /// The kind of a file that has `size` bytes and begins with `head`, the first
@@ -39,6 +41,8 @@ pub(crate) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, E
         "stl" => Format::Stl,
         "off" => Format::Off,
         "occscn" => Format::Occscn,
+        // Its own reader says which kinds of map there are.
+        "bsp" => Format::Bsp,
         _ if FOREIGN.iter().any(|f| f.endings.contains(&ending.as_str())) => {
             return Err(foreign(path, &ending));
         }
@@ -47,7 +51,7 @@ pub(crate) fn recognise(path: &Path, head: &[u8], size: u64) -> Result<Format, E
         _ => {
             return Err(ErrorKind::Unsupported(
                 "neither its content nor its ending is of a known kind; known are \
-                 .glb .gltf .obj .ply .stl .off .occscn"
+                 .glb .gltf .obj .ply .stl .off .occscn .bsp"
                     .into(),
             ));
         }
@@ -63,6 +67,9 @@ fn by_signature(head: &[u8], size: u64) -> Option<Format> {
     }
     if head.starts_with(crate::occscn::MAGIC) {
         return Some(Format::Occscn);
+    }
+    if crate::bsp::is_map(head) {
+        return Some(Format::Bsp);
     }
     if let [b'p', b'l', b'y', b'\r' | b'\n', ..] = head {
         return Some(Format::Ply);
@@ -266,6 +273,8 @@ mod tests {
         assert_eq!(of("a", b"\xef\xbb\xbf{\"asset\":{}}"), Ok(Format::Gltf));
         assert_eq!(of("a.obj", b"solid a\n facet normal"), Ok(Format::Stl));
         assert_eq!(of("a.bin", b"OCCSCN01"), Ok(Format::Occscn));
+        assert_eq!(of("a.map", b"BSP2\0\0\0\0"), Ok(Format::Bsp));
+        assert_eq!(of("a.glb", b"IBSP\x2e\0\0\0"), Ok(Format::Bsp));
     }
 
     #[test]

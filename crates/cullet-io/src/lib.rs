@@ -9,6 +9,7 @@ pub mod adversaries;
 mod attributes;
 mod beside;
 mod blocks;
+pub mod bsp;
 mod builder;
 mod cells;
 mod compact;

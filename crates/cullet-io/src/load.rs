@@ -5,12 +5,12 @@ use std::path::Path;
 use crate::beside::Beside;
 use crate::blocks::Source;
 use crate::format::{Format, recognise};
-use crate::{ErrorKind, LoadError, LoadOptions, Model, gltf, obj, occscn, off, ply, stl};
+use crate::{ErrorKind, LoadError, LoadOptions, Model, bsp, gltf, obj, occscn, off, ply, stl};
 
-/// Loads a model: GLB, glTF, OBJ, PLY, STL, OFF or `OCCSCN01`, told by content first, then by ending.
+/// Loads a model: GLB, glTF, OBJ, PLY, STL, OFF, `OCCSCN01`, or a Quake or Quake 3 map, told by content first, then by ending.
 ///
 /// OBJ, PLY, STL, OFF and `OCCSCN01` say nothing of sides: their solids are one-sided, all else is
-/// two-sided. Every vertex of the model is finite and every index in range; a file without triangles
+/// two-sided. A map has z up; its walls are one-sided, and a mesh is what is in one of its cells. Every vertex of the model is finite and every index in range; a file without triangles
 /// loads as an empty scene with a warning. Memory stays within three times the decoded geometry (12 bytes
 /// a vertex and 12 a triangle), what is prepared for culling, and a little: OBJ, PLY, STL and OFF are read in blocks, and counts that a
 /// file claims are held against the bytes it has before anything is allocated. What
@@ -90,6 +90,7 @@ fn decode(
         Format::Stl => stl::read(&name, source, options)?,
         Format::Off => off::read(&name, source, options)?,
         Format::Occscn => occscn::read(&name, &source.into_bytes()?, options)?,
+        Format::Bsp => bsp::read(&name, &source.into_bytes()?, options)?,
     };
     builder.finish()
 }

@@ -32,6 +32,8 @@ pub struct Model {
     pub views: Vec<MatrixView>,
     /// Rooms and openings, where the scene was made with them.
     pub cells: CellGraph,
+    /// Height of a person's eyes above the ground in the model's units, where the format says what its units are: of maps.
+    pub eye_height: Option<f64>,
     /// How it moves, if it does; see [`Model::pose`](Self::pose).
     pub motion: Option<Motion>,
     /// Defects of the file that did not stop it from loading.

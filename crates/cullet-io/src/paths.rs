@@ -84,6 +84,17 @@ pub fn of_builtin(scene: &str) -> PathSpec {
     }
 }
 
+/// The path of a file where nobody names one: from the starts of a map, around all else. By the file's ending, for it is
+/// not read yet.
+#[must_use]
+pub fn of_file(file: &str) -> PathSpec {
+    let ending = std::path::Path::new(file).extension();
+    match ending.is_some_and(|e| e.eq_ignore_ascii_case("bsp")) {
+        true => PathSpec::Camera("*".into()),
+        false => PathSpec::Orbit,
+    }
+}
+
 /// Settings of the cameras by the caller; those left out fit the scene, or are the file's.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Overrides {

@@ -51,6 +51,11 @@ impl Welder {
         }
     }
 
+    /// The position of a number that was given.
+    pub(crate) fn position(&self, number: u32) -> [f32; 3] {
+        self.positions[number as usize]
+    }
+
     /// The distinct positions.
     pub(crate) fn into_positions(self) -> Vec<[f32; 3]> {
         let Self { mut positions, table, .. } = self;

@@ -25,7 +25,7 @@ pub fn model_of<'a>(names: impl IntoIterator<Item = &'a str>) -> (usize, usize) 
 }
 
 /// Endings of the formats that are read.
-pub const ENDINGS: [&str; 7] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn"];
+pub const ENDINGS: [&str; 8] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn", "bsp"];
 
 /// Where files arrive when they are read.
 #[derive(Debug)]

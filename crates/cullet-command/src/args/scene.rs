@@ -10,7 +10,7 @@ use crate::parse;
 /// Which scene, and how to read it.
 #[derive(Clone, Debug, Args)]
 pub struct SceneArgs {
-    /// A file (glb, gltf, obj, ply, stl, off, occscn), or a built-in scene: NAME or NAME:key=value,...
+    /// A file (glb, gltf, obj, ply, stl, off, occscn, bsp), or a built-in scene: NAME or NAME:key=value,...
     #[arg(default_value = "city")]
     pub scene: String,
     /// Which axis of the file points up [default: what the format says, else y]

@@ -17,7 +17,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub views: u32,
     /// One of orbit, walk, fly, `file:PATH`, `camera:NAME`; auto is walk for the built-in scenes that one walks
-    /// in (city, office, plant, forest, moving), else orbit
+    /// in (city, office, plant, forest, moving), `camera:*` (the starts of players) for a .bsp file, else orbit
     #[arg(long, default_value = AUTO)]
     pub path: String,
     /// One view, from this point
@@ -53,8 +53,8 @@ impl ViewArgs {
     /// Puts the path that suits the scene where none was given.
     pub fn settle(&mut self, scene: &SceneArgs) {
         if self.path == AUTO {
-            let path =
-                if scene.builtin() { paths::of_builtin(&scene.scene) } else { PathSpec::Orbit };
+            let of = if scene.builtin() { paths::of_builtin } else { paths::of_file };
+            let path = of(&scene.scene);
             self.path = path.to_string();
         }
     }

@@ -17,9 +17,12 @@ const ASIDE: [f64; 5] = [0.0, 0.6, -0.6, 1.2, -1.2];
 /// Directions looked at from each place of a walk.
 const DIRECTIONS: usize = 16;
 
-/// How high above the ground the eye is: a person's, if the model is of a size for people; else a tenth of
-/// the model's larger horizontal side, but at most half its height.
-fn eye_height(low: DVec3, high: DVec3) -> f64 {
+/// How high above the ground the eye is: as the model says; else a person's, if the model is of a size for people; else
+/// a tenth of the model's larger horizontal side, but at most half its height.
+fn eye_height(model: &Model, low: DVec3, high: DVec3) -> f64 {
+    if let Some(height) = model.eye_height.filter(|h| h.is_finite() && *h > 0.0) {
+        return height;
+    }
     let size = high - low;
     let across = size.x.max(size.z);
     if size.y >= EYE && (4.0..=1e6).contains(&across) {
@@ -50,7 +53,7 @@ fn places(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Place>, PathEr
     let scene = &model.scene;
     let origin = DVec3::from(scene.origin());
     let [low, high] = lens.extent()?;
-    let eye = eye_height(low, high);
+    let eye = eye_height(model, low, high);
     // The edge of a model is mostly bare; of a small one, only the edge may be free.
     let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
     let mut free: Vec<Place> = Vec::new();
@@ -130,7 +133,7 @@ pub(super) fn walk(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camer
     let scene = &model.scene;
     let origin = DVec3::from(scene.origin());
     let [low, high] = lens.extent()?;
-    let eye = eye_height(low, high);
+    let eye = eye_height(model, low, high);
     // A nearest-neighbour tour of very many places would take too long for its use.
     let places = tour(places(model, lens, count.min(4096))?);
     if places.is_empty() {
@@ -185,7 +188,7 @@ pub(super) fn fly(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Camera
     let scene = &model.scene;
     let origin = DVec3::from(scene.origin());
     let [low, high] = lens.extent()?;
-    let eye = eye_height(low, high);
+    let eye = eye_height(model, low, high);
     let (middle, half) = ((low + high) * 0.5, (high - low) * 0.5);
     let (along, across) =
         if half.x >= half.z { (DVec3::X, DVec3::Z) } else { (DVec3::Z, DVec3::X) };
