@@ -30,10 +30,10 @@ impl CellPiece {
     #[must_use]
     pub fn from_box(cell: u32, min: [f64; 3], max: [f64; 3]) -> Self {
         let plane = |i: usize| {
-            let (axis, sign) = (i / 2, if i % 2 == 0 { -1.0 } else { 1.0 });
+            let (axis, sign) = (i / 2, if i.is_multiple_of(2) { -1.0 } else { 1.0 });
             let mut normal = [0.0; 3];
             normal[axis] = sign;
-            Plane::new(normal, sign * if i % 2 == 0 { min[axis] } else { max[axis] })
+            Plane::new(normal, sign * if i.is_multiple_of(2) { min[axis] } else { max[axis] })
         };
         Self { cell, planes: (0..6).map(plane).collect() }
     }

@@ -9,7 +9,7 @@ use crate::bounds::{round_down, round_up};
 const WIDE: usize = 8;
 /// A child that is a piece.
 const PIECE: u32 = 1 << 31;
-/// Halved three times a level, u32::MAX pieces are eleven levels deep; each leaves at the most seven others to do.
+/// Halved three times a level, 2³² pieces are eleven levels deep; each leaves at the most seven others to do.
 const DEEPEST: usize = 96;
 
 /// Boxes of pieces and of other nodes.

@@ -61,7 +61,9 @@ fn nothing_on_a_ray_through_open_portals_is_dropped() {
         let result = &answers[0];
         let of = |unit: Unit| {
             let rows = result.funnel.rows.iter();
-            rows.filter(|r| r.stage == Stage::Portal && r.unit == unit).map(|r| r.dropped()).sum()
+            rows.filter(|r| r.stage == Stage::Portal && r.unit == unit)
+                .map(cullet::FunnelRow::dropped)
+                .sum()
         };
         let [instances, clusters]: [cullet::Counts; 2] = [of(Unit::Instances), of(Unit::Clusters)];
         dropped += instances.instances;

@@ -148,7 +148,8 @@ fn a_shut_door_a_one_way_portal_and_limits_end_a_chain_as_they_say() {
 
 #[test]
 fn doors_out_of_line_hide_what_is_behind_them() {
-    let (graph, _) = row(|x| if x as u32 / 4 % 2 == 0 { [0.1, 0.6] } else { [3.4, 3.9] }, 6);
+    let (graph, _) =
+        row(|x| if (x as u32 / 4).is_multiple_of(2) { [0.1, 0.6] } else { [3.4, 3.9] }, 6);
     let cells = cells_from(&graph, [0.5, 1.0, 3.5], [1.0, 1.0, 3.4], &PortalOptions::default());
     assert!(cells.len() < 4, "{cells:?}");
 }

@@ -47,10 +47,11 @@ pub fn ray_cells_ref(
             }
             // It comes from the side of its own cell.
             let outward = if of.cells[0] == cell { speed < 0.0 } else { speed > 0.0 };
-            if inside >= margin && outward {
-                if let Some(beyond) = graph.beyond(portal, cell) {
-                    next = Some((beyond, p, along));
-                }
+            if inside >= margin
+                && outward
+                && let Some(beyond) = graph.beyond(portal, cell)
+            {
+                next = Some((beyond, p, along));
             }
         }
         for (number, mirror) in (0..).zip(graph.mirrors()).filter(|(_, m)| m.cell == cell) {
