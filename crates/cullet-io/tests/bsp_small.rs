@@ -47,7 +47,7 @@ fn small_maps_say_what_they_are() {
         for slot in model.scene.slots() {
             let mesh = model.scene.mesh(slot);
             for t in 0..mesh.triangle_count() {
-                let [a, b, c] = mesh.corners(t).map(|p| glam::Vec3::from(p));
+                let [a, b, c] = mesh.corners(t).map(glam::Vec3::from);
                 facing[usize::from((b - a).cross(c - a).dot(-a) < 0.0)] += 1;
             }
         }

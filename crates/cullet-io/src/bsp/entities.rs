@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn angles_are_told_in_three_ways() {
         let of = |key: &str, value: &str| {
-            Entity { pairs: vec![(key.into(), value.into())] }.direction().map(|v| v.round())
+            Entity { pairs: vec![(key.into(), value.into())] }.direction().map(f64::round)
         };
         assert_eq!(of("angle", "180"), [-1.0, 0.0, -0.0]);
         assert_eq!(of("angle", "-1"), [0.0, 0.0, 1.0]);
