@@ -22,7 +22,7 @@ fn tried(bytes: &[u8]) -> bool {
         let known = ["lump ", "header: ", "mesh ", "instance ", "file: ", "a map of kind"];
         let begins = |k: &&str| text.strip_prefix("a.bsp: ").is_some_and(|t| t.starts_with(*k));
         assert!(
-            known.iter().any(|k| begins(k)) || text.contains("does not begin"),
+            known.iter().any(begins) || text.contains("does not begin"),
             "it does not say where: {text}"
         );
     }

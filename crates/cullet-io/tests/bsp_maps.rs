@@ -92,7 +92,7 @@ fn walls_are_one_sided_and_z_points_up() {
     let ([x, y, z], [a, b, c]) = (size(&own), size(&as_written));
     assert_eq!([x, y, z], [a, c, b]);
     let sides = |m: &cullet_io::Model| {
-        m.scene.meshes().iter().flat_map(cullet::mesh::Mesh::parts).filter(|p| p.two_sided).count()
+        m.scene.meshes().iter().flat_map(cullet::Mesh::parts).filter(|p| p.two_sided).count()
     };
     let parts: usize = own.scene.meshes().iter().map(|m| m.parts().len()).sum();
     assert_eq!((sides(&own), sides(&both)), (0, parts));

@@ -1,7 +1,7 @@
 //! Which views.
 
 use clap::Args;
-use cullet_io::paths::{self};
+use cullet_io::paths;
 
 use super::scene::SceneArgs;
 use crate::parse;

@@ -10,7 +10,7 @@ const DATA: &str = "../shared/data";
 /// Models with defects, made to be refused, or to have nothing to see.
 const BROKEN: &str = "broken";
 /// Endings of files that hold a scene.
-const ENDINGS: [&str; 7] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn"];
+const ENDINGS: [&str; 8] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn", "bsp"];
 /// Names of models whose z axis points up, which their files do not say.
 const Z_UP: [&str; 2] = ["crytek-sponza.ply", "3-20-DELFSHAVEN.gltf"];
 
