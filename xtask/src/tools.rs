@@ -6,9 +6,10 @@ use std::process::{Command, Stdio};
 /// Why a step failed, in a line.
 pub(crate) type Done = Result<(), String>;
 
-/// The repository's root.
+/// The repository's root: of the checkout that runs this, which a build kept from another one does not know.
 pub(crate) fn root() -> PathBuf {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let here = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or(env!("CARGO_MANIFEST_DIR").into());
+    let here = Path::new(&here);
     here.parent().unwrap_or(here).to_owned()
 }
 
