@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use clap::Args;
+use cullet::cell::CellGraph;
 use cullet_bake::pvs::{
     Bake, Pvs, PvsPreset, PvsSettings, RunEnd, RunOptions, SightCheck, UnitFolder, check_sight_ref,
 };
@@ -12,13 +13,15 @@ use cullet_command::console::{Console, agree, count, digits, grouped, interrupte
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
 use cullet_command::parse;
-use cullet_io::{ErrorKind, LoadError, Prt, load_prt};
 use cullet_measure::process;
 use serde::Serialize;
 
+use crate::pvs_source::{Source, is_named_map};
+
 /// End of `cullet pvs --help`.
 pub(crate) const HELP: &str = "\
-Bakes which cells of a portal graph (.prt: PRT1, PRT2, PRT1-AM) see each other. Each pair of cells is proven visible by a
+Bakes which cells of a portal graph (.prt: PRT1, PRT2, PRT1-AM) or of a map (.bsp of Quake and Quake 3) see each other. With
+-o MAP.bsp the sets are written into a copy of the map, in the place of what its compiler's vis would write. Each pair of cells is proven visible by a
 line of sight, proven hidden by planes, or undecided and kept; the share of the last says how much the sets may be too
 large by. The bytes are the same for any number of threads and any split into units.
 
@@ -28,6 +31,7 @@ what it finished there, so that it can go on after Ctrl-C.
 
 Examples
   cullet pvs lqdm1.prt                              how much is seen, in what time
+  cullet pvs lqdm1.bsp -o baked.bsp                 the map with its visibility baked, for the game
   cullet pvs lqdm1.prt -o lqdm1.cpvs --rows lqdm1.pvs
   cullet pvs lqdm1.prt --preset fast                only a first bound, at once
   cullet pvs lqdm1.prt --check 10000000             holds the result against ten million sampled lines
@@ -37,15 +41,15 @@ Examples
 
 Exit codes
   0 fine        1 --check found a line of sight between cells that the result calls hidden
-  3 no portal file, or invalid      130 interrupted; with --resume or --unit finished units are kept";
+  3 no portal file or map, or invalid      130 interrupted; with --resume or --unit finished units are kept";
 
 /// `cullet pvs`
 #[derive(Debug, Args)]
 pub(crate) struct PvsArgs {
-    /// The portal graph: a .prt
+    /// The portal graph, a .prt; or a map, a .bsp
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Write the sets, with the lines that prove them
+    /// Write the sets, with the lines that prove them; with the ending .bsp, the map with the sets in it
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
     /// Write the sets as plain bit rows, PVSROWS1
@@ -132,7 +136,12 @@ struct CheckRecord {
 
 /// Runs the command.
 pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
-    let prt = load_prt(&args.file).map_err(|error| failure(&error))?;
+    let source = Source::open(&args.file)?;
+    if !source.has_map() && args.out.as_deref().is_some_and(is_named_map) {
+        return Err(Failure::usage(
+            "a portal graph has no map to write the sets into; give the .bsp itself, or another ending to --out",
+        ));
+    }
     let begin = (Instant::now(), process::cpu_time());
     let mut settings = PvsSettings::default().with_preset(args.preset).with_seed(args.seed);
     settings.tolerance = args.tolerance;
@@ -140,7 +149,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
         || std::thread::available_parallelism().map_or(1, usize::from),
         |threads| threads as usize,
     );
-    let mut bake = Bake::new(&prt.graph, &settings, threads);
+    let mut bake = Bake::new(&source.graph, &settings, threads);
     let folder = folder(args)?;
     let options = RunOptions {
         threads,
@@ -189,7 +198,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     let mut record = Record {
         schema: 1,
         cells: pvs.cell_count(),
-        portals: prt.graph.portals().len() as u64,
+        portals: source.graph.portals().len() as u64,
         visible_pairs: pvs.visible_pairs(),
         proven_visible: pvs.proven_pairs(),
         undecided: pvs.undecided(),
@@ -200,27 +209,25 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
         bytes_hash: format!("{:016x}", pvs.rows_hash()),
         check: None,
     };
-    print(console, args, &prt, &record);
+    print(console, args, source.turned, &record);
     if let Some(path) = &args.rows {
         replace(path, &pvs.rows_bytes())?;
     }
     if let Some(path) = &args.out {
-        replace(path, &pvs.to_bytes())?;
+        let bytes = match is_named_map(path) {
+            true => source.map_with(&args.file, &pvs)?,
+            false => pvs.to_bytes(),
+        };
+        replace(path, &bytes)?;
     }
     if let Some(lines) = args.check {
-        record.check = Some(check(args, &prt, &pvs, lines, threads, console));
+        record.check = Some(check(args, &source.graph, &pvs, lines, threads, console));
     }
     if let Some(path) = &args.json {
         write_json(path, &record)?;
     }
     let missed = record.check.is_some_and(|check| check.missed > 0);
     Ok(if missed { Exit::FalseCull } else { Exit::Fine })
-}
-
-fn failure(error: &LoadError) -> Failure {
-    let exit =
-        if matches!(error.kind, ErrorKind::OverLimit { .. }) { Exit::Limit } else { Exit::Input };
-    Failure { exit, message: error.to_string() }
 }
 
 /// The folder of units, where one is wanted.
@@ -237,7 +244,7 @@ fn folder(args: &PvsArgs) -> Result<Option<(PathBuf, UnitFolder)>, Failure> {
     Ok(Some((path, folder)))
 }
 
-fn print(console: &Console, args: &PvsArgs, prt: &Prt, record: &Record) {
+fn print(console: &Console, args: &PvsArgs, turned: u32, record: &Record) {
     let Record { cells, portals, visible_pairs, .. } = *record;
     let all = u64::from(cells) * u64::from(cells.saturating_sub(1));
     console.line(format!(
@@ -246,8 +253,8 @@ fn print(console: &Console, args: &PvsArgs, prt: &Prt, record: &Record) {
         count(u64::from(cells), "cell", "cells"),
         count(portals, "portal", "portals"),
     ));
-    if prt.turned > 0 {
-        let odd = count(u64::from(prt.turned), "portal is", "portals are");
+    if turned > 0 {
+        let odd = count(u64::from(turned), "portal is", "portals are");
         console.note(format!("{odd} wound the other way around than the rest; turned"));
     }
     console.line(format!(
@@ -279,14 +286,14 @@ fn print(console: &Console, args: &PvsArgs, prt: &Prt, record: &Record) {
 /// Holds the sets against sampled lines.
 fn check(
     args: &PvsArgs,
-    prt: &Prt,
+    graph: &CellGraph,
     pvs: &Pvs,
     lines: u64,
     threads: usize,
     console: &Console,
 ) -> CheckRecord {
-    let margin = args.margin.unwrap_or(args.tolerance * 5.0 * diagonal(prt));
-    let found = check_sight_ref(&prt.graph, pvs.visible(), lines, args.seed, margin, threads);
+    let margin = args.margin.unwrap_or(args.tolerance * 5.0 * diagonal(graph));
+    let found = check_sight_ref(graph, pvs.visible(), lines, args.seed, margin, threads);
     let SightCheck { lines, missed, ref first, .. } = found;
     let pairs = found.found.count();
     console.line(format!(
@@ -310,9 +317,8 @@ fn check(
 }
 
 /// Length of the diagonal of the box around all portals.
-fn diagonal(prt: &Prt) -> f64 {
-    let corners =
-        || prt.graph.portals().iter().flat_map(|p| &p.polygon).map(|&v| glam::DVec3::from(v));
+fn diagonal(graph: &CellGraph) -> f64 {
+    let corners = || graph.portals().iter().flat_map(|p| &p.polygon).map(|&v| glam::DVec3::from(v));
     let low = corners().reduce(glam::DVec3::min).unwrap_or_default();
     let high = corners().reduce(glam::DVec3::max).unwrap_or_default();
     (high - low).length()

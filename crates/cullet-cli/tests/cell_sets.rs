@@ -1,8 +1,10 @@
 //! `cullet pvs` as its users meet it: its outputs, its units, its messages and exit codes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use cullet_io::bsp::Bsp;
+use cullet_testkit::data;
 use serde_json::Value;
 
 /// A folder of its own, gone when the test is.
@@ -143,5 +145,52 @@ fn wrong_files_and_command_lines_say_why() {
         let out = cullet(args);
         assert_eq!(out.status.code(), Some(code), "{args:?}: {}", said(&out));
         assert!(said(&out).contains(words), "{words} is not in {}", said(&out));
+    }
+}
+
+/// Bakes a map into another; what stands in its rows, cell by cell.
+fn baked(folder: &Folder, from: &str) -> (Bsp, Vec<u8>) {
+    let (to, rows) = (folder.path("baked.bsp"), folder.path("baked.pvs"));
+    let out = cullet(&[from, "-o", &to, "--rows", &rows, "--check", "20000"]);
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    (Bsp::open(to.as_ref()).unwrap(), std::fs::read(rows).unwrap())
+}
+
+/// The rows of a map as they stand in it.
+fn stored(map: &Bsp) -> Vec<u8> {
+    let mut rows = Vec::new();
+    (0..map.cell_count()).for_each(|cell| map.cell_row_into(cell, &mut rows));
+    rows
+}
+
+#[test]
+fn a_map_is_baked_with_one_command_and_has_what_was_found() {
+    let folder = Folder::new("map");
+    let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds/bsp");
+    for name in ["quake", "bsp2", "unbaked"] {
+        let from = seeds.join(name).to_string_lossy().into_owned();
+        let (after, rows) = baked(&folder, &from);
+        assert_eq!(after.cell_count(), 2);
+        assert_eq!((stored(&after), &rows[16..]), (vec![3, 3], &[3, 3][..]), "{name}");
+    }
+    // A portal graph has no map around it.
+    let graph = map(&folder);
+    let out = cullet(&[&graph, "-o", &folder.path("no.bsp")]);
+    assert_eq!(out.status.code(), Some(2), "{}", said(&out));
+    assert!(said(&out).contains("no map to write the sets into"), "{}", said(&out));
+}
+
+#[test]
+fn real_maps_keep_no_less_than_lines_prove_and_hardly_more_than_their_compiler() {
+    let Some(folder_of_data) = data("quake-libre") else { return };
+    let folder = Folder::new("real");
+    for name in ["start", "lqdm1", "lqdm2"] {
+        let path = folder_of_data.join(format!("{name}.bsp"));
+        let before = Bsp::open(&path).unwrap();
+        let (after, rows) = baked(&folder, &path.to_string_lossy());
+        assert_eq!(stored(&after), rows[16..], "{name}");
+        let ones = |rows: Vec<u8>| rows.iter().map(|b| f64::from(b.count_ones())).sum::<f64>();
+        let ratio = ones(stored(&after)) / ones(stored(&before));
+        assert!((0.9..1.01).contains(&ratio), "{name}: {ratio}");
     }
 }
