@@ -125,8 +125,8 @@ impl Reached {
     }
 }
 
-/// Walks from the cell of the eye through open portals, or from several where it may be in any, and finds the cells of which something may be seen, each with what
-/// bounds that. Conservative: a ray from the eye within the sides of the view that meets nothing but open portals reaches
+/// Walks from the cell of the eye through open portals, or from several where it may be in any, and finds the cells of which
+/// something may be seen, each with what bounds that. Conservative: a ray from the eye within the sides of the view that meets nothing but open portals reaches
 /// each of its cells within the planes of a visit.
 ///
 /// A line passes a portal once, so no chain does so twice: that bounds every cycle. A cell may be reached by several
