@@ -55,7 +55,9 @@ fn a_cullers_level_and_clock_are_the_readers() {
     let text = json(&culler);
     assert_eq!(
         text,
-        "{\"frustum\":true,\"frustum_exact\":false,\"backface\":\"fast\",\"degenerate\":true,\
+        "{\"frustum\":true,\"frustum_exact\":false,\
+         \"portal\":{\"clip\":\"polygons\",\"depth\":64,\"visits\":4096,\"mirrors\":0},\
+         \"backface\":\"fast\",\"degenerate\":true,\
          \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5},\"occlusion\":{\"width\":128,\"budget\":9.5,\"risk\":null},\
          \"costs\":{\"object_test_ns\":0.5,\"cluster_test_ns\":0.5,\"triangle_test_ns\":0.2,\
          \"rejected_triangle_ns\":1.0,\"opaque_triangle_ns\":10.0,\"masked_triangle_ns\":10.0,\
