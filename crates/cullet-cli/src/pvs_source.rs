@@ -23,8 +23,14 @@ pub(crate) struct Source {
 impl Source {
     /// Reads a `.prt`, or a map, whose cells and portals are made from its tree.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
-        let bytes = std::fs::read(path)
-            .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+        // A device might never end.
+        let is_file = std::fs::metadata(path).map(|m| m.is_file());
+        let bytes = match is_file {
+            Ok(false) => Err(std::io::Error::other("it is no file")),
+            Ok(true) => std::fs::read(path),
+            Err(error) => Err(error),
+        };
+        let bytes = bytes.map_err(|error| failure(path, error.into()))?;
         if is_map(path, &bytes) {
             let cells = Bsp::parse(&bytes).and_then(|map| map.cells());
             let graph = cells.map_err(|kind| failure(path, kind))?;
