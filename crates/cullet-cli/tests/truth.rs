@@ -100,7 +100,7 @@ fn models() {
 
 /// Fails where occlusion takes less than `least` percent of all triangles.
 fn check_occlusion(scene: &str, path: &str, least: f64) {
-    // Portals hide most of a house before occlusion is asked.
+    // Portals hide most of a house before occlusion has its turn.
     let summary = verify(scene, path, &["--no-portal"]);
     let all = summary["triangles"]["all"].as_f64().unwrap();
     let hidden = 100.0 * summary["removed"]["occlusion"].as_f64().unwrap_or(0.0) / all;

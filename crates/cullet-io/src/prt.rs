@@ -8,7 +8,7 @@
 //! | `PRT2` | leafs, clusters, portals | the leafs of each cluster, each list ended by −1 |
 //! | `PRT1-AM` | clusters, portals, leafs | the cluster of each leaf |
 //!
-//! A portal is `n a b (x y z) ...`, n times, with one number more for Quake 3 (whether a mapper asked for it). A cluster
+//! A portal is `n a b (x y z) ...`, n times, with one number more for Quake 3 (a hint of the mapper's). A cluster
 //! becomes a cell of the [`CellGraph`]. Leafs are what the map's own tree has; a cluster may hold several.
 
 use std::path::Path;
@@ -218,8 +218,8 @@ fn read_clusters(text: &mut Text<'_>, leafs: u32, clusters: u32) -> Result<Vec<u
 
 /// Turns the polygons so that they are counter-clockwise as seen from their first cell; how many differ from the rest.
 ///
-/// Compilers wind all portals alike, most of them the other way, but no two agree on paper. So the cells themselves are
-/// asked: the other portals of the first cell lie on its side of the portal. Where they do not tell, as in a cell with one
+/// Compilers wind all portals alike, most of them the other way, but no two agree on paper. So the cells themselves
+/// decide: the other portals of the first cell lie on its side of the portal. Where they do not tell, as in a cell with one
 /// portal or one that is not convex, the custom of the file decides.
 fn orient(portals: &mut [Portal], clusters: u32) -> u32 {
     let mut sums = vec![(DVec3::ZERO, 0.0); clusters as usize];
@@ -311,7 +311,7 @@ impl<'a> Text<'a> {
         })
     }
 
-    /// A count of things that take so many bytes each at least.
+    /// A count of items that take so many bytes each at least.
     fn count(&mut self, what: &str, least: u64) -> Result<u32, ErrorKind> {
         self.skip_blanks();
         let at = self.at;

@@ -1,4 +1,4 @@
-//! Portal graphs: the variants of the format, real maps, and files that are no such thing.
+//! Portal graphs: the variants of the format, real maps, and files that are none.
 
 use cullet_io::{PrtVariant, load_prt, load_prt_bytes};
 use cullet_testkit::data;

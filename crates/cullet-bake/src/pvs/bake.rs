@@ -217,7 +217,7 @@ impl Bake {
             flow.begin(cell, &wanted, random);
             flow.local_lines();
         } else {
-            // Of the two cells of a pair the first in the order is asked first.
+            // Of the two cells of a pair the first in the order is tried first.
             for other in ones(&wanted.clone()) {
                 if (self.place[other as usize] < place) == (task == Task::First) {
                     clear(&mut wanted, other);

@@ -21,7 +21,7 @@ pub(super) struct Line {
     pub(super) direction: DVec3,
 }
 
-/// Random numbers from a hash: the same for the same key, whoever asks and when.
+/// Random numbers from a hash: the same for the same key, whoever draws them and when.
 #[derive(Clone, Debug)]
 pub(super) struct Random(u64);
 

@@ -1,4 +1,4 @@
-//! Potentially visible sets of cells joined by portals: who sees whom, known before anyone asks.
+//! Potentially visible sets of cells joined by portals: who sees whom, known before a frame is drawn.
 //!
 //! Each pair of cells ends in one of three states. *Visible*: a line of sight was found, and is stored. *Hidden*: for every
 //! chain of portals between the two, planes part what a line would have to pass. *Undecided*: neither was shown within the

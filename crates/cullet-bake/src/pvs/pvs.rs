@@ -197,7 +197,7 @@ pub enum PvsFileError {
     #[error("it does not begin with CULLPVS1: no file of cullet pvs, or one of another version")]
     Magic,
     /// They are too few or too many.
-    #[error("{found} bytes, but its header asks for {expected}: cut short?")]
+    #[error("{found} bytes, but its header says {expected}: cut short?")]
     Size {
         /// How many there are.
         found: u64,

@@ -5,7 +5,7 @@ use crate::ErrorKind;
 /// Intensity of a lamp that states none.
 const LIGHT: f64 = 300.0;
 
-/// A thing in a map: its keys and values, as they are written.
+/// An object of a map: its keys and values, as they are written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Entity {
     /// Keys and their values, in the order of the file.

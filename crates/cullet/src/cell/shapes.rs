@@ -232,7 +232,7 @@ impl CellShapes {
     /// Whether a box is in pieces grown by `reach`.
     fn holds(&self, b: &Bounds, reach: f64) -> bool {
         let grown = [b[0].map(|v| v - reach), b[1].map(|v| v + reach)];
-        // A frame asks this of its near plane, and allocates nothing.
+        // A frame does this for its near plane, and allocates nothing.
         let (mut few, mut count) = ([0; FEW], 0);
         self.tree.visit(&grown, |number| {
             if let Some(near) = few.get_mut(count) {

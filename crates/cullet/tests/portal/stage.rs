@@ -75,7 +75,7 @@ fn nothing_on_a_ray_through_open_portals_is_dropped() {
             let graph = (&building.graph, &building.shapes);
             ray_cells_ref(graph, cell, eye, along, (0, 1e-6), |_, from, to| {
                 for slot in scene.slots() {
-                    // Any point of it on the ray is seen: there are no other things in the way.
+                    // Any point of it on the ray is seen: nothing else is in the way.
                     let share = rng.unit();
                     let p = std::array::from_fn(|a| from[a] + (to[a] - from[a]) * share);
                     if !is_on(&scene, slot, p, 0.0) {
