@@ -31,6 +31,7 @@ pub(crate) fn reason_text(reason: Reason) -> String {
                 |p| format!("outside the {} plane of the frustum", p.name()),
             )
         }
+        Stage::Pvs => "not in the set of the eye's cell".into(),
         Stage::Portal => "not seen through any portal".into(),
         Stage::Detail => "too small on the screen".into(),
         Stage::Lod => "another level of detail is drawn instead".into(),

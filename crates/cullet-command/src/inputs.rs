@@ -202,6 +202,7 @@ pub fn path_words(args: &ViewArgs) -> String {
 pub fn culler(args: &CullArgs) -> Culler {
     let mut culler = (args.preset)();
     culler.frustum &= !args.no_frustum;
+    culler.pvs &= !args.no_pvs;
     if args.no_portal {
         culler.portal = None;
     }
@@ -229,7 +230,7 @@ pub fn culler(args: &CullArgs) -> Culler {
     }
 }
 
-/// The stages that are on, in words, in the order in which they run; portals are none in a scene without cells.
+/// The stages that are on, in words, in the order in which they run; sets and portals are none in a scene without.
 pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
     let culler = culler(args);
     let words = |stage: Stage| match stage {
@@ -246,7 +247,11 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
         },
         stage => stage.name().to_owned(),
     };
-    let has = |stage: Stage| stage != Stage::Portal || scene.cell_graph().is_some();
+    let has = |stage: Stage| match stage {
+        Stage::Pvs => scene.visible_sets().is_some(),
+        Stage::Portal => scene.cell_graph().is_some_and(|graph| !graph.portals().is_empty()),
+        _ => true,
+    };
     Stage::ALL.into_iter().filter(|&stage| culler.runs(stage) && has(stage)).map(words).collect()
 }
 

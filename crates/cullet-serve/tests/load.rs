@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 const HELD: usize = 500;
 /// Bytes of the scene: more than the system takes for a client who does not read.
 const SCENE: u64 = 24 << 20;
+/// Less than the server waits for a head, so that nobody waited for one that hangs; and as much as a slow machine needs.
+const SOON: Duration = Duration::from_secs(4);
 /// One test at a time: each measures times, and has hundreds of connections.
 static ALONE: Mutex<()> = Mutex::new(());
 
@@ -137,14 +139,14 @@ fn half_heads_lock_nobody_out_and_are_dropped() {
     let program = Program::start();
     for request in ["", "GET / HTTP/1.1\r\nHost: local"] {
         let mut held = program.held(request);
-        program.answers_within(Duration::from_secs(1));
+        program.answers_within(SOON);
         program.is_bounded();
         let begun = Instant::now();
         for stream in &mut held {
-            let said = rest(stream, Duration::from_secs(8));
+            let said = rest(stream, Duration::from_secs(30));
             assert_eq!(said.as_deref(), Some(&b""[..]), "dropped, without an answer");
         }
-        assert!(begun.elapsed() < Duration::from_secs(8), "{:?}", begun.elapsed());
+        assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
     }
 }
 
@@ -167,7 +169,7 @@ fn heads_and_bodies_that_trickle_lock_nobody_out() {
                     thread::sleep(Duration::from_millis(200));
                 }
             });
-            program.answers_within(Duration::from_secs(1));
+            program.answers_within(SOON);
             program.is_bounded();
             done.store(true, Ordering::Relaxed);
         });

@@ -72,7 +72,7 @@ impl Panels {
         let began = Instant::now();
         while !self.session.is_settled() || self.session.world.is_none() {
             self.frame(Vec::new());
-            assert!(began.elapsed() < Duration::from_secs(60), "it does not settle");
+            assert!(began.elapsed() < Duration::from_secs(240), "it does not settle");
             std::thread::sleep(Duration::from_millis(2));
         }
     }

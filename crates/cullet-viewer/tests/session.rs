@@ -36,7 +36,7 @@ fn settle(session: &mut Session) {
         if session.is_settled() && session.loading().is_none() {
             return;
         }
-        assert!(began.elapsed() < Duration::from_secs(60), "it does not settle");
+        assert!(began.elapsed() < Duration::from_secs(240), "it does not settle");
         std::thread::sleep(Duration::from_millis(2));
     }
 }
@@ -103,7 +103,7 @@ fn every_switch_is_shown_without_a_window() {
     let began = Instant::now();
     while !session.is_settled() || session.world.is_none() {
         run(&mut session);
-        assert!(began.elapsed() < Duration::from_secs(60));
+        assert!(began.elapsed() < Duration::from_secs(240));
     }
     let start = session.state.clone();
     session.help = true;

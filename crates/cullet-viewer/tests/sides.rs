@@ -38,7 +38,7 @@ fn settle_in(session: &mut Session, size: [u32; 2]) {
         if session.is_settled() && session.loading().is_none() {
             return;
         }
-        assert!(began.elapsed() < Duration::from_secs(120), "it does not settle");
+        assert!(began.elapsed() < Duration::from_secs(240), "it does not settle");
         std::thread::sleep(Duration::from_millis(2));
     }
 }

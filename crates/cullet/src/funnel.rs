@@ -14,25 +14,28 @@ pub enum Stage {
     Layer = 1,
     /// Outside the view's frustum; of a light, where no caster can matter.
     Frustum = 2,
+    /// Not in the potentially visible set of the eye's cell.
+    Pvs = 3,
     /// Not seen through any portal.
-    Portal = 3,
+    Portal = 4,
     /// Too small on the screen.
-    Detail = 4,
+    Detail = 5,
     /// Another level of detail stands for it.
-    Lod = 5,
+    Lod = 6,
     /// Behind something.
-    Occlusion = 6,
+    Occlusion = 7,
     /// Seen from behind (or from the front, where front faces are culled).
-    Backface = 7,
+    Backface = 8,
     /// Without area.
-    Degenerate = 8,
+    Degenerate = 9,
 }
 
 impl Stage {
     /// All stages, in their order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Layer,
         Self::Frustum,
+        Self::Pvs,
         Self::Portal,
         Self::Detail,
         Self::Lod,
@@ -47,6 +50,7 @@ impl Stage {
         match self {
             Self::Layer => "layer",
             Self::Frustum => "frustum",
+            Self::Pvs => "pvs",
             Self::Portal => "portal",
             Self::Detail => "detail",
             Self::Lod => "lod",
@@ -66,8 +70,8 @@ pub struct Reason {
     /// The stage that dropped it.
     pub stage: Stage,
     /// For the frustum, the number of the first plane it is outside of, or [`Reason::MIXED`], and for a light what
-    /// [`Reason::caster`] reads; for portals, the number of the instance's cell, or [`Reason::MIXED`] where it is in several,
-    /// or in one whose number is no smaller than that; else 0.
+    /// [`Reason::caster`] reads; for sets and portals, the number of the instance's cell, or [`Reason::MIXED`] where it is in
+    /// several, or in one whose number is no smaller than that; else 0.
     pub detail: u8,
 }
 

@@ -36,6 +36,7 @@ pub(crate) fn stage_words(stage: Stage) -> &'static str {
     match stage {
         Stage::Layer => "in another layer",
         Stage::Frustum => "outside the view",
+        Stage::Pvs => "never seen from the cell",
         Stage::Portal => "in rooms out of sight",
         Stage::Detail => "too small to matter",
         Stage::Lod => "replaced by another level of detail",

@@ -129,7 +129,9 @@ impl TriangleCosts {
             Stage::Frustum | Stage::Backface | Stage::Degenerate => self.rejected_ns,
             // The renderer skips other layers too, with all of an instance at once.
             Stage::Layer => 0.0,
-            Stage::Portal | Stage::Detail | Stage::Lod | Stage::Occlusion => self.drawn_ns,
+            Stage::Pvs | Stage::Portal | Stage::Detail | Stage::Lod | Stage::Occlusion => {
+                self.drawn_ns
+            }
         }
     }
 

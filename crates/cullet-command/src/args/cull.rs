@@ -20,12 +20,15 @@ pub struct CullArgs {
     #[arg(long, value_parser = parse::choice(MEASURES), default_value = "sides")]
     pub detail_by: Measure,
     /// Run one stage alone
-    #[arg(long, value_parser = parse::choice(ALONE), value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_portal", "no_backface", "no_degenerate", "no_occlusion"])]
+    #[arg(long, value_parser = parse::choice(ALONE), value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_pvs", "no_portal", "no_backface", "no_degenerate", "no_occlusion"])]
     pub only: Option<Stage>,
     /// Keep what is outside the frustum
     #[arg(long)]
     pub no_frustum: bool,
-    /// Keep what is in cells that are not seen
+    /// Keep what is not in the potentially visible set of the eye's cell
+    #[arg(long)]
+    pub no_pvs: bool,
+    /// Keep what is in cells that are not seen through portals
     #[arg(long)]
     pub no_portal: bool,
     /// Keep back faces
@@ -68,6 +71,11 @@ pub const PRESETS: &[(&str, Preset, &str)] = &[
 /// The stages that can be run alone.
 const ALONE: &[(&str, Stage, &str)] = &[
     ("frustum", Stage::Frustum, "Instances, clusters and triangles outside the frustum"),
+    (
+        "pvs",
+        Stage::Pvs,
+        "Instances not in the potentially visible set of the eye's cell, in scenes with such sets",
+    ),
     (
         "portal",
         Stage::Portal,

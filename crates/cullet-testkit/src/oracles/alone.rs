@@ -67,6 +67,7 @@ pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
     let order = [
         (Stage::Layer, Unit::Instances),
         (Stage::Frustum, Unit::Instances),
+        (Stage::Pvs, Unit::Instances),
         (Stage::Portal, Unit::Instances),
         (Stage::Detail, Unit::Instances),
         (Stage::Degenerate, Unit::Instances),

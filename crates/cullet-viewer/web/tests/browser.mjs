@@ -4,7 +4,7 @@ import { spawn } from "node:child_process";
 import assert from "node:assert/strict";
 
 export const SIZE = { width: 960, height: 600 };
-export const WAIT = 60_000;
+export const WAIT = 180_000;
 // Where the scene's picture is, between the panels.
 export const MIDDLE = { x: 455, y: 300 };
 

@@ -1,7 +1,7 @@
 // The page on a telephone: fingers turn, move and zoom, and nothing is cut off.
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { open, settled } from "./browser.mjs";
+import { open, settled, WAIT } from "./browser.mjs";
 
 const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true };
 const MIDDLE = [195, 450];
@@ -35,7 +35,7 @@ export async function phone(browser, url, pictures) {
       await page.waitForTimeout(40);
     }
     await touch("touchEnd", []);
-    await page.waitForFunction((b) => location.hash !== b, before, { timeout: 60_000 })
+    await page.waitForFunction((b) => location.hash !== b, before, { timeout: WAIT })
       .catch(() => assert.fail("fingers do not move the camera"));
     await settled(page);
     return camera();

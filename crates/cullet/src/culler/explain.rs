@@ -1,9 +1,9 @@
 //! Why one instance is drawn or not, with the numbers of every stage that it came to.
 
 use super::frame::{Alone, Frame, Viewer};
-use super::pipeline::{self, Scratch};
+use super::pipeline::{self, Caches, Scratch};
 use super::shadow::ShadowView;
-use super::stage::{degenerate, detail, frustum, layer, occlusion, portal};
+use super::stage::{degenerate, detail, frustum, layer};
 use super::{CullError, Culler, Output};
 use crate::bits;
 use crate::funnel::{FunnelRow, Reason, Stage, Unit};
@@ -89,18 +89,17 @@ impl Culler {
         pipeline::run(&telling, scene, viewer, only, &mut scratch, &mut result);
         let reason = result.reasons[slot as usize];
         let frame = Frame::new(&telling, scene, viewer, only);
-        let occlusion = &scratch.caches.occlusion;
-        let portal = &scratch.caches.portal;
         let rows = result.funnel.rows.iter().filter(|row| row.entered.of(row.unit) > 0);
         let steps = rows.map(|row| Step {
             stage: row.stage,
             unit: row.unit,
             entered: row.entered.of(row.unit),
             left: row.left.of(row.unit),
-            finding: finding(&frame, (portal, occlusion), slot, row, reason),
+            finding: finding(&frame, &scratch.caches, slot, row, reason),
         });
         let hidden = reason.is_some_and(|r| r.stage == Stage::Occlusion);
-        let hidden_by = if hidden { occlusion.blockers(&frame, slot) } else { Vec::new() };
+        let hidden_by =
+            if hidden { scratch.caches.occlusion.blockers(&frame, slot) } else { Vec::new() };
         Ok(Explanation { reason, steps: steps.collect(), hidden_by })
     }
 }
@@ -108,7 +107,7 @@ impl Culler {
 /// Finding of a stage, in the words of the stage itself.
 fn finding(
     frame: &Frame<'_>,
-    (reached, hidden): (&portal::Cache, &occlusion::Cache),
+    caches: &Caches,
     slot: u32,
     row: &FunnelRow,
     reason: Option<Reason>,
@@ -119,12 +118,13 @@ fn finding(
     }
     match row.stage {
         Stage::Layer => layer::finding(frame, slot),
-        Stage::Occlusion => hidden.finding(frame, slot),
+        Stage::Occlusion => caches.occlusion.finding(frame, slot),
         _ if bits::get(frame.scene.exempt(), slot as usize) => {
             "exempt: flagged always visible, or without finite bounds".to_owned()
         }
         Stage::Frustum => frustum::finding(frame, slot, reason.filter(|_| row.left.instances == 0)),
-        Stage::Portal => reached.finding(frame, slot),
+        Stage::Pvs => caches.pvs.finding(frame, slot),
+        Stage::Portal => caches.portal.finding(frame, slot),
         Stage::Detail => detail::finding(frame, slot),
         Stage::Degenerate => degenerate::finding(frame, slot),
         Stage::Lod | Stage::Backface => String::new(),

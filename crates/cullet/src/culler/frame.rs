@@ -25,8 +25,8 @@ impl Viewer<'_> {
         let Self::Light(shadows) = self else { return Cow::Borrowed(culler) };
         let mut own = match shadows.map {
             // What a shadow falls on may be in sight where the light is not.
-            Some(_) => culler.without(Stage::Portal),
-            None => [Stage::Portal, Stage::Detail, Stage::Occlusion, Stage::Backface]
+            Some(_) => culler.without(Stage::Portal).without(Stage::Pvs),
+            None => [Stage::Pvs, Stage::Portal, Stage::Detail, Stage::Occlusion, Stage::Backface]
                 .into_iter()
                 .fold(culler.clone(), |culler, stage| culler.without(stage)),
         };

@@ -90,6 +90,10 @@ pub struct Culler {
     /// After the plane test, also test the frustum's corners against the faces of boxes that straddle:
     /// drops big boxes near its corners, at the cost of an exact test for each of them. Default off.
     pub frustum_exact: bool,
+    /// Cull what is not in the set of the eye's cell, in scenes that [have such sets](crate::Scene::set_visible_sets). Default
+    /// on; it does nothing where [`portal`](Self::portal) would not. As conservative as the sets are. Cost: none to speak of,
+    /// but where the eye comes into another cell, whose set is then looked up.
+    pub pvs: bool,
     /// Cull what is in no cell that is seen through open portals, and of what is in those, what is beside the portals. On by
     /// default, in scenes that [have cells](crate::Scene::set_cells); it does nothing while the eye is in none, nor where the
     /// near plane of the view cuts into a wall, nor for orthographic views and lights. Conservative as far as the cells say
@@ -198,6 +202,7 @@ impl Culler {
         Self {
             frustum: true,
             frustum_exact: false,
+            pvs: true,
             portal: Some(PortalOptions::default()),
             backface: Backface::default(),
             degenerate: true,
@@ -228,6 +233,7 @@ impl Culler {
         let mut only = others.fold(self.clone(), |culler, other| culler.without(other));
         match stage {
             Stage::Frustum => only.frustum = true,
+            Stage::Pvs => only.pvs = true,
             Stage::Portal => only.portal = Some(self.portal.unwrap_or_default()),
             Stage::Detail => only.detail = self.detail.or_else(|| Some(Detail::default())),
             Stage::Occlusion => {
@@ -246,6 +252,7 @@ impl Culler {
         let mut without = self.clone();
         match stage {
             Stage::Frustum => (without.frustum, without.frustum_exact) = (false, false),
+            Stage::Pvs => without.pvs = false,
             Stage::Portal => without.portal = None,
             Stage::Detail => without.detail = None,
             Stage::Occlusion => without.occlusion = None,
@@ -273,6 +280,7 @@ impl Culler {
         match stage {
             Stage::Layer => true,
             Stage::Frustum => self.frustum,
+            Stage::Pvs => self.pvs,
             Stage::Portal => self.portal.is_some(),
             Stage::Detail => self.detail.is_some(),
             Stage::Occlusion => self.occlusion.is_some(),

@@ -8,7 +8,7 @@ use super::answer;
 use super::frame::{Alone, Frame, Viewer};
 use super::log::Log;
 use super::sets::Sets;
-use super::stage::{backface, degenerate, detail, frustum, layer, occlusion, portal};
+use super::stage::{backface, degenerate, detail, frustum, layer, occlusion, portal, pvs};
 use super::{Culler, Output};
 use crate::funnel::{Stage, Unit};
 use crate::scene::Scene;
@@ -36,12 +36,15 @@ const fn then(stage: Stage, unit: Unit, run: Run) -> Step {
 
 /// The one list of what runs when. A step is left out where its stage is off, and where the answer does not go as deep
 /// as its unit.
-const PIPELINE: [Step; 13] = [
+const PIPELINE: [Step; 14] = [
     then(Stage::Layer, Unit::Instances, |f, _, _, log| {
         layer::instances(f, log);
     }),
     opens(Stage::Frustum, Unit::Instances, |f, c, s, log| {
         frustum::instances(f, &mut c.frustum, &mut s.instances, log);
+    }),
+    then(Stage::Pvs, Unit::Instances, |f, c, s, log| {
+        pvs::instances(f, &mut c.pvs, &mut s.instances, log);
     }),
     then(Stage::Portal, Unit::Instances, |f, c, s, log| {
         portal::instances(f, &mut c.portal, &mut s.instances, log);
@@ -91,6 +94,7 @@ fn depth(output: Output) -> Unit {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Caches {
     frustum: frustum::Cache,
+    pub(super) pvs: pvs::Cache,
     pub(super) portal: portal::Cache,
     pub(super) occlusion: occlusion::Cache,
     backface: backface::Cache,

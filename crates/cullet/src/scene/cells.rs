@@ -1,10 +1,13 @@
 //! Cells of a scene: which instances are in which.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use super::Scene;
-use super::order::{rearrange, rearrange_bits};
+use super::order::{gather_bits, rearrange, rearrange_bits};
 use crate::bits;
 use crate::bounds::{Aabb, Boxes};
 use crate::cell::{CellGraph, CellLocator};
+use crate::cull::pvs::{SetsError, Targets, VisibleSets};
 
 /// A graph of cells, where those are, and the instances in each.
 #[derive(Debug)]
@@ -27,6 +30,13 @@ pub(crate) struct SceneCells {
     slots: Vec<u32>,
     /// Around the boxes of those of each cell that are not loose.
     extents: Vec<Aabb>,
+    sets: Option<VisibleSets<'static>>,
+    /// One bit a slot: added or moved since the sets were given.
+    changed: Vec<u64>,
+    /// Tells these cells from all others of the process.
+    id: u64,
+    /// Rises when slots, their cells or the sets are others.
+    version: u64,
 }
 
 impl SceneCells {
@@ -62,11 +72,32 @@ impl SceneCells {
         &self.loose
     }
 
+    /// What may be seen from each cell.
+    pub(crate) fn sets(&self) -> Option<&VisibleSets<'static>> {
+        self.sets.as_ref()
+    }
+
+    /// One bit a slot: instances that were added or moved since the sets were given.
+    pub(crate) fn changed(&self) -> &[u64] {
+        &self.changed
+    }
+
+    /// Another where the same slot may be of other cells, or in other sets.
+    pub(crate) fn version(&self) -> (u64, u64) {
+        (self.id, self.version)
+    }
+
+    /// Notes that slots were sorted: where what is in slot i was.
+    pub(super) fn gather(&mut self, from: &[u32]) {
+        gather_bits(&mut self.changed, from);
+    }
+
     /// Moves what is known of slots.
     pub(super) fn rearrange(&mut self, moves: &[[u32; 2]]) {
         rearrange(&mut self.of_slots, moves);
         rearrange_bits(&mut self.loose, moves);
         rearrange_bits(&mut self.moved, moves);
+        rearrange_bits(&mut self.changed, moves);
         self.is_sorted &= moves.is_empty();
     }
 
@@ -75,6 +106,7 @@ impl SceneCells {
         self.of_slots.resize(count, [0; 2]);
         self.loose.resize(count.div_ceil(64), 0);
         self.moved.resize(count.div_ceil(64), 0);
+        self.changed.resize(count.div_ceil(64), 0);
     }
 
     /// Notes that the instance of a slot is to be found.
@@ -86,6 +118,7 @@ impl SceneCells {
 
     /// Makes the slots of each cell anew.
     fn sort(&mut self, boxes: &Boxes) {
+        self.version += 1;
         self.firsts.clear();
         self.firsts.resize(self.graph.cell_count() as usize + 1, 0);
         let of = |[first, count]: [u32; 2]| first as usize..(first + count) as usize;
@@ -123,6 +156,7 @@ impl Scene {
     /// since the last [`commit`](Self::commit), [`commit_slice`](Self::commit_slice) or [`refit`](Self::refit) counts as
     /// seen from everywhere. O(instances · log of the pieces).
     pub fn set_cells(&mut self, graph: CellGraph, place: impl CellLocator + 'static) {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
         self.cells = Some(Box::new(SceneCells {
             graph,
             place: Box::new(place),
@@ -134,12 +168,47 @@ impl Scene {
             firsts: Vec::new(),
             slots: Vec::new(),
             extents: Vec::new(),
+            sets: None,
+            changed: Vec::new(),
+            id: NEXT.fetch_add(1, Ordering::Relaxed),
+            version: 0,
         }));
         self.assign_all();
         self.change += 1;
     }
 
-    /// Takes the cells from the scene.
+    /// Gives the cells sets of what may be seen from each. From then on [`Culler::pvs`](crate::Culler::pvs) culls by them,
+    /// with portals and without.
+    ///
+    /// Sets of [cells](Targets::Cells) hold whatever moves, for an instance is in the cells that it touches. Those of
+    /// [instances](Targets::Instances) hold for the instances as they are now, by the indices of their handles: what is
+    /// added or moved from here on is seen from everywhere, and the sets are true for as long as what they saw something hidden
+    /// behind stays where it is. O(cells).
+    ///
+    /// # Errors
+    /// If the scene has no cells, or more or fewer than there are sets; nothing is changed then.
+    pub fn set_visible_sets(&mut self, sets: VisibleSets<'static>) -> Result<(), SetsError> {
+        let cells = self.cells.as_mut().ok_or(SetsError::NoCells)?;
+        let (found, count) = (sets.cell_count(), cells.graph.cell_count());
+        let of_cells = sets.targets() == Targets::Cells;
+        if found != count || (of_cells && sets.target_count() != count) {
+            let sets = if found == count { sets.target_count() } else { found };
+            return Err(SetsError::Cells { sets, cells: count });
+        }
+        cells.sets = Some(sets);
+        cells.changed.fill(0);
+        cells.version += 1;
+        self.change += 1;
+        Ok(())
+    }
+
+    /// The sets of the scene's cells, if it has any: to ask who sees whom, and what must be there where the eye goes.
+    #[must_use]
+    pub fn visible_sets(&self) -> Option<&VisibleSets<'static>> {
+        self.cells.as_ref()?.sets.as_ref()
+    }
+
+    /// Takes the cells from the scene, and their sets.
     pub fn clear_cells(&mut self) {
         self.cells = None;
         self.change += 1;
@@ -182,6 +251,16 @@ impl Scene {
         let Some(cells) = &mut self.cells else { return };
         cells.resize((slot as usize + 1).max(cells.of_slots.len()));
         cells.loosen(slot as usize);
+        bits::set(&mut cells.changed, slot as usize, true);
+    }
+
+    /// Does what moves no instance, though it touches all: none counts as changed by it.
+    pub(super) fn without_change(&mut self, run: impl FnOnce(&mut Self)) {
+        let changed = self.cells.as_ref().map(|cells| cells.changed.clone());
+        run(self);
+        if let (Some(cells), Some(changed)) = (&mut self.cells, changed) {
+            cells.changed = changed;
+        }
     }
 
     /// Finds the cells of all instances.
@@ -190,6 +269,9 @@ impl Scene {
             let count = self.hierarchy.slot_count() as usize;
             cells.all.clear();
             cells.of_slots.clear();
+            // Bits of slots that are no more must not stay.
+            cells.loose.clear();
+            cells.moved.clear();
             cells.resize(count);
             (0..count).for_each(|slot| cells.loosen(slot));
             cells.is_sorted = false;

@@ -130,7 +130,9 @@ impl Scene {
             }
         }
         self.origin = origin;
-        (0..self.slot_count()).for_each(|slot| self.update_slot(slot));
+        self.without_change(|scene| {
+            (0..scene.slot_count()).for_each(|slot| scene.update_slot(slot))
+        });
         self.hierarchy.refit();
         self.assign_moved();
         self.change += 1;

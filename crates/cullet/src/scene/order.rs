@@ -45,6 +45,9 @@ impl Scene {
         gather_bits(&mut self.exempt, &from);
         gather_bits(&mut self.collapsed, &from);
         self.note_exempt();
+        if let Some(cells) = &mut self.cells {
+            cells.gather(&from);
+        }
         self.assign_all();
         let present = self.hierarchy.present();
         self.tallies.recount(0..present.len(), &self.mesh, present);
@@ -108,7 +111,7 @@ fn gather<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
     *values = from.iter().map(|&old| values[old as usize]).collect();
 }
 
-fn gather_bits(words: &mut Vec<u64>, from: &[u32]) {
+pub(super) fn gather_bits(words: &mut Vec<u64>, from: &[u32]) {
     let mut new = vec![0; from.len().div_ceil(64)];
     for (to, &old) in from.iter().enumerate() {
         bits::set(&mut new, to, bits::get(words, old as usize));

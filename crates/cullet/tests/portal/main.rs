@@ -1,5 +1,6 @@
-//! Cells and portals: what a walk reaches against rays, and what the stage drops.
+//! Cells and portals: what a walk reaches against rays, what the stage drops, and sets of cells.
 
+mod sets;
 mod shapes;
 mod stage;
 mod walk;

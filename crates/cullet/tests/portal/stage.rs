@@ -219,6 +219,18 @@ fn what_moves_is_kept_until_it_is_found_again() {
 }
 
 #[test]
+fn a_commit_with_fewer_slots_than_moved_is_no_harm() {
+    let (mut scene, [near, far], view) = two_rooms();
+    let at = Transform::from_scale_translation([0.2; 3], [3.0, 1.0, 2.0]);
+    scene.add(Instance::new(0, at)).unwrap();
+    scene.remove(near).unwrap();
+    scene.remove(far).unwrap();
+    scene.commit();
+    assert_eq!((scene.slot_count(), scene.cells_of(0)), (1, &[0][..]));
+    assert_eq!(cull(&portal_alone(), &scene, &view).instance_count, 1);
+}
+
+#[test]
 fn an_eye_in_no_cell_or_in_a_wall_sees_all() {
     let (mut scene, _, _) = two_rooms();
     scene.set_portal_open(0, false);

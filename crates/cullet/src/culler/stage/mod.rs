@@ -10,5 +10,7 @@ pub(super) mod layer;
 mod occluders;
 pub(super) mod occlusion;
 pub(super) mod portal;
+pub(super) mod pvs;
 mod samples;
 mod stake;
+mod stand;

@@ -4,11 +4,13 @@ use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::is_parted;
 use super::super::sets::{Clusters, Instances};
+use super::stand::{Idle, detail, list, place_of, stand};
 use crate::bits;
 use crate::bounds::Side;
 use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::tree::Cut;
-use crate::cull::portal::{PortalView, Reached, Visit, walk_portals};
+use crate::cull::portal::{Reached, Visit, walk_portals};
+use crate::cull::pvs::Targets;
 use crate::funnel::{Reason, Stage, Unit};
 use crate::scene::{SceneCells, Tally};
 use crate::view::Frustum;
@@ -27,31 +29,6 @@ pub(in super::super) struct Cache {
     kept: Vec<u64>,
 }
 
-/// Why the stage does nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Idle {
-    /// It does something.
-    No,
-    /// It has not run, or the scene has no cells.
-    #[default]
-    NoCells,
-    Orthographic,
-    NoCell,
-    InWall,
-}
-
-impl Idle {
-    fn words(self) -> &'static str {
-        match self {
-            Self::No => "",
-            Self::NoCells => "the scene has no cells",
-            Self::Orthographic => "left out: an orthographic view has no eye in a cell",
-            Self::NoCell => "left out: the eye is in no cell",
-            Self::InWall => "left out: the near plane reaches out of the cells, into a wall",
-        }
-    }
-}
-
 /// Drops the instances of cells that are not seen, and those that are beside the portals of those that are.
 pub(in super::super) fn instances(
     frame: &Frame<'_>,
@@ -62,7 +39,12 @@ pub(in super::super) fn instances(
     cache.idle = Idle::NoCells;
     let (Some(options), Some(cells)) = (frame.culler.portal, frame.scene.cells()) else { return };
     let mut dropped = Tally::default();
-    match start(frame, cells, &mut cache.starts) {
+    let stands = match cells.sets().map(|sets| sets.targets()) {
+        // Cells for sets of instances are not rooms, and nothing is beyond their borders.
+        Some(Targets::Instances) if cells.graph().portals().is_empty() => Err(Idle::NoPortals),
+        _ => stand(frame, cells, &mut cache.starts),
+    };
+    match stands {
         Err(idle) => cache.idle = idle,
         Ok(view) => {
             cache.idle = Idle::No;
@@ -72,26 +54,6 @@ pub(in super::super) fn instances(
         }
     }
     log.instance_row(Stage::Portal, dropped);
-}
-
-/// The view, and the cells that its near plane may be in, that of the eye first.
-fn start(frame: &Frame<'_>, cells: &SceneCells, starts: &mut Vec<u32>) -> Result<PortalView, Idle> {
-    let view = PortalView::new(frame.view).ok_or(Idle::Orthographic)?;
-    let (place, count) = (cells.place(), cells.graph().cell_count());
-    let cell = place.cell_of(view.eye()).filter(|&c| c < count).ok_or(Idle::NoCell)?;
-    // What the near plane cuts away hides nothing: walls do only where none is cut.
-    let near = view.near_box().filter(|[min, max]| place.is_free(*min, *max));
-    let [min, max] = near.ok_or(Idle::InWall)?;
-    starts.clear();
-    place.cells_touching(min, max, starts);
-    // Between cells may be walls that are thin as paper, so that it cuts them and leaves no cell.
-    starts.retain(|&c| c != cell && c < count);
-    starts.sort_unstable();
-    starts.dedup();
-    starts.insert(0, cell);
-    let eye = view.eye();
-    let reach = (0..3).map(|a| (max[a] - eye[a]).max(eye[a] - min[a]).powi(2)).sum::<f64>().sqrt();
-    Ok(view.with_door_reach(reach + place.walls()))
 }
 
 impl Cache {
@@ -198,11 +160,7 @@ impl Cache {
             return self.idle.words().to_owned();
         }
         let own = cells.of_slot(slot);
-        let place = match own {
-            [] => "in no cell".to_owned(),
-            [cell] => format!("in cell {cell}"),
-            own => format!("in cells {}", list(own)),
-        };
+        let place = place_of(own);
         if bits::get(cells.loose(), slot as usize) {
             let why =
                 if own.is_empty() { "" } else { " and beyond, or moved since the last commit" };
@@ -310,19 +268,6 @@ fn bounds_of(
         (f64::from(extent.max[a]) - eye).abs().max((f64::from(extent.min[a]) - eye).abs())
     });
     reached.frustum(visit, origin, far.map(|v| v * v).sum::<f64>().sqrt())
-}
-
-/// The cell of an instance, if it is one alone and its number fits.
-fn detail(cells: &SceneCells, slot: u32) -> u8 {
-    match cells.of_slot(slot) {
-        [cell] => u8::try_from(*cell).unwrap_or(Reason::MIXED),
-        _ => Reason::MIXED,
-    }
-}
-
-fn list(numbers: &[u32]) -> String {
-    let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
-    numbers.join(", ")
 }
 
 /// The way from one cell to others, whatever can be seen along it.

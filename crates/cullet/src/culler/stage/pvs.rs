@@ -1,0 +1,157 @@
+//! Potentially visible sets: what is not in the set of the eye's cell.
+
+use super::super::frame::Frame;
+use super::super::log::Log;
+use super::super::sets::Instances;
+use super::stand::{Idle, detail, list, place_of, stand};
+use crate::bits;
+use crate::cull::pvs::{Targets, VisibleSets};
+use crate::funnel::{Reason, Stage};
+use crate::scene::{Scene, SceneCells, Tally};
+
+/// What the stage knows of a view: what may be seen from the cells that the eye is in, found anew when those are others.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Cache {
+    idle: Idle,
+    /// Which cells with which slots, and whether through mirrors; and where the eye was among them.
+    of: Option<((u64, u64), bool)>,
+    starts: Vec<u32>,
+    found: Vec<u32>,
+    /// One bit a target.
+    row: Vec<u64>,
+    /// One bit a slot, of those that there were: in the sets.
+    seen: Vec<u64>,
+}
+
+/// Drops the instances that are in none of the sets.
+pub(in super::super) fn instances(
+    frame: &Frame<'_>,
+    cache: &mut Cache,
+    set: &mut Instances,
+    log: &mut Log<'_>,
+) {
+    let mut dropped = Tally::default();
+    cache.idle = match frame.scene.cells().map(|cells| (cells, cells.sets())) {
+        None => Idle::NoCells,
+        Some((_, None)) => Idle::NoSets,
+        Some((cells, Some(sets))) => match stand(frame, cells, &mut cache.found) {
+            Err(idle) => idle,
+            Ok(_) => {
+                cache.look_up(frame, cells, sets);
+                dropped = cache.drop_unseen(frame.scene, (cells, sets), set, log);
+                Idle::No
+            }
+        },
+    };
+    log.instance_row(Stage::Pvs, dropped);
+}
+
+/// One bit a slot: instances that are seen from everywhere.
+fn everywhere<'a>(cells: &'a SceneCells, sets: &VisibleSets<'_>) -> &'a [u64] {
+    match sets.targets() {
+        Targets::Cells => cells.loose(),
+        Targets::Instances => cells.changed(),
+    }
+}
+
+impl Cache {
+    /// Finds which slots are in the sets of the cells that the eye is in.
+    fn look_up(&mut self, frame: &Frame<'_>, cells: &SceneCells, sets: &VisibleSets<'_>) {
+        let mirrors = frame.culler.portal.is_some_and(|portal| portal.mirrors > 0);
+        let of = Some((cells.version(), mirrors));
+        if self.of == of && self.starts == self.found {
+            return;
+        }
+        self.of = of;
+        self.starts.clone_from(&self.found);
+        self.row.fill(0);
+        self.starts.iter().for_each(|&cell| sets.add_row_to(cell, &mut self.row));
+        if mirrors {
+            self.add_mirrors(cells, sets);
+        }
+        let scene = frame.scene;
+        self.seen.clear();
+        self.seen.resize(scene.slot_count().div_ceil(64) as usize, 0);
+        match sets.targets() {
+            Targets::Cells => {
+                for cell in bits::in_words(&self.row) {
+                    for &slot in cells.slots_in(cell as u32) {
+                        bits::set(&mut self.seen, slot as usize, true);
+                    }
+                }
+            }
+            Targets::Instances => {
+                for slot in scene.slots() {
+                    let index = scene.handle(slot).map_or(u32::MAX, |handle| handle.index);
+                    // What came later is none of the targets.
+                    let is_seen =
+                        index >= sets.target_count() || bits::get(&self.row, index as usize);
+                    bits::set(&mut self.seen, slot as usize, is_seen);
+                }
+            }
+        }
+    }
+
+    /// What may be seen from a mirror's cell may be seen in the mirror.
+    fn add_mirrors(&mut self, cells: &SceneCells, sets: &VisibleSets<'_>) {
+        let mut left: Vec<u32> = cells.graph().mirrors().iter().map(|mirror| mirror.cell).collect();
+        left.sort_unstable();
+        left.dedup();
+        loop {
+            let is_seen = |row: &[u64], cell: u32| match sets.targets() {
+                Targets::Cells => bits::get(row, cell as usize),
+                // Of cells nothing is known.
+                Targets::Instances => true,
+            };
+            let Some(at) = left.iter().position(|&cell| is_seen(&self.row, cell)) else { return };
+            let cell = left.swap_remove(at);
+            sets.add_row_to(cell, &mut self.row);
+        }
+    }
+
+    fn drop_unseen(
+        &self,
+        scene: &Scene,
+        (cells, sets): (&SceneCells, &VisibleSets<'_>),
+        set: &mut Instances,
+        log: &mut Log<'_>,
+    ) -> Tally {
+        let (everywhere, mut sum) = (everywhere(cells, sets), Tally::default());
+        for &word in &set.live {
+            let at = word as usize;
+            // Words that are not there are of slots that came since.
+            let kept = [&*self.seen, everywhere].map(|w| w.get(at).copied().unwrap_or(u64::MAX));
+            let dropped = set.alive[at] & !(kept[0] | kept[1] | scene.exempt()[at]);
+            set.alive[at] &= !dropped;
+            sum += scene.tally_of_bits(at, dropped);
+            if log.wants_reasons() {
+                for bit in bits::ones(dropped) {
+                    let slot = word * 64 + bit as u32;
+                    log.drop_slot(slot, Reason { stage: Stage::Pvs, detail: detail(cells, slot) });
+                }
+            }
+        }
+        sum
+    }
+
+    /// In whose set an instance is, or not.
+    pub(in super::super) fn finding(&self, frame: &Frame<'_>, slot: u32) -> String {
+        let sets = frame.scene.cells().and_then(|cells| Some((cells, cells.sets()?)));
+        let Some((cells, sets)) = sets.filter(|_| self.idle == Idle::No) else {
+            return self.idle.words().to_owned();
+        };
+        let place = match sets.targets() {
+            Targets::Cells => format!("{}, ", place_of(cells.of_slot(slot))),
+            Targets::Instances => String::new(),
+        };
+        if bits::get(everywhere(cells, sets), slot as usize) {
+            return format!("{place}seen from everywhere: beyond the cells, or moved since");
+        }
+        let is_seen = bits::get(&self.seen, slot as usize);
+        let (set, not) = (
+            if self.starts.len() == 1 { "set of cell" } else { "sets of cells" },
+            if is_seen { "" } else { "not " },
+        );
+        format!("{place}{not}in the {set} {}", list(&self.starts))
+    }
+}

@@ -1,0 +1,81 @@
+//! Where the eye of a view stands among cells: what portals and sets begin with.
+
+use super::super::frame::Frame;
+use crate::cull::portal::PortalView;
+use crate::funnel::Reason;
+use crate::scene::SceneCells;
+
+/// Why cells hide nothing from a view.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Idle {
+    /// They do.
+    No,
+    /// The stage has not run, or the scene has no cells.
+    #[default]
+    NoCells,
+    NoPortals,
+    NoSets,
+    Orthographic,
+    NoCell,
+    InWall,
+}
+
+impl Idle {
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::No => "",
+            Self::NoCells => "the scene has no cells",
+            Self::NoPortals => "the cells have no portals, only sets",
+            Self::NoSets => "the cells have no sets",
+            Self::Orthographic => "left out: an orthographic view has no eye in a cell",
+            Self::NoCell => "left out: the eye is in no cell",
+            Self::InWall => "left out: the near plane reaches out of the cells, into a wall",
+        }
+    }
+}
+
+/// The view, and the cells that its near plane may be in, that of the eye first.
+pub(super) fn stand(
+    frame: &Frame<'_>,
+    cells: &SceneCells,
+    starts: &mut Vec<u32>,
+) -> Result<PortalView, Idle> {
+    let view = PortalView::new(frame.view).ok_or(Idle::Orthographic)?;
+    let (place, count) = (cells.place(), cells.graph().cell_count());
+    let cell = place.cell_of(view.eye()).filter(|&c| c < count).ok_or(Idle::NoCell)?;
+    // What the near plane cuts away hides nothing: walls do only where none is cut.
+    let near = view.near_box().filter(|[min, max]| place.is_free(*min, *max));
+    let [min, max] = near.ok_or(Idle::InWall)?;
+    starts.clear();
+    place.cells_touching(min, max, starts);
+    // Between cells may be walls that are thin as paper, so that it cuts them and leaves no cell.
+    starts.retain(|&c| c != cell && c < count);
+    starts.sort_unstable();
+    starts.dedup();
+    starts.insert(0, cell);
+    let eye = view.eye();
+    let reach = (0..3).map(|a| (max[a] - eye[a]).max(eye[a] - min[a]).powi(2)).sum::<f64>().sqrt();
+    Ok(view.with_door_reach(reach + place.walls()))
+}
+
+/// The cell of an instance, if it is one alone and its number fits.
+pub(super) fn detail(cells: &SceneCells, slot: u32) -> u8 {
+    match cells.of_slot(slot) {
+        [cell] => u8::try_from(*cell).unwrap_or(Reason::MIXED),
+        _ => Reason::MIXED,
+    }
+}
+
+/// The cells of an instance, in words.
+pub(super) fn place_of(own: &[u32]) -> String {
+    match own {
+        [] => "in no cell".to_owned(),
+        [cell] => format!("in cell {cell}"),
+        own => format!("in cells {}", list(own)),
+    }
+}
+
+pub(super) fn list(numbers: &[u32]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+    numbers.join(", ")
+}
