@@ -2,11 +2,13 @@
 //!
 //! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
 //! where that pays; [`occluders`] finds boxes and polygons that hide what the mesh hides; [`pvs`] finds which cells of a
-//! graph of portals see each other.
+//! graph of portals see each other; [`container`] is the file that such results are kept in.
 #![forbid(unsafe_code)]
 
 pub mod clusters;
+pub mod container;
 mod corners;
+mod hash;
 pub mod joint;
 pub mod occluders;
 pub mod pvs;

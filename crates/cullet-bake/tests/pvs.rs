@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use cullet::cell::{CellGraph, Portal};
+use cullet_bake::container::Container;
 use cullet_bake::pvs::{
     Bake, BitRows, PairState, Pvs, PvsFileError, PvsPreset, PvsSettings, RunEnd, RunOptions,
     UnitFolder, bake, check_sight_ref,
@@ -235,7 +236,16 @@ fn a_file_comes_back_and_a_damaged_or_foreign_one_is_refused() {
         odd[at] ^= 1;
         assert!(Pvs::from_bytes(&odd).is_err(), "odd at {at}");
     }
+    // What is looked up is the same, and lies where the file does.
+    let file = Container::open(&bytes).unwrap();
+    assert!(Pvs::is_of(&file));
+    let sets = Pvs::sets_in(&file, &graph).unwrap();
+    assert_eq!(sets, pvs.sets());
+    for (a, b) in (0..9).flat_map(|a| (0..9).map(move |b| (a, b))) {
+        assert_eq!(sets.sees(a, b), pvs.visible().has(a, b));
+    }
     let other = rooms(14, [3, 3, 1]);
+    assert!(matches!(Pvs::sets_in(&file, &other), Err(PvsFileError::OtherGraph { .. })));
     assert!(matches!(pvs.check_graph(&other), Err(PvsFileError::OtherGraph { .. })));
     assert!(pvs.prove_again(&other).is_err());
 }

@@ -3,7 +3,6 @@
 use cullet::cell::CellGraph;
 
 use super::flow::Flow;
-use super::hash::{hash, hash_of};
 use super::known::Known;
 use super::lines::{Line, Random};
 use super::openings::Openings;
@@ -12,6 +11,7 @@ use super::rows::{clear, ones};
 use super::settings::{PvsPreset, PvsSettings};
 use super::threads;
 use super::unit::{UnitFolder, UnitResult};
+use crate::hash::{hash, hash_of};
 
 /// Changed whenever results change, so that units of another version are not taken for this one's.
 const VERSION: u32 = 1;

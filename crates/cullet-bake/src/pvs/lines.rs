@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::hash::mix;
 use super::openings::Openings;
 use super::rows::BitRows;
+use crate::hash::mix;
 
 /// Cells that one line is followed through, each way.
 const MOST_CELLS: usize = 512;

@@ -27,7 +27,6 @@
 mod bake;
 mod flood;
 mod flow;
-mod hash;
 mod known;
 mod lines;
 mod openings;

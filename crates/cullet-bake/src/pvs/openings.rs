@@ -3,8 +3,8 @@
 use cullet::cell::CellGraph;
 use glam::{DVec3, Vec3};
 
-use super::hash::hash_of;
 use super::polygon::Polygon;
+use crate::hash::hash_of;
 
 /// A portal, passed in one direction.
 #[derive(Clone, Debug)]

@@ -1,14 +1,16 @@
 //! The result of a bake, its states and its file.
 
 use cullet::cell::CellGraph;
+use cullet::cull::pvs::{SetsError, Targets, VisibleSets};
 use glam::DVec3;
 use thiserror::Error;
 
-use super::hash::{hash, hash_of};
 use super::known::Known;
 use super::lines::{Line, follow, prove};
 use super::openings::Openings;
 use super::rows::BitRows;
+use crate::container::{Container, ContainerError, Tag, write_chunks};
+use crate::hash::{hash, hash_of};
 
 /// A line of sight: all cells along it see each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,7 +163,8 @@ impl Pvs {
         let mut proven = BitRows::new(self.cell_count(), self.cell_count());
         (0..self.cell_count()).for_each(|cell| proven.set(cell, cell));
         let mut cells = Vec::new();
-        for w in &self.witnesses {
+        let portals = graph.portals().len() as u32;
+        for w in self.witnesses.iter().filter(|w| w.portal < portals) {
             let line = Line {
                 opening: openings.of_portal(w.portal, w.forward),
                 point: DVec3::from(w.point) - openings.middle,
@@ -183,30 +186,29 @@ impl Pvs {
     }
 }
 
-/// The first bytes of a file, the last of them the version.
-const MAGIC: &[u8; 8] = b"CULLPVS1";
-/// Bytes before the rows.
-const HEADER: usize = 8 + 3 * 8 + 4 + 4;
+/// The chunks of a file: hashes and counts; the sets; the part of them that is proven; the lines that prove it.
+const HEAD: Tag = *b"PVSG";
+const SETS: Tag = *b"SETS";
+const PROVEN: Tag = *b"SURE";
+const LINES: Tag = *b"LINE";
+/// More cells than any baker's graph has, and rows of a gigabyte.
+const MOST_CELLS: u32 = 100_000;
+/// Bytes of a line: portal and direction, where, and whither.
 const WITNESS: usize = 4 + 6 * 8;
 
 /// Reason for which bytes are no sets of cells, or not those of a graph.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum PvsFileError {
-    /// They begin otherwise.
-    #[error("it does not begin with CULLPVS1: no file of cullet pvs, or one of another version")]
-    Magic,
-    /// They are too few or too many.
-    #[error("{found} bytes, but its header says {expected}: cut short?")]
-    Size {
-        /// How many there are.
-        found: u64,
-        /// How many there should be.
-        expected: u64,
-    },
-    /// The checksum is wrong.
-    #[error("its checksum is wrong: damaged")]
-    Damaged,
+    /// They are no baked file, or not one of cells and portals.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
+    /// Their rows are none.
+    #[error(transparent)]
+    Sets(#[from] SetsError),
+    /// They contradict themselves.
+    #[error("{0}: written by another program?")]
+    Odd(&'static str),
     /// They are of another graph.
     #[error(
         "it was baked from another map: hash {found:016x}, this one has {expected:016x}; bake it again"
@@ -220,67 +222,109 @@ pub enum PvsFileError {
 }
 
 impl Pvs {
-    /// The bytes of a file: little-endian, with a checksum at the end.
+    /// The sets, as they are asked at run time.
+    #[must_use]
+    pub fn sets(&self) -> VisibleSets<'static> {
+        packed(&self.visible)
+    }
+
+    /// Whether a file is one of these: that it has their first chunk.
+    #[must_use]
+    pub fn is_of(file: &Container<'_>) -> bool {
+        file.tags().any(|tag| tag == HEAD)
+    }
+
+    /// The sets of a file alone, where it lies; for a file that is mapped. Their sum is not checked.
+    ///
+    /// # Errors
+    /// If the file has none, or they are not of this graph.
+    pub fn sets_in<'a>(
+        file: &Container<'a>,
+        graph: &CellGraph,
+    ) -> Result<VisibleSets<'a>, PvsFileError> {
+        let head = Head::read(file)?;
+        let (found, expected) = (head.graph, hash_of(graph));
+        if found != expected {
+            return Err(PvsFileError::OtherGraph { found, expected });
+        }
+        Ok(VisibleSets::from_bytes(file.unchecked(SETS)?)?)
+    }
+
+    /// The bytes of a file: a [container](crate::container).
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = MAGIC.to_vec();
-        [self.graph, self.key, self.candidates].iter().for_each(|v| out.extend(v.to_le_bytes()));
-        out.extend(self.cell_count().to_le_bytes());
-        out.extend((self.witnesses.len() as u32).to_le_bytes());
-        for word in self.visible.words().iter().chain(self.proven.words()) {
-            out.extend(word.to_le_bytes());
-        }
+        let head = [self.graph, self.key, self.candidates].map(u64::to_le_bytes).concat();
+        let [visible, proven] = [&self.visible, &self.proven].map(|rows| packed(rows).to_bytes());
+        let mut lines = Vec::with_capacity(self.witnesses.len() * WITNESS);
         for w in &self.witnesses {
             // The lowest bit is the direction.
-            out.extend((w.portal << 1 | u32::from(w.forward)).to_le_bytes());
-            w.point.iter().chain(&w.direction).for_each(|v| out.extend(v.to_le_bytes()));
+            lines.extend((w.portal << 1 | u32::from(w.forward)).to_le_bytes());
+            w.point.iter().chain(&w.direction).for_each(|v| lines.extend(v.to_le_bytes()));
         }
-        out.extend(hash(&out).to_le_bytes());
-        out
+        write_chunks(&[(HEAD, &head), (SETS, &visible), (PROVEN, &proven), (LINES, &lines)])
     }
 
     /// Reads such bytes.
     ///
     /// # Errors
-    /// If they begin otherwise, are cut short, or were changed.
+    /// If they are no container, of something else, cut short, or were changed.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, PvsFileError> {
-        if !bytes.starts_with(MAGIC) {
-            return Err(PvsFileError::Magic);
+        let file = Container::open(bytes)?;
+        let Head { graph, key, candidates } = Head::read(&file)?;
+        let rows =
+            |tag| Ok::<_, PvsFileError>(unpacked(&VisibleSets::from_bytes(file.chunk(tag)?)?));
+        let (visible, proven) = (rows(SETS)?, rows(PROVEN)?);
+        let is_square = |rows: &BitRows| rows.rows() == rows.columns();
+        if !is_square(&visible) || !is_square(&proven) || visible.rows() != proven.rows() {
+            return Err(PvsFileError::Odd("sets of cells have not as many rows as cells"));
         }
-        let found = bytes.len() as u64;
-        let size = |expected: u64| PvsFileError::Size { found, expected };
-        let header = bytes.get(..HEADER).ok_or(size(HEADER as u64 + 8))?;
-        let long = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| header[at + k]));
-        let short = |at: usize| u32::from_le_bytes(std::array::from_fn(|k| header[at + k]));
-        let (cells, lines) = (short(32), short(36));
-        let words = u64::from(cells) * u64::from(cells.div_ceil(64)) * 2;
-        let expected = HEADER as u64 + words * 8 + u64::from(lines) * WITNESS as u64 + 8;
-        if found != expected {
-            return Err(size(expected));
-        }
-        let (body, sum) = bytes.split_at(bytes.len() - 8);
-        if hash(body).to_le_bytes() != sum {
-            return Err(PvsFileError::Damaged);
-        }
-        let (rows, rest) = body[HEADER..].split_at(words as usize * 8);
-        let mut words = rows.as_chunks::<8>().0.iter().map(|w| u64::from_le_bytes(*w));
-        let mut read = || {
-            let mut rows = BitRows::new(cells, cells);
-            rows.words_mut().iter_mut().for_each(|w| *w = words.next().unwrap_or(0));
-            rows
+        let float = |w: &[u8; WITNESS], k: usize| {
+            f64::from_le_bytes(std::array::from_fn(|i| w[4 + k * 8 + i]))
         };
-        let (visible, proven) = (read(), read());
         let witness = |w: &[u8; WITNESS]| {
             let first = u32::from_le_bytes([w[0], w[1], w[2], w[3]]);
-            let float = |k: usize| f64::from_le_bytes(std::array::from_fn(|i| w[4 + k * 8 + i]));
             Witness {
                 portal: first >> 1,
                 forward: first & 1 != 0,
-                point: std::array::from_fn(float),
-                direction: std::array::from_fn(|k| float(3 + k)),
+                point: std::array::from_fn(|k| float(w, k)),
+                direction: std::array::from_fn(|k| float(w, 3 + k)),
             }
         };
-        let witnesses = rest.as_chunks::<WITNESS>().0.iter().map(witness).collect();
-        Ok(Self { graph: long(8), key: long(16), visible, proven, candidates: long(24), witnesses })
+        let (lines, rest) = file.chunk(LINES)?.as_chunks::<WITNESS>();
+        if !rest.is_empty() {
+            return Err(PvsFileError::Odd("bytes are left behind the last line"));
+        }
+        let witnesses = lines.iter().map(witness).collect();
+        Ok(Self { graph, key, visible, proven, candidates, witnesses })
     }
+}
+
+/// Hashes of graph and settings, and candidates.
+struct Head {
+    graph: u64,
+    key: u64,
+    candidates: u64,
+}
+
+impl Head {
+    fn read(file: &Container<'_>) -> Result<Self, PvsFileError> {
+        let [graph, key, candidates] = file.chunk(HEAD)?.as_chunks::<8>().0 else {
+            return Err(PvsFileError::Odd("its head has not three numbers"));
+        };
+        let [graph, key, candidates] = [graph, key, candidates].map(|v| u64::from_le_bytes(*v));
+        Ok(Self { graph, key, candidates })
+    }
+}
+
+fn packed(rows: &BitRows) -> VisibleSets<'static> {
+    let each = (0..rows.rows()).map(|row| rows.row(row));
+    VisibleSets::from_rows(Targets::Cells, rows.columns(), each)
+}
+
+fn unpacked(sets: &VisibleSets<'_>) -> BitRows {
+    let mut rows = BitRows::new(sets.cell_count(), sets.target_count());
+    for cell in 0..rows.rows() {
+        rows.row_mut(cell).copy_from_slice(&sets.union(&[cell]));
+    }
+    rows
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::hash::hash;
 use super::lines::{Found, Line};
+use crate::hash::hash;
 
 /// What a unit of a [`Bake`](super::Bake) found: a pure function of graph, settings, round and unit.
 #[derive(Clone, Debug, Default, PartialEq)]
