@@ -236,6 +236,10 @@ fn a_file_comes_back_and_a_damaged_or_foreign_one_is_refused() {
         odd[at] ^= 1;
         assert!(Pvs::from_bytes(&odd).is_err(), "odd at {at}");
     }
+    for (a, b) in (0..9).flat_map(|a| (0..9).map(move |b| (a, b))) {
+        let is_proven = a != b && pvs.state(a, b) == PairState::Visible;
+        assert_eq!(pvs.proof(&graph, a, b).unwrap().is_some(), is_proven, "{a} {b}");
+    }
     // What is looked up is the same, and lies where the file does.
     let file = Container::open(&bytes).unwrap();
     assert!(Pvs::is_of(&file));

@@ -79,6 +79,11 @@ pub(super) struct Openings {
 }
 
 impl Openings {
+    /// How many portals there are.
+    pub(super) fn portals(&self) -> u32 {
+        self.places.len() as u32
+    }
+
     /// Prepares a graph; `tolerance` is a share of its diagonal.
     pub(super) fn new(graph: &CellGraph, tolerance: f64) -> Self {
         let corners = || graph.portals().iter().flat_map(|p| &p.polygon).map(|&v| DVec3::from(v));

@@ -163,17 +163,48 @@ impl Pvs {
         let mut proven = BitRows::new(self.cell_count(), self.cell_count());
         (0..self.cell_count()).for_each(|cell| proven.set(cell, cell));
         let mut cells = Vec::new();
-        let portals = graph.portals().len() as u32;
-        for w in self.witnesses.iter().filter(|w| w.portal < portals) {
+        for (_, line) in self.followed(&openings) {
+            follow(&openings, &line, &mut cells);
+            prove(&mut proven, &cells);
+        }
+        Ok(proven)
+    }
+
+    /// The lines, as they are followed.
+    fn followed(&self, openings: &Openings) -> impl Iterator<Item = (Witness, Line)> {
+        let portals = openings.portals();
+        self.witnesses.iter().filter(move |w| w.portal < portals).map(|w| {
             let line = Line {
                 opening: openings.of_portal(w.portal, w.forward),
                 point: DVec3::from(w.point) - openings.middle,
                 direction: w.direction.into(),
             };
-            follow(&openings, &line, &mut cells);
-            prove(&mut proven, &cells);
+            (*w, line)
+        })
+    }
+
+    /// A line of sight between two cells: proof that they see each other. `None` where they do not, where that is
+    /// [undecided](PairState::Undecided), and for a cell with itself. Follows the lines until one is found: O(lines · cells
+    /// along one).
+    ///
+    /// # Errors
+    /// If the graph is not the one that was baked.
+    pub fn proof(
+        &self,
+        graph: &CellGraph,
+        a: u32,
+        b: u32,
+    ) -> Result<Option<Witness>, PvsFileError> {
+        self.check_graph(graph)?;
+        if a == b || self.state(a, b) != PairState::Visible {
+            return Ok(None);
         }
-        Ok(proven)
+        let openings = Openings::new(graph, 1e-6);
+        let mut cells = Vec::new();
+        Ok(self.followed(&openings).find_map(|(witness, line)| {
+            follow(&openings, &line, &mut cells);
+            (cells.contains(&a) && cells.contains(&b)).then_some(witness)
+        }))
     }
 
     /// Whether these are a graph's sets.
@@ -271,13 +302,18 @@ impl Pvs {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, PvsFileError> {
         let file = Container::open(bytes)?;
         let Head { graph, key, candidates } = Head::read(&file)?;
-        let rows =
-            |tag| Ok::<_, PvsFileError>(unpacked(&VisibleSets::from_bytes(file.chunk(tag)?)?));
-        let (visible, proven) = (rows(SETS)?, rows(PROVEN)?);
-        let is_square = |rows: &BitRows| rows.rows() == rows.columns();
-        if !is_square(&visible) || !is_square(&proven) || visible.rows() != proven.rows() {
+        let [visible, proven] = [SETS, PROVEN]
+            .map(|tag| Ok::<_, PvsFileError>(VisibleSets::from_bytes(file.chunk(tag)?)?));
+        let (visible, proven) = (visible?, proven?);
+        let cells = visible.cell_count();
+        if [visible.target_count(), proven.cell_count(), proven.target_count()] != [cells; 3] {
             return Err(PvsFileError::Odd("sets of cells have not as many rows as cells"));
         }
+        // Equal rows take no room in a file, but do here.
+        if cells > MOST_CELLS {
+            return Err(PvsFileError::Odd("it has more than 100,000 cells"));
+        }
+        let (visible, proven) = (unpacked(&visible), unpacked(&proven));
         let float = |w: &[u8; WITNESS], k: usize| {
             f64::from_le_bytes(std::array::from_fn(|i| w[4 + k * 8 + i]))
         };

@@ -15,6 +15,7 @@ mod graph;
 mod locate;
 mod shapes;
 mod tree;
+mod ways;
 
 pub use error::{CellError, PieceProblem, PortalProblem};
 pub use graph::{CellGraph, Mirror, Portal};
