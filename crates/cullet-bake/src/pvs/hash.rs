@@ -3,7 +3,7 @@
 use cullet::cell::CellGraph;
 
 /// Hash of bytes, the same on every machine: no secret, but no accident keeps it.
-pub(super) fn hash(bytes: &[u8]) -> u64 {
+pub(crate) fn hash(bytes: &[u8]) -> u64 {
     let mut state = 0x9e37_79b9_7f4a_7c15 ^ bytes.len() as u64;
     for chunk in bytes.chunks(8) {
         let mut word = [0; 8];
@@ -15,7 +15,7 @@ pub(super) fn hash(bytes: &[u8]) -> u64 {
 
 /// Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014.
 #[inline]
-pub(super) fn mix(mut z: u64) -> u64 {
+pub(crate) fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)

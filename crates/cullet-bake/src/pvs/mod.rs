@@ -27,17 +27,17 @@
 mod bake;
 mod flood;
 mod flow;
-mod hash;
+pub(crate) mod hash;
 mod known;
-mod lines;
+pub(crate) mod lines;
 mod openings;
 mod polygon;
 #[expect(clippy::module_inception, reason = "the type that the room is named for")]
 mod pvs;
-mod rows;
+pub(crate) mod rows;
 mod settings;
 mod sight_ref;
-mod threads;
+pub(crate) mod threads;
 mod unit;
 
 pub use bake::{Bake, RunEnd, RunOptions, bake};

@@ -83,7 +83,7 @@ impl BitRows {
 
     /// The words of a row, to be changed.
     #[inline]
-    pub(super) fn row_mut(&mut self, row: u32) -> &mut [u64] {
+    pub(crate) fn row_mut(&mut self, row: u32) -> &mut [u64] {
         &mut self.words[row as usize * self.width..][..self.width]
     }
 
@@ -106,13 +106,13 @@ impl BitRows {
 
     /// Sets a bit.
     #[inline]
-    pub(super) fn set(&mut self, row: u32, column: u32) {
+    pub(crate) fn set(&mut self, row: u32, column: u32) {
         set(self.row_mut(row), column);
     }
 
     /// Clears a bit.
     #[inline]
-    pub(super) fn clear(&mut self, row: u32, column: u32) {
+    pub(crate) fn clear(&mut self, row: u32, column: u32) {
         clear(self.row_mut(row), column);
     }
 
@@ -142,12 +142,12 @@ impl BitRows {
 }
 
 #[inline]
-pub(super) fn has(row: &[u64], at: u32) -> bool {
+pub(crate) fn has(row: &[u64], at: u32) -> bool {
     row[at as usize / 64] >> (at % 64) & 1 != 0
 }
 
 #[inline]
-pub(super) fn set(row: &mut [u64], at: u32) {
+pub(crate) fn set(row: &mut [u64], at: u32) {
     row[at as usize / 64] |= 1 << (at % 64);
 }
 
@@ -156,7 +156,7 @@ pub(super) fn clear(row: &mut [u64], at: u32) {
     row[at as usize / 64] &= !(1 << (at % 64));
 }
 
-pub(super) fn count(row: &[u64]) -> u64 {
+pub(crate) fn count(row: &[u64]) -> u64 {
     row.iter().map(|w| u64::from(w.count_ones())).sum()
 }
 
@@ -167,7 +167,7 @@ pub(super) fn meet(a: &[u64], b: &[u64]) -> bool {
 }
 
 /// The numbers of the bits that are 1.
-pub(super) fn ones(row: &[u64]) -> impl Iterator<Item = u32> + '_ {
+pub(crate) fn ones(row: &[u64]) -> impl Iterator<Item = u32> + '_ {
     row.iter().enumerate().flat_map(|(at, &word)| {
         std::iter::successors(Some(word), |w| Some(w & w.wrapping_sub(1)))
             .take_while(|&w| w != 0)
