@@ -207,14 +207,14 @@ impl<'a> SampledBake<'a> {
     #[must_use]
     pub fn finish(self) -> ScenePvs {
         let missing = self.missing_of_cells();
-        let sealed = (0..self.cells.len()).filter(|&c| !self.open[c as usize]).collect();
+        let buried = (0..self.cells.len()).filter(|&c| !self.open[c as usize]).collect();
         ScenePvs::new(
             self.tree,
             self.cells,
             &self.settings,
             self.visible,
             missing,
-            sealed,
+            buried,
             self.rays,
         )
     }

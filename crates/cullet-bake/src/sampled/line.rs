@@ -32,12 +32,11 @@ pub(super) trait Finder {
     fn look(&mut self, cell: u32);
     /// It saw something.
     fn see(&mut self, sighting: Sighting);
-    /// The line leaves the cell.
-    fn leave(&mut self, cell: u32);
 }
 
 impl Tracer {
-    /// Follows a line from a point, both ways, to what stops it. Two rays.
+    /// Follows a line from a point, both ways, to what stops it: two rays. Whether the point is out of all that is solid, as
+    /// far as these two tell.
     pub(super) fn trace(
         &mut self,
         tree: &RayTree<'_>,
@@ -45,16 +44,17 @@ impl Tracer {
         from: DVec3,
         direction: DVec3,
         finder: &mut impl Finder,
-    ) {
+    ) -> bool {
         let ahead = tree.cast(from, direction, &mut self.ahead);
         let behind = tree.cast(from, -direction, &mut self.behind);
+        let open = ahead.open || behind.open;
         let (first, last) = (-behind.end(), ahead.end());
         cells.along(from, direction, [first, last], &mut self.stays);
         // Shorter stays than this are rounding.
         let Some(extent) =
             self.stays.iter().map(|s| s.enter.abs().max(s.leave.abs())).reduce(f64::max)
         else {
-            return;
+            return open;
         };
         let least = extent * 1e-9;
         self.passed.clear();
@@ -70,9 +70,6 @@ impl Tracer {
             behind.hit.map(|h| (-h.distance, h.target)),
         ];
         for stay in &self.stays {
-            if stay.enter > first + least || stay.leave < last - least {
-                finder.leave(stay.cell);
-            }
             let ranges = [
                 [stay.enter.max(along_from), stay.leave],
                 [stay.enter, stay.leave.min(against_to)],
@@ -99,5 +96,6 @@ impl Tracer {
                 }
             }
         }
+        open
     }
 }

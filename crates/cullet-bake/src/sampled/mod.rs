@@ -4,6 +4,7 @@
 //! they are drawn, so no crack or foliage spoils it. Every line serves all cells that it passes; what is new is followed
 //! up, past its outline and from the cells beside. What no line found is missing: the result says how much that is likely
 //! to be, by [an estimate](ScenePvs::missing) that costs nothing and by [pictures](check_pictures) from random places.
+//! [Solid voxels](SolidVoxels) prove some of the rest hidden, which no line may ever contradict.
 //! Where nothing may ever be missing, bake a [graph of portals](crate::pvs), or use no sets.
 //!
 //! ```
@@ -41,6 +42,7 @@ mod line;
 mod pictures;
 mod sets;
 mod settings;
+mod solid;
 mod split;
 mod targets;
 mod tree;
@@ -52,5 +54,6 @@ pub use error::SampledError;
 pub use pictures::{PictureCheck, WorstPose, check_pictures};
 pub use sets::{ScenePvs, scene_hash};
 pub use settings::SampledSettings;
+pub use solid::SolidVoxels;
 pub use targets::{Granularity, Targets};
 pub use tree::{RayTree, RayTreeOptions, TreeHit};

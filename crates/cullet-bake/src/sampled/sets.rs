@@ -29,12 +29,13 @@ pub struct ScenePvs {
     /// something that its row lacks. By Good and Turing: the share of lines without an aim that hit what no other line
     /// found before or since. Before what the settings keep besides; an estimate, not a bound. 1 where no line passed.
     pub missing: Vec<f32>,
-    /// Cells that no line leaves: within something solid, or shut in. Their rows hold what is seen within.
-    pub sealed: Vec<u32>,
+    /// Cells within something solid, as far as lines tell: whichever way one looks from them, the first that is met are backs
+    /// of triangles. Their rows hold what would be seen, which need be of no use.
+    pub buried: Vec<u32>,
     /// Rays that were traced.
     pub rays: u64,
-    /// Pairs of a cell and a target that a line found.
-    pub found_pairs: u64,
+    /// As [`visible`](Self::visible), without what the settings kept besides: each bit is a line that was found.
+    pub found: BitRows,
     /// Hash of the geometry and places that it was baked for; see [`scene_hash`].
     pub scene_hash: u64,
 }
@@ -44,12 +45,12 @@ impl ScenePvs {
         tree: &RayTree<'_>,
         cells: &ViewCells,
         settings: &SampledSettings,
-        mut visible: BitRows,
+        found: BitRows,
         missing: Vec<f32>,
-        sealed: Vec<u32>,
+        buried: Vec<u32>,
         rays: u64,
     ) -> Self {
-        let found_pairs = visible.count();
+        let mut visible = found.clone();
         keep_large(tree, cells, settings.keep_angle, &mut visible);
         for cell in 0..cells.len() {
             tree.kept().iter().for_each(|&target| visible.set(cell, target));
@@ -62,9 +63,9 @@ impl ScenePvs {
             visible,
             targets: tree.targets().clone(),
             missing,
-            sealed,
+            buried,
             rays,
-            found_pairs,
+            found,
             scene_hash: scene_hash(tree.scene),
         }
     }

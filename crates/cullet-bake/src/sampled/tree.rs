@@ -114,6 +114,9 @@ pub(super) struct Cast {
     pub(super) hit: Option<TreeHit>,
     /// The nearest triangle before that which is seen against the ray only: who looks back from beyond it sees that.
     pub(super) back: Option<TreeHit>,
+    /// Whether the first opaque triangle that it crosses, seen or not, turns its front to it, or there is none: not so from
+    /// within something solid.
+    pub(super) open: bool,
 }
 
 impl Cast {
@@ -296,21 +299,22 @@ impl<'a> RayTree<'a> {
     /// What a ray meets; what it passes that is seen through is left in `passed`, in order.
     pub(super) fn cast(&self, from: DVec3, direction: DVec3, passed: &mut Vec<Passed>) -> Cast {
         passed.clear();
-        let mut search = Search { tree: self, hit: None, back: None, passed };
+        let mut search =
+            Search { tree: self, hit: None, back: None, first: (f64::INFINITY, true), passed };
         let from = from - self.origin;
         let length = direction.length();
         if !(from.is_finite() && length > 0.0 && length.is_finite()) {
-            return Cast { hit: None, back: None };
+            return Cast { hit: None, back: None, open: true };
         }
         search.look(from, direction, length);
-        let (hit, mut back) = (search.hit, search.back);
+        let (hit, mut back, open) = (search.hit, search.back, search.first.1);
         let end = hit.map_or(f64::INFINITY, |hit| hit.distance);
         passed.retain(|p| p.distance < end);
         passed.sort_by(|a, b| (a.distance.total_cmp(&b.distance)).then(a.target.cmp(&b.target)));
         if back.is_some_and(|back| back.distance >= end) {
             back = None;
         }
-        Cast { hit, back }
+        Cast { hit, back, open }
     }
 
     /// [`first_hit`](Self::first_hit) by a plain loop over all triangles: the oracle of its tests. O(triangles).
@@ -366,23 +370,24 @@ impl<'a> RayTree<'a> {
         sum
     }
 
-    /// A ball around a target.
-    pub(super) fn ball(&self, target: u32) -> Option<Ball> {
+    /// The box around a target, in the world; `None` for one that takes no part.
+    pub(super) fn target_bounds(&self, target: u32) -> Option<[DVec3; 2]> {
         let body = self.body_of(target)?;
-        let (low, high) = match self.targets.granularity() {
-            Granularity::Instance => {
-                let b = self.scene.bounds(body.slot);
-                (b.min, b.max)
-            }
+        let b = match self.targets.granularity() {
+            Granularity::Instance => self.scene.bounds(body.slot),
             Granularity::Cluster => {
                 let mesh = self.scene.mesh(body.slot);
                 let b = mesh.cluster_boxes().get((target - body.first) as usize);
-                let b = self.scene.transform(body.slot).transform_box(&b, self.scene.origin());
-                (b.min, b.max)
+                self.scene.transform(body.slot).transform_box(&b, self.scene.origin())
             }
         };
-        let [low, high] = [low, high].map(|v| DVec3::from(v.map(f64::from)));
-        Some(Ball { center: (low + high) * 0.5 + self.origin, radius: (high - low).length() * 0.5 })
+        Some([b.min, b.max].map(|v| DVec3::from(v.map(f64::from)) + self.origin))
+    }
+
+    /// A ball around a target.
+    pub(super) fn ball(&self, target: u32) -> Option<Ball> {
+        let [low, high] = self.target_bounds(target)?;
+        Some(Ball { center: (low + high) * 0.5, radius: (high - low).length() * 0.5 })
     }
 
     /// The body of a target; `None` for one that takes no part.
@@ -428,6 +433,11 @@ impl Body {
         (self.inverse * (from - self.place), self.inverse * direction)
     }
 
+    /// A point of its mesh, relative to the origin of the scene.
+    pub(super) fn place_of(&self, point: [f32; 3]) -> DVec3 {
+        self.linear * DVec3::from(point.map(f64::from)) + self.place
+    }
+
     /// Whether it hides nothing.
     pub(super) fn is_transparent(&self) -> bool {
         self.transparent
@@ -465,6 +475,8 @@ struct Search<'a> {
     tree: &'a RayTree<'a>,
     hit: Option<TreeHit>,
     back: Option<TreeHit>,
+    /// How far the first opaque triangle is, and whether it turns its front to the ray.
+    first: (f64, bool),
     passed: &'a mut Vec<Passed>,
 }
 
@@ -513,6 +525,10 @@ impl Search<'_> {
             let seen = [from_front || both, !from_front || both];
             self.passed.push(Passed { distance, target, seen });
             return;
+        }
+        // Of two at one place the front counts, whichever comes first.
+        if distance < self.first.0 || distance == self.first.0 && from_front {
+            self.first = (distance, from_front);
         }
         let original = || {
             let mesh = self.tree.scene.mesh(body.slot);

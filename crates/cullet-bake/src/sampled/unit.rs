@@ -64,7 +64,7 @@ pub(super) struct Findings {
     pub(super) seen: Vec<(Discovery, u32)>,
     /// How often each cell was looked from by lines without an aim; empty for none.
     pub(super) looks: Vec<u32>,
-    /// Cells that a line leaves, not known before.
+    /// Cells with a point out of all that is solid, not known before.
     pub(super) open: Vec<u32>,
     pub(super) rays: u64,
 }
@@ -95,12 +95,6 @@ impl Finder for Collector<'_> {
         }
         self.found.seen[place].1 += u32::from(self.free);
     }
-
-    fn leave(&mut self, cell: u32) {
-        if !self.known.open[cell as usize] && !self.found.open.contains(&cell) {
-            self.found.open.push(cell);
-        }
-    }
 }
 
 impl Known<'_> {
@@ -111,16 +105,22 @@ impl Known<'_> {
         let found = Findings { looks, ..Findings::default() };
         let mut collector = Collector { known: self, free, places: HashMap::new(), found };
         let mut trace = |from: DVec3, direction: DVec3| {
-            if direction.length_squared() > 0.0 {
-                tracer.trace(self.tree, self.cells, from, direction, &mut collector);
-                collector.found.rays += 2;
+            if direction.length_squared() == 0.0 {
+                return false;
             }
+            collector.found.rays += 2;
+            tracer.trace(self.tree, self.cells, from, direction, &mut collector)
         };
+        let mut open = Vec::new();
         match work {
             Work::Free => {
                 for _ in 0..LINES {
-                    let from = self.point_in(random.below(self.cells.len()), random);
-                    trace(from, direction(random));
+                    let cell = random.below(self.cells.len());
+                    if trace(self.point_in(cell, random), direction(random))
+                        && !self.open[cell as usize]
+                    {
+                        open.push(cell);
+                    }
                 }
             }
             Work::Aimed => {
@@ -143,10 +143,15 @@ impl Known<'_> {
                 }
             }
         }
-        collector.found
+        Findings { open, ..collector.found }
     }
 
-    fn follow(&self, found: &Discovery, random: &mut Random, trace: &mut impl FnMut(DVec3, DVec3)) {
+    fn follow(
+        &self,
+        found: &Discovery,
+        random: &mut Random,
+        trace: &mut impl FnMut(DVec3, DVec3) -> bool,
+    ) {
         let &Discovery { cell, target, at, eye } = found;
         let mut aim = |from: DVec3, to: DVec3| trace(from, (to - from).normalize_or_zero());
         let distance = eye.distance(at);
