@@ -2,7 +2,8 @@
 //!
 //! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
 //! where that pays; [`occluders`] finds boxes and polygons that hide what the mesh hides; [`pvs`] finds which cells of a
-//! graph of portals see each other; [`container`] is the file that such results are kept in.
+//! graph of portals see each other, [`sampled`] what can be seen from anywhere in any scene; [`container`] is the file that
+//! such results are kept in.
 #![forbid(unsafe_code)]
 
 pub mod clusters;
@@ -12,4 +13,8 @@ mod hash;
 pub mod joint;
 pub mod occluders;
 pub mod pvs;
+mod random;
+mod rows;
 mod sample;
+pub mod sampled;
+mod threads;

@@ -16,6 +16,7 @@ mod opening;
 mod peer;
 mod picture;
 mod pvs;
+mod pvs_scene;
 mod pvs_source;
 mod record;
 mod recording;

@@ -16,6 +16,7 @@ use cullet_command::parse;
 use cullet_measure::process;
 use serde::Serialize;
 
+use crate::pvs_scene::{self, PvsSceneArgs};
 use crate::pvs_source::{Source, is_named_map};
 
 /// End of `cullet pvs --help`.
@@ -24,6 +25,10 @@ Bakes which cells of a portal graph (.prt: PRT1, PRT2, PRT1-AM) or of a map (.bs
 -o MAP.bsp the sets are written into a copy of the map, in the place of what its compiler's vis would write. Each pair of cells is proven visible by a
 line of sight, proven hidden by planes, or undecided and kept; the share of the last says how much the sets may be too
 large by. The bytes are the same for any number of threads and any split into units.
+
+A scene without cells (glb, gltf, obj, ply, stl, off, occscn, or a built-in one) gets view cells, and lines sampled from
+them find what each sees. Such sets may lack something: it is estimated how much, and --check N measures it by pictures from N
+random places. Ctrl-C ends with what was found.
 
 --unit I/N does one of N shares of the work and leaves it as files in --units; any number of processes may share a
 folder, on one machine or many. Once all have ended, --resume joins them. --resume alone does all the work and keeps
@@ -38,6 +43,8 @@ Examples
   cullet pvs big.prt --resume -o big.cpvs           goes on where Ctrl-C stopped it
   cullet pvs big.prt --unit 3/8 --units /shared/big the third of eight machines
   cullet pvs lqdm1.prt --json - | jq .undecided
+  cullet pvs city --cells 1000 --heights 1..2.5     what is seen from 1,000 places of a scene, at the height of eyes
+  cullet pvs hall.glb --rays 50000000 --check 1000  and how wrong that is
 
 Exit codes
   0 fine        1 --check found a line of sight between cells that the result calls hidden
@@ -46,13 +53,13 @@ Exit codes
 /// `cullet pvs`
 #[derive(Debug, Args)]
 pub(crate) struct PvsArgs {
-    /// The portal graph, a .prt; or a map, a .bsp
+    /// The portal graph, a .prt; or a map, a .bsp; or a scene
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Write the sets, with the lines that prove them; with the ending .bsp, the map with the sets in it
     #[arg(long, short, value_name = "PATH")]
     out: Option<PathBuf>,
-    /// Write the sets as plain bit rows, PVSROWS1
+    /// Write the sets as plain bit rows, PVSROWS1; of a scene PVSROWS2
     #[arg(long, value_name = "PATH")]
     rows: Option<PathBuf>,
     /// Write what was found as JSON; - is the standard output
@@ -70,7 +77,7 @@ pub(crate) struct PvsArgs {
     /// Width of a slit that counts as closed, as a share of the map's diagonal, 1e-7 to 1e-3
     #[arg(long, value_name = "SHARE", default_value_t = 1e-6, value_parser = tolerance)]
     tolerance: f64,
-    /// Hold the result against N lines of sight, sampled by code of their own
+    /// Hold the result against N lines of sight, sampled by code of their own; of a scene, N pictures all around
     #[arg(long, value_name = "N")]
     check: Option<u64>,
     /// How far inside of each portal the lines of --check pass [default: five times the tolerance]
@@ -85,6 +92,8 @@ pub(crate) struct PvsArgs {
     /// Folder of the units [default: FILE.units]
     #[arg(long, value_name = "FOLDER")]
     units: Option<PathBuf>,
+    #[command(flatten)]
+    scene: PvsSceneArgs,
 }
 
 const PRESETS: [(&str, PvsPreset, &str); 2] = [
@@ -136,6 +145,13 @@ struct CheckRecord {
 
 /// Runs the command.
 pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
+    let threads = args.threads.map_or_else(
+        || std::thread::available_parallelism().map_or(1, usize::from),
+        |threads| threads as usize,
+    );
+    if pvs_scene::is_scene(&args.file, &args.scene) {
+        return run_scene(args, threads, console);
+    }
     let source = Source::open(&args.file)?;
     if !source.has_map() && args.out.as_deref().is_some_and(is_named_map) {
         return Err(Failure::usage(
@@ -145,10 +161,6 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     let begin = (Instant::now(), process::cpu_time());
     let mut settings = PvsSettings::default().with_preset(args.preset).with_seed(args.seed);
     settings.tolerance = args.tolerance;
-    let threads = args.threads.map_or_else(
-        || std::thread::available_parallelism().map_or(1, usize::from),
-        |threads| threads as usize,
-    );
     let mut bake = Bake::new(&source.graph, &settings, threads);
     let folder = folder(args)?;
     let options = RunOptions {
@@ -228,6 +240,24 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     }
     let missed = record.check.is_some_and(|check| check.missed > 0);
     Ok(if missed { Exit::FalseCull } else { Exit::Fine })
+}
+
+/// Bakes a scene without cells.
+fn run_scene(args: &PvsArgs, threads: usize, console: &Console) -> Outcome {
+    if args.out.is_some() || args.unit.is_some() || args.resume || args.units.is_some() {
+        return Err(Failure::usage(
+            "--out, --unit, --units and --resume belong to portal graphs and maps; --rows writes the sets of a scene",
+        ));
+    }
+    let common = pvs_scene::Common {
+        file: &args.file,
+        rows: args.rows.as_deref(),
+        json: args.json.as_deref(),
+        threads,
+        seed: args.seed,
+        check: args.check,
+    };
+    pvs_scene::run(&args.scene, &common, console)
 }
 
 /// The folder of units, where one is wanted.

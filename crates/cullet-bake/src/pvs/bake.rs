@@ -4,14 +4,15 @@ use cullet::cell::CellGraph;
 
 use super::flow::Flow;
 use super::known::Known;
-use super::lines::{Line, Random};
+use super::lines::Line;
 use super::openings::Openings;
 use super::pvs::Pvs;
-use super::rows::{clear, ones};
 use super::settings::{PvsPreset, PvsSettings};
-use super::threads;
 use super::unit::{UnitFolder, UnitResult};
 use crate::hash::{hash, hash_of};
+use crate::random::Random;
+use crate::rows::{clear, ones};
+use crate::threads;
 
 /// Changed whenever results change, so that units of another version are not taken for this one's.
 const VERSION: u32 = 1;

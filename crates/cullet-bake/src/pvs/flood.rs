@@ -4,7 +4,7 @@ use glam::Vec4;
 
 use super::openings::{Bounds, Openings, Plane32};
 use super::polygon::HalfSpaces;
-use super::rows::{BitRows, has, meet, set};
+use crate::rows::{BitRows, has, meet, set};
 
 /// Cells that a line through an opening may reach: through portals that are not wholly behind it, and that it is not
 /// wholly ahead of.
@@ -127,7 +127,7 @@ pub(super) fn flood(
     scratch.stamps[from as usize] = scratch.stamp;
     scratch.stack.clear();
     scratch.stack.push(from);
-    let mut left = super::rows::count(wanted);
+    let mut left = crate::rows::count(wanted);
     let all = left;
     while let Some(cell) = scratch.stack.pop() {
         for next in openings.leaving(cell) {

@@ -2,12 +2,13 @@
 
 use super::flood::{FloodInput, FloodScratch, Shaft, flood};
 use super::known::Known;
-use super::lines::{Found, Line, Random, follow, is_new};
+use super::lines::{Found, Line, follow, is_new};
 use super::openings::Openings;
 use super::polygon::{HalfSpaces, Polygon, separators};
-use super::rows::{clear, has, ones, set};
 use super::settings::PvsSettings;
 use super::unit::UnitResult;
+use crate::random::Random;
+use crate::rows::{clear, has, ones, set};
 
 /// Portals of a chain at the most. What lies behind a longer one is kept.
 const MOST_DEPTH: usize = 96;

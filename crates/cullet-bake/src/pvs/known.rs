@@ -3,9 +3,9 @@
 use super::flood::candidates;
 use super::lines::prove;
 use super::openings::Openings;
-use super::rows::{BitRows, clear, count, has, ones, set};
-use super::threads;
 use super::unit::UnitResult;
+use crate::rows::{BitRows, clear, count, has, ones, set};
+use crate::threads;
 
 /// What is known when a round begins; nobody changes it meanwhile.
 #[derive(Clone, Debug)]

@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use super::openings::Openings;
-use super::rows::BitRows;
-use crate::hash::mix;
+use crate::rows::BitRows;
 
 /// Cells that one line is followed through, each way.
 const MOST_CELLS: usize = 512;
@@ -19,42 +18,6 @@ pub(super) struct Line {
     /// About the middle of the graph, as all coordinates here.
     pub(super) point: DVec3,
     pub(super) direction: DVec3,
-}
-
-/// Random numbers from a hash: the same for the same key, whoever draws them and when.
-#[derive(Clone, Debug)]
-pub(super) struct Random(u64);
-
-impl Random {
-    pub(super) fn new(seed: u64, key: [u32; 2]) -> Self {
-        let mut random = Self(seed);
-        random.0 = random.next() ^ u64::from(key[0]);
-        random.0 = random.next() ^ u64::from(key[1]);
-        random
-    }
-
-    #[inline]
-    pub(super) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        mix(self.0)
-    }
-
-    /// From 0 up to, not including, 1.
-    #[inline]
-    pub(super) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
-    }
-
-    #[inline]
-    pub(super) fn three(&mut self) -> [f64; 3] {
-        [self.unit(), self.unit(), self.unit()]
-    }
-
-    /// Below a limit, which is not 0.
-    #[inline]
-    pub(super) fn below(&mut self, limit: u32) -> u32 {
-        (((self.next() >> 32) * u64::from(limit)) >> 32) as u32
-    }
 }
 
 /// Follows a line both ways. The cells along it, from the one behind to the one ahead; none where it does not pass its
@@ -148,7 +111,7 @@ impl Found {
 pub(super) fn is_new(visible: &BitRows, cells: &[u32]) -> bool {
     cells.iter().enumerate().any(|(k, &a)| {
         let row = visible.row(a);
-        cells[k + 1..].iter().any(|&b| !super::rows::has(row, b))
+        cells[k + 1..].iter().any(|&b| !crate::rows::has(row, b))
     })
 }
 
@@ -159,7 +122,7 @@ pub(super) fn prove(visible: &mut BitRows, cells: &[u32]) -> bool {
     }
     for &a in cells {
         let row = visible.row_mut(a);
-        cells.iter().for_each(|&b| super::rows::set(row, b));
+        cells.iter().for_each(|&b| crate::rows::set(row, b));
     }
     true
 }

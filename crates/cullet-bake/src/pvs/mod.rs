@@ -33,15 +33,13 @@ mod openings;
 mod polygon;
 #[expect(clippy::module_inception, reason = "the type that the room is named for")]
 mod pvs;
-mod rows;
 mod settings;
 mod sight_ref;
-mod threads;
 mod unit;
 
+pub use crate::rows::BitRows;
 pub use bake::{Bake, RunEnd, RunOptions, bake};
 pub use pvs::{PairState, Pvs, PvsFileError, Witness};
-pub use rows::BitRows;
 pub use settings::{PvsPreset, PvsSettings};
 pub use sight_ref::{MissedSight, SightCheck, check_sight_ref};
 pub use unit::{UnitFolder, UnitResult};

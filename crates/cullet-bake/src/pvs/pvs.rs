@@ -8,9 +8,9 @@ use thiserror::Error;
 use super::known::Known;
 use super::lines::{Line, follow, prove};
 use super::openings::Openings;
-use super::rows::BitRows;
 use crate::container::{Container, ContainerError, Tag, write_chunks};
 use crate::hash::{hash, hash_of};
+use crate::rows::BitRows;
 
 /// A line of sight: all cells along it see each other.
 #[derive(Clone, Copy, Debug, PartialEq)]

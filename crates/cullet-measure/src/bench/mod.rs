@@ -19,6 +19,7 @@ mod options;
 mod pays;
 mod portal;
 mod pvs;
+mod pvs_scene;
 mod results;
 mod shadow;
 pub(crate) mod world;

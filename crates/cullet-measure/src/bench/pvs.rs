@@ -11,6 +11,7 @@ use cullet_command::files::write_json;
 use cullet_io::load_prt;
 use serde::Serialize;
 
+use super::pvs_scene::{self, PvsSceneBenchArgs};
 use crate::machine::Machine;
 use crate::process;
 
@@ -23,7 +24,10 @@ the bytes against a run on another number of threads.
 Examples
   cullet bench pvs                                      the folder portals of CULLET_DATA
   cullet bench pvs maps/*.prt --check 10000000          ten million lines for each
-  cullet bench pvs lqdm13.prt --threads 2 --json -";
+  cullet bench pvs lqdm13.prt --threads 2 --json -
+  cullet bench pvs --scene city --scene hall.glb --threads 2 --heights 1..2.5
+
+With --scene, scenes without cells are baked by sampled lines, and held against pictures from random places.";
 
 /// `cullet bench pvs`
 #[derive(Debug, Args)]
@@ -43,6 +47,8 @@ pub(crate) struct PvsArgs {
     /// Write the results as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    of_scenes: PvsSceneBenchArgs,
 }
 
 impl PvsArgs {
@@ -113,6 +119,9 @@ impl Graph {
 
 /// Runs the command.
 pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
+    if !args.of_scenes.scene.is_empty() {
+        return pvs_scene::run(&args.of_scenes, args.threads, args.json.as_deref(), console);
+    }
     let files = if args.files.is_empty() { all()? } else { args.files.clone() };
     let mut graphs = Vec::new();
     console.line(HEADING);

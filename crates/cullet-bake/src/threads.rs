@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Runs `count` jobs on so many threads, each with a state of its own; the results in the order of the jobs, whoever ran
 /// them. `None` where `go_on` said no before the last was begun.
-pub(super) fn run<S, T: Send>(
+pub(crate) fn run<S, T: Send>(
     threads: usize,
     count: usize,
     state: impl Fn() -> S + Sync,

@@ -19,7 +19,7 @@ impl BitRows {
         Self { words: vec![0; width * rows as usize], columns, width }
     }
 
-    /// Reads the bytes of [`Pvs::rows_bytes`](super::Pvs::rows_bytes), as other tools write them too; `None` where they
+    /// Reads the bytes of [`Pvs::rows_bytes`](crate::pvs::Pvs::rows_bytes), as other tools write them too; `None` where they
     /// are not that.
     #[must_use]
     pub fn from_exchange(bytes: &[u8]) -> Option<Self> {
@@ -45,7 +45,7 @@ impl BitRows {
     }
 
     /// The bytes of these rows as tools exchange them.
-    pub(super) fn to_exchange(&self) -> Vec<u8> {
+    pub(crate) fn to_exchange(&self) -> Vec<u8> {
         let stride = (self.columns as usize).div_ceil(8);
         let mut out = EXCHANGE.to_vec();
         out.extend(self.columns.to_le_bytes());
@@ -70,7 +70,7 @@ impl BitRows {
     }
 
     /// How many words a row has.
-    pub(super) fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.width
     }
 
@@ -83,17 +83,17 @@ impl BitRows {
 
     /// The words of a row, to be changed.
     #[inline]
-    pub(super) fn row_mut(&mut self, row: u32) -> &mut [u64] {
+    pub(crate) fn row_mut(&mut self, row: u32) -> &mut [u64] {
         &mut self.words[row as usize * self.width..][..self.width]
     }
 
     /// All words, row after row.
-    pub(super) fn words(&self) -> &[u64] {
+    pub(crate) fn words(&self) -> &[u64] {
         &self.words
     }
 
     /// All words, to be changed.
-    pub(super) fn words_mut(&mut self) -> &mut [u64] {
+    pub(crate) fn words_mut(&mut self) -> &mut [u64] {
         &mut self.words
     }
 
@@ -106,13 +106,13 @@ impl BitRows {
 
     /// Sets a bit.
     #[inline]
-    pub(super) fn set(&mut self, row: u32, column: u32) {
+    pub(crate) fn set(&mut self, row: u32, column: u32) {
         set(self.row_mut(row), column);
     }
 
     /// Clears a bit.
     #[inline]
-    pub(super) fn clear(&mut self, row: u32, column: u32) {
+    pub(crate) fn clear(&mut self, row: u32, column: u32) {
         clear(self.row_mut(row), column);
     }
 
@@ -129,7 +129,7 @@ impl BitRows {
     }
 
     /// Clears each bit of a square whose mirror image is 0.
-    pub(super) fn keep_symmetric(&mut self) {
+    pub(crate) fn keep_symmetric(&mut self) {
         for row in 0..self.rows() {
             for column in 0..row {
                 if self.has(row, column) != self.has(column, row) {
@@ -142,32 +142,32 @@ impl BitRows {
 }
 
 #[inline]
-pub(super) fn has(row: &[u64], at: u32) -> bool {
+pub(crate) fn has(row: &[u64], at: u32) -> bool {
     row[at as usize / 64] >> (at % 64) & 1 != 0
 }
 
 #[inline]
-pub(super) fn set(row: &mut [u64], at: u32) {
+pub(crate) fn set(row: &mut [u64], at: u32) {
     row[at as usize / 64] |= 1 << (at % 64);
 }
 
 #[inline]
-pub(super) fn clear(row: &mut [u64], at: u32) {
+pub(crate) fn clear(row: &mut [u64], at: u32) {
     row[at as usize / 64] &= !(1 << (at % 64));
 }
 
-pub(super) fn count(row: &[u64]) -> u64 {
+pub(crate) fn count(row: &[u64]) -> u64 {
     row.iter().map(|w| u64::from(w.count_ones())).sum()
 }
 
 /// Whether the two have a bit in common.
 #[inline]
-pub(super) fn meet(a: &[u64], b: &[u64]) -> bool {
+pub(crate) fn meet(a: &[u64], b: &[u64]) -> bool {
     a.iter().zip(b).any(|(a, b)| a & b != 0)
 }
 
 /// The numbers of the bits that are 1.
-pub(super) fn ones(row: &[u64]) -> impl Iterator<Item = u32> + '_ {
+pub(crate) fn ones(row: &[u64]) -> impl Iterator<Item = u32> + '_ {
     row.iter().enumerate().flat_map(|(at, &word)| {
         std::iter::successors(Some(word), |w| Some(w & w.wrapping_sub(1)))
             .take_while(|&w| w != 0)

@@ -1,0 +1,543 @@
+//! Rays against the triangles of a scene: a tree over each mesh, and one over the instances.
+
+use std::time::Duration;
+
+use cullet::mesh::{Alpha, Mesh};
+use cullet::{Handle, Scene};
+use glam::{DMat3, DVec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb as TreeBox;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::{Ray, RayHit};
+
+use super::SampledError;
+use super::crossing::{Crossing, crossing, enter_box};
+use super::targets::{Ball, Granularity, Targets};
+use crate::random::Random;
+
+/// Which instances take part, and what rows are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RayTreeOptions {
+    /// What rows are made of. Default: instances.
+    pub granularity: Granularity,
+    /// Instances in none of these layers hide nothing, and are kept in every row: sets are for views of just these
+    /// layers. Default: all.
+    pub layers: u32,
+}
+
+impl Default for RayTreeOptions {
+    fn default() -> Self {
+        Self { granularity: Granularity::default(), layers: u32::MAX }
+    }
+}
+
+/// The triangles of a scene, as rays meet them.
+///
+/// An opaque triangle stops who looks at a side of it that is drawn; a one-sided one is looked through from behind, as in
+/// a picture. Blended and alpha-masked parts, and instances that are flagged transparent, stop nothing and are seen.
+/// Instances whose triangles are not known now (their mesh can deform, or the caller gave their bounds), and those with a
+/// transform that is not finite or flattens them, hide nothing and are [kept](Self::kept) in all rows.
+#[derive(Debug)]
+pub struct RayTree<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) origin: DVec3,
+    targets: Targets,
+    bodies: Vec<Body>,
+    /// By mesh; none where no instance needs it.
+    meshes: Vec<Option<MeshTree>>,
+    top: CwBvh,
+    /// Of all bodies, relative to the origin of the scene.
+    bounds: [DVec3; 2],
+    kept: Vec<u32>,
+    /// By the index of a handle, the place of its body; `u32::MAX` for none.
+    by_index: Vec<u32>,
+}
+
+/// An instance that takes part.
+#[derive(Debug)]
+pub(super) struct Body {
+    pub(super) slot: u32,
+    pub(super) handle: Handle,
+    pub(super) mesh: u32,
+    first: u32,
+    linear: DMat3,
+    inverse: DMat3,
+    /// Relative to the origin of the scene.
+    place: DVec3,
+    transparent: bool,
+    two_sided: bool,
+}
+
+/// The triangles of a mesh, in the order of its tree.
+#[derive(Debug)]
+struct MeshTree {
+    tree: CwBvh,
+    triangles: Vec<Triangle>,
+    bounds: [DVec3; 2],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    corners: [[f32; 3]; 3],
+    cluster: u32,
+    /// In the mesh's order.
+    number: u32,
+    two_sided: bool,
+    opaque: bool,
+}
+
+/// A triangle that a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeHit {
+    /// How far along the ray, in lengths of its direction.
+    pub distance: f64,
+    /// The instance or cluster.
+    pub target: u32,
+    /// The triangle, by its original number in its mesh.
+    pub triangle: u32,
+}
+
+/// Something that does not stop a ray, and is seen along it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Passed {
+    pub(super) distance: f64,
+    pub(super) target: u32,
+    /// Whether who looks along the ray, and against it, sees it.
+    pub(super) seen: [bool; 2],
+}
+
+/// What a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Cast {
+    /// What stops it.
+    pub(super) hit: Option<TreeHit>,
+    /// The nearest triangle before that which is seen against the ray only: who looks back from beyond it sees that.
+    pub(super) back: Option<TreeHit>,
+    /// Whether the first opaque triangle that it crosses, seen or not, turns its front to it, or there is none: not so from
+    /// within something solid.
+    pub(super) open: bool,
+}
+
+impl Cast {
+    /// How far it goes.
+    pub(super) fn end(&self) -> f64 {
+        self.hit.map_or(f64::INFINITY, |hit| hit.distance)
+    }
+}
+
+/// Boxes are made larger by so much of the largest coordinate beside them: some ten roundings of f32.
+const SLACK: f32 = 2e-6;
+
+fn tree_over(boxes: &[TreeBox]) -> CwBvh {
+    build_cwbvh(boxes, BvhBuildParams::medium_build(), &mut Duration::default())
+}
+
+fn largest(bounds: &[DVec3; 2]) -> f32 {
+    bounds[0].abs().max(bounds[1].abs()).max_element() as f32
+}
+
+/// What boxes are made larger by, on each side.
+fn slack_of(bounds: &[DVec3; 2]) -> DVec3 {
+    DVec3::splat(f64::from((largest(bounds) * SLACK).max(f32::MIN_POSITIVE)))
+}
+
+fn single(v: DVec3) -> Vec3A {
+    v.as_vec3a()
+}
+
+impl MeshTree {
+    fn new(mesh: &Mesh) -> Option<Self> {
+        let level = mesh.levels()[0];
+        let mut triangles = Vec::new();
+        for cluster in level.first_cluster..level.first_cluster + level.cluster_count {
+            let c = mesh.clusters()[cluster as usize];
+            let part = &mesh.parts()[c.part as usize];
+            triangles.extend(c.triangles().map(|number| Triangle {
+                corners: mesh.corners(number),
+                cluster,
+                number,
+                two_sided: part.two_sided,
+                opaque: part.alpha == Alpha::Opaque,
+            }));
+        }
+        if triangles.is_empty() {
+            return None;
+        }
+        let b = mesh.bounds();
+        let bounds = [b.min, b.max].map(|v| DVec3::from(v.map(f64::from)));
+        let slack = single(slack_of(&bounds));
+        let boxes: Vec<TreeBox> = triangles
+            .iter()
+            .map(|t| {
+                let [p, q, r] = t.corners.map(Vec3A::from);
+                TreeBox::new(p.min(q).min(r) - slack, p.max(q).max(r) + slack)
+            })
+            .collect();
+        let tree = tree_over(&boxes);
+        let triangles = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+        // Flat ones have no room of their own.
+        let bounds = [bounds[0] - slack_of(&bounds), bounds[1] + slack_of(&bounds)];
+        Some(Self { tree, triangles, bounds })
+    }
+}
+
+impl<'a> RayTree<'a> {
+    /// Builds the trees: O(n log n) of the triangles of meshes, and of the instances.
+    ///
+    /// # Errors
+    /// If nothing in the scene could be seen, or there is more than numbers go.
+    pub fn new(scene: &'a Scene, options: &RayTreeOptions) -> Result<Self, SampledError> {
+        let targets = Targets::new(scene, options.granularity)?;
+        let origin = DVec3::from(scene.origin());
+        let mut meshes: Vec<Option<MeshTree>> = Vec::new();
+        meshes.resize_with(scene.meshes().len(), || None);
+        let (mut bodies, mut kept, mut boxes) = (Vec::new(), Vec::new(), Vec::new());
+        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        for slot in scene.slots() {
+            let Some(handle) = scene.handle(slot) else { continue };
+            let transform = scene.transform(slot);
+            let b = scene.bounds(slot);
+            let takes_part = scene.layers(slot) & options.layers != 0
+                && scene.is_rigid(slot)
+                && transform.is_finite()
+                && transform.rank() == 3
+                && b.is_finite()
+                && !b.is_empty();
+            let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
+            let inverse = linear.inverse();
+            let mesh = scene.mesh_id(slot);
+            if !takes_part || !inverse.is_finite() {
+                kept.extend(targets.range(handle.index).unwrap_or_default());
+                continue;
+            }
+            let tree = &mut meshes[mesh as usize];
+            if tree.is_none() {
+                *tree = MeshTree::new(scene.mesh(slot));
+            }
+            if tree.is_none() {
+                continue;
+            }
+            let flags = scene.flags(slot);
+            bodies.push(Body {
+                slot,
+                handle,
+                mesh,
+                first: targets.first(handle.index).unwrap_or(0),
+                linear,
+                inverse,
+                place: DVec3::from(transform.translation) - origin,
+                transparent: flags.transparent,
+                two_sided: flags.double_sided,
+            });
+            let [low, high] = [b.min, b.max].map(|v| DVec3::from(v.map(f64::from)));
+            bounds = [bounds[0].min(low), bounds[1].max(high)];
+            boxes.push(TreeBox::new(Vec3A::from(b.min), Vec3A::from(b.max)));
+        }
+        if bodies.is_empty() {
+            return Err(SampledError::Empty { instances: scene.instance_count() });
+        }
+        let slack = single(slack_of(&bounds));
+        for b in &mut boxes {
+            *b = TreeBox::new(b.min - slack, b.max + slack);
+        }
+        let top = tree_over(&boxes);
+        // In the order of the tree, so that what is near each other lies near each other.
+        let mut order: Vec<Option<Body>> = bodies.into_iter().map(Some).collect();
+        let bodies: Vec<Body> =
+            top.primitive_indices.iter().filter_map(|&i| order[i as usize].take()).collect();
+        let most = bodies.iter().map(|b| b.handle.index + 1).max().unwrap_or(0);
+        let mut by_index = vec![u32::MAX; most as usize];
+        (0..).zip(&bodies).for_each(|(at, b)| by_index[b.handle.index as usize] = at);
+        let bounds = [bounds[0] - slack_of(&bounds), bounds[1] + slack_of(&bounds)];
+        kept.sort_unstable();
+        Ok(Self { scene, origin, targets, bodies, meshes, top, bounds, kept, by_index })
+    }
+
+    /// Numbers of what may be seen.
+    #[must_use]
+    pub fn targets(&self) -> &Targets {
+        &self.targets
+    }
+
+    /// Targets that no ray can tell of, and that every row keeps; ascending.
+    #[must_use]
+    pub fn kept(&self) -> &[u32] {
+        &self.kept
+    }
+
+    /// The box around all instances that take part, in the world; a little larger, for what is rounded.
+    #[must_use]
+    pub fn bounds(&self) -> [[f64; 3]; 2] {
+        self.bounds.map(|v| (v + self.origin).into())
+    }
+
+    /// How many triangles all instances that take part have.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        let of = |body: &Body| self.mesh_of(body).triangles.len() as u64;
+        self.bodies.iter().map(of).sum()
+    }
+
+    /// What stops a ray first that looks from a point along a direction, both in the world: opaque, and drawn on the side
+    /// that is looked at. Of several at one distance that of the lowest target and triangle. `None` where nothing does, or
+    /// where an argument is not finite or the direction has no length.
+    #[must_use]
+    pub fn first_hit(&self, from: [f64; 3], direction: [f64; 3]) -> Option<TreeHit> {
+        self.cast(from.into(), direction.into(), &mut Vec::new()).hit
+    }
+
+    pub(super) fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    fn mesh_of(&self, body: &Body) -> &MeshTree {
+        // Made when the body was.
+        self.meshes[body.mesh as usize].as_ref().expect("a body's mesh has a tree")
+    }
+
+    /// What a ray meets; what it passes that is seen through is left in `passed`, in order.
+    pub(super) fn cast(&self, from: DVec3, direction: DVec3, passed: &mut Vec<Passed>) -> Cast {
+        passed.clear();
+        let mut search =
+            Search { tree: self, hit: None, back: None, first: (f64::INFINITY, true), passed };
+        let from = from - self.origin;
+        let length = direction.length();
+        if !(from.is_finite() && length > 0.0 && length.is_finite()) {
+            return Cast { hit: None, back: None, open: true };
+        }
+        search.look(from, direction, length);
+        let (hit, mut back, open) = (search.hit, search.back, search.first.1);
+        let end = hit.map_or(f64::INFINITY, |hit| hit.distance);
+        passed.retain(|p| p.distance < end);
+        passed.sort_by(|a, b| (a.distance.total_cmp(&b.distance)).then(a.target.cmp(&b.target)));
+        if back.is_some_and(|back| back.distance >= end) {
+            back = None;
+        }
+        Cast { hit, back, open }
+    }
+
+    /// [`first_hit`](Self::first_hit) by a plain loop over all triangles: the oracle of its tests. O(triangles).
+    #[must_use]
+    pub fn first_hit_ref(&self, from: [f64; 3], direction: [f64; 3]) -> Option<TreeHit> {
+        let (from, direction) = (DVec3::from(from) - self.origin, DVec3::from(direction));
+        let mut nearest: Option<TreeHit> = None;
+        for body in &self.bodies {
+            let mesh = self.scene.mesh(body.slot);
+            let (start, along) = body.ray(from, direction);
+            for (number, cluster) in mesh.clusters().iter().enumerate() {
+                let part = &mesh.parts()[cluster.part as usize];
+                if part.alpha != Alpha::Opaque || body.transparent {
+                    continue;
+                }
+                for t in cluster.triangles() {
+                    let Some(found) = crossing(start, along, mesh.corners(t)) else { continue };
+                    if !(found.from_front || part.two_sided || body.two_sided) {
+                        continue;
+                    }
+                    let target = self.target(body, number as u32);
+                    let triangle = mesh.original_triangle()[t as usize];
+                    let hit = TreeHit { distance: found.distance, target, triangle };
+                    if nearest.is_none_or(|n| hit.is_before(&n)) {
+                        nearest = Some(hit);
+                    }
+                }
+            }
+        }
+        nearest
+    }
+
+    #[inline]
+    fn target(&self, body: &Body, cluster: u32) -> u32 {
+        match self.targets.granularity() {
+            Granularity::Instance => body.first,
+            Granularity::Cluster => body.first + cluster,
+        }
+    }
+
+    /// How often a ray leaves a body by a face's back, less how often it enters by a front: how many times its surface is
+    /// wound around the point that it starts from.
+    pub(super) fn winding(&self, body: &Body, from: DVec3, direction: DVec3) -> i32 {
+        let (start, along) = body.ray(from - self.origin, direction);
+        let mesh = self.mesh_of(body);
+        let Some((ray, _)) = local_ray(&mesh.bounds, start, along, f64::INFINITY) else { return 0 };
+        let mut sum = 0;
+        mesh.tree.ray_traverse_anyhit(ray, |_, at| {
+            if let Some(found) = crossing(start, along, mesh.triangles[at].corners) {
+                sum += if found.from_front { -1 } else { 1 };
+            }
+        });
+        sum
+    }
+
+    /// The box around a target, in the world; `None` for one that takes no part.
+    pub(super) fn target_bounds(&self, target: u32) -> Option<[DVec3; 2]> {
+        let body = self.body_of(target)?;
+        let b = match self.targets.granularity() {
+            Granularity::Instance => self.scene.bounds(body.slot),
+            Granularity::Cluster => {
+                let mesh = self.scene.mesh(body.slot);
+                let b = mesh.cluster_boxes().get((target - body.first) as usize);
+                self.scene.transform(body.slot).transform_box(&b, self.scene.origin())
+            }
+        };
+        Some([b.min, b.max].map(|v| DVec3::from(v.map(f64::from)) + self.origin))
+    }
+
+    /// A ball around a target.
+    pub(super) fn ball(&self, target: u32) -> Option<Ball> {
+        let [low, high] = self.target_bounds(target)?;
+        Some(Ball { center: (low + high) * 0.5, radius: (high - low).length() * 0.5 })
+    }
+
+    /// The body of a target; `None` for one that takes no part.
+    pub(super) fn body_of(&self, target: u32) -> Option<&Body> {
+        let index = self.targets.index_of(target);
+        let at = self.by_index.get(index as usize).copied().filter(|&at| at != u32::MAX)?;
+        self.bodies.get(at as usize)
+    }
+
+    /// A random point of a target; `None` for one that takes no part.
+    pub(super) fn point_of(&self, target: u32, random: &mut Random) -> Option<DVec3> {
+        let body = self.body_of(target)?;
+        let mesh = self.scene.mesh(body.slot);
+        let range = match self.targets.granularity() {
+            Granularity::Instance => {
+                let drawn = mesh.triangle_count() - mesh.degenerate_count();
+                0..drawn
+            }
+            Granularity::Cluster => mesh.clusters()[(target - body.first) as usize].triangles(),
+        };
+        let t = range.start + random.below((range.end - range.start).max(1));
+        let [p, q, r] = mesh.corners(t).map(|v| DVec3::from(v.map(f64::from)));
+        let (mut a, mut b) = (random.unit(), random.unit());
+        if a + b > 1.0 {
+            (a, b) = (1.0 - a, 1.0 - b);
+        }
+        let at = p + (q - p) * a + (r - p) * b;
+        Some(body.linear * at + body.place + self.origin)
+    }
+}
+
+impl TreeHit {
+    fn is_before(&self, other: &Self) -> bool {
+        let key = |h: &Self| (h.target, h.triangle);
+        self.distance < other.distance || self.distance == other.distance && key(self) < key(other)
+    }
+}
+
+impl Body {
+    /// A ray in the space of the mesh; distances along it stay what they are.
+    #[inline]
+    fn ray(&self, from: DVec3, direction: DVec3) -> (DVec3, DVec3) {
+        (self.inverse * (from - self.place), self.inverse * direction)
+    }
+
+    /// A point of its mesh, relative to the origin of the scene.
+    pub(super) fn place_of(&self, point: [f32; 3]) -> DVec3 {
+        self.linear * DVec3::from(point.map(f64::from)) + self.place
+    }
+
+    /// Whether it hides nothing.
+    pub(super) fn is_transparent(&self) -> bool {
+        self.transparent
+    }
+}
+
+/// A ray for a tree in f32, from where it enters the box around it: with the distance to there, in lengths of `along`, and
+/// the length of that. `None` where it misses the box, or enters it beyond `limit`.
+#[inline]
+fn local_ray(
+    bounds: &[DVec3; 2],
+    start: DVec3,
+    along: DVec3,
+    limit: f64,
+) -> Option<(Ray, [f64; 2])> {
+    let length = along.length();
+    let enter = enter_box(bounds, start, along)?;
+    if enter > limit || !(length > 0.0 && length.is_finite()) {
+        return None;
+    }
+    let (from, towards) = (start + along * enter, along / length);
+    let end = (limit - enter) * length;
+    let ray = Ray::new(single(from), single(towards), 0.0, rounded_up(end));
+    Some((ray, [enter, length]))
+}
+
+/// A little above, so that what lies at just that distance is not lost to rounding.
+#[inline]
+fn rounded_up(distance: f64) -> f32 {
+    let up = (distance * (1.0 + 1e-5)) as f32;
+    if up.is_finite() { up } else { f32::INFINITY }
+}
+
+struct Search<'a> {
+    tree: &'a RayTree<'a>,
+    hit: Option<TreeHit>,
+    back: Option<TreeHit>,
+    /// How far the first opaque triangle is, and whether it turns its front to the ray.
+    first: (f64, bool),
+    passed: &'a mut Vec<Passed>,
+}
+
+impl Search<'_> {
+    fn end(&self) -> f64 {
+        self.hit.map_or(f64::INFINITY, |hit| hit.distance)
+    }
+
+    fn look(&mut self, from: DVec3, direction: DVec3, length: f64) {
+        let tree = self.tree;
+        let Some((ray, [enter, _])) = local_ray(&tree.bounds, from, direction, f64::INFINITY)
+        else {
+            return;
+        };
+        tree.top.ray_traverse(ray, &mut RayHit::none(), |_, at| {
+            self.look_into(&tree.bodies[at], from, direction);
+            rounded_up((self.end() - enter) * length + f64::from(SLACK * largest(&tree.bounds)))
+        });
+    }
+
+    fn look_into(&mut self, body: &Body, from: DVec3, direction: DVec3) {
+        let mesh = self.tree.mesh_of(body);
+        let (start, along) = body.ray(from, direction);
+        let Some((ray, [enter, length])) = local_ray(&mesh.bounds, start, along, self.end()) else {
+            return;
+        };
+        let slack = f64::from(SLACK * largest(&mesh.bounds));
+        mesh.tree.ray_traverse(ray, &mut RayHit::none(), |_, at| {
+            let triangle = &mesh.triangles[at];
+            if let Some(found) = crossing(start, along, triangle.corners) {
+                self.meet(body, triangle, found);
+            }
+            rounded_up((self.end() - enter) * length + slack)
+        });
+    }
+
+    #[inline]
+    fn meet(&mut self, body: &Body, triangle: &Triangle, found: Crossing) {
+        let Crossing { distance, from_front } = found;
+        if distance > self.end() {
+            return;
+        }
+        let both = triangle.two_sided || body.two_sided;
+        let target = self.tree.target(body, triangle.cluster);
+        if !triangle.opaque || body.transparent {
+            let seen = [from_front || both, !from_front || both];
+            self.passed.push(Passed { distance, target, seen });
+            return;
+        }
+        // Of two at one place the front counts, whichever comes first.
+        if distance < self.first.0 || distance == self.first.0 && from_front {
+            self.first = (distance, from_front);
+        }
+        let original = || {
+            let mesh = self.tree.scene.mesh(body.slot);
+            mesh.original_triangle()[triangle.number as usize]
+        };
+        let hit = TreeHit { distance, target, triangle: original() };
+        let nearest = if from_front || both { &mut self.hit } else { &mut self.back };
+        if nearest.is_none_or(|n| hit.is_before(&n)) {
+            *nearest = Some(hit);
+        }
+    }
+}
