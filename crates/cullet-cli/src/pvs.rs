@@ -9,10 +9,12 @@ use cullet::cell::CellGraph;
 use cullet_bake::pvs::{
     Bake, Pvs, PvsPreset, PvsSettings, RunEnd, RunOptions, SightCheck, UnitFolder, check_sight_ref,
 };
+use cullet_command::args::SceneArgs;
 use cullet_command::console::{Console, agree, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
-use cullet_command::parse;
+use cullet_command::{inputs, parse};
+use cullet_io::Model;
 use cullet_measure::process;
 use serde::Serialize;
 
@@ -149,10 +151,15 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
         || std::thread::available_parallelism().map_or(1, usize::from),
         |threads| threads as usize,
     );
-    if pvs_scene::is_scene(&args.file, &args.scene) {
-        return run_scene(args, threads, console);
-    }
-    let source = Source::open(&args.file)?;
+    let source = if pvs_scene::is_scene(&args.file, &args.scene) {
+        let model = inputs::load(&SceneArgs::of(args.file.display().to_string()), console)?;
+        match model.scene.cell_graph().filter(|_| !args.scene.wants_view_cells()) {
+            Some(graph) => Source::of_cells(graph.clone()),
+            None => return run_scene(args, &model, threads, console),
+        }
+    } else {
+        Source::open(&args.file)?
+    };
     if !source.has_map() && args.out.as_deref().is_some_and(is_named_map) {
         return Err(Failure::usage(
             "a portal graph has no map to write the sets into; give the .bsp itself, or another ending to --out",
@@ -231,6 +238,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
             false => pvs.to_bytes(),
         };
         replace(path, &bytes)?;
+        console.line(format!("{}, {} bytes", path.display(), grouped(bytes.len() as u64)));
     }
     if let Some(lines) = args.check {
         record.check = Some(check(args, &source.graph, &pvs, lines, threads, console));
@@ -243,21 +251,22 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
 }
 
 /// Bakes a scene without cells.
-fn run_scene(args: &PvsArgs, threads: usize, console: &Console) -> Outcome {
-    if args.out.is_some() || args.unit.is_some() || args.resume || args.units.is_some() {
+fn run_scene(args: &PvsArgs, model: &Model, threads: usize, console: &Console) -> Outcome {
+    if args.unit.is_some() || args.resume || args.units.is_some() {
         return Err(Failure::usage(
-            "--out, --unit, --units and --resume belong to portal graphs and maps; --rows writes the sets of a scene",
+            "--unit, --units and --resume belong to cells with portals; sampling a scene ends at Ctrl-C with what was found",
         ));
     }
     let common = pvs_scene::Common {
         file: &args.file,
+        out: args.out.as_deref(),
         rows: args.rows.as_deref(),
         json: args.json.as_deref(),
         threads,
         seed: args.seed,
         check: args.check,
     };
-    pvs_scene::run(&args.scene, &common, console)
+    pvs_scene::run(&args.scene, model, &common, console)
 }
 
 /// The folder of units, where one is wanted.

@@ -8,12 +8,10 @@ use cullet_bake::sampled::{
     Granularity, RayTree, RayTreeOptions, Region, SampledBake, SampledError, SampledSettings,
     ScenePvs, SolidVoxels, ViewCells, check_pictures,
 };
-use cullet_command::args::SceneArgs;
 use cullet_command::console::{Console, count, digits, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::{replace, write_json};
-use cullet_command::inputs;
-use cullet_io::scenes;
+use cullet_io::{Model, scenes};
 use cullet_measure::process;
 use serde::Serialize;
 
@@ -57,6 +55,7 @@ pub(crate) struct PvsSceneArgs {
 #[derive(Debug)]
 pub(crate) struct Common<'a> {
     pub(crate) file: &'a Path,
+    pub(crate) out: Option<&'a Path>,
     pub(crate) rows: Option<&'a Path>,
     pub(crate) json: Option<&'a Path>,
     pub(crate) threads: usize,
@@ -71,12 +70,21 @@ const ENDINGS: [&str; 7] = ["glb", "gltf", "obj", "ply", "stl", "off", "occscn"]
 /// Pixels along each side of the six pictures from a place.
 const SIDE: u32 = 64;
 
+impl PvsSceneArgs {
+    /// Whether view cells are asked for, also where the scene has cells.
+    pub(crate) fn wants_view_cells(&self) -> bool {
+        self.cells.is_some()
+            || self.grid.is_some()
+            || !self.region.is_empty()
+            || self.heights.is_some()
+    }
+}
+
 /// Whether a name is that of a scene rather than of a map or a portal graph.
 pub(crate) fn is_scene(file: &Path, args: &PvsSceneArgs) -> bool {
-    let asked = args.cells.is_some() || args.grid.is_some();
     let ending = file.extension().and_then(|e| e.to_str()).unwrap_or_default();
     let builtin = || !file.exists() && scenes::is_builtin(&file.display().to_string());
-    asked || ENDINGS.iter().any(|e| e.eq_ignore_ascii_case(ending)) || builtin()
+    args.wants_view_cells() || ENDINGS.iter().any(|e| e.eq_ignore_ascii_case(ending)) || builtin()
 }
 
 fn region(text: &str) -> Result<Region, String> {
@@ -178,15 +186,12 @@ struct PictureRecord {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &PvsSceneArgs, common: &Common<'_>, console: &Console) -> Outcome {
-    let scene_args = SceneArgs {
-        scene: common.file.display().to_string(),
-        up: None,
-        one_sided: false,
-        two_sided: false,
-        max_triangles: None,
-    };
-    let model = inputs::load(&scene_args, console)?;
+pub(crate) fn run(
+    args: &PvsSceneArgs,
+    model: &Model,
+    common: &Common<'_>,
+    console: &Console,
+) -> Outcome {
     let begin = (Instant::now(), process::cpu_time());
     let granularity = if args.clusters { Granularity::Cluster } else { Granularity::Instance };
     let options = RayTreeOptions { granularity, ..RayTreeOptions::default() };
@@ -219,6 +224,11 @@ pub(crate) fn run(args: &PvsSceneArgs, common: &Common<'_>, console: &Console) -
     print(console, common.file, &record);
     if let Some(path) = common.rows {
         replace(path, &pvs.rows_bytes())?;
+    }
+    if let Some(path) = common.out {
+        let bytes = pvs.to_bytes();
+        replace(path, &bytes)?;
+        console.line(format!("{}, {} bytes", path.display(), grouped(bytes.len() as u64)));
     }
     if let Some(resolution) = args.solid {
         let solid = prove(&tree, &cells, &pvs, resolution).map_err(|e| failure(common.file, &e))?;

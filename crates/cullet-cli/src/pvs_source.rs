@@ -41,6 +41,11 @@ impl Source {
         Ok(Self { graph: prt.graph, turned: prt.turned, map: None })
     }
 
+    /// The cells of a scene.
+    pub(crate) fn of_cells(graph: CellGraph) -> Self {
+        Self { graph, turned: 0, map: None }
+    }
+
     /// Whether it has a map to write sets into.
     pub(crate) fn has_map(&self) -> bool {
         self.map.is_some()

@@ -10,6 +10,7 @@ use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, scenes};
 use crate::args::{CullArgs, OccluderKind, SceneArgs, ViewArgs};
 use crate::console::{Console, count};
 use crate::exit::{Exit, Failure};
+use crate::sets;
 
 /// Loads a file, or makes a built-in scene.
 pub fn load(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
@@ -25,7 +26,7 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
     let path = Path::new(&args.scene);
     let builtin = args.builtin();
     let two_sided = if args.one_sided { Some(false) } else { args.two_sided.then_some(true) };
-    let model = if builtin {
+    let mut model = if builtin {
         let mut model = scenes::build(&args.scene).map_err(Failure::usage)?;
         if let Some(two_sided) = two_sided {
             model.scene.edit_meshes(|_, m| m.set_two_sided(two_sided));
@@ -55,6 +56,9 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
             _ => Failure::input(e),
         })?
     };
+    if let Some(path) = &args.pvs {
+        sets::place(&mut model, &args.scene, path)?;
+    }
     const SHOWN: usize = 5;
     let warnings = model.warnings.len();
     for w in model.warnings.iter().take(SHOWN) {

@@ -22,3 +22,4 @@ pub mod html;
 pub mod inputs;
 pub mod occluders;
 pub mod parse;
+mod sets;

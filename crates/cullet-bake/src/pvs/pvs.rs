@@ -242,7 +242,7 @@ pub enum PvsFileError {
     Odd(&'static str),
     /// They are of another graph.
     #[error(
-        "it was baked from another map: hash {found:016x}, this one has {expected:016x}; bake it again"
+        "it was baked from other cells: hash {found:016x}, this one has {expected:016x}; bake it again"
     )]
     OtherGraph {
         /// Hash of the graph that was baked.

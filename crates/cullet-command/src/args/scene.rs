@@ -1,6 +1,6 @@
 //! Which scene, and how to read it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cullet_io::{Up, scenes};
@@ -8,7 +8,7 @@ use cullet_io::{Up, scenes};
 use crate::parse;
 
 /// Which scene, and how to read it.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub struct SceneArgs {
     /// A file (glb, gltf, obj, ply, stl, off, occscn, bsp), or a built-in scene: NAME or NAME:key=value,...
     #[arg(default_value = "city")]
@@ -25,9 +25,17 @@ pub struct SceneArgs {
     /// Refuse files with more triangles than this (exit code 4)
     #[arg(long, value_name = "N")]
     pub max_triangles: Option<u64>,
+    /// Cull by the sets that `cullet pvs` baked of this scene or map [default: those that are stored in a map]
+    #[arg(long, value_name = "PATH")]
+    pub pvs: Option<PathBuf>,
 }
 
 impl SceneArgs {
+    /// A file or a built-in scene, read as it says.
+    pub fn of(scene: impl Into<String>) -> Self {
+        Self { scene: scene.into(), ..Self::default() }
+    }
+
     /// Whether this is a built-in scene. A file of that name wins, for a name can be changed with a `./`.
     pub fn builtin(&self) -> bool {
         !Path::new(&self.scene).exists() && scenes::is_builtin(&self.scene)

@@ -137,13 +137,7 @@ fn measure(
     threads: usize,
     console: &Console,
 ) -> Result<Baked, Failure> {
-    let scene_args = SceneArgs {
-        scene: name.to_owned(),
-        up: None,
-        one_sided: false,
-        two_sided: false,
-        max_triangles: None,
-    };
+    let scene_args = SceneArgs::of(name);
     let model = inputs::load(&scene_args, console)?;
     let scene = &model.scene;
     let fail = |error| Failure::input(format!("{name}: {error}"));

@@ -38,13 +38,7 @@ impl Subject {
             let data = MeshData { positions, indices, parts, ..MeshData::default() };
             return Self::new("a built-in knobbly ball".into(), data);
         };
-        let args = SceneArgs {
-            scene: scene.to_owned(),
-            up: None,
-            one_sided: true,
-            two_sided: false,
-            max_triangles: None,
-        };
+        let args = SceneArgs { one_sided: true, ..SceneArgs::of(scene) };
         let model = inputs::load(&args, console)?;
         let triangles = model.scene.triangle_count();
         if triangles > MOST_TRIANGLES {

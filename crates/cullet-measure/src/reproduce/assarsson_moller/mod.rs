@@ -68,13 +68,7 @@ fn stride(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub(super) fn run(args: &AssarssonMollerArgs, console: &Console) -> Outcome {
-    let scene = SceneArgs {
-        scene: args.model.clone(),
-        up: None,
-        one_sided: false,
-        two_sided: false,
-        max_triangles: None,
-    };
+    let scene = SceneArgs::of(&args.model);
     let model = inputs::load(&scene, console)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let walk = Walk { frames: args.frames, degrees: args.degrees, stride: args.stride };

@@ -1,0 +1,55 @@
+//! Visible sets that were baked before, given to the scene that they are of.
+
+use std::path::Path;
+
+use cullet::cell::CellGraph;
+use cullet::cull::pvs::VisibleSets;
+use cullet_bake::container::Container;
+use cullet_bake::pvs::{Pvs, PvsFileError};
+use cullet_bake::sampled::SceneSets;
+use cullet_io::Model;
+use cullet_io::bsp::Bsp;
+
+use crate::exit::Failure;
+
+/// Gives a model the sets of a file: those of its cells, or view cells with their own.
+///
+/// # Errors
+/// If the file cannot be read, is damaged, or is of another scene.
+pub(crate) fn place(model: &mut Model, scene: &str, path: &Path) -> Result<(), Failure> {
+    let bytes = std::fs::read(path).map_err(|error| failure(path, &error))?;
+    let file = Container::open(&bytes).map_err(|error| failure(path, &error))?;
+    if SceneSets::is_of(&file) {
+        let sets = SceneSets::from_bytes(&bytes).map_err(|error| failure(path, &error))?;
+        return sets.place_in(&mut model.scene).map_err(|error| failure(path, &error));
+    }
+    if !Pvs::is_of(&file) {
+        return Err(failure(path, &"a baked file, but without visible sets"));
+    }
+    // Damage is noticed here: sets alone are looked up as they are.
+    Pvs::from_bytes(&bytes).map_err(|error| failure(path, &error))?;
+    let graph = model.scene.cell_graph().ok_or_else(|| {
+        failure(path, &format!("sets of cells, but {scene} has none that a scene can be given"))
+    })?;
+    let sets = of_graph(&file, graph).or_else(|error| match (error, map_graph(Path::new(scene))) {
+        // Maps are baked in their own axes.
+        (PvsFileError::OtherGraph { .. }, Some(graph)) => of_graph(&file, &graph),
+        (error, _) => Err(error),
+    });
+    let sets = sets.map_err(|error| failure(path, &error))?;
+    model.scene.set_visible_sets(sets).map_err(|error| failure(path, &error))
+}
+
+fn of_graph(file: &Container<'_>, graph: &CellGraph) -> Result<VisibleSets<'static>, PvsFileError> {
+    Pvs::sets_in(file, graph).map(VisibleSets::into_owned)
+}
+
+/// The cells of a map, as `cullet pvs` makes them.
+fn map_graph(scene: &Path) -> Option<CellGraph> {
+    scene.extension().filter(|e| e.eq_ignore_ascii_case("bsp"))?;
+    Bsp::parse(&std::fs::read(scene).ok()?).ok()?.cells().ok()
+}
+
+fn failure(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    Failure::input(format!("{}: {error}", path.display()))
+}
