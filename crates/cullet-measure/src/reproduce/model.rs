@@ -43,6 +43,7 @@ impl Subject {
             up: None,
             one_sided: true,
             two_sided: false,
+            cells: None,
             max_triangles: None,
         };
         let model = inputs::load(&args, console)?;

@@ -48,7 +48,7 @@ fn collect(folder: &Path, found: &mut Vec<PathBuf>) {
 pub(super) fn args(scene: &str) -> SceneArgs {
     let up = Z_UP.iter().any(|name| scene.ends_with(name)).then_some(Up::Z);
     let scene = scene.to_owned();
-    SceneArgs { scene, up, one_sided: false, two_sided: false, max_triangles: None }
+    SceneArgs { scene, up, one_sided: false, two_sided: false, cells: None, max_triangles: None }
 }
 
 #[cfg(test)]

@@ -73,6 +73,7 @@ pub(super) fn run(args: &AssarssonMollerArgs, console: &Console) -> Outcome {
         up: None,
         one_sided: false,
         two_sided: false,
+        cells: None,
         max_triangles: None,
     };
     let model = inputs::load(&scene, console)?;
