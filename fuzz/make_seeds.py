@@ -109,6 +109,29 @@ def gltf() -> None:
         "buffers": [{"byteLength": len(body), "uri": uri}],
     }
     put("gltf", "embedded", json.dumps(document))
+    document["extensions"] = {
+        "CULLET_cells_portals": {
+            "cells": [
+                {"name": "a", "pieces": [{"box": [[0, 0, 0], [4, 3, 4]]}]},
+                {
+                    "pieces": [
+                        {
+                            "planes": [
+                                [1, 0, 0, 8], [-1, 0, 0, -4], [0, 1, 0, 3], [0, -1, 0, 0], [0, 0, 1, 4], [0, 0, -1, 0],
+                            ]
+                        }
+                    ]
+                },
+            ],
+            "portals": [
+                {"cells": [0, 1], "polygon": [[4, 0, 1], [4, 0, 2], [4, 2, 2], [4, 2, 1]], "open": False, "node": 1}
+            ],
+            "mirrors": [{"cell": 0, "polygon": [[0, 0, 1], [0, 2, 1], [0, 2, 2], [0, 0, 2]]}],
+            "walls": 0.5,
+        }
+    }
+    put("gltf", "cells", json.dumps(document))
+    del document["extensions"]
     del document["buffers"][0]["uri"]
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)

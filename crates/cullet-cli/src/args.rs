@@ -5,6 +5,7 @@ use cullet_measure::bench::BenchArgs;
 use cullet_measure::calibrate::{self, CalibrateArgs};
 use cullet_measure::reproduce::ReproduceArgs;
 
+use crate::cells::{self, CellsArgs};
 use crate::check_occlusion::{self, CheckArgs};
 use crate::cut::{self, CutArgs};
 use crate::info::InfoArgs;
@@ -42,6 +43,8 @@ Examples
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
   cullet occluders model.glb --picture o.png boxes inside of it, and polygons in its surface
+  cullet cells house.glb --cells rooms.glb -o out.glb
+                                             cells and portals from the volumes of its rooms
   cullet pvs map.prt -o map.cpvs             which cells of a map see each other, and what proves it
   cullet view model.glb                      a window: turn it, freeze it, click what is missing
   cullet serve model.glb                     the same as a page, on localhost
@@ -122,6 +125,9 @@ pub(crate) enum Command {
     /// Bake occluders for each mesh: boxes inside of it and polygons in its surface
     #[command(after_help = occluders::HELP)]
     Occluders(Box<OccludersArgs>),
+    /// Count the cells and portals of a scene, and write it with them
+    #[command(after_help = cells::HELP)]
+    Cells(Box<CellsArgs>),
     /// Bake which cells of a map's portal graph see each other
     #[command(after_help = pvs::HELP)]
     Pvs(Box<PvsArgs>),

@@ -4,6 +4,7 @@
 mod args;
 mod backfaces;
 mod bounds;
+mod cells;
 mod check_occlusion;
 mod cut;
 mod cutting;
@@ -77,6 +78,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Occscn(args) => occscn::run(args, &console(None)),
         Command::View(args) => view::run(args),
         Command::Serve(args) => serve::run(args),
+        Command::Cells(args) => cells::run(args, &console(args.json.as_deref())),
         Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
         Command::Picture(args) => picture::run(args, &console(None)),
     }

@@ -45,7 +45,7 @@ Examples
   cullet pvs big.prt --resume -o big.cpvs           goes on where Ctrl-C stopped it
   cullet pvs big.prt --unit 3/8 --units /shared/big the third of eight machines
   cullet pvs lqdm1.prt --json - | jq .undecided
-  cullet pvs city --cells 1000 --heights 1..2.5     what is seen from 1,000 places of a scene, at the height of eyes
+  cullet pvs city --view-cells 1000 --heights 1..2.5     what is seen from 1,000 places of a scene, at the height of eyes
   cullet pvs hall.glb --rays 50000000 --check 1000  and how wrong that is
 
 Exit codes

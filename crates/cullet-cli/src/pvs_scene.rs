@@ -21,7 +21,7 @@ use serde::Serialize;
 pub(crate) struct PvsSceneArgs {
     /// How many view cells to make [default: 500]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
-    pub(crate) cells: Option<u32>,
+    view_cells: Option<u32>,
     /// A box to make cells in, its low and its high corner; may be given many times [default: the scene's bounds]
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = region, allow_hyphen_values = true)]
     region: Vec<Region>,
@@ -29,7 +29,7 @@ pub(crate) struct PvsSceneArgs {
     #[arg(long, value_name = "LOW..HIGH", value_parser = heights, conflicts_with = "region")]
     heights: Option<[f64; 2]>,
     /// Cut the boxes into equal cells, so many along each axis
-    #[arg(long, value_name = "X,Y,Z", value_parser = grid, conflicts_with = "cells")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = grid, conflicts_with = "view_cells")]
     grid: Option<[u32; 3]>,
     /// Sets of clusters of triangles instead of whole instances
     #[arg(long)]
@@ -73,7 +73,7 @@ const SIDE: u32 = 64;
 impl PvsSceneArgs {
     /// Whether view cells are asked for, also where the scene has cells.
     pub(crate) fn wants_view_cells(&self) -> bool {
-        self.cells.is_some()
+        self.view_cells.is_some()
             || self.grid.is_some()
             || !self.region.is_empty()
             || self.heights.is_some()
@@ -295,7 +295,7 @@ fn cells(args: &PvsSceneArgs, tree: &RayTree<'_>, seed: u64) -> Result<ViewCells
             cells: u64::from(x) * u64::from(y) * u64::from(z),
             limit: 1 << 24,
         }),
-        (None, _) => ViewCells::adaptive(tree, &regions, args.cells.unwrap_or(CELLS), seed),
+        (None, _) => ViewCells::adaptive(tree, &regions, args.view_cells.unwrap_or(CELLS), seed),
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use cullet::cull::detail::{Detail, Measure};
 use cullet::{Backface, Culler, Preparation, Scene, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
+use cullet_io::rooms::{RoomCells, RoomOptions, cells_of_rooms};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, scenes};
 
 use crate::args::{CullArgs, OccluderKind, SceneArgs, ViewArgs};
@@ -56,8 +57,12 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
             _ => Failure::input(e),
         })?
     };
-    if let Some(path) = &args.pvs {
-        sets::place(&mut model, &args.scene, path)?;
+    if let Some(rooms) = &args.cells {
+        take_rooms(&mut model, rooms, args)?;
+    }
+    match &args.pvs {
+        Some(path) => sets::place(&mut model, &args.scene, path)?,
+        None => sets::place_stored(&mut model),
     }
     const SHOWN: usize = 5;
     let warnings = model.warnings.len();
@@ -70,6 +75,22 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
         console.note(format!("and {more}; cullet info --all lists them all"));
     }
     Ok(model)
+}
+
+/// Gives a model the cells that volumes of rooms make of it, in place of its own.
+fn take_rooms(model: &mut Model, path: &Path, args: &SceneArgs) -> Result<(), Failure> {
+    let options = LoadOptions { up: args.up, prepare: Preparation::NONE, ..LoadOptions::default() };
+    let volumes = cullet_io::load(path, &options).map_err(Failure::input)?;
+    let RoomCells { cells, warnings } = cells_of_rooms(model, &volumes, &RoomOptions::default());
+    if cells.cells.is_empty() {
+        let message =
+            format!("{}: none of its meshes encloses the volume of a room", path.display());
+        return Err(Failure::input(message));
+    }
+    (model.cells, model.cell_rows) = (cells, None);
+    model.place_cells().map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
+    model.warnings.extend(warnings);
+    Ok(())
 }
 
 /// Built-in scenes know no limit of their own below that of memory.

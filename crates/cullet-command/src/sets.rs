@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cullet::cell::CellGraph;
-use cullet::cull::pvs::VisibleSets;
+use cullet::cull::pvs::{SetsError, Targets, VisibleSets};
 use cullet_bake::container::Container;
 use cullet_bake::pvs::{Pvs, PvsFileError};
 use cullet_bake::sampled::SceneSets;
@@ -38,6 +38,25 @@ pub(crate) fn place(model: &mut Model, scene: &str, path: &Path) -> Result<(), F
     });
     let sets = sets.map_err(|error| failure(path, &error))?;
     model.scene.set_visible_sets(sets).map_err(|error| failure(path, &error))
+}
+
+/// Gives a map the sets that it brings along, where its cells are those of the scene.
+pub(crate) fn place_stored(model: &mut Model) {
+    let Some(stored) = &model.cell_rows else { return };
+    let count = stored.cell_count();
+    let rows: Vec<Vec<u64>> = (0..count)
+        .map(|cell| {
+            let mut bytes = Vec::new();
+            stored.row_into(cell, &mut bytes);
+            bytes.resize(bytes.len().next_multiple_of(8), 0);
+            bytes.as_chunks().0.iter().map(|word| u64::from_le_bytes(*word)).collect()
+        })
+        .collect();
+    let sets = VisibleSets::from_rows(Targets::Cells, count, rows.iter().map(Vec::as_slice));
+    if let Err(error) = model.scene.set_visible_sets(sets) {
+        // Without cells they are of no use, and why there are none is said already.
+        debug_assert_eq!(error, SetsError::NoCells);
+    }
 }
 
 fn of_graph(file: &Container<'_>, graph: &CellGraph) -> Result<VisibleSets<'static>, PvsFileError> {

@@ -1,81 +1,156 @@
-//! Cells and portals of a model, as its scene culls by them.
+//! Cells and portals as a model has them: plain values with names, of which the engine's graph and shapes are made.
 
+use cullet::Handle;
 use cullet::bounds::Plane;
-use cullet::cell::{CellError, CellGraph as Graph, CellPiece, CellShapes, Portal as Opening};
-use glam::DVec3;
+use cullet::cell::{self, CellError, CellPiece, CellShapes};
+use serde::{Deserialize, Serialize};
 
-use crate::model::{CellGraph, Model, Portal};
+use crate::convex::Convex;
 
-impl Model {
-    /// Gives the scene the model's [cells](Self::cells), if there are any: what is left of each within its walls, and of
-    /// each opening the way through half of the wall that it is in. Portals that are closed are shut.
-    ///
-    /// # Errors
-    /// If a cell has no volume within its walls, or a portal is none, or not on the border of both its cells.
-    pub fn place_cells(&mut self) -> Result<(), CellError> {
-        if !self.cells.cells.is_empty() {
-            let (graph, shapes) = self.cells.shapes()?;
-            self.scene.set_cells(graph, shapes);
-        }
-        Ok(())
+/// A region of space: a room, or a part of one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// Its name; may be empty.
+    pub name: String,
+    /// Convex pieces whose union it is, each by what it is within: planes `[nx, ny, nz, d]` with n·x ≤ d inside. A cell
+    /// without pieces is nowhere.
+    pub pieces: Vec<Vec<[f64; 4]>>,
+}
+
+impl Cell {
+    /// A cell that is the box between two corners.
+    #[must_use]
+    pub fn from_box(name: impl Into<String>, min: [f64; 3], max: [f64; 3]) -> Self {
+        Self { name: name.into(), pieces: vec![box_planes(min, max)] }
     }
+
+    /// Whether a point is in a piece of it, border included.
+    #[must_use]
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        let within = |p: &[f64; 4]| p[0] * point[0] + p[1] * point[1] + p[2] * point[2] <= p[3];
+        self.pieces.iter().any(|planes| planes.iter().all(within))
+    }
+
+    /// The lowest and highest corner of its first piece, of a room that which holds most of it; `None` where that has no
+    /// volume. Cost: of n planes, n³ at the most.
+    #[must_use]
+    pub fn main_bounds(&self) -> Option<[[f64; 3]; 2]> {
+        convex_of(self.pieces.first()?)?.bounds()
+    }
+
+    /// The volume of its pieces; what two of them share counts twice.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        self.pieces.iter().filter_map(|planes| Some(convex_of(planes)?.volume())).sum()
+    }
+}
+
+/// An opening between two cells.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Portal {
+    /// Its name; may be empty.
+    pub name: String,
+    /// The cells that it joins, by number.
+    pub cells: [u32; 2],
+    /// Its corners: a planar convex polygon, counter-clockwise as seen from the first cell.
+    pub polygon: Vec<[f64; 3]>,
+    /// The instance that fills the opening when shut: a door's leaf.
+    pub door: Option<Handle>,
+    /// Whether that door is shut, so that nothing is seen through.
+    pub closed: bool,
+    /// Whether it is seen through from the first cell alone.
+    pub one_way: bool,
+}
+
+/// A mirror on the border of a cell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Mirror {
+    /// Its name; may be empty.
+    pub name: String,
+    /// The cell that it is seen from, by number.
+    pub cell: u32,
+    /// Its corners: a planar convex polygon, counter-clockwise as seen from the cell.
+    pub polygon: Vec<[f64; 3]>,
+}
+
+/// Cells, and the portals between them, in the world space of the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CellGraph {
+    /// The cells.
+    pub cells: Vec<Cell>,
+    /// The portals.
+    pub portals: Vec<Portal>,
+    /// The mirrors.
+    pub mirrors: Vec<Mirror>,
+    /// How thick the walls between cells are, at the most; see [`CellShapes::with_walls`].
+    pub walls: f64,
+    /// Whether all that is in no cell is solid; see [`CellShapes::sealed`].
+    pub sealed: bool,
 }
 
 impl CellGraph {
-    fn shapes(&self) -> Result<(Graph, CellShapes), CellError> {
-        let walls = DVec3::from(self.walls);
-        let openings: Vec<Opening> = self.portals.iter().map(|p| self.opening(p)).collect();
-        let mut graph = Graph::new(self.cells.len() as u32, openings)?;
-        let mut pieces = Vec::with_capacity(self.cells.len() + 2 * self.portals.len());
-        for (number, cell) in (0..).zip(&self.cells) {
-            let (min, max) = (DVec3::from(cell.min) + walls, DVec3::from(cell.max) - walls);
-            pieces.push(CellPiece::from_box(number, min.into(), max.into()));
-        }
+    /// The engine's graph and shapes. Portals that are closed are shut. Cost: that of [`CellShapes::new`].
+    ///
+    /// # Errors
+    /// As of [`cell::CellGraph::new`], [`cell::CellGraph::with_mirrors`] and [`CellShapes::new`]. Pieces are numbered
+    /// through all cells; [`piece_place`](Self::piece_place) says which it is.
+    pub fn build(&self) -> Result<(cell::CellGraph, CellShapes), CellError> {
+        let portals = self.portals.iter();
+        let portals = portals.map(|p| cell::Portal { cells: p.cells, polygon: p.polygon.clone() });
+        let mirrors = self.mirrors.iter();
+        let mirrors = mirrors.map(|m| cell::Mirror { cell: m.cell, polygon: m.polygon.clone() });
+        let graph = cell::CellGraph::new(self.cells.len() as u32, portals.collect())?;
+        let mut graph = graph.with_mirrors(mirrors.collect())?;
         for (number, portal) in (0..).zip(&self.portals) {
             graph.set_open(number, !portal.closed);
-            // Half of the wall is on either side. Without walls there is no way through.
-            let plane = *graph.plane(number);
-            let depth = DVec3::from(plane.normal).abs().dot(walls);
-            if depth > 0.0 {
-                let polygon = &graph.portals()[number as usize].polygon;
-                for (cell, plane) in portal.cells.into_iter().zip([plane, plane.flipped()]) {
-                    pieces.push(CellPiece {
-                        cell,
-                        planes: way(polygon, &graph.plane(number).normal, &plane, depth),
-                    });
-                }
-            }
+            graph.set_one_way(number, portal.one_way);
         }
-        let shapes = CellShapes::new(&graph, pieces)?;
-        Ok((graph, shapes.with_walls(2.0 * walls.max_element())))
+        let pieces = (0..).zip(&self.cells).flat_map(|(number, cell)| {
+            let piece = move |planes: &Vec<[f64; 4]>| CellPiece {
+                cell: number,
+                planes: planes.iter().map(plane).collect(),
+            };
+            cell.pieces.iter().map(piece)
+        });
+        let shapes = CellShapes::new(&graph, pieces.collect())?.with_walls(self.walls);
+        Ok((graph, if self.sealed { shapes.sealed() } else { shapes }))
     }
 
-    /// A portal with its corners counter-clockwise as seen from its first cell.
-    fn opening(&self, portal: &Portal) -> Opening {
-        let Portal { cells, polygon, .. } = portal;
-        let mut polygon = polygon.clone();
-        let middles = cells.map(|c| {
-            self.cells
-                .get(c as usize)
-                .map(|cell| (DVec3::from(cell.min) + DVec3::from(cell.max)) * 0.5)
-        });
-        if let ([Some(first), Some(second)], [a, b, c, ..]) = (middles, &polygon[..]) {
-            let [a, b, c] = [a, b, c].map(|p| DVec3::from(*p));
-            if (b - a).cross(c - a).dot(first - second) < 0.0 {
-                polygon.reverse();
+    /// The cell of a piece by its number through all cells, and its number within that cell.
+    #[must_use]
+    pub fn piece_place(&self, piece: u32) -> Option<(u32, u32)> {
+        let mut left = piece as usize;
+        for (number, cell) in (0..).zip(&self.cells) {
+            match left.checked_sub(cell.pieces.len()) {
+                None => return Some((number, left as u32)),
+                Some(rest) => left = rest,
             }
         }
-        Opening { cells: *cells, polygon }
+        None
     }
 }
 
-/// The way through a portal that is counter-clockwise about `normal`, to the side that `plane` points to.
-fn way(polygon: &[[f64; 3]], normal: &[f64; 3], plane: &Plane, depth: f64) -> Vec<Plane> {
-    let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    let sides = edges.filter_map(|(a, b)| {
-        let along = DVec3::from(*b) - DVec3::from(*a);
-        Plane::from_point_normal(*a, along.cross((*normal).into()))
-    });
-    let end = Plane { d: plane.d + depth, ..*plane };
-    sides.chain([plane.flipped(), end]).collect()
+/// The planes of the box between two corners, as [`Cell::pieces`] has them.
+pub(crate) fn box_planes(min: [f64; 3], max: [f64; 3]) -> Vec<[f64; 4]> {
+    CellPiece::from_box(0, min, max).planes.iter().map(numbers).collect()
+}
+
+/// A plane of a piece.
+pub(crate) fn plane(&[x, y, z, d]: &[f64; 4]) -> Plane {
+    Plane::new([x, y, z], d)
+}
+
+/// A plane as [`Cell::pieces`] has it.
+pub(crate) fn numbers(plane: &Plane) -> [f64; 4] {
+    let [x, y, z] = plane.normal;
+    [x, y, z, plane.d]
+}
+
+/// A piece, if it has a volume and reaches no farther than pieces may.
+fn convex_of(planes: &[[f64; 4]]) -> Option<Convex> {
+    let planes: Option<Vec<Plane>> = planes.iter().map(|p| plane(p).normalized()).collect();
+    let (planes, reach) = (planes?, CellPiece::REACH);
+    // Cut out of so large a box corners are off by its rounding; out of a box about what is left they are not.
+    let [low, high] = Convex::new(planes.clone(), [-reach; 3], [reach; 3], 1e-6)?.bounds()?;
+    Convex::new(planes, low.map(|v| v - 1.0), high.map(|v| v + 1.0), 1e-9)
 }

@@ -5,7 +5,10 @@ use std::path::Path;
 use crate::beside::Beside;
 use crate::blocks::Source;
 use crate::format::{Format, recognise};
-use crate::{ErrorKind, LoadError, LoadOptions, Model, bsp, gltf, obj, occscn, off, ply, stl};
+use crate::{
+    CellGraph, ErrorKind, LoadError, LoadOptions, Model, Warning, bsp, gltf, obj, occscn, off, ply,
+    stl,
+};
 
 /// Loads a model: GLB, glTF, OBJ, PLY, STL, OFF, `OCCSCN01`, or a Quake or Quake 3 map, told by content first, then by ending.
 ///
@@ -23,9 +26,10 @@ use crate::{ErrorKind, LoadError, LoadOptions, Model, bsp, gltf, obj, occscn, of
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Model, LoadError> {
     let read = || -> Result<Model, ErrorKind> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        decode(path, Source::open(path)?, options, Beside::Folder(folder))
+        let model = decode(path, Source::open(path)?, options, Beside::Folder(folder))?;
+        finished(model, options)
     };
-    read().map(|model| finished(model, options)).map_err(|kind| kind.at(path))
+    read().map_err(|kind| kind.at(path))
 }
 
 /// Loads a model from memory. `name` stands for the file's name in messages, and its ending helps to
@@ -53,13 +57,13 @@ pub fn load_bytes_with(
 ) -> Result<Model, LoadError> {
     let path = Path::new(name);
     decode(path, Source::memory(bytes), options, Beside::Given(beside))
-        .map(|model| finished(model, options))
+        .and_then(|model| finished(model, options))
         .map_err(|kind| kind.at(path))
 }
 
 /// Moves the scene's origin to the middle of a model that lies far from zero, as maps do, so that the
-/// bounds of its instances, which are f32, stay tight; then prepares what is wanted.
-fn finished(mut model: Model, options: &LoadOptions) -> Model {
+/// bounds of its instances, which are f32, stay tight; then prepares what is wanted, and finds what is in its cells.
+fn finished(mut model: Model, options: &LoadOptions) -> Result<Model, ErrorKind> {
     let extent = model.scene.extent();
     let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
     let centre = extent.center();
@@ -68,7 +72,22 @@ fn finished(mut model: Model, options: &LoadOptions) -> Model {
         model.scene.rebase(centre.map(f64::round));
     }
     model.scene.prepare(options.prepare);
-    model
+    if let Err(error) = model.place_cells() {
+        // A map's were made here, so that it is no fault of the file.
+        if !is_map(&model) {
+            return Err(gltf::cells_error(&model.cells, &error));
+        }
+        let message = format!("portals hide nothing, for cells have no place: {error}");
+        model.warnings.push(Warning { item: "cells".into(), message });
+        model.cells = CellGraph::default();
+        model.cell_rows = None;
+    }
+    Ok(model)
+}
+
+/// Whether a model is a map, which says how high eyes are.
+fn is_map(model: &Model) -> bool {
+    model.eye_height.is_some()
 }
 
 /// `beside` is where files named by the model are looked for.

@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 
+use cullet::cell::CellError;
 use cullet::{Handle, Projection, Scene, Transform};
 use serde::{Deserialize, Serialize};
 
-use crate::{Attributes, Motion, NodeTree, NodeTreeStatistics};
+use crate::bsp::CellRows;
+use crate::{Attributes, CellGraph, Motion, NodeTree, NodeTreeStatistics};
 
 /// A scene, and what its file says beyond geometry.
 #[derive(Debug, Default)]
@@ -30,8 +32,10 @@ pub struct Model {
     pub cameras: Vec<CameraNode>,
     /// Views that the file gives as matrices.
     pub views: Vec<MatrixView>,
-    /// Rooms and openings, where the scene was made with them.
+    /// Rooms and openings, where the file has them or the scene was made with them.
     pub cells: CellGraph,
+    /// Which cells the file says can be seen from which: of maps that were baked.
+    pub cell_rows: Option<CellRows>,
     /// Height of a person's eyes above the ground in the model's units, where the format says what its units are: of maps.
     pub eye_height: Option<f64>,
     /// How it moves, if it does; see [`Model::pose`](Self::pose).
@@ -53,6 +57,18 @@ impl Model {
             self.mesh_names.get(self.scene.mesh_id(slot) as usize).filter(|n| !n.is_empty())
         });
         Cow::Owned(format!("{} {}", mesh.map_or("instance", String::as_str), handle.index))
+    }
+
+    /// Gives the scene the model's [cells](Self::cells), if there are any, in place of those that it has.
+    ///
+    /// # Errors
+    /// If [`CellGraph::build`] refuses them; the scene stays as it was.
+    pub fn place_cells(&mut self) -> Result<(), CellError> {
+        if !self.cells.cells.is_empty() {
+            let (graph, shapes) = self.cells.build()?;
+            self.scene.set_cells(graph, shapes);
+        }
+        Ok(())
     }
 
     /// Measures the node tree; `None` if it is none: a file's is one, but one that was written by hand may have
@@ -100,41 +116,6 @@ pub struct MatrixView {
     pub eye: [f64; 3],
     /// Distance of the near plane, in the units of clip w.
     pub near: f64,
-}
-
-/// A convex room, here always a box.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cell {
-    /// Its name.
-    pub name: String,
-    /// Lowest corner.
-    pub min: [f64; 3],
-    /// Highest corner.
-    pub max: [f64; 3],
-}
-
-/// An opening between two cells.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Portal {
-    /// The cells it joins, by number.
-    pub cells: [u32; 2],
-    /// Its corners, a planar convex polygon.
-    pub polygon: Vec<[f64; 3]>,
-    /// The instance that fills the opening when shut: a door's leaf.
-    pub door: Option<Handle>,
-    /// Whether that door is shut, so that nothing is seen through.
-    pub closed: bool,
-}
-
-/// Cells and the portals between them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct CellGraph {
-    /// The cells.
-    pub cells: Vec<Cell>,
-    /// The portals.
-    pub portals: Vec<Portal>,
-    /// How far into each cell the walls around it reach, along x, y and z: what is left of the cell is free.
-    pub walls: [f64; 3],
 }
 
 /// A defect of a file that did not stop it from loading: which item, and what about it.

@@ -17,9 +17,9 @@ fn portals_of_the_office_drop_nothing_that_a_line_of_sight_meets() {
         let (mut state, mut result) = (ViewState::default(), Visible::default());
         for view in 0..cases(150) {
             let cell = rng.index(model.cells.cells.len());
-            let cell = &model.cells.cells[cell];
+            let [min, max] = model.cells.cells[cell].main_bounds().unwrap();
             let mut eye: [f64; 3] =
-                std::array::from_fn(|a| rng.range(cell.min[a] + 0.16, cell.max[a] - 0.16));
+                std::array::from_fn(|a| rng.range(min[a] + 0.06, max[a] - 0.06));
             if view % 4 == 0 {
                 // In a doorway, now and then shut.
                 let portal = &model.cells.portals[rng.index(model.cells.portals.len())];

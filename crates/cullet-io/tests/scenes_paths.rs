@@ -94,10 +94,7 @@ fn a_walk_is_at_eye_height_and_sees_something() {
                 assert!((c.eye[1] - 1.7).abs() < 1e-6, "{text}: {:?}", c.eye);
             }
             if text.starts_with("office") {
-                let of = |cell: &&cullet_io::Cell| {
-                    (0..3).all(|k| cell.min[k] < c.eye[k] && c.eye[k] < cell.max[k])
-                };
-                let indoors = model.cells.cells.iter().find(of).is_some();
+                let indoors = model.cells.cells.iter().any(|cell| cell.contains(c.eye));
                 assert!(indoors || c.eye[1] < 1.7, "{:?} on the roof", c.eye);
             }
             assert_eq!(c.direction[1], 0.0);

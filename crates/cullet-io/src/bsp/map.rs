@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::entities::{Entity, Lamp, Start};
 use super::lumps::Version;
+use super::rows::CellRows;
 use super::tree::{Child, Tree};
 use super::visibility::{Visibility, bit};
 
@@ -187,24 +188,18 @@ impl Bsp {
     /// Appends the row of a cell to `out`: bit j of it (byte j/8, bit j%8) says whether the file has cell j, or a leaf
     /// of it, seen from there. It has `cell_count` / 8 bytes, rounded up. Cost: linear in the leafs.
     pub fn cell_row_into(&self, cell: u32, out: &mut Vec<u8>) {
-        let start = out.len();
-        out.resize(start + (self.cell_count as usize).div_ceil(8), 0);
-        let row = self.row_of(Some(cell));
-        let mut set = |cell: u32| out[start + cell as usize / 8] |= 1 << (cell % 8);
-        match (&row, self.version) {
-            (None, _) => (0..self.cell_count).for_each(set),
-            (Some(row), Version::Quake3) => {
-                (0..self.cell_count).filter(|c| bit(row, *c as usize)).for_each(set);
-            }
-            (Some(row), Version::Quake | Version::Bsp2) => {
-                // Leaf 0 has no bit.
-                for (at, leaf) in self.leafs.iter().skip(1).enumerate() {
-                    if let Some(cell) = leaf.cell.filter(|_| bit(row, at)) {
-                        set(cell);
-                    }
-                }
-            }
+        match self.cell_rows() {
+            Some(rows) => rows.row_into(cell, out),
+            None => super::rows::all_into(self.cell_count, out),
         }
+    }
+
+    /// The stored rows of all cells; `None` where the map has none.
+    #[must_use]
+    pub fn cell_rows(&self) -> Option<CellRows> {
+        let visibility = self.visibility.clone()?;
+        let leafs = self.leafs.iter().map(|leaf| leaf.cell).collect();
+        Some(CellRows::new(self.version, self.cell_count, leafs, visibility))
     }
 
     /// The stored row of a cell; `None` if all is seen.

@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cells;
 mod entities;
 mod lumps;
 mod map;
@@ -23,16 +24,17 @@ mod patch;
 mod portals;
 mod quake;
 mod quake3;
+mod rows;
 mod scene;
 mod surfaces;
 mod tree;
 mod visibility;
-mod winding;
 mod write;
 
 pub use entities::{Entity, Lamp, Start};
 pub use lumps::Version;
 pub use map::{BrushModel, Bsp, Contents, Leaf, Texture};
+pub use rows::CellRows;
 pub use scene::to_scene;
 pub use tree::{Child, Node, Tree};
 pub use write::{ClusterRows, clusters_of_leafs, with_visibility};

@@ -7,8 +7,8 @@ use glam::DVec3;
 
 use super::map::{Bsp, Contents};
 use super::tree::Child;
-use super::winding::{Cut, ON, Winding};
 use crate::ErrorKind;
+use crate::winding::{Cut, ON, Winding};
 
 /// How far beyond the map's box portals may reach.
 const MARGIN: f64 = 64.0;

@@ -56,6 +56,11 @@ pub(crate) fn read<'o>(
     maker.brush_models()?;
     let mut builder = maker.builder;
     builder.model.eye_height = Some(EYE_HEIGHT);
+    match map.model_cells(options.up) {
+        Ok(cells) => builder.model.cells = cells,
+        Err(error) => builder.warn("cells", format!("none, for they cannot be made: {error}")),
+    }
+    builder.model.cell_rows = map.cell_rows();
     add_cameras(&map, options.up, &mut builder);
     Ok(builder)
 }

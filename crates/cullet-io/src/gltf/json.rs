@@ -43,6 +43,8 @@ pub(super) struct Root<'a> {
     pub(super) skins: Items<'a>,
     #[serde(default)]
     pub(super) extensions_required: Vec<String>,
+    #[serde(borrow)]
+    pub(super) extensions: Option<&'a RawValue>,
 }
 
 #[derive(Debug, Derive)]
@@ -417,7 +419,18 @@ pub(super) fn item<'a, T: Deserialize<'a>>(
     what: &str,
     index: usize,
 ) -> Result<T, ErrorKind> {
-    let wrong = |message: String| ErrorKind::invalid(format!("{what} {index}"), message);
+    member(raw, format!("{what} {index}"))
+}
+
+/// Parses an object; `name` is what errors call it.
+///
+/// # Errors
+/// Names it and its defect.
+pub(super) fn member<'a, T: Deserialize<'a>>(
+    raw: &'a RawValue,
+    name: String,
+) -> Result<T, ErrorKind> {
+    let wrong = |message: String| ErrorKind::invalid(name.clone(), message);
     // A derived struct would also take an array, field by field.
     if !raw.get().starts_with('{') {
         return Err(wrong(format!("expected an object, found {}", start(raw.get()))));

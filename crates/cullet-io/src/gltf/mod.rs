@@ -8,6 +8,7 @@ mod accessor;
 mod animation;
 mod buffers;
 mod cameras;
+mod cells;
 mod decode;
 mod extensions;
 mod glb;
@@ -34,6 +35,8 @@ use crate::motion::{Deformed, Motion, MotionKind};
 use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, NodeTree};
 use instances::Placement;
 use notes::Notes;
+
+pub(crate) use cells::{NAME as CELLS, error as cells_error};
 
 /// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
 ///
@@ -120,6 +123,7 @@ struct Decoded {
     /// Instances that move or deform, by their place in `placements`.
     followers: Vec<rig::Placed>,
     deformed: Vec<Deformed>,
+    cells: cells::Cells,
     notes: Notes,
 }
 
@@ -143,6 +147,7 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
     };
     let nodes = nodes::Nodes::read(&root, &counts, options.up.unwrap_or_default(), &mut notes)?;
     check_unused(&root, &accessors, &buffers, &meshes, &nodes)?;
+    let cells = cells::Cells::read(&root, &nodes.base(), nodes.all.len())?;
 
     let plan = rig::Plan::read(&root, &nodes, &meshes, &accessors, &buffers, &mut notes)?;
     let mut placed =
@@ -206,12 +211,13 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
         nodes,
         followers: placed.followers,
         deformed,
+        cells,
         notes,
     })
 }
 
 impl Decoded {
-    fn into_model(self) -> Result<Model, ErrorKind> {
+    fn into_model(mut self) -> Result<Model, ErrorKind> {
         let mut scene = Scene::new();
         let mut mesh_names = Vec::with_capacity(self.meshes.len());
         for (name, data) in self.meshes {
@@ -225,6 +231,9 @@ impl Decoded {
             let handle = scene
                 .add(placement.instance())
                 .map_err(|e| ErrorKind::invalid("scene", e.to_string()))?;
+            if let Some(&node) = self.node_tree.node_of_instance.get(i) {
+                self.cells.drawn(node, handle);
+            }
             // In step with `followers`, so that millions that stand need no list.
             if self.followers.get(handles.len()).is_some_and(|f| f.placement as usize == i) {
                 handles.push(handle);
@@ -233,7 +242,7 @@ impl Decoded {
         let rig = self.plan.rig(&self.nodes, &self.followers, self.deformed, &handles);
         let motion = rig.moves().then_some(Motion { kind: MotionKind::Rig(rig) });
         scene.sort();
-        Ok(Model {
+        let mut model = Model {
             scene,
             mesh_names,
             attributes: self.attributes,
@@ -244,7 +253,9 @@ impl Decoded {
             motion,
             warnings: self.notes.into_warnings(),
             ..Model::default()
-        })
+        };
+        self.cells.give(&mut model);
+        Ok(model)
     }
 }
 

@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 
 use super::free::{gather, heights, is_free, sight};
 use super::{Lens, PathError};
+use crate::Model;
 use crate::scenes::{Rng, sin_cos};
-use crate::{Cell, Model};
 
 /// Height of the eye above the ground, in metres, where the model may be in metres.
 const EYE: f64 = 1.7;
@@ -105,10 +105,7 @@ fn places(model: &Model, lens: &Lens, count: usize) -> Result<Vec<Place>, PathEr
     levels.sort_by(f64::total_cmp);
     let ground = levels.get(levels.len() / 2).map_or(f64::INFINITY, |g| g + eye * 0.5);
     // Where the rooms of a model are known, a walk is through them first.
-    let indoors = |p: &Place| {
-        let within = |c: &Cell| (0..3).all(|k| c.min[k] <= p.eye[k] && p.eye[k] <= c.max[k]);
-        model.cells.cells.iter().any(within)
-    };
+    let indoors = |p: &Place| model.cells.cells.iter().any(|cell| cell.contains(p.eye.into()));
     free.sort_by_key(|p| (!indoors(p), p.ground > ground));
     free.truncate(count);
     Ok(free)

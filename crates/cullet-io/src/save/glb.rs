@@ -7,8 +7,9 @@ use cullet::mesh::{Alpha, Part};
 use serde_json::{Value, json};
 
 use super::nodes::{self, Written};
-use super::{SaveErrorKind, attributes};
+use super::{SaveErrorKind, attributes, cells};
 use crate::Model;
+use crate::gltf::CELLS;
 
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
@@ -32,7 +33,7 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         let name = model.mesh_names.get(m).map_or("", String::as_str);
         meshes.push(json!({ "name": name, "primitives": primitives }));
     }
-    let Written { nodes, roots } = nodes::write(model, &number);
+    let Written { nodes, roots, node_of } = nodes::write(model, &number);
     let mut root = json!({
         "asset": { "version": "2.0", "generator": "cullet" },
         "scene": 0,
@@ -48,6 +49,10 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         root["accessors"] = json!(file.accessors);
         root["bufferViews"] = json!(file.views);
         root["buffers"] = json!([{ "byteLength": file.bin.len() }]);
+    }
+    if !model.cells.cells.is_empty() {
+        root["extensionsUsed"] = json!([CELLS]);
+        root["extensions"] = json!({ CELLS: cells::extension(&model.cells, &node_of) });
     }
     let mut text = root.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');

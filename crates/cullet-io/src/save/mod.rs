@@ -1,5 +1,6 @@
 //! Saving a model: GLB, PLY, OBJ or STL, by the ending of the file's name.
 
+mod cells;
 mod glb;
 mod nodes;
 mod obj;
@@ -52,7 +53,7 @@ pub enum SaveErrorKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaveFormat {
     /// Binary glTF 2.0: meshes are shared by their nodes, with names, materials, sidedness and attributes.
-    /// Of the model's node tree the nodes are kept that lead to an instance; where it has none, there is one
+    /// Cells and portals are in `CULLET_cells_portals`. Of the model's node tree the nodes are kept that lead to an instance; where it has none, there is one
     /// node for each instance.
     Glb,
     /// Binary, little-endian: all instances as one mesh in world space, with their attributes; normals only
@@ -79,8 +80,8 @@ impl SaveFormat {
     }
 }
 
-/// Saves the meshes, instances and materials of a model, and the attributes that it has; cameras, cells and
-/// views are left out. Every triangle is written, in its original order, degenerate ones too. Positions in
+/// Saves the meshes, instances and materials of a model, and the attributes that it has, and in a GLB its cells; cameras
+/// and views are left out. Every triangle is written, in its original order, degenerate ones too. Positions in
 /// world space are rounded to f32 once. An existing file is replaced.
 ///
 /// # Errors

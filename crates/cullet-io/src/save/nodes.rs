@@ -1,5 +1,7 @@
 //! The nodes of a GLB: those of the model's tree that lead to something drawn, or one for each instance.
 
+use std::collections::HashMap;
+
 use cullet::Handle;
 use glam::DMat4;
 use serde_json::{Value, json};
@@ -18,9 +20,12 @@ struct Drawn {
 }
 
 /// The nodes, and which of them are roots.
+#[derive(Default)]
 pub(super) struct Written {
     pub(super) nodes: Vec<Value>,
     pub(super) roots: Vec<usize>,
+    /// The node of each instance, by the index of its handle.
+    pub(super) node_of: HashMap<u32, usize>,
 }
 
 /// `number` is that of each mesh in the file, `None` where it is not written.
@@ -35,10 +40,11 @@ pub(super) fn write(model: &Model, number: &[Option<usize>]) -> Written {
     // Slots are sorted by place; handles are in the order of the file.
     let mut drawn: Vec<Drawn> = drawn.collect();
     drawn.sort_by_key(|d| d.handle.index);
-    let mut out = Written { nodes: Vec::new(), roots: Vec::new() };
+    let mut out = Written::default();
     for one in place(model, drawn, &mut out) {
         let node = node(Some(&model.instance_name(one.handle)), Some(one.mesh), one.world);
         out.roots.push(out.nodes.len());
+        out.node_of.insert(one.handle.index, out.nodes.len());
         out.nodes.push(node);
     }
     out
@@ -109,6 +115,7 @@ fn place(model: &Model, drawn: Vec<Drawn>, out: &mut Written) -> Vec<Drawn> {
             .cloned()
             .or_else(|| here.as_ref().map(|d| model.instance_name(d.handle).into_owned()));
         let index = out.nodes.len();
+        out.node_of.extend(here.as_ref().map(|d| (d.handle.index, index)));
         out.nodes.push(node(name.as_deref(), here.map(|d| d.mesh), local));
         match above {
             None => out.roots.push(index),
@@ -123,6 +130,7 @@ fn place(model: &Model, drawn: Vec<Drawn>, out: &mut Written) -> Vec<Drawn> {
                 continue;
             }
             let child = out.nodes.len();
+            out.node_of.insert(one.handle.index, child);
             out.nodes.push(node(Some(&model.instance_name(one.handle)), Some(one.mesh), local));
             adopt(&mut out.nodes, index, child);
         }

@@ -1,6 +1,7 @@
 //! An office building: rooms along corridors, doors, windows, furniture; its cells and portals known.
 
 mod furniture;
+mod walls;
 
 use cullet::mesh::Alpha;
 use cullet::{MeshId, Transform};
@@ -129,6 +130,8 @@ struct Line {
 
 struct Office {
     b: SceneBuilder,
+    /// Lowest and highest corner of each cell, up to the middle of its walls and slabs.
+    rooms: Vec<[[f64; 3]; 2]>,
     wall: MeshId,
     slab: MeshId,
     glass: MeshId,
@@ -170,6 +173,7 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
 
     let mut office = Office {
         b,
+        rooms: Vec::new(),
         wall,
         slab,
         glass,
@@ -201,7 +205,7 @@ pub(super) fn build(spec: &Spec) -> Result<Model, SceneSpecError> {
         office.slab([HALL, 0.0], [width, depth], roof)?;
     }
     let mut model = office.b.finish();
-    model.cells.walls = [WALL * 0.5, SLAB * 0.5, WALL * 0.5];
+    walls::take_walls(&mut model.cells, &office.rooms, [WALL * 0.5, SLAB * 0.5, WALL * 0.5]);
     model.place_cells()?;
     Ok(model)
 }
@@ -425,7 +429,8 @@ impl Office {
         let min = [low[0], floor - SLAB * 0.5, low[1]];
         let max = [high[0], floor + STOREY - SLAB * 0.5, high[1]];
         let cells = &mut self.b.model.cells.cells;
-        cells.push(Cell { name, min, max });
+        cells.push(Cell { name, pieces: Vec::new() });
+        self.rooms.push([min, max]);
         (cells.len() - 1) as u32
     }
 
@@ -436,7 +441,8 @@ impl Office {
         door: Option<cullet::Handle>,
         closed: bool,
     ) {
-        self.b.model.cells.portals.push(Portal { cells, polygon, door, closed });
+        let portal = Portal { cells, polygon, door, closed, ..Portal::default() };
+        self.b.model.cells.portals.push(portal);
     }
 
     /// The portal of a hole, in the middle of its wall.

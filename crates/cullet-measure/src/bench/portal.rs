@@ -295,8 +295,9 @@ fn cull(scene: &str, views: u32) -> Result<Vec<Culls>, Failure> {
     for i in 0..views as usize {
         let cell = &model.cells.cells[i * 7 % model.cells.cells.len()];
         let [u, v] = [random.next(), random.next()].map(|t| 0.3 + 0.4 * f64::from(t));
-        let between = |a: usize, t: f64| cell.min[a] + (cell.max[a] - cell.min[a]) * t;
-        let eye = [between(0, u), cell.min[1] + 1.8, between(2, v)];
+        let Some([min, max]) = cell.main_bounds() else { continue };
+        let between = |a: usize, t: f64| min[a] + (max[a] - min[a]) * t;
+        let eye = [between(0, u), min[1] + 1.8, between(2, v)];
         let [dx, dz] = random.point::<2>(1.0).map(f64::from);
         let target = [eye[0] + dx, eye[1] - 0.1, eye[2] + dz];
         eyes.extend(View::perspective(eye, target, 1.0, 0.05, 500.0, [1280, 720]));

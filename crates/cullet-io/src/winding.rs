@@ -5,14 +5,14 @@ use glam::DVec3;
 
 /// Distance within which a corner is on a plane, in units of the map. Planes and corners of maps are f32, off by some
 /// thousandths where a map is thousands of units large.
-pub(super) const ON: f64 = 0.01;
+pub(crate) const ON: f64 = 0.01;
 
 /// A convex polygon in a plane.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Winding(pub(super) Vec<DVec3>);
+pub(crate) struct Winding(pub(crate) Vec<DVec3>);
 
 /// What a plane leaves of a polygon.
-pub(super) enum Cut {
+pub(crate) enum Cut {
     /// All is in front.
     Front,
     /// All is behind.
@@ -26,7 +26,7 @@ pub(super) enum Cut {
 impl Winding {
     /// A square in a plane, counter-clockwise from its front, about the point of it that is nearest to `centre`, reaching
     /// `reach` to each side at least.
-    pub(super) fn square(plane: &Plane, centre: DVec3, reach: f64) -> Self {
+    pub(crate) fn square(plane: &Plane, centre: DVec3, reach: f64) -> Self {
         let normal = DVec3::from(plane.normal);
         let middle = centre - normal * plane.distance(centre);
         let (aside, up) = normal.any_orthonormal_pair();
@@ -36,29 +36,35 @@ impl Winding {
         if square.area().dot(normal) < 0.0 { square.reversed() } else { square }
     }
 
-    fn reversed(mut self) -> Self {
+    /// The same, seen from behind.
+    pub(crate) fn reversed(mut self) -> Self {
         self.0.reverse();
         self
     }
 
     /// Twice the area, along the normal of the side from which it is counter-clockwise.
-    pub(super) fn area(&self) -> DVec3 {
+    pub(crate) fn area(&self) -> DVec3 {
         let first = self.0[0];
         self.0.windows(2).fold(DVec3::ZERO, |sum, w| sum + (w[0] - first).cross(w[1] - first))
     }
 
     /// Width: twice the area over the longest diagonal, at least half of what a ruler says.
-    pub(super) fn width(&self) -> f64 {
+    pub(crate) fn width(&self) -> f64 {
         let far = |a: &DVec3| self.0.iter().map(|b| a.distance_squared(*b)).fold(0.0, f64::max);
         let longest = self.0.iter().map(far).fold(0.0, f64::max).sqrt();
         if longest > 0.0 { self.area().length() / longest } else { 0.0 }
     }
 
     /// Cuts it. A corner within [`ON`] of the plane is on both sides and makes no new one.
-    pub(super) fn cut(&self, plane: &Plane) -> Cut {
+    pub(crate) fn cut(&self, plane: &Plane) -> Cut {
+        self.cut_within(plane, ON)
+    }
+
+    /// As [`cut`](Self::cut), where corners within `on` of the plane count as on it.
+    pub(crate) fn cut_within(&self, plane: &Plane, on: f64) -> Cut {
         let distances: Vec<f64> = self.0.iter().map(|p| plane.distance(*p)).collect();
-        let front = distances.iter().any(|d| *d > ON);
-        let back = distances.iter().any(|d| *d < -ON);
+        let front = distances.iter().any(|d| *d > on);
+        let back = distances.iter().any(|d| *d < -on);
         match (front, back) {
             (true, false) => return Cut::Front,
             (false, true) => return Cut::Back,
@@ -68,14 +74,14 @@ impl Winding {
         let (mut before, mut behind) = (Vec::new(), Vec::new());
         for (i, (&p, &d)) in self.0.iter().zip(&distances).enumerate() {
             let next = (i + 1) % self.0.len();
-            if d >= -ON {
+            if d >= -on {
                 before.push(p);
             }
-            if d <= ON {
+            if d <= on {
                 behind.push(p);
             }
             let e = distances[next];
-            if d > ON && e < -ON || d < -ON && e > ON {
+            if d > on && e < -on || d < -on && e > on {
                 let between = p.lerp(self.0[next], d / (d - e));
                 before.push(between);
                 behind.push(between);
@@ -85,8 +91,13 @@ impl Winding {
     }
 
     /// The part behind a plane; `None` if there is none.
-    pub(super) fn behind(self, plane: &Plane) -> Option<Self> {
-        match self.cut(plane) {
+    pub(crate) fn behind(self, plane: &Plane) -> Option<Self> {
+        self.behind_within(plane, ON)
+    }
+
+    /// As [`behind`](Self::behind), where corners within `on` of the plane count as on it.
+    pub(crate) fn behind_within(self, plane: &Plane, on: f64) -> Option<Self> {
+        match self.cut_within(plane, on) {
             Cut::Back | Cut::On => Some(self),
             Cut::Front => None,
             Cut::Both(_, behind) => Some(behind),
@@ -94,7 +105,7 @@ impl Winding {
     }
 
     /// Both as one where they share an edge and are convex together, in one plane with this normal.
-    pub(super) fn joined(&self, other: &Self, normal: DVec3) -> Option<Self> {
+    pub(crate) fn joined(&self, other: &Self, normal: DVec3) -> Option<Self> {
         let same = |a: DVec3, b: DVec3| a.distance_squared(b) <= ON * ON;
         let (n, m) = (self.0.len(), other.0.len());
         let (i, j) = (0..n).flat_map(|i| (0..m).map(move |j| (i, j))).find(|&(i, j)| {

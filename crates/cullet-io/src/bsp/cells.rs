@@ -1,0 +1,62 @@
+//! Cells of a map as a model has them: their graph, and of each leaf the convex region that the tree cuts out.
+
+use cullet::bounds::Plane;
+use glam::DVec3;
+
+use super::map::Bsp;
+use super::scene::to_scene;
+use crate::cells::{Cell, CellGraph, Portal, numbers};
+use crate::convex::Convex;
+use crate::{ErrorKind, Up};
+
+/// Cells reach so far out of the map's box, if nothing bounds them before: in a map that leaks.
+const MARGIN: f64 = 64.0;
+/// Corners within so much of a plane are on it: less than what portals are off the planes of their leafs.
+const ON: f64 = 1e-3;
+/// Leafs that are thinner than this share of their size are left out: rounding makes them, and nobody fits in.
+const THIN: f64 = 1e-4;
+/// Surfaces and portals are off the planes of the tree by rounding: in Quake 3 corners are whole numbers.
+const WALLS: f64 = 2.0;
+
+impl Bsp {
+    /// Cells and portals in the axes of the scene that loading makes with the same `up`: the graph of
+    /// [`cells`](Self::cells), and for each leaf of a cell a convex piece. All between is rock, or a surface that engines draw
+    /// nothing behind.
+    ///
+    /// All portals are open: doors of a map are brush models, which move, so they shut none.
+    ///
+    /// # Errors
+    /// As [`cells`](Self::cells).
+    pub fn model_cells(&self, up: Option<Up>) -> Result<CellGraph, ErrorKind> {
+        let graph = self.cells()?;
+        let [low, high] = self.models()[0].bounds.map(DVec3::from);
+        let [low, high] = [low.min(high) - MARGIN, low.max(high) + MARGIN];
+        let mut cells = CellGraph { walls: WALLS, sealed: true, ..CellGraph::default() };
+        cells.cells = (0..graph.cell_count())
+            .map(|number| Cell { name: format!("cell {number}"), pieces: Vec::new() })
+            .collect();
+        for (number, leaf) in (0..).zip(self.leafs()) {
+            let Some(cell) = leaf.cell.filter(|_| leaf.contents.is_open()) else { continue };
+            let planes = self.tree().planes_of_leaf(number);
+            let Some(region) = Convex::new(planes, low.into(), high.into(), ON) else { continue };
+            if is_thin(&region) {
+                continue;
+            }
+            let turned = |plane: &Plane| numbers(&Plane::new(to_scene(plane.normal, up), plane.d));
+            let planes = region.faces().map(|(plane, _)| turned(plane)).collect();
+            cells.cells[cell as usize].pieces.push(planes);
+        }
+        cells.portals.extend(graph.portals().iter().map(|portal| Portal {
+            cells: portal.cells,
+            polygon: portal.polygon.iter().map(|p| to_scene(*p, up)).collect(),
+            ..Portal::default()
+        }));
+        Ok(cells)
+    }
+}
+
+fn is_thin(region: &Convex) -> bool {
+    let (middle, size) = region.middle();
+    let depths = region.faces().map(|(plane, _)| -plane.distance(middle));
+    depths.fold(f64::INFINITY, f64::min) < size * THIN
+}

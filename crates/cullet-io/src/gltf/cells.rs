@@ -1,0 +1,210 @@
+//! `CULLET_cells_portals`: cells and portals in the root of a document. What each member means is in the book's page on the
+//! format, and in `docs/schema/CULLET_cells_portals.schema.json`.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use cullet::Handle;
+use cullet::bounds::Plane;
+use cullet::cell::CellError;
+use glam::{DAffine3, DVec3};
+use serde::Deserialize as Derive;
+use serde_json::value::RawValue;
+
+use super::json::{self, Float, Index, Items, Root};
+use crate::cells::{Cell, CellGraph, Mirror, Portal, box_planes, numbers};
+use crate::{ErrorKind, Model};
+
+/// The extension's name.
+pub(crate) const NAME: &str = "CULLET_cells_portals";
+
+#[derive(Derive)]
+struct RootExtensions<'a> {
+    #[serde(borrow, rename = "CULLET_cells_portals")]
+    cells: Option<&'a RawValue>,
+}
+
+#[derive(Derive)]
+struct Extension<'a> {
+    #[serde(borrow)]
+    cells: Items<'a>,
+    #[serde(borrow)]
+    portals: Items<'a>,
+    #[serde(borrow)]
+    mirrors: Items<'a>,
+    walls: Option<Float>,
+    #[serde(default)]
+    sealed: bool,
+}
+
+#[derive(Derive)]
+struct CellItem<'a> {
+    #[serde(borrow)]
+    name: Option<Cow<'a, str>>,
+    #[serde(default)]
+    pieces: Vec<PieceItem>,
+}
+
+#[derive(Derive)]
+struct PieceItem {
+    #[serde(rename = "box")]
+    corners: Option<[[Float; 3]; 2]>,
+    planes: Option<Vec<[Float; 4]>>,
+}
+
+#[derive(Derive)]
+#[serde(rename_all = "camelCase")]
+struct PortalItem<'a> {
+    #[serde(borrow)]
+    name: Option<Cow<'a, str>>,
+    cells: [Index; 2],
+    polygon: Vec<[Float; 3]>,
+    open: Option<bool>,
+    #[serde(default)]
+    one_way: bool,
+    node: Option<Index>,
+}
+
+#[derive(Derive)]
+struct MirrorItem<'a> {
+    #[serde(borrow)]
+    name: Option<Cow<'a, str>>,
+    cell: Index,
+    polygon: Vec<[Float; 3]>,
+}
+
+/// Cells of a document, and the nodes of their doors.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    graph: CellGraph,
+    /// Portals by the node of their door.
+    doors: HashMap<u32, Vec<u32>>,
+}
+
+impl Cells {
+    /// Reads the extension, if it is there. `base` is the rotation of the file's up axis, `nodes` how many there are.
+    ///
+    /// # Errors
+    /// If it is not of the right form, or an index leads nowhere. What polygons and pieces enclose is judged when the cells
+    /// are placed.
+    pub(super) fn read(root: &Root<'_>, base: &DAffine3, nodes: usize) -> Result<Self, ErrorKind> {
+        let mut out = Self::default();
+        let extensions = root.extensions.map(RawValue::get).filter(|e| e.starts_with('{'));
+        let Some(extensions) = extensions else { return Ok(out) };
+        let extensions: RootExtensions<'_> = serde_json::from_str(extensions)
+            .map_err(|e| ErrorKind::invalid("extensions", e.to_string()))?;
+        let Some(raw) = extensions.cells else { return Ok(out) };
+        let extension: Extension<'_> = json::member(raw, NAME.to_owned())?;
+        let list = |items: &Items<'_>| items.as_ref().map_or(0, Vec::len);
+        let cells = list(&extension.cells);
+        if cells == 0 && list(&extension.portals) + list(&extension.mirrors) > 0 {
+            return Err(ErrorKind::invalid(NAME, "it has portals or mirrors, but no cells"));
+        }
+        let turn = Turn(base);
+        let walls = extension.walls.map_or(0.0, |w| w.0);
+        if !(walls >= 0.0 && walls.is_finite()) {
+            let message = format!("its walls are {walls} thick; they must be 0 or more");
+            return Err(ErrorKind::invalid(NAME, message));
+        }
+        (out.graph.walls, out.graph.sealed) = (walls, extension.sealed);
+        for (number, raw) in extension.cells.iter().flatten().enumerate() {
+            let name = format!("{NAME} cell {number}");
+            let item: CellItem<'_> = json::member(raw, name.clone())?;
+            let piece = |(i, piece): (usize, PieceItem)| match (piece.corners, piece.planes) {
+                (Some([min, max]), None) => Ok(turn.piece(box_planes(plain(min), plain(max)))),
+                (None, Some(planes)) => Ok(turn.piece(planes.into_iter().map(plain).collect())),
+                (corners, _) => {
+                    let what = if corners.is_some() { "both a" } else { "neither a" };
+                    let item = format!("{name}, piece {i}");
+                    let message = format!("has {what} box and planes; it must have one of them");
+                    Err(ErrorKind::invalid(item, message))
+                }
+            };
+            let pieces: Result<_, _> = item.pieces.into_iter().enumerate().map(piece).collect();
+            let name = item.name.map_or_else(String::new, Cow::into_owned);
+            out.graph.cells.push(Cell { name, pieces: pieces? });
+        }
+        for (number, raw) in extension.portals.iter().flatten().enumerate() {
+            let name = format!("{NAME} portal {number}");
+            let item: PortalItem<'_> = json::member(raw, name.clone())?;
+            let [a, b] = item.cells.map(|cell| link(cell, "cell", cells, &name));
+            if let Some(node) = item.node {
+                let node = link(node, "node", nodes, &name)?;
+                out.doors.entry(node).or_default().push(number as u32);
+            }
+            out.graph.portals.push(Portal {
+                name: item.name.map_or_else(String::new, Cow::into_owned),
+                cells: [a?, b?],
+                polygon: turn.polygon(item.polygon),
+                door: None,
+                closed: item.open == Some(false),
+                one_way: item.one_way,
+            });
+        }
+        for (number, raw) in extension.mirrors.iter().flatten().enumerate() {
+            let name = format!("{NAME} mirror {number}");
+            let item: MirrorItem<'_> = json::member(raw, name.clone())?;
+            out.graph.mirrors.push(Mirror {
+                cell: link(item.cell, "cell", cells, &name)?,
+                name: item.name.map_or_else(String::new, Cow::into_owned),
+                polygon: turn.polygon(item.polygon),
+            });
+        }
+        Ok(out)
+    }
+
+    /// Notes that a node draws an instance: the first of a door's node is the door.
+    pub(super) fn drawn(&mut self, node: u32, handle: Handle) {
+        for portal in self.doors.remove(&node).into_iter().flatten() {
+            self.graph.portals[portal as usize].door = Some(handle);
+        }
+    }
+
+    /// Gives them to the model.
+    pub(super) fn give(self, model: &mut Model) {
+        model.cells = self.graph;
+    }
+}
+
+/// The error of cells that cannot be placed.
+pub(crate) fn error(cells: &CellGraph, error: &CellError) -> ErrorKind {
+    let (item, message) = match error {
+        CellError::Portal { portal, problem } => (format!("portal {portal}"), problem.to_string()),
+        CellError::Mirror { mirror, problem } => (format!("mirror {mirror}"), problem.to_string()),
+        CellError::Piece { piece, problem } => {
+            let place = cells.piece_place(*piece);
+            let (cell, piece) = place.unwrap_or((u32::MAX, *piece));
+            (format!("cell {cell}, piece {piece}"), problem.to_string())
+        }
+        other => ("cells".to_owned(), other.to_string()),
+    };
+    ErrorKind::invalid(format!("{NAME} {item}"), message)
+}
+
+fn link(to: Index, what: &str, count: usize, name: &str) -> Result<u32, ErrorKind> {
+    match to.index() {
+        i if i < count => Ok(i as u32),
+        _ => Err(ErrorKind::invalid(name, format!("names {what} {} of {count}", to.0))),
+    }
+}
+
+fn plain<const N: usize>(values: [Float; N]) -> [f64; N] {
+    values.map(|v| v.0)
+}
+
+/// From the file's axes to the scene's.
+struct Turn<'a>(&'a DAffine3);
+
+impl Turn<'_> {
+    fn polygon(&self, polygon: Vec<[Float; 3]>) -> Vec<[f64; 3]> {
+        polygon.into_iter().map(|p| self.0.transform_point3(plain(p).into()).into()).collect()
+    }
+
+    fn piece(&self, planes: Vec<[f64; 4]>) -> Vec<[f64; 4]> {
+        let turned = |[x, y, z, d]: [f64; 4]| {
+            let normal = self.0.transform_vector3(DVec3::new(x, y, z));
+            numbers(&Plane::new(normal.into(), d))
+        };
+        planes.into_iter().map(turned).collect()
+    }
+}
