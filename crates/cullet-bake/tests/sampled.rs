@@ -73,7 +73,8 @@ fn rays_meet_what_brute_force_meets() {
             let Ok(tree) = RayTree::new(&scene, &options) else { continue };
             for k in 0..300 {
                 let from = rng.vector(9.0);
-                let mut direction = rng.direction().map(|v| v * 3.0);
+                let to = rng.vector(3.0);
+                let mut direction: [f64; 3] = std::array::from_fn(|a| to[a] - from[a]);
                 if k % 10 == 0 {
                     direction = [[0.0, 0.0, -1.0], [0.0, 2.0, 0.0], [1.0, 0.0, 0.0]][rng.index(3)];
                 }
@@ -123,7 +124,7 @@ fn rays_meet_what_lines_of_sight_meet() {
 #[test]
 fn a_wall_hides_what_is_behind_it_and_only_that() {
     let (scene, handles) = walled(TWO_SIDED);
-    let pvs = sees(&scene, &some_rays(200_000));
+    let pvs = sees(&scene, &some_rays(50_000));
     assert_eq!(row(&pvs, 1, &handles), [true, true, false]);
     assert_eq!(row(&pvs, 0, &handles), [true, false, true]);
     assert_eq!(pvs.found.count(), 4);
@@ -135,17 +136,19 @@ fn a_wall_hides_what_is_behind_it_and_only_that() {
 #[test]
 fn a_one_sided_wall_is_looked_through_from_behind() {
     let (scene, handles) = walled(Part { two_sided: false, ..TWO_SIDED });
-    let pvs = sees(&scene, &some_rays(200_000));
+    let pvs = sees(&scene, &some_rays(50_000));
     // Its front looks towards +z, from where it hides; from behind it is not drawn, and so not seen either.
-    assert_eq!(row(&pvs, 1, &handles), [true, true, false]);
-    assert_eq!(row(&pvs, 0, &handles), [false, true, true]);
+    let found = |cell: u32| handles.map(|h| pvs.found.has(cell, h.index));
+    assert_eq!(found(1), [true, true, false]);
+    assert_eq!(found(0), [false, true, true]);
+    assert_eq!(row(&pvs, 0, &handles), [true; 3], "the cell touches the wall");
 }
 
 #[test]
 fn masked_and_blended_walls_are_seen_and_hide_nothing() {
     for alpha in [Alpha::Masked, Alpha::Blended] {
         let (scene, handles) = walled(Part { alpha, ..TWO_SIDED });
-        let pvs = sees(&scene, &some_rays(200_000));
+        let pvs = sees(&scene, &some_rays(50_000));
         for cell in 0..2 {
             assert_eq!(row(&pvs, cell, &handles), [true; 3], "{alpha:?} {cell}");
         }
@@ -154,7 +157,7 @@ fn masked_and_blended_walls_are_seen_and_hide_nothing() {
     let mut flags = cullet::InstanceFlags::default();
     flags.transparent = true;
     scene.set_flags(handles[0], flags).expect("an instance");
-    let pvs = sees(&scene, &some_rays(200_000));
+    let pvs = sees(&scene, &some_rays(50_000));
     assert_eq!(row(&pvs, 0, &handles), [true; 3]);
 }
 
@@ -172,7 +175,7 @@ fn what_is_large_or_near_is_kept_by_its_angle_and_neighbours_are_joined() {
     };
     // The plate behind the wall, of radius 0.71 at a distance of 4 to 5: 0.36 radians at the most.
     assert!(!keeps(1.0, std::f64::consts::PI) && !keeps(1.0, 0.37) && keeps(1.0, 0.3));
-    let settings = some_rays(200_000).with_union_radius(Some(0.0));
+    let settings = some_rays(50_000).with_union_radius(Some(0.0));
     let pvs = sees(&scene, &settings);
     assert_eq!(row(&pvs, 0, &handles), [true; 3], "the cells touch");
     assert_eq!(pvs.found.count(), 4);
@@ -186,7 +189,7 @@ fn what_moves_in_ways_unknown_hides_nothing_and_is_kept() {
     let mut nowhere = Transform::IDENTITY;
     nowhere.translation[1] = f64::NAN;
     scene.set_transform(handles[1], nowhere).expect("an instance");
-    let pvs = sees(&scene, &some_rays(200_000));
+    let pvs = sees(&scene, &some_rays(50_000));
     for cell in 0..2 {
         assert_eq!(row(&pvs, cell, &handles), [true; 3]);
     }
@@ -200,7 +203,7 @@ fn bytes_are_the_same_for_any_number_of_threads() {
     let cells = ViewCells::adaptive(&tree, &[region], 30, 1).expect("a box");
     assert_eq!(cells, ViewCells::adaptive(&tree, &[region], 30, 1).expect("a box"));
     let bake = |threads, seed| {
-        let settings = some_rays(300_000).with_seed(seed);
+        let settings = some_rays(100_000).with_seed(seed);
         bake_sampled(&tree, &cells, &settings, threads).expect("good settings")
     };
     let one = bake(1, 1);
@@ -222,7 +225,7 @@ fn pictures_of_a_city_show_next_to_nothing_that_the_sets_lack() {
         let region = [[-96.0, 0.2, -96.0], [96.0, 3.0, 96.0]];
         let cells = ViewCells::adaptive(&tree, &[region], 80, 1).expect("a box");
         assert_eq!(cells.len(), 80);
-        let pvs = bake_sampled(&tree, &cells, &some_rays(4_000_000), 2).expect("good settings");
+        let pvs = bake_sampled(&tree, &cells, &some_rays(1_500_000), 2).expect("good settings");
         let all = u64::from(tree.targets().count()) * 80;
         assert!(pvs.visible_pairs() * 10 < all * 7, "{} of {all}", pvs.visible_pairs());
         let check = check_pictures(&tree, &cells, &pvs.visible, cases(60), 24, 1, 2);
@@ -243,7 +246,7 @@ fn the_estimate_falls_and_tells_the_size_of_what_is_missing() {
     let tree = RayTree::new(&scene, &RayTreeOptions::default()).expect("a scene");
     let region = [[-72.0, 0.2, -72.0], [72.0, 3.0, 72.0]];
     let cells = ViewCells::adaptive(&tree, &[region], 40, 1).expect("a box");
-    let mut bake = SampledBake::new(&tree, &cells, &some_rays(2_000_000)).expect("good settings");
+    let mut bake = SampledBake::new(&tree, &cells, &some_rays(800_000)).expect("good settings");
     assert_eq!(bake.missing(), 1.0, "nothing is known yet");
     bake.round(2);
     let early = bake.missing();
@@ -252,7 +255,7 @@ fn the_estimate_falls_and_tells_the_size_of_what_is_missing() {
     }
     let late = bake.missing();
     assert!(late < early * 0.5 && late > 0.0 && late < 0.01, "{early} {late}");
-    assert!(bake.rays() >= 2_000_000 && bake.spent() == 1.0);
+    assert!(bake.rays() >= 800_000 && bake.spent() == 1.0);
     let pvs = bake.finish();
     assert_eq!(pvs.missing.len(), 40);
     let check = check_pictures(&tree, &cells, &pvs.visible, 40, 24, 3, 2);
@@ -284,19 +287,20 @@ fn a_cell_within_something_solid_is_told_and_one_in_a_room_is_not() {
         let tree = RayTree::new(&scene, &RayTreeOptions::default()).expect("a scene");
         let cells =
             ViewCells::grid([[-4.0, -4.0, -4.0], [29.0, 4.0, 4.0]], [3, 1, 1]).expect("a box");
-        let pvs = bake_sampled(&tree, &cells, &some_rays(300_000), 1).expect("good settings");
+        let pvs = bake_sampled(&tree, &cells, &some_rays(100_000), 1).expect("good settings");
         assert!(pvs.buried.is_empty(), "the first reaches out");
         let cells = ViewCells::grid([[-4.0; 3], [4.0; 3]], [1, 1, 1]).expect("a box");
-        let pvs = bake_sampled(&tree, &cells, &some_rays(300_000), 1).expect("good settings");
+        let pvs = bake_sampled(&tree, &cells, &some_rays(100_000), 1).expect("good settings");
         assert_eq!(pvs.buried, [0]);
         // Through a one-sided one all is seen but itself; a two-sided one shuts it in.
         let seen: Vec<u32> = pvs.seen_from(0).collect();
         let kept = solid.index;
         assert!(seen.contains(&kept), "for the eye is within its bounds");
-        assert!(!seen.contains(&room.index), "its front is inside, {two_sided}");
+        // Of a one-sided room the far walls turn their fronts this way.
+        assert_eq!(seen.contains(&room.index), !two_sided);
         let inside =
             ViewCells::grid([[21.0, -4.0, -4.0], [29.0, 4.0, 4.0]], [1, 1, 1]).expect("a box");
-        let pvs = bake_sampled(&tree, &inside, &some_rays(300_000), 1).expect("good settings");
+        let pvs = bake_sampled(&tree, &inside, &some_rays(100_000), 1).expect("good settings");
         assert!(pvs.buried.is_empty() && pvs.visible.has(0, room.index));
     }
 }
@@ -386,7 +390,7 @@ fn rays_far_away_meet_what_they_meet_nearby() {
         });
         near.expect("a scene");
     }
-    assert!(met > cases(200), "{met}");
+    assert!(met > cases(20), "{met}");
 }
 
 /// Houses and towers, all closed, one-sided or not, and small things among and in them.

@@ -110,6 +110,7 @@ impl<'a> SampledBake<'a> {
     pub fn is_done(&self) -> bool {
         self.rays >= self.settings.rays
             || self.rounds > 0
+                && self.settings.missing > 0.0
                 && self.waiting.len() <= FOLLOWED
                 && self.missing() <= self.settings.missing
     }

@@ -35,6 +35,7 @@
 //! ```
 
 mod bake;
+mod box_tree;
 mod cells;
 mod crossing;
 mod error;

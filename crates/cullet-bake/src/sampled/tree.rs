@@ -1,18 +1,12 @@
 //! Rays against the triangles of a scene: a tree over each mesh, and one over the instances.
 
-use std::time::Duration;
-
 use cullet::mesh::{Alpha, Mesh};
 use cullet::{Handle, Scene};
-use glam::{DMat3, DVec3, Vec3A};
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb as TreeBox;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
-use obvhs::ray::{Ray, RayHit};
+use glam::{DMat3, DVec3};
 
 use super::SampledError;
-use super::crossing::{Crossing, crossing, enter_box};
+use super::box_tree::BoxTree;
+use super::crossing::{Crossing, crossing};
 use super::targets::{Ball, Granularity, Targets};
 use crate::random::Random;
 
@@ -46,9 +40,8 @@ pub struct RayTree<'a> {
     bodies: Vec<Body>,
     /// By mesh; none where no instance needs it.
     meshes: Vec<Option<MeshTree>>,
-    top: CwBvh,
-    /// Of all bodies, relative to the origin of the scene.
-    bounds: [DVec3; 2],
+    /// Over the bodies, relative to the origin of the scene.
+    top: BoxTree,
     kept: Vec<u32>,
     /// By the index of a handle, the place of its body; `u32::MAX` for none.
     by_index: Vec<u32>,
@@ -72,9 +65,8 @@ pub(super) struct Body {
 /// The triangles of a mesh, in the order of its tree.
 #[derive(Debug)]
 struct MeshTree {
-    tree: CwBvh,
+    tree: BoxTree,
     triangles: Vec<Triangle>,
-    bounds: [DVec3; 2],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -126,26 +118,6 @@ impl Cast {
     }
 }
 
-/// Boxes are made larger by so much of the largest coordinate beside them: some ten roundings of f32.
-const SLACK: f32 = 2e-6;
-
-fn tree_over(boxes: &[TreeBox]) -> CwBvh {
-    build_cwbvh(boxes, BvhBuildParams::medium_build(), &mut Duration::default())
-}
-
-fn largest(bounds: &[DVec3; 2]) -> f32 {
-    bounds[0].abs().max(bounds[1].abs()).max_element() as f32
-}
-
-/// What boxes are made larger by, on each side.
-fn slack_of(bounds: &[DVec3; 2]) -> DVec3 {
-    DVec3::splat(f64::from((largest(bounds) * SLACK).max(f32::MIN_POSITIVE)))
-}
-
-fn single(v: DVec3) -> Vec3A {
-    v.as_vec3a()
-}
-
 impl MeshTree {
     fn new(mesh: &Mesh) -> Option<Self> {
         let level = mesh.levels()[0];
@@ -164,21 +136,16 @@ impl MeshTree {
         if triangles.is_empty() {
             return None;
         }
-        let b = mesh.bounds();
-        let bounds = [b.min, b.max].map(|v| DVec3::from(v.map(f64::from)));
-        let slack = single(slack_of(&bounds));
-        let boxes: Vec<TreeBox> = triangles
+        let boxes: Vec<[DVec3; 2]> = triangles
             .iter()
             .map(|t| {
-                let [p, q, r] = t.corners.map(Vec3A::from);
-                TreeBox::new(p.min(q).min(r) - slack, p.max(q).max(r) + slack)
+                let [p, q, r] = t.corners.map(|v| DVec3::from(v.map(f64::from)));
+                [p.min(q).min(r), p.max(q).max(r)]
             })
             .collect();
-        let tree = tree_over(&boxes);
-        let triangles = tree.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
-        // Flat ones have no room of their own.
-        let bounds = [bounds[0] - slack_of(&bounds), bounds[1] + slack_of(&bounds)];
-        Some(Self { tree, triangles, bounds })
+        let (tree, order) = BoxTree::new(&boxes);
+        let triangles = order.iter().map(|&i| triangles[i as usize]).collect();
+        Some(Self { tree, triangles })
     }
 }
 
@@ -193,7 +160,6 @@ impl<'a> RayTree<'a> {
         let mut meshes: Vec<Option<MeshTree>> = Vec::new();
         meshes.resize_with(scene.meshes().len(), || None);
         let (mut bodies, mut kept, mut boxes) = (Vec::new(), Vec::new(), Vec::new());
-        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         for slot in scene.slots() {
             let Some(handle) = scene.handle(slot) else { continue };
             let transform = scene.transform(slot);
@@ -230,28 +196,20 @@ impl<'a> RayTree<'a> {
                 transparent: flags.transparent,
                 two_sided: flags.double_sided,
             });
-            let [low, high] = [b.min, b.max].map(|v| DVec3::from(v.map(f64::from)));
-            bounds = [bounds[0].min(low), bounds[1].max(high)];
-            boxes.push(TreeBox::new(Vec3A::from(b.min), Vec3A::from(b.max)));
+            boxes.push([b.min, b.max].map(|v| DVec3::from(v.map(f64::from))));
         }
         if bodies.is_empty() {
             return Err(SampledError::Empty { instances: scene.instance_count() });
         }
-        let slack = single(slack_of(&bounds));
-        for b in &mut boxes {
-            *b = TreeBox::new(b.min - slack, b.max + slack);
-        }
-        let top = tree_over(&boxes);
+        let (top, places) = BoxTree::new(&boxes);
         // In the order of the tree, so that what is near each other lies near each other.
         let mut order: Vec<Option<Body>> = bodies.into_iter().map(Some).collect();
-        let bodies: Vec<Body> =
-            top.primitive_indices.iter().filter_map(|&i| order[i as usize].take()).collect();
+        let bodies: Vec<Body> = places.iter().filter_map(|&i| order[i as usize].take()).collect();
         let most = bodies.iter().map(|b| b.handle.index + 1).max().unwrap_or(0);
         let mut by_index = vec![u32::MAX; most as usize];
         (0..).zip(&bodies).for_each(|(at, b)| by_index[b.handle.index as usize] = at);
-        let bounds = [bounds[0] - slack_of(&bounds), bounds[1] + slack_of(&bounds)];
         kept.sort_unstable();
-        Ok(Self { scene, origin, targets, bodies, meshes, top, bounds, kept, by_index })
+        Ok(Self { scene, origin, targets, bodies, meshes, top, kept, by_index })
     }
 
     /// Numbers of what may be seen.
@@ -269,7 +227,7 @@ impl<'a> RayTree<'a> {
     /// The box around all instances that take part, in the world; a little larger, for what is rounded.
     #[must_use]
     pub fn bounds(&self) -> [[f64; 3]; 2] {
-        self.bounds.map(|v| (v + self.origin).into())
+        self.top.bounds().map(|v| (v + self.origin).into())
     }
 
     /// How many triangles all instances that take part have.
@@ -306,7 +264,7 @@ impl<'a> RayTree<'a> {
         if !(from.is_finite() && length > 0.0 && length.is_finite()) {
             return Cast { hit: None, back: None, open: true };
         }
-        search.look(from, direction, length);
+        search.look(from, direction);
         let (hit, mut back, open) = (search.hit, search.back, search.first.1);
         let end = hit.map_or(f64::INFINITY, |hit| hit.distance);
         passed.retain(|p| p.distance < end);
@@ -360,12 +318,12 @@ impl<'a> RayTree<'a> {
     pub(super) fn winding(&self, body: &Body, from: DVec3, direction: DVec3) -> i32 {
         let (start, along) = body.ray(from - self.origin, direction);
         let mesh = self.mesh_of(body);
-        let Some((ray, _)) = local_ray(&mesh.bounds, start, along, f64::INFINITY) else { return 0 };
         let mut sum = 0;
-        mesh.tree.ray_traverse_anyhit(ray, |_, at| {
+        mesh.tree.walk(start, along, f64::INFINITY, |at| {
             if let Some(found) = crossing(start, along, mesh.triangles[at].corners) {
                 sum += if found.from_front { -1 } else { 1 };
             }
+            f64::INFINITY
         });
         sum
     }
@@ -444,33 +402,6 @@ impl Body {
     }
 }
 
-/// A ray for a tree in f32, from where it enters the box around it: with the distance to there, in lengths of `along`, and
-/// the length of that. `None` where it misses the box, or enters it beyond `limit`.
-#[inline]
-fn local_ray(
-    bounds: &[DVec3; 2],
-    start: DVec3,
-    along: DVec3,
-    limit: f64,
-) -> Option<(Ray, [f64; 2])> {
-    let length = along.length();
-    let enter = enter_box(bounds, start, along)?;
-    if enter > limit || !(length > 0.0 && length.is_finite()) {
-        return None;
-    }
-    let (from, towards) = (start + along * enter, along / length);
-    let end = (limit - enter) * length;
-    let ray = Ray::new(single(from), single(towards), 0.0, rounded_up(end));
-    Some((ray, [enter, length]))
-}
-
-/// A little above, so that what lies at just that distance is not lost to rounding.
-#[inline]
-fn rounded_up(distance: f64) -> f32 {
-    let up = (distance * (1.0 + 1e-5)) as f32;
-    if up.is_finite() { up } else { f32::INFINITY }
-}
-
 struct Search<'a> {
     tree: &'a RayTree<'a>,
     hit: Option<TreeHit>,
@@ -485,31 +416,23 @@ impl Search<'_> {
         self.hit.map_or(f64::INFINITY, |hit| hit.distance)
     }
 
-    fn look(&mut self, from: DVec3, direction: DVec3, length: f64) {
+    fn look(&mut self, from: DVec3, direction: DVec3) {
         let tree = self.tree;
-        let Some((ray, [enter, _])) = local_ray(&tree.bounds, from, direction, f64::INFINITY)
-        else {
-            return;
-        };
-        tree.top.ray_traverse(ray, &mut RayHit::none(), |_, at| {
+        tree.top.walk(from, direction, f64::INFINITY, |at| {
             self.look_into(&tree.bodies[at], from, direction);
-            rounded_up((self.end() - enter) * length + f64::from(SLACK * largest(&tree.bounds)))
+            self.end()
         });
     }
 
     fn look_into(&mut self, body: &Body, from: DVec3, direction: DVec3) {
         let mesh = self.tree.mesh_of(body);
         let (start, along) = body.ray(from, direction);
-        let Some((ray, [enter, length])) = local_ray(&mesh.bounds, start, along, self.end()) else {
-            return;
-        };
-        let slack = f64::from(SLACK * largest(&mesh.bounds));
-        mesh.tree.ray_traverse(ray, &mut RayHit::none(), |_, at| {
+        mesh.tree.walk(start, along, self.end(), |at| {
             let triangle = &mesh.triangles[at];
             if let Some(found) = crossing(start, along, triangle.corners) {
                 self.meet(body, triangle, found);
             }
-            rounded_up((self.end() - enter) * length + slack)
+            self.end()
         });
     }
 
