@@ -225,8 +225,9 @@ fn each_fault_names_the_extension_the_item_and_the_value() {
         assert!(error.contains(message), "{pointer}: {error}");
     }
     let not_finite = rooms().to_string().replacen("[4,2,2]", "[4,1e999,2]", 1);
-    let document =
-        format!(r#"{{"asset":{{"version":"2.0"}},"extensions":{{"{NAME}":{not_finite}}}}}"#);
+    let document = format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{{}},{{}}],"extensions":{{"{NAME}":{not_finite}}}}}"#
+    );
     let error = load_bytes("a.gltf", document.as_bytes(), &LoadOptions::default()).unwrap_err();
     assert!(error.to_string().contains("portal 0: has a corner that is not finite: number 2"));
 }

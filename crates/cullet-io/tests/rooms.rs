@@ -147,5 +147,5 @@ fn nothing_of_the_duplex_is_lost_by_its_rooms() {
          {occlusion}, both {together}"
     );
     assert!(idle * 10 <= views, "{idle} of {views}");
-    assert!(portal * 2 < all && together <= occlusion);
+    assert!(portal * 5 < all * 3 && together < occlusion);
 }
