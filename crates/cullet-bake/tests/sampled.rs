@@ -154,8 +154,7 @@ fn masked_and_blended_walls_are_seen_and_hide_nothing() {
         }
     }
     let (mut scene, handles) = walled(TWO_SIDED);
-    let mut flags = cullet::InstanceFlags::default();
-    flags.transparent = true;
+    let flags = cullet::InstanceFlags { transparent: true, ..cullet::InstanceFlags::default() };
     scene.set_flags(handles[0], flags).expect("an instance");
     let pvs = sees(&scene, &some_rays(50_000));
     assert_eq!(row(&pvs, 0, &handles), [true; 3]);
@@ -481,8 +480,7 @@ fn an_open_or_transparent_shell_proves_nothing_and_no_box_nothing() {
         solid.hides(at(-6.0), at(5.0))
     };
     assert!(hides(&scene));
-    let mut flags = cullet::InstanceFlags::default();
-    flags.transparent = true;
+    let flags = cullet::InstanceFlags { transparent: true, ..cullet::InstanceFlags::default() };
     scene.set_flags(one, flags).expect("an instance");
     assert!(!hides(&scene));
 }

@@ -158,7 +158,8 @@ impl ViewCells {
         for &(bounds, root) in &self.roots {
             let [enter, leave] = through_box(&bounds, from, direction);
             let (enter, leave) = (enter.max(range[0]), leave.min(range[1]));
-            if !(enter < leave) {
+            // Neither end is a NaN.
+            if enter >= leave {
                 continue;
             }
             let mut depth = 1;

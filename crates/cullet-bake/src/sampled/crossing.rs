@@ -22,8 +22,8 @@ pub(super) fn crossing(start: DVec3, along: DVec3, corners: [[f32; 3]; 3]) -> Op
     let u = along.dot(normal);
     let v = along.dot(r.cross(p));
     let w = along.dot(p.cross(q));
-    let one_side = u >= 0.0 && v >= 0.0 && w >= 0.0;
-    if !one_side && !(u <= 0.0 && v <= 0.0 && w <= 0.0) {
+    let (least, most) = (u.min(v).min(w), u.max(v).max(w));
+    if least < 0.0 && most > 0.0 {
         return None;
     }
     let through = u + v + w;
@@ -43,7 +43,7 @@ pub(super) fn crossing(start: DVec3, along: DVec3, corners: [[f32; 3]; 3]) -> Op
 pub(super) fn enter_box(bounds: &[DVec3; 2], start: DVec3, along: DVec3) -> Option<f64> {
     let [near, far] = through_box(bounds, start, along);
     let near = near.max(0.0);
-    // A ray along a face, of which 0 · ∞ is NaN, goes on.
+    // Both are rounded.
     if near > far * (1.0 + 1e-12) + 1e-300 { None } else { Some(near) }
 }
 

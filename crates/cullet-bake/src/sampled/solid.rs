@@ -111,7 +111,7 @@ impl SolidVoxels {
             self.touch(&corners, slack, &range, |p| touched[at(p)] = true);
         }
         let mut held = false;
-        let mut random = Random::new(0x0501_1d, [body.handle.index, 0]);
+        let mut random = Random::new(0x736f_6c69, [body.handle.index, 0]);
         for z in 0..extents[2] {
             for y in 0..extents[1] {
                 // Runs of voxels without a triangle are all within or all without.
@@ -210,14 +210,21 @@ impl SolidVoxels {
     /// prove nothing for it: from within, one-sided ones are looked through.
     #[must_use]
     pub fn hides(&self, cell: [[f64; 3]; 2], target: [[f64; 3]; 2]) -> bool {
-        let cell = cell.map(DVec3::from);
-        let target = target.map(DVec3::from);
+        let (cell, target) = (cell.map(DVec3::from), target.map(DVec3::from));
+        self.hides_from(&cell, &target, &self.around(&cell))
+    }
+
+    /// The instances that a cell may reach into.
+    fn around(&self, cell: &[DVec3; 2]) -> Vec<&[DVec3; 2]> {
+        self.holders.iter().filter(|holder| meet(holder, cell)).collect()
+    }
+
+    fn hides_from(&self, cell: &[DVec3; 2], target: &[DVec3; 2], around: &[&[DVec3; 2]]) -> bool {
         let is_sound = |b: &[DVec3; 2]| b.iter().all(|v| v.is_finite()) && b[0].cmple(b[1]).all();
-        if !is_sound(&cell) || !is_sound(&target) {
+        if self.solid == 0 || !is_sound(cell) || !is_sound(target) {
             return false;
         }
-        let around: Vec<&[DVec3; 2]> = self.holders.iter().filter(|h| meet(h, &cell)).collect();
-        (0..3).any(|axis| self.layer_hides(axis, &cell, &target, &around))
+        (0..3).any(|axis| self.layer_hides(axis, cell, target, around))
     }
 
     fn layer_hides(
@@ -302,16 +309,17 @@ impl SolidVoxels {
         sum(x1, y1) + sum(x0, y0) - sum(x0, y1) - sum(x1, y0) == full
     }
 
-    /// Of each cell the targets that are proven hidden. Conservative: what is not proven is not in it. Targets that take no
+    /// Of each cell the targets that are proven hidden; O(cells · targets · voxels along a side). Conservative: what is not proven is not in it. Targets that take no
     /// part are in no row.
     #[must_use]
     pub fn hidden(&self, tree: &RayTree<'_>, cells: &ViewCells) -> BitRows {
         let targets = tree.targets().count();
         let mut rows = BitRows::new(cells.len(), targets);
-        for target in 0..targets {
-            let Some(bounds) = tree.target_bounds(target) else { continue };
-            for cell in 0..cells.len() {
-                if self.hides(cells.bounds(cell), bounds.map(Into::into)) {
+        let bounds: Vec<_> = (0..targets).map(|target| tree.target_bounds(target)).collect();
+        for (cell, of_cell) in (0..).zip(cells.boxes()) {
+            let around = self.around(of_cell);
+            for (target, bounds) in (0..).zip(&bounds) {
+                if bounds.is_some_and(|b| self.hides_from(of_cell, &b, &around)) {
                     rows.set(cell, target);
                 }
             }

@@ -71,7 +71,7 @@ enum BenchOf {
     Portal(portal::PortalArgs),
     /// Sets of cells of portal graphs, beside the tool that level builders use
     #[command(after_help = pvs::HELP)]
-    Pvs(pvs::PvsArgs),
+    Pvs(Box<pvs::PvsArgs>),
 }
 
 impl BenchArgs {
