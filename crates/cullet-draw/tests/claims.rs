@@ -420,3 +420,53 @@ fn a_dynamic_surface_claims_nothing_wrong_and_nearly_as_much() {
         assert!((0..SIZE[0]).all(|x| buffer.nearness(x, SIZE[1] / 2) <= 0.0));
     }
 }
+
+/// Draws triangles as dynamic surfaces, and checks; what is wrong ends the test.
+fn check_dynamic(
+    name: &str,
+    surfaces: &mut [DynamicSurface],
+    triangles: &[OccluderTriangles<'_>],
+    view: &View,
+) -> u64 {
+    let mut buffer = OcclusionBuffer::new(view.viewport()).unwrap();
+    buffer.begin(view, [0.0; 3]);
+    for (surface, of) in surfaces.iter_mut().zip(triangles) {
+        surface.set(of.positions, of.indices, of.two_sided).unwrap();
+        surface.draw(Simd::best(), &mut buffer, &of.transform);
+    }
+    let check = check_claims(view, &Claims::of(&buffer), triangles, &ClaimOptions::default());
+    assert_eq!(check.wrong, 0, "{name}: {:?}", check.first);
+    check.claimed
+}
+
+#[test]
+fn dynamic_adversaries_find_no_wrong_claim_however_they_deform() {
+    let mut claimed = 0;
+    for number in 0..cases(ADVERSARIES).min(ADVERSARIES) {
+        let a = adversary(number, 3, 2, [120, 67]);
+        let occluders = SceneOccluders::new(&a.scene);
+        let view = &a.views[1];
+        let triangles = occluders.triangles(view);
+        let mut surfaces = vec![DynamicSurface::default(); triangles.len()];
+        claimed += check_dynamic(&a.name, &mut surfaces, &triangles, view);
+        // The indices stay: what was paired to quads bends, what faced the eye turns away, what was apart is crossed.
+        for strength in [0.01_f32, 0.3] {
+            let moved: Vec<Vec<[f32; 3]>> = triangles
+                .iter()
+                .map(|of| {
+                    let bend = |v: f32, by: f32| v + strength * (by * 1.7 + v * 0.3).sin();
+                    let bent = |&[x, y, z]: &[f32; 3]| [bend(x, z), bend(y, x), bend(z, y)];
+                    of.positions.iter().map(bent).collect()
+                })
+                .collect();
+            let bent: Vec<OccluderTriangles<'_>> = triangles
+                .iter()
+                .zip(&moved)
+                .map(|(of, positions)| OccluderTriangles { positions, ..*of })
+                .collect();
+            claimed += check_dynamic(&a.name, &mut surfaces, &bent, view);
+        }
+    }
+    println!("{claimed} pixels claimed");
+    assert!(claimed > u64::from(cases(20_000).min(20_000)), "{claimed}");
+}

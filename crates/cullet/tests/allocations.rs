@@ -3,7 +3,7 @@
 use cullet::bounds::Aabb;
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::frustum::tree::Coherent;
-use cullet::cull::occlusion::Occlusion;
+use cullet::cull::occlusion::{DynamicSurface, Occlusion, OcclusionBuffer};
 use cullet::hierarchy::Hierarchy;
 use cullet::{
     Culler, DrawList, Instance, Output, Preparation, Scene, Simd, Stage, Transform, View,
@@ -65,6 +65,29 @@ fn steady_state_allocates_nothing() {
     assert!(result.funnel.occlusion.drawn > 10, "{:?}", result.funnel.occlusion);
     let again = || culler.cull_one(&solids, &view, &mut state, &mut result);
     assert_eq!(allocations_of(again).1, 0, "occlusion");
+
+    // A surface that deforms, and one whose triangles are others each time.
+    let ball = meshes::ball(64);
+    let mut buffer = OcclusionBuffer::new([320, 200]).expect("a size");
+    let mut surface = DynamicSurface::default();
+    for turns in [0, 1] {
+        let mut indices = ball.indices().to_vec();
+        let mut positions = ball.positions().to_vec();
+        let mut pass = || {
+            for step in 0..4 {
+                indices[..3].rotate_left(turns);
+                positions.iter_mut().for_each(|p| p[step % 3] *= 1.01);
+                surface.set(&positions, &indices, false).expect("a ball");
+                buffer.begin(&view, [0.0; 3]);
+                let place = Transform::from_translation([0.0, 0.0, -8.0 - step as f64]);
+                surface.draw(Simd::best(), &mut buffer, &place);
+                assert!(buffer.nearness(160, 100) > 0.0);
+            }
+        };
+        pass();
+        pass();
+        assert_eq!(allocations_of(pass).1, 0, "dynamic surface");
+    }
 
     let building = Building::new(&mut rng, [5, 2, 5]);
     let mut rooms = Scene::new();

@@ -30,7 +30,7 @@ use crate::funnel::{Counts, Funnel, FunnelRow, Reason, Stage, Unit};
 use crate::hierarchy::Handle;
 use crate::mesh::Mesh;
 use crate::scene::{Scene, Tally};
-use crate::view::{Camera, CullFace, Depth, FrontFace, Projection, View};
+use crate::view::{Camera, Depth, Projection, View};
 use bodies::{Bodies, Limits};
 use cells::{Carried, Cell, Cells};
 use open::OpenTest;
@@ -359,11 +359,7 @@ impl Outlook {
         };
         let carried = Carried::new(view).ok_or(RegionError::Orthographic)?;
         let near = near.max(carried.near);
-        let draws_fronts = match view.cull_face {
-            CullFace::None => true,
-            CullFace::Back => view.front_face == FrontFace::CounterClockwise,
-            CullFace::Front => view.front_face == FrontFace::Clockwise,
-        };
+        let draws_fronts = view.draws_fronts();
         Ok(Self { carried: Some(carried), layers: view.layers, draws_fronts, near })
     }
 }

@@ -23,7 +23,7 @@ use crate::cull::occlusion::{
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
 use crate::scene::Tally;
-use crate::view::{CullFace, FrontFace, View};
+use crate::view::View;
 
 /// How often occluders are chosen at the most.
 const ROUNDS: u32 = 4;
@@ -250,7 +250,7 @@ fn search(
         buffer,
         tests: BoxTests::new(buffer, frame.culler.level),
         costs: CostModel::new(&frame.culler.costs.occluders),
-        fronts_are_drawn: fronts_are_drawn(frame.view),
+        fronts_are_drawn: frame.view.draws_fronts(),
         near: near_box(frame.view, frame.scene.origin()),
         alive: &set.alive,
         live: &set.live,
@@ -422,17 +422,6 @@ pub(super) fn may_hide_clusters(frame: &Frame<'_>, cache: &Cache, slot: u32) -> 
         && !is_set(&cache.whole)
         && !is_set(scene.exempt())
         && scene.is_rigid(slot)
-}
-
-/// Whether the view draws the fronts of one-sided meshes: where it draws their backs alone, as some shadow passes
-/// do, their fronts hide nothing.
-fn fronts_are_drawn(view: &View) -> bool {
-    matches!(
-        (view.cull_face, view.front_face),
-        (CullFace::None, _)
-            | (CullFace::Back, FrontFace::CounterClockwise)
-            | (CullFace::Front, FrontFace::Clockwise)
-    )
 }
 
 /// A box around the view's eye and its near rectangle, relative to an origin: what the near plane cuts away

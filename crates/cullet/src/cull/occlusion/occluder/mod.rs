@@ -9,7 +9,7 @@ mod plain;
 pub use convex::Convex;
 pub(crate) use cost::{CostModel, EdgeCount, LeastCost};
 pub use patch::Patch;
-pub(crate) use patch::{Facet, Layout, check_finite};
+pub(crate) use patch::{Chunks, check_finite};
 
 use super::raster::{Band, FACETS};
 use crate::Simd;

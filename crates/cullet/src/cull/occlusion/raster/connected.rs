@@ -61,6 +61,34 @@ impl Default for Connected {
 }
 
 impl Connected {
+    /// Puts its vertices, those of its own facets first, where they are among some positions.
+    pub(crate) fn place(&mut self, positions: &[[f32; 3]], vertices: &[u32]) {
+        let padded = vertices.len().next_multiple_of(LANES);
+        for places in &mut self.places {
+            places.resize(padded, 0.0);
+        }
+        let [xs, ys, zs] = &mut self.places;
+        let (mut own, mut all) = (Aabb::EMPTY, Aabb::EMPTY);
+        let mut last = [0.0; 3];
+        for (i, (((x, y), z), &v)) in xs.iter_mut().zip(ys).zip(zs).zip(vertices).enumerate() {
+            if i == self.own_vertices {
+                own = all;
+            }
+            last = positions[v as usize];
+            [*x, *y, *z] = last;
+            for a in 0..3 {
+                // They are finite; `min` and `max` would look for NaN.
+                all.min[a] = if last[a] < all.min[a] { last[a] } else { all.min[a] };
+                all.max[a] = if last[a] > all.max[a] { last[a] } else { all.max[a] };
+            }
+        }
+        for (places, last) in self.places.iter_mut().zip(last) {
+            places[vertices.len()..].fill(last);
+        }
+        (self.bounds, self.around) =
+            (if self.own_vertices < vertices.len() { own } else { all }, all);
+    }
+
     /// Gives back memory that it does not use.
     pub(crate) fn shrink(&mut self) {
         self.places.iter_mut().for_each(Vec::shrink_to_fit);

@@ -1,6 +1,6 @@
 //! Facets: triangles of a surface, and pairs of them that make a convex quad.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// The cosine of the angle between the normals of two triangles below which they make no quad.
 const FLAT: f64 = 0.995;
@@ -19,7 +19,7 @@ pub(crate) struct Facet {
 }
 
 impl Facet {
-    pub(crate) fn triangle([a, b, c]: [u32; 3]) -> Self {
+    pub(super) fn triangle([a, b, c]: [u32; 3]) -> Self {
         Self { corners: [a, b, c, c] }
     }
 
@@ -32,7 +32,7 @@ impl Facet {
     }
 
     /// Whether a triangle's corners differ; and those of a quad.
-    pub(crate) fn is_whole(&self) -> bool {
+    pub(super) fn is_whole(&self) -> bool {
         let corners = self.corners();
         (0..corners.len()).all(|i| (0..i).all(|k| corners[i] != corners[k]))
     }
@@ -40,6 +40,40 @@ impl Facet {
     fn sides(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         let corners = self.corners();
         (0..corners.len()).map(|k| [corners[k], corners[(k + 1) % corners.len()]])
+    }
+
+    /// The quad of a triangle and another one that shares an edge with it; where they share two, the first.
+    pub(super) fn quad_with(&self, other: [u32; 3]) -> Option<Self> {
+        let [a, b, c, _] = self.corners;
+        for [from, to, top] in [[c, a, b], [b, c, a], [a, b, c]] {
+            for k in 0..3 {
+                let bottom = other[(k + 2) % 3];
+                if other[k] == to && other[(k + 1) % 3] == from {
+                    let quad = Self { corners: [from, bottom, to, top] };
+                    return quad.is_whole().then_some(quad);
+                }
+            }
+        }
+        None
+    }
+
+    /// Whether the triangles of a quad are nearly flat together, and it is convex. Roughly, in f32: it is drawn right in any
+    /// case, but worse and at more cost where not.
+    pub(super) fn is_flat(&self, positions: &[[f32; 3]]) -> bool {
+        let [a, b, c, d] = self.corners.map(|v| Vec3::from(positions[v as usize]));
+        let (u, v, w) = (b - a, c - a, d - a);
+        let (n, m) = (u.cross(v), v.cross(w));
+        let (along, size) = (n.dot(m), n.length_squared() * m.length_squared());
+        // The corners at the ends of the diagonal; the others are corners of triangles.
+        let (x, y) = (d - c, b - c);
+        let corner = |from: Vec3, to: Vec3| {
+            let sine = from.cross(to).dot(n);
+            let least = LEAST_CORNER as f32;
+            let all = from.length_squared() * to.length_squared() * n.length_squared();
+            sine > 0.0 && sine * sine > least * least * all
+        };
+        let flat = (FLAT * FLAT) as f32;
+        along > 0.0 && along * along > flat * size && corner(u, w) && corner(x, y)
     }
 
     /// Its triangles.

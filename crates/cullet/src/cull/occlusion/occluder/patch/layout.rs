@@ -4,20 +4,19 @@ use glam::DVec3;
 
 use super::super::super::raster::{Connected, FACETS as LANES, MOST_VERTICES, NEVER};
 use super::facet::{Facet, normal};
-use crate::bounds::Aabb;
 
-/// Entries of the table of half-edges: a power of two, more than a patch has.
-const TABLE: usize = 8192;
+/// The end of a list of half-edges.
+const END: u16 = u16::MAX;
 
-/// A half-edge that waits for its opposite: its vertices, and the number of its facet. No vertex is 0xffff.
+/// A half-edge that waits for its opposite: its vertices, the number of its facet, and the next one whose lesser vertex is
+/// the same.
 #[derive(Clone, Copy, Debug)]
 struct HalfEdge {
     from: u16,
     to: u16,
     facet: u16,
+    next: u16,
 }
-
-const EMPTY: HalfEdge = HalfEdge { from: u16::MAX, to: u16::MAX, facet: 0 };
 
 /// Lays out patches of a surface, one after the other: memory, of which a patch leaves none behind.
 #[derive(Clone, Debug)]
@@ -27,9 +26,11 @@ pub(crate) struct Layout {
     number_of: Vec<u16>,
     patches: u32,
     vertices: Vec<u32>,
-    /// Half-edges without an opposite yet, and where in the table any were.
-    table: Vec<HalfEdge>,
-    used: Vec<u16>,
+    /// Half-edges, of which those without an opposite yet are in the list of their lesser vertex: such a list has three or
+    /// four, and all that it touches is in the nearest cache.
+    halves: Vec<HalfEdge>,
+    /// For each vertex of the patch the first of its list.
+    lists: Vec<u16>,
     /// Edges so far: facets on both sides and vertices.
     rows: Vec<[u16; 4]>,
 }
@@ -42,8 +43,8 @@ impl Layout {
             number_of: vec![0; vertices],
             patches: 0,
             vertices: Vec::new(),
-            table: vec![EMPTY; TABLE],
-            used: Vec::new(),
+            halves: Vec::new(),
+            lists: Vec::new(),
             rows: Vec::new(),
         }
     }
@@ -60,31 +61,30 @@ impl Layout {
     }
 
     /// Lays out the own facets of a patch and those around it, both sorted as they are to be drawn; all that `to` had is
-    /// overwritten. Where those around are too many, none is kept: then all that borders on them counts as an end of the
-    /// surface.
+    /// overwritten but where its vertices are, which [`vertices`](Self::vertices) lists. Where those around are too many,
+    /// none is kept: then all that borders on them counts as an end of the surface.
     pub(crate) fn lay_out(
         &mut self,
-        positions: &[[f32; 3]],
         own: &[Facet],
         around: &[Facet],
         two_sided: bool,
         to: &mut Connected,
     ) {
-        let fits = self.try_lay_out(positions, own, around, to)
-            || self.try_lay_out(positions, own, &[], to);
+        let fits = self.try_lay_out(own, around, to) || self.try_lay_out(own, &[], to);
         assert!(fits, "{} facets in a patch", own.len());
         to.two_sided = two_sided;
     }
 
-    fn try_lay_out(
-        &mut self,
-        positions: &[[f32; 3]],
-        own: &[Facet],
-        around: &[Facet],
-        to: &mut Connected,
-    ) -> bool {
+    /// The vertices of the patch that was laid out last, those of its own facets first.
+    pub(crate) fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    fn try_lay_out(&mut self, own: &[Facet], around: &[Facet], to: &mut Connected) -> bool {
         self.patches += 1;
         self.vertices.clear();
+        self.lists.clear();
+        self.halves.clear();
         self.rows.clear();
         to.corners.clear();
         to.edges.clear();
@@ -111,9 +111,6 @@ impl Layout {
             }
         }
         self.finish_edges(&mut to.edges);
-        if fits {
-            self.finish(positions, own, to);
-        }
         fits
     }
 
@@ -124,6 +121,7 @@ impl Layout {
             self.patch_of[v] = self.patches;
             self.number_of[v] = self.vertices.len() as u16;
             self.vertices.push(vertex);
+            self.lists.push(END);
         }
         self.number_of[v]
     }
@@ -142,37 +140,44 @@ impl Layout {
         }
     }
 
-    /// Matches the half-edges of a facet with those that run the other way, of facets before it.
+    /// Matches the half-edges of a facet with those that run the other way, of facets before it, the first of them first.
     fn add_edges(&mut self, facet: &Facet, number: u16) {
         let corners = facet.corners();
         for k in 0..corners.len() {
             let [from, to] =
                 [corners[k], corners[(k + 1) % corners.len()]].map(|v| self.number_of[v as usize]);
-            let mut at = slot(from.min(to), from.max(to));
-            loop {
-                let held = &mut self.table[at];
+            let list = usize::from(from.min(to));
+            let (mut before, mut at) = (END, self.lists[list]);
+            while at != END {
+                let held = self.halves[usize::from(at)];
                 if held.from == to && held.to == from {
                     self.rows.push([held.facet, number, to, from]);
-                    // It waits no longer; what comes behind it is still to be found.
-                    (held.from, held.to) = (u16::MAX, 0);
+                    // It waits no longer.
+                    self.link(list, before, held.next);
+                    self.halves[usize::from(at)].from = END;
                     break;
                 }
-                if held.from == u16::MAX && held.to == u16::MAX {
-                    *held = HalfEdge { from, to, facet: number };
-                    self.used.push(at as u16);
-                    break;
-                }
-                at = (at + 1) % TABLE;
+                (before, at) = (at, held.next);
+            }
+            if at == END {
+                self.link(list, before, self.halves.len() as u16);
+                self.halves.push(HalfEdge { from, to, facet: number, next: END });
             }
         }
     }
 
-    /// Adds the edges with one facet, and empties the table.
+    /// Has a half-edge come behind another in a list, or first.
+    fn link(&mut self, list: usize, before: u16, half: u16) {
+        match before {
+            END => self.lists[list] = half,
+            _ => self.halves[usize::from(before)].next = half,
+        }
+    }
+
+    /// Adds the edges with one facet, and puts all in groups.
     fn finish_edges(&mut self, edges: &mut Vec<[[u16; LANES]; 4]>) {
-        for at in self.used.drain(..) {
-            let HalfEdge { from, to, facet } =
-                std::mem::replace(&mut self.table[usize::from(at)], EMPTY);
-            if from != u16::MAX {
+        for &HalfEdge { from, to, facet, .. } in &self.halves {
+            if from != END {
                 self.rows.push([facet, NEVER, from, to]);
             }
         }
@@ -186,36 +191,10 @@ impl Layout {
             edges.push(eight);
         }
     }
-
-    fn finish(&self, positions: &[[f32; 3]], own: &[Facet], to: &mut Connected) {
-        let (mut own_box, mut all) = (Aabb::EMPTY, Aabb::EMPTY);
-        to.places.iter_mut().for_each(Vec::clear);
-        for (i, &v) in self.vertices.iter().enumerate() {
-            let p = positions[v as usize];
-            to.places.iter_mut().zip(p).for_each(|(places, v)| places.push(v));
-            all = all.union(&Aabb { min: p, max: p });
-            if i < to.own_vertices {
-                own_box = all;
-            }
-        }
-        let padded = self.vertices.len().next_multiple_of(LANES);
-        for places in &mut to.places {
-            let last = places.last().copied().unwrap_or_default();
-            places.resize(padded, last);
-        }
-        (to.bounds, to.around) = (own_box, all);
-        (to.axis, to.sine) = cone(positions, own);
-    }
-}
-
-/// Where the edge between two vertices begins to be looked for.
-fn slot(low: u16, high: u16) -> usize {
-    let key = u32::from(low) << 16 | u32::from(high);
-    (key.wrapping_mul(0x9e37_79b1) >> 16) as usize % TABLE
 }
 
 /// The cone of the normals of the triangles of some facets.
-fn cone(positions: &[[f32; 3]], facets: &[Facet]) -> ([f32; 3], f32) {
+pub(super) fn cone(positions: &[[f32; 3]], facets: &[Facet]) -> ([f32; 3], f32) {
     let normals = || {
         let triangles = facets.iter().flat_map(Facet::triangles);
         triangles.filter_map(|t| normal(positions, t).try_normalize())

@@ -158,6 +158,10 @@ impl Surface {
         if window.is_clipped {
             self.draw_cut(simd, window, back, target);
         }
+        // Every facet shows its other side, or what it covers went to the buffer at once.
+        if self.used.iter().all(|columns| *columns == 0) {
+            return;
+        }
         if self.find_silhouettes(screen, patch, window, back) {
             if self.removal {
                 self.draw_silhouettes(simd, window);
