@@ -111,7 +111,7 @@ pub fn portals(
     let ink = |cell: u32| {
         if sight.depth_of(cell).is_some() { INK } else { mix(INK, PAPER, 0.45) }
     };
-    write_numbers(&mut picture, &plan, [gap, top], text, ink, graph.cell_count());
+    write_numbers(&mut picture, (&plan, eye), [gap, top], text, ink, graph.cell_count());
     let last = top + i64::from(shown[1]);
     keys(&mut picture, [gap, last + gap], gap + room, text, INK, &entries);
 

@@ -15,6 +15,8 @@ use super::{OPEN, SHUT};
 
 /// Places in sight.
 const IN_SIGHT: [u8; 3] = [0xFF, 0xD2, 0x3F];
+/// The rest of the cells that are reached.
+const REACHED: [u8; 3] = [0xF4, 0xAE, 0x6E];
 
 /// A plan of the scene's cells with their numbers: portals green where they are open and red where shut, the eye, the cells that the
 /// walk through portals reached, and what of them is in sight. It is cut level where the eye is, so of several storeys
@@ -39,7 +41,7 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
     let room = i64::from(width) - 2 * gap;
     let mut entries = vec![
         (IN_SIGHT, "in sight, at this height".to_owned()),
-        (mix(COLORS[1], PAPER, 0.35), "reached".to_owned()),
+        (REACHED, "reached".to_owned()),
         (faint(COLORS[1]), "not reached".to_owned()),
         (OPEN, "open portal".to_owned()),
         (SHUT, "shut portal".to_owned()),
@@ -54,8 +56,8 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
     let color = |cell: u32, p: [f64; 3]| {
         let own = COLORS[cell.wrapping_mul(2_654_435_761) as usize >> 13 & 7];
         match (sight.depth_of(cell), sight.depth_at(cell, p)) {
-            (Some(_), Some(_)) => mix(IN_SIGHT, own, 0.18),
-            (Some(_), None) => mix(own, PAPER, 0.35),
+            (Some(_), Some(_)) => IN_SIGHT,
+            (Some(_), None) => REACHED,
             _ => faint(own),
         }
     };
@@ -69,7 +71,7 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
     let ink = |cell: u32| {
         if sight.depth_of(cell).is_some() { INK } else { mix(INK, PAPER, 0.35) }
     };
-    let without = write_numbers(&mut picture, &plan, place, text, ink, graph.cell_count());
+    let without = write_numbers(&mut picture, (&plan, eye), place, text, ink, graph.cell_count());
 
     let at = if plan.is_at_eye { "where the eye is" } else { "at the portals nearest to the eye" };
     let mut words = format!("Cells from above, cut at a height of {:.2}, {at}.", plan.height);

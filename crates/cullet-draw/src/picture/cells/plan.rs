@@ -222,18 +222,22 @@ impl Plan {
     }
 }
 
-/// Writes the numbers of cells on a plan that stands at a place; returns how many found no room.
+/// Writes the numbers of cells on a plan that stands at a place, beside the eye; returns how many found no room.
 pub(super) fn write_numbers(
     picture: &mut Picture,
-    plan: &Plan,
+    (plan, eye): (&Plan, Option<DVec3>),
     [left, top]: [i64; 2],
     size: f64,
     ink: impl Fn(u32) -> [u8; 3],
     count: u32,
 ) -> usize {
     let mut without = 0;
+    let eye = eye.map(|e| plan.at(e.into()).map(|v| v * 0.5));
     for (cell, middle) in (0..).zip(plan.middles(count)) {
-        let Some(([x, y], room)) = middle else { continue };
+        let Some(([x, mut y], room)) = middle else { continue };
+        if eye.is_some_and(|e| (e[0] - x).abs().max((e[1] - y).abs()) < size) {
+            y += 1.6 * size;
+        }
         let words = format!("{cell}");
         let fits = |size: f64| {
             let [w, h] = [text_width(&words, size), text_height(size)].map(|v| v as f64 * 0.5);
