@@ -37,7 +37,8 @@ pub(super) fn draw(args: &PictureArgs, console: &Console) -> Result<Picture, Fai
         of_scene(args, console)?
     };
     let order = matrix_order(&neighbours);
-    let title = format!("Which of {} cells see which: {name}", pvs.cell_count());
+    let file = path.file_name().map_or(name.into(), |file| file.to_string_lossy());
+    let title = format!("Which of {} cells see which: {file}", pvs.cell_count());
     let state = |a: u32, b: u32| match pvs.state(a, b) {
         // A cell is not baked against itself, and sees itself.
         _ if a == b => PairShown::Visible,

@@ -6,7 +6,7 @@ use glam::DVec4;
 
 use super::super::Picture;
 use super::super::canvas::{LINE, grouped, keys, keys_height};
-use super::super::font::text_size;
+use super::super::font::{text_size, text_width};
 use super::super::palette::{INK, PAPER, mix};
 use super::super::teach::{COLORS, caption};
 use super::plan::{Plan, draw_eye, lay, write_numbers};
@@ -50,7 +50,8 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
         entries.drain(..2);
     }
     let below = keys_height(room, text, &entries) + gap;
-    let above = line + 2 * gap;
+    // In a narrow picture the caption takes two lines.
+    let above = line * if width < 900 { 2 } else { 1 } + 2 * gap;
     let shown = [room.max(8) as u32, (i64::from(height) - above - below - gap).max(64) as u32];
     let plan = Plan::new(scene, graph, eye, shown);
     let color = |cell: u32, p: [f64; 3]| {
@@ -86,7 +87,16 @@ pub fn cells(scene: &Scene, view: &View, reached: Option<&Reached>, size: [u32; 
     if without > 0 {
         words += &format!(" {without} are too small for their number.");
     }
-    picture.text([gap, gap], &words, text, INK);
+    let mut left = String::new();
+    let mut top = gap;
+    for sentence in words.split_inclusive(". ") {
+        if !left.is_empty() && text_width(&(left.clone() + sentence), text) > room {
+            picture.text([gap, top], &std::mem::take(&mut left), text, INK);
+            top += line;
+        }
+        left += sentence;
+    }
+    picture.text([gap, top], &left, text, INK);
     if counts[3] > 0 {
         entries.push((PAPER, "dashed: to another storey".to_owned()));
     }
