@@ -68,6 +68,12 @@ const WINDOWS: &[(&str, &str, &str)] = &[
         "camera.target=[26.6,1.7,18.2]&camera.distance=6&camera.yaw=-8&camera.pitch=-4&camera.near=0.05\
          &layout=split&ghosts.form=solid",
     ),
+    (
+        "viewer-portals.png",
+        "office",
+        "camera.target=[26.6,1.7,18.2]&camera.distance=6&camera.yaw=-8&camera.pitch=-4&camera.near=0.05\
+         &layout=split&structure.portals=true&structure.cells=true&structure.step=2",
+    ),
 ];
 /// The picture of the page, of its first view.
 const PAGE: &str = "viewer-page.png";

@@ -44,9 +44,10 @@ impl PairShown {
 }
 
 /// An order of cells in which neighbours stand together: from one at the end of each part breadth first, cells with few neighbours
-/// first (Cuthill & McKee, 1969). `neighbours` are the cells beside each.
+/// first. `neighbours` are the cells beside each.
 #[must_use]
 pub fn matrix_order(neighbours: &[Vec<u32>]) -> Vec<u32> {
+    // Cuthill & McKee, Reducing the Bandwidth of Sparse Symmetric Matrices, 1969.
     let count = neighbours.len();
     let is_cell = |c: &&u32| (**c as usize) < count;
     let mut order = Vec::with_capacity(count);
