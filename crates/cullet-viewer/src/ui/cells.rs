@@ -59,7 +59,7 @@ fn place(ui: &mut egui::Ui, session: &Session) {
         None => ui.label("in no cell"),
     };
     let graph = session.world.as_ref().and_then(|w| w.model.scene.cell_graph());
-    let all = u64::from(graph.map_or(0, |graph| graph.cell_count()));
+    let all = u64::from(graph.map_or(0, cullet::cell::CellGraph::cell_count));
     match &chain.reached {
         Some(reached) => {
             let cells: Vec<String> = reached.iter().take(40).map(u32::to_string).collect();
