@@ -31,6 +31,9 @@ const PICTURES: &[(&str, &str)] = &[
         "clusters knobs --test-cost 16 --eye 1.55,2.1,2.0 --target 0,1.15,0 --size 800x450",
     ),
     ("back-regions.png", "back-regions knobs --views 8 --view 1 --size 800x450"),
+    ("portals.png", "portals office --path walk --views 8 --view 3 --size 960x540"),
+    ("cells.png", "cells office --path walk --views 8 --view 3 --size 960x720"),
+    ("pvs-matrix.png", "pvs-matrix office --size 720x770"),
     ("solids.png", "shaded solids --views 8 --view 1 --size 960x540"),
     ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 1280x720"),
     ("hidden.png", "hidden plant --path walk --views 8 --view 2 --size 960x540"),
@@ -64,6 +67,12 @@ const WINDOWS: &[(&str, &str, &str)] = &[
         "office",
         "camera.target=[26.6,1.7,18.2]&camera.distance=6&camera.yaw=-8&camera.pitch=-4&camera.near=0.05\
          &layout=split&ghosts.form=solid",
+    ),
+    (
+        "viewer-portals.png",
+        "office",
+        "camera.target=[26.6,1.7,18.2]&camera.distance=6&camera.yaw=-8&camera.pitch=-4&camera.near=0.05\
+         &layout=split&structure.portals=true&structure.cells=true&structure.step=2",
     ),
 ];
 /// The picture of the page, of its first view.

@@ -73,6 +73,10 @@ pub use picture::{
     kinds_of, occluders, occlusion_buffer, opened, palette, shaded, top_down,
 };
 pub use picture::{
+    DoorInView, PairShown, ShownPortal, cells, depth_color, matrix_order, portals, pvs_matrix,
+    shown_portals, shut_doors, walk_order,
+};
+pub use picture::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
     culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };

@@ -4,6 +4,7 @@ use cullet::{CullFace, Depth, SlotRange, Stage, View, Visible};
 use cullet_draw::palette;
 use glam::DVec3;
 
+use crate::cells;
 use crate::draw::{Paint, Pane, Style};
 use crate::lines::{Lines, tint};
 use crate::session::Session;
@@ -262,6 +263,8 @@ fn decorate(session: &Session, made: &mut Composition) {
             path.line(ends[0], ends[1], tint(costs.colour(&pair[1]), 255));
         }
     }
+    let mut rooms = (Lines::default(), Lines::default());
+    cells::draw(session, &mut rooms.0, &mut rooms.1);
     let by_reason = state.look.colour == Colour::Reason;
     for panel in &mut made.panels {
         panel.content = match panel.role {
@@ -286,6 +289,8 @@ fn decorate(session: &Session, made: &mut Composition) {
             // Seen from outside, the visible set shows its backs too: they face away from here, not from the culling camera.
             panel.view.cull_face = CullFace::None;
             panel.overlay.0.extend_from_slice(&path.0);
+            panel.overlay.0.extend_from_slice(&rooms.0.0);
+            panel.ghosts.0.extend_from_slice(&rooms.1.0);
             panel.overlay.0.extend_from_slice(&frustum.0.0);
             panel.ghosts.0.extend_from_slice(&frustum.1.0);
         }

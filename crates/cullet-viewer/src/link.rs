@@ -55,6 +55,8 @@ pub fn from_text(text: &str) -> Result<State, LinkError> {
     Ok(state)
 }
 
+/// As many portals as a walk may pass.
+const MOST_STEPS: u32 = 4096;
 /// Of a link of more parts none is sought out.
 const MOST_TRIED: usize = 64;
 
@@ -148,6 +150,9 @@ fn check(state: &State) -> Result<(), LinkError> {
     if !(0.0..=1e9).contains(&s.occlusion_budget) {
         let must = "0 to 1000000000 microseconds";
         return wrong("stages.occlusion_budget", f64::from(s.occlusion_budget), must);
+    }
+    if state.structure.step > MOST_STEPS {
+        return wrong("structure.step", f64::from(state.structure.step), "4096 at most");
     }
     if state.structure.level > 64 {
         return wrong("structure.level", f64::from(state.structure.level), "64 at most");

@@ -1,4 +1,4 @@
-//! A scene made again with other sides, beside the one that is shown.
+//! A scene made again with other sides or doors, beside the one that is shown.
 
 use std::sync::Arc;
 
@@ -6,47 +6,62 @@ use crate::state::Sides;
 use crate::task::{Progress, Task};
 use crate::world::World;
 
-/// A scene being made again with other sides, beside the one that is shown.
+/// What of a scene is not as its file has it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Alteration {
+    /// Which sides its triangles are taken to have.
+    pub sides: Sides,
+    /// Portals, ascending, that are shut though the file has them open, or the other way around.
+    pub doors: Vec<u32>,
+}
+
+impl Alteration {
+    fn is_of(&self, world: &World) -> bool {
+        world.sides == self.sides && world.doors == self.doors
+    }
+}
+
+/// A scene being made again with other sides or doors, beside the one that is shown.
 #[derive(Debug, Default)]
 pub struct Remaking {
-    task: Option<(Sides, Task<Result<World, String>>)>,
-    /// Sides that the scene could not be given; they are not tried again.
-    refused: Option<Sides>,
+    task: Option<(Alteration, Task<Result<World, String>>)>,
+    /// An alteration that the scene could not be given; it is not tried again.
+    refused: Option<Alteration>,
 }
 
 impl Remaking {
-    /// Whether a scene has the sides that are wanted, or cannot have them.
+    /// Whether a scene is as it is wanted, or cannot be.
     #[must_use]
-    pub fn is_settled(&self, whole: &World, wanted: Sides) -> bool {
-        self.task.is_none() && (whole.sides == wanted || self.refused == Some(wanted))
+    pub fn is_settled(&self, whole: &World, wanted: &Alteration) -> bool {
+        self.task.is_none() && (wanted.is_of(whole) || self.refused.as_ref() == Some(wanted))
     }
 
-    /// Goes on towards the sides that are wanted of a whole scene: begins to make it again, and returns it once it is
+    /// Goes on towards what is wanted of a whole scene: begins to make it again, and returns it once it is
     /// made, or what the user is to be told. `wake` is called when it is.
     pub fn advance(
         &mut self,
         whole: &Arc<World>,
-        wanted: Sides,
+        wanted: &Alteration,
         wake: impl FnOnce() + Send + 'static,
     ) -> Option<Result<Arc<World>, String>> {
-        if let Some((sides, task)) = &self.task {
+        if let Some((made_as, task)) = &self.task {
             let made = match task.poll() {
                 Progress::Working => return None,
                 Progress::Done(made) => made,
-                Progress::Lost => Err("The other sides ended without a result".to_owned()),
+                Progress::Lost => Err("The other sides or doors ended without a result".to_owned()),
             };
-            let sides = *sides;
+            let is_wanted = made_as == wanted;
             self.task = None;
-            // Other sides may be wanted by now.
-            if sides == wanted {
+            // Another may be wanted by now.
+            if is_wanted {
                 if made.is_err() {
-                    self.refused = Some(wanted);
+                    self.refused = Some(wanted.clone());
                 }
                 return Some(made.map(Arc::new));
             }
         }
         if !self.is_settled(whole, wanted) {
-            self.task = Some((wanted, remake(Arc::clone(whole), wanted, wake)));
+            self.task = Some((wanted.clone(), remake(Arc::clone(whole), wanted.clone(), wake)));
         }
         None
     }
@@ -55,10 +70,10 @@ impl Remaking {
 #[cfg(not(target_arch = "wasm32"))]
 fn remake(
     whole: Arc<World>,
-    sides: Sides,
+    wanted: Alteration,
     wake: impl FnOnce() + Send + 'static,
 ) -> Task<Result<World, String>> {
-    Task::start(move || whole.with_sides(sides), wake)
+    Task::start(move || whole.altered(wanted.sides, &wanted.doors), wake)
 }
 
 #[cfg(target_arch = "wasm32")]

@@ -57,7 +57,7 @@ impl ReportOrder {
         }
         for (given, name) in [
             (!(s.on && s.frustum), "--no-frustum"),
-            (!s.on, "--no-portal"),
+            (!(s.on && s.portal), "--no-portal"),
             (!s.on || s.backface == Backface::Off, "--no-backface"),
             (!(s.on && s.degenerate), "--no-degenerate"),
             (!(s.on && s.occlusion), "--no-occlusion"),

@@ -75,6 +75,8 @@ pub struct World {
     pub kept_backs: KeptBacks,
     /// Which sides its triangles are taken to have.
     pub sides: Sides,
+    /// Portals, ascending, that are shut though the file has them open, or the other way around.
+    pub doors: Vec<u32>,
     /// Whether each part of its meshes is two-sided where no other sides are chosen.
     pub(crate) stored: Vec<bool>,
     /// The worker that made it and answers requests about it; none of a scene that was made here.
@@ -124,6 +126,7 @@ impl World {
             half,
             kept_backs,
             sides: Sides::Automatic,
+            doors: Vec::new(),
             stored: sides::of_parts(&model),
             model,
             #[cfg(target_arch = "wasm32")]
@@ -146,23 +149,45 @@ impl World {
         Ok(())
     }
 
+    /// Opens and shuts portals, so that these are not as the file has them.
+    pub fn set_doors(&mut self, doors: &[u32]) {
+        let scene = &mut self.model.scene;
+        for &portal in self.doors.iter().chain(doors) {
+            let is_open = scene.cell_graph().is_some_and(|graph| {
+                (portal as usize) < graph.portals().len() && graph.is_open(portal)
+            });
+            scene.set_portal_open(portal, !is_open);
+        }
+        self.doors = doors.to_vec();
+    }
+
     /// The same scene with these sides, slot for slot. Costs a copy of everything.
     ///
     /// # Errors
     /// As [`set_sides`](Self::set_sides).
     pub fn with_sides(&self, sides: Sides) -> Result<Self, String> {
-        let unpacker = Unpacker::new(pack(&self.model)).map_err(|e| e.to_string())?;
-        self.again(unpacker.finish().map_err(|e| e.to_string())?, sides)
+        self.altered(sides, &self.doors)
     }
 
-    /// The world of a copy of its model, with these sides.
+    /// The same scene with these sides and doors, slot for slot. Costs a copy of everything.
     ///
     /// # Errors
     /// As [`set_sides`](Self::set_sides).
-    pub(crate) fn again(&self, model: Model, sides: Sides) -> Result<Self, String> {
+    pub fn altered(&self, sides: Sides, doors: &[u32]) -> Result<Self, String> {
+        let unpacker = Unpacker::new(pack(&self.model)).map_err(|e| e.to_string())?;
+        self.again(unpacker.finish().map_err(|e| e.to_string())?, sides, doors)
+    }
+
+    /// The world of a copy of its model, with these sides and doors.
+    ///
+    /// # Errors
+    /// As [`set_sides`](Self::set_sides).
+    pub(crate) fn again(&self, model: Model, sides: Sides, doors: &[u32]) -> Result<Self, String> {
         let mut again = Self {
             model,
             name: self.name.clone(),
+            // A copy has its portals as the file has them.
+            doors: Vec::new(),
             stored: self.stored.clone(),
             kept_backs: self.kept_backs.clone(),
             #[cfg(target_arch = "wasm32")]
@@ -170,6 +195,7 @@ impl World {
             ..*self
         };
         again.set_sides(sides)?;
+        again.set_doors(doors);
         Ok(again)
     }
 

@@ -421,3 +421,40 @@ fn the_audit_tells_that_bounds_hold() {
     settle(&mut session);
     assert_eq!(session.audit.found(), None);
 }
+
+#[test]
+fn a_door_that_is_shut_hides_what_was_behind_it() {
+    let room = "camera.target=[26.6,1.7,18.2]&camera.distance=6&camera.yaw=-8&camera.pitch=-4&camera.near=0.05\
+                &stages.occlusion=false&structure.portals=true&structure.cells=true";
+    let mut session = begin(room, "office");
+    let chain = |session: &Session| session.cells.chain.clone().expect("wanted");
+    let kept =
+        |session: &Session| session.decision.as_ref().expect("decided").visible.instance_count;
+    let (open, left) = (chain(&session), kept(&session));
+    let reached = open.reached.as_ref().expect("in a room").len();
+    assert!(reached > 1 && !open.steps.is_empty(), "{open:?}");
+
+    // Every portal out of the room.
+    for step in open.steps.iter().filter(|step| step.depth == 1) {
+        session.toggle_portal(step.portal);
+    }
+    settle(&mut session);
+    session.advance(0.02, SIZE);
+    let shut = chain(&session);
+    assert_eq!(shut.reached.as_deref(), open.cell.map(|cell| vec![cell]).as_deref());
+    assert!(shut.steps.is_empty() && !shut.doors.is_empty());
+    assert!(kept(&session) < left, "{} of {left}", kept(&session));
+    // A link says so.
+    assert!(session.link().contains("doors=["), "{}", session.link());
+
+    session.state.doors.clear();
+    settle(&mut session);
+    session.advance(0.02, SIZE);
+    assert_eq!((chain(&session).steps, kept(&session)), (open.steps, left));
+    // Without the stage, what is beyond walls is kept.
+    session.state.stages.portal = false;
+    settle(&mut session);
+    assert!(kept(&session) > left, "{} of {left}", kept(&session));
+    session.toggle_portal(u32::MAX);
+    assert!(session.state.doors.is_empty());
+}

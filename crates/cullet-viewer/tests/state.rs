@@ -77,6 +77,8 @@ prop_compose! {
         s.ghosts.form = if level > 30 { GhostForm::Boxes } else { GhostForm::Solid };
         s.ghosts.hidden = hidden;
         s.sides = Sides::ALL[level as usize % 3].0;
+        (s.stages.portal, s.structure.portals) = (level % 2 > 0, level % 3 > 0);
+        (s.doors, s.structure.step) = ((0..level % 4).collect(), level);
         s.structure.level = level;
         (s.structure.volume, s.structure.outcodes, s.structure.audit) = (level % 2 > 0, level % 3 > 0, level % 5 > 0);
         s
@@ -132,6 +134,8 @@ fn an_invalid_value_is_named() {
         ("scene=city&wipe=%22no%22&dark=false", "cannot be read: wipe=%22no%22: invalid type"),
         ("stages.detail_px=-1", "stages.detail_px is -1"),
         ("structure.level=65", "structure.level is 65"),
+        ("structure.step=4097", "structure.step is 4097"),
+        ("doors=[-1]", "invalid value"),
         ("cut.at=3", "a place of cut is 3; it must be between -2 and 2"),
         ("cut.normal=[0,0,0]", "the length of cut.normal is 0"),
         ("cut.shape=ball", "unknown variant `ball`"),

@@ -22,6 +22,11 @@ occluders         what each occluder that was drawn covers
 hidden            what is hidden, as ghosts behind what hides it
 coverage          when a pixel counts as covered, and what a buffer of samples does not see; no scene
 
+Of portals, in scenes with cells:
+portals           what the view sees of each portal, in the order of the walk; shut doors; a plan with the chain
+cells             the cells from above, cut where the eye is: portals, what is reached, what is in sight
+pvs-matrix        which cells see each other, proven or kept; of a .prt, a .bsp, a .cpvs, or a scene
+
 To teach back-face culling:
 normal-mask       the cube of directions in 216 and 1536 classes, those that face away in pink
 normal-partition  the same in the plane: the circle of normals
@@ -43,6 +48,8 @@ pipeline          the spaces of the pipeline, the tests in each, and their cost 
 Examples
   cullet picture kinds --out kinds.png
   cullet picture occlusion-buffer plant --path walk --views 8 --view 2
+  cullet picture portals office --path walk --views 8 --view 3
+  cullet picture pvs-matrix lqdm1.bsp
   cullet picture normal-mask --eye 3,2,5 --target 0,0,0 --fov 20
   cullet picture back-regions knobs --views 8 --view 1
   cullet picture culling-volume bunny.ply --one-sided --cluster 17
@@ -91,6 +98,12 @@ pub(crate) enum PictureKind {
     Hidden,
     /// When a pixel counts as covered
     Coverage,
+    /// What is seen of each portal, one through the other
+    Portals,
+    /// The cells from above, and which are reached
+    Cells,
+    /// Which cells see each other
+    PvsMatrix,
     /// The cube of directions and its classes that face away
     NormalMask,
     /// The circle of normals and its classes that face away
@@ -128,6 +141,9 @@ impl PictureKind {
             Self::Occluders => "occluders",
             Self::Hidden => "hidden",
             Self::Coverage => "coverage",
+            Self::Portals => "portals",
+            Self::Cells => "cells",
+            Self::PvsMatrix => "pvs-matrix",
             Self::NormalMask => "normal-mask",
             Self::NormalPartition => "normal-partition",
             Self::ConservativeSet => "conservative-set",

@@ -1,6 +1,7 @@
 //! `cullet picture`: one picture of one view.
 
 mod args;
+mod matrix;
 
 use std::ops::ControlFlow;
 
@@ -47,6 +48,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
         PictureKind::ClipPolygon => cullet_draw::clip_polygon(args.input.view.size),
         PictureKind::ClipW => cullet_draw::clip_w(args.input.view.size),
         PictureKind::Pipeline => cullet_draw::pipeline(&costs(), args.input.view.size),
+        PictureKind::PvsMatrix => matrix::draw(args, console)?,
         _ => of_scene(args, console)?,
     };
     let out = args.out.clone().unwrap_or_else(|| format!("{}.png", args.kind.name()).into());
@@ -82,6 +84,11 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     culler.output = Output::Triangles;
     (culler.reasons, culler.dropped) = (true, true);
     model.scene.prepare(culler.preparation());
+    if matches!(args.kind, PictureKind::Portals | PictureKind::Cells)
+        && model.scene.cell_graph().is_none()
+    {
+        return Err(matrix::no_cells(args));
+    }
     let scene = &model.scene;
     let colors = inputs::colors(&model);
     let options = RenderOptions { threads: args.input.view.threads, ..RenderOptions::default() };
@@ -127,6 +134,17 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
                 _ => cullet_draw::hidden(scene, view, &culled, &colors),
             }
         }
+        PictureKind::Portals | PictureKind::Cells => {
+            let (state, _) = cull();
+            let reached = state.reached();
+            if reached.is_none() {
+                console.note("portals hide nothing in this view; the picture says why, or --no-portal was given");
+            }
+            match args.kind {
+                PictureKind::Portals => cullet_draw::portals(scene, view, reached, &colors),
+                _ => cullet_draw::cells(scene, view, reached, args.input.view.size),
+            }
+        }
         PictureKind::CullingVolume => {
             let (picture, f) = volume(args, scene)?;
             console.line(format!(
@@ -154,6 +172,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         | PictureKind::Outcodes
         | PictureKind::ClipPolygon
         | PictureKind::ClipW
+        | PictureKind::PvsMatrix
         | PictureKind::Pipeline => Picture::default(),
     })
 }

@@ -1,6 +1,7 @@
 //! Pictures of frames, of what was culled, and of the cost of drawing.
 
 mod canvas;
+mod cells;
 mod font;
 mod hierarchy;
 mod kinds;
@@ -14,6 +15,10 @@ mod shaded;
 mod space;
 mod teach;
 
+pub use cells::{
+    DoorInView, PairShown, ShownPortal, cells, depth_color, matrix_order, portals, pvs_matrix,
+    shown_portals, shut_doors, walk_order,
+};
 pub use font::text_width;
 pub use hierarchy::hierarchy;
 pub use kinds::{kinds, kinds_of};

@@ -15,12 +15,13 @@ use crate::task::clock;
 use crate::world::World;
 
 impl Request {
-    /// Packs all of it but the scene, which the other side has, and only has to declare its sides.
+    /// Packs all of it but the scene, which the other side has, and only has to declare its sides and doors.
     #[must_use]
     pub fn pack(&self) -> Vec<u8> {
         let Self { world, view, culler, buffer, number } = self;
         let mut out = Writer::default();
         out.value(&world.sides);
+        out.value(&world.doors);
         // A culler's level is the best of the machine that culls, and its clock that machine's too.
         out.value(&(number, buffer, view, culler, culler.clock.is_some()));
         out.bytes
@@ -35,13 +36,23 @@ impl Request {
         Reader::new(bytes, 0).value()
     }
 
+    /// Which doors the scene of a packed request has otherwise than its file, likewise.
+    ///
+    /// # Errors
+    /// As [`unpack`](Self::unpack).
+    pub fn doors(bytes: &[u8]) -> Result<Vec<u32>, UnpackError> {
+        let from = &mut Reader::new(bytes, 0);
+        let _: Sides = from.value()?;
+        from.value()
+    }
+
     /// The request that was packed, of the other side's scene. A culler that kept time keeps that of this side.
     ///
     /// # Errors
     /// If the bytes are none that [`pack`](Self::pack) wrote.
     pub fn unpack(bytes: &[u8], world: Arc<World>) -> Result<Self, UnpackError> {
         let from = &mut Reader::new(bytes, 0);
-        let _: Sides = from.value()?;
+        let _: (Sides, Vec<u32>) = (from.value()?, from.value()?);
         let (number, buffer, view, culler, timed): (u64, bool, View, Culler, bool) =
             from.value()?;
         let culler = Culler { clock: timed.then_some(clock), ..culler };
@@ -275,6 +286,7 @@ mod tests {
             let request = requests(&shown).swap_remove(0);
             let packed = request.pack();
             assert_eq!(Request::sides(&packed).unwrap(), sides);
+            assert!(Request::doors(&packed).unwrap().is_empty());
             // As the worker does with the scene that it keeps.
             let mut kept = stored.with_sides(Sides::Automatic).unwrap();
             kept.set_sides(Request::sides(&packed).unwrap()).unwrap();

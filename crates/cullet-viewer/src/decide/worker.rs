@@ -233,10 +233,12 @@ pub fn decide(request: &[u8]) -> Result<Vec<u8>, JsValue> {
     KEPT.with_borrow_mut(|kept| {
         let (world, memory) = kept.as_mut().ok_or("the worker keeps no scene")?;
         let sides = Request::sides(request).map_err(|e| e.to_string())?;
-        if world.sides != sides {
+        let doors = Request::doors(request).map_err(|e| e.to_string())?;
+        if world.sides != sides || world.doors != doors {
             // Between two requests it is held here alone.
             let own = Arc::get_mut(world).ok_or("the worker's scene is in use")?;
             own.set_sides(sides)?;
+            own.set_doors(&doors);
         }
         let request = Request::unpack(request, Arc::clone(world)).map_err(|e| e.to_string())?;
         let decision = memory.decide(request);

@@ -20,6 +20,7 @@ use eframe::egui;
 
 use crate::audit::Audit;
 use crate::camera::{Chase, Rig};
+use crate::cells::Cells;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::chooser::Chooser;
 use crate::cost::Measured;
@@ -28,7 +29,7 @@ use crate::decide::{Decider, Decision, Request};
 use crate::inbox::Inbox;
 use crate::journey::Journey;
 use crate::link;
-use crate::remaking::Remaking;
+use crate::remaking::{Alteration, Remaking};
 use crate::state::{Manner, Stages, State, Study};
 use crate::study::Figures;
 use crate::task::{Progress, Task, clock};
@@ -100,6 +101,8 @@ pub struct Session {
     remaking: Remaking,
     /// Counts of the back faces of the inspected instance that bounds prove.
     pub figures: Option<Figures>,
+    /// What is shown of cells and portals.
+    pub cells: Cells,
     /// The camera path.
     pub journey: Journey,
     /// Culling costs of the cameras of the path.
@@ -169,6 +172,7 @@ impl Session {
             cutting: Cutting::default(),
             remaking: Remaking::default(),
             figures: None,
+            cells: Cells::default(),
             journey: Journey::default(),
             measured: Measured::None,
             chase: Chase::default(),
@@ -236,7 +240,7 @@ impl Session {
         let wanted = self.asked.as_ref().map(|_| self.requests);
         let idle = self.loading.is_none() && !self.journey.is_making();
         let cut = self.world.is_none() || self.cutting.is_settled(&self.state.cut);
-        let sides = self.whole().is_none_or(|w| self.remaking.is_settled(w, self.state.sides));
+        let sides = self.whole().is_none_or(|w| self.remaking.is_settled(w, &self.alteration()));
         idle && cut
             && sides
             && self.next.is_none()
@@ -244,6 +248,7 @@ impl Session {
             && !matches!(self.truth, Truth::Working(_))
             && !matches!(self.measured, Measured::Working(_))
             && self.report.is_none()
+            && !self.cells.is_baking()
             && self.saving.is_none()
             && !self.uploading
             && (self.world.is_none() || decided.is_some() && decided == wanted)
@@ -302,14 +307,27 @@ impl Session {
             }
         }
         self.study();
+        self.follow_cells();
+    }
+
+    /// What is wanted of the scene otherwise than its file has it.
+    fn alteration(&self) -> Alteration {
+        let graph = self.whole().and_then(|w| w.model.scene.cell_graph());
+        let portals = graph.map_or(0, |graph| graph.portals().len());
+        let doors = self.state.doors.iter().copied().filter(|&door| (door as usize) < portals);
+        let mut doors: Vec<u32> = doors.collect();
+        doors.sort_unstable();
+        doors.dedup();
+        Alteration { sides: self.state.sides, doors }
     }
 
     /// Goes on with what is made beside the pictures: the scene with other sides, the cut and the audit.
     fn beside(&mut self) {
         let Some(world) = self.next.clone().or_else(|| self.world.clone()) else { return };
         let whole = self.cutting.whole.as_ref().unwrap_or(&world);
+        let wanted = self.alteration();
         let ctx = self.ctx.clone();
-        match self.remaking.advance(whole, self.state.sides, move || ctx.request_repaint()) {
+        match self.remaking.advance(whole, &wanted, move || ctx.request_repaint()) {
             Some(Ok(next)) => {
                 self.next = Some(next);
                 // Both were of the scene with its other sides.

@@ -154,6 +154,7 @@ impl Session {
             self.state.frozen = None;
             // The chosen sides of another scene do not apply to this one.
             self.state.sides = Sides::Automatic;
+            self.state.doors.clear();
         }
         self.fitted = None;
         self.remaking = Remaking::default();
@@ -184,6 +185,7 @@ impl Session {
                 self.state.camera = None;
                 self.state.frozen = None;
                 self.state.sides = world.sides;
+                self.state.doors.clone_from(&world.doors);
                 self.enter(world);
             }
             None => self.tell_of_scene(why, true),

@@ -37,6 +37,8 @@ pub struct State {
     pub stages: Stages,
     /// Which sides the scene's triangles are taken to have.
     pub sides: Sides,
+    /// Portals that are shut though the scene has them open, or the other way around.
+    pub doors: Vec<u32>,
     /// How triangles are drawn.
     pub look: Look,
     /// How what was dropped is shown.
@@ -70,6 +72,7 @@ impl Default for State {
             map: true,
             stages: Stages::default(),
             sides: Sides::default(),
+            doors: Vec::new(),
             look: Look::default(),
             ghosts: Ghosts::default(),
             structure: Structure::default(),
@@ -164,4 +167,10 @@ pub struct Structure {
     pub outcodes: bool,
     /// Instances that leave the bounds which culling goes by.
     pub audit: bool,
+    /// Outlines of the scene's cells, from outside.
+    pub cells: bool,
+    /// What is seen of each portal, in the order of the walk.
+    pub portals: bool,
+    /// How many of those are shown, the last of them stronger; 0 is all.
+    pub step: u32,
 }

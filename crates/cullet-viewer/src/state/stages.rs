@@ -15,6 +15,8 @@ pub struct Stages {
     pub frustum: bool,
     /// See [`Culler::frustum_exact`].
     pub frustum_exact: bool,
+    /// Whether what is seen through no portal is culled, in scenes with cells; see [`Culler::portal`].
+    pub portal: bool,
     /// See [`Culler::backface`].
     pub backface: Backface,
     /// See [`Culler::degenerate`].
@@ -49,6 +51,7 @@ impl Stages {
             on: true,
             frustum: culler.frustum,
             frustum_exact: culler.frustum_exact,
+            portal: culler.portal.is_some(),
             backface: culler.backface,
             degenerate: culler.degenerate,
             detail_px: detail.threshold_px,
@@ -66,6 +69,7 @@ impl Stages {
         Self {
             on: false,
             frustum: false,
+            portal: false,
             backface: Backface::Off,
             degenerate: false,
             occlusion: false,
@@ -77,6 +81,7 @@ impl Stages {
     #[must_use]
     pub fn frustum_only() -> Self {
         Self {
+            portal: false,
             backface: Backface::Off,
             degenerate: false,
             occlusion: false,
@@ -104,7 +109,7 @@ impl Stages {
         Culler {
             frustum: on && self.frustum,
             frustum_exact: on && self.frustum_exact,
-            portal: on.then(Default::default),
+            portal: (on && self.portal).then(Default::default),
             backface: if on { self.backface } else { Backface::Off },
             degenerate: on && self.degenerate,
             detail: (on && self.detail_px > 0.0)

@@ -31,6 +31,7 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
         [f64::from(d.x), f64::from(d.y)]
     };
     super::buffer::show(ui, rect, session, made);
+    super::portals::show(ui, rect, ratio, session, made);
     labels(ui, rect, ratio, session, made);
     super::map::show(ui, rect, session);
     super::cube::show(ui, rect, session);
@@ -40,7 +41,9 @@ pub(super) fn show(ui: &mut egui::Ui, session: &mut Session, shown: Shown, made:
         wipe(ui, rect, session);
     }
     if response.clicked()
-        && let Some(at) = response.interact_pointer_pos().map(pixel)
+        && let Some(point) = response.interact_pointer_pos()
+        && !super::portals::click(point, rect, ratio, session, made)
+        && let at = pixel(point)
         && let Some(panel) = made.at(at)
     {
         let [left, top, ..] = panel.place.map(f64::from);

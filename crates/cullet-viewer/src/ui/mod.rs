@@ -2,6 +2,7 @@
 
 mod buffer;
 mod canvas;
+mod cells;
 mod cube;
 mod cut;
 mod figures;
@@ -10,6 +11,7 @@ mod help;
 mod inspect;
 mod map;
 mod playground;
+mod portals;
 mod scene;
 pub mod shortcuts;
 mod structures;

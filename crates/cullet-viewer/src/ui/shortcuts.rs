@@ -184,6 +184,29 @@ pub const TABLE: [Section; 6] = [
                 &[(Key::T, Press(|s| flip(&mut s.state.clipping.open)))],
             ),
             keys(
+                "/",
+                "portals, in the order of the walk",
+                &[(Key::Slash, Press(|s| flip(&mut s.state.structure.portals)))],
+            ),
+            keys(
+                "[ ]",
+                "a portal of the walk back, on",
+                &[
+                    (Key::OpenBracket, Press(|s| s.step_portals(-1))),
+                    (Key::CloseBracket, Press(|s| s.step_portals(1))),
+                ],
+            ),
+            keys(
+                "Delete",
+                "open or shut that portal",
+                &[(Key::Delete, Press(Session::toggle_nearest_portal))],
+            ),
+            keys(
+                ";",
+                "cells, from outside",
+                &[(Key::Semicolon, Press(|s| flip(&mut s.state.structure.cells)))],
+            ),
+            keys(
                 "Backspace",
                 "next level of the hierarchy",
                 &[(Key::Backspace, Press(next_level))],

@@ -11,7 +11,7 @@ use crate::cost::Measured;
 use crate::journey::RATE;
 use crate::numbers::grouped;
 use crate::session::Session;
-use crate::state::{Colour, GhostForm, Layout, Sides, Stages, WIDEST_BUFFER};
+use crate::state::{Colour, GhostForm, Layout, Sides, Stages, Structure, WIDEST_BUFFER};
 use crate::structure;
 
 /// All of them.
@@ -25,9 +25,20 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
         journey(ui, session);
         report(ui, session);
     });
+    if super::cells::are_there(session) {
+        let s = &session.state;
+        let shown = s.structure.cells || s.structure.portals || !s.doors.is_empty();
+        section(ui, "Cells and portals", shown, |ui| super::cells::section(ui, session));
+    }
     // Open where a link shows something of it.
     let s = &session.state;
-    let shown = s.structure != Default::default() || s.study != Default::default();
+    let of_cells = Structure {
+        cells: s.structure.cells,
+        portals: s.structure.portals,
+        step: s.structure.step,
+        ..Structure::default()
+    };
+    let shown = s.structure != of_cells || s.study != Default::default();
     section(ui, "Structures", shown, |ui| structures(ui, session));
 }
 
@@ -37,6 +48,7 @@ fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egu
 
 fn culling(ui: &mut egui::Ui, session: &mut Session) {
     let kept = session.kept_backs();
+    let has_cells = super::cells::are_there(session);
     let s = &mut session.state.stages;
     ui.horizontal_wrapped(|ui| {
         switch(ui, &mut s.on, "cull", "All culling at once; off draws everything (C)");
@@ -80,6 +92,10 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
             let about = "Also drops big boxes near the frustum's corners, at some 50 ns for each that straddles";
             switch(ui, &mut s.frustum_exact, "exact at corners", about);
         });
+        if has_cells {
+            let about = "Drops what is in no cell that is seen through open portals, or beside those: some microseconds a view, and never wrong if the cells are true";
+            switch(ui, &mut s.portal, "portals", about);
+        }
         ui.horizontal(|ui| {
             ui.label("back faces");
             choices(ui, &mut s.backface, &[

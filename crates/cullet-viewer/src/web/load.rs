@@ -13,7 +13,7 @@ use super::worker::{Keeper, thrown};
 use crate::bytes::UnpackError;
 use crate::measures::Measures;
 use crate::packed::{Unpacker, pack};
-use crate::state::Sides;
+use crate::remaking::Alteration;
 use crate::task::{SLICE, Task, clock};
 use crate::world::{Source, World};
 
@@ -51,18 +51,19 @@ async fn world(source: Source) -> Result<World, String> {
     Ok(World { keeper: Some(Arc::new(keeper)), ..World::measured(model, name, measures) })
 }
 
-/// Begins to make a scene again with other sides, as [`World::with_sides`] does at once; `wake` is called when it is
+/// Begins to make a scene again with other sides or doors, as [`World::altered`] does at once; `wake` is called when it is
 /// there. Its worker declares them too, with the first request that tells of them.
 pub(crate) fn remake(
     whole: Arc<World>,
-    sides: Sides,
+    wanted: Alteration,
     wake: impl FnOnce() + 'static,
 ) -> Task<Result<World, String>> {
     let (send, task) = Task::waiting();
     spawn_local(async move {
         let made = unpack(pack(&whole.model)).await;
         // Nobody listens any more when the user has gone on to something else.
-        let _ = send.send(made.and_then(|(model, _)| whole.again(model, sides)));
+        let _ =
+            send.send(made.and_then(|(model, _)| whole.again(model, wanted.sides, &wanted.doors)));
         wake();
     });
     task
