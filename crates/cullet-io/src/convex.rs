@@ -30,7 +30,7 @@ impl Convex {
 
     /// A box.
     pub(crate) fn of_box(min: [f64; 3], max: [f64; 3], on: f64) -> Option<Self> {
-        if (0..3).any(|a| !(max[a] - min[a] > on)) {
+        if !(0..3).all(|a| max[a] - min[a] > on) {
             return None;
         }
         let face = |i: usize| {

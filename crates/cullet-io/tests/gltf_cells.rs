@@ -58,7 +58,7 @@ fn cells_of_the_office_come_back_from_a_glb() {
     let root = json_of(&std::fs::read(&path).unwrap());
     assert_eq!(root["extensionsUsed"], json!([NAME]));
     let found = held(&schema(), &root["extensions"][NAME], "");
-    assert_eq!(found, [String::new(); 0]);
+    assert!(found.is_empty(), "{found:?}");
 }
 
 fn schema() -> Value {

@@ -4,12 +4,10 @@
 use cullet::cell::CellGraph;
 use cullet::{Backface, Culler, Output, Scene, View, ViewState, Visible};
 use cullet_bake::pvs::{PairState, Pvs, PvsSettings, bake};
-use cullet_draw::{DoorInView, ShownPortal, depth_color, matrix_order, shown_portals, shut_doors};
+use cullet_draw::{DoorInView, ShownPortal, matrix_order, shown_portals, shut_doors};
 use glam::DVec3;
 
-use crate::lines::{Lines, tint};
-use crate::session::Session;
-use crate::task::{Progress, Task};
+use crate::task::Task;
 
 /// Shut doors, as in the pictures of `cullet picture portals`.
 pub const SHUT: [u8; 3] = [0xD8, 0x2C, 0x20];
@@ -19,14 +17,11 @@ pub const OWN: [u8; 3] = [0xFF, 0xD2, 0x3F];
 pub const REACHED: [u8; 3] = [0x6F, 0xD6, 0x77];
 /// Cells that are seen from somewhere in that of the eye.
 pub const IN_SET: [u8; 3] = [0x4C, 0x9B, 0xF2];
-/// All other cells.
-const OTHER: [u8; 3] = [0x8C, 0x93, 0x9B];
-
 /// The walk through portals from the eye that culls.
 #[derive(Clone, Debug)]
 pub struct Chain {
     /// Of which decision.
-    decided: u64,
+    pub(crate) decided: u64,
     /// The cell of the eye.
     pub cell: Option<u32>,
     /// Cells that are reached, ascending; `None` where portals hide nothing, as where the eye is in no cell.
@@ -88,7 +83,7 @@ pub struct CellSets {
 }
 
 impl CellSets {
-    fn of(graph: &CellGraph) -> Self {
+    pub(crate) fn of(graph: &CellGraph) -> Self {
         // A page has no threads; and a map's bake may take a while in any case.
         let threads = match cfg!(target_arch = "wasm32") {
             true => 1,
@@ -123,9 +118,9 @@ pub struct Cells {
     /// The walk of the newest decision, while it is shown.
     pub chain: Option<Chain>,
     /// Boxes around cells, and whose they are: the address of a world that lives as long.
-    boxes: Option<(usize, Vec<Option<[DVec3; 2]>>)>,
-    sets: Option<CellSets>,
-    baking: Option<Task<CellSets>>,
+    pub(crate) boxes: Option<(usize, Vec<Option<[DVec3; 2]>>)>,
+    pub(crate) sets: Option<CellSets>,
+    pub(crate) baking: Option<Task<CellSets>>,
 }
 
 impl Cells {
@@ -142,159 +137,9 @@ impl Cells {
     }
 }
 
-impl Session {
-    /// Opens a portal of the scene, or shuts it: the scene is made again so. Nothing where there is no such portal.
-    pub fn toggle_portal(&mut self, portal: u32) {
-        let graph = self.world.as_ref().and_then(|w| w.model.scene.cell_graph());
-        if graph.is_none_or(|graph| portal as usize >= graph.portals().len()) {
-            return;
-        }
-        let doors = &mut self.state.doors;
-        let before = doors.len();
-        doors.retain(|&door| door != portal);
-        if doors.len() == before {
-            doors.push(portal);
-        }
-    }
-
-    /// Opens or shuts what is nearest: the portal that the chosen step leads through, else the first of the chain, else the first shut door
-    /// in sight.
-    pub fn toggle_nearest_portal(&mut self) {
-        let Some(chain) = &self.cells.chain else { return };
-        let step = chain.shown(self.state.structure.step.max(1)).last().map(|step| step.portal);
-        let portal = step.or_else(|| chain.doors.first().map(|door| door.portal));
-        if let Some(portal) = portal {
-            self.toggle_portal(portal);
-        }
-    }
-
-    /// Goes along the chain of portals by so many steps, and shows it.
-    pub fn step_portals(&mut self, by: i64) {
-        self.state.structure.portals = true;
-        let count = self.cells.chain.as_ref().map_or(0, |chain| chain.steps.len());
-        let step = i64::from(self.state.structure.step);
-        self.state.structure.step = (step + by).rem_euclid(count as i64 + 1) as u32;
-    }
-
-    /// Begins to bake which cells can see each other.
-    pub fn bake_cells(&mut self) {
-        let Some(graph) = self.world.as_ref().and_then(|w| w.model.scene.cell_graph()).cloned()
-        else {
-            return;
-        };
-        let ctx = self.ctx.clone();
-        let task = Task::start(move || CellSets::of(&graph), move || ctx.request_repaint());
-        self.cells.baking = Some(task);
-    }
-
-    /// Goes on with what is shown of cells.
-    pub(crate) fn follow_cells(&mut self) {
-        if let Some(task) = &self.cells.baking {
-            match task.poll() {
-                Progress::Working => {}
-                Progress::Done(sets) => (self.cells.sets, self.cells.baking) = (Some(sets), None),
-                Progress::Lost => {
-                    self.cells.baking = None;
-                    self.tell("The sets of cells ended without a result.", true);
-                }
-            }
-        }
-        let s = &self.state.structure;
-        let (Some(world), Some(decision)) = (&self.world, &self.decision) else {
-            self.cells = Cells::default();
-            return;
-        };
-        let scene = &world.model.scene;
-        let Some(graph) = scene.cell_graph() else {
-            self.cells = Cells::default();
-            return;
-        };
-        // Doors change no set: what is behind one is potentially visible.
-        self.cells.sets.take_if(|sets| sets.pvs.check_graph(graph).is_err());
-        let key = std::sync::Arc::as_ptr(world) as usize;
-        if s.cells && self.cells.boxes.as_ref().is_none_or(|(of, _)| *of != key) {
-            self.cells.boxes = Some((key, cell_boxes(scene, graph, world.reach)));
-        }
-        if !s.cells && !s.portals {
-            self.cells.chain = None;
-        } else if self.cells.chain.as_ref().is_none_or(|c| c.decided != decision.number) {
-            let chain = Chain::of(scene, &decision.request.view, decision.number);
-            self.cells.chain = Some(chain);
-        }
-    }
-}
-
-/// Adds cells and the chain of portals as they are seen from outside.
-pub fn draw(session: &Session, lines: &mut Lines, faces: &mut Lines) {
-    let s = &session.state.structure;
-    let (Some(chain), Some(decision)) = (&session.cells.chain, &session.decision) else { return };
-    let boxes = session.cells.boxes.as_ref().filter(|_| s.cells);
-    for (cell, found) in (0..).zip(boxes.map_or(&[][..], |(_, boxes)| boxes)) {
-        let Some([low, high]) = *found else { continue };
-        let in_set = || {
-            let sets = session.cells.sets();
-            chain.cell.zip(sets).is_some_and(|(own, sets)| sets.sees(own, cell))
-        };
-        let reached = chain.reached.as_ref();
-        let colour = match cell {
-            cell if chain.cell == Some(cell) => tint(OWN, 255),
-            cell if reached.is_some_and(|r| r.binary_search(&cell).is_ok()) => tint(REACHED, 255),
-            _ if in_set() => tint(IN_SET, 220),
-            _ => tint(OTHER, 110),
-        };
-        wire(low, high, colour, lines);
-    }
-    if !s.portals {
-        return;
-    }
-    let [x, y, z, _] = decision.request.view.eye();
-    let eye = DVec3::new(x, y, z);
-    let shown = chain.shown(s.step);
-    for (number, step) in (1..).zip(shown) {
-        let colour = depth_color(step.depth);
-        let corners: Vec<DVec3> = step.polygon.iter().map(|p| DVec3::from(*p)).collect();
-        ring(&corners, tint(colour, 255), lines);
-        // What is seen through the last of a chosen few: a pyramid from the eye.
-        if number == s.step as usize {
-            corners.iter().for_each(|&c| lines.line(eye, c, tint(colour, 160)));
-            fan(&corners, tint(colour, 90), faces);
-        }
-    }
-    for door in &chain.doors {
-        let corners: Vec<DVec3> = door.polygon.iter().map(|p| DVec3::from(*p)).collect();
-        ring(&corners, tint(SHUT, 255), lines);
-        fan(&corners, tint(SHUT, 120), faces);
-    }
-}
-
-fn ring(corners: &[DVec3], colour: [u8; 4], lines: &mut Lines) {
-    for (a, b) in corners.iter().zip(corners.iter().cycle().skip(1)) {
-        lines.line(*a, *b, colour);
-    }
-}
-
-fn fan(corners: &[DVec3], colour: [u8; 4], faces: &mut Lines) {
-    for i in 2..corners.len() {
-        faces.triangle([corners[0], corners[i - 1], corners[i]], colour);
-    }
-}
-
-/// The edges of a box of the world.
-fn wire(low: DVec3, high: DVec3, colour: [u8; 4], lines: &mut Lines) {
-    let corner = |i: usize| {
-        let of = |a: usize| if i >> a & 1 == 1 { high[a] } else { low[a] };
-        DVec3::new(of(0), of(1), of(2))
-    };
-    for i in 0..8_usize {
-        for a in (0..3).filter(|a| i >> a & 1 == 0) {
-            lines.line(corner(i), corner(i | 1 << a), colour);
-        }
-    }
-}
-
 /// A box in each cell: of a room of six walls the room, of another shape what is measured across its middle. Found by where
 /// its scene says that the cell ends, so that it serves cells of any kind; none of a cell without portals.
-fn cell_boxes(scene: &Scene, graph: &CellGraph, reach: f64) -> Vec<Option<[DVec3; 2]>> {
+pub(crate) fn cell_boxes(scene: &Scene, graph: &CellGraph, reach: f64) -> Vec<Option<[DVec3; 2]>> {
     (0..graph.cell_count()).map(|cell| cell_box(scene, graph, cell, reach)).collect()
 }
 

@@ -4,7 +4,7 @@ use cullet::{CullFace, Depth, SlotRange, Stage, View, Visible};
 use cullet_draw::palette;
 use glam::DVec3;
 
-use crate::cells;
+use crate::cell_lines;
 use crate::draw::{Paint, Pane, Style};
 use crate::lines::{Lines, tint};
 use crate::session::Session;
@@ -264,7 +264,7 @@ fn decorate(session: &Session, made: &mut Composition) {
         }
     }
     let mut rooms = (Lines::default(), Lines::default());
-    cells::draw(session, &mut rooms.0, &mut rooms.1);
+    cell_lines::draw(session, &mut rooms.0, &mut rooms.1);
     let by_reason = state.look.colour == Colour::Reason;
     for panel in &mut made.panels {
         panel.content = match panel.role {

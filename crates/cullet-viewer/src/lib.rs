@@ -7,6 +7,7 @@ pub mod audit;
 pub mod bench;
 pub mod bytes;
 pub mod camera;
+mod cell_lines;
 pub mod cells;
 #[cfg(not(target_arch = "wasm32"))]
 mod chooser;

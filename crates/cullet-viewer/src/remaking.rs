@@ -2,24 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::state::Sides;
+use crate::state::Alteration;
 use crate::task::{Progress, Task};
 use crate::world::World;
-
-/// What of a scene is not as its file has it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Alteration {
-    /// Which sides its triangles are taken to have.
-    pub sides: Sides,
-    /// Portals, ascending, that are shut though the file has them open, or the other way around.
-    pub doors: Vec<u32>,
-}
-
-impl Alteration {
-    fn is_of(&self, world: &World) -> bool {
-        world.sides == self.sides && world.doors == self.doors
-    }
-}
 
 /// A scene being made again with other sides or doors, beside the one that is shown.
 #[derive(Debug, Default)]
@@ -33,7 +18,7 @@ impl Remaking {
     /// Whether a scene is as it is wanted, or cannot be.
     #[must_use]
     pub fn is_settled(&self, whole: &World, wanted: &Alteration) -> bool {
-        self.task.is_none() && (wanted.is_of(whole) || self.refused.as_ref() == Some(wanted))
+        self.task.is_none() && (is_of(wanted, whole) || self.refused.as_ref() == Some(wanted))
     }
 
     /// Goes on towards what is wanted of a whole scene: begins to make it again, and returns it once it is
@@ -65,6 +50,11 @@ impl Remaking {
         }
         None
     }
+}
+
+/// Whether a scene is altered so.
+fn is_of(wanted: &Alteration, world: &World) -> bool {
+    world.sides == wanted.sides && world.doors == wanted.doors
 }
 
 #[cfg(not(target_arch = "wasm32"))]

@@ -22,7 +22,7 @@ pub struct SceneArgs {
     /// Take every triangle for two-sided: nothing is back-face culled
     #[arg(long)]
     pub two_sided: bool,
-    /// Cut the scene into cells, for portal culling: a model of which each mesh is the volume of a room, as IfcSpace is
+    /// Cut the scene into cells, for portal culling: a model of which each mesh is the volume of a room, as an IFC space is
     #[arg(long, value_name = "FILE")]
     pub cells: Option<PathBuf>,
     /// Refuse files with more triangles than this (exit code 4)

@@ -3,7 +3,7 @@
 use cullet::bounds::Plane;
 use glam::DVec3;
 
-use super::map::Bsp;
+use super::map::{Bsp, Contents};
 use super::scene::to_scene;
 use crate::cells::{Cell, CellGraph, Portal, numbers};
 use crate::convex::Convex;
@@ -36,7 +36,9 @@ impl Bsp {
             .map(|number| Cell { name: format!("cell {number}"), pieces: Vec::new() })
             .collect();
         for (number, leaf) in (0..).zip(self.leafs()) {
-            let Some(cell) = leaf.cell.filter(|_| leaf.contents.is_open()) else { continue };
+            // Nobody stands in a sky: its surface has one side, and from behind there is nothing to be seen.
+            let is_place = leaf.contents.is_open() && leaf.contents != Contents::Sky;
+            let Some(cell) = leaf.cell.filter(|_| is_place) else { continue };
             let planes = self.tree().planes_of_leaf(number);
             let Some(region) = Convex::new(planes, low.into(), high.into(), ON) else { continue };
             if is_thin(&region) {

@@ -2,6 +2,7 @@
 //! It needs no window and no graphics, so tests run it as it is.
 
 mod cameras;
+mod cells;
 mod inspecting;
 mod jobs;
 mod opening;
@@ -29,8 +30,8 @@ use crate::decide::{Decider, Decision, Request};
 use crate::inbox::Inbox;
 use crate::journey::Journey;
 use crate::link;
-use crate::remaking::{Alteration, Remaking};
-use crate::state::{Manner, Stages, State, Study};
+use crate::remaking::Remaking;
+use crate::state::{Alteration, Manner, Stages, State, Study};
 use crate::study::Figures;
 use crate::task::{Progress, Task, clock};
 use crate::truth::Truth;

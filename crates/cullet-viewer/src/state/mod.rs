@@ -13,7 +13,7 @@ use crate::clipping::Clipping;
 
 pub use cut::{CutAway, Part, REACH, Shape};
 pub use look::{Colour, GhostForm, Ghosts, Look};
-pub use sides::Sides;
+pub use sides::{Alteration, Sides};
 pub use stages::Stages;
 pub use study::{By, MOST_GROUPS, Study};
 

@@ -46,3 +46,12 @@ impl Sides {
         }
     }
 }
+
+/// What of a scene is not as its file has it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Alteration {
+    /// Which sides its triangles are taken to have.
+    pub sides: Sides,
+    /// Portals, ascending, that are shut though the file has them open, or the other way around.
+    pub doors: Vec<u32>,
+}

@@ -13,7 +13,7 @@ use super::worker::{Keeper, thrown};
 use crate::bytes::UnpackError;
 use crate::measures::Measures;
 use crate::packed::{Unpacker, pack};
-use crate::remaking::Alteration;
+use crate::state::Alteration;
 use crate::task::{SLICE, Task, clock};
 use crate::world::{Source, World};
 

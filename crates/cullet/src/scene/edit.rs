@@ -131,7 +131,7 @@ impl Scene {
         }
         self.origin = origin;
         self.without_change(|scene| {
-            (0..scene.slot_count()).for_each(|slot| scene.update_slot(slot))
+            (0..scene.slot_count()).for_each(|slot| scene.update_slot(slot));
         });
         self.hierarchy.refit();
         self.assign_moved();

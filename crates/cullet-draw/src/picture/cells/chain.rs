@@ -19,27 +19,6 @@ use crate::render::render;
 /// Cells of the plan that are not reached.
 const UNREACHED: [u8; 3] = [0xDA, 0xDB, 0xD9];
 
-/// The visits of a walk, depth first: each is followed by those that it leads to. Numbers of [`Reached::visits`].
-#[must_use]
-pub fn walk_order(reached: &Reached) -> Vec<u32> {
-    let visits = reached.visits();
-    let mut children = vec![Vec::new(); visits.len()];
-    let mut stack = Vec::new();
-    for (number, visit) in (0..).zip(visits) {
-        match visit.parent {
-            Some(parent) => children[parent as usize].push(number),
-            None => stack.push(number),
-        }
-    }
-    stack.reverse();
-    let mut order = Vec::with_capacity(visits.len());
-    while let Some(visit) = stack.pop() {
-        order.push(visit);
-        stack.extend(children[visit as usize].iter().rev());
-    }
-    order
-}
-
 /// The view, dimmed, and on it what is seen of each portal of the walk: numbered in its order, depth first, in the
 /// colours of how many portals are looked through; doors that are shut are hatched in red. Beneath, a plan of the cells
 /// with what is seen of each, and the chain in words.

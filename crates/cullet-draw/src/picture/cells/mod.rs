@@ -6,10 +6,10 @@ mod overview;
 mod plan;
 mod sight;
 
-pub use chain::{portals, walk_order};
+pub use chain::portals;
 pub use matrix::{PairShown, matrix_order, pvs_matrix};
 pub use overview::cells;
-pub use sight::{DoorInView, ShownPortal, shown_portals, shut_doors};
+pub use sight::{DoorInView, ShownPortal, shown_portals, shut_doors, walk_order};
 
 /// Open portals on a plan.
 const OPEN: [u8; 3] = [0x1B, 0x8A, 0x4B];

@@ -94,7 +94,28 @@ pub fn shown_portals(view: &View, reached: &Reached) -> Vec<ShownPortal> {
             polygon,
         })
     };
-    super::walk_order(reached).into_iter().filter_map(shown).collect()
+    walk_order(reached).into_iter().filter_map(shown).collect()
+}
+
+/// The visits of a walk, depth first: each is followed by those that it leads to. Numbers of [`Reached::visits`].
+#[must_use]
+pub fn walk_order(reached: &Reached) -> Vec<u32> {
+    let visits = reached.visits();
+    let mut children = vec![Vec::new(); visits.len()];
+    let mut stack = Vec::new();
+    for (number, visit) in (0..).zip(visits) {
+        match visit.parent {
+            Some(parent) => children[parent as usize].push(number),
+            None => stack.push(number),
+        }
+    }
+    stack.reverse();
+    let mut order = Vec::with_capacity(visits.len());
+    while let Some(visit) = stack.pop() {
+        order.push(visit);
+        stack.extend(children[visit as usize].iter().rev());
+    }
+    order
 }
 
 /// The shut portals of all cells that a view sees, clipped by what is seen there; each once, as the shortest chain shows it.

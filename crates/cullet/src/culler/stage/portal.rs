@@ -10,7 +10,7 @@ use crate::bounds::Side;
 use crate::cull::frustum::batch::Planes;
 use crate::cull::frustum::tree::Cut;
 use crate::cull::portal::{Reached, Visit, walk_portals};
-use crate::cull::pvs::Targets;
+use crate::cull::pvs::{Targets, VisibleSets};
 use crate::funnel::{Reason, Stage, Unit};
 use crate::scene::{SceneCells, Tally};
 use crate::view::Frustum;
@@ -39,7 +39,7 @@ pub(in super::super) fn instances(
     cache.idle = Idle::NoCells;
     let (Some(options), Some(cells)) = (frame.culler.portal, frame.scene.cells()) else { return };
     let mut dropped = Tally::default();
-    let stands = match cells.sets().map(|sets| sets.targets()) {
+    let stands = match cells.sets().map(VisibleSets::targets) {
         // Cells for sets of instances are not rooms, and nothing is beyond their borders.
         Some(Targets::Instances) if cells.graph().portals().is_empty() => Err(Idle::NoPortals),
         _ => stand(frame, cells, &mut cache.starts),
