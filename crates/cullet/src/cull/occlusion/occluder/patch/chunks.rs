@@ -296,7 +296,8 @@ mod tests {
             }
             of.sort_unstable();
         };
-        (sorted(&mut all), sorted(&mut expected));
+        sorted(&mut all);
+        sorted(&mut expected);
         assert_eq!(all, expected);
         let quads = chunks.facets.iter().filter(|f| f.is_quad()).count();
         assert!(quads > 100 && quads * 2 < all.len() - 100, "{quads} quads");
