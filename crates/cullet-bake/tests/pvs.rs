@@ -187,6 +187,18 @@ fn in_shares(graph: &CellGraph, shares: &[u32], threads: usize) -> Pvs {
 }
 
 #[test]
+fn what_is_expected_rises_to_all_of_it() {
+    for (size, preset) in
+        [([4, 4, 2], PvsPreset::Full), ([4, 4, 2], PvsPreset::Fast), ([1, 1, 1], PvsPreset::Full)]
+    {
+        let bake = Bake::new(&rooms(15, size), &PvsSettings::default().with_preset(preset), 1);
+        let expected = bake.expected();
+        assert_eq!(expected.len() as u64, bake.steps());
+        assert!(expected.is_sorted() && expected.last() == Some(&1.0), "{expected:?}");
+    }
+}
+
+#[test]
 fn threads_and_units_change_no_byte() {
     let graph = rooms(11, [5, 5, 3]);
     let one = bake(&graph, &PvsSettings::default(), 1).to_bytes();

@@ -145,6 +145,9 @@ struct CheckRecord {
     missed: u64,
 }
 
+/// Steps of the bar.
+const THOUSANDTHS: u64 = 1000;
+
 /// Runs the command.
 pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
     let threads = args.threads.map_or_else(
@@ -175,17 +178,24 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
         folder: folder.as_ref().map(|(_, folder)| folder),
         share: args.unit.map(|[i, n]| [i - 1, n]),
     };
-    let progress = Mutex::new(console.progress("cells", bake.steps()));
+    let (expected, mut steps, mut shown) = (bake.expected(), 0, 0);
+    let mut bar = console.progress("thousandths", THOUSANDTHS);
+    let progress = Mutex::new(|| {
+        let share = expected.get(steps).copied().unwrap_or(1.0);
+        steps += 1;
+        let now = (share * THOUSANDTHS as f64) as u64;
+        (shown..now).for_each(|_| bar.step());
+        shown = shown.max(now);
+    });
     let step = || {
         if let Ok(mut progress) = progress.lock() {
-            progress.step();
+            progress();
         }
         !interrupted()
     };
     let end = bake.run(&options, &step);
-    if let Ok(mut progress) = progress.lock() {
-        progress.finish();
-    }
+
+    bar.finish();
     let at = folder.as_ref().map_or(Path::new(""), |(path, _)| path);
     match end.map_err(|e| Failure::write(at, &e))? {
         RunEnd::Whole => {}

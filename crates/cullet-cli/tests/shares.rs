@@ -38,10 +38,10 @@ fn inputs(model: &Model, path: &str) -> (Vec<View>, Culler) {
 }
 
 /// Holds the shares of a scene's views against the stages run alone; returns what each took.
-fn check(scene: &str, model: &Model, path: &str) -> [u64; 9] {
+fn check(scene: &str, model: &Model, path: &str) -> [u64; Stage::ALL.len() + 1] {
     let (views, culler) = inputs(model, path);
     let telling = alone::telling(&culler);
-    let mut sums = [0; 9];
+    let mut sums = [0; Stage::ALL.len() + 1];
     for (index, (view, said)) in views.iter().zip(verified(scene, path)).enumerate() {
         let mut result = Visible::default();
         telling.cull_one(&model.scene, view, &mut ViewState::default(), &mut result);
@@ -62,7 +62,7 @@ fn check(scene: &str, model: &Model, path: &str) -> [u64; 9] {
 
 #[test]
 fn built_in_scenes_share_as_their_stages_do_alone() {
-    let mut sums = [0; 9];
+    let mut sums = [0; Stage::ALL.len() + 1];
     for (scene, path) in [
         ("city:objects=3000,cells=24", "walk"),
         ("city:objects=600,cells=12,sub=5", "fly"),

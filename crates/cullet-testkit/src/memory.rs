@@ -1,6 +1,7 @@
 //! An allocator that counts, for tests of what runs without allocating, and of what loading holds at once.
 //!
-//! A test program that measures says so, and has one test alone: what another thread allocates would be counted too.
+//! A test program that measures memory says so, and has one test alone: what another thread holds would be counted too.
+//! Allocations are counted by thread, for the thread that runs tests allocates whenever it likes.
 //!
 //! ```
 //! use cullet_testkit::memory::{Counting, allocations_of, peak_of};
@@ -14,7 +15,8 @@
 //! ```
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The system's allocator, counted.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +24,11 @@ pub struct Counting;
 
 static NOW: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
-static COUNT: AtomicU64 = AtomicU64::new(0);
+
+thread_local! {
+    /// Allocations of this thread. It needs no memory of its own, nor anything at the thread's end.
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
 
 // SAFETY: every call is handed on to the system's allocator as it came. `realloc` is left to the
 // default, which holds the old block and the new one at once: the worst that an allocator does.
@@ -32,7 +38,7 @@ static COUNT: AtomicU64 = AtomicU64::new(0);
 )]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.fetch_add(1, Ordering::Relaxed);
+        let _ = COUNT.try_with(|count| count.set(count.get() + 1));
         let now = NOW.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
         PEAK.fetch_max(now, Ordering::Relaxed);
         // SAFETY: the caller keeps the contract of `alloc`.
@@ -59,23 +65,23 @@ pub fn peak_of<T>(run: impl FnOnce() -> T) -> (T, usize) {
     (result, PEAK.load(Ordering::Relaxed) - before)
 }
 
-/// Result of `run`, and how often it allocated.
+/// Result of `run`, and how often it allocated on this thread.
 ///
 /// # Panics
 ///
 /// As [`peak_of`].
 pub fn allocations_of<T>(run: impl FnOnce() -> T) -> (T, u64) {
     check();
-    let before = COUNT.load(Ordering::Relaxed);
+    let before = COUNT.get();
     let result = run();
-    (result, COUNT.load(Ordering::Relaxed) - before)
+    (result, COUNT.get() - before)
 }
 
 fn check() {
-    let before = COUNT.load(Ordering::Relaxed);
+    let before = COUNT.get();
     drop(std::hint::black_box(Box::new(0_u8)));
     assert!(
-        COUNT.load(Ordering::Relaxed) > before,
+        COUNT.get() > before,
         "nothing is counted: the test needs `#[global_allocator] static ALLOCATOR: Counting = Counting;`"
     );
 }

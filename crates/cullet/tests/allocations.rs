@@ -18,7 +18,7 @@ use cullet_testkit::{Rng, meshes};
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-// One test alone in this file: another thread's allocations would be counted too.
+// One test: each part builds on what the ones before have grown.
 #[test]
 fn steady_state_allocates_nothing() {
     let mut rng = Rng(11);

@@ -30,7 +30,7 @@ fn scene(rng: &mut Rng) -> Scene {
 #[test]
 fn rows_chain_and_count_what_the_record_says() {
     let mut rng = Rng(31);
-    let mut taken = [[0u64; 3]; 9];
+    let mut taken = [[0u64; 3]; Stage::ALL.len() + 1];
     for round in 0..150 {
         let mut scene = scene(&mut rng);
         if round % 2 == 0 {

@@ -152,6 +152,38 @@ impl Bake {
         self.rounds.iter().map(|(_, cells)| cells.len() as u64).sum()
     }
 
+    /// The share of the time, from 0 to 1, that is expected to be over after each of the [steps](Self::steps): for a bar whose
+    /// estimate means something. Cells that see much take nearly all of it, and come last; the very last find most of their pairs decided.
+    /// Fitted to six maps: with a fifth of it over, the time left was between 0.4 and 2.1 times what it says. Counting cells alone
+    /// it was between 3 and 50 times as long.
+    #[must_use]
+    pub fn expected(&self) -> Vec<f64> {
+        let count = self.order.len() as f64;
+        let cost = |task: Task, place: u32| {
+            let seen = self.known.candidates(self.order[place as usize]) as f64;
+            let cost = seen.powf(2.5) * (1.0 - f64::from(place) / count).sqrt();
+            match task {
+                Task::Lines => 0.0,
+                Task::First => cost,
+                Task::Second => cost * 0.02,
+            }
+        };
+        let steps = self.rounds.iter();
+        let mut shares: Vec<f64> = steps
+            .flat_map(|(task, cells)| cells.clone().map(|place| cost(*task, place)))
+            .scan(0.0, |sum, cost| {
+                *sum += cost;
+                Some(*sum)
+            })
+            .collect();
+        // Lines alone, or nothing to be seen anywhere: all steps count alike.
+        let (all, count) = (shares.last().copied().unwrap_or(0.0), shares.len() as f64);
+        for (step, share) in (1..).zip(&mut shares) {
+            *share = if all > 0.0 { *share / all } else { f64::from(step) / count };
+        }
+        shares
+    }
+
     /// Bytes in memory, but for little.
     #[must_use]
     pub fn bytes(&self) -> u64 {

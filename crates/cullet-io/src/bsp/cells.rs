@@ -15,6 +15,8 @@ const MARGIN: f64 = 64.0;
 const ON: f64 = 1e-3;
 /// Leafs that are thinner than this share of their size are left out: rounding makes them, and nobody fits in.
 const THIN: f64 = 1e-4;
+/// How thick a sky is.
+const FILM: f64 = 0.01;
 /// Surfaces and portals are off the planes of the tree by rounding: in Quake 3 corners are whole numbers.
 const WALLS: f64 = 2.0;
 
@@ -36,17 +38,25 @@ impl Bsp {
             .map(|number| Cell { name: format!("cell {number}"), pieces: Vec::new() })
             .collect();
         for (number, leaf) in (0..).zip(self.leafs()) {
-            // Nobody stands in a sky: its surface has one side, and from behind there is nothing to be seen.
-            let is_place = leaf.contents.is_open() && leaf.contents != Contents::Sky;
-            let Some(cell) = leaf.cell.filter(|_| is_place) else { continue };
+            let Some(cell) = leaf.cell.filter(|_| leaf.contents.is_open()) else { continue };
             let planes = self.tree().planes_of_leaf(number);
             let Some(region) = Convex::new(planes, low.into(), high.into(), ON) else { continue };
             if is_thin(&region) {
                 continue;
             }
             let turned = |plane: &Plane| numbers(&Plane::new(to_scene(plane.normal, up), plane.d));
-            let planes = region.faces().map(|(plane, _)| turned(plane)).collect();
-            cells.cells[cell as usize].pieces.push(planes);
+            let planes: Vec<_> = region.faces().map(|(plane, _)| turned(plane)).collect();
+            let pieces = &mut cells.cells[cell as usize].pieces;
+            if leaf.contents == Contents::Sky {
+                // Nobody stands in a sky: its surface has one side, and from behind there is nothing to be seen of it.
+                // So it is no more than a film within its border, on which its portals are.
+                for (plane, _) in region.faces() {
+                    let inner = Plane { d: plane.d - FILM, ..*plane }.flipped();
+                    pieces.push(planes.iter().copied().chain([turned(&inner)]).collect());
+                }
+            } else {
+                pieces.push(planes);
+            }
         }
         cells.portals.extend(graph.portals().iter().map(|portal| Portal {
             cells: portal.cells,
