@@ -76,11 +76,18 @@ export async function running(page) {
   await settled(page);
 }
 
+/** Waits until the page has drawn what it was told: a press and its release that come to one frame are a click, and no drag. */
+const drawn = (page) => page.evaluate(() => new Promise((done) => {
+  requestAnimationFrame(() => requestAnimationFrame(() => done()));
+}));
+
 export async function drag(page, dx, dy) {
   await page.mouse.move(MIDDLE.x, MIDDLE.y);
   await page.mouse.down();
+  await drawn(page);
   await page.mouse.move(MIDDLE.x + dx / 2, MIDDLE.y + dy / 2, { steps: 3 });
   await page.mouse.move(MIDDLE.x + dx, MIDDLE.y + dy, { steps: 3 });
+  await drawn(page);
   await page.mouse.up();
 }
 
