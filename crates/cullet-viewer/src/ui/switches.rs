@@ -44,7 +44,7 @@ pub(super) fn all(ui: &mut egui::Ui, session: &mut Session) {
 
 /// A section that is open at first where `open` holds, and opens where that comes to hold, as by a key.
 fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egui::Ui)) {
-    let id = ui.id().with((name, "open"));
+    let id = ui.scope_id().with((name, "open"));
     let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or(id, open), open));
     let opens = (open && !before).then_some(true);
     egui::CollapsingHeader::new(name).default_open(open).open(opens).show_unindented(ui, body);
