@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { mkdir, writeFile } from "node:fs/promises";
 import { join } from "node:path";
-import { changed, data, drop, open } from "./browser.mjs";
+import { ask, changed, data, drop, open } from "./browser.mjs";
 
 /** A triangle as glTF, which names its buffer, and moves. */
 function triangle() {
@@ -50,7 +50,7 @@ export async function beside(browser, url) {
   console.log(`with its buffer: told: ${notice}`);
 
   // Both by the browser's dialog.
-  const [dialog] = await Promise.all([page.waitForEvent("filechooser"), page.keyboard.press("l")]);
+  const dialog = await ask(page);
   const named = (name, [, buffer]) => ({ name, mimeType: "application/octet-stream", buffer });
   await dialog.setFiles([named("chosen.gltf", model), named("my triangle.bin", buffer)]);
   assert.equal(await changed(page, "scene", "triangle.gltf"), "chosen.gltf");

@@ -92,12 +92,25 @@ export async function drag(page, dx, dy) {
 }
 
 /** Waits until an attribute is other than it was. */
-export async function changed(page, name, old) {
+export async function changed(page, name, old, timeout = WAIT) {
   const args = [name, old];
-  await page.waitForFunction(([n, o]) => document.body.dataset[n] !== o, args, { timeout: WAIT })
+  await page.waitForFunction(([n, o]) => document.body.dataset[n] !== o, args, { timeout })
     .catch(() => assert.fail(`data-${name} stays '${old}'`));
   await settled(page);
   return data(page, name);
+}
+
+/** Has the page ask for a file by its key, again where a slow page did not hear it. */
+export async function ask(page) {
+  for (let tries = 5; ; tries--) {
+    const asked = page.waitForEvent("filechooser", { timeout: WAIT / 5 });
+    await page.keyboard.press("l");
+    try {
+      return await asked;
+    } catch (error) {
+      if (tries === 1) throw error;
+    }
+  }
 }
 
 /** Drops files on the page at once, each a name and its bytes. */

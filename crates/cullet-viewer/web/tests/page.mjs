@@ -5,7 +5,7 @@ import { inflateSync } from "node:zlib";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import assert from "node:assert/strict";
-import { MIDDLE, SIZE, WAIT, changed, data, drag, drop, launch, open, running, settled, start } from "./browser.mjs";
+import { MIDDLE, SIZE, WAIT, ask, changed, data, drag, drop, launch, open, running, settled, start } from "./browser.mjs";
 import { beside, stored } from "./beside.mjs";
 import { large } from "./large.mjs";
 import { phone } from "./phone.mjs";
@@ -128,7 +128,7 @@ async function use(browser, url, query, name) {
   }
 
   // The same by the browser's dialog.
-  const [dialog] = await Promise.all([page.waitForEvent("filechooser"), page.keyboard.press("l")]);
+  const dialog = await ask(page);
   await dialog.setFiles({ name: "chosen.glb", mimeType: "model/gltf-binary", buffer: cube() });
   assert.equal(await changed(page, "scene", "cube.glb"), "chosen.glb");
 
@@ -202,7 +202,10 @@ try {
   await beside(browser, server.url);
   await worker(browser, server.url, ["cube.glb", cube()]);
   await phone(browser, server.url, pictures);
-  await large(browser, server.url, folder);
+  // In a browser of its own: what pages before have left draws no more.
+  const fresh = await launch();
+  await large(fresh, server.url, folder);
+  await fresh.close();
 
   // Nonsense in a link opens the default, and says so.
   const { page } = await open(browser, server.url.replace(/#.*/, "#scene=city&wipe=%22no%22"), "?webgl");
