@@ -40,6 +40,10 @@ impl Bsp {
         for (number, leaf) in (0..).zip(self.leafs()) {
             let Some(cell) = leaf.cell.filter(|_| leaf.contents.is_open()) else { continue };
             let planes = self.tree().planes_of_leaf(number);
+            // Of brush models, and Quake 3's first: below no node of the world, it is nowhere.
+            if planes.is_empty() && self.leafs().len() > 1 {
+                continue;
+            }
             let Some(region) = Convex::new(planes, low.into(), high.into(), ON) else { continue };
             if is_thin(&region) {
                 continue;
