@@ -155,7 +155,7 @@ impl Bake {
     /// The share of the time, from 0 to 1, that is expected to be over after each of the [steps](Self::steps): for a bar whose
     /// estimate means something. Cells that see much take nearly all of it, and come last; the very last find most of their pairs decided.
     /// Fitted to the five maps of `data/portals` that take longest: with a fifth of it over, it says between 0.4 and 2.1 times what
-    /// is left. Counting cells alone it said between a tenth and a hundredth.
+    /// is left. Counting cells alone it said between a tenth and a hundredth, on four of them.
     #[must_use]
     pub fn expected(&self) -> Vec<f64> {
         let count = self.order.len() as f64;

@@ -13,7 +13,7 @@ const BLOCK: usize = 64;
 ///
 /// A row keeps those of its words of 64 targets that are not zero, and before them, for each 64 words, which those are and
 /// how many come before: one lookup reads three words, wherever the target. Rows that are equal are kept once. At the worst,
-/// where all is seen from everywhere, that is 3 % more than plain bits; a map's rows take a third of them.
+/// where all is seen from everywhere, that is 3 % more than plain bits.
 ///
 /// Sets may borrow from a file that is [mapped](Self::from_bytes) into memory: then what is never asked is never read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,7 +109,7 @@ impl VisibleSets<'_> {
     }
 
     /// Whether a target may be seen from a cell. What there is no row of may be seen: so says a cell that is not there; a
-    /// target that is not there may not. O(1), some nanoseconds.
+    /// target that is not there may not. O(1): three words are read.
     #[inline]
     #[must_use]
     pub fn sees(&self, cell: u32, target: u32) -> bool {
