@@ -6,7 +6,9 @@ use std::process::Command;
 
 use crate::graphics;
 use crate::runner::{End, Ended, Skip, all, skipped_tests};
-use crate::tools::{Done, cargo_program, command, install_words, is_ci, output, run, target};
+use crate::tools::{
+    Done, cargo_program, command, cpp_compiler, install_words, is_ci, output, run, target,
+};
 
 /// Optimised, with the assertions on.
 pub(crate) const PROFILE: &str = "checked";
@@ -21,8 +23,17 @@ const VIEWER: &str = "cullet-viewer";
 /// It has no tests, and what it is made of is for the page alone.
 const BINDGEN: &str = "cullet-bindgen";
 
+/// It has meshoptimizer compiled, which needs a C++ compiler.
+const BAKER: &str = "cullet-baker";
+
 fn excluded() -> Vec<&'static str> {
-    if graphics::is_there() { vec![BINDGEN] } else { vec![BINDGEN, VIEWER] }
+    let viewer = (!graphics::is_there()).then_some(VIEWER);
+    [BINDGEN].into_iter().chain(viewer).chain(without_cpp()).collect()
+}
+
+/// The packages that cannot be built without a C++ compiler, where there is none.
+pub(crate) fn without_cpp() -> Option<&'static str> {
+    cpp_compiler().is_err().then_some(BAKER)
 }
 
 /// A command of cargo on that build.
@@ -39,11 +50,15 @@ fn cargo(args: &[&str]) -> Command {
 /// The step that builds it all, apart from running it, so that its time is seen.
 pub(crate) fn build() -> Ended {
     run(cargo(&["test", "--no-run"]))?;
-    if graphics::is_there() {
-        return Ok(End::Passed);
+    let mut skips = Vec::new();
+    if !graphics::is_there() {
+        skips.push(Skip::new("the viewer and its tests", install_words(graphics::DEBIAN)));
     }
-    let skip = Skip::new("the viewer and its tests", install_words(graphics::DEBIAN));
-    Ok(End::Partly(vec![skip]))
+    if without_cpp().is_some() {
+        let what = "levels of detail, `cullet simplify` and their tests";
+        skips.push(Skip::new(what, install_words(&["g++"])));
+    }
+    Ok(if skips.is_empty() { End::Passed } else { End::Partly(skips) })
 }
 
 /// The step that runs all tests, whichever fail. Where there is a graphics device, in software or not, and CI runs

@@ -1,5 +1,7 @@
 //! The steps of `test`, in order: what fails fastest comes first.
 
+use std::process::Command;
+
 use crate::checked;
 use crate::compiler::{Compiler, words};
 use crate::graphics;
@@ -39,15 +41,26 @@ pub(crate) fn test(filter: &str) -> Done {
 /// All of the workspace, what cannot be run here too: checking is cheap, and shares its dependencies with `docs` and
 /// `features`, since all three are of one profile.
 fn lints() -> Ended {
-    let clippy = ["clippy", "--workspace", "--all-targets", "--profile", checked::PROFILE];
-    all(cargo(&[&clippy[..], &["--", "-Dwarnings"]].concat()))
+    let mut clippy = command(&cargo_program(), &["clippy", "--workspace", "--all-targets"]);
+    clippy.args(["--profile", checked::PROFILE]);
+    exclude(&mut clippy);
+    clippy.args(["--", "-Dwarnings"]);
+    all(run(clippy))
 }
 
 fn docs() -> Ended {
     let words = ["doc", "--workspace", "--no-deps", "--profile", checked::PROFILE];
     let mut doc = command(&cargo_program(), &words);
+    exclude(&mut doc);
     doc.env("RUSTDOCFLAGS", "-Dwarnings");
     all(run(doc))
+}
+
+/// Leaves out what would have to be compiled by what is not there.
+fn exclude(command: &mut Command) {
+    if let Some(package) = checked::without_cpp() {
+        command.args(["--exclude", package]);
+    }
 }
 
 /// Each library alone, with no more features than it declares, and each of its features: the workspace may lend it some.

@@ -81,6 +81,15 @@ pub(crate) fn optional(program: &str, args: &[&str]) -> Option<String> {
     if is_bare() { None } else { output(program, args) }
 }
 
+/// A C++ compiler that can be run, the one that `CXX` names first.
+pub(crate) fn cpp_compiler() -> Result<String, String> {
+    let set = std::env::var("CXX").ok().filter(|v| !v.is_empty());
+    let mut compilers = set.into_iter().chain(["c++", "g++", "clang++"].map(str::to_owned));
+    compilers.find(|c| optional(c, &["--version"]).is_some()).ok_or_else(|| {
+        format!("there is no C++ compiler, nor does CXX name one: {}", install_words(&["g++"]))
+    })
+}
+
 /// The command that installs packages of Debian.
 pub(crate) fn install_words(packages: &[&str]) -> String {
     format!("apt-get install --no-install-recommends {}", packages.join(" "))

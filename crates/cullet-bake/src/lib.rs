@@ -1,9 +1,9 @@
 //! Prepares meshes for culling: what is done once, so that every frame is cheaper.
 //!
 //! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
-//! where that pays; [`occluders`] finds boxes and polygons that hide what the mesh hides; [`pvs`] finds which cells of a
-//! graph of portals see each other, [`sampled`] what can be seen from anywhere in any scene; [`container`] is the file that
-//! such results are kept in.
+//! where that pays; [`levels`] makes it of fewer triangles, with errors that are measured; [`occluders`] finds boxes and
+//! polygons that hide what the mesh hides; [`pvs`] finds which cells of a graph of portals see each other, [`sampled`] what
+//! can be seen from anywhere in any scene; [`container`] is the file that such results are kept in.
 #![forbid(unsafe_code)]
 
 pub mod clusters;
@@ -11,6 +11,7 @@ pub mod container;
 mod corners;
 mod hash;
 pub mod joint;
+pub mod levels;
 pub mod occluders;
 pub mod pvs;
 mod random;

@@ -1,6 +1,5 @@
 //! Sets of cells against sampled lines of sight, on random rooms and on real maps.
 
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use cullet::cell::{CellGraph, Portal};
@@ -9,7 +8,7 @@ use cullet_bake::pvs::{
     Bake, BitRows, PairState, Pvs, PvsFileError, PvsPreset, PvsSettings, RunEnd, RunOptions,
     UnitFolder, bake, check_sight_ref,
 };
-use cullet_testkit::{cases, data};
+use cullet_testkit::{Folder, cases, data};
 
 /// Random numbers of these tests.
 struct Dice(u64);
@@ -151,28 +150,10 @@ fn graphs_of_next_to_nothing_have_their_sets() {
     assert_eq!(pvs.state(0, 1), PairState::Visible, "a portal of 200 corners");
 }
 
-/// A folder that goes with it.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> Self {
-        static NEXT: AtomicU32 = AtomicU32::new(0);
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let name = format!("cullet-pvs-{}-{number}", std::process::id());
-        Self(std::env::temp_dir().join(name))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// Bakes in shares, one after the other, in an order of their own; then joins them.
 fn in_shares(graph: &CellGraph, shares: &[u32], threads: usize) -> Pvs {
-    let folder = Folder::new();
-    let units = UnitFolder::new(&folder.0).unwrap();
+    let folder = Folder::new("pvs");
+    let units = UnitFolder::new(folder.root()).unwrap();
     let settings = PvsSettings::default();
     for &share in shares {
         let mut part = Bake::new(graph, &settings, 1);
@@ -217,14 +198,15 @@ fn threads_and_units_change_no_byte() {
 fn a_stopped_bake_goes_on_from_its_units_even_damaged_ones() {
     let graph = rooms(12, [5, 4, 2]);
     let settings = PvsSettings::default();
-    let folder = Folder::new();
-    let units = UnitFolder::new(&folder.0).unwrap();
+    let folder = Folder::new("pvs");
+    let units = UnitFolder::new(folder.root()).unwrap();
     let options = RunOptions { threads: 2, folder: Some(&units), share: None };
     let steps = AtomicU32::new(0);
     let mut stopped = Bake::new(&graph, &settings, 1);
     let end = stopped.run(&options, &|| steps.fetch_add(1, Ordering::Relaxed) < 60);
     assert_eq!(end.unwrap(), RunEnd::Stopped);
-    let files: Vec<_> = std::fs::read_dir(&folder.0).unwrap().flatten().map(|f| f.path()).collect();
+    let files: Vec<_> =
+        std::fs::read_dir(folder.root()).unwrap().flatten().map(|f| f.path()).collect();
     assert!(files.len() > 5, "{files:?}");
     // Even what was stopped is conservative.
     check(&graph, &stopped.finish(), 4000);

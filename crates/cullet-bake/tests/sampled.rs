@@ -1,13 +1,16 @@
 //! Sets of scenes by sampled lines: rays against brute force, sets against pictures, bytes against other threads.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use cullet::mesh::{Alpha, Part};
 use cullet::query::{Sight, SightOptions, line_of_sight};
 use cullet::{Handle, Instance, Mesh, MeshData, Scene, Transform};
+use cullet_bake::pvs::{RunEnd, RunOptions, UnitFolder};
 use cullet_bake::sampled::{
     Granularity, RayTree, RayTreeOptions, SampledBake, SampledError, SampledSettings, ScenePvs,
     SolidVoxels, ViewCells, bake_sampled, check_pictures, scene_hash,
 };
-use cullet_testkit::{Rng, cases, meshes, scenes};
+use cullet_testkit::{Folder, Rng, cases, meshes, scenes};
 
 /// A square of this half side in the plane z = 0, its front towards +z.
 fn square(half: f32, part: Part) -> Mesh {
@@ -215,6 +218,48 @@ fn bytes_are_the_same_for_any_number_of_threads() {
 }
 
 #[test]
+fn bytes_are_the_same_for_any_split_into_units_and_after_a_stop() {
+    let scene = scenes::city(5, 1, 60);
+    let tree = RayTree::new(&scene, &RayTreeOptions::default()).expect("a scene");
+    let region = [[-60.0, 0.5, -60.0], [60.0, 4.0, 60.0]];
+    let cells = ViewCells::adaptive(&tree, &[region], 30, 1).expect("a box");
+    let new = |rays| SampledBake::new(&tree, &cells, &some_rays(rays)).expect("good settings");
+    let whole = bake_sampled(&tree, &cells, &some_rays(500_000), 1).expect("good settings");
+    for (shares, threads) in [(&[[0, 1]][..], 2), (&[[1, 3], [2, 3], [0, 3]][..], 1)] {
+        let folder = Folder::new("sampled");
+        let units = UnitFolder::new(folder.root()).expect("a folder");
+        let options = RunOptions { threads, folder: Some(&units), share: None };
+        // Stopped early, so that some of the units of a round lie there.
+        let calls = AtomicU32::new(0);
+        let mut stopped = new(500_000);
+        let end = stopped.run(&options, &|_| calls.fetch_add(1, Ordering::Relaxed) < 300);
+        assert_eq!(end.expect("a folder"), RunEnd::Stopped);
+        let files = || std::fs::read_dir(folder.root()).expect("a folder").count();
+        assert!(stopped.rays() < 500_000 && files() > 0, "{} files", files());
+        for &share in shares {
+            let mut part = new(500_000);
+            let end = part.run(&RunOptions { share: Some(share), ..options }, &|_| true);
+            assert_eq!(end.expect("a folder"), RunEnd::Share);
+        }
+        // One that was damaged is done again.
+        let some = std::fs::read_dir(folder.root()).expect("a folder").flatten().next();
+        std::fs::write(some.expect("a file").path(), b"SAMPUNT1").expect("written");
+        let mut joined = new(500_000);
+        assert_eq!(joined.run(&options, &|_| true).expect("a folder"), RunEnd::Whole);
+        assert_eq!(joined.finish(), whole, "{shares:?}");
+        // A larger budget goes on from the same files.
+        let before = files();
+        let mut more = new(700_000);
+        assert_eq!(more.run(&options, &|_| true).expect("a folder"), RunEnd::Whole);
+        assert!(files() > before);
+        let by_itself = bake_sampled(&tree, &cells, &some_rays(700_000), 1);
+        assert_eq!(more.finish(), by_itself.expect("good settings"));
+    }
+    let other = SampledBake::new(&tree, &cells, &some_rays(500_000).with_seed(2));
+    assert_ne!(other.expect("good settings").key(), new(500_000).key(), "the seed counts");
+}
+
+#[test]
 fn pictures_of_a_city_show_next_to_nothing_that_the_sets_lack() {
     let mut scene = scenes::city(8, 1, 150);
     scene.commit();
@@ -247,11 +292,12 @@ fn the_estimate_falls_and_tells_the_size_of_what_is_missing() {
     let cells = ViewCells::adaptive(&tree, &[region], 40, 1).expect("a box");
     let mut bake = SampledBake::new(&tree, &cells, &some_rays(800_000)).expect("good settings");
     assert_eq!(bake.missing(), 1.0, "nothing is known yet");
-    bake.round(2);
-    let early = bake.missing();
-    while !bake.is_done() {
-        bake.round(2);
-    }
+    let options = RunOptions { threads: 2, ..RunOptions::default() };
+    // A moment later than nothing.
+    let mut first = SampledBake::new(&tree, &cells, &some_rays(100_000)).expect("good settings");
+    assert_eq!(first.run(&options, &|_| true).expect("no folder"), RunEnd::Whole);
+    let early = first.missing();
+    assert_eq!(bake.run(&options, &|_| true).expect("no folder"), RunEnd::Whole);
     let late = bake.missing();
     assert!(late < early * 0.5 && late > 0.0 && late < 0.01, "{early} {late}");
     assert!(bake.rays() >= 800_000 && bake.spent() == 1.0);

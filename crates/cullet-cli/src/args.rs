@@ -1,6 +1,7 @@
 //! The command line.
 
 use clap::{Parser, Subcommand};
+use cullet_command::args::{SIMPLIFY_HELP, SimplifyArgs};
 use cullet_measure::bench::BenchArgs;
 use cullet_measure::calibrate::{self, CalibrateArgs};
 use cullet_measure::reproduce::ReproduceArgs;
@@ -42,6 +43,8 @@ Examples
   cullet picture kinds --out kinds.png       each triangle in the colour of what dropped it
   cullet cut model.glb --plane 0,0,1,0 --cap -o half.glb
                                              cut it open; the caps leave no gap
+  cullet simplify model.glb --error 0.001 -o small.glb
+                                             few triangles, none off by more than a 1,000th of its radius
   cullet occluders model.glb --picture o.png boxes inside of it, and polygons in its surface
   cullet cells house.glb --cells rooms.glb -o out.glb
                                              cells and portals from the volumes of its rooms
@@ -122,6 +125,9 @@ pub(crate) enum Command {
     /// Cut a scene open at planes or a box, with caps
     #[command(after_help = cut::HELP)]
     Cut(Box<CutArgs>),
+    /// Write a scene of few triangles that deviates by no more than is said, as measured
+    #[command(after_help = SIMPLIFY_HELP)]
+    Simplify(Box<SimplifyArgs>),
     /// Bake occluders for each mesh: boxes inside of it and polygons in its surface
     #[command(after_help = occluders::HELP)]
     Occluders(Box<OccludersArgs>),

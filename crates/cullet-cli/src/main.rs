@@ -26,19 +26,19 @@ mod report;
 mod scenes;
 mod serve;
 mod shape;
+mod simplify;
 mod standpoint;
 mod survey;
 mod verify;
 mod view;
 
-use std::io::Write;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Parser;
-use cullet_command::console::{self, Console};
-use cullet_command::exit::{Exit, Outcome};
+use cullet_command::console::Console;
+use cullet_command::exit::Outcome;
+use cullet_command::program;
 use cullet_measure::{bench, calibrate, reproduce};
 
 use args::{Cli, Command};
@@ -47,18 +47,7 @@ fn main() -> ExitCode {
     // Wrong command lines end here with code 2, --help and --version with 0.
     let mut cli = Cli::parse();
     cli.settle();
-    std::panic::set_hook(Box::new(report_panic));
-    console::watch_interrupts();
-    let outcome = catch_unwind(AssertUnwindSafe(|| run(&cli)));
-    let exit = match outcome {
-        Ok(Ok(exit)) => exit,
-        Ok(Err(failure)) => {
-            let _ = writeln!(std::io::stderr().lock(), "error: {}", failure.message);
-            failure.exit
-        }
-        Err(_) => Exit::Internal,
-    };
-    exit.into()
+    program::run("cullet", || run(&cli))
 }
 
 fn run(cli: &Cli) -> Outcome {
@@ -74,6 +63,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(args.json())),
         Command::Cut(args) => cut::run(args, &console(args.json.as_deref())),
+        Command::Simplify(_) => simplify::run(cli.quiet),
         Command::Occluders(args) => occluders::run(args, &console(args.json.as_deref())),
         Command::Occscn(args) => occscn::run(args, &console(None)),
         Command::View(args) => view::run(args),
@@ -82,21 +72,4 @@ fn run(cli: &Cli) -> Outcome {
         Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
         Command::Picture(args) => picture::run(args, &console(None)),
     }
-}
-
-/// A fault of ours: says where, and what to send.
-fn report_panic(info: &std::panic::PanicHookInfo) {
-    let what = info.payload_as_str().unwrap_or("no message");
-    let at = info.location().map_or_else(String::new, |l| {
-        let file = Path::new(l.file()).components().rev().take(2).collect::<Vec<_>>();
-        let file: Vec<_> = file.iter().rev().map(|c| c.as_os_str().to_string_lossy()).collect();
-        format!(" ({}:{})", file.join("/"), l.line())
-    });
-    let _ = writeln!(
-        std::io::stderr().lock(),
-        "internal error: {what}{at}\nThis is a fault of cullet {}, not of your input. Please report it \
-         with the command line{}.",
-        env!("CARGO_PKG_VERSION"),
-        std::env::args().nth(1).map_or_else(String::new, |c| format!(" (cullet {c} ...)"))
-    );
 }

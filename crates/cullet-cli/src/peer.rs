@@ -1,7 +1,8 @@
-//! Programs of their own that commands start: the viewer, the server. They are apart so that building this
+//! Programs of their own that commands start: the viewer, the server, the baker. They are apart so that building this
 //! one stays quick.
 
 use std::ffi::{OsStr, OsString};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -24,7 +25,59 @@ impl Peer {
         let beside = std::env::current_exe().ok();
         let folders = std::env::var_os("PATH").unwrap_or_default();
         let program = self.find(beside.as_deref(), &folders).ok_or_else(|| self.missing())?;
-        let ended = Command::new(&program).args(args).status().map_err(|e| {
+        self.start(&program, args)
+    }
+
+    /// As [`run`](Self::run); where the program is missing and this one was built from its own source, by cargo, it is built
+    /// beside this one first.
+    pub(crate) fn run_or_build(&self, args: &[OsString], quiet: bool) -> Outcome {
+        let beside = std::env::current_exe().ok();
+        let folders = std::env::var_os("PATH").unwrap_or_default();
+        if self.find(beside.as_deref(), &folders).is_none()
+            && let Some(checkout) = beside.as_deref().and_then(|exe| Checkout::of(exe, self.name))
+        {
+            self.build(&checkout, quiet)?;
+        }
+        self.run(args)
+    }
+
+    fn build(&self, checkout: &Checkout, quiet: bool) -> Result<(), Failure> {
+        let Self { name, what, .. } = self;
+        if !quiet {
+            let _ = writeln!(
+                std::io::stderr().lock(),
+                "{what} '{name}' is built now, once, with a C++ compiler: cargo build --profile {} -p {name}",
+                checkout.profile
+            );
+        }
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let built = Command::new(cargo)
+            .args([
+                "build",
+                "--quiet",
+                "--profile",
+                &checkout.profile,
+                "--package",
+                name,
+                "--target-dir",
+            ])
+            .arg(&checkout.target)
+            .current_dir(&checkout.root)
+            .status();
+        match built {
+            Ok(status) if status.success() => Ok(()),
+            Ok(_) => Err(Failure::input(format!(
+                "{what} '{name}' cannot be built: cargo has said why. It needs a C++ compiler besides Rust"
+            ))),
+            Err(e) => {
+                let missing = self.missing().message;
+                Err(Failure::input(format!("cargo cannot be started: {e}. {missing}")))
+            }
+        }
+    }
+
+    fn start(&self, program: &Path, args: &[OsString]) -> Outcome {
+        let ended = Command::new(program).args(args).status().map_err(|e| {
             let (what, program) = (self.what, program.display());
             Failure::input(format!("{program}: {what} cannot be started: {e}"))
         })?;
@@ -32,7 +85,9 @@ impl Peer {
         Ok(match ended.code() {
             Some(0) => Exit::Fine,
             Some(2) => Exit::Usage,
-            None => Exit::Interrupted,
+            Some(4) => Exit::Limit,
+            Some(70) => Exit::Internal,
+            Some(130) | None => Exit::Interrupted,
             Some(_) => Exit::Input,
         })
     }
@@ -54,6 +109,32 @@ impl Peer {
             .chain(std::env::split_paths(folders))
             .map(|folder| folder.join(&name))
             .find(|path| path.is_file())
+    }
+}
+
+/// Where this program was built by cargo from its own source.
+#[derive(Debug, PartialEq)]
+struct Checkout {
+    root: PathBuf,
+    target: PathBuf,
+    profile: String,
+}
+
+impl Checkout {
+    /// That of a program in `ROOT/.../TARGET/PROFILE/`, where the root holds the source of a package.
+    fn of(exe: &Path, package: &str) -> Option<Self> {
+        let folder = exe.parent()?;
+        let target = folder.parent()?;
+        let is_root = |path: &&Path| {
+            path.join("Cargo.toml").is_file() && path.join("crates").join(package).is_dir()
+        };
+        let root = target.ancestors().skip(1).find(is_root)?.to_owned();
+        let profile = match folder.file_name()?.to_str()? {
+            // The one profile whose folder has another name.
+            "debug" => "dev",
+            name => name,
+        };
+        Some(Self { root, target: target.to_owned(), profile: profile.to_owned() })
     }
 }
 
@@ -79,6 +160,23 @@ mod tests {
         std::fs::write(own.join(&name), "").unwrap();
         assert_eq!(PEER.find(Some(&program), path), Some(own.join(&name)));
         assert_eq!(PEER.find(None, OsStr::new("")), None);
+        std::fs::remove_dir_all(&root).unwrap();
+    }
+
+    #[test]
+    fn only_a_program_in_a_target_folder_of_its_own_source_is_built_beside() {
+        let root = std::env::temp_dir().join(format!("cullet-checkout-{}", std::process::id()));
+        std::fs::create_dir_all(root.join("crates/cullet-peer")).unwrap();
+        let exe = root.join("target/release/cullet");
+        assert_eq!(Checkout::of(&exe, PEER.name), None);
+        std::fs::write(root.join("Cargo.toml"), "").unwrap();
+        let found = Checkout::of(&exe, PEER.name).unwrap();
+        assert_eq!((found.root, found.target), (root.clone(), root.join("target")));
+        assert_eq!(found.profile, "release");
+        let debug = Checkout::of(&root.join("target/debug/cullet"), PEER.name).unwrap();
+        assert_eq!(debug.profile, "dev");
+        assert_eq!(Checkout::of(&exe, "cullet-other"), None);
+        assert_eq!(Checkout::of(Path::new("cullet"), PEER.name), None);
         std::fs::remove_dir_all(&root).unwrap();
     }
 

@@ -30,7 +30,7 @@ large by. The bytes are the same for any number of threads and any split into un
 
 A scene without cells (glb, gltf, obj, ply, stl, off, occscn, or a built-in one) gets view cells, and lines sampled from
 them find what each sees. Such sets may lack something: it is estimated how much, and --check N measures it by pictures from N
-random places. Ctrl-C ends with what was found.
+random places. Ctrl-C ends with what was found, and with --resume keeps it to go on; --resume with more --rays goes on too.
 
 --unit I/N does one of N shares of the work and leaves it as files in --units; any number of processes may share a
 folder, on one machine or many. Once all have ended, --resume joins them. --resume alone does all the work and keeps
@@ -262,11 +262,7 @@ pub(crate) fn run(args: &PvsArgs, console: &Console) -> Outcome {
 
 /// Bakes a scene without cells.
 fn run_scene(args: &PvsArgs, model: &Model, threads: usize, console: &Console) -> Outcome {
-    if args.unit.is_some() || args.resume || args.units.is_some() {
-        return Err(Failure::usage(
-            "--unit, --units and --resume belong to cells with portals; sampling a scene ends at Ctrl-C with what was found",
-        ));
-    }
+    let folder = folder(args)?;
     let common = pvs_scene::Common {
         file: &args.file,
         out: args.out.as_deref(),
@@ -275,6 +271,8 @@ fn run_scene(args: &PvsArgs, model: &Model, threads: usize, console: &Console) -
         threads,
         seed: args.seed,
         check: args.check,
+        folder: folder.as_ref(),
+        share: args.unit.map(|[i, n]| [i - 1, n]),
     };
     pvs_scene::run(&args.scene, model, &common, console)
 }

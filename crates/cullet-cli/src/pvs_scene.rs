@@ -1,9 +1,11 @@
 //! `cullet pvs` of a scene without cells: sets of boxes that an eye may be in, by sampled lines.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::time::Instant;
 
 use clap::Args;
+use cullet_bake::pvs::{RunEnd, RunOptions, UnitFolder};
 use cullet_bake::sampled::{
     Granularity, RayTree, RayTreeOptions, Region, SampledBake, SampledError, SampledSettings,
     ScenePvs, SolidVoxels, ViewCells, check_pictures,
@@ -37,7 +39,7 @@ pub(crate) struct PvsSceneArgs {
     /// End after about so many rays [default: 100000000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     rays: Option<u64>,
-    /// End where so small a share of looks is estimated to go to what is missing, 0 to 1 [default: 0.0005]
+    /// End where so small a share of looks is estimated to go to what is missing, 0 to 1 [default: 0.00002]
     #[arg(long, value_name = "SHARE", value_parser = share)]
     missing: Option<f64>,
     /// Keep whatever could appear wider than this, in degrees, above 0 to 180 [default: 180, what a cell touches]
@@ -62,6 +64,9 @@ pub(crate) struct Common<'a> {
     pub(crate) seed: u64,
     /// Pictures to check the sets with.
     pub(crate) check: Option<u64>,
+    /// Where finished units are kept, and whose share is to be done.
+    pub(crate) folder: Option<&'a (PathBuf, UnitFolder)>,
+    pub(crate) share: Option<[u32; 2]>,
 }
 
 /// Endings of files that hold a scene and no cells.
@@ -130,7 +135,7 @@ fn radius(text: &str) -> Result<f64, String> {
 fn share(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(v) if (0.0..=1.0).contains(&v) => Ok(v),
-        _ => Err(format!("'{text}' is not a share of 0 to 1; try 0.0005")),
+        _ => Err(format!("'{text}' is not a share of 0 to 1; try 0.00002")),
     }
 }
 
@@ -198,8 +203,13 @@ pub(crate) fn run(
     let tree = RayTree::new(&model.scene, &options).map_err(|e| failure(common.file, &e))?;
     let cells = cells(args, &tree, common.seed).map_err(|e| failure(common.file, &e))?;
     let settings = settings(args, common.seed);
-    let bake = SampledBake::new(&tree, &cells, &settings).map_err(|e| failure(common.file, &e))?;
-    let (pvs, complete) = bake_with_progress(bake, common.threads, console);
+    let mut bake =
+        SampledBake::new(&tree, &cells, &settings).map_err(|e| failure(common.file, &e))?;
+    let end = bake_with_progress(&mut bake, common, console)?;
+    if let Some(exit) = told_of_units(end, common, console) {
+        return Ok(exit);
+    }
+    let (pvs, complete) = (bake.finish(), end == RunEnd::Whole);
     let mut record = Record {
         schema: 1,
         cells: cells.len(),
@@ -301,25 +311,54 @@ fn cells(args: &PvsSceneArgs, tree: &RayTree<'_>, seed: u64) -> Result<ViewCells
 
 /// Bakes; Ctrl-C ends it with what was found until then.
 fn bake_with_progress(
-    mut bake: SampledBake<'_>,
-    threads: usize,
+    bake: &mut SampledBake<'_>,
+    common: &Common<'_>,
     console: &Console,
-) -> (ScenePvs, bool) {
+) -> Result<RunEnd, Failure> {
     const STEPS: u64 = 1000;
-    let mut progress = console.progress("thousandths", STEPS);
-    let mut shown = 0;
-    while !bake.is_done() && !interrupted() {
-        bake.round(threads);
-        let spent = (bake.spent() * STEPS as f64) as u64;
-        (shown..spent).for_each(|_| progress.step());
-        shown = spent;
+    let bar = Mutex::new((console.progress("thousandths", STEPS), 0));
+    let step = |share: f64| {
+        if let Ok(mut bar) = bar.lock() {
+            let now = (share * STEPS as f64) as u64;
+            (bar.1..now).for_each(|_| bar.0.step());
+            bar.1 = bar.1.max(now);
+        }
+        !interrupted()
+    };
+    let folder = common.folder.map(|(_, folder)| folder);
+    let options = RunOptions { threads: common.threads, folder, share: common.share };
+    let end = bake.run(&options, &step);
+    if let Ok(mut bar) = bar.lock() {
+        bar.0.finish();
     }
-    progress.finish();
-    let complete = bake.is_done();
-    if !complete {
-        console.note("interrupted: the sets hold what was found until then");
+    let at = common.folder.map_or(Path::new(""), |(path, _)| path);
+    end.map_err(|e| Failure::write(at, &e))
+}
+
+/// Says how a bake ended that leaves units; the exit code where nothing but those is wanted of it.
+fn told_of_units(end: RunEnd, common: &Common<'_>, console: &Console) -> Option<Exit> {
+    let folder = common.folder.map(|(path, _)| path.display());
+    match (end, folder) {
+        (RunEnd::Share, Some(folder)) => {
+            let [i, n] = common.share.unwrap_or([0, 1]);
+            console.line(format!(
+                "share {} of {n} is done, in {folder}; join them with the same command, --resume --units {folder} in the place of --unit",
+                i + 1
+            ));
+            Some(Exit::Fine)
+        }
+        (RunEnd::Stopped, Some(folder)) => {
+            console.note(format!("interrupted; the same command goes on from {folder}"));
+            Some(Exit::Interrupted)
+        }
+        (RunEnd::Stopped, None) => {
+            console.note(
+                "interrupted: the sets hold what was found until then; --resume would keep it to go on",
+            );
+            None
+        }
+        _ => None,
     }
-    (bake.finish(), complete)
 }
 
 fn mean(values: &[f32]) -> f64 {

@@ -1,32 +1,13 @@
 //! `cullet pvs` as its users meet it: its outputs, its units, its messages and exit codes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
+use cullet::cull::pvs::VisibleSets;
+use cullet_bake::sampled::SceneSets;
 use cullet_io::bsp::Bsp;
-use cullet_testkit::data;
+use cullet_testkit::{Folder, data};
 use serde_json::Value;
-
-/// A folder of its own, gone when the test is.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("cullet-sets-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).to_string_lossy().into_owned()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn cullet(args: &[&str]) -> Output {
     let all = [&["pvs"], args].concat();
@@ -111,6 +92,66 @@ fn a_bake_states_its_pairs_writes_its_rows_and_is_the_same_on_threads_and_in_uni
     assert!(std::fs::read(&again).unwrap() == whole, "units");
     let joined: Value = serde_json::from_slice(&out.stdout).unwrap();
     assert_eq!(joined["bytes_hash"], json["bytes_hash"]);
+}
+
+#[test]
+fn sampled_sets_come_from_units_too_and_verify_holds_them_against_what_they_state() {
+    let folder = Folder::new("sampled");
+    let town = "city:cells=4,objects=60";
+    let bake = |more: &[&str]| {
+        let fixed =
+            [town, "--view-cells", "12", "--heights", "1..2.5", "--missing", "0", "--threads", "1"];
+        cullet(&[&fixed, more].concat())
+    };
+    let (whole, joined, units) =
+        (folder.path("whole.cpvs"), folder.path("joined.cpvs"), folder.path("units"));
+    let out = bake(&["--rays", "300000", "-o", &whole]);
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    for share in ["2/2", "1/2"] {
+        let out = bake(&["--rays", "300000", "--unit", share, "--units", &units]);
+        assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+        assert!(
+            said(&out).contains(&format!("share {} of 2 is done", &share[..1])),
+            "{}",
+            said(&out)
+        );
+    }
+    let out = bake(&["--rays", "300000", "--resume", "--units", &units, "-o", &joined]);
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    assert!(std::fs::read(&joined).unwrap() == std::fs::read(&whole).unwrap());
+    let verify = |sets: &str| {
+        Command::new(env!("CARGO_BIN_EXE_cullet"))
+            .args([
+                "verify", town, "--pvs", sets, "--only", "pvs", "--path", "walk", "--views", "4",
+            ])
+            .args(["--size", "160x120", "--samples", "1", "--json", "-"])
+            .output()
+            .unwrap()
+    };
+    let out = verify(&whole);
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    let json: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let stated = &json["stated"];
+    assert_eq!(stated["pixels"], 4 * 160 * 120);
+    assert!(stated["mean"].as_f64() <= stated["worst"].as_f64(), "{stated}");
+    assert!(said(&out).contains("within the stated error"), "{}", said(&out));
+    // Sets of nothing that state to lack nothing: more is lost than is stated.
+    let sets = SceneSets::from_bytes(&std::fs::read(&whole).unwrap()).unwrap();
+    let none = vec![0_u64; (sets.sets.target_count() as usize).div_ceil(64)];
+    let empty = SceneSets {
+        sets: VisibleSets::from_rows(
+            sets.sets.targets(),
+            sets.sets.target_count(),
+            sets.cells.iter().map(|_| &none[..]),
+        ),
+        missing: vec![0.0; sets.cells.len()],
+        ..sets
+    };
+    let worse = folder.path("worse.cpvs");
+    std::fs::write(&worse, empty.to_bytes(1)).unwrap();
+    let out = verify(&worse);
+    assert_eq!(out.status.code(), Some(1), "{}", said(&out));
+    assert!(said(&out).contains("ABOVE THE STATED ERROR"), "{}", said(&out));
 }
 
 #[test]

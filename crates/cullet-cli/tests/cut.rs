@@ -1,26 +1,9 @@
 //! `cullet cut`, and reports that open the scene, run as programs.
 
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use cullet_io::{LoadOptions, load};
-
-/// A folder of its own, gone when the test is.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("cullet-cut-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+use cullet_testkit::Folder;
 
 fn cullet(args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cullet"));
@@ -40,10 +23,10 @@ const BOX: &str = "v 0 0 0 1 0 0\nv 2 0 0 1 0 0\nv 2 2 0 0 1 0\nv 0 2 0 0 1 0\nv
 #[test]
 fn texture_coordinates_and_colours_go_through_a_cut() {
     let folder = Folder::new("attributes");
-    let source = folder.0.join("box.obj");
+    let source = folder.root().join("box.obj");
     std::fs::write(&source, BOX).unwrap();
     for name in ["half.glb", "half.ply", "half.obj"] {
-        let out = folder.0.join(name);
+        let out = folder.root().join(name);
         let args = ["cut", source.to_str().unwrap(), "--plane", "0,1,0,0.5", "--cap", "-o"];
         let output = cullet(&[&args[..], &[out.to_str().unwrap()]].concat());
         assert!(output.status.success(), "{}", told(&output));
@@ -70,13 +53,13 @@ fn texture_coordinates_and_colours_go_through_a_cut() {
 #[test]
 fn a_report_shows_the_scene_opened() {
     let folder = Folder::new("report");
-    let out = folder.0.to_str().unwrap();
+    let out = folder.root().to_str().unwrap();
     let view = ["--views", "1", "--samples", "1", "--size", "96x64", "--out", out];
     let scene = ["report", "solids:n=20", "--cut", "0,0,1,0", "--cut-keep", "outside"];
     let output = cullet(&[&scene[..], &view].concat());
     assert!(output.status.success(), "{}", told(&output));
-    assert!(folder.0.join("view-000-opened.png").exists());
-    let page = std::fs::read_to_string(folder.0.join("index.html")).unwrap();
+    assert!(folder.root().join("view-000-opened.png").exists());
+    let page = std::fs::read_to_string(folder.root().join("index.html")).unwrap();
     assert!(page.contains("alt=\"Cut open at 0,0,1,0: what is outside is left."));
     for (cut, why) in
         [("0,0,1", "3 numbers"), ("0,0,0,1", "no direction"), ("1,0,0,0,1,1", "low x")]

@@ -1,31 +1,9 @@
 //! Benchmark scenes for occlusion culling, from the making to the measuring.
 
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use cullet_testkit::{Rng, data};
+use cullet_testkit::{Folder, Rng, data};
 use serde_json::Value;
-
-/// A folder of its own, gone when the test is.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("cullet-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).to_string_lossy().into_owned()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn cullet(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_cullet")).args(args).output().unwrap()

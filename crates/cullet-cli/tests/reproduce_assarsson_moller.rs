@@ -1,27 +1,11 @@
 //! `cullet reproduce assarsson-moller`: all answers agree, the tricks save what they promise, and bad input
 //! is told.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
+use cullet_testkit::Folder;
 use serde_json::Value;
-
-/// A folder of its own, gone when the test is.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("cullet-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 fn reproduce(out: &Path, more: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_cullet"))
@@ -43,7 +27,7 @@ fn found(output: &Output) -> Value {
 fn tricks_save_tests_and_change_no_answer() {
     let folder = Folder::new("assarsson-moller");
     for more in [["--degrees", "1.2"], ["--degrees", "0"]] {
-        let output = reproduce(&folder.0, &[&["--model", "forest:n=5000"], &more[..]].concat());
+        let output = reproduce(folder.root(), &[&["--model", "forest:n=5000"], &more[..]].concat());
         let record = found(&output);
         assert_eq!(record["schema"], 1);
         assert_eq!((&record["boxes"], &record["frames"]), (&5001.into(), &20.into()));
@@ -64,7 +48,7 @@ fn tricks_save_tests_and_change_no_answer() {
         assert!(tests("all four") < tests("masking"));
         assert_eq!(record["wide"].as_array().unwrap().len(), 2);
         for name in ["assarsson-moller.svg", "assarsson-moller.png", "assarsson-moller.json"] {
-            assert!(folder.0.join(name).metadata().unwrap().len() > 1000, "{name}");
+            assert!(folder.root().join(name).metadata().unwrap().len() > 1000, "{name}");
         }
     }
 }
@@ -77,7 +61,7 @@ fn what_cannot_be_is_said() {
         (["--stride", "far"], 2, "not a length of 0 to 1e9"),
         (["--model", "nowhere.glb"], 3, "built-in scenes"),
     ] {
-        let output = reproduce(&folder.0, &more);
+        let output = reproduce(folder.root(), &more);
         let error = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{error}");
         assert!(error.contains(words), "{error}");

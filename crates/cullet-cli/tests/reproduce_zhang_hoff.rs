@@ -1,27 +1,10 @@
 //! `cullet reproduce zhang-hoff`: the paper's shares, the proof beside them, and what it writes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
-use cullet_testkit::data;
+use cullet_testkit::{Folder, data};
 use serde_json::Value;
-
-/// A folder of its own, gone when the test is.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("cullet-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 /// Runs the command into a folder, with one small frame.
 fn reproduce(out: &Path, more: &[&str]) -> Output {
@@ -98,7 +81,7 @@ fn check(record: &Value) {
 fn the_bunny_gives_the_table_of_the_paper() {
     let Some(bunny) = data("stanford-bunny/bun_zipper.ply") else { return };
     let folder = Folder::new("zhang-hoff-bunny");
-    let output = reproduce(&folder.0, &["--model", &bunny.to_string_lossy()]);
+    let output = reproduce(folder.root(), &["--model", &bunny.to_string_lossy()]);
     let record = found(&output);
     check(&record);
     assert_eq!(record["model"]["triangles"], 2 * 69_451);
@@ -128,7 +111,7 @@ fn the_bunny_gives_the_table_of_the_paper() {
 #[test]
 fn the_built_in_solid_needs_no_data() {
     let folder = Folder::new("zhang-hoff-solid");
-    let output = reproduce(&folder.0, &["--directions", "40"]);
+    let output = reproduce(folder.root(), &["--directions", "40"]);
     let record = found(&output);
     check(&record);
     assert_eq!(record["model"]["defect"], Value::Null);
@@ -137,7 +120,7 @@ fn the_built_in_solid_needs_no_data() {
         let off = (number(row, "culled_percent") - number(row, "paper_percent")).abs();
         assert!(off <= 2.0, "N = {}: {off:.2} points off", row["n"]);
     }
-    let file = |name: &str| std::fs::read(folder.0.join(name)).unwrap();
+    let file = |name: &str| std::fs::read(folder.root().join(name)).unwrap();
     assert_eq!(serde_json::from_slice::<Value>(&file("zhang-hoff.json")).unwrap(), record);
     assert!(file("zhang-hoff.png").starts_with(b"\x89PNG"));
     let svg = String::from_utf8(file("zhang-hoff.svg")).unwrap();
@@ -150,19 +133,19 @@ fn the_built_in_solid_needs_no_data() {
 fn what_cannot_be_measured_is_an_error_that_says_why() {
     let folder = Folder::new("zhang-hoff-bad");
     let says = |more: &[&str], code: i32, word: &str| {
-        let output = reproduce(&folder.0, more);
+        let output = reproduce(folder.root(), more);
         let error = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{error}");
         assert!(error.contains(word), "{error}");
     };
     says(&["--model", "no-such-file.ply"], 3, "no-such-file.ply");
     says(&["--directions", "0"], 2, "--directions");
-    let flat = folder.0.join("line.obj");
+    let flat = folder.root().join("line.obj");
     std::fs::write(&flat, "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n").unwrap();
     says(&["--model", &flat.to_string_lossy()], 3, "has an area");
     says(&["--model", "forest:n=100000"], 4, "choose a smaller model");
     // A folder that cannot be made, for a file is in its way.
-    let file = folder.0.join("file");
+    let file = folder.root().join("file");
     std::fs::write(&file, "").unwrap();
     let output = reproduce(&file.join("below"), &["--directions", "1"]);
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));

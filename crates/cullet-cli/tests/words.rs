@@ -1,36 +1,9 @@
 //! Messages of the program: numbers agree with their words, figures are readable, and a misspelt name gets a suggestion.
 
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use cullet_testkit::Folder;
 use serde_json::{Value, json};
-
-/// A folder of its own, gone when the test is.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("cullet-words-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    /// A file of this name with that text.
-    fn file(&self, name: &str, text: &str) -> String {
-        std::fs::write(self.0.join(name), text).unwrap();
-        self.path(name)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).to_string_lossy().into_owned()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 /// Runs the program with its costs kept in `costs`, never in the user's folder.
 fn with_costs(costs: &str, args: &[&str]) -> Output {

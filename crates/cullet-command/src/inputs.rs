@@ -237,9 +237,10 @@ pub fn culler(args: &CullArgs) -> Culler {
         culler.backface = Backface::Off;
     }
     if let Some(threshold_px) = args.detail {
-        let detail = Detail { measure: args.detail_by, threshold_px };
+        let detail = Detail { measure: args.detail_by, threshold_px, ..Detail::default() };
         culler.detail = (threshold_px > 0.0).then_some(detail);
     }
+    culler.samples = args.sample_pattern;
     if args.no_occlusion {
         culler.occlusion = None;
     }
@@ -260,10 +261,13 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
     let culler = culler(args);
     let words = |stage: Stage| match stage {
         Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
+        Stage::Detail if culler.detail.is_none() => "triangles that cover no sample".to_owned(),
         Stage::Detail => {
-            let Detail { measure, threshold_px: px } = culler.detail.unwrap_or_default();
+            let Detail { measure, threshold_px: px, .. } = culler.detail.unwrap_or_default();
             let unit = if measure == Measure::Area { "square px" } else { "px" };
-            format!("detail under {px} {unit} (lossy)")
+            let samples =
+                if culler.samples.is_some() { ", triangles that cover no sample" } else { "" };
+            format!("detail under {px} {unit} (lossy){samples}")
         }
         Stage::Occlusion => match args.occluders {
             OccluderKind::Mesh => "occlusion".into(),
@@ -290,6 +294,7 @@ pub fn colors(model: &Model) -> Vec<[f32; 4]> {
 mod tests {
     use clap::Args as _;
 
+    use cullet::cull::detail::samples::SamplePattern;
     use cullet::cull::occlusion::Occlusion;
 
     use super::*;
@@ -316,9 +321,11 @@ mod tests {
         let fast = Culler::fast();
         let wide = fast.occlusion.map(|o| Occlusion { width: 99, ..o });
         same("--preset fast --occlusion-width 99", Culler { occlusion: wide, ..fast.clone() });
-        let small = Some(Detail { measure: Measure::Area, threshold_px: 3.0 });
+        let small = Some(Detail { measure: Measure::Area, threshold_px: 3.0, ..Detail::default() });
         same("--preset fast --detail 3 --detail-by area", Culler { detail: small, ..fast });
         same("--detail 0", Culler::balanced());
+        let samples = Some(SamplePattern::Four);
+        same("--sample-pattern four", Culler { samples, ..Culler::balanced() });
         same("--no-occlusion", Culler { occlusion: None, ..Culler::balanced() });
     }
 

@@ -22,4 +22,5 @@ pub mod html;
 pub mod inputs;
 pub mod occluders;
 pub mod parse;
-mod sets;
+pub mod program;
+pub mod sets;

@@ -76,6 +76,12 @@ pub fn share(text: &str) -> Result<f32, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), expected).map(|v| v as f32)
 }
 
+/// A share of a bounding radius.
+pub fn radii(text: &str) -> Result<f64, String> {
+    let expected = "a share of the bounding radius, 0 to 1; try 0.001";
+    number(text, |v| (0.0..=1.0).contains(&v), expected)
+}
+
 /// Seconds.
 pub fn seconds(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a number of seconds, 0 or more; try 60")

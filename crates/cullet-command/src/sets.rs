@@ -40,6 +40,21 @@ pub(crate) fn place(model: &mut Model, scene: &str, path: &Path) -> Result<(), F
     model.scene.set_visible_sets(sets).map_err(|error| failure(path, &error))
 }
 
+/// What the sets of a file say of their own error: mean over the cells of the share of looks that go to what is missing, and
+/// the most of a cell. `None` for sets that lack nothing.
+///
+/// # Errors
+/// If the file cannot be read or is damaged.
+pub fn stated_error(path: &Path) -> Result<Option<[f64; 2]>, Failure> {
+    let bytes = std::fs::read(path).map_err(|error| failure(path, &error))?;
+    let file = Container::open(&bytes).map_err(|error| failure(path, &error))?;
+    if !SceneSets::is_of(&file) {
+        return Ok(None);
+    }
+    let sets = SceneSets::from_bytes(&bytes).map_err(|error| failure(path, &error))?;
+    Ok(Some(sets.stated_error()))
+}
+
 /// Gives a map the sets that it brings along, where its cells are those of the scene.
 pub(crate) fn place_stored(model: &mut Model) {
     let Some(stored) = &model.cell_rows else { return };

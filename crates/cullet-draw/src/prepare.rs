@@ -1,7 +1,7 @@
 //! Items to be drawn: meshes cut into blocks, and the blocks of the instances that a view may show.
 
 use cullet::mesh::{Alpha, Part};
-use cullet::{Mesh, Scene, Visible};
+use cullet::{Mesh, MeshId, Scene, Visible};
 use rayon::prelude::*;
 
 use crate::bounds::{Extent, ScreenBounds, screen_bounds};
@@ -43,6 +43,8 @@ pub(crate) struct Stage<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
     pub(crate) slot: u32,
+    /// The mesh that its triangles are of.
+    pub(crate) mesh: MeshId,
     pub(crate) two_sided: bool,
     /// First triangle of the mesh's order, or first entry of the visible set's list.
     pub(crate) first: u32,
@@ -62,7 +64,11 @@ impl<'a> Stage<'a> {
     /// Cuts the meshes that instances use into blocks. O(triangles of those meshes).
     pub(crate) fn new(scene: &'a Scene) -> Self {
         let mut used = vec![false; scene.meshes().len()];
-        scene.slots().for_each(|slot| used[scene.mesh_id(slot) as usize] = true);
+        for slot in scene.slots() {
+            let own = scene.mesh_id(slot);
+            used[own as usize] = true;
+            scene.levels(own).iter().for_each(|levels| used[levels.mesh as usize] = true);
+        }
         let meshes = scene.meshes().par_iter().zip(used).map(|(mesh, used)| match used {
             true => prepare(mesh),
             false => Prepared::default(),
@@ -129,7 +135,8 @@ impl<'a> Stage<'a> {
 
     fn whole(&self, lens: &Lens, samples: &Samples, slot: u32, out: &mut Vec<(bool, Item)>) {
         let Some(whole) = self.screen_bounds(lens, slot, samples) else { return };
-        let blocks = &self.meshes[self.scene.mesh_id(slot) as usize].blocks;
+        let mesh = self.scene.mesh_id(slot);
+        let blocks = &self.meshes[mesh as usize].blocks;
         let object = lens.object(self.scene.transform(slot));
         for b in blocks {
             let place = match blocks.len() {
@@ -137,7 +144,7 @@ impl<'a> Stage<'a> {
                 _ => screen_bounds(lens, &object, &b.extent, samples),
             };
             if let Some(place) = place {
-                out.push(self.item(slot, b, b.first, b.count, place));
+                out.push(self.item((slot, mesh), b, b.first, b.count, place));
             }
         }
     }
@@ -154,7 +161,8 @@ impl<'a> Stage<'a> {
         if range.slot >= self.scene.slot_count() || !self.is_drawn(range.slot, lens.layers) {
             return;
         }
-        let blocks = &self.meshes[self.scene.mesh_id(range.slot) as usize].blocks;
+        let mesh = self.scene.mesh_id_at(range.slot, range.level);
+        let blocks = &self.meshes[mesh as usize].blocks;
         let object: ObjectLens = lens.object(self.scene.transform(range.slot));
         let end = (range.first as usize + range.count as usize).min(visible.triangles.len());
         let mut at = range.first as usize;
@@ -171,14 +179,14 @@ impl<'a> Stage<'a> {
             }
             if let Some(place) = screen_bounds(lens, &object, &b.extent, samples) {
                 let count = (at - first) as u32;
-                out.push(self.item(range.slot, b, first as u32, count, place));
+                out.push(self.item((range.slot, mesh), b, first as u32, count, place));
             }
         }
     }
 
     fn item(
         &self,
-        slot: u32,
+        (slot, mesh): (u32, MeshId),
         b: &Block,
         first: u32,
         count: u32,
@@ -186,7 +194,10 @@ impl<'a> Stage<'a> {
     ) -> (bool, Item) {
         let flags = self.scene.flags(slot);
         let two_sided = b.two_sided || flags.double_sided;
-        (b.opaque && !flags.transparent, Item { slot, two_sided, first, count, screen_bounds })
+        (
+            b.opaque && !flags.transparent,
+            Item { slot, mesh, two_sided, first, count, screen_bounds },
+        )
     }
 }
 

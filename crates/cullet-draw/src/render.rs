@@ -201,7 +201,7 @@ impl Target {
         if self.hides(&place.rect, place.nearest) {
             return;
         }
-        let mesh = stage.scene.mesh(item.slot);
+        let mesh = &stage.scene.meshes()[item.mesh as usize];
         let object = lens.object(stage.scene.transform(item.slot));
         let original = mesh.original_triangle();
         for entry in item.first..item.first + item.count {

@@ -21,7 +21,7 @@ fn kept(scene: &Scene, keep: impl Fn(u32) -> bool) -> Visible {
             let count = scene.mesh(slot).triangle_count();
             let first = visible.triangles.len() as u32;
             visible.triangles.extend(0..count);
-            visible.triangle_ranges.push(TriangleRange { slot, first, count });
+            visible.triangle_ranges.push(TriangleRange { slot, level: 0, first, count });
         }
     }
     visible

@@ -46,7 +46,7 @@ fn some_of(scene: &Scene, rng: &mut Rng) -> Visible {
         visible.triangles.extend(all.filter(|_| rng.chance(0.6)));
         let count = visible.triangles.len() as u32 - first;
         if count > 0 {
-            visible.triangle_ranges.push(TriangleRange { slot, first, count });
+            visible.triangle_ranges.push(TriangleRange { slot, level: 0, first, count });
         }
     }
     visible
@@ -235,9 +235,9 @@ fn a_broken_selection_is_skipped() {
     let scene = one(meshes::block([-1.0; 3], [1.0; 3]));
     let visible = Visible {
         triangle_ranges: vec![
-            TriangleRange { slot: 9, first: 0, count: 2 },
-            TriangleRange { slot: 0, first: 0, count: 50 },
-            TriangleRange { slot: 0, first: 77, count: 5 },
+            TriangleRange { slot: 9, level: 0, first: 0, count: 2 },
+            TriangleRange { slot: 0, level: 0, first: 0, count: 50 },
+            TriangleRange { slot: 0, level: 0, first: 77, count: 5 },
         ],
         triangles: vec![3, 99, u32::MAX, 0, 3],
         ..Visible::default()

@@ -15,7 +15,7 @@
 //! | [`memory`] | an allocator that counts |
 //!
 //! At the root stand [`at_every_level!`], and what four variables of the environment steer ([`data`], [`cases`],
-//! [`skip`]):
+//! [`skip`]), and a [`Folder`] that goes with its test:
 //!
 //! | variable | meaning |
 //! |---|---|
@@ -41,6 +41,7 @@ pub mod answers;
 pub mod buildings;
 mod cases;
 mod data;
+mod folder;
 mod levels;
 pub mod memory;
 pub mod meshes;
@@ -50,12 +51,14 @@ pub mod random;
 pub mod scenes;
 mod skip;
 pub mod soups;
+pub mod steps;
 pub mod strategies;
 pub mod vectors;
 pub mod views;
 
 pub use cases::cases;
 pub use data::data;
+pub use folder::Folder;
 #[doc(hidden)]
 pub use levels::{At, levels};
 pub use random::Rng;

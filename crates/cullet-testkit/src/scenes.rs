@@ -92,7 +92,12 @@ pub fn mixed_scene(rng: &mut Rng) -> Scene {
         let mesh = meshes[rng.below(4) as usize];
         let layers = 1 + rng.below(3) as u32;
         let transform = mixed_transform(rng);
-        let instance = Instance { flags, layers, ..Instance::new(mesh, transform) };
+        let size_weight = match rng.below(20) {
+            0 => f32::INFINITY,
+            1 => rng.range(0.1, 9.0) as f32,
+            _ => 1.0,
+        };
+        let instance = Instance { flags, layers, size_weight, ..Instance::new(mesh, transform) };
         let handle = scene.add(instance).unwrap();
         // The very same instance twice: every depth is a tie.
         if rng.chance(0.1) {

@@ -1,6 +1,7 @@
 //! Views of any kind, and what is culled by them.
 
 use cullet::bounds::{Aabb, Plane};
+use cullet::cull::detail::samples::SamplePattern;
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::frustum::batch::Planes;
 use cullet::cull::occlusion::Occlusion;
@@ -191,7 +192,12 @@ pub fn random_planes(rng: &mut Rng) -> Planes {
 
 /// Every stage on or off, in every way.
 pub fn random_culler(rng: &mut Rng) -> Culler {
-    let detail = Detail { measure: Measure::WidthAndHeight, threshold_px: rng.range(1.0, 60.0) };
+    let detail = Detail {
+        measure: Measure::WidthAndHeight,
+        threshold_px: rng.range(1.0, 60.0),
+        clusters: rng.below(2) == 0,
+        ..Detail::default()
+    };
     Culler {
         frustum: rng.below(6) > 0,
         frustum_exact: rng.below(3) == 0,
@@ -199,6 +205,7 @@ pub fn random_culler(rng: &mut Rng) -> Culler {
             [rng.below(4) as usize],
         degenerate: rng.below(5) > 0,
         detail: (rng.below(3) == 0).then_some(detail),
+        samples: (rng.below(4) == 0).then_some(SamplePattern::Centre),
         occlusion: (rng.below(2) == 0).then(Occlusion::default),
         ..Culler::default()
     }

@@ -90,17 +90,8 @@ impl CellSets {
             false => std::thread::available_parallelism().map_or(1, usize::from),
         };
         let pvs = bake(graph, &PvsSettings::default(), threads);
-        let neighbours: Vec<Vec<u32>> = (0..graph.cell_count())
-            .map(|cell| {
-                let around = graph.portals_of(cell).iter();
-                around
-                    .map(|&portal| {
-                        let [a, b] = graph.portals()[portal as usize].cells;
-                        if a == cell { b } else { a }
-                    })
-                    .collect()
-            })
-            .collect();
+        let neighbours: Vec<Vec<u32>> =
+            (0..graph.cell_count()).map(|cell| graph.neighbours_of(cell).collect()).collect();
         Self { pvs, order: matrix_order(&neighbours) }
     }
 

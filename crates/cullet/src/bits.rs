@@ -54,6 +54,20 @@ pub(crate) fn set(words: &mut [u64], bit: usize, value: bool) {
     *word = *word & !(1 << (bit % 64)) | u64::from(value) << (bit % 64);
 }
 
+/// The first of `from..end` whose bit is `set`, or `end`.
+pub(crate) fn next(words: &[u64], from: u32, end: u32, set: bool) -> u32 {
+    let mut at = from;
+    while at < end {
+        let word = words.get(at as usize / 64).copied().unwrap_or(0);
+        let word = (if set { word } else { !word }) >> (at % 64);
+        if word != 0 {
+            return (at + word.trailing_zeros()).min(end);
+        }
+        at = (at / 64 + 1) * 64;
+    }
+    end
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -44,6 +44,7 @@
 //! | [`cell`] | cells, where they are, and the portals between them |
 //! | [`hierarchy`] | bounding-volume hierarchies over instances and clusters |
 //! | [`cull`] | one room for each kind of culling: [`frustum`](cull::frustum), [`backface`](cull::backface), [`detail`](cull::detail), [`degenerate`](cull::degenerate), [`occlusion`](cull::occlusion), [`portal`](cull::portal), [`shadow`](cull::shadow) |
+//! | [`lod`] | levels of detail: which clusters are drawn for an eye |
 //! | [`query`] | line of sight, volume to volume, lights, what may be seen from a box of eyes and along a motion |
 //! | the root | [`Scene`], [`Prepared`], [`Culler`], [`ViewState`], [`Visible`], [`Funnel`] |
 //!
@@ -69,6 +70,7 @@ mod culler;
 pub mod exact;
 mod funnel;
 pub mod hierarchy;
+pub mod lod;
 mod matrix;
 pub mod mesh;
 mod prepared;
@@ -89,8 +91,8 @@ pub use matrix::Matrix;
 pub use mesh::{Mesh, MeshData};
 pub use prepared::{Preparation, Prepared};
 pub use scene::{
-    BoundsOverride, BoundsViolation, Instance, InstanceFlags, MeshId, Scene, SceneBoundsMut,
-    SceneError,
+    BoundsOverride, BoundsViolation, Instance, InstanceFlags, MeshId, MeshLevels, Scene,
+    SceneBoundsMut, SceneError,
 };
 pub use simd::Simd;
 pub use transform::Transform;

@@ -101,6 +101,7 @@ fn explanations_equal_reasons() {
         let detail = cullet::cull::detail::Detail {
             measure: cullet::cull::detail::Measure::WidthAndHeight,
             threshold_px: 40.0,
+            ..Default::default()
         };
         let culler = Culler {
             frustum_exact: round % 3 == 0,

@@ -46,7 +46,7 @@ fn names_are_those_of_files_and_links() {
 #[test]
 fn a_cullers_level_and_clock_are_the_readers() {
     let culler = Culler {
-        detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5 }),
+        detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5, ..Detail::default() }),
         occlusion: Some(Occlusion { width: 128, budget: 9.5, ..Occlusion::default() }),
         output: Output::Triangles,
         clock: Some(|| 7),
@@ -58,7 +58,8 @@ fn a_cullers_level_and_clock_are_the_readers() {
         "{\"frustum\":true,\"frustum_exact\":false,\"pvs\":true,\
          \"portal\":{\"clip\":\"polygons\",\"depth\":64,\"visits\":4096,\"mirrors\":0},\
          \"backface\":\"fast\",\"degenerate\":true,\
-         \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5},\"occlusion\":{\"width\":128,\"budget\":9.5,\"risk\":null},\
+         \"detail\":{\"measure\":\"area\",\"threshold_px\":2.5,\"clusters\":false,\"fade\":0.0},\
+         \"samples\":null,\"lod\":null,\"occlusion\":{\"width\":128,\"budget\":9.5,\"risk\":null},\
          \"costs\":{\"object_test_ns\":0.5,\"cluster_test_ns\":0.5,\"triangle_test_ns\":0.2,\
          \"rejected_triangle_ns\":1.0,\"opaque_triangle_ns\":10.0,\"masked_triangle_ns\":10.0,\
          \"blended_triangle_ns\":10.0,\"draw_ns\":1000.0,\"occluders\":{\

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::row::Figures;
-use crate::tools::{command, install_words, optional, root, run};
+use crate::tools::{command, cpp_compiler, root, run};
 
 /// Names the folder of prototypes, where set and not empty.
 const VARIABLE: &str = "CULLET_PROTOTYPES";
@@ -78,12 +78,7 @@ impl Prototype {
                 sources.join("bench.cpp").display()
             ));
         }
-        let set = std::env::var("CXX").ok().filter(|v| !v.is_empty());
-        let compilers = set.into_iter().chain(["c++", "g++", "clang++"].map(str::to_owned));
-        let compiler = compilers.into_iter().find(|c| optional(c, &["--version"]).is_some());
-        let compiler = compiler.ok_or_else(|| {
-            format!("there is no C++ compiler, nor does CXX name one: {}", install_words(&["g++"]))
-        })?;
+        let compiler = cpp_compiler()?;
         Ok(Self { sources, compiler, built: built.to_owned() })
     }
 

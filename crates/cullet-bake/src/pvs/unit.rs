@@ -145,7 +145,7 @@ impl UnitFolder {
     }
 
     /// The bytes of a unit, if they lie there.
-    pub(super) fn read(&self, key: u64, at: [u32; 2]) -> Option<Vec<u8>> {
+    pub(crate) fn read(&self, key: u64, at: [u32; 2]) -> Option<Vec<u8>> {
         std::fs::read(self.file(key, at)).ok()
     }
 
@@ -158,7 +158,7 @@ impl UnitFolder {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub(super) fn write(&self, key: u64, at: [u32; 2], bytes: &[u8]) -> std::io::Result<()> {
+    pub(crate) fn write(&self, key: u64, at: [u32; 2], bytes: &[u8]) -> std::io::Result<()> {
         let file = self.file(key, at);
         // Another process may be at the same unit; it writes the same bytes.
         let beside = file.with_extension(format!("{}.part", std::process::id()));

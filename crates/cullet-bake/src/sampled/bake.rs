@@ -1,47 +1,79 @@
 //! The bake: rounds of units, and what they found joined in their order.
 
-use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::cells::ViewCells;
 use super::line::Tracer;
-use super::sets::ScenePvs;
+use super::near::NearTargets;
+use super::plan::{FOLLOWED, RAYS_AROUND, Sweep, Waiting, plan};
+use super::sets::{ScenePvs, scene_hash};
 use super::tree::RayTree;
-use super::unit::{Discovery, Findings, Known, Work};
+use super::unit::{Discovery, Findings, Known, LINES, Work};
+use super::unit_file;
 use super::{SampledError, SampledSettings};
+use crate::hash::hash;
+use crate::pvs::{RunEnd, RunOptions, UnitFolder};
 use crate::random::Random;
 use crate::rows::BitRows;
 use crate::threads;
 
-/// Units of a round that have no aim, that are aimed at random, and that follow up what was found.
-const FREE: usize = 64;
-const AIMED: usize = 24;
-const FOLLOWING: usize = 96;
-
-/// Discoveries that a unit follows up.
-const FOLLOWED: usize = 64;
-
-/// Discoveries that wait to be followed up; more are not. They take half a GiB.
-const WAITING: usize = 1 << 23;
+/// Changed whenever results change, so that units of another version are not taken for this one's.
+const VERSION: u32 = 1;
 
 /// Bytes that rows may take.
 const MOST_BYTES: u64 = 8 << 30;
 
+/// Files of a round.
+const UNITS: usize = 16;
+
 /// A bake under way.
+///
+/// Each round is a list of units of work that is known when it begins; a unit is a pure function of scene, cells, settings,
+/// what the rounds before found, and its number. So the result is the same for any number of threads, and however the
+/// work is shared between processes.
 #[derive(Debug)]
 pub struct SampledBake<'a> {
     tree: &'a RayTree<'a>,
     cells: &'a ViewCells,
     settings: SampledSettings,
     beside: Vec<Vec<u32>>,
+    near: NearTargets,
     visible: BitRows,
-    once: BitRows,
-    /// How many bits each row of `once` has.
-    singles: Vec<u32>,
-    looks: Vec<u64>,
+    looks: Vec<Looks>,
     open: Vec<bool>,
-    waiting: VecDeque<Discovery>,
+    sweeps: Vec<Sweep>,
+    waiting: Waiting,
     rays: u64,
+    /// What a line around which is looked took in the last round.
+    rays_around: u64,
     rounds: u32,
+}
+
+/// Looks of lines without an aim from a cell, and how many of them met what was not known when their round began.
+#[derive(Clone, Copy, Debug, Default)]
+struct Looks {
+    /// All, but for those in `now`.
+    before: u64,
+    /// The newer half of those, and what was unknown of it.
+    newer: [u64; 2],
+    now: [u64; 2],
+}
+
+impl Looks {
+    /// Takes in those of a round.
+    fn end_round(&mut self) {
+        if self.now[0] > self.before {
+            self.before += self.now[0];
+            self.newer = std::mem::take(&mut self.now);
+        }
+    }
+
+    /// The share of the newer looks that met something unknown.
+    fn missing(&self) -> f32 {
+        let [looks, unknown] = std::array::from_fn(|k| self.newer[k] + self.now[k]);
+        // Nothing is known.
+        if looks == 0 { 1.0 } else { (unknown as f64 / looks as f64).min(1.0) as f32 }
+    }
 }
 
 /// Bakes until the settings are met, on so many threads. See [`SampledBake`].
@@ -55,9 +87,8 @@ pub fn bake_sampled(
     threads: usize,
 ) -> Result<ScenePvs, SampledError> {
     let mut bake = SampledBake::new(tree, cells, settings)?;
-    while !bake.is_done() {
-        bake.round(threads);
-    }
+    // Without a folder nothing can fail, and nobody stops it.
+    let _ = bake.run(&RunOptions { threads, ..RunOptions::default() }, &|_| true);
     Ok(bake.finish())
 }
 
@@ -76,7 +107,7 @@ impl<'a> SampledBake<'a> {
             return Err(SampledError::Cells { cells: 0, limit: 1 << 24 });
         }
         let (count, targets) = (cells.len(), tree.targets().count());
-        // Two are held, and one more where sets are joined.
+        // What was found is held beside what is kept, and both once more where sets are joined.
         let bytes = 3 * u64::from(count) * u64::from(targets).div_ceil(64) * 8;
         if bytes > MOST_BYTES {
             return Err(SampledError::Rows { cells: count, targets, bytes, limit: MOST_BYTES });
@@ -93,32 +124,53 @@ impl<'a> SampledBake<'a> {
             cells,
             settings: *settings,
             beside,
+            near: NearTargets::new(tree),
             visible: BitRows::new(count, targets),
-            once: BitRows::new(count, targets),
-            singles: vec![0; count as usize],
-            looks: vec![0; count as usize],
+            looks: vec![Looks::default(); count as usize],
             open: vec![false; count as usize],
-            waiting: VecDeque::new(),
+            sweeps: vec![Sweep::default(); count as usize],
+            waiting: Waiting::new(),
             rays: 0,
+            rays_around: RAYS_AROUND,
             rounds: 0,
         })
     }
 
-    /// Whether the settings are met: the budget of rays is spent, or so little is estimated to be missing, and nothing of
-    /// what was found waits to be followed up.
+    /// Hash of what units depend on: scene, granularity, cells, seed and version. Not on the budget: who gives a larger one
+    /// goes on from the units that are there.
+    #[must_use]
+    pub fn key(&self) -> u64 {
+        let mut bytes = VERSION.to_le_bytes().to_vec();
+        bytes.extend(scene_hash(self.tree.scene).to_le_bytes());
+        bytes.push(self.tree.targets().granularity() as u8);
+        self.tree.kept().iter().for_each(|t| bytes.extend(t.to_le_bytes()));
+        let ends = self.cells.boxes().iter().flatten();
+        ends.for_each(|v| v.to_array().iter().for_each(|n| bytes.extend(n.to_le_bytes())));
+        // Neither when it ends nor what is kept besides: finished units serve a larger budget and other choices of that.
+        bytes.extend(self.settings.seed.to_le_bytes());
+        hash(&bytes)
+    }
+
+    /// Whether the settings are met: the budget of rays is spent; or so little is estimated to be missing, each cell was
+    /// swept, and nothing of what was found waits to be followed up.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.rays >= self.settings.rays
             || self.rounds > 0
                 && self.settings.missing > 0.0
                 && self.waiting.len() <= FOLLOWED
+                && self.sweeps.iter().all(|s| s.times > 0)
                 && self.missing() <= self.settings.missing
     }
 
     /// How much of the budget is spent, 0 to 1.
     #[must_use]
     pub fn spent(&self) -> f64 {
-        (self.rays as f64 / self.settings.rays as f64).min(1.0)
+        self.share(self.rays)
+    }
+
+    fn share(&self, rays: u64) -> f64 {
+        (rays as f64 / self.settings.rays as f64).min(1.0)
     }
 
     /// Rays traced until now.
@@ -130,84 +182,160 @@ impl<'a> SampledBake<'a> {
     /// Mean over the cells of the share of looks that is estimated to go to what is not found yet.
     #[must_use]
     pub fn missing(&self) -> f64 {
-        let shares = self.missing_of_cells();
-        shares.iter().map(|&m| f64::from(m)).sum::<f64>() / shares.len().max(1) as f64
+        let sum = self.looks.iter().map(|l| f64::from(l.missing())).sum::<f64>();
+        sum / self.looks.len().max(1) as f64
     }
 
-    fn missing_of_cells(&self) -> Vec<f32> {
-        let share = |(&once, &looks): (&u32, &u64)| match looks {
-            // Nothing is known.
-            0 => 1.0,
-            looks => (f64::from(once) / looks as f64).min(1.0) as f32,
-        };
-        self.singles.iter().zip(&self.looks).map(share).collect()
-    }
-
-    /// One round: a fixed number of units, some hundred thousand rays, on so many threads, which change nothing but time.
-    pub fn round(&mut self, threads: usize) {
-        let mut units = vec![Work::Free; FREE];
-        units.extend(std::iter::repeat_n(Work::Aimed, AIMED));
-        for _ in 0..FOLLOWING {
-            let some = self.waiting.len().min(FOLLOWED);
-            if some == 0 {
-                break;
+    /// Runs what is left. `step` is called after each unit with the share of the budget that is spent, and says whether to
+    /// go on. With a folder, units that lie there are not run again and those that are finished are left there, 16 files a
+    /// round; with a share as well this process does its own first, and ends with [`RunEnd::Share`]. After
+    /// [`RunEnd::Stopped`] it holds the rounds that were ended; to go on, begin anew with the same folder.
+    ///
+    /// # Errors
+    /// If a unit cannot be written to the folder.
+    pub fn run(
+        &mut self,
+        options: &RunOptions<'_>,
+        step: &(impl Fn(f64) -> bool + Sync),
+    ) -> std::io::Result<RunEnd> {
+        let key = if options.folder.is_some() { self.key() } else { 0 };
+        while !self.is_done() {
+            let units = plan(self.rays, self.rays_around, &mut self.waiting, &self.sweeps);
+            let every: Vec<usize> = (0..units.len()).collect();
+            let spent = AtomicU64::new(self.rays);
+            let found = match options.folder {
+                None => self.run_units(&units, &every, options.threads, &spent, step),
+                Some(folder) => self.in_folder(&units, (folder, key), options, &spent, step)?,
+            };
+            let Some(found) = found else {
+                return Ok(RunEnd::Stopped);
+            };
+            for (unit, found) in units.iter().zip(&found) {
+                self.take(unit, found);
             }
-            units.push(Work::Follow(self.waiting.drain(..some).collect()));
+            let around = units.iter().zip(&found).filter(|(unit, _)| matches!(unit, Work::Around));
+            let around: Vec<u64> = around.map(|(_, found)| found.rays).collect();
+            let lines = around.len() as u64 * u64::from(LINES);
+            self.rays_around = around.iter().sum::<u64>().div_ceil(lines.max(1)).max(1);
+            self.looks.iter_mut().for_each(Looks::end_round);
+            self.rounds += 1;
         }
-        let known = Known {
+        Ok(if options.share.is_some() { RunEnd::Share } else { RunEnd::Whole })
+    }
+
+    fn known(&self) -> Known<'_> {
+        Known {
             tree: self.tree,
             cells: self.cells,
             beside: &self.beside,
+            near: &self.near,
             visible: &self.visible,
-            once: &self.once,
             open: &self.open,
-        };
-        let (seed, round) = (self.settings.seed, self.rounds);
-        let findings = threads::run(
-            threads.max(1),
-            units.len(),
-            Tracer::default,
-            |tracer, unit| {
-                let mut random = Random::new(seed, [round, unit as u32]);
-                known.run(&units[unit], &mut random, tracer)
-            },
-            || true,
-        );
-        // Nobody stops it.
-        for found in findings.unwrap_or_default() {
-            self.take(&found);
         }
-        self.rounds += 1;
+    }
+
+    /// Runs some units of a round, on so many threads; `None` where it was stopped.
+    fn run_units(
+        &self,
+        units: &[Work],
+        numbers: &[usize],
+        threads: usize,
+        spent: &AtomicU64,
+        step: &(impl Fn(f64) -> bool + Sync),
+    ) -> Option<Vec<Findings>> {
+        let known = self.known();
+        let stopped = AtomicBool::new(false);
+        let order = Ordering::Relaxed;
+        let found = threads::run(
+            threads.max(1),
+            numbers.len(),
+            Tracer::default,
+            |tracer, k| {
+                let number = numbers[k];
+                let mut random = Random::new(self.settings.seed, [self.rounds, number as u32]);
+                let found = known.run(&units[number], &mut random, tracer);
+                let rays = spent.fetch_add(found.rays, order) + found.rays;
+                if !step(self.share(rays)) {
+                    stopped.store(true, order);
+                }
+                found
+            },
+            || !stopped.load(order),
+        )?;
+        (!stopped.load(order)).then_some(found)
+    }
+
+    /// Runs the units of a round of which no file lies in a folder, and leaves their files there.
+    fn in_folder(
+        &self,
+        units: &[Work],
+        (folder, key): (&UnitFolder, u64),
+        options: &RunOptions<'_>,
+        spent: &AtomicU64,
+        step: &(impl Fn(f64) -> bool + Sync),
+    ) -> std::io::Result<Option<Vec<Findings>>> {
+        let files = UNITS.min(units.len());
+        let [share, shares] = options.share.unwrap_or([0, 1]).map(|v| v as usize);
+        let bound = |share: usize| files * share / shares.max(1);
+        let own = bound(share)..bound(share + 1);
+        // Others do theirs from the other end meanwhile.
+        let others = (own.end..files).chain(0..own.start).rev();
+        let mut found: Vec<Findings> = vec![Findings::default(); units.len()];
+        for file in own.clone().chain(others) {
+            let numbers: Vec<usize> = (file..units.len()).step_by(files).collect();
+            let at = [self.rounds, file as u32];
+            let limits = [self.cells.len(), self.tree.targets().count()];
+            let read = folder.read(key, at);
+            let read = read.and_then(|bytes| unit_file::read(&bytes, numbers.len(), limits));
+            let parts = match read {
+                Some(parts) => {
+                    let rays = parts.iter().map(|p| p.rays).sum::<u64>();
+                    let rays = spent.fetch_add(rays, Ordering::Relaxed) + rays;
+                    if !step(self.share(rays)) {
+                        return Ok(None);
+                    }
+                    parts
+                }
+                None => {
+                    let parts = self.run_units(units, &numbers, options.threads, spent, step);
+                    let Some(parts) = parts else { return Ok(None) };
+                    folder.write(key, at, &unit_file::write(&parts))?;
+                    parts
+                }
+            };
+            numbers.iter().zip(parts).for_each(|(&number, part)| found[number] = part);
+        }
+        Ok(Some(found))
     }
 
     /// Takes in what a unit found. In the order of the units, so that it is the same for any number of threads.
-    fn take(&mut self, found: &Findings) {
+    fn take(&mut self, unit: &Work, found: &Findings) {
+        let mut weight = 0.0;
         for &(discovery, lines) in &found.seen {
             let Discovery { cell, target, .. } = discovery;
-            let singles = &mut self.singles[cell as usize];
-            if !self.visible.has(cell, target) {
-                self.visible.set(cell, target);
-                if lines == 1 {
-                    self.once.set(cell, target);
-                    *singles += 1;
-                }
-                if self.waiting.len() < WAITING {
-                    self.waiting.push_back(discovery);
-                }
-            } else if lines > 0 && self.once.has(cell, target) {
-                self.once.clear(cell, target);
-                *singles -= 1;
+            self.looks[cell as usize].now[1] += u64::from(lines);
+            if self.visible.has(cell, target) {
+                continue;
             }
+            self.visible.set(cell, target);
+            let of_this = self.known().weight(cell, target);
+            weight += of_this;
+            self.waiting.push(discovery, of_this);
         }
-        self.looks.iter_mut().zip(&found.looks).for_each(|(sum, &n)| *sum += u64::from(n));
+        for &(cell, looks) in &found.looks {
+            self.looks[cell as usize].now[0] += u64::from(looks);
+        }
         found.open.iter().for_each(|&cell| self.open[cell as usize] = true);
         self.rays += found.rays;
+        if let Work::Sweep(cell) = *unit {
+            self.sweeps[cell as usize].end(found.rays, weight);
+        }
     }
 
     /// Ends with what was found, and adds what the settings keep besides.
     #[must_use]
     pub fn finish(self) -> ScenePvs {
-        let missing = self.missing_of_cells();
+        let missing = self.looks.iter().map(Looks::missing).collect();
         let buried = (0..self.cells.len()).filter(|&c| !self.open[c as usize]).collect();
         ScenePvs::new(
             self.tree,

@@ -23,8 +23,9 @@ pub(super) struct BoxTree {
 /// Boxes are made larger by so much on each side, in the cube: some ten roundings of f32.
 const SLACK: f64 = 2e-6;
 
-/// How far before the cube's box a ray begins: the tree takes nothing for met that is nearer than 1e-4.
-const BEFORE: f64 = 1.0;
+/// How far before its start, or the cube's box, a ray begins: the tree takes nothing for met that is nearer than 1e-4. More
+/// would have it visit all that lies so far behind the start.
+const BEFORE: f64 = 2e-4;
 
 impl BoxTree {
     /// A tree over boxes, of which there must be one and all must be finite; and for each place in the tree the number of

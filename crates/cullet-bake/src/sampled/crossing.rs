@@ -47,6 +47,25 @@ pub(super) fn enter_box(bounds: &[DVec3; 2], start: DVec3, along: DVec3) -> Opti
     if near > far * (1.0 + 1e-12) + 1e-300 { None } else { Some(near) }
 }
 
+/// One by the coordinates of a direction; of 0 something so large that no product with it is a NaN.
+#[inline]
+pub(super) fn inverse(along: DVec3) -> DVec3 {
+    let one = |v: f64| if v == 0.0 { 1e300 } else { 1.0 / v };
+    DVec3::new(one(along.x), one(along.y), one(along.z))
+}
+
+/// Whether a ray, of whose direction the [`inverse`] is given, meets a box up to a distance.
+#[inline]
+pub(super) fn reaches(bounds: &[DVec3; 2], start: DVec3, inverse: DVec3, limit: f64) -> bool {
+    // A hair more, so that a ray along a face, of which a coordinate is 0, is within.
+    const HAIR: DVec3 = DVec3::splat(1e-200);
+    let (a, b) = ((bounds[0] - start - HAIR) * inverse, (bounds[1] - start + HAIR) * inverse);
+    let near = a.min(b).max_element().max(0.0);
+    let far = a.max(b).min_element().min(limit);
+    // All are rounded.
+    near <= far * (1.0 + 1e-12)
+}
+
 /// Where a line enters a box and leaves it; the first above the second where it misses it.
 #[inline]
 pub(super) fn through_box(bounds: &[DVec3; 2], start: DVec3, along: DVec3) -> [f64; 2] {
@@ -97,5 +116,16 @@ mod tests {
         assert_eq!(enter_box(&b, DVec3::new(2.0, 0.5, 0.5), DVec3::X), None);
         assert_eq!(enter_box(&b, DVec3::new(-2.0, 1.5, 0.5), DVec3::X), None);
         assert_eq!(enter_box(&b, DVec3::new(-2.0, 1.0, 0.5), DVec3::X), Some(2.0), "along a face");
+        let meets = |start, along, limit| reaches(&b, start, inverse(along), limit);
+        for along in [DVec3::X, DVec3::new(2.0, 0.1, 0.0)] {
+            for limit in [2.1, f64::INFINITY] {
+                assert!(meets(DVec3::new(-2.0, 0.5, 0.5), along, limit));
+            }
+            assert!(!meets(DVec3::new(-2.0, 0.5, 0.5), along, 0.9));
+            assert!(!meets(DVec3::new(-2.0, 1.5, 0.5), along, f64::INFINITY));
+            assert!(!meets(DVec3::new(2.0, 0.5, 0.5), along, f64::INFINITY), "behind it");
+        }
+        assert!(meets(DVec3::new(-2.0, 1.0, 0.5), DVec3::X, 9.0), "along a face");
+        assert!(meets(DVec3::splat(0.5), DVec3::Y, 0.1), "from within");
     }
 }

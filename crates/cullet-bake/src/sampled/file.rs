@@ -24,6 +24,8 @@ pub struct SceneSets {
     pub cells: Vec<Region>,
     /// A set of instances for each.
     pub sets: VisibleSets<'static>,
+    /// Of each cell, the share of looks that is estimated to go to what its set lacks; see [`ScenePvs::missing`].
+    pub missing: Vec<f32>,
     /// Hash of the scene that they are of; see [`scene_hash`].
     pub scene_hash: u64,
 }
@@ -77,6 +79,7 @@ impl ScenePvs {
         SceneSets {
             cells: self.cells.clone(),
             sets: VisibleSets::from_rows(SetTargets::Instances, count, rows),
+            missing: self.missing.clone(),
             scene_hash: self.scene_hash,
         }
     }
@@ -84,13 +87,7 @@ impl ScenePvs {
     /// The bytes of a file: a [container](crate::container).
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let SceneSets { cells, sets, scene_hash } = self.to_sets();
-        let head = [scene_hash, self.rays].map(u64::to_le_bytes).concat();
-        let boxes: Vec<u8> =
-            cells.iter().flatten().flatten().flat_map(|v| v.to_le_bytes()).collect();
-        let missing: Vec<u8> = self.missing.iter().flat_map(|v| v.to_le_bytes()).collect();
-        let chunks = [(HEAD, head), (BOXES, boxes), (SETS, sets.to_bytes()), (MISSING, missing)];
-        write_chunks(&chunks.each_ref().map(|(tag, bytes)| (*tag, &bytes[..])))
+        self.to_sets().to_bytes(self.rays)
     }
 }
 
@@ -99,6 +96,18 @@ impl SceneSets {
     #[must_use]
     pub fn is_of(file: &Container<'_>) -> bool {
         file.tags().any(|tag| tag == HEAD)
+    }
+
+    /// The bytes of a file, as [`ScenePvs::to_bytes`] writes it, of sets that took so many rays.
+    #[must_use]
+    pub fn to_bytes(&self, rays: u64) -> Vec<u8> {
+        let head = [self.scene_hash, rays].map(u64::to_le_bytes).concat();
+        let boxes: Vec<u8> =
+            self.cells.iter().flatten().flatten().flat_map(|v| v.to_le_bytes()).collect();
+        let missing: Vec<u8> = self.missing.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let sets = self.sets.to_bytes();
+        let chunks = [(HEAD, head), (BOXES, boxes), (SETS, sets), (MISSING, missing)];
+        write_chunks(&chunks.each_ref().map(|(tag, bytes)| (*tag, &bytes[..])))
     }
 
     /// Reads the bytes that [`ScenePvs::to_bytes`] writes.
@@ -123,7 +132,22 @@ impl SceneSets {
         if sets.cell_count() as usize != cells.len() || sets.targets() != SetTargets::Instances {
             return Err(SceneSetsError::Odd("it has not a set of instances for each box"));
         }
-        Ok(Self { cells, sets, scene_hash: u64::from_le_bytes(*hash) })
+        let (missing, rest) = file.chunk(MISSING)?.as_chunks::<4>();
+        let missing: Vec<f32> = missing.iter().map(|v| f32::from_le_bytes(*v)).collect();
+        if missing.len() != cells.len() || !rest.is_empty() {
+            return Err(SceneSetsError::Odd("it has not an estimate for each box"));
+        }
+        if !missing.iter().all(|share| (0.0..=1.0).contains(share)) {
+            return Err(SceneSetsError::Odd("an estimate is no share of 0 to 1"));
+        }
+        Ok(Self { cells, sets, missing, scene_hash: u64::from_le_bytes(*hash) })
+    }
+
+    /// Mean over the cells of what is estimated to be [missing](Self::missing), and the most of a cell.
+    #[must_use]
+    pub fn stated_error(&self) -> [f64; 2] {
+        let shares = || self.missing.iter().map(|&share| f64::from(share));
+        [shares().sum::<f64>() / self.missing.len().max(1) as f64, shares().fold(0.0, f64::max)]
     }
 
     /// Gives them to the scene that they are of, in the place of any cells that it has. From then on

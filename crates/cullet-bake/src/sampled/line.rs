@@ -35,26 +35,32 @@ pub(super) trait Finder {
 }
 
 impl Tracer {
-    /// Follows a line from a point, both ways, to what stops it: two rays. Whether the point is out of all that is solid, as
-    /// far as these two tell.
+    /// Follows a line from a point to what stops it, or both ways: one ray or two. Whether the point is out of all that is
+    /// solid, as far as these tell, and how far ahead the line goes.
     pub(super) fn trace(
         &mut self,
         tree: &RayTree<'_>,
         cells: &ViewCells,
-        from: DVec3,
-        direction: DVec3,
+        (from, direction): (DVec3, DVec3),
+        both: bool,
         finder: &mut impl Finder,
-    ) -> bool {
+    ) -> (bool, f64) {
         let ahead = tree.cast(from, direction, &mut self.ahead);
-        let behind = tree.cast(from, -direction, &mut self.behind);
-        let open = ahead.open || behind.open;
-        let (first, last) = (-behind.end(), ahead.end());
+        let mut open = ahead.open;
+        self.behind.clear();
+        let (mut first, mut behind) = (0.0, None);
+        if both {
+            let cast = tree.cast(from, -direction, &mut self.behind);
+            open |= cast.open;
+            (first, behind) = (-cast.end(), Some(cast));
+        }
+        let last = ahead.end();
         cells.along(from, direction, [first, last], &mut self.stays);
         // Shorter stays than this are rounding.
         let Some(extent) =
             self.stays.iter().map(|s| s.enter.abs().max(s.leave.abs())).reduce(f64::max)
         else {
-            return open;
+            return (open, last);
         };
         let least = extent * 1e-9;
         self.passed.clear();
@@ -63,11 +69,12 @@ impl Tracer {
         self.passed.extend(self.behind.iter().map(turned));
         // One-sided faces that the ray behind passed from their backs stop who looks along the line from beyond them, and
         // those that the ray ahead passed who looks back.
-        let along_from = behind.back.map_or(f64::NEG_INFINITY, |b| -b.distance);
+        let along_from =
+            behind.and_then(|cast| cast.back).map_or(f64::NEG_INFINITY, |b| -b.distance);
         let against_to = ahead.back.map_or(f64::INFINITY, |b| b.distance);
         let ends = [
             ahead.hit.map(|h| (h.distance, h.target)),
-            behind.hit.map(|h| (-h.distance, h.target)),
+            behind.and_then(|cast| cast.hit).map(|h| (-h.distance, h.target)),
         ];
         for stay in &self.stays {
             let ranges = [
@@ -96,6 +103,6 @@ impl Tracer {
                 }
             }
         }
-        open
+        (open, last)
     }
 }

@@ -41,7 +41,9 @@ mod crossing;
 mod error;
 mod file;
 mod line;
+mod near;
 mod pictures;
+mod plan;
 mod sets;
 mod settings;
 mod solid;
@@ -49,6 +51,7 @@ mod split;
 mod targets;
 mod tree;
 mod unit;
+mod unit_file;
 
 pub use bake::{SampledBake, bake_sampled};
 pub use cells::{Region, ViewCells};

@@ -12,7 +12,7 @@ pub struct SampledSettings {
     /// ended. Time grows with it. Default: 100,000,000.
     pub rays: u64,
     /// The bake ends earlier where the mean over the cells of what is [estimated](super::ScenePvs::missing) to be missing
-    /// is at most this share, 0 to 1. Less takes longer and misses less; 0 uses all rays. Default: 0.0005.
+    /// is at most this share, 0 to 1. Less takes longer and misses less; 0 uses all rays. Default: 0.00002.
     pub missing: f64,
     /// Whatever could appear wider than this from some point of a cell is kept there, whether a line found it or not: in
     /// radians, above 0 to π, of the ball around its bounds. Less keeps more of what stands near a cell. Default: π, only
@@ -28,7 +28,7 @@ impl Default for SampledSettings {
         Self {
             seed: 1,
             rays: 100_000_000,
-            missing: 5e-4,
+            missing: 2e-5,
             keep_angle: std::f64::consts::PI,
             union_radius: None,
         }

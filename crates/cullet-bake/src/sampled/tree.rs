@@ -1,12 +1,13 @@
 //! Rays against the triangles of a scene: a tree over each mesh, and one over the instances.
 
+use cullet::bounds::Aabb;
 use cullet::mesh::{Alpha, Mesh};
 use cullet::{Handle, Scene};
 use glam::{DMat3, DVec3};
 
 use super::SampledError;
 use super::box_tree::BoxTree;
-use super::crossing::{Crossing, crossing};
+use super::crossing::{Crossing, crossing, inverse, reaches};
 use super::targets::{Ball, Granularity, Targets};
 use crate::random::Random;
 
@@ -58,14 +59,20 @@ pub(super) struct Body {
     inverse: DMat3,
     /// Relative to the origin of the scene.
     place: DVec3,
+    /// The box around it, relative to the origin as well and a little larger.
+    bounds: [DVec3; 2],
     transparent: bool,
     two_sided: bool,
 }
 
+/// Meshes of so many triangles and fewer have no tree: walking one takes as long.
+const FEW: usize = 16;
+
 /// The triangles of a mesh, in the order of its tree.
 #[derive(Debug)]
 struct MeshTree {
-    tree: BoxTree,
+    /// `None` for few triangles, which are tried one by one.
+    tree: Option<BoxTree>,
     triangles: Vec<Triangle>,
 }
 
@@ -136,6 +143,9 @@ impl MeshTree {
         if triangles.is_empty() {
             return None;
         }
+        if triangles.len() <= FEW {
+            return Some(Self { tree: None, triangles });
+        }
         let boxes: Vec<[DVec3; 2]> = triangles
             .iter()
             .map(|t| {
@@ -145,7 +155,24 @@ impl MeshTree {
             .collect();
         let (tree, order) = BoxTree::new(&boxes);
         let triangles = order.iter().map(|&i| triangles[i as usize]).collect();
-        Some(Self { tree, triangles })
+        Some(Self { tree: Some(tree), triangles })
+    }
+
+    /// Visits the triangles that a ray may meet up to a distance; see [`BoxTree::walk`].
+    #[inline]
+    fn walk(
+        &self,
+        start: DVec3,
+        along: DVec3,
+        limit: f64,
+        mut visit: impl FnMut(&Triangle) -> f64,
+    ) {
+        match &self.tree {
+            Some(tree) => tree.walk(start, along, limit, |at| visit(&self.triangles[at])),
+            None => self.triangles.iter().for_each(|triangle| {
+                visit(triangle);
+            }),
+        }
     }
 }
 
@@ -193,6 +220,7 @@ impl<'a> RayTree<'a> {
                 linear,
                 inverse,
                 place: DVec3::from(transform.translation) - origin,
+                bounds: widened(b),
                 transparent: flags.transparent,
                 two_sided: flags.double_sided,
             });
@@ -257,8 +285,14 @@ impl<'a> RayTree<'a> {
     /// What a ray meets; what it passes that is seen through is left in `passed`, in order.
     pub(super) fn cast(&self, from: DVec3, direction: DVec3, passed: &mut Vec<Passed>) -> Cast {
         passed.clear();
-        let mut search =
-            Search { tree: self, hit: None, back: None, first: (f64::INFINITY, true), passed };
+        let mut search = Search {
+            tree: self,
+            inverse: inverse(direction),
+            hit: None,
+            back: None,
+            first: (f64::INFINITY, true),
+            passed,
+        };
         let from = from - self.origin;
         let length = direction.length();
         if !(from.is_finite() && length > 0.0 && length.is_finite()) {
@@ -319,8 +353,8 @@ impl<'a> RayTree<'a> {
         let (start, along) = body.ray(from - self.origin, direction);
         let mesh = self.mesh_of(body);
         let mut sum = 0;
-        mesh.tree.walk(start, along, f64::INFINITY, |at| {
-            if let Some(found) = crossing(start, along, mesh.triangles[at].corners) {
+        mesh.walk(start, along, f64::INFINITY, |triangle| {
+            if let Some(found) = crossing(start, along, triangle.corners) {
                 sum += if found.from_front { -1 } else { 1 };
             }
             f64::INFINITY
@@ -377,6 +411,13 @@ impl<'a> RayTree<'a> {
     }
 }
 
+/// A box, larger by far more than rays round and far less than counts.
+fn widened(b: Aabb) -> [DVec3; 2] {
+    let [low, high] = [b.min, b.max].map(|v| DVec3::from(v.map(f64::from)));
+    let room = DVec3::splat(low.abs().max(high.abs()).max_element() * 1e-9);
+    [low - room, high + room]
+}
+
 impl TreeHit {
     fn is_before(&self, other: &Self) -> bool {
         let key = |h: &Self| (h.target, h.triangle);
@@ -404,6 +445,8 @@ impl Body {
 
 struct Search<'a> {
     tree: &'a RayTree<'a>,
+    /// One by the direction's coordinates.
+    inverse: DVec3,
     hit: Option<TreeHit>,
     back: Option<TreeHit>,
     /// How far the first opaque triangle is, and whether it turns its front to the ray.
@@ -425,10 +468,13 @@ impl Search<'_> {
     }
 
     fn look_into(&mut self, body: &Body, from: DVec3, direction: DVec3) {
+        // Most boxes of the tree are met only because it keeps them roughly.
+        if !reaches(&body.bounds, from, self.inverse, self.end()) {
+            return;
+        }
         let mesh = self.tree.mesh_of(body);
         let (start, along) = body.ray(from, direction);
-        mesh.tree.walk(start, along, self.end(), |at| {
-            let triangle = &mesh.triangles[at];
+        mesh.walk(start, along, self.end(), |triangle| {
             if let Some(found) = crossing(start, along, triangle.corners) {
                 self.meet(body, triangle, found);
             }

@@ -1,8 +1,9 @@
 //! A unit of work: some lines, their numbers drawn from a hash of what they are, and what they found.
 //!
-//! Lines without an aim tell how much is missing; lines to things that were drawn by lot find the small ones; and what was
-//! found is followed up, to what is beside it and to the cells around (after Wonka et al., *Guided Visibility Sampling*,
-//! 2006, and Bittner et al., *Adaptive Global Visibility Sampling*, 2009).
+//! Lines without an aim tell how much is missing; lines to things that were drawn by lot find the small ones; what was found
+//! is followed up, past its outline, to what stands beside it and to the cells around (after Wonka et al., *Guided Visibility
+//! Sampling*, 2006, and Bittner et al., *Adaptive Global Visibility Sampling*, 2009); and the border between what a cell
+//! sees and what it is not known to see is swept again and again.
 
 use std::collections::HashMap;
 
@@ -10,10 +11,11 @@ use glam::DVec3;
 
 use super::cells::ViewCells;
 use super::line::{Finder, Sighting, Tracer};
+use super::near::NearTargets;
 use super::split::direction;
 use super::tree::RayTree;
 use crate::random::Random;
-use crate::rows::{BitRows, has};
+use crate::rows::{BitRows, has, ones, set};
 
 /// Lines of a unit that follows nothing up.
 pub(super) const LINES: u32 = 512;
@@ -21,16 +23,25 @@ pub(super) const LINES: u32 = 512;
 /// Lines past the border of what was found.
 const BORDER_LINES: u32 = 4;
 
-/// Cells beside the one from where it was found, that are tried.
+/// Cells beside the one from where it was found, and targets beside it, that are tried.
 const TRIED_CELLS: usize = 6;
+const TRIED_TARGETS: usize = 6;
 
-/// Something that a cell was not known to see.
+/// The solid angle from which on all things matter alike: a fifth of a pixel of the pictures that check sets. What is smaller
+/// matters as it is larger, for the less often does a picture show it; but never less than this.
+const WHOLE_WEIGHT: f64 = 1e-4;
+const LEAST_WEIGHT: f64 = 1.0 / 64.0;
+
+/// Something that a cell was not known to see. It waits by the million, and is written to files: so the two ends of the line
+/// are kept roughly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Discovery {
     pub(super) cell: u32,
     pub(super) target: u32,
-    pub(super) at: DVec3,
-    pub(super) eye: DVec3,
+    /// Where on the target, from the middle of the ball around it, in radii of that.
+    pub(super) at: [f32; 3],
+    /// Where the eye may be: along each side of the cell, in parts of 65,535.
+    pub(super) eye: [u16; 3],
 }
 
 /// What a unit does.
@@ -40,8 +51,13 @@ pub(super) enum Work {
     Free,
     /// Lines to random points of random targets.
     Aimed,
+    /// Lines from random points of random cells, any way; and from there to what stands beside that which they meet, and is
+    /// not known to be seen.
+    Around,
     /// What was found before is followed up.
     Follow(Vec<Discovery>),
+    /// From a cell to all that it is not known to see, and cells beside it do, or it sees what is beside.
+    Sweep(u32),
 }
 
 /// What is known while a round runs; nobody changes it meanwhile.
@@ -51,19 +67,18 @@ pub(super) struct Known<'a> {
     pub(super) cells: &'a ViewCells,
     /// Of each cell those that touch it.
     pub(super) beside: &'a [Vec<u32>],
+    pub(super) near: &'a NearTargets,
     pub(super) visible: &'a BitRows,
-    /// What was seen by one line without an aim, and by none with one before.
-    pub(super) once: &'a BitRows,
     pub(super) open: &'a [bool],
 }
 
 /// What a unit found.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Findings {
-    /// What cells see that was new, or seen once; with how many lines without an aim saw it.
+    /// What cells see that was not known; with how many lines without an aim saw it.
     pub(super) seen: Vec<(Discovery, u32)>,
-    /// How often each cell was looked from by lines without an aim; empty for none.
-    pub(super) looks: Vec<u32>,
+    /// How often cells were looked from by lines without an aim; by cell, ascending.
+    pub(super) looks: Vec<(u32, u32)>,
     /// Cells with a point out of all that is solid, not known before.
     pub(super) open: Vec<u32>,
     pub(super) rays: u64,
@@ -72,6 +87,7 @@ pub(super) struct Findings {
 struct Collector<'a> {
     known: &'a Known<'a>,
     free: bool,
+    looks: Vec<u32>,
     places: HashMap<(u32, u32), usize>,
     found: Findings,
 }
@@ -79,21 +95,47 @@ struct Collector<'a> {
 impl Finder for Collector<'_> {
     fn look(&mut self, cell: u32) {
         if self.free {
-            self.found.looks[cell as usize] += 1;
+            self.looks[cell as usize] += 1;
         }
     }
 
     fn see(&mut self, Sighting { cell, target, at, eye }: Sighting) {
-        let is_known = has(self.known.visible.row(cell), target);
-        if is_known && !(self.free && has(self.known.once.row(cell), target)) {
+        if has(self.known.visible.row(cell), target) {
             return;
         }
         let new = self.found.seen.len();
         let place = *self.places.entry((cell, target)).or_insert(new);
         if place == new {
-            self.found.seen.push((Discovery { cell, target, at, eye }, 0));
+            self.found.seen.push((self.known.discovery(cell, target, at, eye), 0));
         }
         self.found.seen[place].1 += u32::from(self.free);
+    }
+}
+
+/// Lines of a unit, and what they find.
+struct Lines<'a, 'b> {
+    collector: Collector<'a>,
+    tracer: &'b mut Tracer,
+}
+
+impl Lines<'_, '_> {
+    /// A line both ways. Whether the point is out of all that is solid.
+    fn both(&mut self, from: DVec3, direction: DVec3) -> bool {
+        self.trace(from, direction, true).0
+    }
+
+    /// A line from one point to another and on.
+    fn aim(&mut self, from: DVec3, to: DVec3) {
+        self.trace(from, (to - from).normalize_or_zero(), false);
+    }
+
+    fn trace(&mut self, from: DVec3, direction: DVec3, both: bool) -> (bool, f64) {
+        if direction.length_squared() == 0.0 {
+            return (false, f64::INFINITY);
+        }
+        let known = self.collector.known;
+        self.collector.found.rays += 1 + u64::from(both);
+        self.tracer.trace(known.tree, known.cells, (from, direction), both, &mut self.collector)
     }
 }
 
@@ -102,21 +144,15 @@ impl Known<'_> {
     pub(super) fn run(&self, work: &Work, random: &mut Random, tracer: &mut Tracer) -> Findings {
         let free = matches!(work, Work::Free);
         let looks = if free { vec![0; self.cells.len() as usize] } else { Vec::new() };
-        let found = Findings { looks, ..Findings::default() };
-        let mut collector = Collector { known: self, free, places: HashMap::new(), found };
-        let mut trace = |from: DVec3, direction: DVec3| {
-            if direction.length_squared() == 0.0 {
-                return false;
-            }
-            collector.found.rays += 2;
-            tracer.trace(self.tree, self.cells, from, direction, &mut collector)
-        };
+        let found = Findings::default();
+        let collector = Collector { known: self, free, looks, places: HashMap::new(), found };
+        let mut lines = Lines { collector, tracer };
         let mut open = Vec::new();
         match work {
             Work::Free => {
                 for _ in 0..LINES {
                     let cell = random.below(self.cells.len());
-                    if trace(self.point_in(cell, random), direction(random))
+                    if lines.both(self.point_in(cell, random), direction(random))
                         && !self.open[cell as usize]
                     {
                         open.push(cell);
@@ -128,32 +164,61 @@ impl Known<'_> {
                     let target = random.below(self.tree.targets().count());
                     let Some(at) = self.tree.point_of(target, random) else { continue };
                     if k % 2 == 0 {
-                        let from = self.point_in(random.below(self.cells.len()), random);
-                        trace(from, (at - from).normalize_or_zero());
+                        let cell = random.below(self.cells.len());
+                        lines.aim(self.point_in(cell, random), at);
                     } else if let Some(ball) = self.tree.ball(target) {
                         // A little off the surface, on the one side or the other.
                         let way = direction(random);
-                        trace(at + way * (ball.radius * 1e-4), way);
+                        lines.both(at + way * (ball.radius * 1e-4), way);
                     }
+                }
+            }
+            Work::Around => {
+                for _ in 0..LINES {
+                    let cell = random.below(self.cells.len());
+                    self.around(cell, random, &mut lines);
                 }
             }
             Work::Follow(list) => {
                 for discovery in list {
-                    self.follow(discovery, random, &mut trace);
+                    self.follow(discovery, random, &mut lines);
+                }
+            }
+            Work::Sweep(cell) => {
+                for target in ones(&self.border(*cell)) {
+                    // Small ones now and then.
+                    if random.unit() > self.weight(*cell, target).max(LEAST_WEIGHT) {
+                        continue;
+                    }
+                    let Some(at) = self.tree.point_of(target, random) else { continue };
+                    lines.aim(self.point_in(*cell, random), at);
                 }
             }
         }
-        Findings { open, ..collector.found }
+        let Collector { found, looks, .. } = lines.collector;
+        let looks = (0..).zip(looks).filter(|&(_, n)| n > 0).collect();
+        Findings { open, looks, ..found }
     }
 
-    fn follow(
-        &self,
-        found: &Discovery,
-        random: &mut Random,
-        trace: &mut impl FnMut(DVec3, DVec3) -> bool,
-    ) {
-        let &Discovery { cell, target, at, eye } = found;
-        let mut aim = |from: DVec3, to: DVec3| trace(from, (to - from).normalize_or_zero());
+    fn around(&self, cell: u32, random: &mut Random, lines: &mut Lines<'_, '_>) {
+        let (eye, way) = (self.point_in(cell, random), direction(random));
+        let (_, far) = lines.trace(eye, way, false);
+        if far == f64::INFINITY {
+            return;
+        }
+        let row = self.visible.row(cell);
+        for (_, target) in self.near.at(eye + way * far) {
+            if has(row, target) {
+                continue;
+            }
+            let Some(to) = self.tree.point_of(target, random) else { continue };
+            lines.aim(eye, to);
+        }
+    }
+
+    fn follow(&self, found: &Discovery, random: &mut Random, lines: &mut Lines<'_, '_>) {
+        let &Discovery { cell, target, .. } = found;
+        let (at, eye) = self.ends(found);
         let distance = eye.distance(at);
         let ball = self.tree.ball(target);
         for k in 0..BORDER_LINES {
@@ -165,10 +230,15 @@ impl Known<'_> {
                 }
                 _ => at + aside * (distance * 0.1 * random.unit()),
             };
-            aim(eye, to);
+            lines.aim(eye, to);
+        }
+        let row = self.visible.row(cell);
+        for other in self.near.of(target).filter(|&n| !has(row, n)).take(TRIED_TARGETS) {
+            let Some(to) = self.tree.point_of(other, random) else { continue };
+            lines.aim(eye, to);
         }
         let from = self.point_in(cell, random);
-        aim(from, self.tree.point_of(target, random).unwrap_or(at));
+        lines.aim(from, self.tree.point_of(target, random).unwrap_or(at));
         let beside = &self.beside[cell as usize];
         let first = random.below(beside.len().max(1) as u32) as usize;
         let without = (0..beside.len()).map(|k| beside[(first + k) % beside.len()]);
@@ -176,8 +246,55 @@ impl Known<'_> {
         for (k, other) in without.take(TRIED_CELLS).enumerate() {
             let to = if k % 2 == 0 { Some(at) } else { self.tree.point_of(target, random) };
             let from = self.point_in(other, random);
-            aim(from, to.unwrap_or(at));
+            lines.aim(from, to.unwrap_or(at));
         }
+    }
+
+    /// What a cell is not known to see, though cells beside it do, or it sees what stands near: a bit for each target.
+    fn border(&self, cell: u32) -> Vec<u64> {
+        let row = self.visible.row(cell);
+        let mut border = vec![0; row.len()];
+        for &other in &self.beside[cell as usize] {
+            border.iter_mut().zip(self.visible.row(other)).for_each(|(b, o)| *b |= o);
+        }
+        for target in ones(row) {
+            self.near.of(target).for_each(|n| set(&mut border, n));
+        }
+        border.iter_mut().zip(row).for_each(|(b, known)| *b &= !known);
+        border
+    }
+
+    /// How much it would matter that a cell's set lacked a target, 0 to 1: by the solid angle that it can take at the most.
+    pub(super) fn weight(&self, cell: u32, target: u32) -> f64 {
+        let Some(ball) = self.tree.ball(target) else { return 0.0 };
+        let [low, high] = self.cells.boxes()[cell as usize];
+        let distance = ball.center.distance_squared(ball.center.clamp(low, high));
+        // Of the disc that it shows; 1 where the eye may be in it.
+        let angle = ball.radius * ball.radius / distance.max(ball.radius * ball.radius);
+        (angle * (std::f64::consts::PI / WHOLE_WEIGHT)).min(1.0)
+    }
+
+    fn discovery(&self, cell: u32, target: u32, at: DVec3, eye: DVec3) -> Discovery {
+        let [low, high] = self.cells.boxes()[cell as usize];
+        let share = ((eye - low) / (high - low)).clamp(DVec3::ZERO, DVec3::ONE);
+        let eye = (share * f64::from(u16::MAX)).to_array().map(|v| v as u16);
+        let at = match self.tree.ball(target) {
+            Some(ball) => ((at - ball.center) / ball.radius.max(f64::MIN_POSITIVE)).to_array(),
+            None => [0.0; 3],
+        };
+        Discovery { cell, target, at: at.map(|v| v as f32), eye }
+    }
+
+    /// Where on the target, and where the eye.
+    fn ends(&self, of: &Discovery) -> (DVec3, DVec3) {
+        let [low, high] = self.cells.boxes()[of.cell as usize];
+        let share = DVec3::from(of.eye.map(f64::from)) / f64::from(u16::MAX);
+        let eye = low + (high - low) * share;
+        let at = self
+            .tree
+            .ball(of.target)
+            .map_or(eye, |ball| ball.center + DVec3::from(of.at.map(f64::from)) * ball.radius);
+        (at, eye)
     }
 
     fn point_in(&self, cell: u32, random: &mut Random) -> DVec3 {

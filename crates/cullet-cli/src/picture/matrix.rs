@@ -68,16 +68,8 @@ fn of_graph(
     args: &PictureArgs,
     console: &Console,
 ) -> Result<(Pvs, Vec<Vec<u32>>), Failure> {
-    let neighbours = (0..graph.cell_count()).map(|cell| {
-        let around = graph.portals_of(cell).iter();
-        around
-            .map(|&portal| {
-                let [a, b] = graph.portals()[portal as usize].cells;
-                if a == cell { b } else { a }
-            })
-            .collect()
-    });
-    let neighbours = neighbours.collect();
+    let neighbours =
+        (0..graph.cell_count()).map(|cell| graph.neighbours_of(cell).collect()).collect();
     let threads = match args.input.view.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         threads => threads,

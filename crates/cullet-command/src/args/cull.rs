@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use cullet::cull::detail::Measure;
+use cullet::cull::detail::samples::SamplePattern;
 use cullet::{Culler, Stage};
 
 use crate::parse;
@@ -19,6 +20,9 @@ pub struct CullArgs {
     /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
     #[arg(long, value_parser = parse::choice(MEASURES), default_value = "sides")]
     pub detail_by: Measure,
+    /// Also drop triangles that cover no sample of the image's pixels, where these are: exact for that pattern
+    #[arg(long, value_parser = parse::choice(SAMPLES), value_name = "PATTERN")]
+    pub sample_pattern: Option<SamplePattern>,
     /// Run one stage alone
     #[arg(long, value_parser = parse::choice(ALONE), value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_pvs", "no_portal", "no_backface", "no_degenerate", "no_occlusion"])]
     pub only: Option<Stage>,
@@ -96,6 +100,14 @@ const MEASURES: &[(&str, Measure, &str)] = &[
     ("sides", Measure::WidthAndHeight, "Width and height both under the threshold"),
     ("area", Measure::Area, "Area under the threshold"),
     ("diameter", Measure::Diameter, "Diagonal under the threshold"),
+];
+
+/// Where the samples of pixels are.
+const SAMPLES: &[(&str, SamplePattern, &str)] = &[
+    ("centre", SamplePattern::Centre, "One in the middle of each pixel"),
+    ("four", SamplePattern::Four, "The standard pattern of four of Direct3D and Vulkan"),
+    ("eight", SamplePattern::Eight, "The standard pattern of eight"),
+    ("anywhere", SamplePattern::Anywhere, "Not known, as in images that jitter"),
 ];
 
 /// Proxy that is drawn for a mesh into the occlusion buffer.

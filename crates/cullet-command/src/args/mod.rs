@@ -2,10 +2,12 @@
 
 mod cull;
 mod scene;
+mod simplify;
 mod view;
 
 pub use cull::{CullArgs, OccluderKind, PRESETS, Preset};
 pub use scene::SceneArgs;
+pub use simplify::{SIMPLIFY_HELP, SimplifyArgs};
 pub use view::{PictureViewArgs, ViewArgs};
 
 use clap::Args;

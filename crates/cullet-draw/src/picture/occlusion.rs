@@ -395,7 +395,9 @@ fn ghosts(scene: &Scene, result: &Visible) -> Visible {
     let mut parts = result.dropped.chunk_by(|a, b| a.slot == b.slot).peekable();
     for (slot, reason) in (0..).zip(&result.reasons) {
         let first = ghosts.triangles.len() as u32;
+        let mut level = 0;
         if let Some(ranges) = parts.next_if(|ranges| ranges[0].slot == slot) {
+            level = ranges[0].level;
             for d in ranges.iter().filter(|d| d.stage == Stage::Occlusion) {
                 ghosts.triangles.extend(d.first_triangle..d.first_triangle + d.triangle_count);
             }
@@ -404,7 +406,7 @@ fn ghosts(scene: &Scene, result: &Visible) -> Visible {
         }
         let count = ghosts.triangles.len() as u32 - first;
         if count > 0 {
-            ghosts.triangle_ranges.push(TriangleRange { slot, first, count });
+            ghosts.triangle_ranges.push(TriangleRange { slot, level, first, count });
         }
     }
     ghosts

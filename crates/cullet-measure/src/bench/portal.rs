@@ -9,10 +9,12 @@ use cullet::cull::portal::{
     PortalClip, PortalOptions, PortalView, Reached, ray_cells_ref, walk_portals,
 };
 use cullet::{Culler, Stage, View, ViewState, Visible};
+use cullet_command::args::SceneArgs;
 use cullet_command::console::{Console, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
-use cullet_io::scenes;
+use cullet_command::inputs;
+use cullet_io::Model;
 use serde::Serialize;
 
 use super::world::Random;
@@ -21,20 +23,25 @@ use crate::stopwatch::of_thread;
 
 pub(crate) const HELP: &str = "\
 Walks a generated building of 1,000 rooms through its portals, from random views, and finds the cell of random points
-among 10,000 rooms; then culls a scene that has cells with portals and occlusion, with occlusion alone, and with neither.
-Answers are checked first: rays see no cell that a walk does not reach, the cell of a point is that of a search through
-all, and what portals leave is part of what is left without. Times are those of the thread, the fastest of several rounds.
+among 10,000 rooms; then culls scenes that have cells with portals and occlusion, with occlusion alone, and with neither.
+Answers are checked: rays see no cell that a walk does not reach, the cell of a point is that of a search through all,
+and portals leave no more triangles than are left without. Times are those of the thread, the fastest of several rounds.
 
 Examples
-  cullet bench portal                                 the building, and the built-in office
-  cullet bench portal --scene office:rooms=20,floors=5,roof=1";
+  cullet bench portal                                 the building, the office, and of CULLET_DATA a house and three maps
+  cullet bench portal --scene office:rooms=20,floors=5,roof=1
+  cullet bench portal --scene map.bsp --scene house.glb --cells rooms.glb";
 
 /// `cullet bench portal`
 #[derive(Debug, Args)]
 pub(crate) struct PortalArgs {
-    /// A built-in scene that has cells
-    #[arg(long, value_name = "SCENE", default_value = "office")]
-    scene: String,
+    /// A scene that has cells, a file or a built-in one; may be given many times [default: office, and of `CULLET_DATA` a
+    /// house and maps]
+    #[arg(long, value_name = "SCENE")]
+    scene: Vec<String>,
+    /// Volumes of rooms that cut scenes without cells into some
+    #[arg(long, value_name = "FILE", requires = "scene")]
+    cells: Option<PathBuf>,
     /// How many views of each
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     views: u32,
@@ -83,10 +90,23 @@ struct Located {
 /// Culls of a scene.
 #[derive(Debug, Serialize)]
 struct Culls {
+    scene: String,
     settings: String,
     views: usize,
     triangles: u64,
     microseconds: f64,
+}
+
+/// Portals with occlusion against occlusion alone.
+#[derive(Debug, Serialize)]
+struct Gain {
+    scene: String,
+    preset: &'static str,
+    /// Triangles left and time of the one over those of the other.
+    triangles: f64,
+    time: f64,
+    /// Views in which portals alone left more than neither: a fault.
+    wrong: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -95,8 +115,26 @@ struct Record {
     machine: Machine,
     walks: Vec<Walks>,
     located: Located,
-    scene: String,
     culls: Vec<Culls>,
+    gains: Vec<Gain>,
+}
+
+/// A scene with cells, or a file and the volumes of its rooms.
+type Named = (String, Option<PathBuf>);
+
+/// The office, and what of `CULLET_DATA` is there.
+fn all() -> Vec<Named> {
+    let set = std::env::var_os("CULLET_DATA").filter(|v| !v.is_empty()).map(PathBuf::from);
+    let folder = set.unwrap_or_else(|| "../shared/data".into());
+    let rooms = folder.join("duplex-bim/duplex-spaces.glb");
+    let maps = ["quake-libre/lqdm1.bsp", "quake-libre/lq_e0m1.bsp", "quake3-openarena/oa_dm1.bsp"];
+    let files = [("duplex-bim/duplex.glb", Some(rooms))].into_iter();
+    let files = files.chain(maps.into_iter().map(|map| (map, None)));
+    let there = files
+        .map(|(file, rooms)| (folder.join(file), rooms))
+        .filter(|(file, _)| file.exists())
+        .map(|(file, rooms)| (file.display().to_string(), rooms));
+    [("office".to_owned(), None)].into_iter().chain(there).collect()
 }
 
 /// Runs the command.
@@ -121,23 +159,39 @@ pub(crate) fn run(args: &PortalArgs, console: &Console) -> Outcome {
         located.wrong,
         grouped(located.points as u64)
     ));
-    let culls = cull(&args.scene, args.views)?;
-    for row in &culls {
-        console.line(format!(
-            "{}, {}: {:.1} us and {} triangles a view, in {} views",
-            args.scene,
-            row.settings,
-            row.microseconds / row.views as f64,
-            grouped(row.triangles / row.views as u64),
-            row.views
-        ));
+    let named = match &args.scene[..] {
+        [] => all(),
+        some => some.iter().map(|scene| (scene.clone(), args.cells.clone())).collect(),
+    };
+    let (mut culls, mut gains) = (Vec::new(), Vec::new());
+    for scene in &named {
+        let (rows, of_scene) = cull(scene, args.views, console)?;
+        for row in &rows {
+            console.line(format!(
+                "{}, {}: {:.1} us and {} triangles a view, in {} views",
+                row.scene,
+                row.settings,
+                row.microseconds / row.views as f64,
+                grouped(row.triangles / row.views.max(1) as u64),
+                row.views
+            ));
+        }
+        for gain in &of_scene {
+            console.line(format!(
+                "{}, {}: with portals {:.2} of the triangles that occlusion alone leaves, in {:.2} times its time",
+                gain.scene, gain.preset, gain.triangles, gain.time
+            ));
+        }
+        culls.extend(rows);
+        gains.extend(of_scene);
     }
-    let scene = args.scene.clone();
-    let is_wrong = walks.iter().any(|w| w.rays_missed > 0) || located.wrong > 0;
+    let is_wrong = walks.iter().any(|w| w.rays_missed > 0)
+        || located.wrong > 0
+        || gains.iter().any(|gain| gain.wrong > 0);
     if let Some(path) = args.json() {
         write_json(
             path,
-            &Record { schema: 1, machine: Machine::here(), walks, located, scene, culls },
+            &Record { schema: 1, machine: Machine::here(), walks, located, culls, gains },
         )?;
     }
     if is_wrong {
@@ -285,26 +339,25 @@ fn locate() -> Located {
 }
 
 /// Culls from where eyes may be in the cells of a scene, with and without portals and occlusion.
-fn cull(scene: &str, views: u32) -> Result<Vec<Culls>, Failure> {
-    let model = scenes::build(scene).map_err(Failure::usage)?;
-    let (scene, mut random) = (&model.scene, Random::new());
+fn cull(
+    (name, rooms): &Named,
+    views: u32,
+    console: &Console,
+) -> Result<(Vec<Culls>, Vec<Gain>), Failure> {
+    let args = SceneArgs { cells: rooms.clone(), ..SceneArgs::of(name) };
+    let mut model = inputs::load(&args, console)?;
+    let name = name.rsplit(['/', '\\']).next().unwrap_or(name).to_owned();
     if model.cells.cells.is_empty() {
-        return Err(Failure::usage("the scene has no cells; office has"));
+        return Err(Failure::usage(format!("{name}: the scene has no cells; office has")));
     }
-    let mut eyes = Vec::new();
-    for i in 0..views as usize {
-        let cell = &model.cells.cells[i * 7 % model.cells.cells.len()];
-        let [u, v] = [random.next(), random.next()].map(|t| 0.3 + 0.4 * f64::from(t));
-        let Some([min, max]) = cell.main_bounds() else { continue };
-        let between = |a: usize, t: f64| min[a] + (max[a] - min[a]) * t;
-        let eye = [between(0, u), min[1] + 1.8, between(2, v)];
-        let [dx, dz] = random.point::<2>(1.0).map(f64::from);
-        let target = [eye[0] + dx, eye[1] - 0.1, eye[2] + dz];
-        eyes.extend(View::perspective(eye, target, 1.0, 0.05, 500.0, [1280, 720]));
-    }
+    [Culler::balanced(), Culler::exact()].iter().for_each(|c| model.scene.prepare(c.preparation()));
+    let eyes = eyes(&model, views);
+    let scene = &model.scene;
     let presets = [("balanced", Culler::balanced()), ("exact", Culler::exact())];
-    let mut rows = Vec::new();
-    for (name, all) in &presets {
+    let (mut rows, mut gains) = (Vec::new(), Vec::new());
+    for (preset, all) in &presets {
+        // Sets that a map brings along would hide what portals do.
+        let all = all.without(Stage::Pvs);
         let neither = all.without(Stage::Occlusion).without(Stage::Portal);
         let ways = [
             ("portals and occlusion", all.clone()),
@@ -313,27 +366,55 @@ fn cull(scene: &str, views: u32) -> Result<Vec<Culls>, Failure> {
             ("neither", neither),
         ];
         let mut best = vec![[f64::INFINITY; 4]; eyes.len()];
-        let mut triangles = [0; 4];
+        let mut triangles = vec![[0; 4]; eyes.len()];
         let mut states: [ViewState; 4] = std::array::from_fn(|_| ViewState::default());
         let mut result = Visible::default();
-        for round in 0..ROUNDS {
-            for (view, best) in eyes.iter().zip(&mut best) {
+        for _ in 0..ROUNDS {
+            for ((view, best), triangles) in eyes.iter().zip(&mut best).zip(&mut triangles) {
                 for (way, (_, culler)) in ways.iter().enumerate() {
                     let took =
                         of_thread(|| culler.cull_one(scene, view, &mut states[way], &mut result));
                     best[way] = best[way].min(took.as_secs_f64() * 1e6);
-                    triangles[way] += if round == 0 { result.triangle_count } else { 0 };
+                    triangles[way] = result.triangle_count;
                 }
             }
         }
-        for (way, (words, _)) in ways.iter().enumerate() {
-            rows.push(Culls {
-                settings: format!("{name}, {words}"),
-                views: eyes.len(),
-                triangles: triangles[way],
-                microseconds: best.iter().map(|b| b[way]).sum(),
-            });
-        }
+        let of_way = |way: usize| Culls {
+            scene: name.clone(),
+            settings: format!("{preset}, {}", ways[way].0),
+            views: eyes.len(),
+            triangles: triangles.iter().map(|t| t[way]).sum(),
+            microseconds: best.iter().map(|b| b[way]).sum(),
+        };
+        let of_ways: [Culls; 4] = std::array::from_fn(of_way);
+        let [both, occlusion, ..] = &of_ways;
+        gains.push(Gain {
+            scene: name.clone(),
+            preset,
+            triangles: both.triangles as f64 / occlusion.triangles.max(1) as f64,
+            time: both.microseconds / occlusion.microseconds.max(1e-9),
+            wrong: triangles.iter().filter(|t| t[2] > t[3]).count(),
+        });
+        rows.extend(of_ways);
     }
-    Ok(rows)
+    Ok((rows, gains))
+}
+
+/// Views in the cells of a scene, at six tenths of their height.
+fn eyes(model: &Model, views: u32) -> Vec<View> {
+    let mut random = Random::new();
+    let half = model.scene.extent().half_extent();
+    let size = half.into_iter().fold(0.0, f64::max) * 2.0;
+    let mut eyes = Vec::new();
+    for i in 0..views as usize {
+        let cell = &model.cells.cells[i * 7 % model.cells.cells.len()];
+        let [u, v] = [random.next(), random.next()].map(|t| 0.3 + 0.4 * f64::from(t));
+        let [dx, dz] = random.point::<2>(1.0).map(f64::from);
+        let Some([min, max]) = cell.main_bounds() else { continue };
+        let between = |a: usize, t: f64| min[a] + (max[a] - min[a]) * t;
+        let eye = [between(0, u), between(1, 0.6), between(2, v)];
+        let target = [eye[0] + dx, eye[1] - 0.1, eye[2] + dz];
+        eyes.extend(View::perspective(eye, target, 1.0, size * 1e-3, size * 2.0, [1280, 720]));
+    }
+    eyes
 }

@@ -1,23 +1,28 @@
 //! `cullet bench pvs --scene`: sets of scenes without cells, and how wrong they are.
 
+use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
 use clap::Args;
 use cullet::{Scene, View};
+use cullet_bake::pvs::RunOptions;
 use cullet_bake::sampled::{
-    RayTree, RayTreeOptions, SampledBake, SampledSettings, ScenePvs, ViewCells, check_pictures,
+    RayTree, RayTreeOptions, SampledBake, SampledError, SampledSettings, ScenePvs, SceneSets,
+    ViewCells, check_pictures,
 };
 use cullet_command::args::SceneArgs;
-use cullet_command::console::{Console, digits, interrupted};
+use cullet_command::console::{Console, digits, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
 use cullet_command::inputs;
 use cullet_draw::{RenderOptions, Selection, render};
 use serde::Serialize;
 
+use super::world::Random;
 use crate::machine::Machine;
 use crate::process;
+use crate::stopwatch::of_thread;
 
 /// Scenes to bake.
 #[derive(Debug, Args)]
@@ -35,11 +40,14 @@ pub(crate) struct PvsSceneBenchArgs {
     #[arg(long, value_name = "N", default_value_t = 100_000_000, requires = "scene")]
     rays: u64,
     /// Share of looks that may be estimated to go to what is missing
-    #[arg(long, value_name = "SHARE", default_value_t = 5e-4, requires = "scene")]
+    #[arg(long, value_name = "SHARE", default_value_t = 2e-5, requires = "scene")]
     missing: f64,
     /// Random places from where pictures check the sets
     #[arg(long, value_name = "N", default_value_t = 1000, requires = "scene")]
     poses: u32,
+    /// Rays of a bake on one thread and on two; 0 leaves it out
+    #[arg(long, value_name = "N", default_value_t = 5_000_000, requires = "scene")]
+    again_rays: u64,
     /// Places of which the reference renderer draws pictures besides
     #[arg(long, value_name = "N", default_value_t = 4, requires = "scene")]
     drawn: u32,
@@ -79,6 +87,33 @@ struct Baked {
     drawn_poses: u32,
     drawn_pixel_error: f64,
     drawn_missing_share: f64,
+    threads: Option<Threads>,
+    run_time: RunTime,
+}
+
+/// A shorter bake on one thread and on two.
+#[derive(Debug, Serialize)]
+struct Threads {
+    rays: u64,
+    one_wall_seconds: f64,
+    two_wall_seconds: f64,
+    one_cpu_seconds: f64,
+    two_cpu_seconds: f64,
+    same_bytes: bool,
+}
+
+/// The sets where they are used.
+#[derive(Debug, Serialize)]
+struct RunTime {
+    /// Whether a cell sees an instance, for random ones.
+    lookup_ns: f64,
+    /// A whole row, as bits.
+    row_ns: f64,
+    bytes_per_row: f64,
+    file_bytes: usize,
+    load_ms: f64,
+    /// Lookups and rows that differ from the bake, and whether the file is another after it was read.
+    wrong: u64,
 }
 
 const HEADING: &str = "scene                    cells instances triangles  Mrays  CPU s  wall s   of all  estimate  pixels wrong  missing  drawn: pixels  missing";
@@ -95,6 +130,7 @@ pub(super) fn run(
     for name in &args.scene {
         let baked = measure(name, args, threads as usize, console)?;
         console.line(row(&baked));
+        more(&baked, console);
         scenes.push(baked);
         if interrupted() {
             break;
@@ -105,7 +141,123 @@ pub(super) fn run(
     if let Some(path) = json {
         write_json(path, &record)?;
     }
-    Ok(if complete { Exit::Fine } else { Exit::Interrupted })
+    let wrong =
+        |b: &Baked| b.run_time.wrong > 0 || b.threads.as_ref().is_some_and(|t| !t.same_bytes);
+    Ok(match (record.scenes.iter().any(wrong), complete) {
+        (true, _) => Exit::FalseCull,
+        (false, true) => Exit::Fine,
+        (false, false) => Exit::Interrupted,
+    })
+}
+
+/// What does not fit in a row.
+fn more(b: &Baked, console: &Console) {
+    if let Some(t) = &b.threads {
+        console.line(format!(
+            "  {} rays: two threads {:.2} times as fast as one ({:.1} s and {:.1} s; of processors {:.1} s and {:.1} s), bytes {}",
+            grouped(t.rays),
+            t.one_wall_seconds / t.two_wall_seconds.max(1e-9),
+            t.one_wall_seconds,
+            t.two_wall_seconds,
+            t.one_cpu_seconds,
+            t.two_cpu_seconds,
+            if t.same_bytes { "same" } else { "DIFFER" },
+        ));
+    }
+    let r = &b.run_time;
+    console.line(format!(
+        "  a lookup {:.0} ns, a row {:.0} ns; {:.0} bytes a row, a file of {} bytes read in {:.1} ms; {} wrong",
+        r.lookup_ns,
+        r.row_ns,
+        r.bytes_per_row,
+        grouped(r.file_bytes as u64),
+        r.load_ms,
+        grouped(r.wrong),
+    ));
+}
+
+/// A bake of so many rays, on one thread and on two.
+fn threads_of(
+    tree: &RayTree<'_>,
+    cells: &ViewCells,
+    rays: u64,
+) -> Result<Option<Threads>, SampledError> {
+    if rays == 0 {
+        return Ok(None);
+    }
+    let settings = SampledSettings::default().with_rays(rays).with_missing(0.0);
+    let bake = |threads: usize| {
+        // What one thread does before it begins is no part of it.
+        let mut bake = SampledBake::new(tree, cells, &settings)?;
+        let begin = (Instant::now(), process::cpu_time());
+        let options = RunOptions { threads, ..RunOptions::default() };
+        let _ = bake.run(&options, &|_| !interrupted());
+        let took = [begin.0.elapsed(), process::cpu_time() - begin.1].map(|t| t.as_secs_f64());
+        Ok((took, bake.rays(), bake.finish().rows_hash()))
+    };
+    let ([one_wall_seconds, one_cpu_seconds], rays, one) = bake(1)?;
+    let ([two_wall_seconds, two_cpu_seconds], _, two) = bake(2)?;
+    let same_bytes = one == two;
+    Ok(Some(Threads {
+        rays,
+        one_wall_seconds,
+        two_wall_seconds,
+        one_cpu_seconds,
+        two_cpu_seconds,
+        same_bytes,
+    }))
+}
+
+/// Looks things up in the sets, and reads their file.
+fn use_of(pvs: &ScenePvs) -> RunTime {
+    const LOOKUPS: usize = 200_000;
+    const ROWS: usize = 2_000;
+    const ROUNDS: usize = 9;
+    let bytes = pvs.to_bytes();
+    let mut load_ms = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let took = of_thread(|| drop(black_box(SceneSets::from_bytes(black_box(&bytes)))));
+        load_ms = load_ms.min(took.as_secs_f64() * 1e3);
+    }
+    let made = pvs.to_sets();
+    let mut wrong = u64::from(SceneSets::from_bytes(&bytes).as_ref() != Ok(&made));
+    let (cells, targets) = (made.sets.cell_count(), made.sets.target_count());
+    let mut random = Random::new();
+    let mut some = |count: u32| (random.next() * count as f32) as u32 % count.max(1);
+    let pairs: Vec<[u32; 2]> = (0..LOOKUPS).map(|_| [some(cells), some(targets)]).collect();
+    wrong += pairs.iter().filter(|&&[c, t]| made.sets.sees(c, t) != pvs.visible.has(c, t)).count()
+        as u64;
+    let (mut lookup_ns, mut row_ns) = (f64::INFINITY, f64::INFINITY);
+    let mut row = Vec::new();
+    for cell in 0..cells {
+        row.clear();
+        made.sets.add_row_to(cell, &mut row);
+        let bits = pvs.visible.row(cell).iter();
+        wrong += u64::from(bits.zip(row.iter().chain(std::iter::repeat(&0))).any(|(a, b)| a != b));
+    }
+    for _ in 0..ROUNDS {
+        let took = of_thread(|| {
+            let seen = pairs.iter().filter(|&&[c, t]| made.sets.sees(black_box(c), t));
+            black_box(seen.count());
+        });
+        lookup_ns = lookup_ns.min(took.as_secs_f64() * 1e9 / LOOKUPS as f64);
+        let took = of_thread(|| {
+            for &[cell, _] in &pairs[..ROWS] {
+                row.clear();
+                made.sets.add_row_to(black_box(cell), &mut row);
+                black_box(&row);
+            }
+        });
+        row_ns = row_ns.min(took.as_secs_f64() * 1e9 / ROWS as f64);
+    }
+    RunTime {
+        lookup_ns,
+        row_ns,
+        bytes_per_row: made.sets.size() as f64 / f64::from(cells.max(1)),
+        file_bytes: bytes.len(),
+        load_ms,
+        wrong,
+    }
 }
 
 fn row(b: &Baked) -> String {
@@ -152,9 +304,9 @@ fn measure(
     let tree_seconds = begin.0.elapsed().as_secs_f64();
     let settings = SampledSettings::default().with_rays(args.rays).with_missing(args.missing);
     let mut bake = SampledBake::new(&tree, &cells, &settings).map_err(fail)?;
-    while !bake.is_done() && !interrupted() {
-        bake.round(threads);
-    }
+    let options = RunOptions { threads, ..RunOptions::default() };
+    // Without a folder nothing can fail.
+    let _ = bake.run(&options, &|_| !interrupted());
     let missing_estimate = bake.missing();
     let pvs = bake.finish();
     let cpu_seconds = (process::cpu_time() - begin.1).as_secs_f64();
@@ -179,6 +331,8 @@ fn measure(
         drawn_poses: args.drawn,
         drawn_pixel_error: drawn[0],
         drawn_missing_share: drawn[1],
+        threads: threads_of(&tree, &cells, args.again_rays).map_err(fail)?,
+        run_time: use_of(&pvs),
     })
 }
 

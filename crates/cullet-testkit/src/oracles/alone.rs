@@ -73,12 +73,14 @@ pub fn fates_alone(culler: &Culler, scene: &Scene, view: &View) -> Fates {
         (Stage::Degenerate, Unit::Instances),
         (Stage::Occlusion, Unit::Instances),
         (Stage::Frustum, Unit::Clusters),
+        (Stage::Detail, Unit::Clusters),
         (Stage::Portal, Unit::Clusters),
         (Stage::Occlusion, Unit::Clusters),
         (Stage::Backface, Unit::Clusters),
         (Stage::Frustum, Unit::Triangles),
         (Stage::Backface, Unit::Triangles),
         (Stage::Degenerate, Unit::Triangles),
+        (Stage::Detail, Unit::Triangles),
     ];
     let mut left: Fates = fates(scene, &cull(&culler.only(Stage::Layer), scene, view));
     for (stage, unit) in order.into_iter().skip(1).filter(|(stage, _)| culler.runs(*stage)) {

@@ -118,7 +118,7 @@ pub fn frustum_kept(scene: &Scene, view: &View) -> Visible {
             };
             visible.triangles.extend((0..mesh.triangle_count()).filter(facing));
             let count = visible.triangles.len() as u32 - first;
-            visible.triangle_ranges.push(TriangleRange { slot, first, count });
+            visible.triangle_ranges.push(TriangleRange { slot, level: 0, first, count });
         }
     }
     visible

@@ -183,7 +183,7 @@ mod tests {
     fn cullers() -> Vec<Culler> {
         let all = Culler {
             frustum_exact: true,
-            detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5 }),
+            detail: Some(Detail { measure: Measure::Area, threshold_px: 2.5, ..Detail::default() }),
             occlusion: Some(Occlusion::default()),
             reasons: true,
             dropped: true,
@@ -191,8 +191,13 @@ mod tests {
             ..Culler::default()
         };
         let none = Culler { frustum: false, degenerate: false, ..Culler::default() };
-        let diameter = Detail { measure: Measure::Diameter, threshold_px: 1.0 };
-        let box_size = Detail { measure: Measure::WidthAndHeight, threshold_px: f64::INFINITY };
+        let diameter =
+            Detail { measure: Measure::Diameter, threshold_px: 1.0, ..Detail::default() };
+        let box_size = Detail {
+            measure: Measure::WidthAndHeight,
+            threshold_px: f64::INFINITY,
+            ..Detail::default()
+        };
         let mut cullers = Vec::new();
         for output in [Output::Instances, Output::Clusters, Output::Triangles] {
             let ways = [Backface::Off, Backface::Fast, Backface::Masks, Backface::Exact];

@@ -384,7 +384,7 @@ mod tests {
         };
         list.update(&geometry, &instances, Some(&visible), 1);
         assert!(list.items.iter().all(|i| i.entries.end as usize <= list.entries.len()));
-        let ranges = vec![cullet::TriangleRange { slot: 0, first: 1, count: u32::MAX }];
+        let ranges = vec![cullet::TriangleRange { slot: 0, level: 0, first: 1, count: u32::MAX }];
         let visible = Visible {
             triangle_ranges: ranges,
             triangles: vec![0, u32::MAX, 1 << 20],

@@ -112,8 +112,11 @@ impl Stages {
             portal: (on && self.portal).then(Default::default),
             backface: if on { self.backface } else { Backface::Off },
             degenerate: on && self.degenerate,
-            detail: (on && self.detail_px > 0.0)
-                .then_some(Detail { measure: self.detail_by, threshold_px: self.detail_px }),
+            detail: (on && self.detail_px > 0.0).then_some(Detail {
+                measure: self.detail_by,
+                threshold_px: self.detail_px,
+                ..Detail::default()
+            }),
             occlusion: (on && self.occlusion).then_some(Occlusion {
                 width: self.occlusion_width,
                 budget: self.occlusion_budget,

@@ -129,6 +129,15 @@ impl CellGraph {
         &self.around[first..end]
     }
 
+    /// The cells on the other side of a cell's portals, open or shut, in the order of [`portals_of`](Self::portals_of): one
+    /// that several portals lead to comes as often.
+    pub fn neighbours_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
+        self.portals_of(cell).iter().map(move |&portal| {
+            let [first, second] = self.portals[portal as usize].cells;
+            if first == cell { second } else { first }
+        })
+    }
+
     /// The cell that a portal leads to from one of its two; `None` where it is shut, or lets nobody see that way.
     #[must_use]
     pub fn beyond(&self, portal: u32, from: u32) -> Option<u32> {

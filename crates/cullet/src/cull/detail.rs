@@ -1,5 +1,12 @@
 //! Detail culling: dropping what is small on the screen. Lossy, so off by default: what is dropped
 //! is smaller than the threshold, in pixels, and no more than that is promised.
+//!
+//! And triangles that cover no [sample](samples), which is not lossy for the pattern of samples that is drawn with.
+
+mod batch;
+pub mod samples;
+
+pub(crate) use batch::BatchSizes;
 
 use crate::view::ScreenRect;
 
@@ -8,7 +15,7 @@ use crate::view::ScreenRect;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum Measure {
-    /// Width and height both below the threshold.
+    /// Width and height both below the threshold: what is long and thin, such as a cable, is kept by its long side.
     #[default]
     #[cfg_attr(feature = "serde", serde(rename = "box"))]
     WidthAndHeight,
@@ -27,12 +34,17 @@ pub struct Detail {
     pub measure: Measure,
     /// The threshold, in pixels (square pixels for [`Measure::Area`]).
     pub threshold_px: f64,
+    /// Whether clusters of rigid instances are dropped by themselves, too. Default off: it tears holes into whatever is
+    /// made of clusters that are smaller than the threshold but is itself larger; [levels](crate::lod) are for that.
+    pub clusters: bool,
+    /// How much above the threshold what is left begins to [fade](Self::weight), as a share of it, from 0. Default 0.
+    pub fade: f64,
 }
 
 impl Default for Detail {
     /// Culls bounds narrower and lower than a pixel.
     fn default() -> Self {
-        Self { measure: Measure::default(), threshold_px: 1.0 }
+        Self { measure: Measure::default(), threshold_px: 1.0, clusters: false, fade: 0.0 }
     }
 }
 
@@ -41,13 +53,38 @@ impl Detail {
     /// never small; nor is one whose size or threshold is NaN.
     #[must_use]
     pub fn is_small(&self, rect: Option<&ScreenRect>) -> bool {
-        let Some(rect) = rect else { return false };
-        let (w, h) = (rect.width(), rect.height());
-        let n = self.threshold_px;
+        rect.is_some_and(|rect| self.is_small_size([rect.width(), rect.height()], 1.0))
+    }
+
+    /// The same of a width and a height in pixels, of something whose size counts by a weight:
+    /// [never](crate::Instance::size_weight) where that is infinite, NaN or below 0.
+    #[must_use]
+    pub fn is_small_size(&self, size: [f64; 2], weight: f64) -> bool {
+        weight >= 0.0 && self.measured(size, weight) < self.threshold_px
+    }
+
+    /// What is compared with the threshold. NaN for an infinite weight of nothing.
+    fn measured(&self, [w, h]: [f64; 2], weight: f64) -> f64 {
+        let (w, h) = (w * weight, h * weight);
         match self.measure {
-            Measure::WidthAndHeight => w < n && h < n,
-            Measure::Area => w * h < n,
-            Measure::Diameter => w.hypot(h) < n,
+            // Not `max`, which would not see a NaN.
+            Measure::WidthAndHeight if w > h || w.is_nan() => w,
+            Measure::WidthAndHeight => h,
+            Measure::Area => w * h,
+            Measure::Diameter => w.hypot(h),
+        }
+    }
+
+    /// How much of something is to be drawn, 0 to 1, by the width and height of its picture in pixels: 0 at the threshold,
+    /// where it goes, 1 from `1 + fade` times that. A renderer that draws it by that share, blended or as a pattern of
+    /// pixels, has nothing pop out of sight. 1 where there is no size.
+    #[must_use]
+    pub fn weight(&self, size: Option<[f64; 2]>, weight: f64) -> f64 {
+        let Some(size) = size else { return 1.0 };
+        let above = self.measured(size, weight) / self.threshold_px - 1.0;
+        match self.fade {
+            fade if fade > 0.0 && above < fade => (above / fade).clamp(0.0, 1.0),
+            _ => 1.0,
         }
     }
 }
@@ -58,7 +95,7 @@ mod tests {
 
     fn small(measure: Measure, threshold_px: f64, size: [f64; 2]) -> bool {
         let rect = ScreenRect { min: [10.0, 20.0], max: [10.0 + size[0], 20.0 + size[1]] };
-        Detail { measure, threshold_px }.is_small(Some(&rect))
+        Detail { measure, threshold_px, ..Detail::default() }.is_small(Some(&rect))
     }
 
     #[test]
@@ -73,9 +110,30 @@ mod tests {
 
     #[test]
     fn what_has_no_size_is_never_small() {
-        let detail = Detail { measure: Measure::Area, threshold_px: 1e9 };
+        let detail = Detail { measure: Measure::Area, threshold_px: 1e9, ..Detail::default() };
         assert!(!detail.is_small(None));
         assert!(!small(Measure::WidthAndHeight, 4.0, [f64::NAN, 1.0]));
         assert!(!small(Measure::Diameter, f64::NAN, [1.0, 1.0]));
+    }
+
+    #[test]
+    fn sizes_count_by_their_weight() {
+        let detail = Detail { threshold_px: 4.0, ..Detail::default() };
+        assert!(detail.is_small_size([3.0, 1.0], 1.0) && !detail.is_small_size([3.0, 1.0], 2.0));
+        for weight in [f64::INFINITY, f64::NAN, -1.0] {
+            assert!(!detail.is_small_size([3.0, 1.0], weight), "{weight}");
+            assert!(!detail.is_small_size([0.0, 0.0], weight), "{weight}");
+        }
+        assert!(detail.is_small_size([3.0, 1.0], 0.0));
+    }
+
+    #[test]
+    fn what_comes_near_the_threshold_fades() {
+        let detail = Detail { threshold_px: 4.0, fade: 0.5, ..Detail::default() };
+        assert_eq!(detail.weight(Some([4.0, 1.0]), 1.0), 0.0);
+        assert_eq!(detail.weight(Some([1.0, 5.0]), 1.0), 0.5);
+        assert_eq!(detail.weight(Some([3.0, 2.0]), 2.0), 1.0);
+        assert_eq!(detail.weight(None, 1.0), 1.0);
+        assert_eq!(Detail { fade: 0.0, ..detail }.weight(Some([4.1, 1.0]), 1.0), 1.0);
     }
 }

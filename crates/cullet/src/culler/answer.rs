@@ -16,11 +16,13 @@ pub(super) fn write(frame: &Frame<'_>, sets: &Sets, work: Work, result: &mut Vis
     (result.instance_count, result.triangle_count) = (work.left.instances, work.left.triangles);
     if frame.culler.output == Output::Instances {
         for &word in &sets.instances.live {
-            for run in bits::runs(sets.instances.alive[word as usize]) {
+            let own = sets.instances.alive[word as usize] & !sets.coarse.word(word);
+            for run in bits::runs(own) {
                 let first = word * 64 + run.start as u32;
                 push_whole(&mut result.whole, first, run.len() as u32);
             }
         }
+        sets.coarse.runs().for_each(|run| push_partial(&mut result.partial, run));
     } else {
         write_clusters(frame, sets, result);
     }
@@ -41,8 +43,9 @@ fn write_clusters(frame: &Frame<'_>, sets: &Sets, result: &mut Visible) {
         }
         settled.list_before(slot, &mut result.whole);
         let mesh = frame.scene.mesh(slot);
+        let is_own = runs[0].level == 0;
         let clusters: u32 = runs.iter().map(|run| run.cluster_count).sum();
-        if clusters == mesh.levels()[0].cluster_count {
+        if is_own && clusters == mesh.levels()[0].cluster_count {
             push_whole(&mut result.whole, slot, 1);
         } else {
             runs.iter().for_each(|run| push_partial(&mut result.partial, *run));
@@ -94,11 +97,11 @@ fn push_whole(whole: &mut Vec<SlotRange>, first: u32, count: u32) {
 
 /// Appends a run to ranges that ascend.
 fn push_partial(partial: &mut Vec<DrawRange>, run: Run) {
-    let Run { slot, first_cluster, cluster_count, .. } = run;
+    let Run { slot, level, first_cluster, cluster_count, .. } = run;
     match partial.last_mut() {
         Some(d) if d.slot == slot && d.first_cluster + d.cluster_count == first_cluster => {
             d.cluster_count += cluster_count;
         }
-        _ => partial.push(DrawRange { slot, level: 0, first_cluster, cluster_count }),
+        _ => partial.push(DrawRange { slot, level, first_cluster, cluster_count }),
     }
 }

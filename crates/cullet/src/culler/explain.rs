@@ -3,7 +3,7 @@
 use super::frame::{Alone, Frame, Viewer};
 use super::pipeline::{self, Caches, Scratch};
 use super::shadow::ShadowView;
-use super::stage::{degenerate, detail, frustum, layer};
+use super::stage::{degenerate, detail, frustum, layer, lod};
 use super::{CullError, Culler, Output};
 use crate::bits;
 use crate::funnel::{FunnelRow, Reason, Stage, Unit};
@@ -127,6 +127,7 @@ fn finding(
         Stage::Portal => caches.portal.finding(frame, slot),
         Stage::Detail => detail::finding(frame, slot),
         Stage::Degenerate => degenerate::finding(frame, slot),
-        Stage::Lod | Stage::Backface => String::new(),
+        Stage::Lod => lod::finding(frame, &caches.lod, slot),
+        Stage::Backface => String::new(),
     }
 }

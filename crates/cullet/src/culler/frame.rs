@@ -42,6 +42,9 @@ pub(super) struct Frame<'a> {
     pub(super) scene: &'a Scene,
     /// View that is drawn: for a light, its map; its camera where it has none, and no stage looks through it.
     pub(super) view: &'a View,
+    /// View whose pixels count for what may be simplified: of a light its camera's, or what casts a shadow and what is
+    /// drawn would differ.
+    pub(super) seen_by: &'a View,
     /// In world space, and relative to the scene's origin, as its boxes are: of a light, where casters matter.
     pub(super) world_frustum: Frustum,
     pub(super) frustum: Frustum,
@@ -70,20 +73,21 @@ impl<'a> Frame<'a> {
         only: Option<Alone<'a>>,
     ) -> Self {
         let origin = scene.origin();
-        let (view, world_frustum, frustum, casters) = match viewer {
+        let (view, seen_by, world_frustum, frustum, casters) = match viewer {
             Viewer::Camera(view) => {
                 let world = view.frustum();
                 let frustum = world.relative_to(origin);
-                (view, world, frustum, None)
+                (view, view, world, frustum, None)
             }
             Viewer::Light(shadows) => {
                 let region = region(shadows, origin);
                 let frustum = region.frustum().clone();
-                (shadows.drawn(), in_world(&frustum, origin), frustum, Some(region))
+                let world = in_world(&frustum, origin);
+                (shadows.drawn(), &shadows.camera, world, frustum, Some(region))
             }
         };
         let planes = Planes::new(&frustum);
-        Self { culler, scene, view, world_frustum, frustum, planes, casters, only }
+        Self { culler, scene, view, seen_by, world_frustum, frustum, planes, casters, only }
     }
 
     /// The slot of the one instance that is culled.

@@ -162,7 +162,7 @@ impl<'a> Log<'a> {
                         triangles_of(mesh, Run { first_cluster: at, cluster_count, ..*run });
                     gone.clusters += u64::from(cluster_count);
                     gone.triangles += triangles.len() as u64;
-                    self.drop_range(stage, Unit::Clusters, slot, triangles);
+                    self.drop_range(stage, Unit::Clusters, (slot, run.level), triangles);
                 }
                 at = next.map_or(end, |k| k.first_cluster + k.cluster_count);
                 rest = &rest[usize::from(next.is_some())..];
@@ -173,7 +173,8 @@ impl<'a> Log<'a> {
             let degenerate = mesh.degenerate_triangles();
             gone.triangles += degenerate.len() as u64;
             self.left.degenerate -= degenerate.len() as u64;
-            self.drop_range(stage, Unit::Clusters, slot, degenerate);
+            let level = before.first().map_or(0, |run| run.level);
+            self.drop_range(stage, Unit::Clusters, (slot, level), degenerate);
         }
         self.left.counts -= gone;
     }
@@ -182,22 +183,29 @@ impl<'a> Log<'a> {
     pub(super) fn drop_triangles(
         &mut self,
         stage: Stage,
-        slot: u32,
+        (slot, level): (u32, u32),
         before: impl Iterator<Item = u32>,
         kept: &[u32],
     ) {
         let mut kept = kept.iter().copied().peekable();
         for t in before.filter(|&t| kept.next_if_eq(&t).is_none()) {
-            self.drop_range(stage, Unit::Triangles, slot, t..t + 1);
+            self.drop_range(stage, Unit::Triangles, (slot, level), t..t + 1);
         }
     }
 
-    pub(super) fn drop_range(&mut self, stage: Stage, unit: Unit, slot: u32, range: Range<u32>) {
+    pub(super) fn drop_range(
+        &mut self,
+        stage: Stage,
+        unit: Unit,
+        (slot, level): (u32, u32),
+        range: Range<u32>,
+    ) {
         if !self.wants_dropped || range.is_empty() {
             return;
         }
         let range = DroppedRange {
             slot,
+            level,
             first_triangle: range.start,
             triangle_count: range.len() as u32,
             stage,

@@ -8,7 +8,7 @@ use super::answer;
 use super::frame::{Alone, Frame, Viewer};
 use super::log::Log;
 use super::sets::Sets;
-use super::stage::{backface, degenerate, detail, frustum, layer, occlusion, portal, pvs};
+use super::stage::{backface, degenerate, detail, frustum, layer, lod, occlusion, portal, pvs};
 use super::{Culler, Output};
 use crate::funnel::{Stage, Unit};
 use crate::scene::Scene;
@@ -36,7 +36,7 @@ const fn then(stage: Stage, unit: Unit, run: Run) -> Step {
 
 /// The one list of what runs when. A step is left out where its stage is off, and where the answer does not go as deep
 /// as its unit.
-const PIPELINE: [Step; 14] = [
+const PIPELINE: [Step; 17] = [
     then(Stage::Layer, Unit::Instances, |f, _, _, log| {
         layer::instances(f, log);
     }),
@@ -58,8 +58,14 @@ const PIPELINE: [Step; 14] = [
     then(Stage::Occlusion, Unit::Instances, |f, c, s, log| {
         occlusion::instances(f, &mut c.occlusion, &mut s.instances, log);
     }),
+    then(Stage::Lod, Unit::Instances, |f, c, s, log| {
+        lod::instances(f, &mut c.lod, &s.instances, &mut s.coarse, log);
+    }),
     opens(Stage::Frustum, Unit::Clusters, |f, c, s, log| {
         frustum::clusters(f, &mut c.frustum, (&c.portal, &c.occlusion), s, log);
+    }),
+    then(Stage::Detail, Unit::Clusters, |f, _, s, log| {
+        detail::clusters(f, &mut s.clusters, log);
     }),
     then(Stage::Portal, Unit::Clusters, |f, c, s, log| {
         portal::clusters(f, &mut c.portal, &mut s.clusters, log);
@@ -79,6 +85,9 @@ const PIPELINE: [Step; 14] = [
     then(Stage::Degenerate, Unit::Triangles, |f, _, s, log| {
         degenerate::triangles(f, s, log);
     }),
+    then(Stage::Detail, Unit::Triangles, |f, _, s, log| {
+        detail::triangles(f, s, log);
+    }),
 ];
 
 /// The deepest unit of an answer.
@@ -97,6 +106,7 @@ pub(super) struct Caches {
     pub(super) pvs: pvs::Cache,
     pub(super) portal: portal::Cache,
     pub(super) occlusion: occlusion::Cache,
+    pub(super) lod: lod::Cache,
     backface: backface::Cache,
 }
 
@@ -130,6 +140,7 @@ pub(super) fn run(
     }
     if depth == Unit::Instances {
         log.left = sets.instances.tally(scene);
+        log.left -= sets.coarse.saved();
         log.settle_instances(log.left);
     }
     if depth < Unit::Triangles && culler.runs(Stage::Degenerate) {

@@ -3,11 +3,16 @@
 use std::ops::Range;
 
 use crate::mesh::{MAX_CLUSTER_TRIANGLES, Mesh};
+use crate::scene::MeshId;
 
 /// Consecutive clusters of one instance to which the frustum gave the same answer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
     pub(super) slot: u32,
+    /// The mesh that they are of: of the instance, or of its levels.
+    pub(super) mesh: MeshId,
+    /// The level of detail, as a [`DrawRange`](crate::DrawRange) has it.
+    pub(super) level: u32,
     pub(super) first_cluster: u32,
     pub(super) cluster_count: u32,
     /// No triangle of it needs an outcode.
@@ -29,18 +34,4 @@ pub(super) fn triangles_of(mesh: &Mesh, run: Run) -> Range<u32> {
     let Some(first) = clusters.first() else { return 0..0 };
     let last = clusters[run.cluster_count as usize - 1];
     first.first_triangle..last.first_triangle + last.triangle_count
-}
-
-/// The first of `from..end` whose bit is `set`, or `end`.
-pub(super) fn next_bit(words: &[u64], from: u32, end: u32, set: bool) -> u32 {
-    let mut at = from;
-    while at < end {
-        let word = words.get(at as usize / 64).copied().unwrap_or(0);
-        let word = (if set { word } else { !word }) >> (at % 64);
-        if word != 0 {
-            return (at + word.trailing_zeros()).min(end);
-        }
-        at = (at / 64 + 1) * 64;
-    }
-    end
 }

@@ -22,6 +22,8 @@ impl Scene {
         self.layers.push(instance.layers);
         self.flags.push(instance.flags);
         self.overrides.push(instance.bounds);
+        self.size_weights.push(instance.size_weight);
+        self.has_size_weights |= instance.size_weight != 1.0;
         self.users.push(instance.user);
         self.tallies.add(self.mesh.len() - 1, instance.mesh, instance.layers);
         self.exempt.resize(self.mesh.len().div_ceil(64), 0);
@@ -86,6 +88,18 @@ impl Scene {
         let slot = self.slot(handle)?;
         self.flags[slot as usize] = flags;
         self.update_slot(slot);
+        self.change += 1;
+        Ok(())
+    }
+
+    /// Sets by how much the size of an instance counts; see [`Instance::size_weight`].
+    ///
+    /// # Errors
+    /// If the handle names no instance.
+    pub fn set_size_weight(&mut self, handle: Handle, weight: f32) -> Result<(), SceneError> {
+        let slot = self.slot(handle)?;
+        self.size_weights[slot as usize] = weight;
+        self.has_size_weights |= weight != 1.0;
         self.change += 1;
         Ok(())
     }

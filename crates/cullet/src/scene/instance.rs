@@ -58,6 +58,9 @@ pub struct Instance {
     pub flags: InstanceFlags,
     /// Its bounds.
     pub bounds: BoundsOverride,
+    /// By how much its size on the screen counts for [`Culler::detail`](crate::Culler::detail): 2 is culled where others of
+    /// twice its size are. Infinite, NaN or below 0: never culled for its size. Default 1.
+    pub size_weight: f32,
     /// A number of the caller's, such as the entity that it stands for. The engine only keeps it.
     pub user: u64,
 }
@@ -72,6 +75,7 @@ impl Instance {
             layers: 1,
             flags: InstanceFlags::default(),
             bounds: BoundsOverride::Mesh,
+            size_weight: 1.0,
             user: 0,
         }
     }

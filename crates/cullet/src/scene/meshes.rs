@@ -101,6 +101,7 @@ impl Scene {
             }
             self.hierarchy.refit();
         }
+        self.drop_stale_levels();
         self.change += 1;
     }
 

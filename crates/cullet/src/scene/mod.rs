@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::bits;
-use crate::bounds::{Aabb, Boxes};
+use crate::bounds::{Aabb, Boxes, LANES};
 use crate::hierarchy::{Handle, Hierarchy};
 use crate::mesh::Mesh;
 use crate::prepared::Prepared;
@@ -13,6 +13,7 @@ mod audit;
 mod cells;
 mod edit;
 mod instance;
+mod levels;
 mod meshes;
 mod order;
 mod tally;
@@ -21,6 +22,7 @@ pub use audit::BoundsViolation;
 pub(crate) use cells::SceneCells;
 pub use edit::SceneBoundsMut;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError};
+pub use levels::MeshLevels;
 use tally::Tallies;
 pub(crate) use tally::Tally;
 
@@ -38,13 +40,18 @@ pub struct Scene {
     meshes: Vec<Mesh>,
     // By mesh.
     prepared: Vec<Prepared>,
+    // Empty for meshes beyond the last that has any.
+    levels: Vec<Vec<MeshLevels>>,
     // By slot.
     mesh: Vec<MeshId>,
     transforms: Vec<Transform>,
     layers: Vec<u32>,
     flags: Vec<InstanceFlags>,
     overrides: Vec<BoundsOverride>,
+    size_weights: Vec<f32>,
     users: Vec<u64>,
+    // Whether any of them is not 1.
+    has_size_weights: bool,
     // Totals of instances: by mesh, by word of slots, by mask of layers.
     tallies: Tallies,
     // One bit a slot: no stage but the layer mask may cull it.
@@ -76,11 +83,14 @@ impl Scene {
             change: 0,
             meshes: Vec::new(),
             prepared: Vec::new(),
+            levels: Vec::new(),
             mesh: Vec::new(),
             transforms: Vec::new(),
             layers: Vec::new(),
             flags: Vec::new(),
             overrides: Vec::new(),
+            size_weights: Vec::new(),
+            has_size_weights: false,
             users: Vec::new(),
             tallies: Tallies::default(),
             exempt: Vec::new(),
@@ -180,6 +190,28 @@ impl Scene {
     #[must_use]
     pub fn user(&self, slot: u32) -> u64 {
         self.users[slot as usize]
+    }
+
+    /// By how much the size of a slot counts; see [`Instance::size_weight`].
+    #[must_use]
+    pub fn size_weight(&self, slot: u32) -> f32 {
+        self.size_weights[slot as usize]
+    }
+
+    /// The [weights](Self::size_weight) of up to sixteen slots from one on; `None` where all are 1.
+    pub(crate) fn size_weights(&self, first: usize) -> Option<&[f32]> {
+        let end = (first + LANES).min(self.size_weights.len());
+        self.has_size_weights.then(|| self.size_weights.get(first..end).unwrap_or_default())
+    }
+
+    /// The largest of the [weights](Self::size_weight) of some slots; infinite where one is never culled for its size.
+    pub(crate) fn largest_size_weight(&self, slots: std::ops::Range<usize>) -> f32 {
+        if !self.has_size_weights {
+            return 1.0;
+        }
+        let end = slots.end.min(self.size_weights.len());
+        let own = self.size_weights.get(slots.start..end).unwrap_or_default();
+        own.iter().fold(0.0, |most, &w| if w >= 0.0 { most.max(w) } else { f32::INFINITY })
     }
 
     /// The flags of a slot.

@@ -41,6 +41,7 @@ impl Scene {
         gather(&mut self.layers, &from);
         gather(&mut self.flags, &from);
         gather(&mut self.overrides, &from);
+        gather(&mut self.size_weights, &from);
         gather(&mut self.users, &from);
         gather_bits(&mut self.exempt, &from);
         gather_bits(&mut self.collapsed, &from);
@@ -75,6 +76,7 @@ impl Scene {
         rearrange(&mut self.layers, &moves);
         rearrange(&mut self.flags, &moves);
         rearrange(&mut self.overrides, &moves);
+        rearrange(&mut self.size_weights, &moves);
         rearrange(&mut self.users, &moves);
         rearrange_bits(&mut self.exempt, &moves);
         rearrange_bits(&mut self.collapsed, &moves);

@@ -2,16 +2,20 @@
 
 mod camera;
 pub(crate) mod corners;
+mod eyes;
 mod frustum;
 #[cfg(feature = "serde")]
 mod plain;
 mod project;
 mod ray;
+mod size;
 
 pub use camera::{Camera, Projection};
+pub use eyes::EyeBall;
 pub use frustum::{Frustum, FrustumPlane};
 pub use project::ScreenRect;
 pub use ray::Ray;
+pub(crate) use size::SizeBounds;
 
 use glam::{DMat4, DVec3, DVec4};
 use thiserror::Error;
@@ -121,6 +125,9 @@ pub struct View {
     pub front_face: FrontFace,
     /// Which faces of one-sided meshes this view does not draw.
     pub cull_face: CullFace,
+    /// The eyes that levels of detail are chosen for, where it is not the view's own alone; of parallel lines of sight
+    /// nothing. Not written with a view.
+    pub eyes: Option<EyeBall>,
 }
 
 impl View {
@@ -213,6 +220,7 @@ impl View {
             layers: u32::MAX,
             front_face: FrontFace::default(),
             cull_face: CullFace::default(),
+            eyes: None,
         })
     }
 

@@ -21,7 +21,7 @@ pub struct Draw {
     pub slot: u32,
     /// The instance's handle.
     pub handle: Handle,
-    /// The mesh.
+    /// The mesh that the indices are of: the instance's, or that of its [levels](crate::Scene::levels).
     pub mesh: MeshId,
     /// The level of detail.
     pub level: u32,
@@ -89,13 +89,15 @@ impl Visible {
     pub fn draws(&self, scene: &Scene) -> Vec<Draw> {
         let mut draws = Vec::new();
         self.for_each_range(scene, |slot, level, clusters| {
-            let (Some(handle), mesh) = (scene.handle(slot), scene.mesh(slot)) else { return };
+            let (Some(handle), mesh) = (scene.handle(slot), scene.mesh_at(slot, level)) else {
+                return;
+            };
             let state = DrawState::of(scene, slot);
             for (part, clusters) in mesh.runs_of_parts(clusters) {
                 draws.push(Draw {
                     slot,
                     handle,
-                    mesh: scene.mesh_id(slot),
+                    mesh: scene.mesh_id_at(slot, level),
                     level,
                     part,
                     material: mesh.parts()[part as usize].material,
@@ -217,7 +219,8 @@ impl DrawList {
             let slot = ranges[0].slot;
             let first_instance = self.instances.len() as u32;
             self.instances.push(slot);
-            let (mesh, state) = (scene.mesh_id(slot), DrawState::of(scene, slot));
+            let mesh = scene.mesh_id_at(slot, ranges[0].level);
+            let state = DrawState::of(scene, slot);
             for d in ranges {
                 let clusters = d.first_cluster..d.first_cluster + d.cluster_count;
                 self.list(scene, places, (mesh, state, d.level), clusters, first_instance, 1);
@@ -235,8 +238,8 @@ impl DrawList {
         self.clear(scene);
         for range in &visible.triangle_ranges {
             let slot = range.slot;
-            let (id, mesh, state) =
-                (scene.mesh_id(slot), scene.mesh(slot), DrawState::of(scene, slot));
+            let id = scene.mesh_id_at(slot, range.level);
+            let (mesh, state) = (&scene.meshes()[id as usize], DrawState::of(scene, slot));
             let base_vertex = places.get(id as usize).map_or(0, |place| place.base_vertex);
             let first_instance = self.instances.len() as u32;
             self.instances.push(slot);
@@ -261,7 +264,7 @@ impl DrawList {
                     base_vertex,
                     first_instance,
                 };
-                self.entries.push((key(mesh, (id, state, 0), run.part), command));
+                self.entries.push((key(mesh, (id, state, range.level), run.part), command));
             }
         }
         self.finish();

@@ -24,7 +24,8 @@ pub struct SlotRange {
 pub struct DrawRange {
     /// The instance's slot.
     pub slot: u32,
-    /// The level of detail its clusters belong to.
+    /// The level of detail its clusters belong to: 0 for the mesh of the instance, else the number of one of its
+    /// [levels](crate::Scene::levels). One instance has ranges of one level.
     pub level: u32,
     /// First cluster of the mesh.
     pub first_cluster: u32,
@@ -39,6 +40,8 @@ pub struct DrawRange {
 pub struct TriangleRange {
     /// The instance's slot.
     pub slot: u32,
+    /// The level of detail that its triangles belong to, as in a [`DrawRange`].
+    pub level: u32,
     /// First entry.
     pub first: u32,
     /// How many entries.
@@ -52,7 +55,9 @@ pub struct TriangleRange {
 pub struct DroppedRange {
     /// The instance's slot.
     pub slot: u32,
-    /// First triangle, in the order of the instance's mesh.
+    /// The level of detail that its triangles belong to, as in a [`DrawRange`].
+    pub level: u32,
+    /// First triangle, in the order of the mesh [of the level](crate::Scene::mesh_at).
     pub first_triangle: u32,
     /// How many triangles.
     pub triangle_count: u32,
@@ -74,7 +79,7 @@ pub struct Visible {
     pub partial: Vec<DrawRange>,
     /// Where the output is triangles: the triangles of every visible instance, whole ones too.
     pub triangle_ranges: Vec<TriangleRange>,
-    /// Triangle numbers in the order of the instance's mesh, for `triangle_ranges`.
+    /// Triangle numbers in the order of the mesh [of the level](crate::Scene::mesh_at), for `triangle_ranges`.
     pub triangles: Vec<u32>,
     /// Where reasons are recorded: one per slot; `None` is visible (or an empty slot).
     pub reasons: Vec<Option<Reason>>,

@@ -168,7 +168,7 @@ impl Lists {
         for (slot, eye) in (0..).zip(eyes) {
             keep(eye, &mut self.kept);
             let (first, count) = (visible.triangles.len() as u32, self.kept.len() as u32);
-            visible.triangle_ranges.push(TriangleRange { slot, first, count });
+            visible.triangle_ranges.push(TriangleRange { slot, level: 0, first, count });
             visible.triangles.extend_from_slice(&self.kept);
         }
         Selection::Visible(visible)

@@ -1,7 +1,8 @@
 //! The working set of clusters: runs of them, and the instances of which no cluster can go by itself.
 
 use super::super::log::Log;
-use super::super::run::{Run, next_bit};
+use super::super::run::Run;
+use crate::bits;
 use crate::funnel::{Reason, Stage, Unit};
 use crate::scene::Scene;
 
@@ -42,7 +43,13 @@ impl Clusters {
             }
             let (slot, first) = (runs[0].slot, kept.len());
             split(runs, culled, kept);
-            log.drop_clusters(stage, scene.mesh(slot), slot, runs, &kept[first..]);
+            log.drop_clusters(
+                stage,
+                &scene.meshes()[runs[0].mesh as usize],
+                slot,
+                runs,
+                &kept[first..],
+            );
             if kept.len() == first {
                 log.drop_slot(slot, Reason { stage, detail: 0 });
             }
@@ -57,8 +64,8 @@ fn split(runs: &[Run], culled: &[u64], kept: &mut Vec<Run>) {
     for run in runs {
         let (mut at, end) = (run.first_cluster, run.first_cluster + run.cluster_count);
         while at < end {
-            let first = next_bit(culled, at, end, false);
-            at = next_bit(culled, first, end, true);
+            let first = bits::next(culled, at, end, false);
+            at = bits::next(culled, first, end, true);
             if first < at {
                 kept.push(Run { first_cluster: first, cluster_count: at - first, ..*run });
             }
@@ -74,6 +81,8 @@ mod tests {
     fn runs_are_split_at_the_clusters_that_go() {
         let run = |first_cluster, cluster_count| Run {
             slot: 3,
+            mesh: 0,
+            level: 0,
             first_cluster,
             cluster_count,
             inside: true,

@@ -77,7 +77,7 @@ impl Instances {
         scene: &Scene,
         stage: Stage,
         log: &mut Log<'_>,
-        drops: impl Fn(usize, u64) -> u64,
+        mut drops: impl FnMut(usize, u64) -> u64,
     ) -> Tally {
         let mut sum = Tally::default();
         for &word in &self.live {

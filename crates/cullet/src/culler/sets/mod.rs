@@ -1,10 +1,12 @@
 //! The working sets that pass from stage to stage.
 
 mod clusters;
+mod coarse;
 mod instances;
 mod triangles;
 
 pub(super) use clusters::Clusters;
+pub(super) use coarse::{Coarse, Cut};
 pub(super) use instances::{Instances, slots};
 pub(super) use triangles::Triangles;
 
@@ -12,6 +14,7 @@ pub(super) use triangles::Triangles;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sets {
     pub(super) instances: Instances,
+    pub(super) coarse: Coarse,
     pub(super) clusters: Clusters,
     pub(super) triangles: Triangles,
 }
@@ -19,6 +22,7 @@ pub(super) struct Sets {
 impl Sets {
     /// Forgets the last view's. The instances' are forgotten by the stage that takes new ones.
     pub(super) fn clear(&mut self) {
+        self.coarse.clear();
         self.clusters.runs.clear();
         self.triangles.clear();
     }

@@ -33,7 +33,7 @@ impl Triangles {
         runs: &[Run],
         stage: Stage,
         log: &mut Log<'_>,
-        mut keep: impl FnMut(u32, &[u32], &mut Vec<u32>) -> bool,
+        mut keep: impl FnMut(TriangleRange, &[u32], &mut Vec<u32>) -> bool,
     ) {
         let entered = log.left.counts;
         let Self { ranges, list, kept } = self;
@@ -41,10 +41,10 @@ impl Triangles {
         for range in ranges {
             let read = range.first as usize..(range.first + range.count) as usize;
             kept.clear();
-            let count = if keep(range.slot, &list[read.clone()], kept) {
+            let count = if keep(*range, &list[read.clone()], kept) {
                 if log.lists_dropped() && kept.len() < read.len() {
                     let before = list[read].iter().copied();
-                    log.drop_triangles(stage, range.slot, before, kept);
+                    log.drop_triangles(stage, (range.slot, range.level), before, kept);
                 }
                 list[write..write + kept.len()].copy_from_slice(kept);
                 kept.len()
@@ -52,7 +52,7 @@ impl Triangles {
                 list.copy_within(read.clone(), write);
                 read.len()
             };
-            *range = TriangleRange { slot: range.slot, first: write as u32, count: count as u32 };
+            *range = TriangleRange { first: write as u32, count: count as u32, ..*range };
             write += count;
         }
         list.truncate(write);

@@ -3,8 +3,9 @@
 use super::super::Backface;
 use super::super::frame::Frame;
 use super::super::log::Log;
-use super::super::run::{Run, next_bit, triangles_of};
+use super::super::run::{Run, triangles_of};
 use super::super::sets::{Clusters, Sets};
+use crate::bits;
 use crate::cull::backface::{
     BackfaceEye, BackfaceMask, Backfaces, ClusterCones, MaskGrid, NormalMasks, ObjectEye, ViewEye,
     mask_grid,
@@ -12,6 +13,7 @@ use crate::cull::backface::{
 use crate::cull::output::keep_listed;
 use crate::funnel::Stage;
 use crate::mesh::{Cluster, Mesh};
+use crate::scene::MeshId;
 
 /// Memory of the stage.
 #[derive(Clone, Debug, Default)]
@@ -45,37 +47,39 @@ impl<'a> Backs<'a> {
         Self { frame, eye: ViewEye::new(frame.view) }
     }
 
-    /// Whether an instance has sides that are not drawn, and stays in the shape of its mesh.
-    fn has_back(&self, slot: u32) -> bool {
+    /// Whether an instance, drawn by a mesh, has sides that are not drawn, and stays in the shape of that mesh.
+    fn has_back(&self, slot: u32, mesh: MeshId) -> bool {
         let scene = self.frame.scene;
         let exempt = scene.exempt()[slot as usize / 64] >> (slot % 64) & 1 == 1;
-        let two_sided = scene.mesh(slot).is_two_sided() || scene.flags(slot).double_sided;
+        let two_sided =
+            scene.meshes()[mesh as usize].is_two_sided() || scene.flags(slot).double_sided;
         !exempt && !two_sided && scene.is_rigid(slot)
     }
 
-    /// The cones of the mesh of an instance; a box has none, since no cluster of it faces one way.
-    fn cones(&self, slot: u32) -> Option<&'a ClusterCones> {
-        self.frame.scene.prepared_of(slot).cluster_cones(self.eye.culled_side())
+    /// The cones of a mesh; a box has none, since no cluster of it faces one way.
+    fn cones(&self, mesh: MeshId) -> Option<&'a ClusterCones> {
+        self.frame.scene.prepared()[mesh as usize].cluster_cones(self.eye.culled_side())
     }
 
     /// Whether there may be an eye that some cluster of an instance faces away from.
     pub(super) fn may_cull_clusters(&self, slot: u32) -> bool {
-        self.has_back(slot) && self.cones(slot).is_some()
+        let mesh = self.frame.scene.mesh_id(slot);
+        self.has_back(slot, mesh) && self.cones(mesh).is_some()
     }
 
     /// Whether it is the mesh for which [`may_cull_clusters`](Self::may_cull_clusters) says no.
     pub(super) fn none_of_mesh(&self, slot: u32) -> bool {
-        let mesh = self.frame.scene.mesh(slot);
-        mesh.is_two_sided() || mesh.is_deformable() || self.cones(slot).is_none()
+        let (mesh, id) = (self.frame.scene.mesh(slot), self.frame.scene.mesh_id(slot));
+        mesh.is_two_sided() || mesh.is_deformable() || self.cones(id).is_none()
     }
 
     /// The eye for triangles; masks are taken only with a `grid`.
-    fn eye_of(&self, slot: u32, grid: Option<&MaskGrid>) -> Eye<'a> {
+    fn eye_of(&self, slot: u32, mesh: MeshId, grid: Option<&MaskGrid>) -> Eye<'a> {
         let eye = self.eye.in_space_of(self.frame.scene.transform(slot));
         if !eye.culls_any() {
             return Eye::Undecided;
         }
-        let prepared = self.frame.scene.prepared_of(slot).backfaces();
+        let prepared = self.frame.scene.prepared()[mesh as usize].backfaces();
         let is_exact = self.frame.culler.backface == Backface::Exact;
         let Some(planes) = prepared.filter(|_| !is_exact) else { return Eye::Exact(eye) };
         let level = self.frame.culler.level;
@@ -86,12 +90,12 @@ impl<'a> Backs<'a> {
     }
 
     /// Sets the bits of those clusters of an instance that face away; whether there may be any.
-    pub(super) fn cull_clusters(&self, slot: u32, culled: &mut Vec<u64>) -> bool {
-        if !self.has_back(slot) {
+    pub(super) fn cull_clusters(&self, slot: u32, mesh: MeshId, culled: &mut Vec<u64>) -> bool {
+        if !self.has_back(slot, mesh) {
             return false;
         }
-        let Some(cones) = self.cones(slot) else { return false };
-        let Eye::Planes(_, _, eye) = self.eye_of(slot, None) else { return false };
+        let Some(cones) = self.cones(mesh) else { return false };
+        let Eye::Planes(_, _, eye) = self.eye_of(slot, mesh, None) else { return false };
         cones.cull(self.frame.culler.level, &eye, culled);
         true
     }
@@ -104,7 +108,7 @@ pub(in super::super) fn clusters(frame: &Frame<'_>, set: &mut Clusters, log: &mu
     }
     let backs = Backs::new(frame);
     set.filter(frame.scene, Stage::Backface, log, |runs, culled| {
-        backs.cull_clusters(runs[0].slot, culled)
+        backs.cull_clusters(runs[0].slot, runs[0].mesh, culled)
     });
 }
 
@@ -124,12 +128,14 @@ pub(in super::super) fn triangles(
         (frame.culler.backface == Backface::Masks).then(|| &*grid.get_or_insert_with(mask_grid));
     let Sets { clusters, triangles, .. } = sets;
     let mut rest = &clusters.runs[..];
-    triangles.filter(&clusters.runs, Stage::Backface, log, |slot, triangles, kept| {
-        if !backs.has_back(slot) {
+    triangles.filter(&clusters.runs, Stage::Backface, log, |range, triangles, kept| {
+        let slot = range.slot;
+        let id = frame.scene.mesh_id_at(slot, range.level);
+        if !backs.has_back(slot, id) {
             return false;
         }
-        let (level, mesh) = (frame.culler.level, frame.scene.mesh(slot));
-        let eye = backs.eye_of(slot, grid);
+        let (level, mesh) = (frame.culler.level, &frame.scene.meshes()[id as usize]);
+        let eye = backs.eye_of(slot, id, grid);
         if let Eye::Undecided = eye {
             return false;
         }
@@ -201,7 +207,7 @@ fn cull_in_doubt(
         let range = cluster.triangles();
         let mut t = range.start.max(first * 64);
         while t < range.end {
-            t = next_bit(doubt, t - first * 64, range.end - first * 64, true) + first * 64;
+            t = bits::next(doubt, t - first * 64, range.end - first * 64, true) + first * 64;
             if t < range.end && eye.culls(&mesh.corners(t)) {
                 let at = t - first * 64;
                 culled[at as usize / 64] |= 1 << (at % 64);

@@ -17,8 +17,8 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
 /// Drops triangles without area: those found when the mesh was made, and those that a flattening transform makes.
 pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>) {
     let scene = frame.scene;
-    sets.triangles.filter(&sets.clusters.runs, Stage::Degenerate, log, |slot, triangles, kept| {
-        let mesh = scene.mesh(slot);
+    sets.triangles.filter(&sets.clusters.runs, Stage::Degenerate, log, |range, triangles, kept| {
+        let (slot, mesh) = (range.slot, scene.mesh_at(range.slot, range.level));
         let drawn = mesh.degenerate_triangles().start;
         let flattening = Flattening::of(scene.transform(slot));
         let flattened = scene.is_rigid(slot) && flattening.rank() < 3;
@@ -43,9 +43,9 @@ pub(in super::super) fn of_the_rest(frame: &Frame<'_>, sets: &Sets, log: &mut Lo
     for &word in &sets.instances.live {
         for slot in slots(word as usize, sets.instances.alive[word as usize]) {
             // Those of which every cluster was dropped are listed with the last.
-            if log.reason(slot).is_none() {
+            if log.reason(slot).is_none() && sets.coarse.cut_of(slot).is_none() {
                 let degenerate = frame.scene.mesh(slot).degenerate_triangles();
-                log.drop_range(Stage::Degenerate, Unit::Triangles, slot, degenerate);
+                log.drop_range(Stage::Degenerate, Unit::Triangles, (slot, 0), degenerate);
             }
         }
     }

@@ -1,28 +1,177 @@
-//! Detail: instances that are too small on the screen.
+//! Detail: what is too small on the screen, and what covers no sample.
 
 use super::super::frame::Frame;
 use super::super::log::Log;
-use super::super::sets::{Instances, slots};
+use super::super::run::is_parted;
+use super::super::sets::{Clusters, Instances, Sets, slots};
+use crate::bits;
+use crate::bounds::{Aabb, LANES};
+use crate::cull::detail::samples::SampleTest;
+use crate::cull::detail::{BatchSizes, Detail};
 use crate::funnel::Stage;
+use crate::view::SizeBounds;
 
-/// Drops instances whose projected box is below the threshold.
+/// Drops instances whose projected box is below the threshold: whole nodes of the hierarchy at once, where no box below
+/// them can be as large.
 pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &mut Log<'_>) {
     let Some(detail) = frame.culler.detail else { return };
-    let (scene, view) = (frame.scene, frame.view);
+    let scene = frame.scene;
+    let sizes = Sizes {
+        frame,
+        detail,
+        bounds: SizeBounds::of_world(frame.view, scene.origin()),
+        batch: BatchSizes::new(frame.view, scene.origin(), &detail),
+    };
+    // Of the node above four words: words ascend.
+    let mut above = (usize::MAX, false);
     let dropped = set.filter(scene, Stage::Detail, log, |word, tested| {
-        let small = slots(word, tested).filter(|&slot| {
-            let rectangle = view.project_box(&scene.bounds(slot), scene.origin());
-            detail.is_small(rectangle.as_ref())
-        });
-        small.fold(0, |small, slot| small | 1 << (slot % 64))
+        if above.0 != word / 4 {
+            above = (word / 4, sizes.node_is_small(word / 4));
+        }
+        if above.1 {
+            return tested;
+        }
+        let mut small = 0;
+        for part in 0..4 {
+            let own = tested & 0xffff << (part * LANES);
+            if own != 0 {
+                let (surely, surely_not) = sizes.of_block(word * 4 + part);
+                let (surely, surely_not) = (surely << (part * LANES), surely_not << (part * LANES));
+                small |= own & surely;
+                let doubtful = slots(word, own & !surely & !surely_not);
+                let of_part = doubtful.filter(|&slot| sizes.is_small(slot));
+                small = of_part.fold(small, |small, slot| small | 1 << (slot % 64));
+            }
+        }
+        small
     });
     log.instance_row(Stage::Detail, dropped);
 }
 
+/// Of nodes that are asked.
+const LEVEL: usize = 1;
+
+struct Sizes<'a> {
+    frame: &'a Frame<'a>,
+    detail: Detail,
+    bounds: SizeBounds,
+    batch: BatchSizes,
+}
+
+impl Sizes<'_> {
+    /// Whether every instance below a node over 256 slots is surely small. Nodes over 16 were asked, too, which took as long
+    /// as the sizes of their boxes do.
+    fn node_is_small(&self, node: usize) -> bool {
+        let scene = self.frame.scene;
+        let nodes = scene.hierarchy().nodes();
+        let Some(boxes) = nodes.levels().get(LEVEL).filter(|boxes| node < boxes.len()) else {
+            return false;
+        };
+        let slots = LANES.pow(LEVEL as u32 + 1);
+        // Slots that came since the nodes were made are below none.
+        let covered = (node * slots..(node + 1) * slots).end <= nodes.len();
+        let largest = nodes.largest_below(LEVEL, node);
+        covered
+            && self.bounds.of(&boxes.get(node), largest).is_some_and(|size| {
+                let weight = scene.largest_size_weight(node * slots..(node + 1) * slots);
+                self.detail.is_small_size(size, f64::from(weight))
+            })
+    }
+
+    /// One bit each for the slots of a block that are surely small, and that surely are not.
+    fn of_block(&self, block: usize) -> (u64, u64) {
+        let scene = self.frame.scene;
+        let mut weights = [1.0; LANES];
+        let weighted = scene.size_weights(block * LANES).map(|own| {
+            weights[..own.len()].copy_from_slice(own);
+            &weights
+        });
+        let block = &scene.boxes().blocks()[block];
+        let (small, large) = self.batch.decide(self.frame.culler.level, block, weighted);
+        (u64::from(small), u64::from(large))
+    }
+
+    /// Whether an instance is small: by its projected box, where a cheaper bound does not say so.
+    fn is_small(&self, slot: u32) -> bool {
+        let scene = self.frame.scene;
+        let (bounds, weight) = (scene.bounds(slot), f64::from(scene.size_weight(slot)));
+        let is_small = |size| self.detail.is_small_size(size, weight);
+        self.bounds.of_box(&bounds).is_some_and(is_small)
+            || projected(self.frame, &bounds).is_some_and(is_small)
+    }
+}
+
+fn projected(frame: &Frame<'_>, bounds: &Aabb) -> Option<[f64; 2]> {
+    let rectangle = frame.view.project_box(bounds, frame.scene.origin())?;
+    Some([rectangle.width(), rectangle.height()])
+}
+
+/// Whether clusters are dropped by themselves where they are small.
+pub(super) fn drops_clusters(frame: &Frame<'_>) -> bool {
+    frame.culler.detail.is_some_and(|detail| detail.clusters)
+}
+
+/// The same of an instance.
+pub(super) fn may_drop_clusters(frame: &Frame<'_>, slot: u32) -> bool {
+    drops_clusters(frame)
+        && is_parted(frame.scene.mesh(slot))
+        && frame.scene.is_rigid(slot)
+        && !bits::get(frame.scene.exempt(), slot as usize)
+}
+
+/// Drops clusters of rigid instances whose size is surely below the threshold, where the settings ask for it.
+pub(in super::super) fn clusters(frame: &Frame<'_>, set: &mut Clusters, log: &mut Log<'_>) {
+    let Some(detail) = frame.culler.detail.filter(|detail| detail.clusters) else { return };
+    let scene = frame.scene;
+    set.filter(scene, Stage::Detail, log, |runs, culled| {
+        let slot = runs[0].slot;
+        if !may_drop_clusters(frame, slot) {
+            return false;
+        }
+        let weight = f64::from(scene.size_weight(slot));
+        let bounds = SizeBounds::of_object(frame.view, scene.transform(slot));
+        let boxes = scene.meshes()[runs[0].mesh as usize].cluster_boxes();
+        culled.clear();
+        culled.resize(boxes.len().div_ceil(64), 0);
+        for run in runs {
+            for cluster in run.first_cluster..run.first_cluster + run.cluster_count {
+                let size = bounds.of_box(&boxes.get(cluster as usize));
+                if size.is_some_and(|size| detail.is_small_size(size, weight)) {
+                    culled[cluster as usize / 64] |= 1 << (cluster % 64);
+                }
+            }
+        }
+        true
+    });
+}
+
+/// Drops triangles that cover no sample.
+pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>) {
+    let Some(pattern) = frame.culler.samples else { return };
+    let scene = frame.scene;
+    sets.triangles.filter(&sets.clusters.runs, Stage::Detail, log, |range, triangles, kept| {
+        let slot = range.slot;
+        if !scene.is_rigid(slot) || bits::get(scene.exempt(), slot as usize) {
+            return false;
+        }
+        let mesh = scene.mesh_at(slot, range.level);
+        // Those without area are another stage's.
+        let drawn = mesh.degenerate_triangles().start;
+        let test = SampleTest::new(frame.view, scene.transform(slot).to_matrix(), pattern);
+        let is_kept = |t: &u32| *t >= drawn || !test.covers_none(&mesh.corners(*t));
+        kept.extend(triangles.iter().copied().filter(is_kept));
+        true
+    });
+}
+
 /// The size of an instance on the screen.
 pub(in super::super) fn finding(frame: &Frame<'_>, slot: u32) -> String {
-    match frame.view.project_box(&frame.scene.bounds(slot), frame.scene.origin()) {
-        Some(r) => format!("{:.2} x {:.2} pixels on the screen", r.width(), r.height()),
+    let weight = match frame.scene.size_weight(slot) {
+        1.0 => String::new(),
+        weight => format!(", counted {weight} times"),
+    };
+    match projected(frame, &frame.scene.bounds(slot)) {
+        Some([w, h]) => format!("{w:.2} x {h:.2} pixels on the screen{weight}"),
         None => "crosses the near plane, so it is never small".to_owned(),
     }
 }

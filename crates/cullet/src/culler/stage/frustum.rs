@@ -4,9 +4,9 @@ use super::super::Output;
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::run::{Run, is_parted, triangles_of};
-use super::super::sets::{Instances, Sets, slots};
+use super::super::sets::{self, Coarse, Instances, Sets, slots};
 use super::backface::Backs;
-use super::{occlusion, portal};
+use super::{detail, occlusion, portal};
 use crate::bits;
 use crate::bounds::{Aabb, Plane, Side};
 use crate::clip::outcode::ObjectRegion;
@@ -26,6 +26,7 @@ pub(in super::super) struct Cache {
     scene: u64,
     coherent: Coherent,
     cut: Cut,
+    of_levels: Vec<Run>,
     of_meshes: Vec<OfMesh>,
 }
 
@@ -185,7 +186,7 @@ pub(in super::super) fn clusters(
     let by_cluster = frame.culler.frustum;
     let settles = frame.culler.output == Output::Clusters;
     let backs = frame.culls_backs_by_cluster().then(|| Backs::new(frame));
-    let Sets { instances, clusters, .. } = sets;
+    let Sets { instances, coarse, clusters, .. } = sets;
     clusters.settled.resize(instances.alive.len(), 0);
     cache.of_meshes.clear();
     cache.of_meshes.resize(scene.meshes().len(), OfMesh::default());
@@ -196,10 +197,26 @@ pub(in super::super) fn clusters(
         clusters.settled[word] = 0;
         // Those of which only their mesh can say that they are not drawn whole.
         let inside = if by_cluster { instances.inside[word] } else { u64::MAX };
-        let may_settle =
-            if settles { inside & occlusion::unhidden(frame, hidden, word) } else { 0 };
+        let may_settle = if settles && !detail::drops_clusters(frame) {
+            inside & occlusion::unhidden(frame, hidden, word)
+        } else {
+            0
+        };
         let may_settle = may_settle & !reached.straddling(frame, word);
+        let replaced = coarse.word(word as u32);
         for slot in slots(word, instances.alive[word]) {
+            if replaced >> (slot % 64) & 1 == 1 {
+                let Some(cut) = coarse.cut_of(slot) else { continue };
+                let inside = inside >> (slot % 64) & 1 == 1;
+                let memory = (&mut cache.cut, &mut cache.of_levels);
+                let runs = &mut clusters.runs;
+                if list_levels(frame, memory, (coarse, cut), inside, runs, log) {
+                    straddling += cut.tally;
+                } else {
+                    whole += cut.tally;
+                }
+                continue;
+            }
             let of = cache.of_meshes[scene.mesh_id(slot) as usize];
             let may_settle = may_settle >> (slot % 64) & 1 == 1 || of.is_whole;
             if settles && of.has_no_backs && may_settle {
@@ -212,7 +229,9 @@ pub(in super::super) fn clusters(
             let cluster_count = mesh.levels()[0].cluster_count;
             let inside =
                 inside >> (slot % 64) & 1 == 1 || !scene.is_rigid(slot) || cluster_count == 0;
-            let run = Run { slot, first_cluster: 0, cluster_count, inside };
+            let mesh_id = scene.mesh_id(slot);
+            let run =
+                Run { slot, mesh: mesh_id, level: 0, first_cluster: 0, cluster_count, inside };
             if !inside && is_parted(mesh) {
                 straddling += tally;
                 log.left += tally;
@@ -223,6 +242,7 @@ pub(in super::super) fn clusters(
             if !settles
                 || occlusion::may_hide_clusters(frame, hidden, slot)
                 || reached.may_cut(frame, slot)
+                || detail::may_drop_clusters(frame, slot)
                 || backs.as_ref().is_some_and(|b| b.may_cull_clusters(slot))
             {
                 clusters.runs.push(run);
@@ -266,7 +286,9 @@ fn list_clusters(
                 {
                     run.cluster_count += 1;
                 }
-                _ => runs.push(Run { slot, first_cluster: cluster, cluster_count: 1, inside }),
+                _ => {
+                    runs.push(Run { first_cluster: cluster, cluster_count: 1, inside, ..all });
+                }
             }
         }
     }
@@ -278,6 +300,43 @@ fn list_clusters(
     }
 }
 
+/// Lists the clusters of an instance's levels that the frustum does not reject; whether it was asked, and the counts of
+/// the rest were noted.
+fn list_levels(
+    frame: &Frame<'_>,
+    (cut, all): (&mut Cut, &mut Vec<Run>),
+    (coarse, levels): (&Coarse, &sets::Cut),
+    inside: bool,
+    runs: &mut Vec<Run>,
+    log: &mut Log<'_>,
+) -> bool {
+    let (scene, slot, first) = (frame.scene, levels.slot, runs.len());
+    let mesh = &scene.meshes()[levels.mesh as usize];
+    if inside || !is_parted(mesh) {
+        runs.extend(coarse.runs_of(levels).map(|run| Run { inside, ..run }));
+        return false;
+    }
+    log.left += levels.tally;
+    let planes = Planes::new(&frame.world_frustum.to_object_space(scene.transform(slot)));
+    cut.cull(frame.culler.level, &planes, mesh.cluster_nodes(), mesh.cluster_boxes());
+    all.clear();
+    all.extend(coarse.runs_of(levels));
+    for range in coarse.within(levels, cut.visible()) {
+        let mut at = range.start;
+        while at < range.end {
+            let inside = bits::get(cut.inside(), at as usize);
+            let end = bits::next(cut.inside(), at, range.end, !inside);
+            runs.push(Run { first_cluster: at, cluster_count: end - at, inside, ..all[0] });
+            at = end;
+        }
+    }
+    log.drop_clusters(Stage::Frustum, mesh, slot, all, &runs[first..]);
+    if runs.len() == first {
+        log.drop_slot(slot, Reason { stage: Stage::Frustum, detail: Reason::MIXED });
+    }
+    true
+}
+
 /// Lists the triangles of all runs, those of straddling clusters by their outcodes.
 pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut Log<'_>) {
     let scene = frame.scene;
@@ -285,7 +344,7 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
     let Sets { clusters, triangles: set, .. } = sets;
     let mut region = None;
     for (i, &run) in clusters.runs.iter().enumerate() {
-        let mesh = scene.mesh(run.slot);
+        let mesh = &scene.meshes()[run.mesh as usize];
         let triangles = triangles_of(mesh, run);
         let before = set.list.len();
         if run.inside {
@@ -303,7 +362,8 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
         }
         let is_part = set.list.len() - before < triangles.len();
         if is_part && log.lists_dropped() {
-            log.drop_triangles(Stage::Frustum, run.slot, triangles, &set.list[before..]);
+            let of = (run.slot, run.level);
+            log.drop_triangles(Stage::Frustum, of, triangles, &set.list[before..]);
         }
         // Degenerate triangles are in no cluster; they go with the last run of their instance.
         if clusters.runs.get(i + 1).is_none_or(|next| next.slot != run.slot) {
@@ -312,7 +372,10 @@ pub(in super::super) fn triangles(frame: &Frame<'_>, sets: &mut Sets, log: &mut 
         let count = (set.list.len() - before) as u32;
         match set.ranges.last_mut() {
             Some(range) if range.slot == run.slot => range.count += count,
-            _ => set.ranges.push(TriangleRange { slot: run.slot, first: before as u32, count }),
+            _ => {
+                let Run { slot, level, .. } = run;
+                set.ranges.push(TriangleRange { slot, level, first: before as u32, count });
+            }
         }
     }
     if frame.culler.frustum {

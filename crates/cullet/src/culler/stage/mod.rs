@@ -7,6 +7,7 @@ mod density;
 pub(super) mod detail;
 pub(super) mod frustum;
 pub(super) mod layer;
+pub(super) mod lod;
 mod occluders;
 pub(super) mod occlusion;
 pub(super) mod portal;

@@ -22,7 +22,7 @@ use crate::cull::occlusion::{
     Visibility,
 };
 use crate::funnel::{OcclusionTimes, OcclusionWork, Reason, Stage};
-use crate::scene::Tally;
+use crate::scene::{MeshId, Tally};
 use crate::view::View;
 
 /// How often occluders are chosen at the most.
@@ -375,9 +375,10 @@ pub(in super::super) fn clusters(
     let mut tests = 0;
     set.filter(scene, Stage::Occlusion, log, |runs, culled| {
         let slot = runs[0].slot;
-        let buffer = cache.buffer().filter(|_| may_hide_clusters(frame, cache, slot));
+        let buffer =
+            cache.buffer().filter(|_| may_hide_clusters_of(frame, cache, slot, runs[0].mesh));
         let Some(buffer) = buffer else { return false };
-        let mesh = scene.mesh(slot);
+        let mesh = &scene.meshes()[runs[0].mesh as usize];
         set_clusters(runs, mesh.clusters().len(), culled);
         let against = BoxTests::of_object(buffer, frame.culler.level, scene.transform(slot));
         tests += against.hide(mesh.cluster_nodes(), mesh.cluster_boxes(), culled);
@@ -410,6 +411,11 @@ fn set_clusters(runs: &[Run], count: usize, clusters: &mut Vec<u64>) {
 
 /// Whether some cluster of an instance may be hidden by itself.
 pub(super) fn may_hide_clusters(frame: &Frame<'_>, cache: &Cache, slot: u32) -> bool {
+    may_hide_clusters_of(frame, cache, slot, frame.scene.mesh_id(slot))
+}
+
+/// The same of an instance that is drawn by a mesh, its own or that of its levels.
+fn may_hide_clusters_of(frame: &Frame<'_>, cache: &Cache, slot: u32, mesh: MeshId) -> bool {
     if frame.culler.occlusion.is_none() || cache.is_left_out {
         return false;
     }
@@ -417,8 +423,9 @@ pub(super) fn may_hide_clusters(frame: &Frame<'_>, cache: &Cache, slot: u32) -> 
     let is_set =
         |words: &[u64]| words.get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 == 1);
     // One cluster has the box of its instance, which was tested.
-    scene.mesh(slot).clusters().len() > 1
-        && is_parted(scene.mesh(slot))
+    let mesh = &scene.meshes()[mesh as usize];
+    mesh.clusters().len() > 1
+        && is_parted(mesh)
         && !is_set(&cache.whole)
         && !is_set(scene.exempt())
         && scene.is_rigid(slot)

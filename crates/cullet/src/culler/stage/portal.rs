@@ -12,6 +12,7 @@ use crate::cull::frustum::tree::Cut;
 use crate::cull::portal::{Reached, Visit, walk_portals};
 use crate::cull::pvs::{Targets, VisibleSets};
 use crate::funnel::{Reason, Stage, Unit};
+use crate::mesh::Mesh;
 use crate::scene::{SceneCells, Tally};
 use crate::view::Frustum;
 
@@ -146,7 +147,11 @@ impl Cache {
 
     /// Whether some cluster of an instance may be beside the portals.
     pub(super) fn may_cut(&self, frame: &Frame<'_>, slot: u32) -> bool {
-        let mesh = frame.scene.mesh(slot);
+        self.may_cut_mesh(frame, slot, frame.scene.mesh(slot))
+    }
+
+    /// The same of an instance that is drawn by a mesh, its own or that of its levels.
+    fn may_cut_mesh(&self, frame: &Frame<'_>, slot: u32, mesh: &Mesh) -> bool {
         self.straddling(frame, slot as usize / 64) >> (slot % 64) & 1 == 1
             && mesh.clusters().len() > 1
             && is_parted(mesh)
@@ -224,11 +229,11 @@ pub(in super::super) fn clusters(
         return;
     }
     set.filter(frame.scene, Stage::Portal, log, |runs, culled| {
-        let slot = runs[0].slot;
-        if !cache.may_cut(frame, slot) {
+        let (slot, mesh) = (runs[0].slot, &frame.scene.meshes()[runs[0].mesh as usize]);
+        if !cache.may_cut_mesh(frame, slot, mesh) {
             return false;
         }
-        cache.keep_clusters(frame, cells, slot);
+        cache.keep_clusters(frame, cells, slot, mesh);
         culled.clear();
         culled.extend(cache.kept.iter().map(|word| !word));
         true
@@ -237,8 +242,8 @@ pub(in super::super) fn clusters(
 
 impl Cache {
     /// Sets the bits of the clusters of an instance that are in sight.
-    fn keep_clusters(&mut self, frame: &Frame<'_>, cells: &SceneCells, slot: u32) {
-        let (scene, mesh) = (frame.scene, frame.scene.mesh(slot));
+    fn keep_clusters(&mut self, frame: &Frame<'_>, cells: &SceneCells, slot: u32, mesh: &Mesh) {
+        let scene = frame.scene;
         let own = cells.of_slot(slot);
         self.kept.clear();
         self.kept.resize(mesh.clusters().len().div_ceil(64), 0);

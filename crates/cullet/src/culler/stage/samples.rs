@@ -185,7 +185,7 @@ impl Samples {
             .then(|| Planes::new(&frame.world_frustum.to_object_space(scene.transform(slot))));
         let has_backs = frame.culls_backs_by_cluster()
             && count <= MANY
-            && Backs::new(frame).cull_clusters(slot, &mut self.culled);
+            && Backs::new(frame).cull_clusters(slot, scene.mesh_id(slot), &mut self.culled);
         let triangles = triangles / some as f64;
         for i in 0..some {
             let cluster = (2 * i + 1) * count / (2 * some);

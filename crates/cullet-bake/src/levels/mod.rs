@@ -1,0 +1,47 @@
+//! Levels of detail whose error is measured, not believed: a simplifier's own number is no bound.
+
+#[cfg(feature = "meshopt")]
+mod chain;
+mod cut;
+mod data;
+mod deviation;
+mod distance;
+pub mod error;
+#[cfg(feature = "meshopt")]
+mod group;
+#[cfg(feature = "meshopt")]
+mod hierarchy;
+#[cfg(feature = "meshopt")]
+mod measure;
+#[cfg(feature = "meshopt")]
+mod options;
+#[cfg(feature = "meshopt")]
+mod original;
+#[cfg(feature = "meshopt")]
+mod part;
+mod quantile;
+mod samples;
+#[cfg(feature = "meshopt")]
+pub mod simplifier;
+#[cfg(feature = "meshopt")]
+mod sphere;
+#[cfg(feature = "meshopt")]
+mod weld;
+#[cfg(feature = "meshopt")]
+mod within;
+
+#[cfg(feature = "meshopt")]
+pub use chain::{ChainOptions, build_chain};
+pub use cut::{CutView, cut, select};
+pub use data::{Group, LevelsData, NO_GROUP};
+pub use deviation::{Deviation, SHARE_ABOVE, SurfaceSlices, deviation};
+pub use distance::{SurfaceTree, nearest_ref};
+pub use error::LevelsError;
+#[cfg(feature = "meshopt")]
+pub use hierarchy::build_hierarchy;
+#[cfg(feature = "meshopt")]
+pub use options::{ErrorSource, HierarchyOptions};
+pub use quantile::LargestDistances;
+pub use samples::{SurfacePoint, inner_points, surface_points};
+#[cfg(feature = "meshopt")]
+pub use within::{Within, WithinOptions, simplify_within};

@@ -1,0 +1,348 @@
+//! The hierarchy of one part: levels from the finest up, and once more where vertices had to be locked.
+
+use std::sync::{Mutex, PoisonError};
+
+use cullet::MeshData;
+use cullet::mesh::Part;
+
+use super::data::NO_GROUP;
+use super::distance::SurfaceTree;
+use super::error::LevelsError;
+use super::group::{Level, Made, Pending, Scratch, Surface, cluster_size, make};
+use super::measure::{Carried, NO_VERTEX, Point};
+use super::options::{ErrorSource, HierarchyOptions};
+use super::samples::inner_points;
+use super::simplifier::{Attributes, cut_into_clusters, partition};
+use super::sphere::{Ball, around};
+use super::weld::Welded;
+use crate::corners::turned;
+
+/// In so many levels from the finest, vertices are locked. Over all levels it ruins the coarse ones: a miss high up says
+/// little of a vertex.
+const LOCKED_LEVELS: usize = 4;
+
+/// A cluster that no group could simplify is tried in so many, with other neighbours.
+const TRIES: u8 = 2;
+
+/// The triangles of a part with numbers of its own for its vertices.
+pub(super) struct PartSurface {
+    /// For each of its vertices that of the mesh.
+    pub(super) vertices: Vec<u32>,
+    /// The original triangles, cluster by cluster: their numbers from the part's first, and their corners as numbers of
+    /// its own vertices.
+    pub(super) order: Vec<u32>,
+    indices: Vec<u32>,
+    positions: Vec<[f32; 3]>,
+    attributes: Vec<f32>,
+    weights: Vec<f32>,
+    /// For each vertex the first at its position.
+    position: Vec<u32>,
+    /// By the first vertex at a position: whether other parts have it.
+    shared: Vec<bool>,
+}
+
+/// A cluster of a part.
+#[derive(Debug)]
+pub(super) struct PartCluster {
+    /// Corners of its triangles, as vertices of the part.
+    pub(super) indices: Vec<u32>,
+    pub(super) made_from: u32,
+    pub(super) replaced_by: u32,
+}
+
+/// The levels of a part.
+#[derive(Debug, Default)]
+pub(super) struct PartLevels {
+    /// The originals come first.
+    pub(super) clusters: Vec<PartCluster>,
+    /// Spheres and errors.
+    pub(super) groups: Vec<(Ball, f32)>,
+}
+
+impl PartSurface {
+    /// `local` is as long as the mesh has vertices, and `u32::MAX` all over, before and after.
+    pub(super) fn new(
+        data: &MeshData,
+        attributes: Option<Attributes<'_>>,
+        welded: &Welded,
+        shared: &[bool],
+        part: &Part,
+        local: &mut [u32],
+    ) -> Self {
+        let mut surface = Self {
+            vertices: Vec::new(),
+            order: Vec::new(),
+            indices: Vec::new(),
+            positions: Vec::new(),
+            attributes: Vec::new(),
+            weights: attributes.map_or(Vec::new(), |a| a.weights.to_vec()),
+            position: Vec::new(),
+            shared: Vec::new(),
+        };
+        let own = |t: u32| {
+            let i = (part.first_triangle + t) as usize * 3;
+            [data.indices[i], data.indices[i + 1], data.indices[i + 2]]
+        };
+        let count = surface.weights.len();
+        for t in 0..part.triangle_count {
+            let [a, b, c] = own(t).map(|v| welded.position[v as usize]);
+            if !data.deformable && (a == b || b == c || c == a) {
+                continue;
+            }
+            surface.order.push(t);
+            for v in own(t).map(|v| welded.vertex[v as usize]) {
+                // The first at a position has a number too, whether or not a triangle here has it.
+                let first = welded.position[v as usize];
+                for v in [first, v] {
+                    let number = &mut local[v as usize];
+                    if *number == u32::MAX {
+                        *number = surface.vertices.len() as u32;
+                        surface.vertices.push(v);
+                        surface.positions.push(data.positions[v as usize]);
+                        surface.position.push(local[first as usize]);
+                        surface.shared.push(shared[first as usize]);
+                        let values = attributes.map_or(&[][..], |a| a.values);
+                        let own = values.get(v as usize * count..(v as usize + 1) * count);
+                        surface.attributes.extend(own.unwrap_or_default());
+                    }
+                }
+                surface.indices.push(local[v as usize]);
+            }
+        }
+        surface.vertices.iter().for_each(|&v| local[v as usize] = u32::MAX);
+        surface
+    }
+
+    /// Cuts the triangles into clusters and puts them in their order; how many triangles each has.
+    fn cut(&mut self, options: &HierarchyOptions) -> Result<Vec<u32>, LevelsError> {
+        let cut = cut_into_clusters(&self.positions, &self.indices, cluster_size(options))?;
+        // Clusters name vertices, not triangles. Each triangle is found by its corners, and of equal ones each is taken
+        // once.
+        let corners = self.indices.as_chunks().0.iter().map(|t| turned(*t));
+        let mut known: Vec<([u32; 3], u32)> = corners.zip(self.order.iter().copied()).collect();
+        known.sort_unstable();
+        let mut taken = vec![0u32; known.len()];
+        let order = cut.indices.as_chunks().0.iter().map(|t| {
+            let at = known.partition_point(|k| k.0 < turned(*t));
+            taken[at] += 1;
+            known[at + taken[at] as usize - 1].1
+        });
+        self.order = order.collect();
+        self.indices = cut.indices;
+        Ok(cut.counts)
+    }
+
+    /// The original clusters with their sample points: each vertex with the first triangle that has it.
+    fn originals(&self, counts: &[u32], options: &HierarchyOptions, seed: u64) -> Vec<Pending> {
+        let mut sampled = vec![options.errors != ErrorSource::Measured; self.positions.len()];
+        let mut first = 0;
+        let points = if options.errors == ErrorSource::Measured { options.points } else { 0 };
+        (0..)
+            .zip(counts)
+            .map(|(number, &count)| {
+                let indices = &self.indices[first * 3..][..count as usize * 3];
+                let mut carried = Carried::default();
+                for (t, corners) in (first as u32..).zip(indices.as_chunks::<3>().0) {
+                    let before = carried.points.len();
+                    for &v in corners {
+                        let at = self.position[v as usize] as usize;
+                        if !std::mem::replace(&mut sampled[at], true) {
+                            let point = Point { at: self.positions[at], vertex: at as u32 };
+                            carried.points.push(point);
+                        }
+                    }
+                    let places = corners.map(|v| self.positions[v as usize]);
+                    let inner = inner_points(places, seed, t, points);
+                    carried.points.extend(inner.map(|at| Point { at, vertex: NO_VERTEX }));
+                    carried.counts.push((carried.points.len() - before) as u32);
+                }
+                let centre = |v: &u32| Ball { centre: self.positions[*v as usize], radius: 0.0 };
+                let ball = around(&indices.iter().map(centre).collect::<Vec<_>>());
+                first += count as usize;
+                let indices = indices.to_vec();
+                Pending { number, indices, carried, ball, error: 0.0, stuck: 0 }
+            })
+            .collect()
+    }
+}
+
+/// All levels of a part; its surface is put in the order of the original clusters.
+pub(super) fn build_part(
+    part: &mut PartSurface,
+    options: &HierarchyOptions,
+    number: u32,
+) -> Result<PartLevels, LevelsError> {
+    let counts = part.cut(options)?;
+    let part = &*part;
+    let seed = crate::random::Random::new(options.seed, [number, 0]).next();
+    let measured = options.errors == ErrorSource::Measured;
+    let none: &[u32] = &[];
+    let original = SurfaceTree::new(&part.positions, if measured { &part.indices } else { none });
+    let surface = Surface {
+        positions: &part.positions,
+        attributes: &part.attributes,
+        weights: &part.weights,
+        position: &part.position,
+        original: &original,
+    };
+    let mut fixed = part.shared.clone();
+    let rounds = if measured { options.lock_rounds } else { 0 };
+    for round in 0.. {
+        let pool = part.originals(&counts, options, seed);
+        let mut run = Run::new(&surface, options, pool, fixed.clone(), seed);
+        let look = round < rounds;
+        for level in 0.. {
+            let offenders = run.level(look && level < LOCKED_LEVELS)?;
+            offenders.iter().for_each(|&v| fixed[part.position[v as usize] as usize] = true);
+            run.offenders += offenders.len();
+            let last = run.pool.len() < 2 || !run.gained;
+            if look && run.offenders > 0 && (last || level + 1 == LOCKED_LEVELS) {
+                break;
+            }
+            if last {
+                return Ok(run.levels);
+            }
+        }
+    }
+    Ok(PartLevels::default())
+}
+
+/// Levels as they grow.
+struct Run<'a> {
+    surface: &'a Surface<'a>,
+    options: &'a HierarchyOptions,
+    /// Clusters that are to be simplified, in the order in which they were made.
+    pool: Vec<Pending>,
+    levels: PartLevels,
+    /// By the first vertex at a position: whether it stays for good.
+    fixed: Vec<bool>,
+    /// Whether the last level had fewer triangles.
+    gained: bool,
+    offenders: usize,
+    seed: u64,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        surface: &'a Surface<'a>,
+        options: &'a HierarchyOptions,
+        pool: Vec<Pending>,
+        fixed: Vec<bool>,
+        seed: u64,
+    ) -> Self {
+        let original = |p: &Pending| PartCluster {
+            indices: p.indices.clone(),
+            made_from: NO_GROUP,
+            replaced_by: NO_GROUP,
+        };
+        let clusters = pool.iter().map(original).collect();
+        let levels = PartLevels { clusters, groups: Vec::new() };
+        Self { surface, options, pool, levels, fixed, gained: true, offenders: 0, seed }
+    }
+
+    /// Simplifies what is in the pool once; the vertices that deviate too far, if they are looked for.
+    fn level(&mut self, find_offenders: bool) -> Result<Vec<u32>, LevelsError> {
+        self.gained = false;
+        if self.pool.len() < 2 {
+            return Ok(Vec::new());
+        }
+        let groups = self.partition()?;
+        let locked = self.locked(&groups);
+        let mut members: Vec<Vec<Pending>> = Vec::new();
+        for (pending, &group) in self.pool.drain(..).zip(&groups) {
+            members.resize_with(members.len().max(group as usize + 1), Vec::new);
+            members[group as usize].push(pending);
+        }
+        let level = Level {
+            surface: self.surface,
+            options: self.options,
+            locked: &locked,
+            find_offenders,
+            seed: self.seed,
+        };
+        let first_key = self.levels.groups.len() as u32;
+        let members: Vec<Mutex<Vec<Pending>>> = members.into_iter().map(Mutex::new).collect();
+        let vertices = self.surface.positions.len();
+        let job = |scratch: &mut Scratch, number: usize| {
+            // Each is locked once, so none is poisoned.
+            let mut own = members[number].lock().unwrap_or_else(PoisonError::into_inner);
+            let made = make(&level, scratch, &own, first_key + number as u32);
+            // What was simplified is needed no longer, but for its number.
+            if made.as_ref().is_ok_and(|m| m.ball.is_some()) {
+                for pending in own.iter_mut() {
+                    pending.indices = Vec::new();
+                    pending.carried = Carried::default();
+                }
+            }
+            made
+        };
+        let threads = self.options.threads;
+        let made =
+            crate::threads::run(threads, members.len(), || Scratch::new(vertices), job, || true);
+        let mut offenders = Vec::new();
+        for (made, members) in made.unwrap_or_default().into_iter().zip(members) {
+            let members = members.into_inner().unwrap_or_else(PoisonError::into_inner);
+            self.take(made?, members, &mut offenders);
+        }
+        Ok(offenders)
+    }
+
+    /// Groups of clusters that are neighbours by the positions of their vertices.
+    fn partition(&self) -> Result<Vec<u32>, LevelsError> {
+        let position = |v: &u32| self.surface.position[*v as usize];
+        let indices: Vec<u32> =
+            self.pool.iter().flat_map(|p| p.indices.iter().map(position)).collect();
+        let counts: Vec<u32> = self.pool.iter().map(|p| p.indices.len() as u32).collect();
+        let size = self.options.group_clusters as usize;
+        partition(self.surface.positions, &indices, &counts, size)
+    }
+
+    /// By the first vertex at a position: whether it stays, for good or because groups share it.
+    fn locked(&self, groups: &[u32]) -> Vec<bool> {
+        let mut locked = self.fixed.clone();
+        let mut of = vec![u32::MAX; locked.len()];
+        for (pending, &group) in self.pool.iter().zip(groups) {
+            for &v in &pending.indices {
+                let at = self.surface.position[v as usize] as usize;
+                locked[at] |= of[at] != u32::MAX && of[at] != group;
+                of[at] = group;
+            }
+        }
+        locked
+    }
+
+    /// Takes what became of a group.
+    fn take(&mut self, made: Made, members: Vec<Pending>, offenders: &mut Vec<u32>) {
+        let Some(ball) = made.ball else {
+            for mut pending in members {
+                pending.stuck += 1;
+                if pending.stuck < TRIES {
+                    self.pool.push(pending);
+                    continue;
+                }
+                // It is drawn however coarse its neighbours are, so they may not leave it.
+                for v in pending.indices {
+                    self.fixed[self.surface.position[v as usize] as usize] = true;
+                }
+            }
+            return;
+        };
+        self.gained = true;
+        let group = self.levels.groups.len() as u32;
+        self.levels.groups.push((ball, made.error));
+        for pending in members {
+            self.levels.clusters[pending.number as usize].replaced_by = group;
+        }
+        for (indices, carried) in made.clusters {
+            let number = self.levels.clusters.len() as u32;
+            self.levels.clusters.push(PartCluster {
+                indices: indices.clone(),
+                made_from: group,
+                replaced_by: NO_GROUP,
+            });
+            let error = made.error;
+            self.pool.push(Pending { number, indices, carried, ball, error, stuck: 0 });
+        }
+        offenders.extend(made.offenders);
+    }
+}

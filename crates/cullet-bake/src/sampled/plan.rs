@@ -1,0 +1,149 @@
+//! The plan of a round: which units it has, from what is known when it begins.
+
+use std::collections::VecDeque;
+
+use super::unit::{Discovery, LINES, Work};
+
+/// Discoveries that a unit follows up.
+pub(super) const FOLLOWED: usize = 64;
+
+/// Rays that following one up takes, about; and those of a sweep of a cell that was never swept.
+const RAYS_FOLLOWED: u64 = 14;
+const RAYS_SWEPT: u64 = 256;
+/// Those of a line around which is looked, where nothing is known: of itself, and to all that stands beside what it meets.
+pub(super) const RAYS_AROUND: u64 = 9;
+
+/// Rays of a round: so many at least, and this part of all before. Rounds know nothing of what is found meanwhile, so that
+/// large ones find the same again; small ones make threads wait and leave many files.
+const LEAST: u64 = 100_000;
+const GROWTH: u64 = 16;
+
+/// Of the rays of a round, in hundredths: those of lines without an aim, of lines to targets by lot, and of lines around
+/// what is met, at least; and those that follow up, at most. Sweeps get what is left.
+const FREE: u64 = 8;
+const AIMED: u64 = 2;
+const AROUND: u64 = 55;
+const FOLLOWING: u64 = 20;
+
+/// What sweeps of a cell came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Sweep {
+    /// How many there were.
+    pub(super) times: u32,
+    /// Rays of the last, and what was new, by weight.
+    rays: u64,
+    found: f64,
+}
+
+impl Sweep {
+    /// Notes one more.
+    pub(super) fn end(&mut self, rays: u64, found: f64) {
+        *self = Self { times: self.times + 1, rays, found };
+    }
+
+    /// What the next is expected to cost.
+    fn cost(&self) -> u64 {
+        if self.times == 0 { RAYS_SWEPT } else { self.rays.max(1) }
+    }
+
+    /// What it is expected to find, by ray: those that were never swept first.
+    fn score(&self) -> f64 {
+        match (self.times, self.rays) {
+            (0, _) => f64::INFINITY,
+            // A cell without a border costs nothing and finds nothing.
+            (_, 0) => 0.0,
+            (_, rays) => (self.found + 1.0) / (rays as f64 + 1.0),
+        }
+    }
+}
+
+/// What was found and waits to be followed up: what matters more before what matters less, by the halves of its weight.
+#[derive(Debug)]
+pub(super) struct Waiting {
+    classes: [VecDeque<Discovery>; 16],
+    count: usize,
+}
+
+/// Discoveries that wait; more are not. They take a quarter of a GiB.
+const WAITING: usize = 1 << 23;
+
+impl Waiting {
+    pub(super) fn new() -> Self {
+        Self { classes: std::array::from_fn(|_| VecDeque::new()), count: 0 }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The class of a weight of 0 to 1: how often it must be doubled.
+    fn class(weight: f64) -> usize {
+        let mut class = 0;
+        let mut weight = weight;
+        while weight < 1.0 && class < 15 {
+            weight *= 2.0;
+            class += 1;
+        }
+        class
+    }
+
+    pub(super) fn push(&mut self, discovery: Discovery, weight: f64) {
+        if self.count < WAITING {
+            self.classes[Self::class(weight)].push_back(discovery);
+            self.count += 1;
+        }
+    }
+
+    /// Takes the first of those that matter most; so many at the most.
+    fn take(&mut self, most: usize) -> Vec<Discovery> {
+        let mut taken = Vec::new();
+        for class in &mut self.classes {
+            let some = class.len().min(most - taken.len());
+            taken.extend(class.drain(..some));
+        }
+        self.count -= taken.len();
+        taken
+    }
+}
+
+/// The units of the next round: what waits to be followed up is taken from the list, and the cells whose last sweep found
+/// most are swept. `rays_around` is what a line around which is looked took in the round before.
+pub(super) fn plan(
+    rays: u64,
+    rays_around: u64,
+    waiting: &mut Waiting,
+    sweeps: &[Sweep],
+) -> Vec<Work> {
+    let size = LEAST.max(rays / GROWTH);
+    let part = |hundredths: u64| size * hundredths / 100;
+    let mut left = size - part(FREE) - part(AIMED) - part(AROUND);
+    let mut units = Vec::new();
+    let most = part(FOLLOWING) / RAYS_FOLLOWED;
+    let following = (waiting.len() as u64).min(most) as usize;
+    left -= left.min(following as u64 * RAYS_FOLLOWED);
+    let taken = waiting.take(following);
+    units.extend(taken.chunks(FOLLOWED).map(|some| Work::Follow(some.to_vec())));
+    let mut order: Vec<u32> = (0..sweeps.len() as u32).collect();
+    order.sort_by(|&a, &b| {
+        let [of_a, of_b] = [a, b].map(|cell| sweeps[cell as usize].score());
+        of_b.total_cmp(&of_a).then(a.cmp(&b))
+    });
+    for cell in order {
+        let cost = sweeps[cell as usize].cost();
+        if left == 0 {
+            break;
+        }
+        left -= left.min(cost);
+        units.push(Work::Sweep(cell));
+    }
+    // What nobody else needs.
+    let lines = u64::from(LINES);
+    let count = |rays: u64, of_a_line: u64| rays.div_ceil(lines * of_a_line) as usize;
+    let free = count(part(FREE) + left / 4, 2);
+    let aimed = count(part(AIMED), 1);
+    let around = count(part(AROUND) + left - left / 4, rays_around);
+    units.extend(std::iter::repeat_n(Work::Free, free));
+    units.extend(std::iter::repeat_n(Work::Aimed, aimed));
+    units.extend(std::iter::repeat_n(Work::Around, around));
+    units
+}

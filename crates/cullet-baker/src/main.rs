@@ -1,0 +1,39 @@
+//! The program `cullet-baker`; `cullet simplify` starts it.
+#![forbid(unsafe_code)]
+
+mod simplify;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use cullet_command::args::{SIMPLIFY_HELP, SimplifyArgs};
+use cullet_command::console::Console;
+use cullet_command::program;
+
+/// Makes of scenes what is drawn faster
+#[derive(Debug, Parser)]
+#[command(name = "cullet-baker", version, arg_required_else_help = true)]
+struct Cli {
+    /// Print nothing but results and errors
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    /// The command to run.
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Write a scene of few triangles that deviates by no more than is said, as measured
+    #[command(after_help = SIMPLIFY_HELP)]
+    Simplify(Box<SimplifyArgs>),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    program::run("cullet-baker", || match &cli.command {
+        Command::Simplify(args) => {
+            simplify::run(args, &Console::new(cli.quiet, args.json.as_deref()))
+        }
+    })
+}

@@ -1,0 +1,96 @@
+//! Levels of detail that are easy to judge: a strip cut into segments, of which two at a time become one.
+
+use cullet::lod::{Group, Levels, NO_GROUP};
+use cullet::mesh::{Cluster, Clustering, Part};
+use cullet::{Mesh, MeshData};
+
+use crate::Rng;
+
+/// Quads across the strip in each segment.
+const ACROSS: u32 = 30;
+
+/// A strip from x = 0 to 2^depth, one unit a segment of the finest level, in the plane z = 0.
+#[derive(Debug)]
+pub struct Strip {
+    /// The finest segments alone.
+    pub mesh: Mesh,
+    /// The segments of all levels, a cluster each.
+    pub steps: Mesh,
+    /// Groups of two segments each.
+    pub groups: Vec<Group>,
+    /// See [`Levels::new`].
+    pub made_from: Vec<u32>,
+    /// See [`Levels::new`].
+    pub replaced_by: Vec<u32>,
+    /// From where to where along x each cluster reaches.
+    pub spans: Vec<[u32; 2]>,
+}
+
+impl Strip {
+    /// With errors that grow by random steps, some of them none.
+    #[must_use]
+    pub fn random(rng: &mut Rng, depth: u32, one_sided: bool) -> Self {
+        let (mut spans, mut made_from, mut replaced_by) = (Vec::new(), Vec::new(), Vec::new());
+        let mut groups: Vec<Group> = Vec::new();
+        for level in 0..=depth {
+            let first = spans.len();
+            for at in 0..1 << (depth - level) {
+                let span = [at << level, (at + 1) << level];
+                spans.push(span);
+                replaced_by.push(NO_GROUP);
+                made_from.push(NO_GROUP);
+                if level == 0 {
+                    continue;
+                }
+                // Of the level below, which came before all of this one's.
+                let below = first - (2 << (depth - level)) as usize + 2 * at as usize;
+                let group = groups.len() as u32;
+                (replaced_by[below], replaced_by[below + 1]) = (group, group);
+                *made_from.last_mut().expect("pushed") = group;
+                let finer = [below, below + 1].map(|c| made_from[c]);
+                let error =
+                    finer.iter().filter(|&&g| g != NO_GROUP).map(|&g| groups[g as usize].error);
+                let error = error.fold(0.0, f32::max) + rng.below(3) as f32 * 0.01;
+                let radius = (1 << level) as f32 * 0.5 + 1.0;
+                let centre = [(span[0] + span[1]) as f32 * 0.5, 0.0, 0.0];
+                groups.push(Group { centre, radius, error });
+            }
+        }
+        let strip = |spans: &[[u32; 2]]| {
+            let mut data = MeshData::default();
+            let mut clustering = Clustering::default();
+            for span in spans {
+                let first = data.positions.len() as u32;
+                for row in 0..=ACROSS {
+                    let y = row as f32 / ACROSS as f32 - 0.5;
+                    data.positions.extend(span.map(|x| [x as f32, y, 0.0]));
+                }
+                for row in 0..ACROSS {
+                    let v = first + 2 * row;
+                    data.indices.extend([v, v + 1, v + 2, v + 2, v + 1, v + 3]);
+                }
+                clustering.clusters.push(Cluster {
+                    first_triangle: clustering.order.len() as u32,
+                    triangle_count: 2 * ACROSS,
+                    part: 0,
+                });
+                let next = clustering.order.len() as u32;
+                clustering.order.extend(next..next + 2 * ACROSS);
+            }
+            let triangle_count = clustering.order.len() as u32;
+            data.parts = vec![Part { triangle_count, two_sided: !one_sided, ..Part::default() }];
+            (data, clustering)
+        };
+        let (data, clustering) = strip(&spans);
+        let steps = Mesh::with_clusters(data, &clustering).expect("made right");
+        let mesh = Mesh::new(strip(&spans[..1 << depth]).0).expect("made right");
+        Self { mesh, steps, groups, made_from, replaced_by, spans }
+    }
+
+    /// Its levels.
+    #[must_use]
+    pub fn levels(&self) -> Levels {
+        let (made_from, replaced_by) = (self.made_from.clone(), self.replaced_by.clone());
+        Levels::new(&self.steps, &self.groups, made_from, replaced_by).expect("made right")
+    }
+}

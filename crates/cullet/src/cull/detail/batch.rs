@@ -1,0 +1,181 @@
+//! Sizes of sixteen boxes on the screen at once, as far as bounds decide.
+//!
+//! With g = x − q w, where x and w are rows of the matrix and q = x/w at the middle of a box, a corner at d from the middle
+//! is at g·d / w beside it, so that the picture is 2G/w wide, G being the sum of |g| times half the box: at least with the w
+//! of the middle, at the most with the least w. Far away both are nearly the same, and only a box whose size is just at the
+//! threshold is left to its corners.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{dispatch, f32x16};
+
+use super::{Detail, Measure};
+use crate::bounds::{BoxBlock, LANES};
+use crate::simd::Simd;
+use crate::view::View;
+
+/// 2⁻¹⁹: more than stored boxes are [wider](crate::bounds::Boxes) than what they are of, and f32 rounds.
+const STEP: f32 = 1.0 / (1 << 19) as f32;
+
+/// What decides the sizes of boxes in one view.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BatchSizes {
+    /// Rows of x, y, depth and w.
+    rows: [[f32; 4]; 4],
+    /// Of the viewport, in pixels.
+    size: [f32; 2],
+    measure: Measure,
+    threshold: f32,
+}
+
+impl BatchSizes {
+    /// Of boxes given relative to `origin`.
+    pub(crate) fn new(view: &View, origin: [f64; 3], detail: &Detail) -> Self {
+        let rows = view.depth_rows(origin).map(|row| row.map(|v| v as f32));
+        let threshold = match detail.measure {
+            // Squares are compared.
+            Measure::Diameter => detail.threshold_px * detail.threshold_px.abs(),
+            _ => detail.threshold_px,
+        };
+        let size = view.viewport().map(|v| v as f32);
+        Self { rows, size, measure: detail.measure, threshold: threshold as f32 }
+    }
+
+    /// One bit each for the boxes of a block that are surely small, and for those that surely are not. `weights` multiply
+    /// sizes; nothing is said of one that is negative, infinite or NaN.
+    pub(crate) fn decide(
+        &self,
+        level: Simd,
+        block: &BoxBlock,
+        weights: Option<&[f32; LANES]>,
+    ) -> (u16, u16) {
+        dispatch!(level.0, simd => self.decide_with(simd, block, weights))
+    }
+
+    // Plain functions and loops all through: a closure that is not inlined has no vector instructions, and made this six
+    // times as slow.
+    #[inline(always)]
+    fn decide_with<S: fearless_simd::Simd>(
+        &self,
+        simd: S,
+        block: &BoxBlock,
+        weights: Option<&[f32; LANES]>,
+    ) -> (u16, u16) {
+        let lanes = Lanes::new(simd, block);
+        let [row_x, row_y, row_z, row_w] = &self.rows;
+        let zero = f32x16::splat(simd, 0.0);
+        let (w, w_off) = (lanes.at(row_w), lanes.off(row_w));
+        let nearest = w - lanes.half(row_w) - w_off;
+        let depth = lanes.at(row_z) - lanes.half(row_z) - lanes.off(row_z) - w_off;
+        let mut decided = nearest.simd_gt(zero) & depth.simd_ge(zero);
+        let deep = Deep { row: row_w, w, w_off, nearest };
+        let (mut least_x, mut most_x) = lanes.side(row_x, &deep, self.size[0]);
+        let (mut least_y, mut most_y) = lanes.side(row_y, &deep, self.size[1]);
+        if let Some(weights) = weights {
+            let weight = f32x16::from_slice(simd, weights);
+            decided =
+                decided & weight.simd_ge(zero) & weight.simd_lt(f32x16::splat(simd, f32::INFINITY));
+            (least_x, most_x) = (least_x * weight, most_x * weight);
+            (least_y, most_y) = (least_y * weight, most_y * weight);
+        }
+        let (least, most) = match self.measure {
+            Measure::WidthAndHeight => (least_x.max(least_y), most_x.max(most_y)),
+            Measure::Area => (least_x * least_y, most_x * most_y),
+            Measure::Diameter => {
+                (least_x * least_x + least_y * least_y, most_x * most_x + most_y * most_y)
+            }
+        };
+        let limit = f32x16::splat(simd, self.threshold);
+        let margin = f32x16::splat(simd, self.threshold.abs() * (4.0 * STEP));
+        let small = decided & (most + margin).simd_lt(limit);
+        let large = decided & (least - margin).simd_ge(limit);
+        (small.to_bitmask() as u16, large.to_bitmask() as u16)
+    }
+}
+
+/// Sixteen boxes: middles, halves, and the largest coordinates along each axis.
+struct Lanes<S: fearless_simd::Simd> {
+    simd: S,
+    middle: [f32x16<S>; 3],
+    reach: [f32x16<S>; 3],
+    most: [f32x16<S>; 3],
+}
+
+/// Row of w, and what it is of sixteen boxes: in their middles, by how much that may be off, and at the least.
+struct Deep<'a, S: fearless_simd::Simd> {
+    row: &'a [f32; 4],
+    w: f32x16<S>,
+    w_off: f32x16<S>,
+    nearest: f32x16<S>,
+}
+
+impl<S: fearless_simd::Simd> Lanes<S> {
+    #[inline(always)]
+    fn new(simd: S, BoxBlock(rows): &BoxBlock) -> Self {
+        let (x, p) = (f32x16::from_slice(simd, &rows[0]), f32x16::from_slice(simd, &rows[3]));
+        let (y, q) = (f32x16::from_slice(simd, &rows[1]), f32x16::from_slice(simd, &rows[4]));
+        let (z, r) = (f32x16::from_slice(simd, &rows[2]), f32x16::from_slice(simd, &rows[5]));
+        let half = f32x16::splat(simd, 0.5);
+        // The first three rows are of −min.
+        Self {
+            simd,
+            middle: [(p - x) * half, (q - y) * half, (r - z) * half],
+            reach: [(p + x) * half, (q + y) * half, (r + z) * half],
+            most: [x.abs().max(p.abs()), y.abs().max(q.abs()), z.abs().max(r.abs())],
+        }
+    }
+
+    #[inline(always)]
+    fn splat(&self, v: f32) -> f32x16<S> {
+        f32x16::splat(self.simd, v)
+    }
+
+    /// A row at the middles.
+    #[inline(always)]
+    fn at(&self, row: &[f32; 4]) -> f32x16<S> {
+        let [x, y, z] = self.middle;
+        ((self.splat(row[0]) * x + self.splat(row[1]) * y) + self.splat(row[2]) * z)
+            + self.splat(row[3])
+    }
+
+    /// By how much a row changes from the middles to the sides at the most.
+    #[inline(always)]
+    fn half(&self, row: &[f32; 4]) -> f32x16<S> {
+        let [x, y, z] = self.reach;
+        (self.splat(row[0].abs()) * x + self.splat(row[1].abs()) * y) + self.splat(row[2].abs()) * z
+    }
+
+    /// By how much a row may be off for rounding.
+    #[inline(always)]
+    fn off(&self, row: &[f32; 4]) -> f32x16<S> {
+        let [x, y, z] = self.most;
+        let sum = (self.splat(row[0].abs()) * x + self.splat(row[1].abs()) * y)
+            + (self.splat(row[2].abs()) * z + self.splat(row[3].abs()));
+        sum * self.splat(STEP)
+    }
+
+    /// How wide the boxes look along one axis of a screen with so many pixels: at the least and at the most.
+    #[inline(always)]
+    fn side(&self, row: &[f32; 4], deep: &Deep<'_, S>, pixels: f32) -> (f32x16<S>, f32x16<S>) {
+        let (zero, step) = (self.splat(0.0), self.splat(STEP));
+        let Deep { row: row_w, w, w_off, nearest } = *deep;
+        let q = self.at(row) / w;
+        let steep = q.abs();
+        let q_off = (self.off(row) + steep * w_off) / nearest + (steep + self.splat(1.0)) * step;
+        let (mut least, mut most) = (zero, zero);
+        for a in 0..3 {
+            let (of_row, of_w) = (self.splat(row[a].abs()), self.splat(row_w[a].abs()));
+            let g = (self.splat(row[a]) - q * self.splat(row_w[a])).abs();
+            let g_off = of_w * q_off + (of_row + steep * of_w) * step;
+            let slack = self.most[a] * step;
+            least += (g - g_off).max(zero) * (self.reach[a] - slack).max(zero);
+            most += (g + g_off) * (self.reach[a] + slack);
+        }
+        // What x/w itself is rounded by where corners are projected is far below this. Twice half the box, times half of the
+        // viewport.
+        let slack = (steep + self.splat(1.0)) * self.splat(1e-9 * pixels);
+        (
+            least / (w + w_off) * self.splat(pixels * (1.0 - 8.0 * STEP)),
+            most / nearest * self.splat(pixels * (1.0 + 8.0 * STEP)) + slack,
+        )
+    }
+}

@@ -1,0 +1,102 @@
+//! The instances of which levels of detail are drawn, and which clusters of those.
+
+use std::ops::Range;
+
+use super::super::run::Run;
+use crate::bits;
+use crate::scene::{MeshId, Tally};
+
+/// Levels that are drawn in place of an instance's mesh.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Cut {
+    pub(in super::super) slot: u32,
+    /// The mesh that holds them.
+    pub(in super::super) mesh: MeshId,
+    pub(in super::super) level: u32,
+    /// What they hold.
+    pub(in super::super) tally: Tally,
+    /// Where their ranges of clusters are listed.
+    ranges: Range<usize>,
+}
+
+/// Cuts of instances, ascending by slot.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Coarse {
+    cuts: Vec<Cut>,
+    /// Of clusters.
+    ranges: Vec<Range<u32>>,
+    saved: Tally,
+}
+
+impl Coarse {
+    pub(in super::super) fn clear(&mut self) {
+        self.cuts.clear();
+        self.ranges.clear();
+        self.saved = Tally::default();
+    }
+
+    /// Adds the cut of a slot above all others, with what its mesh would hold in its place.
+    pub(in super::super) fn push(
+        &mut self,
+        (slot, mesh, level): (u32, MeshId, u32),
+        (whole, tally): (Tally, Tally),
+        ranges: impl Iterator<Item = Range<u32>>,
+    ) {
+        let first = self.ranges.len();
+        self.ranges.extend(ranges);
+        self.saved += whole;
+        self.saved -= tally;
+        self.cuts.push(Cut { slot, mesh, level, tally, ranges: first..self.ranges.len() });
+    }
+
+    /// By how much less they hold than the meshes in whose place they are.
+    pub(in super::super) fn saved(&self) -> Tally {
+        self.saved
+    }
+
+    /// The cut of a slot; `None` where the mesh itself is drawn.
+    pub(in super::super) fn cut_of(&self, slot: u32) -> Option<&Cut> {
+        let at = self.cuts.binary_search_by_key(&slot, |cut| cut.slot).ok()?;
+        self.cuts.get(at)
+    }
+
+    /// One bit a slot of a word: it has a cut.
+    pub(in super::super) fn word(&self, word: u32) -> u64 {
+        let first = self.cuts.partition_point(|cut| cut.slot < word * 64);
+        let own = self.cuts[first..].iter().take_while(|cut| cut.slot / 64 == word);
+        own.fold(0, |bits, cut| bits | 1 << (cut.slot % 64))
+    }
+
+    /// The clusters of a cut, as runs of which it is not known whether they are inside the frustum.
+    pub(in super::super) fn runs_of<'a>(&'a self, cut: &'a Cut) -> impl Iterator<Item = Run> + 'a {
+        self.ranges[cut.ranges.clone()].iter().map(move |range| Run {
+            slot: cut.slot,
+            mesh: cut.mesh,
+            level: cut.level,
+            first_cluster: range.start,
+            cluster_count: range.len() as u32,
+            inside: false,
+        })
+    }
+
+    /// The clusters of all cuts, ascending.
+    pub(in super::super) fn runs(&self) -> impl Iterator<Item = Run> + '_ {
+        self.cuts.iter().flat_map(|cut| self.runs_of(cut))
+    }
+
+    /// The parts of a cut's ranges that are bits of a list, ascending: from which cluster to which.
+    pub(in super::super) fn within<'a>(
+        &'a self,
+        cut: &'a Cut,
+        wanted: &'a [u64],
+    ) -> impl Iterator<Item = Range<u32>> + 'a {
+        self.ranges[cut.ranges.clone()].iter().flat_map(move |range| {
+            let (mut at, end) = (range.start, range.end);
+            std::iter::from_fn(move || {
+                let first = bits::next(wanted, at, end, true);
+                at = bits::next(wanted, first, end, false);
+                (first < at).then_some(first..at)
+            })
+        })
+    }
+}

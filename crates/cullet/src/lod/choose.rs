@@ -1,0 +1,165 @@
+//! The choice: which clusters of a mesh's levels are drawn for an eye.
+
+use std::ops::Range;
+
+use fearless_simd::dispatch;
+use fearless_simd::f32x8;
+use fearless_simd::prelude::*;
+
+use super::{LevelEye, Levels, NO_GROUP};
+use crate::bits;
+use crate::simd::Simd;
+
+/// Groups a vector.
+const WIDTH: usize = 8;
+
+/// Clusters that were chosen, and the memory to choose again.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// One bit a group: it is over the threshold.
+    over: Vec<u64>,
+    /// One bit a group: it has been visited.
+    visited: Vec<u64>,
+    /// One bit a cluster: it is drawn.
+    chosen: Vec<u64>,
+    pending: Vec<u32>,
+    triangles: u64,
+    clusters: u32,
+    originals: u32,
+}
+
+impl Selection {
+    /// One bit a cluster: it is drawn.
+    #[must_use]
+    pub fn clusters(&self) -> &[u64] {
+        &self.chosen
+    }
+
+    /// How many clusters are drawn.
+    #[must_use]
+    pub fn cluster_count(&self) -> u32 {
+        self.clusters
+    }
+
+    /// How many triangles they have.
+    #[must_use]
+    pub fn triangle_count(&self) -> u64 {
+        self.triangles
+    }
+
+    /// How many of the clusters are the original's: all of what is drawn, where the eye is near.
+    #[must_use]
+    pub fn original_count(&self) -> u32 {
+        self.originals
+    }
+
+    /// Ranges of clusters that follow each other, ascending.
+    pub fn ranges(&self) -> impl Iterator<Item = Range<u32>> + '_ {
+        let mut at = 0;
+        let end = self.chosen.len() as u32 * 64;
+        std::iter::from_fn(move || {
+            let first = bits::next(&self.chosen, at, end, true);
+            at = bits::next(&self.chosen, first, end, false);
+            (first < at).then_some(first..at)
+        })
+    }
+}
+
+impl Levels {
+    /// Chooses the clusters that are drawn for an eye: those whose group they were made from is not over the threshold,
+    /// and that in which they were simplified is.
+    ///
+    /// Whether all of it is there: the finest clusters may be left out of the levels, as those of a chain are that the mesh
+    /// itself is the finest of; `false` where some of them would be drawn, so that the mesh is to be drawn instead. Then nothing
+    /// is chosen.
+    ///
+    /// Visits the groups from the coarsest down and goes no deeper than what is drawn: O(what is drawn), beside a sweep
+    /// over all groups of a fraction of a nanosecond each. Allocates while `selection` grows.
+    pub fn select(&self, simd: Simd, eye: &LevelEye, selection: &mut Selection) -> bool {
+        self.sweep(simd, eye, &mut selection.over);
+        let Selection { over, visited, chosen, pending, triangles, clusters, originals } =
+            selection;
+        visited.clear();
+        visited.resize(over.len(), 0);
+        chosen.clear();
+        chosen.resize(self.made_from.len().div_ceil(64), 0);
+        (*triangles, *clusters, *originals) = (0, 0, 0);
+        pending.clear();
+        // The list after the last group's: what no group simplified.
+        pending.push(self.group_count() as u32);
+        while let Some(group) = pending.pop() {
+            for &cluster in self.inputs_of(group as usize) {
+                let finer = self.made_from[cluster as usize];
+                if finer != NO_GROUP && bits::get(over, finer as usize) {
+                    if self.inputs_of(finer as usize).is_empty() {
+                        chosen.fill(0);
+                        (*triangles, *clusters, *originals) = (0, 0, 0);
+                        return false;
+                    }
+                    let (word, bit) = (finer as usize / 64, 1 << (finer % 64));
+                    if visited[word] & bit == 0 {
+                        visited[word] |= bit;
+                        pending.push(finer);
+                    }
+                } else {
+                    chosen[cluster as usize / 64] |= 1 << (cluster % 64);
+                    *triangles += u64::from(self.triangles[cluster as usize]);
+                    *clusters += 1;
+                    *originals += u32::from(finer == NO_GROUP);
+                }
+            }
+        }
+        true
+    }
+
+    /// As [`select`](Self::select), slow and obvious: one bit a cluster by the rule alone, also where not all is there.
+    #[must_use]
+    pub fn select_ref(&self, eye: &LevelEye) -> Vec<bool> {
+        let over = |g: u32| eye.is_over(&self.group(g as usize));
+        let pairs = self.made_from.iter().zip(self.replaced_by());
+        pairs
+            .map(|(&from, &by)| (from == NO_GROUP || !over(from)) && (by == NO_GROUP || over(by)))
+            .collect()
+    }
+
+    /// One bit a group: it is over the threshold.
+    fn sweep(&self, simd: Simd, eye: &LevelEye, over: &mut Vec<u64>) {
+        over.clear();
+        over.resize(self.group_count().div_ceil(64), 0);
+        dispatch!(simd.0, simd => sweep_with(simd, &self.rows, eye, over));
+        for group in self.group_count() / WIDTH * WIDTH..self.group_count() {
+            if eye.is_over(&self.group(group)) {
+                over[group / 64] |= 1 << (group % 64);
+            }
+        }
+    }
+}
+
+/// The sweep over whole vectors of groups, by the arithmetic of [`LevelEye::is_over`].
+#[inline(always)]
+fn sweep_with<S: fearless_simd::Simd>(
+    simd: S,
+    [x, y, z, radius, error]: &[Vec<f32>; 5],
+    eye: &LevelEye,
+    over: &mut [u64],
+) {
+    // No closures: one that is not inlined has none of the level's instructions.
+    let ex = f32x8::splat(simd, eye.eye[0]);
+    let ey = f32x8::splat(simd, eye.eye[1]);
+    let ez = f32x8::splat(simd, eye.eye[2]);
+    let (reach, ball) = (f32x8::splat(simd, eye.reach), f32x8::splat(simd, eye.ball));
+    let nearest = f32x8::splat(simd, eye.nearest);
+    for at in (0..x.len() / WIDTH * WIDTH).step_by(WIDTH) {
+        let own = at..at + WIDTH;
+        let e = f32x8::from_slice(simd, &error[own.clone()]);
+        let dx = f32x8::from_slice(simd, &x[own.clone()]) - ex;
+        let dy = f32x8::from_slice(simd, &y[own.clone()]) - ey;
+        let dz = f32x8::from_slice(simd, &z[own.clone()]) - ez;
+        let far = (e * reach + f32x8::from_slice(simd, &radius[own])) + ball;
+        let away = (dx * dx + dy * dy) + dz * dz;
+        // Not beyond: also where a number is NaN, as 0 times infinity is.
+        let within = !away.simd_gt(far * far);
+        let bits = (within & e.simd_gt(nearest)).to_bitmask();
+        over[at / 64] |= bits << (at % 64);
+    }
+}

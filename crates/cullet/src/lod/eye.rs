@@ -1,0 +1,219 @@
+//! Eyes that levels are chosen for, and how large an error looks from there.
+
+use crate::transform::Transform;
+use crate::view::{EyeBall, View};
+
+/// How much of its original what is drawn may lose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct Lod {
+    /// By how many pixels the surface that is drawn may be off, from 0; as many as the errors of the levels are bounds.
+    /// A value that is not above 0, or NaN, draws everything in full.
+    pub pixels: f64,
+    /// Whether that holds in the corners of the image too, where a pixel is a smaller angle than at its centre. Then it is
+    /// held everywhere as in the farthest corner, by 1/cos² of its angle to the centre: 2.4 times as fine at 60 degrees and
+    /// 16:9. Default off: it holds at the centre.
+    pub at_corners: bool,
+}
+
+impl Default for Lod {
+    /// A pixel at the centre of the image.
+    fn default() -> Self {
+        Self { pixels: 1.0, at_corners: false }
+    }
+}
+
+/// How large a small thing is on the screen of a view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelScale {
+    /// The eye in world space; none for parallel lines of sight.
+    pub eye: Option<[f64; 3]>,
+    /// Pixels of a thing of size 1 at distance 1 from the eye; with parallel lines of sight at any distance.
+    pub pixels: f64,
+    /// The nearest distance that is drawn: errors before it count as if they were there.
+    pub near: f64,
+}
+
+impl PixelScale {
+    /// Of a view, at the centre of its image or in its farthest corner.
+    #[must_use]
+    pub fn of(view: &View, at_corners: bool) -> Self {
+        // Columns of four: row r of the matrix is m[r], m[r + 4], m[r + 8] and, of the translation, m[r + 12].
+        let m = view.clip_from_world();
+        let row = |r: usize| [m[r], m[r + 4], m[r + 8]];
+        let (w, viewport) = (row(3), view.viewport());
+        let is_parallel = view.is_orthographic();
+        let ahead = if is_parallel { 0.0 } else { length(w) };
+        let mut pixels: f64 = 0.0;
+        for (axis, size) in viewport.into_iter().enumerate() {
+            let mut side = row(axis);
+            let mut unit = m[15].abs();
+            if !is_parallel {
+                // An image off the centre leans along the axis; that part turns no point aside.
+                let along = dot(side, w) / dot(w, w);
+                side = std::array::from_fn(|i| side[i] - along * w[i]);
+                unit = ahead;
+            }
+            pixels = pixels.max(f64::from(size) * 0.5 * length(side) / unit);
+        }
+        if is_parallel {
+            return Self { eye: None, pixels, near: 0.0 };
+        }
+        let eye = [view.eye()[0], view.eye()[1], view.eye()[2]];
+        let inverse = view.world_from_clip();
+        // Points on the edges of the image at two depths; either lies on the near plane.
+        let mut near = f64::INFINITY;
+        let mut least_cosine: f64 = 1.0;
+        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            for z in [0.0, 1.0] {
+                let p: [f64; 4] = std::array::from_fn(|r| {
+                    inverse[r] * x + inverse[r + 4] * y + inverse[r + 8] * z + inverse[r + 12]
+                });
+                let to: [f64; 3] = std::array::from_fn(|i| p[i] / p[3] - eye[i]);
+                let depth = dot(to, w) / ahead;
+                if depth.is_finite() && depth > 0.0 {
+                    near = near.min(depth);
+                    least_cosine = least_cosine.min(depth / length(to));
+                }
+            }
+        }
+        if at_corners && least_cosine > 0.0 {
+            pixels /= least_cosine * least_cosine;
+        }
+        Self { eye: Some(eye), pixels, near: if near.is_finite() { near } else { 0.0 } }
+    }
+}
+
+/// An eye in the space of a mesh, with the threshold: what [`Levels::select`](super::Levels::select) asks of a view.
+///
+/// A group is over the threshold iff its error is above `nearest`, and the eye nearer to its centre than radius, error
+/// times `reach` and `ball` together. All is rounded to the side of what is finer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelEye {
+    /// Where the eye is, in the space of the mesh.
+    pub eye: [f32; 3],
+    /// From how far an error of 1 is as large as the threshold.
+    pub reach: f32,
+    /// The radius of the ball of eyes.
+    pub ball: f32,
+    /// The error that is just as large as the threshold at the near plane, and with parallel lines of sight everywhere.
+    pub nearest: f32,
+}
+
+/// More than all roundings of f32 on the way to a decision, as a share.
+const ROUNDING_F32: f64 = 1e-5;
+
+impl LevelEye {
+    /// An eye that draws everything in full.
+    pub const FULL: Self = Self { eye: [0.0; 3], reach: f32::INFINITY, ball: 0.0, nearest: -1.0 };
+
+    /// Of `lod` in a view with `scale`, for an instance with `transform`; `ball` in place of the view's eye.
+    ///
+    /// Where the transform stretches unevenly, distances are taken by its least and errors by its largest factor, so that
+    /// what is chosen is finer than needed and never coarser. A transform that is not finite, or flat, draws everything in
+    /// full, and so does a threshold that is not above 0.
+    #[must_use]
+    pub fn new(
+        lod: &Lod,
+        scale: &PixelScale,
+        transform: &Transform,
+        ball: Option<EyeBall>,
+    ) -> Self {
+        let Some((least, largest)) = stretch(transform) else { return Self::FULL };
+        let pixels = scale.pixels * largest * (1.0 + ROUNDING_F32);
+        let reach = pixels / lod.pixels;
+        let Some(eye) = scale.eye else {
+            let nearest = (1.0 / reach) as f32;
+            let full = !(reach.is_finite() && reach > 0.0);
+            return if full {
+                Self::FULL
+            } else {
+                Self { reach: f32::INFINITY, nearest, ..Self::FULL }
+            };
+        };
+        let ball = ball.unwrap_or(EyeBall { centre: eye, radius: 0.0 });
+        let Some(own) = inverse_point(transform, ball.centre) else { return Self::FULL };
+        // In units of the mesh along the direction that is stretched least.
+        let reach = reach / least * (1.0 + ROUNDING_F32);
+        let shift = own.iter().map(|v| v.abs()).fold(0.0, f64::max) * 2.0 * f64::from(f32::EPSILON);
+        let ball = ball.radius.max(0.0) / least + shift;
+        let nearest = scale.near * lod.pixels / (scale.pixels * largest) * (1.0 - ROUNDING_F32);
+        let made = Self {
+            eye: own.map(|v| v as f32),
+            reach: reach as f32,
+            ball: ball as f32,
+            nearest: nearest as f32,
+        };
+        let is_sound = lod.pixels > 0.0
+            && made.eye.iter().all(|v| v.is_finite())
+            && [made.reach, made.ball, made.nearest].iter().all(|v| v.is_finite());
+        if is_sound { made } else { Self::FULL }
+    }
+
+    /// Whether a group is over the threshold.
+    #[must_use]
+    pub fn is_over(&self, group: &super::Group) -> bool {
+        let to: [f32; 3] = std::array::from_fn(|a| group.centre[a] - self.eye[a]);
+        let far = (group.error * self.reach + group.radius) + self.ball;
+        let away = (to[0] * to[0] + to[1] * to[1]) + to[2] * to[2];
+        // Not beyond: also where a number is NaN, as 0 times infinity is.
+        let beyond = away > far * far;
+        group.error > self.nearest && !beyond
+    }
+}
+
+/// The least and the largest factor by which a transform stretches. None if it flattens, or is not finite.
+fn stretch(transform: &Transform) -> Option<(f64, f64)> {
+    let m = transform.to_matrix();
+    let columns = [[m[0], m[1], m[2]], [m[4], m[5], m[6]], [m[8], m[9], m[10]]];
+    let lengths = columns.map(|c| dot(c, c));
+    let (least, largest) = (
+        lengths.into_iter().fold(f64::INFINITY, f64::min),
+        lengths.into_iter().fold(0.0, f64::max),
+    );
+    let products = [
+        dot(columns[0], columns[1]).abs(),
+        dot(columns[1], columns[2]).abs(),
+        dot(columns[2], columns[0]).abs(),
+    ];
+    // Gershgorin's discs around the squares of the factors: exact for a rotation with a scale along the axes.
+    let off = [products[0] + products[2], products[0] + products[1], products[1] + products[2]];
+    let skew = off.into_iter().fold(0.0, f64::max);
+    let (least, largest) =
+        if skew <= largest * 1e-6 { (least - skew, largest + skew) } else { singular(columns) };
+    (least > 0.0 && largest.is_finite()).then(|| (least.sqrt(), largest.sqrt()))
+}
+
+/// Squares of the least and the largest singular value of a matrix, a little outward: the eigenvalues of its Gram matrix.
+fn singular(columns: [[f64; 3]; 3]) -> (f64, f64) {
+    let g: [[f64; 3]; 3] =
+        std::array::from_fn(|i| std::array::from_fn(|j| dot(columns[i], columns[j])));
+    let mean = (g[0][0] + g[1][1] + g[2][2]) / 3.0;
+    let b: [[f64; 3]; 3] =
+        std::array::from_fn(|i| std::array::from_fn(|j| g[i][j] - if i == j { mean } else { 0.0 }));
+    let spread = (b.iter().flatten().map(|v| v * v).sum::<f64>() / 6.0).sqrt();
+    let determinant = b[0][0] * (b[1][1] * b[2][2] - b[1][2] * b[2][1])
+        - b[0][1] * (b[1][0] * b[2][2] - b[1][2] * b[2][0])
+        + b[0][2] * (b[1][0] * b[2][1] - b[1][1] * b[2][0]);
+    let angle = (determinant / (2.0 * spread.powi(3))).clamp(-1.0, 1.0).acos() / 3.0;
+    let third = std::f64::consts::TAU / 3.0;
+    let (largest, least) =
+        (mean + 2.0 * spread * angle.cos(), mean + 2.0 * spread * (angle + third).cos());
+    let slack = largest * 1e-9;
+    (least - slack, largest + slack)
+}
+
+fn inverse_point(transform: &Transform, p: [f64; 3]) -> Option<[f64; 3]> {
+    let matrix = glam::DMat4::from_cols_array(&transform.to_matrix());
+    let q = matrix.inverse().transform_point3(p.into());
+    q.is_finite().then(|| q.into())
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn length(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}

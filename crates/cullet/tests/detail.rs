@@ -1,0 +1,160 @@
+//! Detail: what is small goes, whole nodes of it at once; what covers no sample goes.
+
+use cullet::cull::detail::samples::{SamplePattern, SampleTest};
+use cullet::cull::detail::{Detail, Measure};
+use cullet::{Culler, Instance, Output, Scene, Simd, Stage, Transform, View};
+use cullet_testkit::answers::cull;
+use cullet_testkit::views::{look, random_view};
+use cullet_testkit::{Rng, cases, meshes};
+use proptest::prelude::*;
+
+const MEASURES: [Measure; 3] = [Measure::WidthAndHeight, Measure::Area, Measure::Diameter];
+
+/// Small things in clumps, as grass and screws are, some of them weighted.
+fn clumps(rng: &mut Rng, weighted: bool) -> Scene {
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(meshes::tetrahedron());
+    for _ in 0..8 {
+        let clump = [rng.range(-200.0, 200.0), rng.range(-9.0, 9.0), rng.range(-400.0, 50.0)];
+        for _ in 0..200 {
+            let place = clump.map(|v| v + rng.range(-4.0, 4.0));
+            let scale = [0; 3].map(|_: i32| rng.range(0.01, 0.6));
+            let mut instance = Instance::new(
+                mesh,
+                Transform::from_scale_rotation_translation(scale, [0.0, 0.0, 0.0, 1.0], place),
+            );
+            if weighted && rng.below(9) == 0 {
+                instance.size_weight =
+                    [0.0, 3.0, 40.0, f32::INFINITY, f32::NAN][rng.below(5) as usize];
+            }
+            scene.add(instance).expect("few");
+        }
+    }
+    scene.commit();
+    scene
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: cases(40), ..ProptestConfig::default() })]
+
+    #[test]
+    fn just_what_is_small_by_itself_goes(seed in any::<u64>()) {
+        let mut rng = Rng(seed);
+        let mut scene = clumps(&mut rng, seed % 2 == 0);
+        if seed % 3 == 0 {
+            scene.rebase([100.0, 0.0, -1e5]);
+        }
+        // Below no node until the next commit.
+        let late = Instance::new(0, Transform::from_translation([0.0, 0.0, -30.0]));
+        let late = scene.add(late).expect("few");
+        for round in 0..6 {
+            let view = random_view(&mut rng);
+            let threshold_px = 10_f64.powf(rng.range(-1.0, 2.0));
+            let measure = MEASURES[rng.below(3) as usize];
+            let detail = Detail { measure, threshold_px, ..Detail::default() };
+            let culler = Culler { detail: Some(detail), output: Output::Instances, reasons: true, ..Culler::default().only(Stage::Detail) };
+            let result = cull(&culler, &scene, &view);
+            for level in Simd::all() {
+                let again = cull(&Culler { level, ..culler.clone() }, &scene, &view);
+                prop_assert!(again == result, "{:?}", level);
+            }
+            for slot in scene.slots() {
+                let rect = view.project_box(&scene.bounds(slot), scene.origin());
+                let size = rect.map(|r| [r.width(), r.height()]);
+                let weight = f64::from(scene.size_weight(slot));
+                let small = size.is_some_and(|size| detail.is_small_size(size, weight));
+                let gone = result.reasons[slot as usize].is_some();
+                prop_assert_eq!(gone, small, "slot {} of round {}: {:?}", slot, round, size);
+            }
+            scene.set_size_weight(late, round as f32).expect("live");
+        }
+    }
+
+    #[test]
+    fn a_triangle_that_goes_covers_no_sample_wherever_its_corners_are_rounded_to(seed in any::<u64>()) {
+        let mut rng = Rng(seed);
+        let (mut gone, mut kept_for_nothing) = (0, 0);
+        let view = look([0.0, 0.0, 10.0], [0.0; 3], [64, 48]);
+        for _ in 0..200 {
+            let pattern = [SamplePattern::Centre, SamplePattern::Four, SamplePattern::Eight][rng.below(3) as usize];
+            let middle = [rng.range(-5.0, 5.0), rng.range(-4.0, 4.0), rng.range(-5.0, 5.0)];
+            let size = 10_f64.powf(rng.range(-2.5, 0.3));
+            let corners = [0; 3].map(|_: i32| middle.map(|v| (v + rng.range(-size, size)) as f32));
+            let transform = Transform::IDENTITY.to_matrix();
+            let goes = SampleTest::new(&view, transform, pattern).covers_none(&corners);
+            let points = corners.map(|c| {
+                let [x, y, _] = view.project_point(c.map(f64::from)).expect("ahead");
+                [x, y]
+            });
+            let covered = |points: &[[f64; 2]; 3]| {
+                let (x, y) = (points.map(|p| p[0]), points.map(|p| p[1]));
+                let range = |v: [f64; 3], most: u32| {
+                    let low = v[0].min(v[1]).min(v[2]).floor().max(0.0) as u32;
+                    low..(v[0].max(v[1]).max(v[2]).floor().max(-1.0) + 1.0).min(f64::from(most)) as u32
+                };
+                range(y, 48).any(|py| {
+                    range(x, 64).any(|px| {
+                        pattern.samples().iter().any(|s| {
+                            inside(points, [f64::from(px) + s[0], f64::from(py) + s[1]])
+                        })
+                    })
+                })
+            };
+            if goes {
+                gone += 1;
+                for _ in 0..30 {
+                    // To the next 256th of a pixel on any side.
+                    let rounded = points.map(|p| p.map(|v| ((v * 256.0).floor() + rng.below(2) as f64) / 256.0));
+                    prop_assert!(!covered(&rounded), "{:?} of {:?}", rounded, pattern);
+                }
+            } else if !covered(&points) {
+                kept_for_nothing += 1;
+            }
+        }
+        prop_assert!(gone > 20 && kept_for_nothing < 40, "{} gone, {} kept", gone, kept_for_nothing);
+    }
+}
+
+/// Whether a point is in a triangle or on its edge; of one without area, in the box around it.
+fn inside(t: &[[f64; 2]; 3], p: [f64; 2]) -> bool {
+    let side =
+        |a: [f64; 2], b: [f64; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+    let sides = [side(t[0], t[1]), side(t[1], t[2]), side(t[2], t[0])];
+    let around = (0..2).all(|a| {
+        let v = t.map(|q| q[a]);
+        v.iter().any(|&v| v <= p[a]) && v.iter().any(|&v| v >= p[a])
+    });
+    around && (sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0))
+}
+
+#[test]
+fn nothing_that_cannot_be_judged_goes_for_its_samples() {
+    let view = look([0.0, 0.0, 10.0], [0.0; 3], [64, 48]);
+    let test = |pattern, corners: &[[f32; 3]; 3]| {
+        SampleTest::new(&view, Transform::IDENTITY.to_matrix(), pattern).covers_none(corners)
+    };
+    let small = [[0.0, 0.0, 0.0], [0.001, 0.0, 0.0], [0.0, 0.001, 0.0]];
+    let beside = small.map(|c| [c[0] + 90.0, c[1], c[2]]);
+    let behind = small.map(|c| [c[0], c[1], 20.0]);
+    assert!(test(SamplePattern::Anywhere, &beside) && !test(SamplePattern::Anywhere, &small));
+    assert!(!test(SamplePattern::Centre, &behind));
+    assert!(!test(SamplePattern::Centre, &[[f32::NAN; 3], small[1], small[2]]));
+    assert!(!test(SamplePattern::Centre, &[[0.0; 3], [f32::INFINITY, 0.0, 0.0], small[2]]));
+}
+
+#[test]
+fn clusters_go_by_themselves_only_where_asked() {
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(meshes::ball(40));
+    scene.add(Instance::new(mesh, Transform::from_translation([0.0, 0.0, -60.0]))).expect("one");
+    scene.commit();
+    let view: View = look([0.0; 3], [0.0, 0.0, -1.0], [640, 360]);
+    let detail = Detail { threshold_px: 4.0, ..Detail::default() };
+    let left = |clusters| {
+        let detail = Some(Detail { clusters, ..detail });
+        let culler = Culler { detail, ..Culler::default().only(Stage::Detail) };
+        cull(&culler, &scene, &view).triangle_count
+    };
+    let all = scene.triangle_count();
+    assert!(left(false) == all && left(true) < all, "{} of {all}", left(true));
+}
