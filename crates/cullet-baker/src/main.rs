@@ -1,12 +1,13 @@
 //! The program `cullet-baker`; `cullet simplify` starts it.
 #![forbid(unsafe_code)]
 
+mod bench;
 mod simplify;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use cullet_command::args::{SIMPLIFY_HELP, SimplifyArgs};
+use cullet_command::args::{LOD_BENCH_HELP, LodBenchArgs, SIMPLIFY_HELP, SimplifyArgs};
 use cullet_command::console::Console;
 use cullet_command::program;
 
@@ -27,6 +28,16 @@ enum Command {
     /// Write a scene of few triangles that deviates by no more than is said, as measured
     #[command(after_help = SIMPLIFY_HELP)]
     Simplify(Box<SimplifyArgs>),
+    /// Measure what is made
+    #[command(subcommand)]
+    Bench(BenchOf),
+}
+
+#[derive(Debug, Subcommand)]
+enum BenchOf {
+    /// Levels of detail beside those of errors that are believed
+    #[command(after_help = LOD_BENCH_HELP)]
+    Lod(LodBenchArgs),
 }
 
 fn main() -> ExitCode {
@@ -34,6 +45,9 @@ fn main() -> ExitCode {
     program::run("cullet-baker", || match &cli.command {
         Command::Simplify(args) => {
             simplify::run(args, &Console::new(cli.quiet, args.json.as_deref()))
+        }
+        Command::Bench(BenchOf::Lod(args)) => {
+            bench::run(args, &Console::new(cli.quiet, args.json.as_deref()))
         }
     })
 }

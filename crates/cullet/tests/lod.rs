@@ -63,6 +63,22 @@ proptest! {
     }
 
     #[test]
+    fn as_much_as_is_allowed_is_not_over_and_more_is(seed in any::<u64>()) {
+        let mut rng = Rng(seed);
+        for _ in 0..50 {
+            let eye = random_eye(&mut rng);
+            let centre = [0; 3].map(|_| rng.range(-300.0, 300.0) as f32);
+            let radius = rng.range(0.0, 40.0) as f32;
+            let error = eye.allowed(centre, radius);
+            let group = |error| Group { centre, radius, error };
+            prop_assert!(error >= 0.0 && (error == 0.0 || !eye.is_over(&group(error))), "{error}");
+            // Lengths here are up to some 2000, and rounded by a hundred thousandth.
+            let more = error * 1.001 + 0.1 / eye.reach + 1e-30;
+            prop_assert!(eye.is_over(&group(more)), "{error}");
+        }
+    }
+
+    #[test]
     fn no_eye_of_a_ball_sees_more_than_the_threshold(seed in any::<u64>()) {
         let mut rng = Rng(seed);
         let strip = Strip::random(&mut rng, DEPTH, false);
@@ -114,7 +130,8 @@ proptest! {
             prop_assert_eq!(&drawn(&scene, &by_clusters), &chosen);
             prop_assert_eq!(&triangles(&by_triangles), &chosen);
             // With the other stages a part of that is left, and by each output alike.
-            let part = cull(&Culler { output: Output::Triangles, ..all.clone() }, &scene, &view);
+            let of_triangles = Culler { output: Output::Triangles, ..all.clone() };
+            let part = cull(&of_triangles, &scene, &view);
             let left = triangles(&part);
             prop_assert!(left.iter().all(|t| chosen.binary_search(t).is_ok()));
             let clusters = drawn(&scene, &cull(&all, &scene, &view));
@@ -127,7 +144,7 @@ proptest! {
             }
             for slot in scene.slots() {
                 let handle = scene.handle(slot).expect("live");
-                let told = all.explain(&scene, &view, handle).expect("live");
+                let told = of_triangles.explain(&scene, &view, handle).expect("live");
                 prop_assert_eq!(told.reason, part.reasons[slot as usize]);
             }
         }

@@ -6,7 +6,7 @@ use fearless_simd::dispatch;
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
-use super::{LevelEye, Levels, NO_GROUP};
+use super::{Group, LevelEye, Levels, NO_GROUP};
 use crate::bits;
 use crate::simd::Simd;
 
@@ -115,11 +115,17 @@ impl Levels {
     /// As [`select`](Self::select), slow and obvious: one bit a cluster by the rule alone, also where not all is there.
     #[must_use]
     pub fn select_ref(&self, eye: &LevelEye) -> Vec<bool> {
-        let over = |g: u32| eye.is_over(&self.group(g as usize));
+        self.select_where(|group| eye.is_over(group))
+    }
+
+    /// One bit a cluster: it is drawn where the groups are over the threshold that `over` says, as for several eyes at
+    /// once. It must say so of each group that was made from one of which it does.
+    #[must_use]
+    pub fn select_where(&self, over: impl Fn(&Group) -> bool) -> Vec<bool> {
+        let over: Vec<bool> = (0..self.group_count()).map(|g| over(&self.group(g))).collect();
+        let is_over = |g: u32, none: bool| if g == NO_GROUP { none } else { over[g as usize] };
         let pairs = self.made_from.iter().zip(self.replaced_by());
-        pairs
-            .map(|(&from, &by)| (from == NO_GROUP || !over(from)) && (by == NO_GROUP || over(by)))
-            .collect()
+        pairs.map(|(&from, &by)| !is_over(from, false) && is_over(by, true)).collect()
     }
 
     /// One bit a group: it is over the threshold.

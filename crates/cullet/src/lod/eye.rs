@@ -161,6 +161,18 @@ impl LevelEye {
         let beyond = away > far * far;
         group.error > self.nearest && !beyond
     }
+
+    /// The largest error of which a group in such a sphere is not over the threshold, from 0: how far all that is in the
+    /// sphere may be off.
+    #[must_use]
+    pub fn allowed(&self, centre: [f32; 3], radius: f32) -> f32 {
+        let to: [f64; 3] = std::array::from_fn(|a| f64::from(centre[a]) - f64::from(self.eye[a]));
+        let far = length(to) * (1.0 - ROUNDING_F32);
+        let free = far - (f64::from(radius) + f64::from(self.ball)) * (1.0 + ROUNDING_F32);
+        let beyond = free / f64::from(self.reach);
+        // NaN is no allowance either.
+        (beyond as f32).max(self.nearest).max(0.0)
+    }
 }
 
 /// The least and the largest factor by which a transform stretches. None if it flattens, or is not finite.
