@@ -102,12 +102,11 @@ impl<'a> Original<'a> {
         Cuts { levels: "clusterlod", factor, rows: rows.collect() }
     }
 
-    /// The peer's with the least factor at which a pixel is a pixel from 2 to 20 radii; `None` if that is none of those
-    /// tried.
+    /// The peer's with the least factor at which a pixel is a pixel from everywhere; `None` if that is none of those tried.
     pub(super) fn peer_kept(&self, peer: &PeerLevels, points: u32) -> Option<Cuts> {
         let keeps = |&factor: &f32| {
             let cut = |view: &PixelScale| peer.cut(&level_eye(view, 1.0), factor);
-            RADII[1..5].iter().all(|&radii| self.row(radii, points, cut).is_kept())
+            RADII.iter().rev().all(|&radii| self.row(radii, points, cut).is_kept())
         };
         let factor = FACTORS.into_iter().find(keeps)?;
         Some(self.peer(peer, factor, points))

@@ -11,6 +11,7 @@ mod culler;
 mod cut;
 mod frustum;
 mod hierarchy;
+mod lod;
 mod measure;
 mod measured;
 mod moving;
@@ -44,7 +45,7 @@ use crate::machine::Machine;
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct BenchArgs {
-    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, moving, occlusion
+    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, moving, occlusion, lod/
     filter: Option<String>,
     /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 1 GiB, some minutes
     #[arg(long)]
@@ -148,8 +149,16 @@ pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
 type Workloads = fn(&BenchOptions, &mut dyn FnMut(Measured));
 
 /// The subjects in the order in which they run. Occlusion follows them, for it has more to tell.
-const SUBJECTS: [Workloads; 7] =
-    [frustum::run, backface::run, shadow::run, hierarchy::run, moving::run, clip::run, cut::run];
+const SUBJECTS: [Workloads; 8] = [
+    frustum::run,
+    backface::run,
+    shadow::run,
+    hierarchy::run,
+    moving::run,
+    clip::run,
+    cut::run,
+    lod::run,
+];
 
 /// Runs the workloads that are wanted.
 #[must_use]
