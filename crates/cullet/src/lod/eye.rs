@@ -15,12 +15,17 @@ pub struct Lod {
     /// held everywhere as in the farthest corner, by 1/cos² of its angle to the centre: 2.4 times as fine at 60 degrees and
     /// 16:9. Default off: it holds at the centre.
     pub at_corners: bool,
+    /// A budget: where more triangles than this would be drawn, `pixels` are raised for all until they are not, in steps of a
+    /// quarter of an octave; [`Visible::lod_pixels`](crate::Visible::lod_pixels) tells to how many. What is counted is
+    /// the instances that are left when levels are chosen, before any of their clusters is culled; those without levels count
+    /// in full, and where the coarsest of all are still too many, they are drawn. Default none.
+    pub triangles: Option<u64>,
 }
 
 impl Default for Lod {
     /// A pixel at the centre of the image.
     fn default() -> Self {
-        Self { pixels: 1.0, at_corners: false }
+        Self { pixels: 1.0, at_corners: false, triangles: None }
     }
 }
 
