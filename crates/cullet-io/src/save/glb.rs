@@ -7,14 +7,18 @@ use cullet::mesh::{Alpha, Part};
 use serde_json::{Value, json};
 
 use super::nodes::{self, Written};
-use super::{SaveErrorKind, attributes, cells};
+use super::{SaveErrorKind, attributes, baked, cameras, cells};
 use crate::Model;
-use crate::gltf::CELLS;
+use crate::gltf::{BAKED, CELLS};
 
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
+/// Tables of what was baked begin at multiples of this, in the file as it lies.
+const ALIGNMENT: usize = 64;
+/// Bytes of the header and those of both chunks.
+const HEADERS: usize = 28;
 
 pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveErrorKind> {
     let scene = &model.scene;
@@ -33,7 +37,9 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         let name = model.mesh_names.get(m).map_or("", String::as_str);
         meshes.push(json!({ "name": name, "primitives": primitives }));
     }
-    let Written { nodes, roots, node_of } = nodes::write(model, &number);
+    let baked = baked::write(model, &number, &mut file, &mut meshes);
+    let Written { mut nodes, mut roots, node_of } = nodes::write(model, &number);
+    let cameras = cameras::write(model, &mut nodes, &mut roots);
     let mut root = json!({
         "asset": { "version": "2.0", "generator": "cullet" },
         "scene": 0,
@@ -44,6 +50,11 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         root["scenes"] = json!([{}]);
     } else {
         root["nodes"] = json!(nodes);
+    }
+    if !cameras.is_empty() {
+        root["cameras"] = json!(cameras);
+    }
+    if !meshes.is_empty() {
         root["meshes"] = json!(meshes);
         root["materials"] = json!(file.materials);
         root["accessors"] = json!(file.accessors);
@@ -51,11 +62,21 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         root["buffers"] = json!([{ "byteLength": file.bin.len() }]);
     }
     if !model.cells.cells.is_empty() {
-        root["extensionsUsed"] = json!([CELLS]);
-        root["extensions"] = json!({ CELLS: cells::extension(&model.cells, &node_of) });
+        root["extensions"][CELLS] = cells::extension(&model.cells, &node_of);
+    }
+    let is_baked = baked.is_some();
+    if let Some(baked) = baked {
+        root["extensions"][BAKED] = baked;
+    }
+    let used = root.get("extensions").and_then(Value::as_object);
+    if let Some(used) = used.map(|all| all.keys().cloned().collect::<Vec<_>>()) {
+        root["extensionsUsed"] = json!(used);
     }
     let mut text = root.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
+    // Spaces before the binary chunk, so that tables that are aligned in it are so in the file.
+    let multiple = if is_baked { ALIGNMENT } else { 4 };
+    let before = HEADERS + text.len();
+    text.resize(before.next_multiple_of(multiple) - HEADERS, b' ');
     let chunk = |len: usize| if len == 0 { 0 } else { 8 + len as u64 };
     let total = 12 + chunk(text.len()) + chunk(file.bin.len());
     let limit = u64::from(u32::MAX);
@@ -78,7 +99,7 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
 
 /// The parts of the file that grow with each mesh. Everything in `bin` is of four bytes, so aligned.
 #[derive(Default)]
-struct File {
+pub(super) struct File {
     bin: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
@@ -159,6 +180,15 @@ impl File {
         self.views.push(
             json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }),
         );
+        self.views.len() - 1
+    }
+
+    /// The view of a table: aligned, and of no kind that a viewer draws.
+    pub(super) fn table(&mut self, bytes: &[u8]) -> usize {
+        self.bin.resize(self.bin.len().next_multiple_of(ALIGNMENT), 0);
+        let start = self.bin.len();
+        self.bin.extend_from_slice(bytes);
+        self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": bytes.len() }));
         self.views.len() - 1
     }
 
