@@ -399,7 +399,7 @@ proptest! {
         root in any::<bool>(),
     ) {
         let model = model();
-        let good = bytes_of(&model));
+        let good = bytes_of(&model);
         let (json, _) = json_of(&good);
         let pointer =
             if root { "/extensions".to_owned() } else { "/meshes/0/extensions".to_owned() };

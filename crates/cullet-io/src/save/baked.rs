@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::glb::File;
+use super::buffer::File;
 use crate::Model;
 use crate::baked::{
     BakedLevels, BakedMesh, LevelTables, Measured, VERSION, geometry_hash, root_sum, sum_of,
@@ -52,6 +52,10 @@ fn mesh(model: &Model, one: &BakedMesh, file: &mut File) -> Option<(Value, [u64;
     for levels in &one.levels {
         let of = all.iter().find(|of| of.mesh == levels.held_by)?;
         let mut made = LevelTables::of(model.scene.meshes().get(of.mesh as usize)?, &of.levels)?;
+        // A view of nothing is forbidden, and levels without groups are none.
+        if made.groups.is_empty() || made.indices.is_empty() {
+            return None;
+        }
         // Parts without triangles are not written, and no level has any of theirs.
         let mut counts = made.parts.iter();
         let mut parts = Vec::new();

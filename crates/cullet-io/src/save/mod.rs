@@ -1,6 +1,7 @@
 //! Saving a model: GLB, PLY, OBJ or STL, by the ending of the file's name.
 
 mod baked;
+mod buffer;
 mod cameras;
 mod cells;
 mod glb;
