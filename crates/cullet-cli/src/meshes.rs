@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use cullet::Mesh;
 use cullet::mesh::Alpha;
 use cullet_io::Model;
+use cullet_io::baked::Baked;
 
 use crate::names::mesh_name;
 use crate::record::{MeshRecord, SceneRecord};
@@ -43,7 +44,9 @@ pub(crate) fn facts(model: &Model) -> Vec<MeshRecord> {
             facing_away: 0,
         }
     };
-    scene.meshes().iter().enumerate().map(fact).collect()
+    // Those that only hold the levels of others come last.
+    let own = scene.meshes().len() - model.baked.as_ref().map_or(0, Baked::held_count);
+    scene.meshes().iter().take(own).enumerate().map(fact).collect()
 }
 
 /// Adds what the views found, and puts the meshes that waste the most first.

@@ -1,4 +1,4 @@
-//! `cullet simplify`, `cullet bench lod`: start the baker, which has a simplifier that needs a C++ compiler.
+//! `cullet simplify`, `cullet bake`, `cullet bench lod`: start the baker, which has a simplifier that needs a C++ compiler.
 
 use std::ffi::OsString;
 
