@@ -350,7 +350,8 @@ fn tables_that_are_no_levels_are_refused_in_words() {
         tables.build(base).map(drop).unwrap_err().to_string()
     };
     let last = good.clusters.len() - 1;
-    let cases: [(&str, &dyn Fn(&mut LevelTables), &str); 10] = [
+    type Case<'a> = (&'a str, &'a dyn Fn(&mut LevelTables), &'a str);
+    let cases: [Case<'_>; 10] = [
         ("a part", &|t| t.parts.truncate(2), "parts of the levels: 2, expected 3"),
         ("triangles", &|t| t.parts[0] += 1, "triangles of all levels"),
         ("a vertex", &|t| t.indices[5] = 1 << 30, "index 5 is 1073741824"),

@@ -125,7 +125,9 @@ impl Beside {
         let apart = real.as_ref().map_or(true, |real| real.is_file());
         let mut name = real.unwrap_or_else(|_| path.to_owned()).into_os_string();
         if apart {
-            name.push(format!(".{}.part", std::process::id()));
+            // A page is no process, and asking for its number would panic.
+            let process = if cfg!(target_family = "wasm") { 0 } else { std::process::id() };
+            name.push(format!(".{process}.part"));
         }
         Self { path: name.into(), apart }
     }
