@@ -19,6 +19,7 @@
 mod choose;
 mod eye;
 mod levels;
+mod steps;
 
 pub use choose::Selection;
 pub use eye::{LevelEye, Lod, PixelScale};
