@@ -157,7 +157,6 @@ impl Survey {
             }
         }
         let start = Instant::now();
-        let scene = &self.model.scene;
         let (seen, levels) = self.see(view, verify);
         self.tally_drawn(view, index, &seen.result);
         let proof = seen.verification.as_ref();

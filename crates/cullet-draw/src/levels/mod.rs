@@ -167,6 +167,7 @@ mod tests {
             scene.add(Instance::new(mesh, Transform::from_translation(place))).unwrap();
         }
         scene.commit();
+        scene.prepare(culler(1.0).preparation());
         scene
     }
 
@@ -177,9 +178,7 @@ mod tests {
     fn verified(scene: &Scene, pixels: f64) -> LevelsVerification {
         let view = look([0.5, 0.8, 9.0], [0.0, 0.0, 0.0], [320, 200]);
         let states = [&mut ViewState::default(), &mut ViewState::default()];
-        let mut scene = scene.clone();
-        scene.prepare(culler(pixels).preparation());
-        verify_levels(&scene, &view, &culler(pixels), states, &VerifyOptions::default())
+        verify_levels(scene, &view, &culler(pixels), states, &VerifyOptions::default())
     }
 
     #[test]
