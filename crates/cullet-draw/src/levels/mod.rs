@@ -212,11 +212,13 @@ mod tests {
         let shown = v.full.seen[0].slot;
         // An instance that is gone, and a triangle of one that faces away, or so it says.
         let mut gone = v.levels.result.clone();
+        gone.dropped.clear();
         gone.reasons[shown as usize] = Some(Reason { stage: Stage::Occlusion, detail: 0 });
         let told = dropped_though_seen(&v.full, &gone);
         assert_eq!(told.len(), 1);
         assert_eq!((told[0].slot, told[0].triangle), (shown, None));
-        let id = *v.levels.seen.iter().find(|id| id.slot != shown).unwrap();
+        let left = v.levels.culled_frame.visible();
+        let id = *left.iter().find(|id| id.slot != shown).unwrap();
         let surfaces = Surfaces::of_visible(&scene, &v.cut);
         let t = surfaces.triangle(id).unwrap();
         let mut result = v.levels.result.clone();
