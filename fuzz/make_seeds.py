@@ -88,6 +88,81 @@ def occscn() -> None:
     put("occscn", "nothing", b"OCCSCN01" + u32(0, 0, 0, 0, 0, 0))
 
 
+MASK = (1 << 64) - 1
+STEP = 0x9E3779B97F4A7C15
+
+
+def mix(z: int) -> int:
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 & MASK
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EB & MASK
+    return z ^ (z >> 31)
+
+
+def total(length: int, words: list[int]) -> int:
+    """The sum of 64-bit words, as CULLET_baked has it."""
+    state = STEP ^ length
+    for word in words:
+        state = (mix(state ^ word) + STEP) & MASK
+    return mix(state)
+
+
+def sum_of(content: bytes) -> int:
+    padded = content + b"\0" * (-len(content) % 8)
+    return total(len(content), list(struct.unpack(f"<{len(padded) // 8}Q", padded)))
+
+
+def baked(plain: dict, body: bytes) -> dict:
+    """The square with one coarser level: a triangle for both."""
+    none = 0xFFFFFFFF
+    tables = [
+        u32(0, 1, 2, 0, 2, 3, 0, 1, 2),
+        u32(0, 2, none, 0, 2, 1, 0, none),
+        f32(0.5, 0.5, 0, 1, 0.75),
+    ]
+    document = json.loads(json.dumps(plain))
+    views = document["bufferViews"]
+    content = body
+    for table in tables:
+        content += b"\0" * (-len(content) % 64)
+        views.append({"buffer": 0, "byteOffset": len(content), "byteLength": len(table)})
+        content += table
+    uri = "data:application/octet-stream;base64," + base64.b64encode(content).decode()
+    document["buffers"] = [{"byteLength": len(content), "uri": uri}]
+    words = []
+    for x, y, z in SQUARE:
+        words += struct.unpack("<2Q", f32(x, y, z) + u32(0))
+    words += struct.unpack("<3Q", u32(0, 1, 2, 0, 2, 3)) + (2 | 1 << 32,)
+    geometry = total(len(SQUARE), words)
+    measured = [1 | 4 << 32, *struct.unpack("<2Q", struct.pack("<2d", 0.999, 1)), 7]
+    chunk = total(geometry, [sum_of(b"chain"), *measured, 1, 3, *map(sum_of, tables)])
+    size = sum(map(len, tables))
+    document["meshes"][0]["extensions"] = {
+        "CULLET_baked": {
+            "geometry": f"{geometry:016x}",
+            "levels": [
+                {
+                    "kind": "chain",
+                    "parts": [3],
+                    "indices": 2,
+                    "clusters": 3,
+                    "groups": 4,
+                    "errors": [0.75, 0.75],
+                    "measured": {"points": 1, "reversePoints": 4, "quantile": 0.999, "mostOver": 1, "seed": 7},
+                }
+            ],
+        }
+    }
+    document["extensions"] = {
+        "CULLET_baked": {
+            "version": 1,
+            "generator": "make_seeds",
+            "hash": f"{total(1, [0, size, chunk]):016x}",
+            "chunks": [{"mesh": 0, "bytes": size, "hash": f"{chunk:016x}"}],
+        }
+    }
+    return document
+
+
 def gltf() -> None:
     body = b"".join(f32(*p) for p in SQUARE) + struct.pack("<6H", 0, 1, 2, 0, 2, 3)
     uri = "data:application/octet-stream;base64," + base64.b64encode(body).decode()
@@ -132,6 +207,7 @@ def gltf() -> None:
     }
     put("gltf", "cells", json.dumps(document))
     del document["extensions"]
+    put("gltf", "baked", json.dumps(baked(document, body)))
     del document["buffers"][0]["uri"]
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)

@@ -1,7 +1,7 @@
 //! The command line.
 
 use clap::{Parser, Subcommand};
-use cullet_command::args::{SIMPLIFY_HELP, SimplifyArgs};
+use cullet_command::args::{BAKE_HELP, BakeArgs, SIMPLIFY_HELP, SimplifyArgs};
 use cullet_measure::bench::BenchArgs;
 use cullet_measure::calibrate::{self, CalibrateArgs};
 use cullet_measure::reproduce::ReproduceArgs;
@@ -46,6 +46,7 @@ Examples
                                              cut it open; the caps leave no gap
   cullet simplify model.glb --error 0.001 -o small.glb
                                              few triangles, none off by more than a 1,000th of its radius
+  cullet bake model.glb -o baked.glb         levels of detail beside every mesh, with measured errors
   cullet occluders model.glb --picture o.png boxes inside of it, and polygons in its surface
   cullet cells house.glb --cells rooms.glb -o out.glb
                                              cells and portals from the volumes of its rooms
@@ -126,6 +127,9 @@ pub(crate) enum Command {
     /// Cut a scene open at planes or a box, with caps
     #[command(after_help = cut::HELP)]
     Cut(Box<CutArgs>),
+    /// Write a GLB with levels of detail of every mesh, made and measured beforehand
+    #[command(after_help = BAKE_HELP)]
+    Bake(Box<BakeArgs>),
     /// Write a scene of few triangles that deviates by no more than is said, as measured
     #[command(after_help = SIMPLIFY_HELP)]
     Simplify(Box<SimplifyArgs>),

@@ -10,6 +10,7 @@ use cullet_command::files::write_json;
 use cullet_command::inputs;
 use serde::Serialize;
 
+use crate::baked::{self, BakedRecord};
 use crate::meshes;
 use crate::record::{MeshRecord, SCHEMA, SceneRecord};
 
@@ -40,6 +41,9 @@ struct InfoRecord<'a> {
     singular_instances: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     groups: Option<GroupsRecord>,
+    /// What the file has baked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    baked: Option<BakedRecord>,
     meshes: &'a [MeshRecord],
 }
 
@@ -82,6 +86,7 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
             depth: g.depth,
             widest: g.widest,
         }),
+        baked: baked::record(&model),
         meshes: &facts,
     };
     print(args, console, &info);
@@ -176,6 +181,10 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
             ));
         }
         more(console, defects.len(), shown);
+    }
+    if let Some(of) = &info.baked {
+        baked::print(of, shown, console);
+        more(console, of.meshes_count(), shown);
     }
     if !s.warnings.is_empty() {
         console.line(format!("\nWarnings ({}):", s.warnings.len()));

@@ -3,6 +3,7 @@
 
 mod args;
 mod backfaces;
+mod baked;
 mod bounds;
 mod cells;
 mod check_occlusion;
@@ -64,7 +65,8 @@ fn run(cli: &Cli) -> Outcome {
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(args.json())),
         Command::Cut(args) => cut::run(args, &console(args.json.as_deref())),
-        Command::Simplify(_) => simplify::run(cli.quiet),
+        Command::Bake(_) => simplify::run("bake", cli.quiet),
+        Command::Simplify(_) => simplify::run("simplify", cli.quiet),
         Command::Occluders(args) => occluders::run(args, &console(args.json.as_deref())),
         Command::Occscn(args) => occscn::run(args, &console(None)),
         Command::View(args) => view::run(args),

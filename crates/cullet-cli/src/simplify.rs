@@ -1,4 +1,4 @@
-//! `cullet simplify`: starts the baker, which has a simplifier that needs a C++ compiler.
+//! `cullet simplify` and `cullet bake`: start the baker, which has a simplifier that needs a C++ compiler.
 
 use std::ffi::OsString;
 
@@ -11,18 +11,15 @@ pub(crate) const BAKER: Peer =
     Peer { name: "cullet-baker", what: "the baker", example: "simplify city --error 0.001" };
 
 /// Hands the command line on as it is, once it was found right here.
-pub(crate) fn run(quiet: bool) -> Outcome {
+pub(crate) fn run(command: &str, quiet: bool) -> Outcome {
     let args = std::env::args_os().skip(1);
-    BAKER.run_or_build(&handed_on(args, quiet), quiet)
+    BAKER.run_or_build(&handed_on(args, command, quiet), quiet)
 }
 
 /// The command and what follows it; what stands before it is said by `quiet`.
-fn handed_on(args: impl Iterator<Item = OsString>, quiet: bool) -> Vec<OsString> {
+fn handed_on(args: impl Iterator<Item = OsString>, command: &str, quiet: bool) -> Vec<OsString> {
     let silence = quiet.then(|| "--quiet".into());
-    silence
-        .into_iter()
-        .chain(args.skip_while(|a| a != "simplify").filter(|a| !is_quiet(a)))
-        .collect()
+    silence.into_iter().chain(args.skip_while(|a| a != command).filter(|a| !is_quiet(a))).collect()
 }
 
 fn is_quiet(arg: &OsString) -> bool {
@@ -36,9 +33,11 @@ mod tests {
     #[test]
     fn the_command_is_handed_on_with_what_follows() {
         let args = |line: &str| -> Vec<OsString> { line.split(' ').map(OsString::from).collect() };
-        let handed = handed_on(args("-q simplify a.glb --error 0.1 -o b.ply").into_iter(), true);
+        let handed =
+            handed_on(args("-q simplify a.glb --error 0.1 -o b.ply").into_iter(), "simplify", true);
         assert_eq!(handed, args("--quiet simplify a.glb --error 0.1 -o b.ply"));
-        let handed = handed_on(args("simplify simplify -q --error 1").into_iter(), true);
+        let handed =
+            handed_on(args("simplify simplify -q --error 1").into_iter(), "simplify", true);
         assert_eq!(handed, args("--quiet simplify simplify --error 1"));
     }
 }

@@ -228,6 +228,42 @@ fn info_and_scenes_speak_to_people_and_programs() {
 }
 
 #[test]
+fn info_tells_what_is_baked_and_why_it_is_left_out() {
+    let folder = Folder::new("baked");
+    let seed = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/gltf/baked");
+    let good = std::fs::read_to_string(seed).unwrap();
+    let info = |file: &str| -> (Value, String) {
+        let out = cullet(&["info", file, "--json", "-"]);
+        assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+        (serde_json::from_slice(&out.stdout).unwrap(), text(&out.stderr))
+    };
+    let (record, words) = info(&folder.file("good.gltf", &good));
+    assert_eq!((&record["scene"]["meshes"], &record["baked"]["problems"]), (&1.into(), &0.into()));
+    let levels = &record["baked"]["meshes"][0]["levels"][0];
+    assert_eq!(levels["triangles_by_level"], serde_json::json!([2, 1]));
+    assert_eq!((&levels["kind"], &levels["groups"]), (&"chain".into(), &1.into()));
+    assert_eq!(levels["errors"], serde_json::json!([0.75, 0.75]));
+    assert_eq!(levels["measured"]["seed"], 7);
+    for part in ["by make_seeds, version 1", "sums are right", "chain", "2 → 1", "0.75"] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    let (record, words) =
+        info(&folder.file("odd.gltf", &good.replace("\"seed\": 7", "\"seed\": 8")));
+    assert_eq!(
+        (&record["baked"]["problems"], &record["scene"]["triangles"]),
+        (&1.into(), &2.into())
+    );
+    assert_eq!(record["baked"]["meshes"][0]["intact"], false);
+    assert!(words.contains("1 mesh has levels that are left out"), "{words}");
+    let newer =
+        good.replace("\"CULLET_baked\": {\"version\": 1", "\"CULLET_baked\": {\"version\": 3");
+    assert_ne!(newer, good);
+    let (record, words) = info(&folder.file("newer.gltf", &newer));
+    assert!(record["baked"]["problem"].as_str().unwrap().starts_with("version 3"));
+    assert!(words.contains("left out: version 3"), "{words}");
+}
+
+#[test]
 fn every_picture_is_a_png() {
     let folder = Folder::new("pictures");
     for kind in ["kinds", "shaded", "depth", "map"] {

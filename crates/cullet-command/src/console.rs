@@ -66,11 +66,16 @@ impl Progress {
 
     /// One step is done.
     pub fn step(&mut self) {
-        self.done += 1;
+        self.steps(1);
+    }
+
+    /// So many steps are done.
+    pub fn steps(&mut self, count: u64) {
+        self.done += count;
         if !self.shown {
             return;
         }
-        let whole = self.start.elapsed().mul_f64(self.length as f64 / self.done as f64);
+        let whole = self.start.elapsed().mul_f64(self.length as f64 / self.done.max(1) as f64);
         if self.bar.is_none() && whole > Self::PATIENCE {
             let bar = ProgressBar::new(self.length).with_elapsed(self.start.elapsed());
             let template = "{msg} {wide_bar} {pos}/{len}, {eta} left";

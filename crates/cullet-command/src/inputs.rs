@@ -100,7 +100,12 @@ pub fn demand_levels(model: &Model, args: &CullArgs) -> Result<(), Failure> {
 
 /// Gives a model the cells that volumes of rooms make of it, in place of its own.
 fn take_rooms(model: &mut Model, path: &Path, args: &SceneArgs) -> Result<(), Failure> {
-    let options = LoadOptions { up: args.up, prepare: Preparation::NONE, ..LoadOptions::default() };
+    let options = LoadOptions {
+        up: args.up,
+        levels: false,
+        prepare: Preparation::NONE,
+        ..LoadOptions::default()
+    };
     let volumes = cullet_io::load(path, &options).map_err(Failure::input)?;
     let RoomCells { cells, warnings } = cells_of_rooms(model, &volumes, &RoomOptions::default());
     if cells.cells.is_empty() {

@@ -7,6 +7,7 @@
 
 pub mod adversaries;
 mod attributes;
+pub mod baked;
 mod beside;
 mod blocks;
 pub mod bsp;

@@ -6,6 +6,7 @@ use cullet::cell::CellError;
 use cullet::{Handle, Projection, Scene, Transform};
 use serde::{Deserialize, Serialize};
 
+use crate::baked::Baked;
 use crate::bsp::CellRows;
 use crate::{Attributes, CellGraph, Motion, NodeTree, NodeTreeStatistics};
 
@@ -40,6 +41,8 @@ pub struct Model {
     pub eye_height: Option<f64>,
     /// How it moves, if it does; see [`Model::pose`](Self::pose).
     pub motion: Option<Motion>,
+    /// What was baked of its meshes, where the file has that: what the levels of the scene are, and how they were measured.
+    pub baked: Option<Baked>,
     /// Defects of the file that did not stop it from loading.
     pub warnings: Vec<Warning>,
 }

@@ -18,6 +18,8 @@ pub struct LoadOptions {
     /// (glTF, OBJ and PLY), and the places of nodes that draw nothing (glTF). Off by default; it costs
     /// up to 36 bytes a vertex and 128 a node.
     pub details: bool,
+    /// Whether levels of detail that the file has baked are read (`CULLET_baked` of glTF). On by default.
+    pub levels: bool,
     /// Data for culling to be made of each mesh; [`Scene::prepare`](cullet::Scene::prepare) makes them later.
     pub prepare: Preparation,
 }
@@ -30,6 +32,7 @@ impl Default for LoadOptions {
             max_triangles: 500_000_000,
             max_instances: 50_000_000,
             details: false,
+            levels: true,
             prepare: Preparation::default(),
         }
     }

@@ -1,10 +1,12 @@
 //! Groups of arguments that several commands take: which scene, which views, which kinds of culling.
 
+mod bake;
 mod cull;
 mod scene;
 mod simplify;
 mod view;
 
+pub use bake::{BAKE_HELP, BakeArgs};
 pub use cull::{CullArgs, OccluderKind, PRESETS, Preset};
 pub use scene::SceneArgs;
 pub use simplify::{SIMPLIFY_HELP, SimplifyArgs};

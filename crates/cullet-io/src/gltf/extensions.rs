@@ -6,7 +6,8 @@ use super::notes::Notes;
 use super::uri::shorten;
 
 /// Read here.
-const READ: [&str; 7] = [
+const READ: [&str; 8] = [
+    super::BAKED,
     super::CELLS,
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",

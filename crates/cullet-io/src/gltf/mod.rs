@@ -6,6 +6,7 @@
 
 mod accessor;
 mod animation;
+mod baked;
 mod buffers;
 mod cameras;
 mod cells;
@@ -36,6 +37,7 @@ use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, Nod
 use instances::Placement;
 use notes::Notes;
 
+pub(crate) use baked::NAME as BAKED;
 pub(crate) use cells::{NAME as CELLS, error as cells_error};
 
 /// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
@@ -124,6 +126,7 @@ struct Decoded {
     followers: Vec<rig::Placed>,
     deformed: Vec<Deformed>,
     cells: cells::Cells,
+    baked: Option<baked::Found>,
     notes: Notes,
 }
 
@@ -191,6 +194,10 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
         }
         data.push((source.name.clone(), mesh));
     }
+    let baked = match options.levels {
+        true => baked::read(&root, &buffers, &placed.meshes, &data, &mut notes),
+        false => None,
+    };
     let used_default = decoder.used_default;
     let mut materials: Vec<Material> = surfaces.into_iter().map(|s| s.material).collect();
     if !used_default {
@@ -212,6 +219,7 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
         followers: placed.followers,
         deformed,
         cells,
+        baked,
         notes,
     })
 }
@@ -242,6 +250,8 @@ impl Decoded {
         let rig = self.plan.rig(&self.nodes, &self.followers, self.deformed, &handles);
         let motion = rig.moves().then_some(Motion { kind: MotionKind::Rig(rig) });
         scene.sort();
+        let baked =
+            self.baked.map(|found| found.give(&mut scene, &mut mesh_names, &mut self.notes));
         let mut model = Model {
             scene,
             mesh_names,
@@ -251,6 +261,7 @@ impl Decoded {
             materials: self.materials,
             cameras: self.cameras,
             motion,
+            baked,
             warnings: self.notes.into_warnings(),
             ..Model::default()
         };

@@ -1,20 +1,17 @@
 //! Binary glTF 2.0.
 
-use std::collections::HashMap;
 use std::io::Write;
 
-use cullet::mesh::{Alpha, Part};
 use serde_json::{Value, json};
 
+use super::buffer::{ALIGNMENT, File};
 use super::nodes::{self, Written};
-use super::{SaveErrorKind, attributes, cells};
+use super::{SaveErrorKind, baked, cameras, cells};
 use crate::Model;
-use crate::gltf::CELLS;
+use crate::gltf::{BAKED, CELLS};
 
-const ARRAY_BUFFER: u32 = 34962;
-const ELEMENT_ARRAY_BUFFER: u32 = 34963;
-const FLOAT: u32 = 5126;
-const UNSIGNED_INT: u32 = 5125;
+/// Bytes of the header and those of both chunks.
+const HEADERS: usize = 28;
 
 pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveErrorKind> {
     let scene = &model.scene;
@@ -33,7 +30,9 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         let name = model.mesh_names.get(m).map_or("", String::as_str);
         meshes.push(json!({ "name": name, "primitives": primitives }));
     }
-    let Written { nodes, roots, node_of } = nodes::write(model, &number);
+    let baked = baked::write(model, &number, &mut file, &mut meshes);
+    let Written { mut nodes, mut roots, node_of } = nodes::write(model, &number);
+    let cameras = cameras::write(model, &mut nodes, &mut roots);
     let mut root = json!({
         "asset": { "version": "2.0", "generator": "cullet" },
         "scene": 0,
@@ -44,6 +43,11 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         root["scenes"] = json!([{}]);
     } else {
         root["nodes"] = json!(nodes);
+    }
+    if !cameras.is_empty() {
+        root["cameras"] = json!(cameras);
+    }
+    if !meshes.is_empty() {
         root["meshes"] = json!(meshes);
         root["materials"] = json!(file.materials);
         root["accessors"] = json!(file.accessors);
@@ -51,11 +55,21 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         root["buffers"] = json!([{ "byteLength": file.bin.len() }]);
     }
     if !model.cells.cells.is_empty() {
-        root["extensionsUsed"] = json!([CELLS]);
-        root["extensions"] = json!({ CELLS: cells::extension(&model.cells, &node_of) });
+        root["extensions"][CELLS] = cells::extension(&model.cells, &node_of);
+    }
+    let is_baked = baked.is_some();
+    if let Some(baked) = baked {
+        root["extensions"][BAKED] = baked;
+    }
+    let used = root.get("extensions").and_then(Value::as_object);
+    if let Some(used) = used.map(|all| all.keys().cloned().collect::<Vec<_>>()) {
+        root["extensionsUsed"] = json!(used);
     }
     let mut text = root.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
+    // Spaces before the binary chunk, so that tables that are aligned in it are so in the file.
+    let multiple = if is_baked { ALIGNMENT } else { 4 };
+    let before = HEADERS + text.len();
+    text.resize(before.next_multiple_of(multiple) - HEADERS, b' ');
     let chunk = |len: usize| if len == 0 { 0 } else { 8 + len as u64 };
     let total = 12 + chunk(text.len()) + chunk(file.bin.len());
     let limit = u64::from(u32::MAX);
@@ -74,117 +88,4 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         }
     }
     Ok(())
-}
-
-/// The parts of the file that grow with each mesh. Everything in `bin` is of four bytes, so aligned.
-#[derive(Default)]
-struct File {
-    bin: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
-    materials: Vec<Value>,
-    /// A material of the file is one of the model with the sides and the alpha of a part.
-    by_part: HashMap<(u32, bool, Alpha), usize>,
-}
-
-impl File {
-    fn primitives(&mut self, model: &Model, number: usize) -> Vec<Value> {
-        let mesh = &model.scene.meshes()[number];
-        if mesh.triangle_count() == 0 {
-            return Vec::new();
-        }
-        let positions = mesh.positions();
-        let start = self.bin.len();
-        let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for p in positions {
-            for a in 0..3 {
-                (min[a], max[a]) = (min[a].min(p[a]), max[a].max(p[a]));
-                self.bin.extend_from_slice(&p[a].to_le_bytes());
-            }
-        }
-        let view = self.view(start, ARRAY_BUFFER);
-        let place = self.accessors.len();
-        self.accessors.push(json!({
-            "bufferView": view, "componentType": FLOAT, "count": positions.len(), "type": "VEC3",
-            "min": min, "max": max,
-        }));
-        let mut named = json!({ "POSITION": place });
-        let kept = attributes(model, number);
-        if !kept.normals.is_empty() {
-            named["NORMAL"] = self.vertices(&kept.unit_normals(mesh), "VEC3").into();
-        }
-        if !kept.uvs.is_empty() {
-            named["TEXCOORD_0"] = self.vertices(&kept.uvs, "VEC2").into();
-        }
-        if !kept.colors.is_empty() {
-            // Colours are shares of light; a file may have held others.
-            let colors: Vec<_> = kept.colors.iter().map(|c| c.map(|v| v.clamp(0.0, 1.0))).collect();
-            named["COLOR_0"] = self.vertices(&colors, "VEC4").into();
-        }
-        let indices = mesh.original_indices();
-        let parts = mesh.parts().iter().filter(|p| p.triangle_count > 0);
-        let primitives = parts.map(|part| {
-            let start = self.bin.len();
-            let first = part.first_triangle as usize * 3;
-            let count = part.triangle_count as usize * 3;
-            for i in &indices[first..first + count] {
-                self.bin.extend_from_slice(&i.to_le_bytes());
-            }
-            let view = self.view(start, ELEMENT_ARRAY_BUFFER);
-            self.accessors.push(json!({
-                "bufferView": view, "componentType": UNSIGNED_INT, "count": count, "type": "SCALAR",
-            }));
-            json!({
-                "attributes": named,
-                "indices": self.accessors.len() - 1,
-                "material": self.material(model, part),
-            })
-        });
-        primitives.collect()
-    }
-
-    /// The accessor of something that every vertex has.
-    fn vertices<const N: usize>(&mut self, values: &[[f32; N]], kind: &str) -> usize {
-        let start = self.bin.len();
-        self.bin.extend(values.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
-        let view = self.view(start, ARRAY_BUFFER);
-        self.accessors.push(json!({
-            "bufferView": view, "componentType": FLOAT, "count": values.len(), "type": kind,
-        }));
-        self.accessors.len() - 1
-    }
-
-    fn view(&mut self, start: usize, target: u32) -> usize {
-        let length = self.bin.len() - start;
-        self.views.push(
-            json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }),
-        );
-        self.views.len() - 1
-    }
-
-    fn material(&mut self, model: &Model, part: &Part) -> usize {
-        let next = self.materials.len();
-        let index =
-            *self.by_part.entry((part.material, part.two_sided, part.alpha)).or_insert(next);
-        if index == next {
-            let given = model.materials.get(part.material as usize);
-            let name = given.map_or("default", |m| m.name.as_str());
-            // Colours are shares of light; a file may have held others.
-            let color = given.map_or([1.0; 4], |m| m.color).map(|v| v.clamp(0.0, 1.0));
-            let mode = match part.alpha {
-                Alpha::Opaque => "OPAQUE",
-                Alpha::Masked => "MASK",
-                Alpha::Blended => "BLEND",
-            };
-            self.materials.push(json!({
-                "name": name,
-                "doubleSided": part.two_sided,
-                "alphaMode": mode,
-                "pbrMetallicRoughness": {
-                    "baseColorFactor": color, "metallicFactor": 0.0, "roughnessFactor": 0.9,
-                },
-            }));
-        }
-        index
-    }
 }

@@ -1,5 +1,8 @@
 //! Saving a model: GLB, PLY, OBJ or STL, by the ending of the file's name.
 
+mod baked;
+mod buffer;
+mod cameras;
 mod cells;
 mod glb;
 mod nodes;
@@ -8,7 +11,7 @@ mod ply;
 mod stl;
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use cullet::{Scene, Transform};
@@ -53,7 +56,7 @@ pub enum SaveErrorKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaveFormat {
     /// Binary glTF 2.0: meshes are shared by their nodes, with names, materials, sidedness and attributes.
-    /// Cells and portals are in `CULLET_cells_portals`. Of the model's node tree the nodes are kept that lead to an instance; where it has none, there is one
+    /// Cells and portals are in `CULLET_cells_portals`, levels that the model's [`baked`](crate::baked) names in `CULLET_baked`. Of the model's node tree the nodes are kept that lead to an instance; where it has none, there is one
     /// node for each instance.
     Glb,
     /// Binary, little-endian: all instances as one mesh in world space, with their attributes; normals only
@@ -80,9 +83,10 @@ impl SaveFormat {
     }
 }
 
-/// Saves the meshes, instances and materials of a model, and the attributes that it has, and in a GLB its cells; cameras
-/// and views are left out. Every triangle is written, in its original order, degenerate ones too. Positions in
-/// world space are rounded to f32 once. An existing file is replaced.
+/// Saves the meshes, instances and materials of a model, and the attributes that it has, and in a GLB its cells, its levels
+/// and its cameras, each where its first key is; other views are left out. Every triangle is written, in its original order, degenerate ones too. Positions in
+/// world space are rounded to f32 once. An existing file is replaced when all has been written, so that one half written never
+/// takes its place.
 ///
 /// # Errors
 /// If the ending is of no kind that is written, the file cannot be written, or the format cannot count so
@@ -93,16 +97,58 @@ pub fn save(model: &Model, path: &Path) -> Result<(), SaveError> {
         // Counts are held against limits before an existing file is emptied.
         let totals = Totals::of(&model.scene);
         totals.check(format)?;
-        let mut out = BufWriter::with_capacity(1 << 16, File::create(path)?);
+        let beside = Beside::of(path);
+        let mut out = BufWriter::with_capacity(1 << 16, File::create(&beside.path)?);
         match format {
             SaveFormat::Glb => glb::write(model, &mut out)?,
             SaveFormat::Ply => ply::write(model, &totals, &mut out)?,
             SaveFormat::Obj => obj::write(model, path, &mut out)?,
             SaveFormat::Stl => stl::write(model, &totals, &mut out)?,
         }
-        Ok(out.flush()?)
+        let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+        Ok(beside.finish(&file, path)?)
     };
     write().map_err(|kind| SaveError { path: path.to_owned(), kind })
+}
+
+/// Where a file is written, before it takes the place of the one that is there.
+struct Beside {
+    path: PathBuf,
+    /// Whether it is another place.
+    apart: bool,
+}
+
+impl Beside {
+    /// Beside `path`; the place itself where that is no file, but a device or a pipe.
+    fn of(path: &Path) -> Self {
+        let real = std::fs::canonicalize(path);
+        let apart = real.as_ref().map_or(true, |real| real.is_file());
+        let mut name = real.unwrap_or_else(|_| path.to_owned()).into_os_string();
+        if apart {
+            name.push(format!(".{}.part", std::process::id()));
+        }
+        Self { path: name.into(), apart }
+    }
+
+    /// Puts it in its place.
+    fn finish(mut self, file: &File, path: &Path) -> std::io::Result<()> {
+        if self.apart {
+            file.sync_all()?;
+            // Behind a link it is the file that is replaced.
+            let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+            std::fs::rename(&self.path, real)?;
+            self.apart = false;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        if self.apart {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
 }
 
 /// Counts over all instances.

@@ -1,0 +1,292 @@
+//! `cullet bake`: a GLB with levels of every mesh beside it.
+
+mod chunk;
+mod mesh;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::time::Instant;
+
+use cullet::Scene;
+use cullet_bake::levels::LevelsError;
+use cullet_command::args::BakeArgs;
+use cullet_command::console::{Console, count, grouped, interrupted};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::write_json;
+use cullet_command::inputs;
+use cullet_io::baked::{
+    Baked, BakedLevels, BakedMesh, LevelKind, LevelTables, geometry_hash, hash,
+};
+use cullet_io::{Model, SaveFormat, save};
+use serde::Serialize;
+
+use chunk::Folder;
+use mesh::Source;
+
+/// Version of the JSON.
+const SCHEMA: u32 = 1;
+
+/// The figures.
+#[derive(Debug, Default, Serialize)]
+struct Record {
+    schema: u32,
+    /// Meshes that are drawn, and how many of them have levels.
+    meshes: u64,
+    meshes_with_levels: u64,
+    /// Their triangles, each mesh counted once.
+    triangles: u64,
+    chains: u64,
+    hierarchies: u64,
+    /// Triangles of all levels, the original ones among them.
+    levels_triangles: u64,
+    /// How many chains and hierarchies were taken from finished ones.
+    resumed: u64,
+    /// Of the file.
+    bytes: u64,
+    /// Sum of its bytes.
+    bytes_hash: String,
+    bake_seconds: f64,
+    /// The most memory at once, where the system tells it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_bytes: Option<u64>,
+}
+
+/// Levels of one kind that are to be made of a mesh.
+struct Job {
+    mesh: u32,
+    kind: LevelKind,
+    triangles: u32,
+}
+
+/// What came of it: levels, if it has any, and whether they were there before.
+type Made = Result<(Option<LevelTables>, bool), Problem>;
+
+/// Why a job came to nothing.
+enum Problem {
+    /// The mesh is not for it, which others need not suffer for.
+    Levels(LevelsError),
+    /// What was made cannot be kept.
+    Failure(Failure),
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
+    // Known before minutes of work are done.
+    if SaveFormat::of(&args.out) != Some(SaveFormat::Glb) {
+        let message = format!("{}: what is baked is written to a .glb only", args.out.display());
+        return Err(Failure::usage(message));
+    }
+    let mut model = inputs::load_to_save(&args.scene, console)?;
+    if model.motion.take().is_some() {
+        console.note("note: what moves in it stands as it is stored, and moves no longer");
+    }
+    let start = Instant::now();
+    let mut record = bake(&mut model, args, console)?;
+    save(&model, &args.out).map_err(Failure::input)?;
+    record.bake_seconds = start.elapsed().as_secs_f64();
+    record.peak_bytes = peak_bytes();
+    let bytes = std::fs::read(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
+    record.bytes = bytes.len() as u64;
+    record.bytes_hash = format!("{:016x}", hash(&bytes));
+    print(&record, args, console);
+    if let Some(path) = &args.json {
+        write_json(path, &record)?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// Gives the scene of a model levels of its meshes, in the place of those that it has.
+fn bake(model: &mut Model, args: &BakeArgs, console: &Console) -> Result<Record, Failure> {
+    let used = used(&model.scene);
+    (0..used.len() as u32).for_each(|mesh| model.scene.clear_levels(mesh));
+    let stored = |m: usize| u64::from(model.scene.meshes()[m].triangle_count());
+    let drawn = || (0..used.len()).filter(|&m| used[m] && stored(m) > 0);
+    let mut record = Record {
+        schema: SCHEMA,
+        meshes: drawn().count() as u64,
+        triangles: drawn().map(stored).sum(),
+        ..Record::default()
+    };
+    let wanted = |kind: &LevelKind| match kind {
+        LevelKind::Chain => !args.no_chain,
+        LevelKind::Hierarchy => !args.no_hierarchy,
+    };
+    let mut jobs = Vec::new();
+    for mesh in drawn() {
+        let of = &model.scene.meshes()[mesh];
+        let triangles = of.triangle_count() - of.degenerate_count();
+        let job = |kind| Job { mesh: mesh as u32, kind, triangles };
+        jobs.extend(mesh::kinds(triangles).filter(wanted).map(job));
+    }
+    let mut made = run_jobs(model, &jobs, args, console)?;
+    let mut baked = Baked {
+        generator: concat!("cullet-baker ", env!("CARGO_PKG_VERSION")).to_owned(),
+        ..Baked::default()
+    };
+    for (job, made) in jobs.iter().zip(&mut made) {
+        let name = model.mesh_names.get(job.mesh as usize).map_or("", String::as_str);
+        let name = name.to_owned();
+        let (tables, resumed) = match made.take() {
+            Some(Ok((Some(tables), resumed))) => (tables, resumed),
+            Some(Err(Problem::Failure(failure))) => return Err(failure),
+            Some(Err(Problem::Levels(problem))) => {
+                console.note(format!("note: mesh `{name}` has no {}: {problem}", job.kind.name()));
+                continue;
+            }
+            _ => continue,
+        };
+        let triangles = (tables.indices.len() / 3) as u64;
+        let given =
+            tables.build(&model.scene.meshes()[job.mesh as usize]).and_then(|(held, levels)| {
+                let held_by = model.scene.add_mesh(held);
+                model.scene.add_levels(job.mesh, held_by, levels)?;
+                Ok(held_by)
+            });
+        let held_by = match given {
+            Ok(held_by) => held_by,
+            Err(problem) => {
+                console.note(format!("note: mesh `{name}` has no {}: {problem}", job.kind.name()));
+                continue;
+            }
+        };
+        model.mesh_names.resize(held_by as usize, String::new());
+        model.mesh_names.push(format!("{name}, {}", job.kind.name()));
+        record.levels_triangles += triangles;
+        record.resumed += u64::from(resumed);
+        match job.kind {
+            LevelKind::Chain => record.chains += 1,
+            LevelKind::Hierarchy => record.hierarchies += 1,
+        }
+        if baked.meshes.last().is_none_or(|last| last.mesh != job.mesh) {
+            let geometry = geometry_hash(&model.scene.meshes()[job.mesh as usize]);
+            baked.meshes.push(BakedMesh { mesh: job.mesh, geometry, ..BakedMesh::default() });
+        }
+        let measured = mesh::measured(job.kind);
+        if let Some(last) = baked.meshes.last_mut() {
+            last.levels.push(BakedLevels { kind: job.kind, held_by, measured });
+        }
+    }
+    record.meshes_with_levels = baked.meshes.len() as u64;
+    model.baked = Some(baked);
+    Ok(record)
+}
+
+/// Which meshes an instance draws.
+fn used(scene: &Scene) -> Vec<bool> {
+    let mut used = vec![false; scene.meshes().len()];
+    scene.slots().for_each(|s| used[scene.mesh_id(s) as usize] = true);
+    used
+}
+
+/// Does all jobs, the largest first, on some threads. What comes of each is a function of its mesh alone.
+fn run_jobs(
+    model: &Model,
+    jobs: &[Job],
+    args: &BakeArgs,
+    console: &Console,
+) -> Result<Vec<Option<Made>>, Failure> {
+    let folder = match (&args.chunks, args.resume) {
+        (Some(path), _) => Some(Folder::new(path)?),
+        (None, true) => {
+            let mut path = args.out.clone().into_os_string();
+            path.push(".chunks");
+            Some(Folder::new(path.as_ref())?)
+        }
+        (None, false) => None,
+    };
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let threads = args.threads.map_or(cores, |n| n as usize);
+    let workers = threads.min(jobs.len()).max(1);
+    // Only where there are fewer jobs than threads.
+    let inner = (threads / workers).max(1);
+    let mut order: Vec<usize> = (0..jobs.len()).collect();
+    order.sort_by_key(|&j| std::cmp::Reverse(jobs[j].triangles));
+    let next = AtomicUsize::new(0);
+    let mut made: Vec<Option<Made>> = jobs.iter().map(|_| None).collect();
+    let all = jobs.iter().map(|j| u64::from(j.triangles)).sum();
+    let mut progress = console.progress("baking triangles", all);
+    let (sender, receiver) = mpsc::channel();
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            let (sender, order, next, folder) = (sender.clone(), &order, &next, folder.as_ref());
+            scope.spawn(move || {
+                while !interrupted() {
+                    let Some(&j) = order.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+                    let made = run_job(model, &jobs[j], folder, args.resume, inner);
+                    if sender.send((j, made)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        for (j, one) in receiver {
+            made[j] = Some(one);
+            progress.steps(jobs[j].triangles.into());
+        }
+    });
+    progress.finish();
+    if made.iter().any(Option::is_none) {
+        let kept = match &folder {
+            Some(folder) => format!("what is finished lies in {}", folder.path().display()),
+            None => "nothing is kept; --resume would keep what is finished".to_owned(),
+        };
+        let message = format!("interrupted; nothing was written, and {kept}");
+        return Err(Failure { exit: Exit::Interrupted, message });
+    }
+    Ok(made)
+}
+
+fn run_job(
+    model: &Model,
+    job: &Job,
+    folder: Option<&Folder>,
+    resume: bool,
+    threads: usize,
+) -> Made {
+    let mesh = &model.scene.meshes()[job.mesh as usize];
+    let source = Source::new(mesh, model.attributes.get(job.mesh as usize));
+    let key = folder.map(|folder| (folder, source.key(job.kind)));
+    if let Some((folder, key)) = key.filter(|_| resume)
+        && let Some(found) = folder.read(key)
+        && found.as_ref().is_none_or(|tables| tables.clone().build(mesh).is_ok())
+    {
+        return Ok((found, true));
+    }
+    let made = source.build(job.kind, threads).map_err(Problem::Levels)?;
+    if let Some((folder, key)) = key {
+        folder.write(key, made.as_ref()).map_err(Problem::Failure)?;
+    }
+    Ok((made, false))
+}
+
+/// The most memory that was resident at once, where the system tells it (Linux).
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse().ok().map(|kib: u64| kib * 1024)
+}
+
+fn print(r: &Record, args: &BakeArgs, console: &Console) {
+    console.line(format!(
+        "{} of {} with levels: {}, {}",
+        grouped(r.meshes_with_levels),
+        count(r.meshes, "mesh", "meshes"),
+        count(r.chains, "chain", "chains"),
+        count(r.hierarchies, "hierarchy", "hierarchies")
+    ));
+    console.line(format!(
+        "{} in all levels, of {}",
+        count(r.levels_triangles, "triangle", "triangles"),
+        grouped(r.triangles)
+    ));
+    if r.resumed > 0 {
+        console.line(format!("{} taken from what was finished before", grouped(r.resumed)));
+    }
+    console.line(format!(
+        "{} written: {} bytes in {:.1} s",
+        args.out.display(),
+        grouped(r.bytes),
+        r.bake_seconds
+    ));
+}

@@ -1,0 +1,208 @@
+//! `cullet-baker bake`, run as a program: what it writes is what the library makes, on any number of threads and however
+//! often it was stopped.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use cullet::mesh::Part;
+use cullet::{Instance, Mesh, MeshData, Scene, Transform};
+use cullet_bake::levels::{ChainOptions, HierarchyOptions, build_chain, build_hierarchy};
+use cullet_io::baked::LevelKind;
+use cullet_io::{LoadOptions, Model, load, save, scenes};
+use cullet_testkit::{Folder, soups};
+use serde_json::Value;
+
+fn baker(args: &[&str]) -> Output {
+    let program = env!("CARGO_BIN_EXE_cullet-baker");
+    Command::new(program).arg("bake").args(args).output().unwrap()
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr].concat()).into_owned()
+}
+
+/// Runs with `--json -`; the figures.
+fn figures(args: &[&str]) -> Value {
+    let output = baker(&[args, &["--json", "-"]].concat());
+    assert!(output.status.success(), "{}", told(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn loaded(path: &str) -> Model {
+    load(Path::new(path), &LoadOptions::default()).unwrap()
+}
+
+fn bytes(path: &str) -> Vec<u8> {
+    std::fs::read(path).unwrap()
+}
+
+/// A ball of two parts, large enough for a hierarchy; a small one; a triangle; and nothing but triangles without area.
+fn model() -> Model {
+    let mut scene = Scene::new();
+    let half = |(positions, indices): soups::Soup, half: u32| {
+        let count = (indices.len() / 3) as u32;
+        let part = |first_triangle, triangle_count, material| Part {
+            first_triangle,
+            triangle_count,
+            material,
+            ..Part::default()
+        };
+        let parts = vec![part(0, half, 0), part(half, count - half, 1)];
+        Mesh::new(MeshData { positions, indices, parts, ..MeshData::default() }).unwrap()
+    };
+    let flat = (vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![0, 1, 2, 0, 0, 1]);
+    let single = (vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![0, 1, 2]);
+    let meshes = [
+        half(soups::ball(48, 64), 2000),
+        half(soups::ball(12, 16), 100),
+        half(single, 1),
+        half(flat, 1),
+    ];
+    for (k, mesh) in meshes.into_iter().enumerate() {
+        let mesh = scene.add_mesh(mesh);
+        let place = Transform::from_scale_translation([1.0; 3], [k as f64 * 3.0, 0.0, 0.0]);
+        scene.add(Instance::new(mesh, place)).unwrap();
+    }
+    scene.sort();
+    let mesh_names = ["large", "small", "single", "flat"].map(String::from).to_vec();
+    let material = |name: &str| cullet_io::Material { name: name.into(), color: [1.0; 4] };
+    let materials = vec![material("red"), material("blue")];
+    Model { name: "balls".into(), scene, mesh_names, materials, ..Model::default() }
+}
+
+#[test]
+fn levels_are_those_of_the_library_whatever_the_threads_and_stops() {
+    let folder = Folder::new("same");
+    let (plain, out) = (folder.path("plain.glb"), folder.path("out.glb"));
+    save(&model(), Path::new(&plain)).unwrap();
+    let record = figures(&[&plain, "-o", &out, "--threads", "1"]);
+    assert_eq!((&record["schema"], &record["meshes"]), (&1.into(), &4.into()));
+    assert_eq!((&record["chains"], &record["hierarchies"]), (&2.into(), &1.into()));
+    let first = bytes(&out);
+    assert_eq!(record["bytes"], first.len());
+    let back = loaded(&out);
+    assert!(back.warnings.is_empty(), "{:?}", back.warnings);
+    let baked = back.baked.as_ref().unwrap();
+    let kinds = |mesh: usize| -> Vec<LevelKind> {
+        baked.of(mesh as u32).map_or(Vec::new(), |m| m.levels.iter().map(|l| l.kind).collect())
+    };
+    assert_eq!(kinds(0), [LevelKind::Chain, LevelKind::Hierarchy]);
+    assert_eq!([kinds(1), kinds(2), kinds(3)], [vec![LevelKind::Chain], vec![], vec![]]);
+    let base = back.scene.meshes()[0].to_data();
+    let direct = [
+        build_chain(&base, &ChainOptions::default()).unwrap(),
+        build_hierarchy(&base, None, &HierarchyOptions::default()).unwrap(),
+    ];
+    let mut stored = 0;
+    for (made, found) in direct.into_iter().zip(back.scene.levels(0)) {
+        let (mesh, levels) = made.into_levels().unwrap();
+        assert_eq!(found.levels, levels);
+        let held_by = &back.scene.meshes()[found.mesh as usize];
+        assert_eq!((held_by.positions(), held_by.indices()), (mesh.positions(), mesh.indices()));
+        assert_eq!(held_by.clusters(), mesh.clusters());
+        assert_eq!(held_by.parts().len(), 2);
+        stored += u64::from(mesh.triangle_count());
+    }
+    let small = back.scene.levels(1)[0].mesh;
+    stored += u64::from(back.scene.meshes()[small as usize].triangle_count());
+    assert_eq!(record["levels_triangles"], stored);
+
+    let again = folder.path("again.glb");
+    let kept = folder.path("kept");
+    let resume = |threads: &str| {
+        let args = [&plain, "-o", &again, "--threads", threads, "--resume", "--chunks", &kept];
+        figures(&args)["resumed"].as_u64().unwrap()
+    };
+    assert_eq!(resume("2"), 0);
+    assert!(bytes(&again) == first, "two threads");
+    let mut files: Vec<_> = std::fs::read_dir(&kept).unwrap().map(|f| f.unwrap().path()).collect();
+    files.sort();
+    assert_eq!(files.len(), 3);
+    // One is gone, one is damaged, one stays.
+    std::fs::remove_file(&files[0]).unwrap();
+    let mut odd = std::fs::read(&files[1]).unwrap();
+    let middle = odd.len() / 2;
+    odd[middle] ^= 1;
+    std::fs::write(&files[1], odd).unwrap();
+    std::fs::remove_file(&again).unwrap();
+    assert_eq!(resume("1"), 1);
+    assert!(bytes(&again) == first, "resumed");
+    assert_eq!(resume("2"), 3);
+    assert!(bytes(&again) == first, "all of it there");
+
+    // Baked once more from what was baked, it is the same.
+    let third = folder.path("third.glb");
+    figures(&[&out, "-o", &third]);
+    assert!(bytes(&third) == first, "of a baked file");
+    let chains = folder.path("chains.glb");
+    let record = figures(&[&plain, "-o", &chains, "--no-hierarchy"]);
+    assert_eq!((&record["chains"], &record["hierarchies"]), (&2.into(), &0.into()));
+}
+
+#[test]
+fn built_in_scenes_and_their_cells_are_baked() {
+    let folder = Folder::new("office");
+    let out = folder.path("office.glb");
+    let name = "office:floors=1,corridors=1,rooms=2";
+    let output = baker(&[name, "-o", &out, "--quiet"]);
+    assert!(output.status.success(), "{}", told(&output));
+    assert!(output.stderr.is_empty(), "{}", told(&output));
+    let (back, made) = (loaded(&out), scenes::build(name).unwrap());
+    assert!(back.warnings.is_empty(), "{:?}", back.warnings);
+    assert_eq!(back.cells.cells, made.cells.cells);
+    assert_eq!(back.scene.triangle_count(), made.scene.triangle_count());
+    assert_eq!(back.cameras.len(), made.cameras.len());
+    assert!(back.baked.is_some_and(|baked| !baked.meshes.is_empty()));
+}
+
+#[test]
+fn what_cannot_be_written_or_baked_is_said() {
+    let folder = Folder::new("bad");
+    let ply = baker(&["city", "-o", &folder.path("a.ply")]);
+    assert_eq!(ply.status.code(), Some(2), "{}", told(&ply));
+    assert!(told(&ply).contains(".glb only"), "{}", told(&ply));
+    let gone = baker(&[&folder.path("no.glb"), "-o", &folder.path("a.glb")]);
+    assert_eq!(gone.status.code(), Some(3), "{}", told(&gone));
+    let none = baker(&["city", "-o", &folder.path("a.glb"), "--no-chain", "--no-hierarchy"]);
+    assert_eq!(none.status.code(), Some(2), "{}", told(&none));
+    let empty = folder.path("empty.off");
+    std::fs::write(&empty, "OFF\n0 0 0\n").unwrap();
+    let record = figures(&[&empty, "-o", &folder.path("empty.glb"), "--quiet"]);
+    assert_eq!((&record["meshes"], &record["levels_triangles"]), (&0.into(), &0.into()));
+}
+
+/// How long a baked file takes to open beside the plain one. Run alone:
+/// `cargo test --release -p cullet-baker --test bake -- --ignored --nocapture`.
+#[test]
+#[ignore = "prints times, and takes minutes"]
+fn opening_a_baked_file() {
+    let folder = Folder::new("open");
+    for (name, path) in [
+        ("armadillo", "armadillo/armadillo.obj"),
+        ("buddha", "happy-buddha/buddha-100k.obj"),
+        ("castle", "intel-castle/intel-castle.glb"),
+    ] {
+        let Some(path) = cullet_testkit::data(path) else { continue };
+        let out = folder.path(&format!("{name}.glb"));
+        let record = figures(&[path.to_str().unwrap(), "-o", &out, "--quiet"]);
+        let time = |levels: bool| {
+            let options = LoadOptions { levels, ..LoadOptions::default() };
+            let once = |_| {
+                let start = std::time::Instant::now();
+                load(Path::new(&out), &options).unwrap();
+                start.elapsed().as_secs_f64() * 1e3
+            };
+            (0..9).map(once).fold(f64::INFINITY, f64::min)
+        };
+        let read = (0..9).map(|_| {
+            let start = std::time::Instant::now();
+            std::hint::black_box(std::fs::read(&out).unwrap());
+            start.elapsed().as_secs_f64() * 1e3
+        });
+        let read = read.fold(f64::INFINITY, f64::min);
+        let (plain, all) = (time(false), time(true));
+        println!(
+            "{name}: read {read:.1} ms, plain {plain:.1} ms, with levels {all:.1} ms; {record}"
+        );
+    }
+}

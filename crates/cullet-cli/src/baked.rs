@@ -1,0 +1,207 @@
+//! What a file has baked, as `cullet info` tells it.
+
+use cullet::lod::NO_GROUP;
+use cullet_command::console::{Console, count, digits, grouped};
+use cullet_io::Model;
+use cullet_io::baked::{BakedLevels, BakedMesh, VERSION};
+use serde::Serialize;
+
+use crate::names::mesh_name;
+
+/// What is baked of a model.
+#[derive(Debug, Serialize)]
+pub(crate) struct BakedRecord {
+    version: u32,
+    generator: String,
+    /// Of the tables of all meshes.
+    bytes: u64,
+    /// Meshes whose levels are left out: damaged, or of another mesh.
+    problems: u64,
+    /// Why all of it is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    problem: Option<String>,
+    meshes: Vec<BakedMeshRecord>,
+}
+
+impl BakedRecord {
+    /// How many meshes have something baked.
+    pub(crate) fn meshes_count(&self) -> usize {
+        self.meshes.len()
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct BakedMeshRecord {
+    mesh: u32,
+    name: String,
+    triangles: u64,
+    bytes: u64,
+    /// Sum of the geometry that it was baked of.
+    geometry: String,
+    /// Whether sums are right and levels are those of this mesh.
+    intact: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    problem: Option<String>,
+    levels: Vec<LevelsRecord>,
+}
+
+/// A chain or a hierarchy.
+#[derive(Debug, Serialize)]
+struct LevelsRecord {
+    /// The number by which the scene knows it.
+    number: u32,
+    kind: &'static str,
+    clusters: u64,
+    groups: u64,
+    /// How many triangles each level has, from the mesh itself to the coarsest. In a hierarchy a level is what was
+    /// simplified as often.
+    triangles_by_level: Vec<u64>,
+    /// Least and largest error of a group, in units of the mesh.
+    errors: [f32; 2],
+    measured: MeasuredRecord,
+}
+
+#[derive(Debug, Serialize)]
+struct MeasuredRecord {
+    points: u32,
+    reverse_points: u32,
+    quantile: f64,
+    most_over: f64,
+    seed: u64,
+}
+
+/// What is baked; `None` where the file has nothing of it.
+pub(crate) fn record(model: &Model) -> Option<BakedRecord> {
+    let baked = model.baked.as_ref()?;
+    let meshes: Vec<BakedMeshRecord> = baked.meshes.iter().map(|m| mesh(model, m)).collect();
+    Some(BakedRecord {
+        version: VERSION,
+        generator: baked.generator.clone(),
+        bytes: baked.meshes.iter().map(|m| m.bytes).sum(),
+        problem: baked.problem.as_ref().map(ToString::to_string),
+        problems: meshes.iter().filter(|m| !m.intact).count() as u64,
+        meshes,
+    })
+}
+
+fn mesh(model: &Model, of: &BakedMesh) -> BakedMeshRecord {
+    let triangles = model.scene.meshes()[of.mesh as usize].triangle_count();
+    BakedMeshRecord {
+        mesh: of.mesh,
+        name: mesh_name(model, of.mesh),
+        triangles: triangles.into(),
+        bytes: of.bytes,
+        geometry: format!("{:016x}", of.geometry),
+        intact: of.problem.is_none(),
+        problem: of.problem.as_ref().map(ToString::to_string),
+        levels: of.levels.iter().filter_map(|levels| record_of(model, of.mesh, levels)).collect(),
+    }
+}
+
+fn record_of(model: &Model, mesh: u32, of: &BakedLevels) -> Option<LevelsRecord> {
+    let all = model.scene.levels(mesh);
+    let number = all.iter().position(|levels| levels.mesh == of.held_by)?;
+    let levels = &all[number].levels;
+    let held_by = &model.scene.meshes()[of.held_by as usize];
+    let errors = (0..levels.group_count()).map(|g| levels.group(g).error);
+    let triangles: Vec<u32> = held_by.clusters().iter().map(|c| c.triangle_count).collect();
+    let measured = of.measured;
+    Some(LevelsRecord {
+        number: number as u32 + 1,
+        kind: of.kind.name(),
+        clusters: triangles.len() as u64,
+        groups: levels.group_count() as u64,
+        triangles_by_level: by_level(
+            &triangles,
+            levels.made_from(),
+            levels.replaced_by(),
+            levels.group_count(),
+        ),
+        errors: [errors.clone().fold(f32::INFINITY, f32::min), errors.fold(0.0, f32::max)],
+        measured: MeasuredRecord {
+            points: measured.points,
+            reverse_points: measured.reverse_points,
+            quantile: measured.quantile,
+            most_over: measured.most_over,
+            seed: measured.seed,
+        },
+    })
+}
+
+/// Triangles of clusters by how often they were simplified. Groups of finer ones come first.
+fn by_level(triangles: &[u32], made_from: &[u32], replaced_by: &[u32], groups: usize) -> Vec<u64> {
+    let mut depth = vec![0_usize; groups];
+    let own = |depth: &[usize], c: usize| match made_from[c] {
+        NO_GROUP => 0,
+        group => depth[group as usize],
+    };
+    let mut order: Vec<usize> = (0..triangles.len()).collect();
+    order.sort_by_key(|&c| replaced_by[c]);
+    for &c in order.iter().filter(|&&c| replaced_by[c] != NO_GROUP) {
+        let above = replaced_by[c] as usize;
+        depth[above] = depth[above].max(own(&depth, c) + 1);
+    }
+    let mut sums = Vec::new();
+    for (c, &count) in triangles.iter().enumerate() {
+        let level = own(&depth, c);
+        sums.resize(sums.len().max(level + 1), 0);
+        sums[level] += u64::from(count);
+    }
+    sums
+}
+
+/// Lines for people; at most `shown` meshes.
+pub(crate) fn print(baked: &BakedRecord, shown: usize, console: &Console) {
+    let by = match baked.generator.as_str() {
+        "" => String::new(),
+        name => format!(" by {name}"),
+    };
+    if let Some(problem) = &baked.problem {
+        console.line(format!("\nBaked, but left out: {problem}"));
+        return;
+    }
+    let state = match baked.problems {
+        0 => "sums are right".to_owned(),
+        n => format!(
+            "{} left out",
+            count(n, "mesh has levels that are", "meshes have levels that are")
+        ),
+    };
+    let bytes = count(baked.bytes, "byte", "bytes");
+    console.line(format!("\nBaked{by}, version {}, {bytes}; {state}:", baked.version));
+    for m in baked.meshes.iter().take(shown) {
+        let name: String =
+            m.name.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+        let triangles = count(m.triangles, "triangle", "triangles");
+        console.line(format!("  {name}  {triangles}, {} bytes", grouped(m.bytes)));
+        if let Some(problem) = &m.problem {
+            console.line(format!("    {problem}"));
+        }
+        for l in &m.levels {
+            let [least, most] = l.errors.map(|e| digits(e.into()));
+            console.line(format!(
+                "    {:<10} {}, {}, off by {least} to {most}",
+                l.kind,
+                count(l.triangles_by_level.len() as u64, "level", "levels"),
+                count(l.groups, "group", "groups"),
+            ));
+            let steps: Vec<String> = l.triangles_by_level.iter().map(|&n| grouped(n)).collect();
+            console.line(format!("    {:<10} {}", "", steps.join(" → ")));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_counted_by_how_often_they_were_simplified() {
+        // Two groups of the finest, one above both, one of its clusters left over.
+        let triangles = [4, 4, 2, 2, 1, 3];
+        let made_from = [NO_GROUP, NO_GROUP, 0, 1, 2, NO_GROUP];
+        let replaced_by = [0, 1, 2, 2, NO_GROUP, NO_GROUP];
+        assert_eq!(by_level(&triangles, &made_from, &replaced_by, 3), [11, 4, 1]);
+        assert_eq!(by_level(&[7], &[NO_GROUP], &[NO_GROUP], 0), [7]);
+    }
+}

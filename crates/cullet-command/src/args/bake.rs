@@ -1,0 +1,61 @@
+//! `cullet bake`, whose work another program does: both read the same arguments.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::scene::SceneArgs;
+
+/// End of `cullet bake --help`.
+pub const BAKE_HELP: &str = "\
+The file is a GLB that any viewer opens: the meshes as they are, and beside each its levels of detail in the
+extension CULLET_baked, with how far each of them is off, as measured. Every mesh gets a chain of whole meshes,
+each of fewer triangles; above 5,000 triangles also a hierarchy of clusters, of which what is near is drawn
+fine and what is far is drawn coarse. Loading the file gives the scene these levels: cullet info lists them.
+
+The same scene and options make the same bytes, with any number of threads. --resume keeps what is finished of
+each mesh in a folder, and takes from there what was finished before: after Ctrl-C, or where a few meshes of
+many have changed. OUT is replaced when all of it has been written, never by half of it.
+
+What moves stands as it is stored; textures and animations are not written.
+
+The work is done by a program of its own, cullet-baker, which needs a C++ compiler to be built. It is looked
+for beside this program, then in PATH; a 'cullet' that cargo built in the folder of its source builds it at
+the first call.
+
+Examples
+  cullet bake model.glb -o baked.glb
+  cullet bake city -o city.glb                       a built-in scene
+  cullet bake castle.glb -o baked.glb --resume       goes on where Ctrl-C stopped it
+  cullet bake scan.ply -o baked.glb --no-hierarchy   whole levels only
+  cullet bake model.glb -o baked.glb --json -        the figures as JSON
+  cullet info baked.glb                              what is baked of each mesh";
+
+/// Arguments of `cullet bake`.
+#[derive(Clone, Debug, Args)]
+pub struct BakeArgs {
+    /// Which scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The file to write: a .glb
+    #[arg(long, short, value_name = "PATH")]
+    pub out: PathBuf,
+    /// No hierarchies of clusters
+    #[arg(long)]
+    pub no_hierarchy: bool,
+    /// No chains of whole meshes
+    #[arg(long, conflicts_with = "no_hierarchy")]
+    pub no_chain: bool,
+    /// Keep what is finished of each mesh, and go on from what is there
+    #[arg(long)]
+    pub resume: bool,
+    /// Folder of what is finished, as --resume keeps it [default: OUT.chunks]
+    #[arg(long, value_name = "PATH")]
+    pub chunks: Option<PathBuf>,
+    /// How many threads [default: as many as there are cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Write the figures as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub json: Option<PathBuf>,
+}

@@ -1,0 +1,72 @@
+//! Why what a file has baked is left out.
+
+use cullet::lod::LevelsError;
+use cullet::mesh::MeshError;
+use thiserror::Error;
+
+/// Why what a file has baked is left out.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BakedError {
+    /// It is of another version.
+    #[error(
+        "version {found}, but only version {} is known: bake the model again, or read it with the program that baked it",
+        super::VERSION
+    )]
+    Version {
+        /// Its version.
+        found: u64,
+    },
+    /// Its JSON is not as it should be: what, in words.
+    #[error("{0}")]
+    Form(String),
+    /// Its bytes are not those that were written.
+    #[error(
+        "{what} has the sum {found:016x}, not {expected:016x}: it is damaged; bake the model again"
+    )]
+    Damaged {
+        /// Of what.
+        what: String,
+        /// What was found.
+        found: u64,
+        /// What the file says.
+        expected: u64,
+    },
+    /// It was baked of another mesh.
+    #[error(
+        "it was baked of another geometry ({expected:016x}, and the mesh is {found:016x}): the mesh was changed since; \
+         bake the model again"
+    )]
+    Geometry {
+        /// That of the mesh in the file.
+        found: u64,
+        /// That of the mesh it was baked of.
+        expected: u64,
+    },
+    /// A table whose size is none that it can have.
+    #[error("{what} has {bytes} bytes, which is no multiple of {row}")]
+    Size {
+        /// Which.
+        what: &'static str,
+        /// How many it has.
+        bytes: usize,
+        /// Bytes of a row.
+        row: usize,
+    },
+    /// Its triangles are not as many as its parts have, or its parts not those of the mesh.
+    #[error("{what}: {found}, expected {expected}")]
+    Count {
+        /// Of what.
+        what: &'static str,
+        /// How many there are.
+        found: u64,
+        /// How many there should be.
+        expected: u64,
+    },
+    /// The mesh of the levels is none.
+    #[error("the mesh of its levels: {0}")]
+    Mesh(#[from] MeshError),
+    /// The levels are none.
+    #[error("its levels: {0}")]
+    Levels(#[from] LevelsError),
+}

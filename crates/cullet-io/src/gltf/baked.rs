@@ -1,0 +1,305 @@
+//! `CULLET_baked`: what was baked of meshes. What each member means is in the book's page on baking, and in
+//! `docs/schema/CULLET_baked.schema.json`.
+//!
+//! Nothing here is an error of the file, for the plain mesh beside is right whatever this says: what is damaged, of another
+//! version or of another mesh is left out with a warning.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use cullet::{MeshData, Scene};
+use serde::Deserialize as Derive;
+use serde_json::value::RawValue;
+
+use super::buffers::Buffers;
+use super::json::{self, Float, Index, Integer, Root};
+use super::notes::Notes;
+use super::uri::shorten;
+use crate::baked::{
+    Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, MOST_LEVELS, Measured,
+    VERSION, geometry_hash_of, root_sum, sum_of,
+};
+
+/// The extension's name.
+pub(crate) const NAME: &str = "CULLET_baked";
+
+#[derive(Derive)]
+struct Extensions<'a> {
+    #[serde(borrow, rename = "CULLET_baked")]
+    baked: Option<&'a RawValue>,
+}
+
+/// Of a mesh, what is read here.
+#[derive(Derive)]
+struct Extended<'a> {
+    #[serde(borrow)]
+    extensions: Option<Extensions<'a>>,
+}
+
+/// Its version, which is read before all else.
+#[derive(Derive)]
+struct VersionItem {
+    version: Integer,
+}
+
+#[derive(Derive)]
+struct RootItem<'a> {
+    #[serde(borrow)]
+    generator: Option<Cow<'a, str>>,
+    #[serde(borrow)]
+    hash: Cow<'a, str>,
+    #[serde(borrow)]
+    chunks: Vec<ChunkItem<'a>>,
+}
+
+#[derive(Derive)]
+struct ChunkItem<'a> {
+    mesh: Index,
+    bytes: Integer,
+    #[serde(borrow)]
+    hash: Cow<'a, str>,
+}
+
+#[derive(Derive)]
+struct MeshItem<'a> {
+    #[serde(borrow)]
+    geometry: Cow<'a, str>,
+    #[serde(borrow)]
+    levels: Vec<LevelsItem<'a>>,
+}
+
+#[derive(Derive)]
+struct LevelsItem<'a> {
+    #[serde(borrow)]
+    kind: Cow<'a, str>,
+    parts: Vec<Integer>,
+    indices: Index,
+    clusters: Index,
+    groups: Index,
+    measured: MeasuredItem,
+}
+
+#[derive(Derive)]
+#[serde(rename_all = "camelCase")]
+struct MeasuredItem {
+    points: Integer,
+    reverse_points: Integer,
+    quantile: Float,
+    most_over: Float,
+    seed: Integer,
+}
+
+/// What a file has baked, free of the file's bytes; levels are not made yet.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    generator: String,
+    meshes: Vec<FoundMesh>,
+    problem: Option<BakedError>,
+}
+
+#[derive(Debug, Default)]
+struct FoundMesh {
+    mesh: BakedMesh,
+    levels: Vec<(LevelKind, Measured, LevelTables)>,
+}
+
+/// Reads what is baked of the meshes that are drawn: `drawn` has the file's number of each, `data` what was decoded of it.
+pub(super) fn read(
+    root: &Root<'_>,
+    buffers: &Buffers<'_>,
+    drawn: &[u32],
+    data: &[(String, MeshData)],
+    notes: &mut Notes,
+) -> Option<Found> {
+    let extensions: Extensions<'_> = serde_json::from_str(root.extensions?.get()).ok()?;
+    let raw = extensions.baked?;
+    let (generator, chunks) = match head(raw) {
+        Ok(found) => found,
+        Err(problem) => {
+            notes.push(NAME, format!("{problem}; levels are left out"));
+            return Some(Found { problem: Some(problem), ..Found::default() });
+        }
+    };
+    let mut found = Found { generator, ..Found::default() };
+    // Each view is of one table, so that no few bytes can stand for many levels.
+    let mut left: usize = buffers.views.iter().map(super::buffers::View::len).sum();
+    for (number, &file_mesh) in drawn.iter().enumerate() {
+        let (name, data) = &data[number];
+        if data.deformable {
+            continue;
+        }
+        let raw = root.meshes.as_ref().and_then(|all| all.get(file_mesh as usize));
+        let own = raw.and_then(|raw| serde_json::from_str::<Extended<'_>>(raw.get()).ok());
+        let own = own.and_then(|item| item.extensions?.baked);
+        let chunk = chunks.get(&u64::from(file_mesh));
+        let read = match (own, chunk) {
+            (None, None) => continue,
+            (Some(own), Some(chunk)) => mesh(own, *chunk, data, buffers, &mut left),
+            (None, Some(_)) => {
+                Err(form("is in the table of chunks, but the mesh has nothing baked"))
+            }
+            (Some(_), None) => Err(form("is not in the table of chunks")),
+        };
+        let mut one = read.unwrap_or_else(|problem| {
+            notes.push(name, format!("{NAME}: {problem}; its levels are left out"));
+            let mesh = BakedMesh { problem: Some(problem), ..BakedMesh::default() };
+            FoundMesh { mesh, levels: Vec::new() }
+        });
+        one.mesh.mesh = number as u32;
+        found.meshes.push(one);
+    }
+    Some(found)
+}
+
+/// The generator and the chunks, by the number of their mesh: bytes and sum.
+fn head(raw: &RawValue) -> Result<(String, HashMap<u64, [u64; 2]>), BakedError> {
+    let VersionItem { version } = item(raw)?;
+    if version.0 != u64::from(VERSION) {
+        return Err(BakedError::Version { found: version.0 });
+    }
+    let RootItem { generator, hash, chunks } = item(raw)?;
+    let mut rows = Vec::with_capacity(chunks.len());
+    for chunk in &chunks {
+        rows.push([chunk.mesh.0, chunk.bytes.0, sum(&chunk.hash)?]);
+    }
+    check("its table of chunks", root_sum(&rows), sum(&hash)?)?;
+    let generator = generator.map_or_else(String::new, |name| shorten(&name));
+    Ok((generator, rows.into_iter().map(|[mesh, bytes, sum]| (mesh, [bytes, sum])).collect()))
+}
+
+/// What is baked of a mesh. `left` is how many bytes may yet be taken for tables.
+fn mesh(
+    raw: &RawValue,
+    [bytes, expected]: [u64; 2],
+    data: &MeshData,
+    buffers: &Buffers<'_>,
+    left: &mut usize,
+) -> Result<FoundMesh, BakedError> {
+    let MeshItem { geometry, levels } = item(raw)?;
+    if levels.len() > MOST_LEVELS {
+        return Err(form(format!(
+            "has {} sets of levels; at most {MOST_LEVELS} are read",
+            levels.len()
+        )));
+    }
+    let geometry = sum(&geometry)?;
+    let found = geometry_hash_of(data);
+    if found != geometry {
+        return Err(BakedError::Geometry { found, expected: geometry });
+    }
+    let mut tables = Vec::with_capacity(levels.len());
+    let mut taken = 0;
+    for levels in &levels {
+        let kind = LevelKind::of(&levels.kind);
+        let kind =
+            kind.ok_or_else(|| form(format!("levels of kind {:?}", shorten(&levels.kind))))?;
+        let views = [levels.indices, levels.clusters, levels.groups];
+        let mut bytes: [&[u8]; 3] = [&[]; 3];
+        for (bytes, view) in bytes.iter_mut().zip(views) {
+            let count = buffers.views.len();
+            let len = buffers.views.get(view.index()).map(super::buffers::View::len);
+            let len = len.ok_or_else(|| form(format!("names bufferView {} of {count}", view.0)))?;
+            *left = left.checked_sub(len).ok_or_else(|| form("tables share their bytes"))?;
+            taken += len as u64;
+            *bytes = buffers.view(view.index()).map_err(|e| form(e.to_string()))?;
+        }
+        let parts = levels.parts.iter().map(|n| u32::try_from(n.0));
+        let parts: Result<Vec<u32>, _> = parts.collect();
+        let parts = parts.map_err(|_| form("a part has more than 2^32 triangles"))?;
+        tables.push((kind, measured(&levels.measured)?, parts, bytes));
+    }
+    let own = sum_of(
+        geometry,
+        tables.iter().map(|(kind, m, parts, bytes)| (*kind, m, &parts[..], *bytes)),
+    );
+    check("what is baked of it", own, expected)?;
+    if taken != bytes {
+        return Err(BakedError::Count {
+            what: "bytes of its tables",
+            found: taken,
+            expected: bytes,
+        });
+    }
+    let mut out = FoundMesh {
+        mesh: BakedMesh { geometry, bytes, ..BakedMesh::default() },
+        levels: Vec::with_capacity(tables.len()),
+    };
+    for (kind, measured, parts, bytes) in tables {
+        out.levels.push((kind, measured, LevelTables::from_bytes(parts, bytes)?));
+    }
+    Ok(out)
+}
+
+fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
+    let int =
+        |n: Integer| u32::try_from(n.0).map_err(|_| form(format!("{} points a triangle", n.0)));
+    Ok(Measured {
+        points: int(item.points)?,
+        reverse_points: int(item.reverse_points)?,
+        quantile: item.quantile.0,
+        most_over: item.most_over.0,
+        seed: item.seed.0,
+    })
+}
+
+fn form(message: impl Into<String>) -> BakedError {
+    BakedError::Form(message.into())
+}
+
+/// An object of the extension.
+fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
+    json::member(raw, NAME.to_owned()).map_err(|e| {
+        let message = e.to_string();
+        form(message.strip_prefix(&format!("{NAME}: ")).unwrap_or(&message))
+    })
+}
+
+/// A sum: sixteen hexadecimal digits.
+fn sum(text: &str) -> Result<u64, BakedError> {
+    let digits = text.len() == 16 && text.bytes().all(|b| b.is_ascii_hexdigit());
+    let number = if digits { u64::from_str_radix(text, 16).ok() } else { None };
+    number.ok_or_else(|| form(format!("{:?} are no sixteen hexadecimal digits", shorten(text))))
+}
+
+fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(BakedError::Damaged { what: what.to_owned(), found, expected })
+}
+
+impl Found {
+    /// Makes the levels and gives them to the scene, whose meshes are those that were read; the meshes that hold them come
+    /// after all others.
+    pub(super) fn give(
+        self,
+        scene: &mut Scene,
+        names: &mut Vec<String>,
+        notes: &mut Notes,
+    ) -> Baked {
+        let mut baked =
+            Baked { generator: self.generator, problem: self.problem, meshes: Vec::new() };
+        for FoundMesh { mesh: mut one, levels } in self.meshes {
+            let base = one.mesh;
+            let own = names.get(base as usize).cloned().unwrap_or_default();
+            for (kind, measured, tables) in levels {
+                let made =
+                    tables.build(&scene.meshes()[base as usize]).and_then(|(mesh, levels)| {
+                        let held_by = scene.add_mesh(mesh);
+                        names.push(format!("{own}, {}", kind.name()));
+                        scene.add_levels(base, held_by, levels)?;
+                        Ok(held_by)
+                    });
+                match made {
+                    Ok(held_by) => one.levels.push(BakedLevels { kind, held_by, measured }),
+                    Err(problem) => {
+                        notes.push(&own, format!("{NAME}: {}: {problem}; left out", kind.name()));
+                        one.problem = Some(problem);
+                    }
+                }
+            }
+            baked.meshes.push(one);
+        }
+        baked
+    }
+}
