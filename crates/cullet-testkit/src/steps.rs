@@ -123,8 +123,9 @@ impl Balls {
             let before = data.indices.len() as u32 / 3;
             data.positions.extend(positions);
             data.indices.extend(indices.iter().map(|i| i + first));
-            for at in (0..triangles).step_by(64) {
-                let triangle_count = 64.min(triangles - at);
+            // So few that no cluster has too many vertices, however long the columns are that it is cut from.
+            for at in (0..triangles).step_by(40) {
+                let triangle_count = 40.min(triangles - at);
                 let first_triangle = before + at;
                 clustering.clusters.push(Cluster { first_triangle, triangle_count, part: 0 });
                 made_from.push(level);

@@ -208,7 +208,7 @@ mod tests {
 
     fn measured(honesty: f64, lod: Lod, view: &View) -> Measured {
         let mut scene = Scene::new();
-        let mesh = Balls::new(&[96, 48, 24, 12, 6], honesty).add_to(&mut scene);
+        let mesh = Balls::new(&[96, 48, 24, 12, 6, 4], honesty).add_to(&mut scene);
         for (k, scale) in
             [[1.0; 3], [2.0, 0.5, 1.0], [-1.0, 1.0, 1.0], [0.1; 3]].into_iter().enumerate()
         {

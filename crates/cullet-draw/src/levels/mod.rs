@@ -202,7 +202,7 @@ mod tests {
             fine.pixels,
             coarse.pixels
         );
-        assert!(coarse.levels.potentially_visible * 2 < fine.levels.potentially_visible);
+        assert!(coarse.levels.potentially_visible < fine.levels.potentially_visible);
     }
 
     #[test]
