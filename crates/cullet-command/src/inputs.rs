@@ -297,7 +297,7 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
             format!("detail under {px} {unit} (lossy){samples}")
         }
         Stage::Lod => {
-            let Lod { pixels, at_corners } = culler.lod.unwrap_or_default();
+            let Lod { pixels, at_corners, .. } = culler.lod.unwrap_or_default();
             let corners = if at_corners { ", in the corners too" } else { "" };
             format!("levels of detail within {pixels} px{corners} (lossy)")
         }
@@ -358,7 +358,7 @@ mod tests {
         same("--detail 0", Culler::balanced());
         let samples = Some(SamplePattern::Four);
         same("--sample-pattern four", Culler { samples, ..Culler::balanced() });
-        let lod = Some(Lod { pixels: 1.5, at_corners: true });
+        let lod = Some(Lod { pixels: 1.5, at_corners: true, ..Lod::default() });
         same("--lod 1.5 --lod-corners", Culler { lod, ..Culler::balanced() });
         same("--lod 0", Culler::balanced());
         same("--no-occlusion", Culler { occlusion: None, ..Culler::balanced() });
@@ -368,7 +368,7 @@ mod tests {
     fn a_stage_alone_has_its_own_settings() {
         assert_eq!(culled_by("--only lod").lod, Some(Lod::default()));
         let lod = culled_by("--only lod --lod 3").lod;
-        assert_eq!(lod, Some(Lod { pixels: 3.0, at_corners: false }));
+        assert_eq!(lod, Some(Lod { pixels: 3.0, ..Lod::default() }));
         assert_eq!(culled_by("--only frustum --lod 3").lod, None);
     }
 

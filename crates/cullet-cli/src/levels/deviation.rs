@@ -250,7 +250,7 @@ mod tests {
     fn in_the_corners_a_pixel_is_smaller() {
         // The balls are far off the centre.
         let view = look([0.0, 0.0, 1e5 + 6.0], [9.0, 0.0, 1e5 - 2.0], [640, 400]);
-        let lod = |at_corners| Lod { pixels: 1.0, at_corners };
+        let lod = |at_corners| Lod { pixels: 1.0, at_corners, ..Lod::default() };
         let [centre, corners] = [false, true].map(|c| measured(1.0, lod(c), &view));
         assert!(centre.max_px <= 1.0 + 1e-4 && corners.max_px <= 1.0 + 1e-4);
         let pixels = Pixels::new(&view, true);

@@ -184,8 +184,8 @@ impl LevelsSummary {
         lines.extend(self.deviation.as_ref().map(DeviationRecord::text));
         if let Some(p) = self.pixels {
             lines.push(format!(
-                "{} of the pixels show another instance than in full, {} at silhouettes before the background; {} shows what was \
-                 taken for hidden",
+                "{} of the pixels show another instance than in full, {} at silhouettes before the background; {} what was taken for \
+                 hidden",
                 percent(p.differ, p.all),
                 percent(p.silhouette, p.all),
                 count(p.uncovered, "pixel", "pixels"),

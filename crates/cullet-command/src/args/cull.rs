@@ -77,7 +77,7 @@ impl CullArgs {
         let alone = self.only == Some(Stage::Lod);
         let pixels = self.lod.or_else(|| alone.then(|| Lod::default().pixels))?;
         let runs = pixels > 0.0 && (self.only.is_none() || alone);
-        runs.then_some(Lod { pixels, at_corners: self.lod_corners })
+        runs.then_some(Lod { pixels, at_corners: self.lod_corners, ..Lod::default() })
     }
 }
 
