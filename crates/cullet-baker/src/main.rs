@@ -1,13 +1,16 @@
-//! The program `cullet-baker`; `cullet bake` and `cullet simplify` start it.
+//! The program `cullet-baker`; `cullet bake`, `cullet simplify` and `cullet bench lod` start it.
 #![forbid(unsafe_code)]
 
 mod bake;
+mod bench;
 mod simplify;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use cullet_command::args::{BAKE_HELP, BakeArgs, SIMPLIFY_HELP, SimplifyArgs};
+use cullet_command::args::{
+    BAKE_HELP, BakeArgs, LOD_BENCH_HELP, LodBenchArgs, SIMPLIFY_HELP, SimplifyArgs,
+};
 use cullet_command::console::Console;
 use cullet_command::program;
 
@@ -31,6 +34,16 @@ enum Command {
     /// Write a scene of few triangles that deviates by no more than is said, as measured
     #[command(after_help = SIMPLIFY_HELP)]
     Simplify(Box<SimplifyArgs>),
+    /// Measure what is made
+    #[command(subcommand)]
+    Bench(BenchOf),
+}
+
+#[derive(Debug, Subcommand)]
+enum BenchOf {
+    /// Levels of detail beside those of errors that are believed
+    #[command(after_help = LOD_BENCH_HELP)]
+    Lod(LodBenchArgs),
 }
 
 fn main() -> ExitCode {
@@ -39,6 +52,9 @@ fn main() -> ExitCode {
         Command::Bake(args) => bake::run(args, &Console::new(cli.quiet, args.json.as_deref())),
         Command::Simplify(args) => {
             simplify::run(args, &Console::new(cli.quiet, args.json.as_deref()))
+        }
+        Command::Bench(BenchOf::Lod(args)) => {
+            bench::run(args, &Console::new(cli.quiet, args.json.as_deref()))
         }
     })
 }

@@ -61,6 +61,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Replay(args) => replay::run(args, &console(args.json.as_deref())),
         Command::Info(args) => info::run(args, &console(args.json.as_deref())),
         Command::Scenes(args) => scenes::run(args, &console(args.json.as_deref())),
+        Command::Bench(args) if args.is_of_levels() => simplify::run("bench", cli.quiet),
         Command::Bench(args) => bench::run(args, &console(args.json())),
         Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(args.json())),

@@ -39,7 +39,9 @@ proptest! {
     #[test]
     fn what_is_chosen_covers_the_surface_once(seed in any::<u64>()) {
         let mut rng = Rng(seed);
-        let strip = Strip::random(&mut rng, DEPTH, false);
+        // Few groups are swept; of many, the walk asks for those that it comes to.
+        let depth = DEPTH + rng.below(2) as u32 * 3;
+        let strip = Strip::random(&mut rng, depth, false);
         let levels = strip.levels();
         let mut selection = Selection::default();
         for _ in 0..20 {
@@ -57,8 +59,24 @@ proptest! {
             }
             spans.sort_unstable();
             let ends: Vec<u32> = std::iter::once(0).chain(spans.iter().map(|s| s[1])).collect();
-            let starts: Vec<u32> = spans.iter().map(|s| s[0]).chain([1 << DEPTH]).collect();
+            let starts: Vec<u32> = spans.iter().map(|s| s[0]).chain([1 << depth]).collect();
             prop_assert_eq!(starts, ends);
+        }
+    }
+
+    #[test]
+    fn as_much_as_is_allowed_is_not_over_and_more_is(seed in any::<u64>()) {
+        let mut rng = Rng(seed);
+        for _ in 0..50 {
+            let eye = random_eye(&mut rng);
+            let centre = [0; 3].map(|_| rng.range(-300.0, 300.0) as f32);
+            let radius = rng.range(0.0, 40.0) as f32;
+            let error = eye.allowed(centre, radius);
+            let group = |error| Group { centre, radius, error };
+            prop_assert!(error >= 0.0 && (error == 0.0 || !eye.is_over(&group(error))), "{error}");
+            // Lengths here are up to some 2000, and rounded by a hundred thousandth.
+            let more = error * 1.001 + 0.1 / eye.reach + 1e-30;
+            prop_assert!(eye.is_over(&group(more)), "{error}");
         }
     }
 
@@ -114,7 +132,8 @@ proptest! {
             prop_assert_eq!(&drawn(&scene, &by_clusters), &chosen);
             prop_assert_eq!(&triangles(&by_triangles), &chosen);
             // With the other stages a part of that is left, and by each output alike.
-            let part = cull(&Culler { output: Output::Triangles, ..all.clone() }, &scene, &view);
+            let of_triangles = Culler { output: Output::Triangles, ..all.clone() };
+            let part = cull(&of_triangles, &scene, &view);
             let left = triangles(&part);
             prop_assert!(left.iter().all(|t| chosen.binary_search(t).is_ok()));
             let clusters = drawn(&scene, &cull(&all, &scene, &view));
@@ -127,7 +146,7 @@ proptest! {
             }
             for slot in scene.slots() {
                 let handle = scene.handle(slot).expect("live");
-                let told = all.explain(&scene, &view, handle).expect("live");
+                let told = of_triangles.explain(&scene, &view, handle).expect("live");
                 prop_assert_eq!(told.reason, part.reasons[slot as usize]);
             }
         }
@@ -228,6 +247,53 @@ fn triangles(visible: &Visible) -> Vec<(u32, u32, u32)> {
         .collect();
     listed.sort_unstable();
     listed
+}
+
+#[test]
+fn a_budget_is_kept_with_the_finest_levels_that_fit() {
+    const FINEST: f64 = 0.004;
+    let coarsest = FINEST * 2.0_f64.powf(15.75);
+    let mut rng = Rng(12);
+    let mut raised = 0;
+    for _ in 0..cases(60) {
+        let (scene, _) = random_scene(&mut rng);
+        let view = view_of_strips(&mut rng);
+        let with = |pixels, triangles| Culler {
+            lod: Some(Lod { pixels, triangles, ..Lod::default() }),
+            output: Output::Instances,
+            ..Culler::default()
+        };
+        let drawn = |pixels: f64, most: Option<u64>| {
+            let visible = cull(&with(pixels, most), &scene, &view);
+            (visible.triangle_count, visible.lod_pixels.expect("levels are on"))
+        };
+        let (full, fewest) = (drawn(0.0, None).0, drawn(coarsest, None).0);
+        let most = fewest + rng.below(full - fewest + 1);
+        let (triangles, pixels) = drawn(FINEST, Some(most));
+        assert!(triangles <= most, "{triangles} of {most}");
+        let step = (pixels / FINEST).log2() * 4.0;
+        assert!((step - step.round()).abs() < 1e-9 && pixels >= FINEST, "{pixels}");
+        // The very levels of that threshold, and those of the step below are too many, or so near to it that they may be.
+        assert_eq!((triangles, pixels), drawn(pixels, None));
+        let one_below = drawn(pixels * 2.0_f64.powf(-0.25) * (1.0 - 3e-4), None).0;
+        assert!(step == 0.0 || one_below > most, "{one_below} of {most} at {step}");
+        raised += u32::from(step > 0.0);
+        // Nothing is coarser than it must be.
+        assert_eq!(drawn(0.0, Some(full)), (full, 0.0));
+        assert_eq!(drawn(FINEST, Some(u64::MAX)), drawn(FINEST, None));
+        assert_eq!(drawn(FINEST, Some(0)).0, drawn(coarsest, None).0);
+        // And an explanation is of the same levels.
+        let culler = Culler { output: Output::Clusters, ..with(FINEST, Some(most)) };
+        for slot in scene.slots() {
+            let handle = scene.handle(slot).expect("live");
+            let told = culler.explain(&scene, &view, handle).expect("live");
+            let lod = told.steps.iter().find(|s| s.stage == Stage::Lod);
+            if let Some(step) = lod.filter(|s| s.finding.contains("within")) {
+                assert!(step.finding.contains(&format!("within {pixels} pixels")), "{step:?}");
+            }
+        }
+    }
+    assert!(raised * 3 > cases(60), "{raised}");
 }
 
 #[test]

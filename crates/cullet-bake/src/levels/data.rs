@@ -5,6 +5,8 @@ pub use cullet::lod::{Group, NO_GROUP};
 use cullet::mesh::Clustering;
 use cullet::{Mesh, MeshData};
 
+use super::error::LevelsError;
+
 /// Levels of a mesh: a hierarchy of clusters or a chain.
 ///
 /// A cluster is drawn if and only if the group it was made from is not over the threshold (originals: never over) and the
@@ -26,15 +28,53 @@ pub struct LevelsData {
 }
 
 impl LevelsData {
-    /// The mesh that holds the levels, and the levels, for [`Scene::add_levels`](cullet::Scene::add_levels).
+    /// The mesh that holds the levels, and the levels, for [`Scene::add_levels`](cullet::Scene::add_levels). Triangles that are
+    /// in no cluster, which are degenerate, are left out.
     ///
     /// # Errors
-    /// If something that was changed since the bake no longer fits: in words.
-    pub fn into_levels(self) -> Result<(Mesh, Levels), String> {
+    /// If something that was changed since the bake no longer fits.
+    pub fn into_levels(mut self) -> Result<(Mesh, Levels), LevelsError> {
+        self.leave_out_unclustered();
         let Self { mesh, clustering, groups, replaced_by, made_from } = self;
-        let mesh = Mesh::with_clusters(mesh, &clustering).map_err(|e| e.to_string())?;
+        let mesh = Mesh::with_clusters(mesh, &clustering)?;
         let levels = Levels::new(&mesh, &groups, made_from, replaced_by);
-        Ok((mesh, levels.map_err(|e| e.to_string())?))
+        Ok((mesh, levels?))
+    }
+
+    /// Leaves out the triangles that are in no cluster.
+    fn leave_out_unclustered(&mut self) {
+        let Clustering { order, .. } = &mut self.clustering;
+        let triangles = self.mesh.indices.len() / 3;
+        // What is wrong in other ways is found out by the mesh.
+        if order.len() >= triangles || order.iter().any(|&t| t as usize >= triangles) {
+            return;
+        }
+        let mut clustered = vec![false; triangles];
+        order.iter().for_each(|&t| clustered[t as usize] = true);
+        let mut before = Vec::with_capacity(triangles + 1);
+        let mut kept = 0;
+        for clustered in &clustered {
+            before.push(kept);
+            kept += u32::from(*clustered);
+        }
+        before.push(kept);
+        let mut own = clustered.iter();
+        self.mesh.indices = std::mem::take(&mut self.mesh.indices)
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .filter(|_| own.next().copied().unwrap_or(false))
+            .flatten()
+            .copied()
+            .collect();
+        order.iter_mut().for_each(|t| *t = before[*t as usize]);
+        let at = |t: u64| before[t.min(triangles as u64) as usize];
+        for part in &mut self.mesh.parts {
+            let first = u64::from(part.first_triangle);
+            let end = at(first + u64::from(part.triangle_count));
+            part.first_triangle = at(first);
+            part.triangle_count = end - part.first_triangle;
+        }
     }
 
     /// The corners of a cluster's triangles, as vertices of the mesh, three each.

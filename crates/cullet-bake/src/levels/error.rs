@@ -48,6 +48,9 @@ pub enum LevelsError {
         /// Its value.
         value: f32,
     },
+    /// Levels that do not fit their mesh.
+    #[error(transparent)]
+    Unfit(#[from] cullet::lod::LevelsError),
     /// Levels together have more triangles than 32-bit numbers hold.
     #[error("levels of {triangles} triangles may exceed the limit of {limit}; split the mesh")]
     TooMany {

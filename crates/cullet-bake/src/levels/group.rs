@@ -2,9 +2,9 @@
 
 use super::distance::SurfaceTree;
 use super::error::LevelsError;
-use super::measure::{Carried, Task, measure};
+use super::measure::{Carried, Measured, Task, measure};
 use super::options::{ErrorSource, HierarchyOptions};
-use super::simplifier::{Attributes, ClusterSize, Target, cut_into_clusters, simplify};
+use super::simplifier::{Attributes, ClusterSize, Clusters, Target, cut_into_clusters, simplify};
 use super::sphere::{Ball, around};
 
 /// A group is given up where less than this share of its triangles would go.
@@ -44,8 +44,6 @@ pub(super) struct Level<'a> {
     pub(super) options: &'a HierarchyOptions,
     /// For each vertex whether it must stay, by the first at its position.
     pub(super) locked: &'a [bool],
-    /// Whether to look for vertices that must be locked.
-    pub(super) find_offenders: bool,
     pub(super) seed: u64,
 }
 
@@ -57,8 +55,6 @@ pub(super) struct Made {
     pub(super) error: f32,
     /// Corners of the triangles of each new cluster; none where the group could not be simplified.
     pub(super) clusters: Vec<(Vec<u32>, Carried)>,
-    /// Vertices of the part that deviate too far.
-    pub(super) offenders: Vec<u32>,
 }
 
 /// Numbers of a part's vertices within a group; each thread has its own, as long as the part.
@@ -81,7 +77,9 @@ pub(super) fn cluster_size(options: &HierarchyOptions) -> ClusterSize {
     ClusterSize { vertices: 64, least, most, split_factor: 2.0 }
 }
 
-/// Simplifies a group to half.
+/// Simplifies a group to half. Where what comes out is off by much more than the simplifier thinks, the vertices that it
+/// is far from are locked and it is done again; the attempt that is worth most is kept. Locking within groups ruins nothing:
+/// locked for good, in all levels, vertices of the finest ones took armadillo from 2,346 triangles to 8,135 at 20 radii.
 pub(super) fn make(
     level: &Level<'_>,
     scratch: &mut Scratch,
@@ -103,7 +101,7 @@ pub(super) fn make(
     vertices.iter().for_each(|&v| scratch.local[v as usize] = u32::MAX);
     let positions: Vec<[f32; 3]> =
         vertices.iter().map(|&v| surface.positions[v as usize]).collect();
-    let locks: Vec<bool> =
+    let mut locks: Vec<bool> =
         vertices.iter().map(|&v| level.locked[surface.position[v as usize] as usize]).collect();
     let count = surface.weights.len();
     let values: Vec<f32> = vertices
@@ -113,37 +111,54 @@ pub(super) fn make(
         .collect();
     let attributes =
         (count > 0).then_some(Attributes { values: &values, weights: surface.weights });
-    let target = Target { triangles: before.len() / 6, ..Target::default() };
-    let simplified = simplify(&positions, &before, &locks, attributes, target)?;
-    let most = before.len() as f64 * (1.0 - LEAST_GAIN);
-    if simplified.indices.is_empty() || simplified.indices.len() as f64 > most {
-        return Ok(Made::default());
-    }
-    let cut = cut_into_clusters(&positions, &simplified.indices, cluster_size(options))?;
     let floor = members.iter().fold(0.0_f32, |e, m| e.max(m.error));
     let carried: Vec<&Carried> = members.iter().map(|m| &m.carried).collect();
-    let measured = match options.errors {
-        ErrorSource::Measured => measure(&Task {
+    let balls: Vec<Ball> = members.iter().map(|m| m.ball).collect();
+    let ball = around(&balls);
+    let mut best: Option<(f64, Clusters, Measured)> = None;
+    for attempt in 0..=options.lock_rounds {
+        let target = Target { triangles: before.len() / 6, ..Target::default() };
+        let simplified = simplify(&positions, &before, &locks, attributes, target)?;
+        let most = before.len() as f64 * (1.0 - LEAST_GAIN);
+        if simplified.indices.is_empty() || simplified.indices.len() as f64 > most {
+            break;
+        }
+        let cut = cut_into_clusters(&positions, &simplified.indices, cluster_size(options))?;
+        if options.errors == ErrorSource::Returned {
+            let counts = vec![0; cut.indices.len() / 3];
+            let carried = Carried { points: Vec::new(), counts };
+            let error = simplified.error.max(floor);
+            best = Some((0.0, cut, Measured { error, carried, offenders: Vec::new() }));
+            break;
+        }
+        let measured = measure(&Task {
             positions: &positions,
             before: &before,
             carried: &carried,
             after: &cut.indices,
             original: surface.original,
             floor,
-            lock_beyond: level.find_offenders.then_some(simplified.error * options.lock_beyond),
+            offends: (attempt < options.lock_rounds)
+                .then_some((simplified.error * options.lock_beyond).max(floor)),
             reverse_points: options.reverse_points,
             share: options.share_over,
             excess: options.most_over,
             seed: level.seed ^ u64::from(key) << 32,
-        }),
-        ErrorSource::Returned => {
-            let counts = vec![0; cut.indices.len() / 3];
-            let carried = Carried { points: Vec::new(), counts };
-            let error = simplified.error.max(floor);
-            super::measure::Measured { error, carried, offenders: Vec::new() }
+        });
+        let mut locked = 0;
+        for &v in &measured.offenders {
+            locked += u32::from(!std::mem::replace(&mut locks[v as usize], true));
         }
-    };
-    let balls: Vec<Ball> = members.iter().map(|m| m.ball).collect();
+        let left = cut.indices.len() as f64 / before.len() as f64;
+        let worth = worth(left, measured.error, ball.radius);
+        if best.as_ref().is_none_or(|b| worth > b.0) {
+            best = Some((worth, cut, measured));
+        }
+        if locked == 0 {
+            break;
+        }
+    }
+    let Some((_, cut, measured)) = best else { return Ok(Made::default()) };
     let mut clusters = Vec::with_capacity(cut.counts.len());
     let mut triangles = cut.indices.chunks_exact(3);
     let (mut counts, mut points) = (measured.carried.counts.iter(), measured.carried.points.iter());
@@ -156,10 +171,12 @@ pub(super) fn make(
         let points = points.by_ref().take(total as usize).copied().collect();
         clusters.push((corners, Carried { points, counts }));
     }
-    Ok(Made {
-        ball: Some(around(&balls)),
-        error: measured.error,
-        clusters,
-        offenders: measured.offenders,
-    })
+    Ok(Made { ball: Some(ball), error: measured.error, clusters })
+}
+
+/// What an attempt is worth: the share of triangles that it saves, over all octaves of distances from which it is drawn, up to
+/// where the whole group is as small as its error may be.
+fn worth(left: f64, error: f32, radius: f32) -> f64 {
+    let octaves = (f64::from(radius) / f64::from(error).max(f64::from(f32::MIN_POSITIVE))).log2();
+    (1.0 - left) * octaves.clamp(1e-3, 100.0)
 }

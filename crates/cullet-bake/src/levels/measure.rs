@@ -7,20 +7,10 @@ use super::distance::SurfaceTree;
 use super::quantile::LargestDistances;
 use super::samples::inner_points;
 
-/// A sample point of the original surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
-    pub(super) at: [f32; 3],
-    /// The vertex that it is, or [`NO_VERTEX`].
-    pub(super) vertex: u32,
-}
-
-pub(super) const NO_VERTEX: u32 = u32::MAX;
-
-/// Sample points that triangles stand for, triangle by triangle, so that neighbours follow each other.
+/// Sample points of the original surface that triangles stand for, triangle by triangle, so that neighbours follow each other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Carried {
-    pub(super) points: Vec<Point>,
+    pub(super) points: Vec<[f32; 3]>,
     /// How many each triangle has.
     pub(super) counts: Vec<u32>,
 }
@@ -38,8 +28,8 @@ pub(super) struct Task<'a> {
     pub(super) original: &'a SurfaceTree,
     /// The error of the triangles before.
     pub(super) floor: f32,
-    /// Vertices that are further off are named.
-    pub(super) lock_beyond: Option<f32>,
+    /// Vertices of triangles that are further off are named.
+    pub(super) offends: Option<f32>,
     /// Points on each triangle whose distance from the original is measured.
     pub(super) reverse_points: u32,
     /// The share of points that may exceed the error, and by what factor.
@@ -54,7 +44,7 @@ pub(super) struct Measured {
     pub(super) error: f32,
     /// Points of the triangles after.
     pub(super) carried: Carried,
-    /// Vertices of the original that are further off than was asked.
+    /// Vertices before whose triangles are further off than was asked: some of them more than once.
     pub(super) offenders: Vec<u32>,
 }
 
@@ -104,25 +94,29 @@ pub(super) fn measure(task: &Task<'_>) -> Measured {
     let all = count + changed * task.reverse_points as usize;
     let largest = LargestDistances::new(all, task.share, task.floor);
     let mut bar = Bar { largest, excess: task.excess, now: task.floor };
-    let lock_beyond = task.lock_beyond.unwrap_or(f32::INFINITY);
+    let offends = task.offends.unwrap_or(f32::INFINITY);
     let mut offenders = Vec::new();
     let mut found = Vec::with_capacity(count);
-    let mut before = stayed.iter();
+    let mut before = stayed.iter().zip(task.before.as_chunks::<3>().0);
     for carried in task.carried {
         let mut points = carried.points.iter();
         for &n in &carried.counts {
-            let stayed = before.next().copied().flatten();
+            let (stayed, from) = before.next().map_or((None, [0; 3]), |b| (*b.0, *b.1));
             let mut hint = stayed;
             for point in points.by_ref().take(n as usize) {
-                let limit = bar.now.min(lock_beyond);
-                let near = |t: u32| stayed.is_some() || is_within(point.at, corners(t), limit);
-                let at = hint.filter(|t| near(*t)).or_else(|| tree.within(point.at, limit));
+                let limit = bar.now.min(offends);
+                let near = |t: u32| stayed.is_some() || is_within(*point, corners(t), limit);
+                let at = hint.filter(|t| near(*t)).or_else(|| tree.within(*point, limit));
                 let at = at.unwrap_or_else(|| {
                     // There is one, for a group without triangles is none, and points are finite.
-                    let (distance, t) = tree.nearest(point.at, f32::INFINITY).unwrap_or_default();
+                    let (distance, t) = tree.nearest(*point, f32::INFINITY).unwrap_or_default();
                     bar.push(distance);
-                    if distance > lock_beyond && point.vertex != NO_VERTEX {
-                        offenders.push(point.vertex);
+                    if distance > offends {
+                        let is_there = |v: &u32| task.positions[*v as usize] == *point;
+                        match from.iter().find(|v| is_there(v)) {
+                            Some(&v) => offenders.push(v),
+                            None => offenders.extend(from),
+                        }
                     }
                     t
                 });
@@ -131,16 +125,31 @@ pub(super) fn measure(task: &Task<'_>) -> Measured {
             }
         }
     }
+    let mut astray = Vec::new();
     for t in (0..).zip(&stays).filter(|t| !t.1).map(|t| t.0) {
-        reverse(task, t, corners(t), &mut bar);
+        if let Some(point) = reverse(task, t, corners(t), &mut bar) {
+            astray.push(point);
+        }
+    }
+    if !astray.is_empty() {
+        let of_before = SurfaceTree::new(task.positions, task.before);
+        for (_, t) in astray.iter().filter_map(|p| of_before.nearest(*p, f32::INFINITY)) {
+            offenders.extend(&task.before[t as usize * 3..][..3]);
+        }
     }
     let carried = hand_over(task, &found);
     Measured { error: bar.now, carried, offenders }
 }
 
 /// Measures points of one of the triangles after. Where one is nearly as far off as the farthest of the group, goes on from
-/// it to where the triangle is farther off.
-fn reverse(task: &Task<'_>, triangle: u32, corners: [[f32; 3]; 3], bar: &mut Bar) {
+/// it to where the triangle is farther off. The farthest point, if it is farther off than was asked.
+fn reverse(
+    task: &Task<'_>,
+    triangle: u32,
+    corners: [[f32; 3]; 3],
+    bar: &mut Bar,
+) -> Option<[f32; 3]> {
+    let offends = task.offends.unwrap_or(f32::INFINITY);
     let mut points =
         inner_points(corners, task.seed, triangle, task.reverse_points + STEPS.len() as u32);
     let off = |bar: &mut Bar, p: [f32; 3], near: f32| {
@@ -155,14 +164,14 @@ fn reverse(task: &Task<'_>, triangle: u32, corners: [[f32; 3]; 3], bar: &mut Bar
     };
     let mut best = (0.0, [0.0; 3]);
     for p in points.by_ref().take(task.reverse_points as usize) {
-        let distance = off(bar, p, (bar.now * WARM).max(best.0));
+        let distance = off(bar, p, (bar.now.min(offends) * WARM).max(best.0));
         if distance > best.0 {
             best = (distance, p);
         }
     }
     // Nothing was that far off.
     if best.0 <= 0.0 {
-        return;
+        return None;
     }
     for (q, step) in points.zip(STEPS) {
         // Between the two, so within the triangle.
@@ -172,6 +181,7 @@ fn reverse(task: &Task<'_>, triangle: u32, corners: [[f32; 3]; 3], bar: &mut Bar
             best = (distance, p);
         }
     }
+    (best.0 > offends).then_some(best.1)
 }
 
 /// The points in the order of the triangles that were found for them.
@@ -186,7 +196,7 @@ fn hand_over(task: &Task<'_>, found: &[u32]) -> Carried {
             next - n
         })
         .collect();
-    let mut points = vec![Point { at: [0.0; 3], vertex: NO_VERTEX }; found.len()];
+    let mut points = vec![[0.0; 3]; found.len()];
     let all = task.carried.iter().flat_map(|c| &c.points);
     for (point, &t) in all.zip(found) {
         let place = &mut place[t as usize];

@@ -2,7 +2,6 @@
 
 #[cfg(feature = "meshopt")]
 mod chain;
-mod cut;
 mod data;
 mod deviation;
 mod distance;
@@ -32,7 +31,6 @@ mod within;
 
 #[cfg(feature = "meshopt")]
 pub use chain::{ChainOptions, build_chain};
-pub use cut::{CutView, cut, select};
 pub use data::{Group, LevelsData, NO_GROUP};
 pub use deviation::{Deviation, SHARE_ABOVE, SurfaceSlices, deviation};
 pub use distance::{SurfaceTree, nearest_ref};

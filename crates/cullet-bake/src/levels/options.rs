@@ -31,10 +31,10 @@ pub struct HierarchyOptions {
     /// By what factor the error may be exceeded at most (default 1: not at all, by no point that was measured). Others may exceed
     /// it by a little, in the test models by up to a fifth.
     pub most_over: f32,
-    /// Vertices of the original that deviate by more than so many times the simplifier's estimate are locked, in the four
-    /// finest levels (default 2.5, above 0).
+    /// Vertices of a group's triangles that come to be off by more than so many times the simplifier's estimate are locked
+    /// (default 2, above 0). At 1.5 armadillo and buddha have a seventh fewer triangles at 5 radii and the castle a quarter more.
     pub lock_beyond: f32,
-    /// How often levels are made again after that (default 2, at most 16). 0 locks none.
+    /// How often a group is simplified again after that (default 2, at most 16); what is worth most is kept. 0 locks none.
     pub lock_rounds: u32,
     /// Seed of the random points (default 0).
     pub seed: u64,
@@ -52,7 +52,7 @@ impl Default for HierarchyOptions {
             reverse_points: 4,
             share_over: 0.001,
             most_over: 1.0,
-            lock_beyond: 2.5,
+            lock_beyond: 2.0,
             lock_rounds: 2,
             seed: 0,
             threads: 1,

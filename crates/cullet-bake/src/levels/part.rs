@@ -1,4 +1,4 @@
-//! The hierarchy of one part: levels from the finest up, and once more where vertices had to be locked.
+//! The hierarchy of one part: levels from the finest up.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -9,17 +9,13 @@ use super::data::NO_GROUP;
 use super::distance::SurfaceTree;
 use super::error::LevelsError;
 use super::group::{Level, Made, Pending, Scratch, Surface, cluster_size, make};
-use super::measure::{Carried, NO_VERTEX, Point};
+use super::measure::Carried;
 use super::options::{ErrorSource, HierarchyOptions};
 use super::samples::inner_points;
 use super::simplifier::{Attributes, cut_into_clusters, partition};
 use super::sphere::{Ball, around};
 use super::weld::Welded;
 use crate::corners::turned;
-
-/// In so many levels from the finest, vertices are locked. Over all levels it ruins the coarse ones: a miss high up says
-/// little of a vertex.
-const LOCKED_LEVELS: usize = 4;
 
 /// A cluster that no group could simplify is tried in so many, with other neighbours.
 const TRIES: u8 = 2;
@@ -147,13 +143,11 @@ impl PartSurface {
                     for &v in corners {
                         let at = self.position[v as usize] as usize;
                         if !std::mem::replace(&mut sampled[at], true) {
-                            let point = Point { at: self.positions[at], vertex: at as u32 };
-                            carried.points.push(point);
+                            carried.points.push(self.positions[at]);
                         }
                     }
                     let places = corners.map(|v| self.positions[v as usize]);
-                    let inner = inner_points(places, seed, t, points);
-                    carried.points.extend(inner.map(|at| Point { at, vertex: NO_VERTEX }));
+                    carried.points.extend(inner_points(places, seed, t, points));
                     carried.counts.push((carried.points.len() - before) as u32);
                 }
                 let centre = |v: &u32| Ball { centre: self.positions[*v as usize], radius: 0.0 };
@@ -185,26 +179,12 @@ pub(super) fn build_part(
         position: &part.position,
         original: &original,
     };
-    let mut fixed = part.shared.clone();
-    let rounds = if measured { options.lock_rounds } else { 0 };
-    for round in 0.. {
-        let pool = part.originals(&counts, options, seed);
-        let mut run = Run::new(&surface, options, pool, fixed.clone(), seed);
-        let look = round < rounds;
-        for level in 0.. {
-            let offenders = run.level(look && level < LOCKED_LEVELS)?;
-            offenders.iter().for_each(|&v| fixed[part.position[v as usize] as usize] = true);
-            run.offenders += offenders.len();
-            let last = run.pool.len() < 2 || !run.gained;
-            if look && run.offenders > 0 && (last || level + 1 == LOCKED_LEVELS) {
-                break;
-            }
-            if last {
-                return Ok(run.levels);
-            }
-        }
+    let pool = part.originals(&counts, options, seed);
+    let mut run = Run::new(&surface, options, pool, part.shared.clone(), seed);
+    while run.gained && run.pool.len() > 1 {
+        run.level()?;
     }
-    Ok(PartLevels::default())
+    Ok(run.levels)
 }
 
 /// Levels as they grow.
@@ -218,7 +198,6 @@ struct Run<'a> {
     fixed: Vec<bool>,
     /// Whether the last level had fewer triangles.
     gained: bool,
-    offenders: usize,
     seed: u64,
 }
 
@@ -237,15 +216,12 @@ impl<'a> Run<'a> {
         };
         let clusters = pool.iter().map(original).collect();
         let levels = PartLevels { clusters, groups: Vec::new() };
-        Self { surface, options, pool, levels, fixed, gained: true, offenders: 0, seed }
+        Self { surface, options, pool, levels, fixed, gained: true, seed }
     }
 
-    /// Simplifies what is in the pool once; the vertices that deviate too far, if they are looked for.
-    fn level(&mut self, find_offenders: bool) -> Result<Vec<u32>, LevelsError> {
+    /// Simplifies what is in the pool once.
+    fn level(&mut self) -> Result<(), LevelsError> {
         self.gained = false;
-        if self.pool.len() < 2 {
-            return Ok(Vec::new());
-        }
         let groups = self.partition()?;
         let locked = self.locked(&groups);
         let mut members: Vec<Vec<Pending>> = Vec::new();
@@ -257,7 +233,6 @@ impl<'a> Run<'a> {
             surface: self.surface,
             options: self.options,
             locked: &locked,
-            find_offenders,
             seed: self.seed,
         };
         let first_key = self.levels.groups.len() as u32;
@@ -279,12 +254,11 @@ impl<'a> Run<'a> {
         let threads = self.options.threads;
         let made =
             crate::threads::run(threads, members.len(), || Scratch::new(vertices), job, || true);
-        let mut offenders = Vec::new();
         for (made, members) in made.unwrap_or_default().into_iter().zip(members) {
             let members = members.into_inner().unwrap_or_else(PoisonError::into_inner);
-            self.take(made?, members, &mut offenders);
+            self.take(made?, members);
         }
-        Ok(offenders)
+        Ok(())
     }
 
     /// Groups of clusters that are neighbours by the positions of their vertices.
@@ -312,7 +286,7 @@ impl<'a> Run<'a> {
     }
 
     /// Takes what became of a group.
-    fn take(&mut self, made: Made, members: Vec<Pending>, offenders: &mut Vec<u32>) {
+    fn take(&mut self, made: Made, members: Vec<Pending>) {
         let Some(ball) = made.ball else {
             for mut pending in members {
                 pending.stuck += 1;
@@ -343,6 +317,5 @@ impl<'a> Run<'a> {
             let error = made.error;
             self.pool.push(Pending { number, indices, carried, ball, error, stuck: 0 });
         }
-        offenders.extend(made.offenders);
     }
 }

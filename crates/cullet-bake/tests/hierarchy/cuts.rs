@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use cullet_bake::levels::{CutView, LevelsData, SurfaceTree, cut, surface_points};
+use cullet::lod::{LevelEye, Levels, Lod, PixelScale, Selection};
+use cullet::{Simd, Transform};
+use cullet_bake::levels::{LevelsData, SurfaceTree, surface_points};
 use cullet_testkit::Rng;
 
 /// Pixels a radian of a picture of 1080 lines and 60°.
@@ -27,15 +29,38 @@ pub(crate) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// An eye so many radii from the middle.
-pub(crate) fn view_from(positions: &[[f32; 3]], direction: [f64; 3], radii: f64) -> CutView {
+pub(crate) fn view_from(positions: &[[f32; 3]], direction: [f64; 3], radii: f64) -> PixelScale {
     let (middle, radius) = bounding(positions);
-    let eye = std::array::from_fn(|a| (middle[a] + direction[a] * radii * radius) as f32);
-    CutView { eye, pixels_per_radian: PIXELS, near: radius * 1e-3, scale: 1.0 }
+    let eye = std::array::from_fn(|a| middle[a] + direction[a] * radii * radius);
+    PixelScale { eye: Some(eye), pixels: PIXELS, near: radius * 1e-3 }
 }
 
-/// Corners of the triangles of a cut.
-pub(crate) fn indices_of(levels: &LevelsData, cut: &[u32]) -> Vec<u32> {
-    cut.iter().flat_map(|&c| levels.cluster_indices(c)).collect()
+/// Levels that are cut as the engine does.
+pub(crate) struct Cuts<'a> {
+    pub(crate) data: &'a LevelsData,
+    levels: Levels,
+}
+
+impl<'a> Cuts<'a> {
+    pub(crate) fn new(data: &'a LevelsData) -> Self {
+        let (_, levels) = data.clone().into_levels().expect("levels of a mesh");
+        Self { data, levels }
+    }
+
+    /// The clusters of the cut at so many pixels.
+    pub(crate) fn clusters(&self, view: &PixelScale, pixels: f64) -> Vec<u32> {
+        let lod = Lod { pixels, ..Lod::default() };
+        let eye = LevelEye::new(&lod, view, &Transform::IDENTITY, None);
+        let mut selection = Selection::default();
+        assert!(self.levels.select(Simd::best(), &eye, &mut selection), "all levels are there");
+        selection.ranges().flatten().collect()
+    }
+
+    /// Corners of the triangles of the cut at so many pixels.
+    pub(crate) fn triangles(&self, view: &PixelScale, pixels: f64) -> Vec<u32> {
+        let clusters = self.clusters(view, pixels);
+        clusters.into_iter().flat_map(|c| self.data.cluster_indices(c)).collect()
+    }
 }
 
 /// Edges that triangles have on one side more often than on the other, by welded vertices, and how much.
@@ -66,20 +91,20 @@ pub(crate) fn deviation(
     levels: &LevelsData,
     original: (&[u32], &SurfaceTree),
     drawn: &[u32],
-    view: &CutView,
+    view: &PixelScale,
     threshold: f64,
     samples: usize,
     seed: u64,
 ) -> Deviation {
     let positions = &levels.mesh.positions;
     let of_cut = SurfaceTree::new(positions, drawn);
-    let eye = view.eye.map(f64::from);
+    let eye = view.eye.expect("an eye");
     let mut found = Vec::new();
     for (from, to) in [(original.0, &of_cut), (drawn, original.1)] {
         for p in surface_points(positions, from, samples, seed) {
             let distance = apart(p.point.map(f64::from), eye).max(view.near);
             // Anything nearer than a thousandth of what is allowed counts as nothing.
-            let allowed = threshold * distance / view.pixels_per_radian;
+            let allowed = threshold * distance / view.pixels;
             if to.within(p.point, (allowed * 1e-3) as f32).is_some() {
                 found.push(0.0);
                 continue;
@@ -106,12 +131,13 @@ pub(crate) fn row(
 ) -> (f64, Deviation) {
     let positions = &levels.mesh.positions;
     let tree = SurfaceTree::new(positions, original);
+    let cuts = Cuts::new(levels);
     let mut rng = Rng(5);
     let mut worst = Deviation::default();
     let mut triangles = 0.0;
     for seed in 0..8 {
         let view = view_from(positions, rng.direction(), radii);
-        let drawn = indices_of(levels, &cut(levels, &view, 1.0));
+        let drawn = cuts.triangles(&view, 1.0);
         triangles += drawn.len() as f64 / 24.0;
         if samples > 0 {
             let d = deviation(levels, (original, &tree), &drawn, &view, 1.0, samples, 100 + seed);

@@ -7,18 +7,18 @@ mod models;
 use std::collections::HashSet;
 
 use cullet::MeshData;
+use cullet::lod::PixelScale;
 use cullet::mesh::{MeshError, Part, weld};
 use cullet_bake::levels::simplifier::Attributes;
 use cullet_bake::levels::{
-    CutView, ErrorSource, Group, HierarchyOptions, LevelsData, LevelsError, NO_GROUP, SurfaceTree,
-    build_hierarchy, cut,
+    ErrorSource, HierarchyOptions, LevelsData, LevelsError, NO_GROUP, SurfaceTree, build_hierarchy,
 };
 use cullet_testkit::soups::{
     Soup, bumpy_ball, divided_block, join, moved, scattered, terrain, unshared,
 };
 use cullet_testkit::{Rng, cases};
 
-use cuts::{deviation, indices_of, open_edges, view_from};
+use cuts::{Cuts, deviation, open_edges, view_from};
 
 fn data((positions, indices): Soup) -> MeshData {
     MeshData { positions, indices, ..MeshData::default() }
@@ -49,7 +49,7 @@ fn village() -> MeshData {
     MeshData { parts: (0..3).map(part).collect(), ..data((positions, indices)) }
 }
 
-fn some_view(positions: &[[f32; 3]], rng: &mut Rng) -> (CutView, f64) {
+fn some_view(positions: &[[f32; 3]], rng: &mut Rng) -> (PixelScale, f64) {
     let view = view_from(positions, rng.direction(), rng.range(0.0, 2.0).exp() * 0.8);
     (view, (rng.range(-1.5, 4.0)).exp())
 }
@@ -66,6 +66,7 @@ fn any_cut_has_the_open_edges_of_the_original_and_no_triangle_twice() {
     let mut rng = Rng(1);
     for (name, mesh) in &shapes {
         let levels = build(mesh);
+        let cuts = Cuts::new(&levels);
         let welded = weld(&mesh.positions);
         let of_original = open_edges(&welded, &mesh.indices);
         let ends: HashSet<u32> = of_original.keys().flatten().copied().collect();
@@ -73,7 +74,7 @@ fn any_cut_has_the_open_edges_of_the_original_and_no_triangle_twice() {
         let (mut fewest, mut sizes) = (finest, HashSet::new());
         for _ in 0..cases(60) {
             let (view, threshold) = some_view(&mesh.positions, &mut rng);
-            let drawn = indices_of(&levels, &cut(&levels, &view, threshold));
+            let drawn = cuts.triangles(&view, threshold);
             let mut seen = HashSet::new();
             for t in drawn.as_chunks::<3>().0 {
                 let [a, b, c] = t.map(|v| welded[v as usize]);
@@ -132,12 +133,13 @@ fn parts_are_never_mixed_and_meet_along_their_own_edges() {
 /// Deviations of cuts in random views, as a share of the threshold: the largest share over it, and the worst.
 fn worst(mesh: &MeshData, options: &HierarchyOptions, seed: u64, views: u32) -> (f64, f64) {
     let levels = build_hierarchy(mesh, None, options).expect("valid");
+    let cuts = Cuts::new(&levels);
     let tree = SurfaceTree::new(&mesh.positions, &mesh.indices);
     let mut rng = Rng(seed);
     let mut worst = (0.0_f64, 0.0_f64);
     for _ in 0..views {
         let (view, threshold) = some_view(&mesh.positions, &mut rng);
-        let drawn = indices_of(&levels, &cut(&levels, &view, threshold));
+        let drawn = cuts.triangles(&view, threshold);
         let original = (mesh.indices.as_slice(), &tree);
         let d = deviation(&levels, original, &drawn, &view, threshold, 20_000, rng.bits());
         worst.0 = worst.0.max(d.over as f64 / d.samples as f64);
@@ -283,16 +285,11 @@ fn thresholds_of_nothing_and_of_everything() {
     let view = view_from(&mesh.positions, [1.0, 0.0, 0.0], 3.0);
     let original: Vec<u32> =
         (0..).take_while(|c| levels.made_from[*c as usize] == NO_GROUP).collect();
-    for threshold in [-1.0, f64::NAN] {
-        assert_eq!(cut(&levels, &view, threshold), original);
+    let cuts = Cuts::new(&levels);
+    for threshold in [-1.0, 0.0, f64::NAN] {
+        assert_eq!(cuts.clusters(&view, threshold), original);
     }
     let top = |c: &u32| levels.replaced_by[*c as usize] == NO_GROUP;
     let all = 0..levels.made_from.len() as u32;
-    assert_eq!(cut(&levels, &view, f64::INFINITY), all.filter(top).collect::<Vec<_>>());
-    // Twice as near or twice as large is the same.
-    let group = Group { centre: [0.0; 3], radius: 0.0, error: 0.5 };
-    let pixels =
-        |scale: f64, eye: f32| CutView { eye: [eye, 0.0, 0.0], scale, ..view }.pixels(&group);
-    assert_eq!(pixels(1.0, 4.0), 0.5 * cuts::PIXELS / 4.0);
-    assert_eq!(pixels(2.0, 4.0), pixels(1.0, 4.0));
+    assert_eq!(cuts.clusters(&view, 1e30), all.filter(top).collect::<Vec<_>>());
 }

@@ -2,16 +2,15 @@
 
 use std::collections::HashMap;
 
+use cullet::lod::{Group, LevelEye, NO_GROUP};
 use cullet::mesh::{Part, weld};
 use cullet::{Mesh, MeshData};
 use cullet_bake::levels::simplifier;
 use cullet_bake::levels::{
-    Deviation, HierarchyOptions, LevelsError, NO_GROUP, Within, WithinOptions, build_hierarchy,
-    deviation, select, simplify_within,
+    Deviation, HierarchyOptions, LevelsError, Within, WithinOptions, build_hierarchy, deviation,
+    simplify_within,
 };
 use cullet_io::Attributes;
-
-use super::eye::{Eye, Placed};
 
 /// How a mesh is simplified.
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +28,8 @@ pub(super) struct Settings<'a> {
 pub(super) enum Goal<'a> {
     /// So far in its own units, everywhere.
     Bound(f64),
-    /// As an eye allows it in all its instances.
-    Seen(&'a Eye, &'a [Placed]),
+    /// As all these eyes allow it.
+    Seen(&'a [LevelEye]),
 }
 
 /// Meshes of more triangles are cut from a hierarchy of clusters for an eye: in smaller ones little of it is far from the
@@ -67,14 +66,13 @@ pub(super) fn simplify(
     let (same, split) =
         if kept.is_empty() { (Vec::new(), 0) } else { same_vertices(&data.positions, kept) };
     let found = match settings.goal {
-        Goal::Seen(eye, instances) if data.indices.len() / 3 > SMALL => {
-            cut_for(&data, kept, eye, instances)?
-        }
-        Goal::Seen(eye, instances) => {
+        Goal::Seen(eyes) if data.indices.len() / 3 > SMALL => cut_for(&data, kept, eyes)?,
+        Goal::Seen(eyes) => {
             let bounds = mesh.bounds();
             let middle = bounds.center().map(|v| v as f32);
             let reach = bounds.half_extent().map(|v| v * v).iter().sum::<f64>().sqrt();
-            within(&data, &same, eye.bound(instances, middle, reach as f32))?
+            let allowed = eyes.iter().map(|e| e.allowed(middle, reach as f32));
+            within(&data, &same, f64::from(allowed.fold(f32::INFINITY, f32::min)))?
         }
         Goal::Bound(bound) => within(&data, &same, bound)?,
     };
@@ -118,32 +116,33 @@ fn within(data: &MeshData, same: &[u32], bound: f64) -> Result<Within, LevelsErr
     simplify_within(data, bound.min(f64::from(f32::MAX)) as f32, &options)
 }
 
-/// The cut of a hierarchy of clusters for an eye; its error is the largest of what is drawn.
+/// The cut of a hierarchy of clusters for some eyes; its error is the largest of what is drawn.
 fn cut_for(
     data: &MeshData,
     attributes: &Attributes,
-    eye: &Eye,
-    instances: &[Placed],
+    eyes: &[LevelEye],
 ) -> Result<Within, LevelsError> {
     let values = attributes.interleaved();
     // They keep seams apart and count for nothing else.
     let weights = vec![0.0; attributes.stride()];
     let seams = simplifier::Attributes { values: &values, weights: &weights };
     let seams = (!attributes.is_empty()).then_some(seams);
-    let levels = build_hierarchy(data, seams, &HierarchyOptions::default())?;
-    let over: Vec<bool> = levels.groups.iter().map(|g| eye.is_over(instances, g)).collect();
-    let mut of_parts = vec![Vec::new(); levels.mesh.parts.len()];
+    let data = build_hierarchy(data, seams, &HierarchyOptions::default())?;
+    let (mesh, levels) = data.into_levels()?;
+    let over = |group: &Group| eyes.iter().any(|e| e.is_over(group));
+    let mut of_parts = vec![Vec::new(); mesh.parts().len()];
     let mut error = 0.0_f32;
-    for cluster in select(&levels, |group| over[group as usize]) {
-        let part = levels.clustering.clusters[cluster as usize].part;
-        of_parts[part as usize].extend(levels.cluster_indices(cluster));
-        let from = levels.made_from[cluster as usize];
+    let made_from = levels.made_from().iter().zip(mesh.clusters());
+    let drawn = levels.select_where(over);
+    for ((&from, cluster), _) in made_from.zip(drawn).filter(|c| c.1) {
+        let corners = cluster.triangles().start as usize * 3..cluster.triangles().end as usize * 3;
+        of_parts[cluster.part as usize].extend_from_slice(&mesh.indices()[corners]);
         if from != NO_GROUP {
-            error = error.max(levels.groups[from as usize].error);
+            error = error.max(levels.group(from as usize).error);
         }
     }
     let mut first_triangle = 0;
-    let parts = levels.mesh.parts.iter().zip(&of_parts).map(|(part, of)| {
+    let parts = mesh.parts().iter().zip(&of_parts).map(|(part, of)| {
         let part = Part { first_triangle, triangle_count: (of.len() / 3) as u32, ..*part };
         first_triangle += part.triangle_count;
         part

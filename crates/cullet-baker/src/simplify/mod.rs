@@ -12,7 +12,7 @@ use cullet_command::inputs;
 use cullet_io::{Model, SaveErrorKind, SaveFormat, save};
 use serde::Serialize;
 
-use eye::{Eye, Placed};
+use eye::eyes;
 use mesh::{Goal, Settings, Simplified};
 use uses::Uses;
 
@@ -74,8 +74,8 @@ fn simplify(model: &mut Model, args: &SimplifyArgs, console: &Console) -> Result
         radius: uses.radius,
         ..Record::default()
     };
-    let eye = args.pixels.zip(args.distance).map(|(pixels, d)| Eye::new(&uses, pixels, d));
-    let placed = if eye.is_some() { Placed::all(&model.scene) } else { Vec::new() };
+    let seen = args.pixels.zip(args.distance);
+    let seen = seen.map(|(pixels, distance)| eyes(&model.scene, &uses, pixels, distance));
     let drawn = uses.meshes.iter().filter(|u| u.count > 0).count();
     let mut progress = console.progress("simplifying", drawn as u64);
     let mut seams = 0;
@@ -84,8 +84,8 @@ fn simplify(model: &mut Model, args: &SimplifyArgs, console: &Console) -> Result
             let message = "interrupted; nothing was written".into();
             return Err(Failure { exit: Exit::Interrupted, message });
         }
-        let goal = match &eye {
-            Some(eye) => Goal::Seen(eye, &placed[number]),
+        let goal = match &seen {
+            Some(eyes) => Goal::Seen(&eyes[number]),
             // In the mesh's own units, where its largest instance keeps the bound.
             None if of.scale > 0.0 => {
                 Goal::Bound(args.error.unwrap_or(0.0) * uses.radius / of.scale)

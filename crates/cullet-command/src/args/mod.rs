@@ -9,7 +9,7 @@ mod view;
 pub use bake::{BAKE_HELP, BakeArgs};
 pub use cull::{CullArgs, OccluderKind, PRESETS, Preset};
 pub use scene::SceneArgs;
-pub use simplify::{SIMPLIFY_HELP, SimplifyArgs};
+pub use simplify::{LOD_BENCH_HELP, LodBenchArgs, SIMPLIFY_HELP, SimplifyArgs};
 pub use view::{PictureViewArgs, ViewArgs};
 
 use clap::Args;

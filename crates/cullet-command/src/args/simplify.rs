@@ -62,3 +62,32 @@ pub struct SimplifyArgs {
     #[arg(long, value_name = "PATH")]
     pub json: Option<PathBuf>,
 }
+
+/// End of `cullet bench lod --help`.
+pub const LOD_BENCH_HELP: &str = "\
+Makes levels of each model, taken as one mesh, and looks at them from eight sides at six distances: how many triangles
+are drawn where nothing may be off by more than one pixel of 1080 lines over 60 degrees, and how far off they are
+found to be, from points that took no part in making them. Beside them levels by the errors that the simplifier
+returns, and those of its own library, with its errors as they are and times the least factor at which a pixel is one.
+Then triangles within three bounds beside a plain chain, and what flips while the eye trembles by 2 % of its distance.
+
+The work is done by cullet-baker, as that of 'cullet simplify' is. Ends with exit code 2 where a bound is not kept.
+
+Examples
+  cullet bench lod                              of CULLET_DATA armadillo, buddha, castle and fandisk
+  cullet bench lod --scene model.glb --points 10000000
+  cullet bench lod --json lod.json";
+
+/// Arguments of `cullet bench lod`.
+#[derive(Clone, Debug, Args)]
+pub struct LodBenchArgs {
+    /// A model, a file or a built-in scene; may be given many times [default: four of `CULLET_DATA`]
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Vec<String>,
+    /// Points from which levels are measured, at each distance
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
+    pub points: u32,
+    /// Write the results as JSON; - is the standard output
+    #[arg(long, value_name = "PATH")]
+    pub json: Option<PathBuf>,
+}

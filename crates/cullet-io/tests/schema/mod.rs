@@ -3,14 +3,14 @@
 use serde_json::Value;
 
 /// The schema of an extension.
-pub fn of(extension: &str) -> Value {
+pub(crate) fn of(extension: &str) -> Value {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/schema");
     let text = std::fs::read_to_string(format!("{folder}/{extension}.schema.json")).unwrap();
     serde_json::from_str(&text).unwrap()
 }
 
 /// Where a value is not as the schema wants it: as much of JSON Schema as that file uses.
-pub fn held(schema: &Value, value: &Value, at: &str) -> Vec<String> {
+pub(crate) fn held(schema: &Value, value: &Value, at: &str) -> Vec<String> {
     fn judge(root: &Value, schema: &Value, value: &Value, at: &str, out: &mut Vec<String>) {
         for (key, rule) in schema.as_object().unwrap() {
             let mut wrong = |what: &str| out.push(format!("{at}: {what} {rule}"));

@@ -11,6 +11,7 @@ mod culler;
 mod cut;
 mod frustum;
 mod hierarchy;
+mod lod;
 mod measure;
 mod measured;
 mod moving;
@@ -27,6 +28,7 @@ pub(crate) mod world;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use cullet_command::args::{LOD_BENCH_HELP, LodBenchArgs};
 use cullet_command::console::Console;
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
@@ -43,7 +45,7 @@ use crate::machine::Machine;
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct BenchArgs {
-    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, moving, occlusion
+    /// Only workloads whose name contains this, such as frustum, backface, hierarchy, moving, occlusion, lod/
     filter: Option<String>,
     /// Also a hierarchy of 1e7 boxes, and 1,000 frames of 1e6 that move: 1 GiB, some minutes
     #[arg(long)]
@@ -66,6 +68,9 @@ enum BenchOf {
     /// Whether occlusion culling gives back what it takes, on many scenes
     #[command(after_help = pays::HELP)]
     Pays(Box<pays::PaysArgs>),
+    /// Levels of detail beside those of errors that are believed
+    #[command(after_help = LOD_BENCH_HELP)]
+    Lod(LodBenchArgs),
     /// What cells and portals cost, and what they save
     #[command(after_help = portal::HELP)]
     Portal(portal::PortalArgs),
@@ -82,11 +87,18 @@ impl BenchArgs {
         }
     }
 
+    /// Whether this is `cullet bench lod`, which the baker runs.
+    #[must_use]
+    pub fn is_of_levels(&self) -> bool {
+        matches!(self.of, Some(BenchOf::Lod(_)))
+    }
+
     /// The path that JSON is to be written to.
     #[must_use]
     pub fn json(&self) -> Option<&Path> {
         match &self.of {
             Some(BenchOf::Culler(args)) => args.json(),
+            Some(BenchOf::Lod(args)) => args.json.as_deref(),
             Some(BenchOf::Pays(args)) => args.json(),
             Some(BenchOf::Portal(args)) => args.json(),
             Some(BenchOf::Pvs(args)) => args.json(),
@@ -105,6 +117,9 @@ pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
         Some(BenchOf::Pays(args)) => return pays::run(args, console),
         Some(BenchOf::Portal(args)) => return portal::run(args, console),
         Some(BenchOf::Pvs(args)) => return pvs::run(args, console),
+        Some(BenchOf::Lod(_)) => {
+            return Err(Failure::usage("cullet bench lod is run by cullet-baker"));
+        }
         None => {}
     }
     if args.occlusion.scene.is_some() {
@@ -134,8 +149,16 @@ pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
 type Workloads = fn(&BenchOptions, &mut dyn FnMut(Measured));
 
 /// The subjects in the order in which they run. Occlusion follows them, for it has more to tell.
-const SUBJECTS: [Workloads; 7] =
-    [frustum::run, backface::run, shadow::run, hierarchy::run, moving::run, clip::run, cut::run];
+const SUBJECTS: [Workloads; 8] = [
+    frustum::run,
+    backface::run,
+    shadow::run,
+    hierarchy::run,
+    moving::run,
+    clip::run,
+    cut::run,
+    lod::run,
+];
 
 /// Runs the workloads that are wanted.
 #[must_use]

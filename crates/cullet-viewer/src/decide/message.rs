@@ -81,6 +81,7 @@ impl Decision {
             funnel,
             triangle_count,
             instance_count,
+            lod_pixels,
         } = visible;
         // Growing a list of millions would copy it again and again.
         let long = size_of_val(&occluders[..])
@@ -91,7 +92,7 @@ impl Decision {
             + reasons.len() * 2;
         let mut out = Writer { bytes: Vec::with_capacity(long + 1024) };
         out.value(&request.number);
-        out.value(&(milliseconds, triangle_count, instance_count, funnel, dropped));
+        out.value(&(milliseconds, triangle_count, instance_count, lod_pixels, funnel, dropped));
         out.pods(occluders);
         out.pods(whole);
         out.pods(partial);
@@ -120,9 +121,10 @@ impl Decision {
             let text = format!("an answer to request {number} in place of {}", request.number);
             return Err(UnpackError::Damaged(text));
         }
-        let (milliseconds, triangles, instances, funnel, dropped) =
-            from.value::<(f32, u64, u64, Funnel, Vec<DroppedRange>)>()?;
+        let (milliseconds, triangles, instances, lod_pixels, funnel, dropped) =
+            from.value::<(f32, u64, u64, Option<f64>, Funnel, Vec<DroppedRange>)>()?;
         (visible.triangle_count, visible.instance_count) = (triangles, instances);
+        visible.lod_pixels = lod_pixels;
         (visible.funnel, visible.dropped) = (funnel, dropped);
         let occluders = from.pods()?;
         from.pods_into(&mut visible.whole)?;

@@ -77,13 +77,17 @@ impl Culler {
     ) -> Result<Explanation, CullError> {
         let slot = scene.slot(handle)?;
         let own = viewer.settings(self).into_owned();
-        let telling = Self { reasons: true, clock: None, ..own };
+        let mut telling = Self { reasons: true, clock: None, ..own };
         let (mut scratch, mut all, mut result) =
             (Scratch::default(), Visible::default(), Visible::default());
-        if telling.occlusion.is_some() {
-            // Occluders of an instance are all the others, so the whole scene is culled first.
+        let has_budget = telling.lod.is_some_and(|lod| lod.triangles.is_some());
+        if telling.occlusion.is_some() || has_budget {
+            // Occluders of an instance are all the others, and a budget is all instances', so the whole scene is culled first.
             let instances = Self { output: Output::Instances, ..telling.clone() };
             pipeline::run(&instances, scene, viewer, None, &mut scratch, &mut all);
+            if let (Some(lod), Some(pixels)) = (&mut telling.lod, all.lod_pixels) {
+                (lod.pixels, lod.triangles) = (pixels, None);
+            }
         }
         let only = Some(Alone { slot, all: &all });
         pipeline::run(&telling, scene, viewer, only, &mut scratch, &mut result);

@@ -6,12 +6,17 @@ use fearless_simd::dispatch;
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
-use super::{LevelEye, Levels, NO_GROUP};
+use super::{Group, LevelEye, Levels, NO_GROUP};
 use crate::bits;
 use crate::simd::Simd;
 
 /// Groups a vector.
 const WIDTH: usize = 8;
+
+/// Of fewer groups a sweep over all is quicker than a walk that asks one by one.
+const LEAST_TO_WALK: usize = 256;
+/// A walk that has visited this part of all groups gives up: it was worth little, and the sweep is worth it.
+const SHARE_TO_WALK: usize = 16;
 
 /// Clusters that were chosen, and the memory to choose again.
 #[derive(Clone, Debug, Default)]
@@ -73,28 +78,53 @@ impl Levels {
     /// itself is the finest of; `false` where some of them would be drawn, so that the mesh is to be drawn instead. Then nothing
     /// is chosen.
     ///
-    /// Visits the groups from the coarsest down and goes no deeper than what is drawn: O(what is drawn), beside a sweep
-    /// over all groups of a fraction of a nanosecond each. Allocates while `selection` grows.
+    /// Visits the groups from the coarsest down and goes no deeper than what is drawn: O(what is drawn). Where that is much of
+    /// what there is, a sweep over all groups finds out first which are over the threshold, in a fraction of a nanosecond
+    /// each. Allocates while `selection` grows.
     pub fn select(&self, simd: Simd, eye: &LevelEye, selection: &mut Selection) -> bool {
-        self.sweep(simd, eye, &mut selection.over);
-        let Selection { over, visited, chosen, pending, triangles, clusters, originals } =
-            selection;
+        let groups = self.group_count();
+        if groups >= LEAST_TO_WALK {
+            let over = |levels: &Self, group: u32| eye.is_over(&levels.group(group as usize));
+            if let Some(all) = self.walk(over, groups / SHARE_TO_WALK, selection) {
+                return all;
+            }
+        }
+        let mut bits = std::mem::take(&mut selection.over);
+        self.sweep(simd, eye, &mut bits);
+        let over = |_: &Self, group: u32| bits::get(&bits, group as usize);
+        let all = self.walk(over, usize::MAX, selection);
+        selection.over = bits;
+        all.unwrap_or(false)
+    }
+
+    /// Chooses from the coarsest groups down; whether all is there, or nothing where more groups would have to be visited than
+    /// `most`.
+    #[inline(always)]
+    fn walk(
+        &self,
+        over: impl Fn(&Self, u32) -> bool,
+        most: usize,
+        selection: &mut Selection,
+    ) -> Option<bool> {
+        let Selection { visited, chosen, pending, triangles, clusters, originals, .. } = selection;
         visited.clear();
-        visited.resize(over.len(), 0);
+        visited.resize(self.group_count().div_ceil(64), 0);
         chosen.clear();
         chosen.resize(self.made_from.len().div_ceil(64), 0);
         (*triangles, *clusters, *originals) = (0, 0, 0);
         pending.clear();
         // The list after the last group's: what no group simplified.
         pending.push(self.group_count() as u32);
+        let mut left = most;
         while let Some(group) = pending.pop() {
+            left = left.checked_sub(1)?;
             for &cluster in self.inputs_of(group as usize) {
                 let finer = self.made_from[cluster as usize];
-                if finer != NO_GROUP && bits::get(over, finer as usize) {
+                if finer != NO_GROUP && over(self, finer) {
                     if self.inputs_of(finer as usize).is_empty() {
                         chosen.fill(0);
                         (*triangles, *clusters, *originals) = (0, 0, 0);
-                        return false;
+                        return Some(false);
                     }
                     let (word, bit) = (finer as usize / 64, 1 << (finer % 64));
                     if visited[word] & bit == 0 {
@@ -109,17 +139,23 @@ impl Levels {
                 }
             }
         }
-        true
+        Some(true)
     }
 
     /// As [`select`](Self::select), slow and obvious: one bit a cluster by the rule alone, also where not all is there.
     #[must_use]
     pub fn select_ref(&self, eye: &LevelEye) -> Vec<bool> {
-        let over = |g: u32| eye.is_over(&self.group(g as usize));
+        self.select_where(|group| eye.is_over(group))
+    }
+
+    /// One bit a cluster: it is drawn where the groups are over the threshold that `over` says, as for several eyes at
+    /// once. It must say so of each group that was made from one of which it does.
+    #[must_use]
+    pub fn select_where(&self, over: impl Fn(&Group) -> bool) -> Vec<bool> {
+        let over: Vec<bool> = (0..self.group_count()).map(|g| over(&self.group(g))).collect();
+        let is_over = |g: u32, none: bool| if g == NO_GROUP { none } else { over[g as usize] };
         let pairs = self.made_from.iter().zip(self.replaced_by());
-        pairs
-            .map(|(&from, &by)| (from == NO_GROUP || !over(from)) && (by == NO_GROUP || over(by)))
-            .collect()
+        pairs.map(|(&from, &by)| !is_over(from, false) && is_over(by, true)).collect()
     }
 
     /// One bit a group: it is over the threshold.

@@ -15,12 +15,17 @@ pub struct Lod {
     /// held everywhere as in the farthest corner, by 1/cos² of its angle to the centre: 2.4 times as fine at 60 degrees and
     /// 16:9. Default off: it holds at the centre.
     pub at_corners: bool,
+    /// A budget: where more triangles than this would be drawn, `pixels` are raised for all until they are not, in steps of a
+    /// quarter of an octave; [`Visible::lod_pixels`](crate::Visible::lod_pixels) tells to how many. What is counted is
+    /// the instances that are left when levels are chosen, before any of their clusters is culled; those without levels count
+    /// in full, and where the coarsest of all are still too many, they are drawn. Default none.
+    pub triangles: Option<u64>,
 }
 
 impl Default for Lod {
     /// A pixel at the centre of the image.
     fn default() -> Self {
-        Self { pixels: 1.0, at_corners: false }
+        Self { pixels: 1.0, at_corners: false, triangles: None }
     }
 }
 
@@ -160,6 +165,18 @@ impl LevelEye {
         // Not beyond: also where a number is NaN, as 0 times infinity is.
         let beyond = away > far * far;
         group.error > self.nearest && !beyond
+    }
+
+    /// The largest error of which a group in such a sphere is not over the threshold, from 0: how far all that is in the
+    /// sphere may be off.
+    #[must_use]
+    pub fn allowed(&self, centre: [f32; 3], radius: f32) -> f32 {
+        let to: [f64; 3] = std::array::from_fn(|a| f64::from(centre[a]) - f64::from(self.eye[a]));
+        let far = length(to) * (1.0 - ROUNDING_F32);
+        let free = far - (f64::from(radius) + f64::from(self.ball)) * (1.0 + ROUNDING_F32);
+        let beyond = free / f64::from(self.reach);
+        // NaN is no allowance either.
+        (beyond as f32).max(self.nearest).max(0.0)
     }
 }
 

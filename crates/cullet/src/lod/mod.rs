@@ -16,11 +16,13 @@
 //! After H. Hoppe, *View-dependent refinement of progressive meshes*, 1997; P. Cignoni et al., *Batched Multi
 //! Triangulation*, 2005; B. Karis et al., *Nanite: A Deep Dive*, 2021.
 
+mod budget;
 mod choose;
 mod eye;
 mod levels;
 mod steps;
 
+pub(crate) use budget::Budget;
 pub use choose::Selection;
 pub use eye::{LevelEye, Lod, PixelScale};
 pub use levels::{Group, Levels, LevelsError, NO_GROUP};

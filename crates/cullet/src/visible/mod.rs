@@ -92,6 +92,9 @@ pub struct Visible {
     pub triangle_count: u64,
     /// Instances of which something will be drawn.
     pub instance_count: u64,
+    /// Where [levels of detail](crate::Culler::lod) were chosen: by how many pixels what is drawn may be off, which a budget
+    /// may have raised.
+    pub lod_pixels: Option<f64>,
 }
 
 impl Visible {

@@ -5,7 +5,7 @@ use super::super::log::Log;
 use super::super::sets::{Coarse, Instances, slots};
 use crate::bits;
 use crate::funnel::{Counts, Stage};
-use crate::lod::{LevelEye, Lod, PixelScale, Selection};
+use crate::lod::{Budget, LevelEye, Lod, PixelScale, Selection};
 use crate::scene::Tally;
 
 /// Memory of the stage.
@@ -13,6 +13,9 @@ use crate::scene::Tally;
 pub(in super::super) struct Cache {
     selection: Selection,
     best: Selection,
+    budget: Budget,
+    /// The threshold of the last view.
+    pub(in super::super) pixels: Option<f64>,
 }
 
 /// Replaces the meshes of instances by levels that have fewer triangles.
@@ -23,18 +26,55 @@ pub(in super::super) fn instances(
     coarse: &mut Coarse,
     log: &mut Log<'_>,
 ) {
-    let Some(lod) = &frame.culler.lod else { return };
+    cache.pixels = None;
+    let Some(mut lod) = frame.culler.lod else { return };
     let scene = frame.scene;
     if scene.has_levels() {
         let scale = PixelScale::of(frame.seen_by, lod.at_corners);
+        if let Some(most) = lod.triangles {
+            lod.pixels = within_budget(frame, &lod, most, &scale, &mut cache.budget, set);
+        }
         for &word in &set.live {
             let word = word as usize;
             for slot in slots(word, set.alive[word] & !scene.exempt()[word]) {
-                replace(frame, lod, &scale, slot, cache, coarse);
+                replace(frame, &lod, &scale, slot, cache, coarse);
             }
         }
     }
+    cache.pixels = Some(lod.pixels);
     log.instance_row(Stage::Lod, coarse.saved());
+}
+
+/// The threshold at which no more triangles are drawn than the budget has: one pass over all groups.
+fn within_budget(
+    frame: &Frame<'_>,
+    lod: &Lod,
+    most: u64,
+    scale: &PixelScale,
+    budget: &mut Budget,
+    set: &Instances,
+) -> f64 {
+    let scene = frame.scene;
+    budget.begin(lod.pixels);
+    let finest = Lod { pixels: budget.finest(), ..*lod };
+    let mut all = 0;
+    for &word in &set.live {
+        for slot in slots(word as usize, set.alive[word as usize]) {
+            let levels = scene.levels(scene.mesh_id(slot));
+            let whole = scene.tally_of(slot).counts;
+            all += whole.triangles;
+            let is_exempt = bits::get(scene.exempt(), slot as usize);
+            if levels.is_empty() || is_exempt || !scene.is_rigid(slot) {
+                budget.add_whole(whole.triangles);
+                continue;
+            }
+            let eye = LevelEye::new(&finest, scale, scene.transform(slot), frame.seen_by.eyes);
+            let levels = levels.iter().map(|l| &l.levels);
+            budget.add([whole.triangles, whole.clusters], levels, &eye);
+        }
+    }
+    // In full where that was asked for and is not too much.
+    if !(lod.pixels > 0.0) && all <= most { lod.pixels } else { budget.pixels(most) }
 }
 
 fn replace(
@@ -92,6 +132,6 @@ pub(in super::super) fn finding(frame: &Frame<'_>, cache: &Cache, slot: u32) -> 
     format!(
         "{triangles} of {} triangles within {} pixels of the original",
         scene.tally_of(slot).counts.triangles,
-        lod.pixels
+        cache.pixels.unwrap_or(lod.pixels)
     )
 }

@@ -1,0 +1,224 @@
+//! `cullet bench lod`: levels beside those of a simplifier that is believed.
+
+mod chain;
+mod kept;
+mod models;
+mod peer;
+mod steady;
+
+use std::time::Instant;
+
+use cullet_bake::levels::{ErrorSource, HierarchyOptions, LevelsError, build_hierarchy};
+use cullet_command::args::LodBenchArgs;
+use cullet_command::console::{Console, grouped, interrupted};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::write_json;
+use serde::Serialize;
+
+use chain::ChainRow;
+use kept::{Cuts, Ours};
+use models::Whole;
+use peer::PeerLevels;
+use steady::Steady;
+
+/// Points of which the factor of the peer is found.
+const FEWER_POINTS: u32 = 160_000;
+
+/// What one model showed.
+#[derive(Debug, Serialize)]
+struct OfModel {
+    model: String,
+    triangles: usize,
+    /// Cuts at one pixel by measured errors, by returned ones, and of the peer.
+    cuts: Vec<Cuts>,
+    /// Ours over the peer's with the least factor that keeps a pixel, from 2 to 20 radii, in the geometric mean.
+    ratio: Option<f64>,
+    chain: Vec<ChainRow>,
+    steady: Vec<Steady>,
+    /// Seconds of one thread for the hierarchy, errors measured, and millions of triangles a minute.
+    bake_seconds: f64,
+    bake_millions_a_minute: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Record {
+    schema: u32,
+    models: Vec<OfModel>,
+    /// Geometric means over the models.
+    ratio: Option<f64>,
+    chain_ratio: Option<f64>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &LodBenchArgs, console: &Console) -> Outcome {
+    let mut rows = Vec::new();
+    for whole in models::models(&args.scene, console)? {
+        rows.push(measure(&whole, args, console).map_err(|why| match why {
+            Stop::Interrupted => Failure { exit: Exit::Interrupted, message: "interrupted".into() },
+            Stop::Levels(e) => Failure::input(format!("{}: {e}", whole.name)),
+            Stop::Peer(e) => Failure::input(format!("{}: the peer refuses it: {e}", whole.name)),
+        })?);
+    }
+    let mean_of = |all: Vec<f64>| (!all.is_empty()).then(|| mean(&all));
+    let ratio = mean_of(rows.iter().filter_map(|r| r.ratio).collect());
+    let chain_ratio = mean_of(rows.iter().flat_map(|r| &r.chain).map(ChainRow::ratio).collect());
+    if let Some(ratio) = ratio {
+        console.line(format!("all: {ratio:.2} of the peer's triangles within the same bound"));
+    }
+    if let Some(ratio) = chain_ratio {
+        console.line(format!("all: {ratio:.2} of a plain chain's triangles within the same bound"));
+    }
+    let is_kept = |m: &OfModel| {
+        m.cuts[0].rows.iter().all(|r| r.is_kept() && r.cracks == 0)
+            && m.chain.iter().all(|r| r.p999 <= 1.0 && r.most <= 1.2)
+            && m.steady.iter().all(|s| s.flips == 0)
+    };
+    let all_kept = rows.iter().all(is_kept);
+    if let Some(path) = &args.json {
+        write_json(path, &Record { schema: 1, models: rows, ratio, chain_ratio })?;
+    }
+    if all_kept {
+        Ok(Exit::Fine)
+    } else {
+        Err(Failure::input("a bound is not kept, or a cut has cracks: see above"))
+    }
+}
+
+enum Stop {
+    Interrupted,
+    Levels(LevelsError),
+    Peer(meshopt::Error),
+}
+
+impl From<LevelsError> for Stop {
+    fn from(why: LevelsError) -> Self {
+        Self::Levels(why)
+    }
+}
+
+fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfModel, Stop> {
+    let go_on = || if interrupted() { Err(Stop::Interrupted) } else { Ok(()) };
+    console.line(format!("{}, {} triangles", whole.name, grouped(whole.triangles() as u64)));
+    let data = whole.to_data();
+    let begin = Instant::now();
+    let measured = build_hierarchy(&data, None, &HierarchyOptions::default())?;
+    let bake_seconds = begin.elapsed().as_secs_f64();
+    let bake_millions_a_minute = whole.triangles() as f64 * 60e-6 / bake_seconds;
+    console.line(format!(
+        "  hierarchy of measured errors in {bake_seconds:.1} s: {bake_millions_a_minute:.1} million triangles a minute"
+    ));
+    let measured = Ours::new(measured)?;
+    let mut options = HierarchyOptions::default();
+    options.errors = ErrorSource::Returned;
+    let returned = Ours::new(build_hierarchy(&data, None, &options)?)?;
+    let peer = PeerLevels::new(whole).map_err(Stop::Peer)?;
+    let original = kept::Original::new(whole);
+    let mut cuts = Vec::new();
+    let mut add = |cut: Cuts| {
+        print(&cut, console);
+        cuts.push(cut);
+    };
+    add(original.ours("measured", &measured, args.points));
+    go_on()?;
+    add(original.ours("returned", &returned, FEWER_POINTS));
+    go_on()?;
+    add(original.peer(&peer, 1.0, FEWER_POINTS));
+    let kept = original.peer_kept(&peer, FEWER_POINTS);
+    go_on()?;
+    if let Some(kept) = &kept {
+        add(kept.clone());
+    } else {
+        console.line("  clusterlod: no factor that was tried keeps a pixel");
+    }
+    let ratio = kept.map(|kept| {
+        let both = cuts[0].rows.iter().zip(&kept.rows).skip(1).take(4);
+        mean(&both.map(|(a, b)| a.triangles / b.triangles).collect::<Vec<_>>())
+    });
+    if let Some(ratio) = ratio {
+        console.line(format!("  {ratio:.2} of its triangles, from 2 to 20 radii"));
+    }
+    let chain = chain::compare(whole, args.points / 2)?;
+    for row in &chain {
+        console.line(format!(
+            "  within {:.1} %: {} triangles, plain chain {}: {:.2}; off by {:.2} bounds at most, 99.9 % by {:.2}",
+            row.bound * 100.0,
+            grouped(row.triangles as u64),
+            grouped(row.plain as u64),
+            row.ratio(),
+            row.most,
+            row.p999
+        ));
+    }
+    go_on()?;
+    let steady = steady::tremble(whole, measured.levels());
+    for s in &steady {
+        console.line(format!(
+            "  an eye that trembles at {} radii: {:.1} % more triangles for a ball of eyes, {} flips ({} without)",
+            s.radii,
+            s.more * 100.0,
+            s.flips,
+            s.flips_without
+        ));
+    }
+    Ok(OfModel {
+        model: whole.name.clone(),
+        triangles: whole.triangles(),
+        cuts,
+        ratio,
+        chain,
+        steady,
+        bake_seconds,
+        bake_millions_a_minute,
+    })
+}
+
+fn print(cut: &Cuts, console: &Console) {
+    let (name, factor) = (cut.levels, cut.factor);
+    let times = if factor == 1.0 { String::new() } else { format!(", errors times {factor}") };
+    console.line(format!("  {name}{times}: triangles at one pixel, largest deviation, 99.9 %"));
+    for r in &cut.rows {
+        console.line(format!(
+            "    {:>4} radii {:>9.0}  {:>5.2} px  {:>5.2} px{}",
+            r.radii,
+            r.triangles,
+            r.most,
+            r.p999,
+            if r.cracks > 0 { format!("  {} open edges", r.cracks) } else { String::new() }
+        ));
+    }
+}
+
+/// The geometric mean.
+fn mean(ratios: &[f64]) -> f64 {
+    (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len().max(1) as f64).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cullet_testkit::data;
+
+    #[test]
+    fn a_machine_part_keeps_the_bound_with_fewer_triangles_than_a_plain_chain() {
+        let Some(path) = data("classic-meshes/fandisk.obj") else { return };
+        let console = Console::new(true, None);
+        let named = [path.display().to_string()];
+        let whole = models::models(&named, &console).expect("a model").remove(0);
+        let args = LodBenchArgs { scene: Vec::new(), points: FEWER_POINTS, json: None };
+        let found = measure(&whole, &args, &console).ok().expect("a mesh");
+        for row in &found.cuts[0].rows {
+            assert!(row.is_kept() && row.cracks == 0, "{row:?}");
+        }
+        assert!(found.cuts[2].rows.iter().any(|r| !r.is_kept()), "believed errors are kept too");
+        // Flat sides and sharp edges are what the simplifier's own estimate is good at.
+        assert!(found.ratio.is_some_and(|r| r < 1.6), "{:?}", found.ratio);
+        let chain: Vec<f64> = found.chain.iter().map(ChainRow::ratio).collect();
+        assert!(mean(&chain) <= 0.75, "{chain:?}");
+        for row in &found.chain {
+            assert!(row.p999 <= 1.0 && row.most <= 1.2, "{row:?}");
+            assert!(row.open_edges[1] <= row.open_edges[0], "{row:?}");
+        }
+        assert!(found.steady.iter().all(|s| s.flips == 0), "{:?}", found.steady);
+        assert!(found.steady.iter().any(|s| s.flips_without > 0), "{:?}", found.steady);
+    }
+}

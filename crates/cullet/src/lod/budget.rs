@@ -1,0 +1,130 @@
+//! A budget of triangles: the least threshold at which no more are drawn.
+
+use super::{LevelEye, Levels, NO_GROUP};
+
+/// How many thresholds are tried, each a quarter of an octave above the one before: up to 55,000 times the first.
+const STEPS: usize = 64;
+const STEPS_PER_OCTAVE: f64 = 4.0;
+
+/// Errors are taken for so much larger than they are, so that roundings here and in the choice itself cannot have it draw
+/// more than was counted.
+const OUTWARD: f64 = 1.0 + 1e-4;
+
+/// Below the finest that was asked for, if nothing was: an eighth of a pixel.
+const FINEST: f64 = 0.125;
+
+/// How many triangles and clusters are drawn at each threshold.
+type Counts = [[i64; 2]; STEPS];
+
+/// How many triangles a scene's instances come to at each of some thresholds, the memory to count them in, and the threshold
+/// that was chosen last.
+#[derive(Clone, Debug)]
+pub(crate) struct Budget {
+    finest: f64,
+    all: [u64; STEPS],
+    /// Of each group of some levels the first threshold at which it is within.
+    within: Vec<u8>,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { finest: FINEST, all: [0; STEPS], within: Vec::new() }
+    }
+}
+
+impl Budget {
+    /// Begins to count, from the threshold up that was asked for.
+    pub(crate) fn begin(&mut self, pixels: f64) {
+        self.finest = if pixels > 0.0 && pixels.is_finite() { pixels } else { FINEST };
+        self.all = [0; STEPS];
+    }
+
+    /// The threshold that eyes are to be made for.
+    pub(crate) fn finest(&self) -> f64 {
+        self.finest
+    }
+
+    /// Counts an instance without levels.
+    pub(crate) fn add_whole(&mut self, triangles: u64) {
+        self.all.iter_mut().for_each(|n| *n += triangles);
+    }
+
+    /// Counts an instance with levels, of whose mesh there are so many triangles and clusters.
+    pub(crate) fn add<'a>(
+        &mut self,
+        [triangles, clusters]: [u64; 2],
+        levels: impl Iterator<Item = &'a Levels>,
+        eye: &LevelEye,
+    ) {
+        let mut least = [triangles; STEPS];
+        for levels in levels {
+            let mut counts: Counts = [[0; 2]; STEPS];
+            // Below this the finest are missing, and the mesh is drawn.
+            let first = levels.count(eye, &mut self.within, &mut counts);
+            let (mut drawn, mut drawn_clusters) = (0, 0);
+            for (at, [more, more_clusters]) in counts.into_iter().enumerate() {
+                drawn += more;
+                drawn_clusters += more_clusters;
+                if at >= first && drawn_clusters as u64 <= clusters {
+                    least[at] = least[at].min(drawn as u64);
+                }
+            }
+        }
+        self.all.iter_mut().zip(least).for_each(|(n, least)| *n += least);
+    }
+
+    /// The least threshold at which no more than `most` triangles are drawn; the last one where there is none.
+    pub(crate) fn pixels(&self, most: u64) -> f64 {
+        let step = self.all.iter().position(|&n| n <= most).unwrap_or(STEPS - 1);
+        self.finest * (step as f64 / STEPS_PER_OCTAVE).exp2()
+    }
+}
+
+impl Levels {
+    /// Adds to each threshold what more, or less, of this is drawn there than at the one before, for an eye that was made for
+    /// the first of them. The first threshold at which all that would be drawn is there.
+    fn count(&self, eye: &LevelEye, within: &mut Vec<u8>, counts: &mut Counts) -> usize {
+        let groups = self.group_count();
+        within.clear();
+        within.extend((0..groups).map(|g| first_within(eye, &self.group(g))));
+        let step = |group: u32, none: usize| match group {
+            NO_GROUP => none,
+            group => usize::from(within[group as usize]),
+        };
+        let pairs = self.made_from.iter().zip(self.replaced_by());
+        for ((&from, &by), &triangles) in pairs.zip(&self.triangles) {
+            let (low, high) = (step(from, 0), step(by, STEPS));
+            if low < high {
+                for (at, sign) in [(low, 1), (high, -1)] {
+                    if let Some([all, clusters]) = counts.get_mut(at) {
+                        *all += sign * i64::from(triangles);
+                        *clusters += sign;
+                    }
+                }
+            }
+        }
+        let lacking = (0..groups).filter(|&g| self.inputs_of(g).is_empty());
+        lacking.map(|g| usize::from(within[g])).max().unwrap_or(0)
+    }
+}
+
+/// The number of the first threshold that a group is within; as many as there are where it is within none.
+fn first_within(eye: &LevelEye, group: &super::Group) -> u8 {
+    let error = f64::from(group.error) * OUTWARD;
+    let [nearest, reach] = [eye.nearest, eye.reach].map(f64::from);
+    // Draws everything in full.
+    if nearest < 0.0 {
+        return STEPS as u8;
+    }
+    if error <= 0.0 {
+        return 0;
+    }
+    let to: [f64; 3] = std::array::from_fn(|a| f64::from(group.centre[a]) - f64::from(eye.eye[a]));
+    let away = to.iter().map(|v| v * v).sum::<f64>().sqrt() / OUTWARD;
+    let free = away - (f64::from(group.radius) + f64::from(eye.ball)) * OUTWARD;
+    let by_distance = if free > 0.0 { error * reach / free } else { f64::INFINITY };
+    // In thresholds of the eye's.
+    let threshold = (error / nearest).min(by_distance);
+    let step = (threshold.log2() * STEPS_PER_OCTAVE).ceil().max(0.0);
+    if step < STEPS as f64 { step as u8 } else { STEPS as u8 }
+}
