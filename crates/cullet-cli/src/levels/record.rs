@@ -188,7 +188,7 @@ impl LevelsSummary {
                  hidden",
                 percent(p.differ, p.all),
                 percent(p.silhouette, p.all),
-                count(p.uncovered, "pixel", "pixels"),
+                count(p.uncovered, "pixel shows", "pixels show"),
             ));
         }
         lines
