@@ -135,7 +135,9 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
             let before = in_full(scene, view, &colors, &options);
             let after = as_drawn(scene, view, &result, &colors, &options);
             let difference = cullet_draw::difference(&before, &after);
-            let [all, left] = [scene.triangle_count(), result.triangle_count].map(grouped);
+            // The font of pictures has no narrow space.
+            let [all, left] = [scene.triangle_count(), result.triangle_count]
+                .map(|n| grouped(n).replace('\u{202f}', ","));
             let words =
                 [format!("in full: {all} triangles"), format!("as drawn: {left} triangles")];
             let small = [before, after, difference].map(|p| p.halved());

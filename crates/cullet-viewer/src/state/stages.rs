@@ -127,8 +127,11 @@ impl Stages {
                 threshold_px: self.detail_px,
                 ..Detail::default()
             }),
-            lod: (on && self.lod_px > 0.0)
-                .then_some(Lod { pixels: self.lod_px, at_corners: self.lod_corners, ..Lod::default() }),
+            lod: (on && self.lod_px > 0.0).then_some(Lod {
+                pixels: self.lod_px,
+                at_corners: self.lod_corners,
+                ..Lod::default()
+            }),
             occlusion: (on && self.occlusion).then_some(Occlusion {
                 width: self.occlusion_width,
                 budget: self.occlusion_budget,
