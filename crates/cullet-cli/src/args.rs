@@ -33,6 +33,7 @@ Examples
                                              one view of your choice
   cullet report house.glb --cut 0,1,0,2.4    also shows it cut open, with what was culled inside
   cullet report model.glb --detail 2         also drop what stays under 2 pixels (lossy)
+  cullet report model.glb --lod 1            levels of detail, off by a pixel at most (lossy)
   cullet report model.glb --baseline old/report.json --fail-if 'tightness>3'
                                              for CI: what changed, and exit code 5 if too loose
   cullet verify model.glb                    only the proof: culled and unculled images must agree

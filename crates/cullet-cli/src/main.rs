@@ -10,6 +10,7 @@ mod check_occlusion;
 mod cut;
 mod cutting;
 mod info;
+mod levels;
 mod meshes;
 mod names;
 mod occluders;

@@ -5,17 +5,17 @@ use std::collections::HashMap;
 use cullet::Mesh;
 use cullet::mesh::Alpha;
 use cullet_io::Model;
-use cullet_io::baked::Baked;
 
 use crate::names::mesh_name;
 use crate::record::{MeshRecord, SceneRecord};
 use crate::survey::MeshTally;
 
-/// Facts of each mesh that no view changes; in the order of the scene. Costs a sort of all edges.
+/// Facts of each mesh that no view changes; in the order of the scene, without those that hold levels of others. Costs a sort of all edges.
 pub(crate) fn facts(model: &Model) -> Vec<MeshRecord> {
     let scene = &model.scene;
     let mut instances = vec![0u64; scene.meshes().len()];
     scene.slots().for_each(|s| instances[scene.mesh_id(s) as usize] += 1);
+    let holds_levels = crate::levels::holders(scene);
     let fact = |(i, mesh): (usize, &Mesh)| {
         let topology = mesh.topology();
         let opaque = mesh.parts().iter().all(|p| p.alpha == Alpha::Opaque);
@@ -44,16 +44,15 @@ pub(crate) fn facts(model: &Model) -> Vec<MeshRecord> {
             facing_away: 0,
         }
     };
-    // Those that only hold the levels of others come last.
-    let own = scene.meshes().len() - model.baked.as_ref().map_or(0, Baked::held_count);
-    scene.meshes().iter().take(own).enumerate().map(fact).collect()
+    // What holds the levels of others is no mesh of its own.
+    scene.meshes().iter().enumerate().filter(|m| !holds_levels[m.0]).map(fact).collect()
 }
 
 /// Adds what the views found, and puts the meshes that waste the most first.
 pub(crate) fn with_tallies(facts: &[MeshRecord], tallies: &[MeshTally]) -> Vec<MeshRecord> {
     let mut meshes: Vec<MeshRecord> = facts
         .iter()
-        .zip(tallies)
+        .map(|m| (m, &tallies[m.mesh as usize]))
         .map(|(m, t)| MeshRecord {
             views_kept: t.kept,
             views_seen: t.seen,

@@ -4,7 +4,7 @@
 use std::ffi::{OsStr, OsString};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use cullet_command::exit::{Exit, Failure, Outcome};
 
@@ -22,15 +22,30 @@ pub(crate) struct Peer {
 impl Peer {
     /// Starts it and ends when it does.
     pub(crate) fn run(&self, args: &[OsString]) -> Outcome {
+        self.run_with(args, Stdio::inherit)
+    }
+
+    fn run_with(&self, args: &[OsString], output: fn() -> Stdio) -> Outcome {
         let beside = std::env::current_exe().ok();
         let folders = std::env::var_os("PATH").unwrap_or_default();
         let program = self.find(beside.as_deref(), &folders).ok_or_else(|| self.missing())?;
-        self.start(&program, args)
+        self.start(&program, args, output())
     }
 
     /// As [`run`](Self::run); where the program is missing and this one was built from its own source, by cargo, it is built
     /// beside this one first.
     pub(crate) fn run_or_build(&self, args: &[OsString], quiet: bool) -> Outcome {
+        self.be_there(quiet)?;
+        self.run(args)
+    }
+
+    /// As [`run_or_build`](Self::run_or_build), for a step of another command: only its errors are shown.
+    pub(crate) fn work(&self, args: &[OsString], quiet: bool) -> Outcome {
+        self.be_there(quiet)?;
+        self.run_with(args, Stdio::null)
+    }
+
+    fn be_there(&self, quiet: bool) -> Result<(), Failure> {
         let beside = std::env::current_exe().ok();
         let folders = std::env::var_os("PATH").unwrap_or_default();
         if self.find(beside.as_deref(), &folders).is_none()
@@ -38,7 +53,7 @@ impl Peer {
         {
             self.build(&checkout, quiet)?;
         }
-        self.run(args)
+        Ok(())
     }
 
     fn build(&self, checkout: &Checkout, quiet: bool) -> Result<(), Failure> {
@@ -76,8 +91,8 @@ impl Peer {
         }
     }
 
-    fn start(&self, program: &Path, args: &[OsString]) -> Outcome {
-        let ended = Command::new(program).args(args).status().map_err(|e| {
+    fn start(&self, program: &Path, args: &[OsString], output: Stdio) -> Outcome {
+        let ended = Command::new(program).args(args).stdout(output).status().map_err(|e| {
             let (what, program) = (self.what, program.display());
             Failure::input(format!("{program}: {what} cannot be started: {e}"))
         })?;

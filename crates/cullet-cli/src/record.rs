@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use cullet::{FrustumWork, FunnelRow, Handle, Stage, Unit};
 use serde::Serialize;
 
+use crate::levels::{LevelsRecord, LevelsSummary};
+
 /// The number of the format; raised only when a key changes its meaning or goes.
 pub(crate) const SCHEMA: u32 = 1;
 
@@ -172,6 +174,9 @@ pub(crate) struct ViewRecord {
     pub(crate) bounds: Option<BoundsRecord>,
     /// Null where back faces are not culled, or there was too much to count.
     pub(crate) backfaces: Option<BackfaceRecord>,
+    /// Only where levels of detail are on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) levels: Option<LevelsRecord>,
     pub(crate) seconds: f64,
 }
 
@@ -194,6 +199,9 @@ pub(crate) struct Summary {
     pub(crate) depth_after: Option<DepthRecord>,
     pub(crate) bounds: Option<BoundsRecord>,
     pub(crate) backfaces: Option<BackfaceRecord>,
+    /// Only where levels of detail are on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) levels: Option<LevelsSummary>,
     pub(crate) advice: Vec<Advice>,
 }
 
@@ -312,6 +320,7 @@ impl Summary {
             depth_after: DepthRecord::mean(verified.iter().filter_map(|v| v.depth_after)),
             bounds: BoundsRecord::sum(views.iter().filter_map(|v| v.bounds)),
             backfaces: BackfaceRecord::sum(views.iter().filter_map(|v| v.backfaces)),
+            levels: LevelsSummary::of(views.iter().filter_map(|v| v.levels.as_ref())),
             advice: Vec::new(),
         }
     }
@@ -416,6 +425,7 @@ mod tests {
             depth_after: None,
             bounds: None,
             backfaces: None,
+            levels: None,
             seconds: 0.0,
         }
     }

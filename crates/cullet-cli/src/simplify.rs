@@ -6,7 +6,8 @@ use cullet_command::exit::Outcome;
 
 use crate::peer::Peer;
 
-const BAKER: Peer =
+/// The program that bakes levels of detail.
+pub(crate) const BAKER: Peer =
     Peer { name: "cullet-baker", what: "the baker", example: "simplify city --error 0.001" };
 
 /// Hands the command line on as it is, once it was found right here.

@@ -6,11 +6,14 @@ use cullet::{Culler, Handle, Output, Stage, Unit, View, ViewState, Visible};
 use cullet_command::clock::clock;
 use cullet_command::exit::Failure;
 use cullet_command::inputs;
-use cullet_draw::{Frame, FrameStats, PixelId, Verification, VerifyOptions};
+use cullet_draw::{
+    Frame, FrameStats, LevelSteps, LevelsVerification, PixelId, Verification, VerifyOptions,
+};
 use cullet_io::Model;
 
 use crate::backfaces::BackfaceTest;
 use crate::bounds::BoundsTest;
+use crate::levels::{DeviationRecord, Ladder, LevelsRecord, Measured, Meter};
 use crate::names::{name_of, reason_text};
 use crate::record::{
     Counts, DepthRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord, tightness,
@@ -66,7 +69,13 @@ pub(crate) struct Survey {
     count_backfaces: bool,
     /// Of the last view.
     pub(crate) state: ViewState,
+    /// Of the last view without levels of detail, where those are on.
+    pub(crate) full_state: ViewState,
+    ladder: Option<Ladder>,
 }
+
+/// Random points of a view, each way, by which levels of detail are measured.
+const LEVEL_POINTS: usize = 400_000;
 
 /// Results of one view, for pictures and exports.
 #[derive(Debug)]
@@ -75,6 +84,20 @@ pub(crate) struct Seen {
     pub(crate) result: Visible,
     /// The proof, where the view was verified.
     pub(crate) verification: Option<Verification>,
+    /// The same without levels of detail, where those are on.
+    pub(crate) full: Option<Box<Self>>,
+}
+
+impl Seen {
+    fn of(mut verification: Verification) -> Self {
+        let result = std::mem::take(&mut verification.result);
+        Self { result, verification: Some(verification), full: None }
+    }
+
+    /// What was seen without levels of detail.
+    pub(crate) fn in_full(&self) -> &Self {
+        self.full.as_deref().unwrap_or(self)
+    }
 }
 
 impl Survey {
@@ -88,6 +111,7 @@ impl Survey {
         let mut meshes = vec![MeshTally::default(); scene.meshes().len()];
         scene.slots().for_each(|s| meshes[scene.mesh_id(s) as usize].instances += 1);
         let slots = vec![SlotTally::default(); scene.slot_count() as usize];
+        let ladder = culler.lod.map(|_| Ladder::new(&culler));
         Self {
             model,
             times: Vec::new(),
@@ -100,6 +124,8 @@ impl Survey {
             backfaces: BackfaceTest::default(),
             count_backfaces: false,
             state: ViewState::default(),
+            full_state: ViewState::default(),
+            ladder,
         }
     }
 
@@ -131,31 +157,28 @@ impl Survey {
             }
         }
         let start = Instant::now();
-        let scene = &self.model.scene;
-        let mut seen = if verify {
-            let mut v =
-                cullet_draw::verify(scene, view, &self.culler, &mut self.state, &self.options);
-            let result = std::mem::take(&mut v.result);
-            Seen { result, verification: Some(v) }
-        } else {
-            let mut result = Visible::default();
-            self.culler.cull_one(scene, view, &mut self.state, &mut result);
-            Seen { result, verification: None }
-        };
+        let (seen, levels) = self.see(view, verify);
         self.tally_drawn(view, index, &seen.result);
-        let proof = seen.verification.as_mut();
-        let seen_instances = proof.as_ref().map(|v| self.tally_seen(index, &v.seen));
-        let proof = proof.map(|v| &*v);
+        let proof = seen.verification.as_ref();
+        let seen_instances = proof.map(|v| self.tally_seen(index, &v.seen));
+        let full = seen.in_full();
+        let full_proof = full.verification.as_ref();
         if let Some(v) = proof {
             self.tally_open(&v.frame);
         }
         let scene = &self.model.scene;
         let backfaces = self.count_backfaces.then_some(&mut self.backfaces);
-        let backfaces = backfaces.and_then(|b| b.measure(scene, view, &self.culler, &seen.result));
+        let backfaces = backfaces.and_then(|b| b.measure(scene, view, &self.culler, &full.result));
         let all = scene.triangle_count();
         let drawn = seen.result.triangle_count;
         let visible = proof.map(|v| v.visible);
-        let losses: Vec<Loss> = proof.map_or_else(Vec::new, |v| self.losses(index, v));
+        let mut losses: Vec<Loss> = full_proof.map_or_else(Vec::new, |v| self.losses(index, v));
+        if let Some(v) = proof.filter(|_| levels.is_some()) {
+            losses.extend(self.losses(index, v).into_iter().map(|loss| Loss {
+                reason: format!("{}, at its level of detail", loss.reason),
+                ..loss
+            }));
+        }
         let pixels = view.viewport().iter().map(|&v| u64::from(v)).product();
         let (direction, near, far) = planes(view);
         let eye = view.eye();
@@ -179,13 +202,80 @@ impl Survey {
             verified: proof.is_some(),
             false_culls: losses.len() as u64,
             losses,
-            depth_before: proof.map(|v| depth(&v.before, all, pixels)),
+            depth_before: full_proof.map(|v| depth(&v.before, all, pixels)),
             depth_after: proof.map(|v| depth(&v.after, drawn, pixels)),
             bounds: self.bounds.as_mut().map(|b| b.measure(scene, view, &self.culler)),
             backfaces,
+            levels,
             seconds: start.elapsed().as_secs_f64(),
         });
         Ok(seen)
+    }
+
+    /// Culls one view, verifies it on request, and says what levels of detail made of it where they are on.
+    fn see(&mut self, view: &View, verify: bool) -> (Seen, Option<LevelsRecord>) {
+        let scene = &self.model.scene;
+        let cull = |culler: &Culler, state: &mut ViewState| {
+            let mut result = Visible::default();
+            culler.cull_one(scene, view, state, &mut result);
+            result
+        };
+        let Some((lod, ladder)) = self.culler.lod.zip(self.ladder.as_mut()) else {
+            let seen = if verify {
+                let state = &mut self.state;
+                Seen::of(cullet_draw::verify(scene, view, &self.culler, state, &self.options))
+            } else {
+                let result = cull(&self.culler, &mut self.state);
+                Seen { result, verification: None, full: None }
+            };
+            return (seen, None);
+        };
+        let (mut seen, full, chosen) = if verify {
+            let states = [&mut self.full_state, &mut self.state];
+            let found =
+                cullet_draw::verify_levels(scene, view, &self.culler, states, &self.options);
+            let LevelsVerification { full, levels, cut, pixels } = found;
+            (Seen::of(levels), Seen::of(full), Some((cut, pixels)))
+        } else {
+            let of = |result| Seen { result, verification: None, full: None };
+            let without = self.culler.without(Stage::Lod);
+            let full = of(cull(&without, &mut self.full_state));
+            (of(cull(&self.culler, &mut self.state)), full, None)
+        };
+        let [frustum, backface] = ladder.climb(scene, view);
+        let steps = LevelSteps::new(scene);
+        let visible = |seen: &Seen| seen.verification.as_ref().map(|v| v.visible);
+        let record = LevelsRecord {
+            ladder: crate::levels::LadderRecord {
+                all: scene.triangle_count(),
+                frustum,
+                backface,
+                occlusion: full.result.triangle_count,
+                levels: seen.result.triangle_count,
+                visible: visible(&seen),
+                visible_in_full: visible(&full),
+            },
+            drawn: steps.count(&seen.result),
+            chosen: chosen.as_ref().map_or_else(Vec::new, |(cut, _)| steps.count(cut)),
+            pixels: chosen.as_ref().map(|(_, pixels)| (*pixels).into()),
+            deviation: chosen.as_ref().map(|(cut, _)| {
+                let meter = Meter { points: LEVEL_POINTS, seed: self.options.seed };
+                let Measured { max_px, p999_px, worst, points, instances } =
+                    meter.measure(scene, view, &lod, cut, &seen.result);
+                let worst = worst.map(|slot| name_of(&self.model, slot));
+                let found = DeviationRecord {
+                    max_px,
+                    p999_px,
+                    worst,
+                    points,
+                    instances,
+                    ..DeviationRecord::default()
+                };
+                found.judged(&lod)
+            }),
+        };
+        seen.full = Some(Box::new(full));
+        (seen, Some(record))
     }
 
     fn tally_drawn(&mut self, view: &View, index: usize, result: &Visible) {
@@ -206,7 +296,8 @@ impl Survey {
             let triangles = &result.triangles[range.first as usize..][..range.count as usize];
             let mesh = &mut self.meshes[scene.mesh_id(range.slot) as usize];
             mesh.drawn += u64::from(range.count);
-            mesh.facing_away += facing_away(&self.model, view, range.slot, triangles);
+            mesh.facing_away +=
+                facing_away(&self.model, view, [range.slot, range.level], triangles);
             if mesh.last_kept.replace(index) != Some(index) {
                 mesh.kept += 1;
             }
@@ -214,7 +305,7 @@ impl Survey {
         // Of instances that are drawn, the clusters that are outside; what other stages took of them is not.
         for ranges in result.dropped.chunk_by(|a, b| a.slot == b.slot) {
             let slot = ranges[0].slot;
-            let clusters = scene.mesh(slot).clusters();
+            let clusters = scene.mesh_at(slot, ranges[0].level).clusters();
             let starts = |from: u32| clusters.partition_point(|c| c.first_triangle < from);
             let outside = ranges
                 .iter()
@@ -330,11 +421,11 @@ pub(crate) fn planes(view: &View) -> ([f64; 3], Option<f64>, Option<f64>) {
     (back.map(|v| -v), near, far)
 }
 
-/// How many of `triangles` (in the mesh's order) of a slot have both sides drawn and face away: what
+/// How many of `triangles` (in the mesh's order) of a slot at a level have both sides drawn and face away: what
 /// back-face culling would take if the mesh were one-sided.
-fn facing_away(model: &Model, view: &View, slot: u32, triangles: &[u32]) -> u64 {
+fn facing_away(model: &Model, view: &View, [slot, level]: [u32; 2], triangles: &[u32]) -> u64 {
     let scene = &model.scene;
-    let mesh = scene.mesh(slot);
+    let mesh = scene.mesh_at(slot, level);
     let transform = scene.transform(slot);
     let two_sided = scene.flags(slot).double_sided;
     let opaque = |p: &cullet::mesh::Part| p.alpha == cullet::mesh::Alpha::Opaque;

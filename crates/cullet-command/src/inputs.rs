@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
+use cullet::lod::Lod;
 use cullet::{Backface, Culler, Preparation, Scene, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::rooms::{RoomCells, RoomOptions, cells_of_rooms};
@@ -75,6 +76,26 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
         console.note(format!("and {more}; cullet info --all lists them all"));
     }
     Ok(model)
+}
+
+/// Whether any mesh has levels of detail.
+#[must_use]
+pub fn has_levels(scene: &Scene) -> bool {
+    (0..scene.meshes().len() as u32).any(|mesh| !scene.levels(mesh).is_empty())
+}
+
+/// For commands that measure: where levels of detail are asked for, the scene must have them, for these do not bake.
+///
+/// # Errors
+/// If it has none; with what to do.
+pub fn demand_levels(model: &Model, args: &CullArgs) -> Result<(), Failure> {
+    if args.levels().is_none() || has_levels(&model.scene) {
+        return Ok(());
+    }
+    let name = &model.name;
+    Err(Failure::input(format!(
+        "--lod: {name} has no levels of detail; `cullet bake {name} -o baked.glb` writes a file that has them: give that"
+    )))
 }
 
 /// Gives a model the cells that volumes of rooms make of it, in place of its own.
@@ -246,6 +267,7 @@ pub fn culler(args: &CullArgs) -> Culler {
         culler.detail = (threshold_px > 0.0).then_some(detail);
     }
     culler.samples = args.sample_pattern;
+    culler.lod = args.levels();
     if args.no_occlusion {
         culler.occlusion = None;
     }
@@ -273,6 +295,11 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
             let samples =
                 if culler.samples.is_some() { ", triangles that cover no sample" } else { "" };
             format!("detail under {px} {unit} (lossy){samples}")
+        }
+        Stage::Lod => {
+            let Lod { pixels, at_corners, .. } = culler.lod.unwrap_or_default();
+            let corners = if at_corners { ", in the corners too" } else { "" };
+            format!("levels of detail within {pixels} px{corners} (lossy)")
         }
         Stage::Occlusion => match args.occluders {
             OccluderKind::Mesh => "occlusion".into(),
@@ -331,7 +358,18 @@ mod tests {
         same("--detail 0", Culler::balanced());
         let samples = Some(SamplePattern::Four);
         same("--sample-pattern four", Culler { samples, ..Culler::balanced() });
+        let lod = Some(Lod { pixels: 1.5, at_corners: true, ..Lod::default() });
+        same("--lod 1.5 --lod-corners", Culler { lod, ..Culler::balanced() });
+        same("--lod 0", Culler::balanced());
         same("--no-occlusion", Culler { occlusion: None, ..Culler::balanced() });
+    }
+
+    #[test]
+    fn a_stage_alone_has_its_own_settings() {
+        assert_eq!(culled_by("--only lod").lod, Some(Lod::default()));
+        let lod = culled_by("--only lod --lod 3").lod;
+        assert_eq!(lod, Some(Lod { pixels: 3.0, ..Lod::default() }));
+        assert_eq!(culled_by("--only frustum --lod 3").lod, None);
     }
 
     #[test]

@@ -64,6 +64,12 @@ pub fn pixels(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), "a number of pixels, 0 or more; try 2")
 }
 
+/// Pixels by which a level of detail may be off.
+pub fn lod_pixels(text: &str) -> Result<f64, String> {
+    let expected = "a number of pixels, 0 or more, by which what is drawn may be off; try 1";
+    number(text, |v| v >= 0.0 && v.is_finite(), expected)
+}
+
 /// Microseconds of a cost model.
 pub fn microseconds(text: &str) -> Result<f32, String> {
     let expected = "a number of microseconds, 0 or more; try 500";
@@ -159,6 +165,15 @@ mod tests {
         assert_eq!(nanoseconds("0.5"), Ok(0.5));
         for bad in ["0", "-1", "nan", "inf", "2e9", "5ns"] {
             assert!(nanoseconds(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn levels_are_off_by_a_number_of_pixels() {
+        assert_eq!((lod_pixels("0"), lod_pixels("0.5")), (Ok(0.0), Ok(0.5)));
+        for bad in ["-1", "nan", "inf", "1px", ""] {
+            let refused = lod_pixels(bad).unwrap_err();
+            assert!(refused.contains("pixels") && refused.contains("try 1"), "{refused}");
         }
     }
 

@@ -43,6 +43,8 @@
 //! [`verify`] draws a view with and without culling and compares the owners of all pixels, then looks
 //! for dropped instances at N × N jittered samples a pixel.
 //!
+//! With levels of detail the picture may differ; [`verify_levels`] tells what they excuse from what they do not.
+//!
 //! Of what is hidden there are two judges besides, for boxes of any kind: [`sampled_boxes`] looks at
 //! samples, and so can only say what is visible; a [`Prover`] says what is hidden, between the samples too.
 //! [`check_claims`] holds what an occlusion buffer claims of each pixel against samples of what was drawn into it.
@@ -53,6 +55,7 @@ mod claims;
 mod clipped;
 mod frame;
 mod geometry;
+mod levels;
 mod occlusion;
 pub mod picture;
 mod prepare;
@@ -65,6 +68,7 @@ mod verify;
 pub use claims::{ClaimCheck, ClaimOptions, Claims, SceneOccluders, WrongClaim, check_claims};
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
+pub use levels::{LevelPixels, LevelSteps, LevelsVerification, verify_levels};
 pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
 pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
@@ -80,6 +84,7 @@ pub use picture::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
     culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };
+pub use picture::{beside, difference, levels as level_colors, shaded_levels};
 pub use reference::render_ref;
 pub use render::render;
 pub use verify::{FalseCull, Verification, VerifyOptions, verify, verify_visible};

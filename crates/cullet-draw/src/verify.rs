@@ -165,7 +165,7 @@ fn verify_in_pool(
 }
 
 /// Owners of pixels and blended triangles of the first frame that the second has not, with a pixel.
-fn lost_triangles(frame: &Frame, culled: &Frame) -> Vec<(PixelId, [u32; 2])> {
+pub(crate) fn lost_triangles(frame: &Frame, culled: &Frame) -> Vec<(PixelId, [u32; 2])> {
     let width = frame.width.max(1) as usize;
     let pixel = |at: usize| [(at % width) as u32, (at / width) as u32];
     let pairs = frame.ids.iter().zip(&culled.ids).enumerate();

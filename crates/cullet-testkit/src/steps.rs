@@ -94,3 +94,68 @@ impl Strip {
         Levels::new(&self.steps, &self.groups, made_from, replaced_by).expect("made right")
     }
 }
+
+/// A ball and coarser balls in it, as a chain of levels whose errors are known.
+#[derive(Debug)]
+pub struct Balls {
+    /// The finest.
+    pub mesh: Mesh,
+    /// The others, one level after the other.
+    pub coarse: Mesh,
+    /// Its levels.
+    pub levels: Levels,
+}
+
+impl Balls {
+    /// Balls of radius 1 with so many rings, the finest first. `honesty` times the true error is what the levels state: less
+    /// than 1 for levels that do not keep their word.
+    ///
+    /// # Panics
+    /// Without a coarser one.
+    #[must_use]
+    pub fn new(rings: &[u32], honesty: f64) -> Self {
+        let mut data = MeshData::default();
+        let mut clustering = Clustering::default();
+        let (mut groups, mut made_from, mut replaced_by) = (Vec::new(), Vec::new(), Vec::new());
+        for (level, &rings) in (0..).zip(&rings[1..]) {
+            let (positions, indices) = crate::soups::ball(rings, 2 * rings);
+            let (first, triangles) = (data.positions.len() as u32, indices.len() as u32 / 3);
+            let before = data.indices.len() as u32 / 3;
+            data.positions.extend(positions);
+            data.indices.extend(indices.iter().map(|i| i + first));
+            // So few that no cluster has too many vertices, however long the columns are that it is cut from.
+            for at in (0..triangles).step_by(40) {
+                let triangle_count = 40.min(triangles - at);
+                let first_triangle = before + at;
+                clustering.clusters.push(Cluster { first_triangle, triangle_count, part: 0 });
+                made_from.push(level);
+                replaced_by.push(level + 1);
+            }
+            // A triangle lies within the sphere by as much as the circle around it is large, and a quad's is around its
+            // diagonal.
+            let step = std::f64::consts::PI / f64::from(rings);
+            let error = (1.0 - step.cos().sqrt()) * honesty;
+            groups.push(Group { centre: [0.0; 3], radius: 1.0, error: error as f32 });
+        }
+        let last = groups.len() as u32;
+        replaced_by.iter_mut().filter(|g| **g == last).for_each(|g| *g = NO_GROUP);
+        let triangle_count = data.indices.len() as u32 / 3;
+        clustering.order = (0..triangle_count).collect();
+        data.parts = vec![Part { triangle_count, ..Part::default() }];
+        let coarse = Mesh::with_clusters(data, &clustering).expect("made right");
+        let levels = Levels::new(&coarse, &groups, made_from, replaced_by).expect("made right");
+        let (positions, indices) = crate::soups::ball(rings[0], 2 * rings[0]);
+        let fine = MeshData { positions, indices, ..MeshData::default() };
+        Self { mesh: Mesh::new(fine).expect("made right"), coarse, levels }
+    }
+
+    /// Adds both meshes to a scene, and the levels: the number of the finest.
+    ///
+    /// # Panics
+    /// Never: they fit each other.
+    pub fn add_to(self, scene: &mut cullet::Scene) -> cullet::MeshId {
+        let (mesh, coarse) = (scene.add_mesh(self.mesh), scene.add_mesh(self.coarse));
+        scene.add_levels(mesh, coarse, self.levels).expect("made for it");
+        mesh
+    }
+}

@@ -171,6 +171,7 @@ fn style(look: &Look) -> Style {
             Colour::Overdraw => Paint::Overdraw,
             Colour::Size => Paint::TriangleSize,
             Colour::Depth => Paint::Depth,
+            Colour::Levels => Paint::Levels,
         },
         fill: look.fill,
         wireframe: look.wireframe,

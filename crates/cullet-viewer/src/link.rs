@@ -143,6 +143,9 @@ fn check(state: &State) -> Result<(), LinkError> {
     if !(0.0..=1e6).contains(&state.stages.detail_px) {
         return wrong("stages.detail_px", state.stages.detail_px, "between 0 and 1000000 pixels");
     }
+    if !(0.0..=1e6).contains(&state.stages.lod_px) {
+        return wrong("stages.lod_px", state.stages.lod_px, "between 0 and 1000000 pixels");
+    }
     let s = &state.stages;
     if !(1..=WIDEST_BUFFER).contains(&s.occlusion_width) {
         return wrong("stages.occlusion_width", f64::from(s.occlusion_width), "1 to 4096 pixels");

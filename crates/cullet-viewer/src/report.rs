@@ -51,11 +51,15 @@ impl ReportOrder {
             };
             add("--detail-by", by.to_owned());
         }
+        if s.on && s.lod_px > 0.0 {
+            add("--lod", s.lod_px.to_string());
+        }
         if s.on && s.occlusion {
             add("--occlusion-width", s.occlusion_width.to_string());
             add("--occlusion-budget", s.occlusion_budget.to_string());
         }
         for (given, name) in [
+            (s.on && s.lod_px > 0.0 && s.lod_corners, "--lod-corners"),
             (!(s.on && s.frustum), "--no-frustum"),
             (!(s.on && s.portal), "--no-portal"),
             (!s.on || s.backface == Backface::Off, "--no-backface"),

@@ -1,6 +1,6 @@
 //! The proof for the present view: `cullet verify`, in the background.
 
-use cullet::{Culler, View, ViewState};
+use cullet::{Culler, Stage, View, ViewState};
 use cullet_draw::{VerifyOptions, verify};
 use std::sync::Arc;
 
@@ -81,7 +81,7 @@ impl Truth {
     }
 }
 
-/// Draws the view with and without culling and compares, at most [`LONGEST`] pixels wide and high.
+/// Draws the view with and without culling, each without levels of detail, and compares, at most [`LONGEST`] pixels wide and high.
 fn find(world: &World, view: &View, culler: &Culler) -> Finding {
     let [w, h] = view.viewport();
     let longest = w.max(h).max(1);
@@ -95,7 +95,8 @@ fn find(world: &World, view: &View, culler: &Culler) -> Finding {
     });
     let small = smaller.unwrap_or_else(|_| view.clone());
     let scene = &world.model.scene;
-    let culler = Culler { clock: None, ..culler.clone() };
+    // Levels of detail change the picture; all else must not.
+    let culler = Culler { clock: None, ..culler.without(Stage::Lod) };
     let options = VerifyOptions { samples: 2, ..VerifyOptions::default() };
     let found = verify(scene, &small, &culler, &mut ViewState::default(), &options);
     let mut lost: Vec<u32> = found.false_culls.iter().map(|f| f.slot).collect();

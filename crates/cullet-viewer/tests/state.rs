@@ -80,6 +80,7 @@ prop_compose! {
         (s.stages.portal, s.structure.portals) = (level % 2 > 0, level % 3 > 0);
         (s.doors, s.structure.step) = ((0..level % 4).collect(), level);
         s.structure.level = level;
+        (s.stages.lod_px, s.stages.lod_steady) = (detail * 0.5, level % 2 > 0);
         (s.structure.volume, s.structure.outcodes, s.structure.audit) = (level % 2 > 0, level % 3 > 0, level % 5 > 0);
         s
     }
@@ -133,6 +134,7 @@ fn an_invalid_value_is_named() {
         ("wipe=2", "wipe is 2"),
         ("scene=city&wipe=%22no%22&dark=false", "cannot be read: wipe=%22no%22: invalid type"),
         ("stages.detail_px=-1", "stages.detail_px is -1"),
+        ("stages.lod_px=-1", "stages.lod_px is -1"),
         ("structure.level=65", "structure.level is 65"),
         ("structure.step=4097", "structure.step is 4097"),
         ("doors=[-1]", "invalid value"),

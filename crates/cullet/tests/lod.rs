@@ -153,6 +153,21 @@ proptest! {
     }
 }
 
+#[test]
+fn steps_count_simplifications() {
+    let strip = Strip::random(&mut Rng(3), DEPTH, false);
+    let steps = strip.levels().steps();
+    assert_eq!(steps.len(), strip.spans.len());
+    for (span, step) in strip.spans.iter().zip(steps) {
+        assert_eq!(span[1] - span[0], 1 << step, "{span:?}");
+    }
+    // Of a chain that leaves out what the mesh itself is, the finest is level 1 all the same.
+    let clusters = strip.steps.clusters().len();
+    let group = Group { centre: [0.0; 3], radius: 99.0, error: 0.1 };
+    let chain = Levels::new(&strip.steps, &[group], vec![0; clusters], vec![NO_GROUP; clusters]);
+    assert_eq!(chain.expect("a level").steps(), vec![1; clusters]);
+}
+
 /// Strips at different distances, one of them in a shape of the caller's.
 fn random_scene(rng: &mut Rng) -> (Scene, Vec<Strip>) {
     let mut scene = Scene::new();

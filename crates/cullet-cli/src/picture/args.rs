@@ -16,6 +16,10 @@ map     from above: the frustum, and every instance coloured by what became of i
 hierarchy
         from above, level by level: what the walk of the hierarchy dropped, kept whole, tested further
 
+Of levels of detail, with --lod PX:
+levels            each triangle that is drawn in the colour of its level
+levels-difference the view in full, as it is drawn, and where they differ
+
 Of occlusion culling:
 occlusion-buffer  the true depth, what is proved pixel by pixel and tile by tile, and the difference
 occluders         what each occluder that was drawn covers
@@ -48,6 +52,7 @@ pipeline          the spaces of the pipeline, the tests in each, and their cost 
 Examples
   cullet picture kinds --out kinds.png
   cullet picture occlusion-buffer plant --path walk --views 8 --view 2
+  cullet picture levels castle.glb --lod 1
   cullet picture portals office --path walk --views 8 --view 3
   cullet picture pvs-matrix lqdm1.bsp
   cullet picture normal-mask --eye 3,2,5 --target 0,0,0 --fov 20
@@ -90,6 +95,10 @@ pub(crate) enum PictureKind {
     Map,
     /// The walk of the scene's hierarchy, level by level, from above
     Hierarchy,
+    /// Each triangle in the colour of its level of detail
+    Levels,
+    /// The view in full, with levels of detail, and where those differ
+    LevelsDifference,
     /// The true depth, the occlusion buffer by pixels and by tiles, and what they differ by
     OcclusionBuffer,
     /// The area that each drawn occluder covers
@@ -137,6 +146,8 @@ impl PictureKind {
             Self::Depth => "depth",
             Self::Map => "map",
             Self::Hierarchy => "hierarchy",
+            Self::Levels => "levels",
+            Self::LevelsDifference => "levels-difference",
             Self::OcclusionBuffer => "occlusion-buffer",
             Self::Occluders => "occluders",
             Self::Hidden => "hidden",

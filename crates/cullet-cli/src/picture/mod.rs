@@ -6,17 +6,17 @@ mod matrix;
 use std::ops::ControlFlow;
 
 use cullet::cull::backface::ViewCone;
-use cullet::{Mesh, Output, Scene, ViewState, Visible};
+use cullet::{Mesh, Output, Scene, View, ViewState, Visible};
 use cullet_bake::clusters::{ClusterOptions, Progress, build_reported};
 use cullet_command::args::ViewArgs;
-use cullet_command::console::{Console, count, interrupted};
+use cullet_command::console::{Console, count, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::inputs;
 use cullet_command::occluders;
 use cullet_draw::{Culled, Picture, RenderOptions, Selection, VolumeFigure};
 use cullet_measure::bench::{self, BenchOptions};
 
-use crate::opening;
+use crate::{levels, opening};
 use args::PictureKind;
 pub(crate) use args::{HELP, PictureArgs};
 
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
 
 /// The pictures that show a scene.
 fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
-    let mut model = inputs::load(&args.input.scene, console)?;
+    let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
     let views = inputs::views(&model, &args.input.view, console)?;
@@ -81,6 +81,16 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         console.line(format!("clusters for {}", made.words));
     }
     let mut culler = inputs::culler(&args.input.cull);
+    let of_levels = [PictureKind::Shaded, PictureKind::Levels, PictureKind::LevelsDifference];
+    if !of_levels.contains(&args.kind) {
+        // They show what becomes of the triangles of the scene itself.
+        culler.lod = None;
+    } else if culler.lod.is_none() && args.kind != PictureKind::Shaded {
+        return Err(Failure::usage(format!(
+            "{}: give --lod PX, by how many pixels levels of detail may be off; try --lod 1",
+            args.kind.name()
+        )));
+    }
     culler.output = Output::Triangles;
     (culler.reasons, culler.dropped) = (true, true);
     model.scene.prepare(culler.preparation());
@@ -108,9 +118,32 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
             }
             picture
         }
-        PictureKind::Shaded => {
-            let frame = cullet_draw::render(scene, view, Selection::All, &options);
-            cullet_draw::shaded(scene, &frame, view, &colors)
+        PictureKind::Shaded => match culler.lod {
+            Some(_) => as_drawn(scene, view, &cull().1, &colors, &options),
+            None => in_full(scene, view, &colors, &options),
+        },
+        PictureKind::Levels => {
+            let (_, result) = cull();
+            console.line(format!(
+                "{} drawn at their levels of detail",
+                count(result.triangle_count, "triangle is", "triangles are")
+            ));
+            cullet_draw::level_colors(scene, view, &result)
+        }
+        PictureKind::LevelsDifference => {
+            let (_, result) = cull();
+            let before = in_full(scene, view, &colors, &options);
+            let after = as_drawn(scene, view, &result, &colors, &options);
+            let difference = cullet_draw::difference(&before, &after);
+            // The font of pictures has no narrow space.
+            let [all, left] = [scene.triangle_count(), result.triangle_count]
+                .map(|n| grouped(n).replace('\u{202f}', ","));
+            let words =
+                [format!("in full: {all} triangles"), format!("as drawn: {left} triangles")];
+            let small = [before, after, difference].map(|p| p.halved());
+            let titles = [&words[0], &words[1], "the difference"];
+            let shown: Vec<(&Picture, &str)> = small.iter().zip(titles).collect();
+            cullet_draw::beside(&shown)
         }
         PictureKind::Depth => {
             let options = RenderOptions { count_layers: true, ..options };
@@ -175,6 +208,24 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         | PictureKind::PvsMatrix
         | PictureKind::Pipeline => Picture::default(),
     })
+}
+
+/// The view with all of its triangles.
+fn in_full(scene: &Scene, view: &View, colors: &[[f32; 4]], options: &RenderOptions) -> Picture {
+    let frame = cullet_draw::render(scene, view, Selection::All, options);
+    cullet_draw::shaded(scene, &frame, view, colors)
+}
+
+/// The view with what a culler left, at its levels of detail.
+fn as_drawn(
+    scene: &Scene,
+    view: &View,
+    result: &Visible,
+    colors: &[[f32; 4]],
+    options: &RenderOptions,
+) -> Picture {
+    let frame = cullet_draw::render(scene, view, Selection::Visible(result), options);
+    cullet_draw::shaded_levels(scene, &frame, view, result, colors)
 }
 
 /// Measures the costs of the pipeline's tests on this machine: the benchmarks, briefly, at the best SIMD level.

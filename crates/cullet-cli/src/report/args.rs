@@ -23,6 +23,10 @@ culled_percent; OP is one of > >= < <= == !=; VALUE a number, or, with --baselin
 --time 1.5 poses what moves (the animations, skins and morph targets of a glTF, or the built-in scene
 moving) at 1.5 s; --time 0..4 lets four seconds pass along the views. Animations start again at their end.
 
+--lod 1 draws levels of detail that are off by up to a pixel. The page then goes from all triangles to those that are
+seen, with a table by level, pictures before and after, and how far off what is drawn was found to be. A scene without
+levels gets some from the baker, once.
+
 A --path is orbit (around the scene), walk (through it at eye height), fly (over and through it),
 file:PATH (a JSON list of cameras) or camera:NAME (a camera of the file, over its animation). Without
 one, the built-in city, office, plant, forest and moving are walked through, so that frustum, occlusion and

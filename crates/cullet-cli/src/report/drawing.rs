@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use cullet::{Stage, View, ViewState};
+use cullet_command::console::grouped;
 use cullet_command::inputs;
 use cullet_draw::{Culled, Picture, RenderOptions, Selection};
 use cullet_io::Model;
@@ -43,6 +44,12 @@ pub(crate) fn of_view(
     let scene = &model.scene;
     let colors = inputs::colors(model);
     let mut pictures = Vec::new();
+    if featured && seen.full.is_some() {
+        pictures.extend(of_levels(model, view, seen, &colors));
+    }
+    // The others show what became of the scene's own triangles.
+    let as_drawn = seen;
+    let seen = seen.in_full();
     let owners = seen.verification.as_ref().map_or(&[][..], |v| &v.seen);
     // Of the other views the page has a thumbnail alone, so half the size is enough.
     let part = if featured { 1 } else { 2 };
@@ -102,7 +109,7 @@ pub(crate) fn of_view(
         let small = half(view);
         let options = RenderOptions { count_layers: true, ..RenderOptions::default() };
         let draw = |selection| cullet_draw::render(scene, &small, selection, &options);
-        let (before, after) = (draw(Selection::All), draw(Selection::Visible(&seen.result)));
+        let (before, after) = (draw(Selection::All), draw(Selection::Visible(&as_drawn.result)));
         pictures.push(Titled {
             name: "depth",
             picture: cullet_draw::depth_complexity(&before, Some(&after)),
@@ -113,6 +120,43 @@ pub(crate) fn of_view(
             wide: true,
             thumbnail: false,
         });
+    }
+    pictures
+}
+
+/// Draws levels of detail: their colours, what they make of the view, and what that differs from.
+fn of_levels(model: &Model, view: &View, seen: &Seen, colors: &[[f32; 4]]) -> Vec<Titled> {
+    let scene = &model.scene;
+    let titled = |name, picture, caption: String| Titled {
+        name,
+        picture,
+        caption,
+        embed_px: 1280,
+        wide: true,
+        thumbnail: false,
+    };
+    let mut pictures = vec![titled(
+        "levels",
+        cullet_draw::level_colors(scene, view, &seen.result),
+        "What is drawn with levels of detail, each triangle in the colour of how often it was simplified.".into(),
+    )];
+    let proofs = (&seen.verification, seen.full.as_ref().and_then(|f| f.verification.as_ref()));
+    if let (Some(drawn), Some(full)) = proofs {
+        let before = cullet_draw::shaded(scene, &full.frame, view, colors);
+        let frame = &drawn.culled_frame;
+        let after = cullet_draw::shaded_levels(scene, frame, view, &seen.result, colors);
+        let difference = cullet_draw::difference(&before, &after);
+        let [all, left] = [scene.triangle_count(), seen.result.triangle_count].map(grouped);
+        pictures.push(titled(
+            "levels-drawn",
+            after,
+            format!("The view as it is drawn with levels of detail: {left} triangles of {all}."),
+        ));
+        pictures.push(titled(
+            "levels-difference",
+            difference,
+            "Where that differs from the view in full, by the shading of pixels: dark grey is alike.".into(),
+        ));
     }
     pictures
 }

@@ -7,6 +7,7 @@ mod charts;
 mod drawing;
 mod export;
 mod fail_if;
+mod levels_page;
 mod opened;
 mod page;
 mod record;
@@ -30,6 +31,7 @@ use cullet_draw::VerifyOptions;
 use cullet_io::Model;
 use serde_json::Value;
 
+use crate::levels::{self, LevelsSummary};
 use crate::meshes;
 use crate::record::{MeshRecord, SCHEMA, Summary, ViewRecord};
 use crate::survey::{Seen, Survey};
@@ -37,7 +39,7 @@ use export::Export;
 use fail_if::FailIf;
 use opened::Opened;
 use page::{Gallery, Image};
-use record::{Record, Settings};
+use record::{LevelsCost, Record, Settings};
 use saved::{Origin, TriangleCosts};
 
 pub(crate) use args::{HELP, ReportArgs};
@@ -62,7 +64,7 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     let baseline = args.baseline.as_deref().map(baseline::read).transpose()?;
     let costs = Origin::find(&args.costs, console)?;
     let start = Instant::now();
-    let mut model = inputs::load(&args.input.scene, console)?;
+    let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
     let views = inputs::views(&model, &args.input.view, console)?;
@@ -95,7 +97,8 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     if !complete {
         return Ok(Exit::Interrupted);
     }
-    if summary.false_culls > 0 {
+    let broken = summary.levels.as_ref().is_some_and(LevelsSummary::is_broken);
+    if summary.false_culls > 0 || broken {
         return Ok(Exit::FalseCull);
     }
     let crossed: Vec<String> =
@@ -205,10 +208,11 @@ impl<'a> Report<'a> {
 
     fn pictures(&mut self, index: usize, view: &View, seen: &Seen) -> Result<(), Failure> {
         let featured = self.gallery.large.is_empty();
-        let Survey { model, state, .. } = &self.survey;
+        let Survey { model, state, full_state, .. } = &self.survey;
+        let state = if seen.full.is_some() { full_state } else { state };
         let mut pictures = drawing::of_view(model, view, state, seen, featured, &self.args.show);
         let opened = self.opened.as_ref().filter(|_| featured);
-        pictures.extend(opened.map(|o| o.picture(model, view, seen)));
+        pictures.extend(opened.map(|o| o.picture(model, view, seen.in_full())));
         for p in pictures {
             let file = format!("view-{index:03}-{}.png", p.name);
             let path = self.args.out.join(&file);
@@ -260,11 +264,33 @@ impl<'a> Report<'a> {
                 version: env!("CARGO_PKG_VERSION"),
             },
             views,
+            levels: self.levels_cost(&summary),
             costs: self.triangle_costs.as_ref().map(|p| p.record(&summary)),
             summary,
             meshes,
             complete,
         }
+    }
+
+    /// What levels of detail take and save, where they are on.
+    fn levels_cost(&self, summary: &Summary) -> Option<LevelsCost> {
+        let levels = summary.levels.as_ref()?;
+        let views = summary.views.max(1) as f64;
+        let (scene, mut stored) = (&self.survey.model.scene, [0u64; 2]);
+        let held = levels::holders(scene);
+        for (mesh, holds) in scene.meshes().iter().zip(held) {
+            stored[usize::from(holds)] += u64::from(mesh.triangle_count());
+        }
+        let drawn = [levels.ladder.occlusion, levels.ladder.levels];
+        Some(LevelsCost {
+            stored_triangles: stored[0],
+            stored_level_triangles: stored[1],
+            drawn_triangles: drawn,
+            ms_per_view: self
+                .triangle_costs
+                .as_ref()
+                .map(|costs| drawn.map(|n| n as f64 * costs.drawn_ns() * 1e-6 / views)),
+        })
     }
 
     fn write(&self, complete: bool) -> Result<Record, Failure> {
@@ -332,6 +358,8 @@ fn print_summary(console: &Console, record: &Record, out: &Path, time: Duration)
             format!("  {lost}, visible and yet culled: see the page")
         }
     });
+    let levels = s.levels.iter().flat_map(|levels| levels.lines(s.views as u64));
+    levels.for_each(|line| console.line(format!("  {line}")));
     if let Some(b) = s.backfaces.filter(|b| b.facing_away > 0) {
         console.line(format!(
             "  back faces  {} of one-sided triangles; {} of them are culled by whole clusters (ideal {}), {} by their planes",

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::charts;
+use super::{charts, levels_page};
 use cullet_command::console::{agree, count, grouped, percent};
 use cullet_command::html::{escape, with_code};
 
@@ -178,6 +178,7 @@ pub(crate) fn page(record: &Record, gallery: &Gallery, changes: &[String]) -> St
     changes_section(&mut out, changes);
     advice(&mut out, record);
     pictures(&mut out, gallery);
+    levels_page::section(&mut out, record);
     tables::whole(&mut out, s);
     views(&mut out, record);
     tables::losses(&mut out, &record.views);

@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use cullet::cull::detail::Measure;
 use cullet::cull::detail::samples::SamplePattern;
+use cullet::lod::Lod;
 use cullet::{Culler, Stage};
 
 use crate::parse;
@@ -23,6 +24,13 @@ pub struct CullArgs {
     /// Also drop triangles that cover no sample of the image's pixels, where these are: exact for that pattern
     #[arg(long, value_parser = parse::choice(SAMPLES), value_name = "PATTERN")]
     pub sample_pattern: Option<SamplePattern>,
+    /// Draw levels of detail that are off by up to PX pixels at the image's centre (lossy); 0 draws all in full. A scene
+    /// without levels gets some from the baker, once
+    #[arg(long, value_name = "PX", value_parser = parse::lod_pixels, allow_hyphen_values = true)]
+    pub lod: Option<f64>,
+    /// Let --lod hold in the image's corners too, where a pixel is a smaller angle
+    #[arg(long, requires = "lod")]
+    pub lod_corners: bool,
     /// Run one stage alone
     #[arg(long, value_parser = parse::choice(ALONE), value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_pvs", "no_portal", "no_backface", "no_degenerate", "no_occlusion"])]
     pub only: Option<Stage>,
@@ -62,6 +70,17 @@ pub struct CullArgs {
     pub exact_frustum: bool,
 }
 
+impl CullArgs {
+    /// Which levels of detail are drawn; none where all is drawn in full.
+    #[must_use]
+    pub fn levels(&self) -> Option<Lod> {
+        let alone = self.only == Some(Stage::Lod);
+        let pixels = self.lod.or_else(|| alone.then(|| Lod::default().pixels))?;
+        let runs = pixels > 0.0 && (self.only.is_none() || alone);
+        runs.then_some(Lod { pixels, at_corners: self.lod_corners, ..Lod::default() })
+    }
+}
+
 /// Settings to begin with.
 pub type Preset = fn() -> Culler;
 
@@ -93,6 +112,7 @@ const ALONE: &[(&str, Stage, &str)] = &[
     ("occlusion", Stage::Occlusion, "Occluded instances and clusters"),
     ("backface", Stage::Backface, "Back-facing clusters and triangles"),
     ("degenerate", Stage::Degenerate, "Degenerate triangles, without area"),
+    ("lod", Stage::Lod, "Levels of detail (lossy; --lod sets the threshold, else a pixel)"),
 ];
 
 /// How detail culling measures.

@@ -6,13 +6,14 @@ mod font;
 mod hierarchy;
 mod kinds;
 mod layers;
+mod levels;
 mod map;
 mod occlusion;
 mod opened;
 mod outside;
 pub mod palette;
 mod shaded;
-mod space;
+pub(crate) mod space;
 mod teach;
 
 pub use cells::{
@@ -23,11 +24,12 @@ pub use font::text_width;
 pub use hierarchy::hierarchy;
 pub use kinds::{kinds, kinds_of};
 pub use layers::depth_complexity;
+pub use levels::{beside, difference, levels};
 pub use map::top_down;
 pub use occlusion::{Culled, hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
 pub use outside::Outlook;
-pub use shaded::shaded;
+pub use shaded::{shaded, shaded_levels};
 pub use teach::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
     culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,

@@ -70,6 +70,28 @@ pub const fn reason_label(stage: Option<Stage>) -> &'static str {
     }
 }
 
+/// The colour of a level of detail: [`SEEN`] in full, then one for each time that it was simplified, up to twelve; neighbours
+/// are told apart by lightness too. Coarser ones have the last.
+#[must_use]
+pub const fn level_color(step: u32) -> [u8; 3] {
+    const COLORS: [[u8; 3]; 13] = [
+        SEEN,
+        [0x56, 0xB4, 0xE9],
+        [0x00, 0x72, 0xB2],
+        [0x00, 0x9E, 0x73],
+        [0x9B, 0xD7, 0x70],
+        [0xF0, 0xE4, 0x42],
+        [0xE6, 0x9F, 0x00],
+        [0xD5, 0x5E, 0x00],
+        [0xE3, 0x9B, 0xBF],
+        [0xA2, 0x4A, 0x8C],
+        [0x6A, 0x3D, 0x9A],
+        [0x8A, 0x6A, 0x4A],
+        [0x45, 0x4B, 0x54],
+    ];
+    COLORS[if step < 12 { step as usize } else { 12 }]
+}
+
 /// A colour for a material that has none: of stone, sand, slate and the like, ten of them in turn.
 #[must_use]
 pub const fn material_color(n: u32) -> [u8; 3] {
@@ -134,6 +156,15 @@ mod tests {
     fn apart(a: [u8; 3], b: [u8; 3]) -> f64 {
         let (a, b) = (lab(a), lab(b));
         (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    }
+
+    #[test]
+    fn levels_next_to_each_other_are_told_apart() {
+        for step in 0..12 {
+            let [a, b] = [step, step + 1].map(level_color);
+            assert!(apart(a, b) > 20.0, "{step}: {}", apart(a, b));
+        }
+        assert_eq!(level_color(12), level_color(u32::MAX));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_8;
 
-use cullet::{Scene, View};
+use cullet::{Scene, View, Visible};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -29,7 +29,28 @@ const AMBIENT_RADIUS: f64 = 0.035;
 /// Cost: some 0.3 µs a pixel on one core.
 #[must_use]
 pub fn shaded(scene: &Scene, frame: &Frame, view: &View, material_colors: &[[f32; 4]]) -> Picture {
-    let surfaces = Surfaces::new(scene, &frame.ids);
+    shade(scene, frame, view, material_colors, &Surfaces::new(scene, &frame.ids))
+}
+
+/// As [`shaded`], for a frame of a visible set in which instances have levels of detail.
+#[must_use]
+pub fn shaded_levels(
+    scene: &Scene,
+    frame: &Frame,
+    view: &View,
+    visible: &Visible,
+    material_colors: &[[f32; 4]],
+) -> Picture {
+    shade(scene, frame, view, material_colors, &Surfaces::of_visible(scene, visible))
+}
+
+fn shade(
+    scene: &Scene,
+    frame: &Frame,
+    view: &View,
+    material_colors: &[[f32; 4]],
+    surfaces: &Surfaces,
+) -> Picture {
     let color = |id: PixelId| {
         let part = surfaces.part(id);
         let given = material_colors.get(part.material as usize);
@@ -41,7 +62,7 @@ pub fn shaded(scene: &Scene, frame: &Frame, view: &View, material_colors: &[[f32
             |c| DVec3::new(f64::from(c[0]), f64::from(c[1]), f64::from(c[2])),
         )
     };
-    light(scene, frame, view, &surfaces, color)
+    light(scene, frame, view, surfaces, color)
 }
 
 /// How much haze there is far away in a landscape.

@@ -1,7 +1,7 @@
 //! From pixels back to the scene.
 
 use cullet::mesh::Part;
-use cullet::{Camera, Depth, Projection, Scene, View};
+use cullet::{Camera, Depth, Mesh, MeshId, Projection, Scene, View, Visible};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use crate::frame::PixelId;
@@ -141,27 +141,21 @@ pub(crate) struct Surfaces<'a> {
     scene: &'a Scene,
     /// For each mesh that the frame shows, the place in the mesh's order of each original triangle.
     order: Vec<Vec<u32>>,
+    /// For each slot the level that the frame shows; none for slots beyond, which are shown in full.
+    levels: Vec<u32>,
 }
 
 impl<'a> Surfaces<'a> {
     pub(crate) fn new(scene: &'a Scene, ids: &[PixelId]) -> Self {
-        let mut order = vec![Vec::new(); scene.meshes().len()];
+        let mut surfaces = Self::empty(scene);
         let mut last = u32::MAX;
         for id in ids {
-            if id.slot == last || id.slot >= scene.slot_count() {
-                continue;
-            }
-            last = id.slot;
-            let mesh = scene.mesh(id.slot);
-            let order = &mut order[scene.mesh_id(id.slot) as usize];
-            if order.is_empty() {
-                *order = vec![0; mesh.triangle_count() as usize];
-                for (t, &original) in (0..).zip(mesh.original_triangle()) {
-                    order[original as usize] = t;
-                }
+            if id.slot != last && id.slot < scene.slot_count() {
+                last = id.slot;
+                surfaces.add(scene.mesh_id(id.slot));
             }
         }
-        Self { scene, order }
+        surfaces
     }
 
     /// Of all meshes that have an instance, whatever a frame shows. Costs 4 bytes a stored triangle.
@@ -170,28 +164,64 @@ impl<'a> Surfaces<'a> {
         Self::new(scene, &ids)
     }
 
+    /// Of what a frame of a visible set shows, each instance at its level.
+    pub(crate) fn of_visible(scene: &'a Scene, visible: &Visible) -> Self {
+        let mut surfaces = Self::empty(scene);
+        surfaces.levels.resize(scene.slot_count() as usize, 0);
+        for r in visible.triangle_ranges.iter().filter(|r| r.slot < scene.slot_count()) {
+            surfaces.levels[r.slot as usize] = r.level;
+            surfaces.add(scene.mesh_id_at(r.slot, r.level));
+        }
+        surfaces
+    }
+
+    fn empty(scene: &'a Scene) -> Self {
+        Self { scene, order: vec![Vec::new(); scene.meshes().len()], levels: Vec::new() }
+    }
+
+    fn add(&mut self, mesh: MeshId) {
+        let order = &mut self.order[mesh as usize];
+        if order.is_empty() {
+            let mesh = &self.scene.meshes()[mesh as usize];
+            *order = vec![0; mesh.triangle_count() as usize];
+            for (t, &original) in (0..).zip(mesh.original_triangle()) {
+                order[original as usize] = t;
+            }
+        }
+    }
+
+    /// The level at which a slot is shown.
+    pub(crate) fn level(&self, slot: u32) -> u32 {
+        self.levels.get(slot as usize).copied().unwrap_or(0)
+    }
+
+    fn mesh_of(&self, slot: u32) -> &Mesh {
+        self.scene.mesh_at(slot, self.level(slot))
+    }
+
     /// The place of an original triangle in its mesh's order, if the frame that this was made for
     /// shows its mesh.
     pub(crate) fn triangle(&self, id: PixelId) -> Option<u32> {
-        let mesh = *self.order.get(self.mesh(id)? as usize)?.get(id.triangle as usize)?;
-        Some(mesh)
+        let in_scene = id.slot < self.scene.slot_count();
+        let mesh = in_scene.then(|| self.scene.mesh_id_at(id.slot, self.level(id.slot)))?;
+        self.order[mesh as usize].get(id.triangle as usize).copied()
     }
 
-    /// The number of the mesh of an owner.
+    /// The number of the mesh of an owner, at whatever level it is shown.
     pub(crate) fn mesh(&self, id: PixelId) -> Option<u32> {
         (id.slot < self.scene.slot_count()).then(|| self.scene.mesh_id(id.slot))
     }
 
     /// The part of an original triangle.
     pub(crate) fn part(&self, id: PixelId) -> Part {
-        part_of(self.scene.mesh(id.slot), id.triangle)
+        part_of(self.mesh_of(id.slot), id.triangle)
     }
 
     /// The unit normal of a triangle in the world, towards the side from which its corners are seen
     /// counter-clockwise; zero where there is none.
     pub(crate) fn normal(&self, id: PixelId) -> DVec3 {
         let Some(t) = self.triangle(id) else { return DVec3::ZERO };
-        let corners = self.scene.mesh(id.slot).corners(t);
+        let corners = self.mesh_of(id.slot).corners(t);
         let [x, y, z] = self.scene.transform(id.slot).linear.map(|c| DVec3::from(c.map(f64::from)));
         let m = DMat3::from_cols(x, y, z);
         let [a, b, c] = corners.map(|p| m * DVec3::from(p.map(f64::from)));

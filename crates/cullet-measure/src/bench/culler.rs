@@ -115,6 +115,7 @@ struct Fastest {
 /// Runs the command.
 pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
     let mut model = inputs::load(&args.input.scene, console)?;
+    inputs::demand_levels(&model, &args.input.cull)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
     let views = inputs::views(&model, &args.input.view, console)?;

@@ -41,6 +41,8 @@ pub enum Paint {
     TriangleSize,
     /// Distance, from white to black; half dark half a radius of the scene away.
     Depth,
+    /// How often triangles were simplified: the colours of [`level_color`](cullet_draw::palette::level_color).
+    Levels,
 }
 
 /// How the scene is drawn.

@@ -116,9 +116,13 @@ pub(super) struct ChunkData {
 pub(super) struct Geometry {
     pub(super) chunks: Vec<ChunkData>,
     pub(super) meshes: Vec<MeshPlace>,
-    /// Linear colour and alpha of every part of every mesh.
+    /// Linear colour of every part of every mesh, and its alpha and twice the number of its level of detail. A part that has
+    /// triangles of several levels has one entry for each, one after the other.
     pub(super) parts: Vec<[f32; 4]>,
 }
+
+/// Levels of detail that are told apart by colour at the most.
+pub(super) const LEVELS: u32 = 13;
 
 impl Geometry {
     /// Lays out the meshes of a model. O(triangles); some 25 bytes a triangle stay in memory beside
@@ -126,14 +130,18 @@ impl Geometry {
     pub(super) fn new(model: &Model, room: Room) -> Result<Self, DrawError> {
         let mut all = Self::default();
         let meshes = model.scene.meshes();
-        let parts: u64 = meshes.iter().map(|m| m.parts().len() as u64).sum();
+        let steps = level_steps(&model.scene);
+        let entries = |(mesh, steps): (&Mesh, &Vec<u32>)| {
+            mesh.parts().len() as u64 * u64::from(levels_of(steps))
+        };
+        let parts: u64 = meshes.iter().zip(&steps).map(entries).sum();
         let limit = room.texels().min(MAX_PARTS);
         if parts > limit {
             return Err(DrawError::Texture { what: "parts", count: parts, limit, side: room.side });
         }
         let mut local = Vec::new();
-        for (number, mesh) in meshes.iter().enumerate() {
-            all.add(model, number, mesh, room, &mut local)?;
+        for (number, steps) in steps.iter().enumerate() {
+            all.add(model, number, steps, room, &mut local)?;
         }
         Ok(all)
     }
@@ -142,20 +150,27 @@ impl Geometry {
         &mut self,
         model: &Model,
         number: usize,
-        mesh: &Mesh,
+        steps: &[u32],
         room: Room,
         local: &mut Vec<u32>,
     ) -> Result<(), DrawError> {
+        let mesh = &model.scene.meshes()[number];
         let first_part = self.parts.len() as u32;
-        self.parts.extend(mesh.parts().iter().map(|part| {
+        let levels = levels_of(steps);
+        self.parts.extend(mesh.parts().iter().flat_map(|part| {
             let given = model.materials.get(part.material as usize).map(|m| m.color);
-            given.unwrap_or_else(|| {
+            let [r, g, b, a] = given.unwrap_or_else(|| {
                 let colour = palette::material_color(part.material.wrapping_add(number as u32));
                 let [r, g, b] = colour.map(linear);
                 [r, g, b, 1.0]
-            })
+            });
+            (0..levels).map(move |step| [r, g, b, a.clamp(0.0, 1.0) + 2.0 * step as f32])
         }));
-        let (vertices, indices, clusters) = cut(mesh, first_part, local);
+        let entry = |cluster: usize, part: u32| {
+            let step = steps.get(cluster).map_or(0, |&step| step.min(LEVELS - 1));
+            first_part + part * levels + step
+        };
+        let (vertices, indices, clusters) = cut(mesh, entry, local);
         let name = || model.mesh_names.get(number).cloned().unwrap_or_default();
         let (most_vertices, most_indices) = (room.elements(16), room.elements(4));
         for (what, count, limit, bytes) in [
@@ -205,11 +220,30 @@ impl Geometry {
     }
 }
 
-/// The vertices and indices of a mesh's clusters, in the mesh's order, and where each cluster starts.
-/// `local` is scratch.
+/// For each mesh that holds levels of others, the step of each of its clusters; nothing for the rest.
+fn level_steps(scene: &Scene) -> Vec<Vec<u32>> {
+    let mut steps = vec![Vec::new(); scene.meshes().len()];
+    for mesh in 0..scene.meshes().len() as u32 {
+        for levels in scene.levels(mesh) {
+            let of = &mut steps[levels.mesh as usize];
+            if of.is_empty() {
+                *of = levels.levels.steps();
+            }
+        }
+    }
+    steps
+}
+
+/// How many entries each part of a mesh has, whose clusters are of these steps.
+fn levels_of(steps: &[u32]) -> u32 {
+    steps.iter().max().map_or(1, |&most| most.min(LEVELS - 1) + 1)
+}
+
+/// The vertices and indices of a mesh's clusters, in the mesh's order, and where each cluster starts. `entry` is that of
+/// a cluster of a part in the list of parts; `local` is scratch.
 fn cut(
     mesh: &Mesh,
-    first_part: u32,
+    entry: impl Fn(usize, u32) -> u32,
     local: &mut Vec<u32>,
 ) -> (Vec<Vertex>, Vec<u32>, Vec<[u32; 2]>) {
     const NONE: u32 = u32::MAX;
@@ -221,7 +255,7 @@ fn cut(
     for (number, cluster) in mesh.clusters().iter().enumerate() {
         clusters.push([cluster.first_triangle, vertices.len() as u32]);
         let start = vertices.len() as u32;
-        let key = (first_part + cluster.part) << 8 | (number as u32 & 0xFF);
+        let key = entry(number, cluster.part) << 8 | (number as u32 & 0xFF);
         for t in cluster.triangles() {
             for v in mesh.triangle(t) {
                 let own = &mut local[v as usize];
@@ -317,7 +351,10 @@ pub(super) struct Instances {
     pub(super) group: Vec<u32>,
     /// By slot.
     pub(super) layers: Vec<u32>,
+    /// Those of instances in full; then those of levels of detail.
     pub(super) groups: Vec<Group>,
+    /// For each group of instances in full, the first of the groups of its levels, and how many there are.
+    levels: Vec<[u32; 2]>,
 }
 
 impl Instances {
@@ -326,7 +363,16 @@ impl Instances {
     pub(super) fn new(scene: &Scene) -> Self {
         let mut grouping = Grouping::new(scene);
         grouping.add(scene, 0..scene.slot_count());
-        grouping.finish()
+        grouping.finish(scene)
+    }
+}
+
+impl Instances {
+    /// The group that an instance of a group is in at a level of detail. `None` where there is no such level.
+    pub(super) fn at_level(&self, group: u32, level: u32) -> Option<u32> {
+        let Some(above) = level.checked_sub(1) else { return Some(group) };
+        let [first, count] = *self.levels.get(group as usize)?;
+        (above < count).then_some(first + above)
     }
 }
 
@@ -346,6 +392,7 @@ impl Grouping {
             group: vec![NO_GROUP; slots as usize],
             layers: (0..slots).map(|s| scene.layers(s)).collect(),
             groups: Vec::new(),
+            levels: Vec::new(),
         };
         Self { all, counts: vec![0; scene.meshes().len() * 8] }
     }
@@ -363,8 +410,8 @@ impl Grouping {
         }
     }
 
-    /// The groups.
-    pub(super) fn finish(self) -> Instances {
+    /// The groups. Those of levels have as much room as that of the instances in full, whichever level each is at.
+    pub(super) fn finish(self, scene: &Scene) -> Instances {
         let Self { mut all, counts } = self;
         let mut number = vec![NO_GROUP; counts.len()];
         let mut first = 0;
@@ -378,6 +425,16 @@ impl Grouping {
         }
         for group in all.group.iter_mut().filter(|g| **g != NO_GROUP) {
             *group = number[*group as usize];
+        }
+        for at in 0..all.groups.len() {
+            let Group { kind, count, .. } = all.groups[at];
+            let levels = scene.levels(kind.mesh);
+            all.levels.push([all.groups.len() as u32, levels.len() as u32]);
+            for levels in levels {
+                let kind = Kind { mesh: levels.mesh, ..kind };
+                all.groups.push(Group { kind, first, count });
+                first += count;
+            }
         }
         all
     }

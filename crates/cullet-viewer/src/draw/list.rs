@@ -111,7 +111,7 @@ impl DrawList {
             None => {
                 for (slot, own) in instances.layers.iter().enumerate() {
                     if own & layers != 0 {
-                        self.push(instances, slot as u32);
+                        self.push(instances, slot as u32, 0);
                     }
                 }
             }
@@ -122,9 +122,10 @@ impl DrawList {
         true
     }
 
-    /// Adds a slot to its group: the group and the entry.
-    fn push(&mut self, instances: &Instances, slot: u32) -> Option<(u32, u32)> {
+    /// Adds a slot to its group at a level of detail: the group and the entry.
+    fn push(&mut self, instances: &Instances, slot: u32, level: u32) -> Option<(u32, u32)> {
         let group = *instances.group.get(slot as usize).filter(|g| **g != NO_GROUP)?;
+        let group = instances.at_level(group, level)?;
         let place = &instances.groups[group as usize];
         let used = &mut self.used[group as usize];
         // A result that names a slot twice is not a culler's; it must not reach into the next group.
@@ -150,7 +151,7 @@ impl DrawList {
                 while let Some(ranges) = partial.next_if(|p| p[0].slot < slot) {
                     self.push_partial(geometry, instances, ranges);
                 }
-                self.push(instances, slot);
+                self.push(instances, slot, 0);
             }
         }
         partial.for_each(|ranges| self.push_partial(geometry, instances, ranges));
@@ -162,7 +163,8 @@ impl DrawList {
         instances: &Instances,
         ranges: &[cullet::DrawRange],
     ) {
-        let Some((group, entry)) = self.push(instances, ranges[0].slot) else { return };
+        let cullet::DrawRange { slot, level, .. } = ranges[0];
+        let Some((group, entry)) = self.push(instances, slot, level) else { return };
         let mesh = &geometry.meshes[instances.groups[group as usize].kind.mesh as usize];
         for r in ranges {
             let triangles = mesh.triangles(r.first_cluster, r.cluster_count);
@@ -173,9 +175,10 @@ impl DrawList {
 
     fn push_triangles(&mut self, geometry: &Geometry, instances: &Instances, v: &Visible) {
         for r in &v.triangle_ranges {
-            let Some((group, entry)) = self.push(instances, r.slot) else { continue };
+            let Some((group, entry)) = self.push(instances, r.slot, r.level) else { continue };
             let mesh = &geometry.meshes[instances.groups[group as usize].kind.mesh as usize];
-            if r.count == mesh.whole {
+            // Of a mesh that holds levels never all is drawn.
+            if r.level == 0 && r.count == mesh.whole {
                 continue;
             }
             let end = (r.first as usize).saturating_add(r.count as usize).min(v.triangles.len());
@@ -266,8 +269,12 @@ fn same(a: &Visible, b: &Visible) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use cullet::{Camera, Culler, Depth, Output, Projection, Scene, View, ViewState};
-    use cullet_io::scenes;
+    use cullet::lod::Lod;
+    use cullet::{
+        Camera, Culler, Depth, Instance, Output, Projection, Scene, Transform, View, ViewState,
+    };
+    use cullet_io::{Model, scenes};
+    use cullet_testkit::steps::Balls;
 
     use super::super::geometry::Room;
     use super::*;
@@ -360,6 +367,87 @@ mod tests {
             .sum();
         assert_eq!(everything(&geometry, &instances, &list).len(), drawn as usize);
         assert!(list.update(&geometry, &instances, None, 0) && list.items.is_empty());
+    }
+
+    #[test]
+    fn levels_of_detail_are_drawn_from_the_meshes_that_hold_them() {
+        let mut scene = Scene::new();
+        let mesh = Balls::new(&[32, 16, 8], 1.0).add_to(&mut scene);
+        let block = scene.add_mesh(cullet_testkit::meshes::block([-1.0; 3], [1.0; 3]));
+        for k in 0..24 {
+            let place =
+                Transform::from_translation([f64::from(k % 4) - 2.0, 0.0, -4.0 * f64::from(k)]);
+            scene.add(Instance::new(if k % 5 == 0 { block } else { mesh }, place)).unwrap();
+        }
+        scene.commit();
+        let model = Model { scene, ..scenes::build("solids").unwrap() };
+        let geometry = Geometry::new(&model, Room { buffer: 1 << 28, side: 8192 }).unwrap();
+        let instances = Instances::new(&model.scene);
+        let mut list = DrawList::default();
+        list.reset(&instances);
+        let (mut seen, mut state) = ([0; 2], ViewState::default());
+        for step in 0..16 {
+            let output =
+                [Output::Instances, Output::Clusters, Output::Triangles][step as usize % 3];
+            let projection =
+                Projection::Perspective { fov_y_radians: 0.9, aspect: 1.5, near: 0.1, far: 1e4 };
+            let eye = [0.3, 0.4, 9.0 - 4.0 * f64::from(step)];
+            let camera = Camera::look_at(eye, [0.0, 0.0, -200.0], projection);
+            let view = View::new(&camera, Depth::Standard, [300, 200]).unwrap();
+            let lod = Some(Lod { pixels: 0.7, ..Lod::default() });
+            let culler = Culler { output, lod, ..Culler::default() };
+            let mut visible = Visible::default();
+            culler.cull_one(&model.scene, &view, &mut state, &mut visible);
+            list.update(&geometry, &instances, Some(&visible), view.layers);
+            let mut drawn = Vec::new();
+            for item in &list.items {
+                let mesh = instances.groups[item.group as usize].kind.mesh;
+                for entry in item.entries.clone() {
+                    let slot = list.entries[entry as usize];
+                    let mut add = |t: u32| drawn.push((slot, mesh, t));
+                    match &item.what {
+                        What::Triangles(r) => r.clone().for_each(&mut add),
+                        What::Picked(r) => {
+                            let own = &list.picked[r.start as usize..r.end as usize];
+                            own.iter().copied().for_each(&mut add);
+                        }
+                    }
+                }
+            }
+            drawn.sort_unstable();
+            assert_eq!(drawn.len() as u64, visible.triangle_count, "{output:?}");
+            assert_eq!(drawn, expand_levels_ref(&model.scene, &visible), "{output:?}");
+            for (slot, mesh, _) in drawn {
+                seen[usize::from(mesh != model.scene.mesh_id(slot))] += 1;
+            }
+        }
+        assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
+    }
+
+    /// As [`expand_ref`], with the mesh that each triangle is of.
+    fn expand_levels_ref(scene: &Scene, visible: &Visible) -> Vec<(u32, u32, u32)> {
+        let mut all = Vec::new();
+        for r in &visible.triangle_ranges {
+            let own = &visible.triangles[r.first as usize..(r.first + r.count) as usize];
+            all.extend(own.iter().map(|&t| (r.slot, scene.mesh_id_at(r.slot, r.level), t)));
+        }
+        if visible.triangle_ranges.is_empty() {
+            for slot in visible.whole.iter().flat_map(|r| r.first..r.first + r.count) {
+                all.extend(
+                    (0..scene.mesh(slot).triangle_count()).map(|t| (slot, scene.mesh_id(slot), t)),
+                );
+            }
+            for r in &visible.partial {
+                let mesh = scene.mesh_id_at(r.slot, r.level);
+                let clusters =
+                    &scene.meshes()[mesh as usize].clusters()[r.first_cluster as usize..];
+                for cluster in &clusters[..r.cluster_count as usize] {
+                    all.extend(cluster.triangles().map(|t| (r.slot, mesh, t)));
+                }
+            }
+        }
+        all.sort_unstable();
+        all
     }
 
     #[test]

@@ -106,7 +106,7 @@ impl Renderer {
                 return false;
             }
         }
-        let scene = coming.finish();
+        let scene = coming.finish(&model.scene);
         self.panes.iter_mut().for_each(|pane| pane.list.reset(&scene.instances));
         self.scene = Some(scene);
         self.group = None;

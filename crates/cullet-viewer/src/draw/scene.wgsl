@@ -1,4 +1,4 @@
-// The scene: instances placed from a texture, painted in one of seven ways. No storage buffers, so that it
+// The scene: instances placed from a texture, painted in one of eight ways. No storage buffers, so that it
 // runs on WebGL2 as well.
 
 struct Pane {
@@ -32,6 +32,7 @@ const CLUSTERS = 2u;
 const INSTANCES = 3u;
 const OVERDRAW = 4u;
 const TRIANGLE_SIZE = 5u;
+const LEVELS = 7u;
 
 // Clockwise on the screen is front, by the view and the style.
 const FLIPPED = 1u;
@@ -102,6 +103,17 @@ fn cluster_colour(n: u32) -> vec3<f32> {
     return mix(vec3<f32>(shade), rgb, 0.6) * shade * 1.4;
 }
 
+// The colours of levels of detail, as the pictures of the library have them.
+fn level_colour(level: u32) -> vec3<f32> {
+    var colours = array<vec3<f32>, 13>(
+        vec3<f32>(246.0, 242.0, 232.0), vec3<f32>(86.0, 180.0, 233.0), vec3<f32>(0.0, 114.0, 178.0), vec3<f32>(0.0, 158.0, 115.0),
+        vec3<f32>(155.0, 215.0, 112.0), vec3<f32>(240.0, 228.0, 66.0), vec3<f32>(230.0, 159.0, 0.0), vec3<f32>(213.0, 94.0, 0.0),
+        vec3<f32>(227.0, 155.0, 191.0), vec3<f32>(162.0, 74.0, 140.0), vec3<f32>(106.0, 61.0, 154.0), vec3<f32>(138.0, 106.0, 74.0),
+        vec3<f32>(69.0, 75.0, 84.0),
+    );
+    return to_linear(colours[min(level, 12u)] / 255.0);
+}
+
 fn vertex(slot: u32, position: vec3<f32>, key: u32, place: Place) -> Varying {
     var out: Varying;
     out.world = relative(place, position);
@@ -110,8 +122,12 @@ fn vertex(slot: u32, position: vec3<f32>, key: u32, place: Place) -> Varying {
     out.hand_and_area = vec2<f32>(place.hand, 0.0);
     out.colour = vec4<f32>(0.5, 0.5, 0.5, 1.0);
     if PAINT == MATERIAL {
-        out.colour = textureLoad(parts, at(key >> 8u), 0);
-        out.colour.a = min(out.colour.a, place.opacity);
+        let part = textureLoad(parts, at(key >> 8u), 0);
+        // Twice the level of detail is added to it.
+        let alpha = part.a - 2.0 * floor(part.a * 0.5);
+        out.colour = vec4<f32>(part.rgb, min(alpha, place.opacity));
+    } else if PAINT == LEVELS {
+        out.colour = vec4<f32>(level_colour(u32(textureLoad(parts, at(key >> 8u), 0).a * 0.5)), 1.0);
     } else if PAINT == CLUSTERS {
         out.colour = vec4<f32>(cluster_colour((key & 255u) + (key >> 8u) * 7u), 1.0);
     } else if PAINT == INSTANCES {

@@ -103,9 +103,9 @@ impl Upload {
         self.next == scene.slot_count()
     }
 
-    /// The scene, once all of it is there.
-    pub(super) fn finish(self) -> Uploaded {
-        Uploaded { instances: self.grouping.finish(), ..self.new }
+    /// The scene that it was begun with, once all of it is there.
+    pub(super) fn finish(self, scene: &Scene) -> Uploaded {
+        Uploaded { instances: self.grouping.finish(scene), ..self.new }
     }
 }
 

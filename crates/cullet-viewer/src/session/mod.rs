@@ -16,6 +16,7 @@ pub use touring::{STOPS, Stop, Tour};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use cullet::view::EyeBall;
 use cullet::{Backface, CullFace, View};
 use eframe::egui;
 
@@ -139,6 +140,8 @@ pub struct Session {
     studied: Option<(u64, u32, Study)>,
     /// How many requests there were.
     requests: u64,
+    /// The eyes that levels of detail were last chosen for.
+    ball: Option<EyeBall>,
     /// The camera as it was last fitted, and to a pane of which size.
     fitted: Option<(Rig, [u32; 2])>,
     /// How the last scene was shown at first.
@@ -196,6 +199,7 @@ impl Session {
             next: None,
             studied: None,
             requests: 0,
+            ball: None,
             fitted: None,
             manner: None,
             refit: false,
@@ -377,10 +381,29 @@ impl Session {
         }
         let (stages, buffer) = (&self.state.stages, self.state.wants_buffer());
         let culler = stages.culler(clock);
+        let steady = stages.lod_steady && culler.lod.is_some();
         let world = Arc::clone(world);
         self.asked = Some((view.clone(), stages.clone(), buffer));
+        let view = if steady { self.with_ball(view) } else { view };
         self.requests += 1;
         self.decider.request(Request { world, view, culler, buffer, number: self.requests });
+    }
+
+    /// A view whose levels of detail are chosen for a ball of eyes, the last one as long as the eye is in it.
+    fn with_ball(&mut self, mut view: View) -> View {
+        /// The radius, as a share of the distance from what the camera turns around.
+        const SHARE: f64 = 0.05;
+        let [x, y, z, w] = view.eye();
+        let rig = self.state.frozen.as_ref().or(self.state.camera.as_ref());
+        if let Some(rig) = rig.filter(|_| w != 0.0) {
+            let radius = rig.distance * SHARE;
+            // A ball of another size belongs to another distance.
+            let old = self.ball.filter(|b| b.radius >= radius * 0.5 && b.radius <= radius * 2.0);
+            let fresh = EyeBall { centre: [x, y, z], radius };
+            self.ball = Some(old.unwrap_or(fresh).follow([x, y, z], radius));
+            view.eyes = self.ball;
+        }
+        view
     }
 
     fn take(&mut self, decision: Decision) {

@@ -22,11 +22,13 @@ pub enum Colour {
     Size,
     /// Distance.
     Depth,
+    /// How often they were simplified.
+    Levels,
 }
 
 impl Colour {
     /// All of them, with what a menu says.
-    pub const ALL: [(Self, &'static str, &'static str); 7] = [
+    pub const ALL: [(Self, &'static str, &'static str); 8] = [
         (Self::Material, "material", "The colours of the file."),
         (Self::Reason, "reason", "Each instance in the colour of the stage that dropped it."),
         (Self::Sides, "sides", "Front faces light, back faces in another colour."),
@@ -38,6 +40,11 @@ impl Colour {
             "Bright triangles cover few pixels: they cost most for least.",
         ),
         (Self::Depth, "depth", "Distance from the eye."),
+        (
+            Self::Levels,
+            "levels",
+            "How often triangles were simplified: cream in full, then from blue over green and red to grey.",
+        ),
     ];
 }
 

@@ -2,6 +2,7 @@
 
 use cullet::cull::detail::{Detail, Measure};
 use cullet::cull::occlusion::Occlusion;
+use cullet::lod::Lod;
 use cullet::{Backface, Culler, Output};
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,12 @@ pub struct Stages {
     pub detail_px: f64,
     /// How that size is measured.
     pub detail_by: Measure,
+    /// By how many pixels levels of detail may be off; 0 draws all in full. See [`Culler::lod`].
+    pub lod_px: f64,
+    /// Whether that holds in the image's corners too.
+    pub lod_corners: bool,
+    /// Whether levels are chosen for a ball of eyes, and stay while the eye is in it.
+    pub lod_steady: bool,
     /// Whether occluded instances and clusters are culled; see [`Culler::occlusion`].
     pub occlusion: bool,
     /// See [`Occlusion::width`].
@@ -56,6 +63,9 @@ impl Stages {
             degenerate: culler.degenerate,
             detail_px: detail.threshold_px,
             detail_by: detail.measure,
+            lod_px: culler.lod.map_or(0.0, |lod| lod.pixels),
+            lod_corners: culler.lod.is_some_and(|lod| lod.at_corners),
+            lod_steady: false,
             occlusion: culler.occlusion.is_some(),
             occlusion_width: occlusion.width,
             occlusion_budget: occlusion.budget,
@@ -116,6 +126,11 @@ impl Stages {
                 measure: self.detail_by,
                 threshold_px: self.detail_px,
                 ..Detail::default()
+            }),
+            lod: (on && self.lod_px > 0.0).then_some(Lod {
+                pixels: self.lod_px,
+                at_corners: self.lod_corners,
+                ..Lod::default()
             }),
             occlusion: (on && self.occlusion).then_some(Occlusion {
                 width: self.occlusion_width,

@@ -213,6 +213,9 @@ fn proof(ui: &mut egui::Ui, session: &mut Session) {
             ui.weak("Dropping what is small may lose what is seen.");
         }
     }
+    if session.state.stages.lod_px > 0.0 {
+        ui.weak("Levels of detail aside: cullet verify --lod measures those.");
+    }
     ui.horizontal(|ui| {
         swatch(ui, palette::UNSEEN);
         let text = format!("{} of {} kept instances are hidden", grouped(found.unseen_count), grouped(found.kept_instances));

@@ -20,6 +20,7 @@ mod budget;
 mod choose;
 mod eye;
 mod levels;
+mod steps;
 
 pub(crate) use budget::Budget;
 pub use choose::Selection;

@@ -149,6 +149,7 @@ impl PaysArgs {
     fn load(&self, scene: &str) -> Result<(Model, Vec<View>), Failure> {
         let quiet = Console::new(true, None);
         let mut model = inputs::load(&scenes::args(scene), &quiet)?;
+        inputs::demand_levels(&model, &self.cull)?;
         occluders::give(&mut model, &self.cull, &quiet)?;
         let views = inputs::views(&model, &self.view_args(), &quiet)?;
         Ok((model, views))

@@ -1,0 +1,269 @@
+//! How far what is drawn is from the original, in pixels: found by points and distances, without the errors that levels state.
+
+use cullet::lod::{Lod, PixelScale};
+use cullet::{Mesh, Scene, TriangleRange, View, Visible};
+use cullet_bake::levels::{SHARE_ABOVE, SurfaceTree, surface_points};
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+/// What was measured in a view.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Measured {
+    pub(crate) max_px: f64,
+    pub(crate) p999_px: f64,
+    /// The slot that is off the most.
+    pub(crate) worst: Option<u32>,
+    pub(crate) points: u64,
+    /// Instances that were measured, and those that are drawn at a level.
+    pub(crate) instances: [u64; 2],
+}
+
+/// Measures one view after another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Meter {
+    /// Random points of a view, each way, shared out among its instances.
+    pub(crate) points: usize,
+    pub(crate) seed: u64,
+}
+
+/// An instance has at least so many random points, each way.
+const LEAST_POINTS: usize = 500;
+/// And at most so many.
+const MOST_POINTS: usize = 100_000;
+
+impl Meter {
+    /// Measures the instances of which `drawn` has something at a level, by all the triangles that `cut` chose for them:
+    /// what other stages dropped of an instance leaves no hole that counts.
+    ///
+    /// Both ways: from random points and vertices of the original to the nearest triangle that was chosen, and from those back.
+    /// Distances are in the world, and a pixel is as large as where the point is: an angle, at the image's centre,
+    /// or with [`Lod::at_corners`] the smaller one of where the point is in the image.
+    pub(crate) fn measure(
+        &self,
+        scene: &Scene,
+        view: &View,
+        lod: &Lod,
+        cut: &Visible,
+        drawn: &Visible,
+    ) -> Measured {
+        let shown = drawn.triangle_ranges.iter().filter(|r| r.level > 0 && r.count > 0);
+        let slots: Vec<u32> = shown.map(|r| r.slot).collect();
+        // With so many that not all can have enough points, some, evenly.
+        let most = (self.points / LEAST_POINTS).max(1);
+        let step = slots.len().div_ceil(most).max(1);
+        let some: Vec<u32> =
+            slots.iter().copied().skip(self.seed as usize % step).step_by(step).collect();
+        let each = (self.points / some.len().max(1)).clamp(LEAST_POINTS, MOST_POINTS);
+        let pixels = Pixels::new(view, lod.at_corners);
+        let of_slot = |&slot: &u32| {
+            let at = cut.triangle_ranges.binary_search_by_key(&slot, |r| r.slot).ok()?;
+            let chosen = cut.triangle_ranges[at];
+            let triangles =
+                cut.triangles.get(chosen.first as usize..)?.get(..chosen.count as usize)?;
+            let task = Task { scene, pixels: &pixels, lod, each, seed: self.seed };
+            Some((slot, task.run(&chosen, triangles)))
+        };
+        let found: Vec<(u32, [Distances; 2])> = some.par_iter().filter_map(of_slot).collect();
+        let mut measured = Measured {
+            instances: [found.len(), slots.len()].map(|n| n as u64),
+            ..Measured::default()
+        };
+        for way in 0..2 {
+            let mut all: Vec<f32> =
+                found.iter().flat_map(|f| f.1[way].random.iter().copied()).collect();
+            measured.p999_px = measured.p999_px.max(quantile(&mut all));
+        }
+        for (slot, ways) in &found {
+            for way in ways {
+                measured.points += way.random.len() as u64 + way.vertices;
+                // What is no number is the worst of all.
+                if way.max > measured.max_px || way.max.is_nan() {
+                    (measured.max_px, measured.worst) = (way.max, Some(*slot));
+                }
+            }
+        }
+        measured
+    }
+}
+
+/// What all but one in a thousand do not exceed.
+fn quantile(all: &mut [f32]) -> f64 {
+    let over = (all.len() as f64 * SHARE_ABOVE) as usize;
+    let Some(at) = all.len().checked_sub(over + 1) else { return 0.0 };
+    let (_, found, _) = all.select_nth_unstable_by(at, f32::total_cmp);
+    f64::from(*found)
+}
+
+/// Distances one way, in pixels.
+#[derive(Clone, Debug, Default)]
+struct Distances {
+    random: Vec<f32>,
+    vertices: u64,
+    /// Of the vertices too.
+    max: f64,
+}
+
+/// How many pixels a length has where it is.
+struct Pixels {
+    scale: PixelScale,
+    /// The direction of the image's centre, and how much smaller than there a pixel is at most, if that counts.
+    ahead: Option<(DVec3, f64)>,
+}
+
+impl Pixels {
+    fn new(view: &View, at_corners: bool) -> Self {
+        let scale = PixelScale::of(view, false);
+        let corner = PixelScale::of(view, true).pixels / scale.pixels;
+        let m = view.clip_from_world();
+        let ahead = DVec3::new(m[3], m[7], m[11]).normalize_or_zero();
+        Self { scale, ahead: at_corners.then_some((ahead, corner)) }
+    }
+
+    /// Of a length of 1 at a point that is so far from the eye.
+    fn of(&self, from_eye: Option<DVec3>) -> f64 {
+        let Some(to) = from_eye else { return self.scale.pixels };
+        let distance = to.length().max(self.scale.near);
+        let smaller = self.ahead.map_or(1.0, |(ahead, most)| {
+            let cosine = to.normalize_or_zero().dot(ahead);
+            // Beyond the image, and behind the eye, as in its corner.
+            if cosine > 0.0 { (1.0 / (cosine * cosine)).min(most) } else { most }
+        });
+        self.scale.pixels * smaller / distance
+    }
+}
+
+/// One instance.
+struct Task<'a> {
+    scene: &'a Scene,
+    pixels: &'a Pixels,
+    lod: &'a Lod,
+    each: usize,
+    seed: u64,
+}
+
+/// A surface in directions and lengths of the world, around the instance's place: f32 is fine there.
+struct Surface {
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+}
+
+impl Surface {
+    fn new(mesh: &Mesh, triangles: impl Iterator<Item = u32>, turn: &DMat3) -> Self {
+        let place = |p: [f32; 3]| (*turn * DVec3::from(p.map(f64::from))).as_vec3().to_array();
+        let positions: Vec<[f32; 3]> = triangles.flat_map(|t| mesh.corners(t)).map(place).collect();
+        let indices = (0..positions.len() as u32).collect();
+        Self { positions, indices }
+    }
+}
+
+impl Task<'_> {
+    /// From the original to what was chosen, and back.
+    fn run(&self, chosen: &TriangleRange, triangles: &[u32]) -> [Distances; 2] {
+        let slot = chosen.slot;
+        let transform = self.scene.transform(slot);
+        let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
+        let turn = DMat3::from_cols(x, y, z);
+        let own = self.scene.mesh(slot);
+        // Triangles without area have no surface.
+        let whole = own.triangle_count() - own.degenerate_count();
+        let original = Surface::new(own, 0..whole, &turn);
+        let mesh = self.scene.mesh_at(slot, chosen.level);
+        let coarse = Surface::new(mesh, triangles.iter().copied(), &turn);
+        let eye =
+            self.pixels.scale.eye.map(|e| DVec3::from(e) - DVec3::from(transform.translation));
+        [self.one_way(&original, &coarse, eye), self.one_way(&coarse, &original, eye)]
+    }
+
+    fn one_way(&self, from: &Surface, to: &Surface, eye: Option<DVec3>) -> Distances {
+        let tree = SurfaceTree::new(&to.positions, &to.indices);
+        let off = |point: [f32; 3]| -> f64 {
+            let there = eye.map(|eye| DVec3::from(point.map(f64::from)) - eye);
+            let pixels = self.pixels.of(there);
+            // Most are near, and a short search finds those.
+            let near = (2.0 * self.lod.pixels / pixels) as f32;
+            let found = tree.nearest(point, near).or_else(|| tree.nearest(point, f32::INFINITY));
+            found.map_or(f64::INFINITY, |(distance, _)| f64::from(distance) * pixels)
+        };
+        let points = surface_points(&from.positions, &from.indices, self.each, self.seed);
+        let random: Vec<f32> = points.iter().map(|p| off(p.point) as f32).collect();
+        let mut max = random.iter().copied().fold(0.0, f32::max).into();
+        let step = from.positions.len().div_ceil(self.each).max(1);
+        let vertices = from.positions.iter().step_by(step);
+        let count = vertices.len() as u64;
+        for d in vertices.map(|&p| off(p)) {
+            max = f64::max(max, d);
+        }
+        Distances { random, vertices: count, max }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet::{Culler, Instance, Output, Stage, Transform};
+    use cullet_testkit::answers::cull;
+    use cullet_testkit::steps::Balls;
+    use cullet_testkit::views::look;
+
+    use super::*;
+
+    fn measured(honesty: f64, lod: Lod, view: &View) -> Measured {
+        let mut scene = Scene::new();
+        let mesh = Balls::new(&[96, 48, 24, 12, 6, 4], honesty).add_to(&mut scene);
+        for (k, scale) in
+            [[1.0; 3], [2.0, 0.5, 1.0], [-1.0, 1.0, 1.0], [0.1; 3]].into_iter().enumerate()
+        {
+            let place = [k as f64 * 3.0 - 4.5, 0.0, 1e5 - 6.0 * k as f64];
+            let scale = scale.map(|v: f64| v as f32);
+            scene
+                .add(Instance::new(mesh, Transform::from_scale_translation(scale, place)))
+                .unwrap();
+        }
+        scene.commit();
+        let culler = Culler { lod: Some(lod), output: Output::Triangles, ..Culler::exact() };
+        let cut = cull(&culler.only(Stage::Lod), &scene, view);
+        Meter { points: 20_000, seed: 7 }.measure(
+            &scene,
+            view,
+            &lod,
+            &cut,
+            &cull(&culler, &scene, view),
+        )
+    }
+
+    #[test]
+    fn honest_levels_keep_their_threshold_and_others_are_found_out() {
+        let view = look([0.0, 1.0, 1e5 + 6.0], [0.0, 0.0, 1e5], [640, 400]);
+        for pixels in [0.3, 1.0, 3.0] {
+            let lod = Lod { pixels, ..Lod::default() };
+            let kept = measured(1.0, lod, &view);
+            assert_eq!(kept.instances[0], kept.instances[1]);
+            assert!(kept.max_px <= pixels * (1.0 + 1e-4), "{pixels}: {kept:?}");
+            assert!(kept.p999_px <= kept.max_px && kept.points > 20_000, "{kept:?}");
+            // They are not drawn much finer than is needed either: a level has a quarter of the triangles of the one before.
+            assert!(kept.max_px > pixels * 0.2, "{pixels}: {kept:?}");
+            let broken = measured(0.2, lod, &view);
+            assert!(broken.max_px > pixels * 1.2 && broken.worst.is_some(), "{pixels}: {broken:?}");
+        }
+    }
+
+    #[test]
+    fn in_the_corners_a_pixel_is_smaller() {
+        // The balls are far off the centre.
+        let view = look([0.0, 0.0, 1e5 + 6.0], [9.0, 0.0, 1e5 - 2.0], [640, 400]);
+        let lod = |at_corners| Lod { pixels: 1.0, at_corners, ..Lod::default() };
+        let [centre, corners] = [false, true].map(|c| measured(1.0, lod(c), &view));
+        assert!(centre.max_px <= 1.0 + 1e-4 && corners.max_px <= 1.0 + 1e-4);
+        let pixels = Pixels::new(&view, true);
+        let [ahead, aside, behind] = [[9.0, 0.0, -8.0], [9.0, 0.0, -1.0], [-9.0, 0.0, 8.0]]
+            .map(|to| pixels.of(Some(DVec3::from(to) / DVec3::from(to).length() * 10.0)));
+        let plain = Pixels::new(&view, false).of(Some(DVec3::X * 10.0));
+        assert!((ahead / plain - 1.0).abs() < 1e-9 && aside > plain * 1.2 && behind >= aside);
+    }
+
+    #[test]
+    fn one_in_a_thousand_may_be_farther() {
+        let mut all: Vec<f32> = (0..10_000).rev().map(|i| i as f32).collect();
+        assert_eq!(quantile(&mut all), 9989.0);
+        assert_eq!((quantile(&mut [3.0]), quantile(&mut [])), (3.0, 0.0));
+    }
+}

@@ -1,0 +1,24 @@
+//! Levels of detail as commands use them: from the file or from the baker, measured, and counted for reports.
+
+mod baked;
+mod cache;
+mod deviation;
+mod ladder;
+mod record;
+
+use cullet::Scene;
+
+pub(crate) use baked::load;
+pub(crate) use deviation::{Measured, Meter};
+pub(crate) use ladder::Ladder;
+pub(crate) use record::{DeviationRecord, LadderRecord, LevelsRecord, LevelsSummary};
+
+/// One a mesh: it holds levels of another, and no instance shows it.
+pub(crate) fn holders(scene: &Scene) -> Vec<bool> {
+    let mut holds = vec![false; scene.meshes().len()];
+    for mesh in 0..scene.meshes().len() as u32 {
+        scene.levels(mesh).iter().for_each(|levels| holds[levels.mesh as usize] = true);
+    }
+    scene.slots().for_each(|slot| holds[scene.mesh_id(slot) as usize] = false);
+    holds
+}

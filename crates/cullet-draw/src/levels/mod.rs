@@ -1,0 +1,236 @@
+//! Levels of detail against the truth: what may be lost by them, and what may not.
+
+mod steps;
+
+pub use steps::LevelSteps;
+
+use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
+
+use crate::frame::{Frame, PixelId, RenderOptions, Selection};
+use crate::picture::space::Surfaces;
+use crate::prepare;
+use crate::render::{in_pool, render_stage};
+use crate::verify::{FalseCull, Verification, VerifyOptions, lost_triangles, verify};
+
+/// Result of a verification with levels of detail. Nothing visible was lost if neither list of false culls has anything.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LevelsVerification {
+    /// All stages but the levels against the picture of everything in full, as [`verify`] does.
+    pub full: Verification,
+    /// All stages against the picture of everything at its level: `frame` is that, `culled_frame` what is left, `visible` and
+    /// `seen` are of triangles of levels.
+    ///
+    /// False culls are what no level excuses: an instance that was dropped as a whole and is seen in full, and triangles
+    /// of levels that were dropped for being outside, facing away or without area. What was dropped as hidden by others
+    /// and shows where those are coarse is no false cull: it is counted in [`LevelPixels::uncovered`].
+    pub levels: Verification,
+    /// What levels alone draw: the triangles of every instance, without any other stage.
+    pub cut: Visible,
+    /// How the picture differs from that in full.
+    pub pixels: LevelPixels,
+}
+
+/// Pixels of the picture that levels and culling leave, against that of everything in full.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LevelPixels {
+    /// Pixels of the picture.
+    pub all: u64,
+    /// Those that show another instance, or none, or one where there was none.
+    pub differ: u64,
+    /// Of these, those where only one of the two pictures shows anything: the silhouette before the background.
+    pub silhouette: u64,
+    /// Those where levels let something be seen that was dropped as hidden, or out of reach of the eye's cell.
+    pub uncovered: u64,
+}
+
+impl LevelPixels {
+    fn of(full: &Frame, left: &Frame) -> Self {
+        let mut pixels = Self { all: full.ids.len() as u64, ..Self::default() };
+        for (a, b) in full.ids.iter().zip(&left.ids).filter(|(a, b)| a.slot != b.slot) {
+            pixels.differ += 1;
+            pixels.silhouette += u64::from(*a == PixelId::NONE || *b == PixelId::NONE);
+        }
+        pixels
+    }
+}
+
+/// Culls with levels of detail and without, draws four frames, and compares; see [`LevelsVerification`]. The culler returns
+/// triangles, reasons and drops, whatever its settings say of those. The states are those of the two cullers: without
+/// levels, and with.
+///
+/// How far what is drawn is from the original is another question, which no picture answers.
+///
+/// Cost: twice that of [`verify`].
+#[must_use]
+pub fn verify_levels(
+    scene: &Scene,
+    view: &View,
+    culler: &Culler,
+    [full_state, state]: [&mut ViewState; 2],
+    options: &VerifyOptions,
+) -> LevelsVerification {
+    let culler =
+        Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
+    let full = verify(scene, view, &culler.without(Stage::Lod), full_state, options);
+    let (mut cut, mut result) = (Visible::default(), Visible::default());
+    culler.only(Stage::Lod).cull_one(scene, view, &mut ViewState::default(), &mut cut);
+    culler.cull_one(scene, view, state, &mut result);
+    in_pool(options.threads, || compare(scene, view, full, cut, result, options))
+}
+
+fn compare(
+    scene: &Scene,
+    view: &View,
+    full: Verification,
+    cut: Visible,
+    result: Visible,
+    options: &VerifyOptions,
+) -> LevelsVerification {
+    let stage = prepare::Stage::new(scene);
+    let draw = RenderOptions { count_layers: options.count_layers, ..RenderOptions::default() };
+    let frame = render_stage(&stage, view, Selection::Visible(&cut), &draw);
+    let culled_frame = render_stage(&stage, view, Selection::Visible(&result), &draw);
+    let mut pixels = LevelPixels::of(&full.frame, &culled_frame);
+    let mut false_culls = dropped_though_seen(&full, &result);
+    let surfaces = Surfaces::of_visible(scene, &cut);
+    for (id, pixel) in lost_triangles(&frame, &culled_frame) {
+        let taken_by = surfaces.triangle(id).and_then(|t| result.stage_of(id.slot, t));
+        match taken_by {
+            Some(Stage::Occlusion | Stage::Pvs | Stage::Portal | Stage::Detail) => {
+                pixels.uncovered += 1;
+            }
+            _ => {
+                let reason = result.reasons.get(id.slot as usize).copied().flatten();
+                let triangle = Some(id.triangle);
+                false_culls.push(FalseCull { slot: id.slot, triangle, pixel, reason });
+            }
+        }
+    }
+    false_culls.sort_unstable_by_key(|f| (f.slot, f.triangle, f.pixel[1], f.pixel[0]));
+    false_culls.dedup_by_key(|f| (f.slot, f.triangle));
+    let seen = frame.visible();
+    let levels = Verification {
+        all: scene.triangle_count(),
+        potentially_visible: result.triangle_count,
+        visible: seen.len() as u64,
+        false_culls,
+        seen,
+        before: frame.stats,
+        after: culled_frame.stats,
+        funnel: result.funnel.clone(),
+        frame,
+        culled_frame,
+        result,
+    };
+    LevelsVerification { full, levels, cut, pixels }
+}
+
+/// Instances that were dropped at once beside the levels and not without them, though they are seen in full.
+fn dropped_though_seen(full: &Verification, result: &Visible) -> Vec<FalseCull> {
+    let mut false_culls = Vec::new();
+    for own in full.seen.chunk_by(|a, b| a.slot == b.slot) {
+        let slot = own[0].slot;
+        let reason = result.reasons.get(slot as usize).copied().flatten();
+        if reason.is_none()
+            || result.went_in_parts(slot)
+            || full.false_culls.iter().any(|f| f.slot == slot)
+        {
+            continue;
+        }
+        let width = full.frame.width.max(1) as usize;
+        let at = full.frame.ids.iter().position(|id| id.slot == slot);
+        let blended = full.frame.blended.iter().position(|id| id.slot == slot);
+        let pixel = match (at, blended) {
+            (Some(at), _) => [(at % width) as u32, (at / width) as u32],
+            (None, Some(at)) => full.frame.blended_at[at],
+            (None, None) => continue,
+        };
+        false_culls.push(FalseCull { slot, triangle: None, pixel, reason });
+    }
+    false_culls
+}
+
+#[cfg(test)]
+mod tests {
+    use cullet::lod::Lod;
+    use cullet::{Instance, Reason, Transform};
+    use cullet_testkit::steps::Balls;
+    use cullet_testkit::views::look;
+
+    use super::*;
+
+    fn balls() -> Scene {
+        let mut scene = Scene::new();
+        let mesh = Balls::new(&[64, 32, 16, 8], 1.0).add_to(&mut scene);
+        for k in 0..40 {
+            let place = [f64::from(k % 5) * 1.6 - 3.2, 0.0, -5.0 * f64::from(k / 5)];
+            scene.add(Instance::new(mesh, Transform::from_translation(place))).unwrap();
+        }
+        scene.commit();
+        scene.prepare(culler(1.0).preparation());
+        scene
+    }
+
+    fn culler(pixels: f64) -> Culler {
+        Culler { lod: Some(Lod { pixels, ..Lod::default() }), ..Culler::exact() }
+    }
+
+    fn verified(scene: &Scene, pixels: f64) -> LevelsVerification {
+        let view = look([0.5, 0.8, 9.0], [0.0, 0.0, 0.0], [320, 200]);
+        let states = [&mut ViewState::default(), &mut ViewState::default()];
+        verify_levels(scene, &view, &culler(pixels), states, &VerifyOptions::default())
+    }
+
+    #[test]
+    fn levels_that_are_near_enough_lose_little_and_coarse_ones_more() {
+        let scene = balls();
+        let [fine, coarse] = [0.5, 4.0].map(|pixels| verified(&scene, pixels));
+        for v in [&fine, &coarse] {
+            assert!(v.full.false_culls.is_empty() && v.levels.false_culls.is_empty());
+            assert_eq!(v.full.all, v.levels.all);
+            assert!(v.levels.potentially_visible < v.full.potentially_visible);
+            assert!(v.levels.potentially_visible < v.cut.triangle_count);
+            assert!(v.pixels.silhouette <= v.pixels.differ && v.pixels.differ < v.pixels.all);
+            // Each pixel of levels shows a triangle that is drawn, unless it is told of.
+            let owners = v.levels.frame.ids.iter().zip(&v.levels.culled_frame.ids);
+            let lost = owners.filter(|(a, b)| a != b).count() as u64;
+            assert_eq!(lost, v.pixels.uncovered);
+        }
+        assert!(
+            fine.pixels.differ * 2 < coarse.pixels.differ,
+            "{:?} {:?}",
+            fine.pixels,
+            coarse.pixels
+        );
+        assert!(coarse.levels.potentially_visible < fine.levels.potentially_visible);
+    }
+
+    #[test]
+    fn what_levels_do_not_excuse_is_a_false_cull() {
+        let scene = balls();
+        let v = verified(&scene, 1.0);
+        let shown = v.full.seen[0].slot;
+        // An instance that is gone, and a triangle of one that faces away, or so it says.
+        let mut gone = v.levels.result.clone();
+        gone.dropped.clear();
+        gone.reasons[shown as usize] = Some(Reason { stage: Stage::Occlusion, detail: 0 });
+        let told = dropped_though_seen(&v.full, &gone);
+        assert_eq!(told.len(), 1);
+        assert_eq!((told[0].slot, told[0].triangle), (shown, None));
+        let left = v.levels.culled_frame.visible();
+        let id = *left.iter().find(|id| id.slot != shown).unwrap();
+        let surfaces = Surfaces::of_visible(&scene, &v.cut);
+        let t = surfaces.triangle(id).unwrap();
+        let mut result = v.levels.result.clone();
+        let range = *result.triangle_ranges.iter().find(|r| r.slot == id.slot).unwrap();
+        let own = &mut result.triangles[range.first as usize..][..range.count as usize];
+        let other = *own.iter().find(|o| **o != t).unwrap();
+        *own.iter_mut().find(|o| **o == t).unwrap() = other;
+        let options = VerifyOptions::default();
+        let view = look([0.5, 0.8, 9.0], [0.0, 0.0, 0.0], [320, 200]);
+        let found = compare(&scene, &view, v.full.clone(), v.cut.clone(), result, &options);
+        assert!(found.levels.false_culls.iter().any(|f| {
+            (f.slot, f.triangle) == (id.slot, Some(id.triangle)) && f.reason.is_none()
+        }));
+    }
+}
