@@ -24,8 +24,8 @@ pub fn find(model: &mut Model, voxel: Option<f64>, console: &Console) -> Result<
         return Err(Failure::input(failure(&"what moves in it would hide as if it stood still")));
     }
     let begin = Instant::now();
-    let options = FindOptions::default().with_ignored(openings(model));
-    let options = FindOptions { voxel, ..options };
+    let mut options = FindOptions::default().with_ignored(openings(model));
+    options.voxel = voxel;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let mut bar = None;
     let step = |step: cullet_bake::rooms::FindStep| {

@@ -4,14 +4,16 @@ use super::basins::{Basins, NONE};
 use super::voxels::{Grid, SOLID};
 
 /// A cut that is farther from straight than so many voxels stays as it is.
-const DEEPEST: usize = 24;
+const DEEPEST: usize = 40;
+/// So many voxels beyond a cut a narrower place is looked for.
+const GROWN: usize = 5;
 
 /// Whether one gets from a voxel to the next along an axis, by the states of both.
 pub(super) fn is_open(state: u8, beyond: u8, axis: usize) -> bool {
     state & 15 != SOLID && beyond & 15 != SOLID && state >> (4 + axis) & 1 == 0
 }
 
-/// Makes cuts straight where that makes them no larger: between two basins, along one plane of the grid. Any cut is
+/// Makes cuts straight where that makes them hardly larger: between two basins, along one plane of the grid. Any cut is
 /// sound; straight ones are few rectangles.
 pub(super) fn straighten(grid: &Grid, basins: &mut Basins) {
     let strides = grid.strides();
@@ -83,13 +85,9 @@ fn straighten_one(grid: &Grid, labels: &mut [u32], pair: [u32; 2], group: &[u32]
             high[a] = high[a].max(at[a]);
         }
     }
-    // What is around the grid stays one cell.
-    if (0..3).any(|a| low[a] == 0 || high[a] + 1 == grid.counts[a]) {
-        return;
-    }
     let strides = grid.strides();
     let of_pair = |label: u32| pair.contains(&label);
-    // How many sides the cut has now, along each axis and in all.
+    // How many sides the cut has along each axis.
     let mut sides = [0_usize; 3];
     each_in(grid, low, high, |voxel, at| {
         for a in 0..3 {
@@ -99,32 +97,67 @@ fn straighten_one(grid: &Grid, labels: &mut [u32], pair: [u32; 2], group: &[u32]
             }
         }
     });
-    let most = (1..3).fold(0, |most, a| if sides[a] > sides[most] { a } else { most });
-    if high[most] - low[most] + 1 > DEEPEST {
+    let axis = (1..3).fold(0, |most, a| if sides[a] > sides[most] { a } else { most });
+    // The door may be a little farther on.
+    low[axis] = low[axis].saturating_sub(GROWN);
+    high[axis] = (high[axis] + GROWN).min(grid.counts[axis] - 1);
+    // What is around the grid stays one cell.
+    let is_inner = (0..3).all(|a| low[a] > 0 && high[a] + 1 < grid.counts[a]);
+    if !is_inner || high[axis] - low[axis] >= DEEPEST {
         return;
     }
-    // The plane that the fewest sides are in, of several the one nearest to the middle.
-    let mut widths = vec![0_usize; high[most] + 1];
+    let middle = (low[axis] + high[axis]).div_ceil(2);
     let mut of_low = [0_i64; 2];
-    let middle = (low[most] + high[most]).div_ceil(2);
     each_in(grid, low, high, |voxel, at| {
-        if of_pair(labels[voxel]) {
-            let side = usize::from(at[most] >= middle);
-            of_low[side] += if labels[voxel] == pair[0] { 1 } else { -1 };
-            if at[most] > low[most] && of_pair(labels[voxel - strides[most]]) {
-                widths[at[most]] += 1;
+        let one = i64::from(labels[voxel] == pair[0]) - i64::from(labels[voxel] == pair[1]);
+        of_low[usize::from(at[axis] >= middle)] += one;
+    });
+    let [first, second] = if of_low[0] >= of_low[1] { pair } else { [pair[1], pair[0]] };
+    // By layer: sides to the layer before, and to voxels of each of the two around the box; sides that the cut has now.
+    let deep = high[axis] - low[axis] + 1;
+    let mut layers = vec![[0_usize; 3]; deep];
+    let (mut ends, mut now) = ([[0_usize; 2]; 2], 0);
+    each_in(grid, low, high, |voxel, at| {
+        let own = labels[voxel];
+        if !of_pair(own) {
+            return;
+        }
+        let layer = &mut layers[at[axis] - low[axis]];
+        for a in 0..3 {
+            for (beside, is_out) in
+                [(voxel - strides[a], at[a] == low[a]), (voxel + strides[a], at[a] == high[a])]
+            {
+                let other = labels[beside];
+                let is_before = beside < voxel;
+                if !of_pair(other) {
+                    continue;
+                }
+                now += usize::from(other != own && (is_out || is_before));
+                let which = usize::from(other == second);
+                if is_out && a == axis {
+                    ends[usize::from(!is_before)][which] += 1;
+                } else if is_out {
+                    layer[1 + which] += 1;
+                } else if a == axis && is_before {
+                    layer[0] += 1;
+                }
             }
         }
     });
-    let planes = low[most] + 1..=high[most];
-    let Some(cut) = planes.min_by_key(|&p| (widths[p], p.abs_diff(middle))) else { return };
-    if widths[cut] > sides.iter().sum() {
-        return;
-    }
-    let [first, second] = if of_low[0] >= of_low[1] { pair } else { [pair[1], pair[0]] };
+    let cost = |cut: usize| {
+        let below: usize = layers[..cut].iter().map(|layer| layer[2]).sum();
+        let above: usize = layers[cut..].iter().map(|layer| layer[1]).sum();
+        let within = if cut > 0 && cut < deep { layers[cut][0] } else { 0 };
+        // The lowest layer is of the first, unless the cut is below it.
+        let low = ends[0][usize::from(cut > 0)];
+        let high = ends[1][usize::from(cut == deep)];
+        below + above + within + low + high
+    };
+    let best = (0..=deep).min_by_key(|&cut| (cost(cut), (low[axis] + cut).abs_diff(middle)));
+    let Some(cut) = best.filter(|&cut| cost(cut) * 4 <= now * 5) else { return };
     each_in(grid, low, high, |voxel, at| {
         if of_pair(labels[voxel]) {
-            labels[voxel] = if at[most] < cut { first } else { second };
+            labels[voxel] = if at[axis] < low[axis] + cut { first } else { second };
         }
     });
 }

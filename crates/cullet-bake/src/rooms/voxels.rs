@@ -35,16 +35,24 @@ pub(super) struct Grid {
 impl Grid {
     pub(super) fn new(bounds: [DVec3; 2], size: f64) -> Result<Self, RoomsError> {
         let [low, high] = bounds;
-        let low = low - (MARGIN + SHIFT) * size;
         // The last are free, also if rounding moves what is before them.
-        let counts = ((high - low) / size + MARGIN + 1.01).floor().max(DVec3::splat(3.0));
+        let counts_of = |size: f64| {
+            let counts = (high - low) / size + 2.0 * MARGIN + SHIFT + 1.01;
+            counts.floor().max(DVec3::splat(3.0))
+        };
+        let counts = counts_of(size);
         let limit = FindOptions::MOST_VOXELS;
         let all = counts.element_product();
         if !(all <= limit as f64) {
-            let fits = size * (all / limit as f64).cbrt() * 1.02;
+            let mut fits = size;
+            while fits.is_finite() && !(counts_of(fits).element_product() <= limit as f64) {
+                let over = counts_of(fits).element_product() / limit as f64;
+                fits *= over.cbrt().max(1.001);
+            }
             let counts = counts.to_array().map(|n| n as u64);
             return Err(RoomsError::TooMany { voxel: size, counts, limit, fits });
         }
+        let low = low - (MARGIN + SHIFT) * size;
         Ok(Self { low, size, counts: counts.to_array().map(|n| n as usize) })
     }
 
