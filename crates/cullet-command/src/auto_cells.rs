@@ -98,9 +98,9 @@ fn graph(found: FoundCells) -> CellGraph {
 }
 
 fn note(found: &FoundCells, seconds: f64, name: &str, console: &Console) {
-    let FoundFigures { voxel, free, touched, solid, sides, walls, instances, .. } = found.figures;
+    let FoundFigures { voxel, free, touched, solid, walls, instances, .. } = found.figures;
     console.note(format!(
-        "{name}: {} and {} found in {} s: {} voxels of {}, {} free; {} hide, of {}; {} of the voxels' sides at walls proven closed",
+        "{name}: {} and {} found in {} s: {} voxels of {}, {} free; {} hide, of {}",
         count(found.cells.len() as u64, "cell", "cells"),
         count(found.portals.len() as u64, "portal", "portals"),
         digits(seconds),
@@ -109,7 +109,6 @@ fn note(found: &FoundCells, seconds: f64, name: &str, console: &Console) {
         percent(free, free + touched + solid),
         grouped(walls.into()),
         count(instances.into(), "instance", "instances"),
-        percent(sides[1], sides[0]),
     ));
     // A door has one to four rectangles where its wall stands askew.
     if found.portals.len() > 12 * found.cells.len() {
