@@ -270,7 +270,7 @@ fn cells_are_the_rooms_of_a_plan() {
     }
     eprintln!("{cells} cells of {rooms} rooms, {portals} portals of {doors} doors");
     assert!(cells <= rooms + rooms / 8, "{cells} cells of {rooms} rooms");
-    assert!(portals <= doors * 12, "{portals} portals of {doors} doors");
+    assert!(portals <= doors * 3, "{portals} portals of {doors} doors");
 }
 
 #[test]

@@ -74,40 +74,29 @@ impl Basins {
                 labels[voxel] = 0;
             }
         }
-        let strides = grid.strides();
-        for (i, &voxel) in order.iter().enumerate() {
-            if i.is_multiple_of(1 << 20) && !go_on() {
+        let flood = Flood { strides: grid.strides(), distances: &distances, options, smallest };
+        let (mut queue, mut done) = (Vec::new(), 0);
+        for level in order.chunk_by(|&a, &b| distances[a as usize] == distances[b as usize]) {
+            done += level.len();
+            if done >> 20 != (done - level.len()) >> 20 && !go_on() {
                 return Err(RoomsError::Stopped);
             }
-            let voxel = voxel as usize;
-            if labels[voxel] != NONE {
-                continue;
-            }
-            let pass = distances[voxel];
-            // The neighbour that is farthest off a wall, and of several the one before.
-            let mut best: Option<(u16, u32)> = None;
-            let mut around = [NONE; 6];
-            let sides = strides.iter().flat_map(|s| [voxel - s, voxel + s]);
-            for (k, beside) in sides.enumerate().filter(|(_, beside)| labels[*beside] != NONE) {
-                let set = sets.root(labels[beside]);
-                around[k] = set;
-                if best.is_none_or(|(far, _)| distances[beside] > far) {
-                    best = Some((distances[beside], set));
-                }
-            }
-            let Some((_, own)) = best else {
-                labels[voxel] = sets.add(pass);
-                continue;
+            // What is as far off a wall goes to the basins that reach it, step by step from all at once: voxel by voxel in
+            // their order, one would creep along all edges of the next room.
+            queue.clear();
+            // Those at the border of the grid have a basin, and nothing beyond.
+            let reached = |v: &&u32| {
+                let is_new = labels[**v as usize] == NONE;
+                is_new && flood.around(**v).any(|beside| labels[beside] != NONE)
             };
-            labels[voxel] = own;
-            for (k, &a) in around.iter().enumerate().filter(|(_, a)| **a != NONE) {
-                for &b in around[..k].iter().filter(|b| **b != NONE) {
-                    let (a, b) = (sets.root(a), sets.root(b));
-                    let lesser = sets.peaks[a as usize].min(sets.peaks[b as usize]);
-                    let is_wide = f64::from(pass) >= options.merge * f64::from(lesser);
-                    if a != b && (is_wide || lesser < smallest) {
-                        sets.join(a, b);
-                    }
+            queue.extend(level.iter().filter(reached));
+            flood.fill(&mut queue, &mut labels, &mut sets);
+            for &voxel in level {
+                if labels[voxel as usize] == NONE {
+                    labels[voxel as usize] = sets.add(distances[voxel as usize]);
+                    queue.clear();
+                    flood.push_level(voxel, &labels, &mut queue);
+                    flood.fill(&mut queue, &mut labels, &mut sets);
                 }
             }
         }
@@ -127,6 +116,68 @@ impl Basins {
             *label = numbers[root];
         }
         Self { labels, count }
+    }
+}
+
+/// What a flood needs to know.
+struct Flood<'a> {
+    strides: [usize; 3],
+    distances: &'a [u16],
+    options: &'a FindOptions,
+    smallest: u16,
+}
+
+impl Flood<'_> {
+    /// The six voxels beside one that is not at the border of the grid.
+    fn around(&self, voxel: u32) -> impl Iterator<Item = usize> + use<> {
+        let voxel = voxel as usize;
+        self.strides.into_iter().flat_map(move |s| [voxel - s, voxel + s])
+    }
+
+    /// Puts in the queue what is beside a voxel, as far off a wall, and of no basin.
+    fn push_level(&self, voxel: u32, labels: &[u32], queue: &mut Vec<u32>) {
+        let is_next = |beside: &usize| {
+            labels[*beside] == NONE && self.distances[*beside] == self.distances[voxel as usize]
+        };
+        queue.extend(self.around(voxel).filter(is_next).map(|beside| beside as u32));
+    }
+
+    /// Gives all voxels of a queue, and those of their level that they lead to, to basins beside them.
+    fn fill(&self, queue: &mut Vec<u32>, labels: &mut [u32], sets: &mut Sets) {
+        let mut at = 0;
+        while let Some(&voxel) = queue.get(at) {
+            at += 1;
+            if labels[voxel as usize] == NONE {
+                self.give(voxel, labels, sets);
+                self.push_level(voxel, labels, queue);
+            }
+        }
+    }
+
+    /// Gives a voxel to the basin beside it that is farthest off a wall there, and joins those that meet in it.
+    fn give(&self, voxel: u32, labels: &mut [u32], sets: &mut Sets) {
+        let pass = self.distances[voxel as usize];
+        let mut best: Option<(u16, u32)> = None;
+        let mut sets_around = [NONE; 6];
+        for (k, beside) in self.around(voxel).enumerate().filter(|(_, b)| labels[*b] != NONE) {
+            let set = sets.root(labels[beside]);
+            sets_around[k] = set;
+            if best.is_none_or(|(far, _)| self.distances[beside] > far) {
+                best = Some((self.distances[beside], set));
+            }
+        }
+        let Some((_, own)) = best else { return };
+        labels[voxel as usize] = own;
+        for (k, &a) in sets_around.iter().enumerate().filter(|(_, a)| **a != NONE) {
+            for &b in sets_around[..k].iter().filter(|b| **b != NONE) {
+                let (a, b) = (sets.root(a), sets.root(b));
+                let lesser = sets.peaks[a as usize].min(sets.peaks[b as usize]);
+                let is_wide = f64::from(pass) >= self.options.merge * f64::from(lesser);
+                if a != b && (is_wide || lesser < self.smallest) {
+                    sets.join(a, b);
+                }
+            }
+        }
     }
 }
 

@@ -121,8 +121,11 @@ pub fn find_cells(
     if basins.count < 2 {
         return Err(RoomsError::OneCell { free: figures.free, voxel: grid.size });
     }
-    regions::straighten(&grid, &mut basins);
-    regions::spread(&grid, &states, &mut basins.labels);
+    let labels = &mut basins.labels;
+    regions::straighten(&grid, &states, labels);
+    regions::spread(&grid, &states, labels);
+    // Once more, with the touched voxels along the frames of doors.
+    regions::straighten(&grid, &states, labels);
     step()?;
     let mut cells = vec![FoundCell::default(); basins.count as usize];
     shapes::boxes(&grid, &states, &basins.labels, &mut cells);

@@ -1,6 +1,6 @@
 //! From basins to the cells of voxels: straight cuts, and touched voxels given to those from which they are reached.
 
-use super::basins::{Basins, NONE};
+use super::basins::NONE;
 use super::voxels::{Grid, SOLID};
 
 /// A cut that is farther from straight than so many voxels stays as it is.
@@ -13,17 +13,20 @@ pub(super) fn is_open(state: u8, beyond: u8, axis: usize) -> bool {
     state & 15 != SOLID && beyond & 15 != SOLID && state >> (4 + axis) & 1 == 0
 }
 
-/// Makes cuts straight where that makes them hardly larger: between two basins, along one plane of the grid. Any cut is
+/// Makes cuts straight, by the open sides between voxels, where that makes them hardly larger: between two basins, along one plane of the grid. Any cut is
 /// sound; straight ones are few rectangles.
-pub(super) fn straighten(grid: &Grid, basins: &mut Basins) {
+pub(super) fn straighten(grid: &Grid, states: &[u8], labels: &mut [u32]) {
     let strides = grid.strides();
     // Voxels on the border of two basins, by the two.
     let mut borders: Vec<([u32; 2], u32)> = Vec::new();
-    let labels = &mut basins.labels;
     for voxel in 0..grid.len() - strides[2] {
-        for stride in strides {
+        for (axis, stride) in strides.into_iter().enumerate() {
             let (a, b) = (labels[voxel], labels[voxel + stride]);
-            if a != b && a != NONE && b != NONE {
+            if a != b
+                && a != NONE
+                && b != NONE
+                && is_open(states[voxel], states[voxel + stride], axis)
+            {
                 let pair = [a.min(b), a.max(b)];
                 borders.extend([(pair, voxel as u32), (pair, (voxel + stride) as u32)]);
             }
@@ -37,7 +40,7 @@ pub(super) fn straighten(grid: &Grid, basins: &mut Basins) {
         let count = borders[from..].iter().take_while(|(p, _)| *p == pair).count();
         let voxels: Vec<u32> = borders[from..from + count].iter().map(|&(_, v)| v).collect();
         for group in groups(grid, &voxels) {
-            straighten_one(grid, labels, pair, &group);
+            straighten_one(grid, states, labels, pair, &group);
         }
         from += count;
     }
@@ -76,7 +79,7 @@ fn groups(grid: &Grid, voxels: &[u32]) -> Vec<Vec<u32>> {
     out
 }
 
-fn straighten_one(grid: &Grid, labels: &mut [u32], pair: [u32; 2], group: &[u32]) {
+fn straighten_one(grid: &Grid, states: &[u8], labels: &mut [u32], pair: [u32; 2], group: &[u32]) {
     let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
     for &voxel in group {
         let at = grid.place(voxel as usize);
@@ -93,7 +96,8 @@ fn straighten_one(grid: &Grid, labels: &mut [u32], pair: [u32; 2], group: &[u32]
         for a in 0..3 {
             if at[a] < high[a] && of_pair(labels[voxel]) {
                 let beyond = labels[voxel + strides[a]];
-                sides[a] += usize::from(of_pair(beyond) && beyond != labels[voxel]);
+                let is_open = is_open(states[voxel], states[voxel + strides[a]], a);
+                sides[a] += usize::from(is_open && of_pair(beyond) && beyond != labels[voxel]);
             }
         }
     });
@@ -129,7 +133,8 @@ fn straighten_one(grid: &Grid, labels: &mut [u32], pair: [u32; 2], group: &[u32]
             {
                 let other = labels[beside];
                 let is_before = beside < voxel;
-                if !of_pair(other) {
+                let lower = voxel.min(beside);
+                if !of_pair(other) || !is_open(states[lower], states[lower + strides[a]], a) {
                     continue;
                 }
                 now += usize::from(other != own && (is_out || is_before));
