@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for (stage, left) in [Stage::Frustum, Stage::Portal].into_iter().zip(&mut left) {
             let culler = Culler::default().only(stage);
             culler.cull_one(&model.scene, &view, &mut ViewState::default(), &mut visible);
-            *left += u64::from(visible.instance_count);
+            *left += visible.instance_count;
         }
     }
     println!("instances left, over all rooms: {} by the frustum, {} by portals", left[0], left[1]);

@@ -85,7 +85,7 @@ pub enum RoomsError {
     /// Nothing is closed.
     #[error(
         "none of {instances} instances is a closed, opaque mesh that could be a wall, so no room is closed; \
-         cullet backfaces says of each mesh why not"
+         cullet info --all lists meshes that are open"
     )]
     NoWalls {
         /// How many instances there are.
@@ -103,7 +103,7 @@ pub enum RoomsError {
     },
     /// Too many voxels.
     #[error(
-        "{} x {} x {} voxels of {voxel} exceed the limit of {limit}; try voxels of {fits:.3} or more",
+        "{} x {} x {} voxels of {voxel:.3e} exceed the limit of {limit}; try voxels of {fits:.3e} or more",
         .counts[0], .counts[1], .counts[2]
     )]
     TooMany {
@@ -118,7 +118,7 @@ pub enum RoomsError {
     },
     /// Too many triangles in voxels.
     #[error(
-        "walls have so many triangles that {found} come into voxels of {voxel}, over the limit of {limit}; try larger voxels"
+        "walls have so many triangles that {found} come into voxels of {voxel:.3}, over the limit of {limit}; try larger voxels"
     )]
     TooDense {
         /// How many pairs of triangles and voxels there are.
@@ -130,7 +130,7 @@ pub enum RoomsError {
     },
     /// All that is free hangs together without a narrow place.
     #[error(
-        "all {free} free voxels of {voxel} are one cell: the scene is open, or its rooms are open to each other as wide \
+        "all {free} free voxels of {voxel:.3} are one cell: the scene is open, or its rooms are open to each other as wide \
          as they are, or walls are thinner than a voxel; try smaller voxels"
     )]
     OneCell {

@@ -1,8 +1,10 @@
 //! Voxels of a scene: touched by the surface of a wall, within one, or free.
 //!
-//! A *wall* is an instance that is closed, opaque and does not move. Everything else hides nothing here.
+//! A *wall* is an instance that is closed, opaque and does not move. Everything else hides nothing here. Along a line that no
+//! surface stops, which is drawn from its front at least, the surface of a wall is never wound more often: so who is outside of
+//! it never sees a place within.
 
-use cullet::mesh::Alpha;
+use cullet::mesh::{Alpha, Mesh};
 use glam::{DVec3, IVec3};
 
 use super::options::{FindOptions, RoomsError};
@@ -43,9 +45,10 @@ impl Grid {
         let counts = counts_of(size);
         let limit = FindOptions::MOST_VOXELS;
         let all = counts.element_product();
-        if !(all <= limit as f64) {
-            let mut fits = size;
-            while fits.is_finite() && !(counts_of(fits).element_product() <= limit as f64) {
+        if all > limit as f64 {
+            // So small that it is too many as well, and a finite number of them.
+            let mut fits = size.max((high - low).max_element() * 1e-4);
+            while counts_of(fits).element_product() > limit as f64 {
                 let over = counts_of(fits).element_product() / limit as f64;
                 fits *= over.cbrt().max(1.001);
             }
@@ -120,10 +123,10 @@ pub(super) struct Voxels<'a> {
 /// The walls of a scene: closed, opaque, standing.
 pub(super) fn walls<'a>(tree: &'a RayTree<'_>, options: &FindOptions) -> Vec<&'a Body> {
     let scene = tree.scene();
-    let solid: Vec<bool> = scene.meshes().iter().map(|mesh| mesh.solid().is_ok()).collect();
+    let closed: Vec<bool> = scene.meshes().iter().map(is_closed).collect();
     let stands = |body: &&Body| {
         let mesh = scene.mesh(body.slot);
-        solid[body.mesh as usize]
+        closed[body.mesh as usize]
             && !body.is_transparent()
             && mesh.parts().iter().all(|part| part.alpha == Alpha::Opaque)
             && !options.ignored.contains(&body.handle)
@@ -131,6 +134,25 @@ pub(super) fn walls<'a>(tree: &'a RayTree<'_>, options: &FindOptions) -> Vec<&'a
     let mut walls: Vec<&Body> = tree.bodies().iter().filter(stands).collect();
     walls.sort_by_key(|body| body.handle);
     walls
+}
+
+/// Whether each edge is gone along as often one way as the other, by the places of its ends. Then how often the surface is
+/// wound around a point is a whole number that changes at the surface alone, by one: also where more than two triangles meet, as at
+/// the holes that were cut into a wall.
+fn is_closed(mesh: &Mesh) -> bool {
+    // Both zeros are one place.
+    let place = |p: [f32; 3]| p.map(|v| (v + 0.0).to_bits());
+    let mut edges = Vec::with_capacity(mesh.triangle_count() as usize * 3);
+    for t in 0..mesh.triangle_count() {
+        let corners = mesh.corners(t).map(place);
+        for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[i], corners[j])) {
+            let one = if from < to { 1 } else { -1 };
+            edges.push(([from.min(to), from.max(to)], if from == to { 0 } else { one }));
+        }
+    }
+    edges.sort_unstable();
+    let of_edge = |same: &[([[u32; 3]; 2], i32)]| same.iter().map(|(_, one)| one).sum::<i32>() == 0;
+    !edges.is_empty() && edges.chunk_by(|a, b| a.0 == b.0).all(of_edge)
 }
 
 /// How thick a wall is: twice its volume over its surface, which is right for a plate; with its surface.
