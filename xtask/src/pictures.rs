@@ -33,6 +33,10 @@ const PICTURES: &[(&str, &str)] = &[
     ("back-regions.png", "back-regions knobs --views 8 --view 1 --size 800x450"),
     ("portals.png", "portals office --path walk --views 8 --view 3 --size 960x540"),
     ("cells.png", "cells office --path walk --views 8 --view 3 --size 960x720"),
+    (
+        "cells-auto.png",
+        "cells office:roof=1 --cells auto --path walk --views 8 --view 3 --size 960x720",
+    ),
     ("pvs-matrix.png", "pvs-matrix office --size 720x770"),
     ("solids.png", "shaded solids --views 8 --view 1 --size 960x540"),
     ("detail.png", "kinds city --detail 12 --path walk --views 8 --view 2 --size 1280x720"),

@@ -3,7 +3,7 @@
 //! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
 //! where that pays; [`levels`] makes it of fewer triangles, with errors that are measured; [`occluders`] finds boxes and
 //! polygons that hide what the mesh hides; [`pvs`] finds which cells of a graph of portals see each other, [`sampled`] what
-//! can be seen from anywhere in any scene; [`container`] is the file that such results are kept in.
+//! can be seen from anywhere in any scene; [`rooms`] finds the cells and portals of closed interiors; [`container`] is the file that such results are kept in.
 #![forbid(unsafe_code)]
 
 pub mod clusters;
@@ -15,6 +15,7 @@ pub mod levels;
 pub mod occluders;
 pub mod pvs;
 mod random;
+pub mod rooms;
 mod rows;
 mod sample;
 pub mod sampled;

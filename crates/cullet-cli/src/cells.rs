@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cullet_command::args::SceneArgs;
+use cullet_command::auto_cells::AUTO;
 use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
@@ -16,12 +17,13 @@ use crate::record::SCHEMA;
 /// End of `cullet cells --help`.
 pub(crate) const HELP: &str = "\
 Cells are those of the scene itself (a map, office, a glTF with CULLET_cells_portals), or with --cells
-those made of the volumes of its rooms. -o writes the scene with them as a GLB, so that they are found
+those made of the volumes of its rooms, or with --auto those found in its triangles. -o writes the scene with them as a GLB, so that they are found
 only once; every command that culls uses them.
 
 Examples
   cullet cells lqdm1.bsp                                      how many cells and portals a map has
   cullet cells house.glb --cells rooms.glb -o house-cells.glb
+  cullet cells house.glb --auto --voxel 0.06                  the rooms that its walls enclose
   cullet verify house-cells.glb --only portal                 nothing may be lost by them";
 
 /// `cullet cells`
@@ -29,6 +31,9 @@ Examples
 pub(crate) struct CellsArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
+    /// Find the rooms of a closed interior: the same as --cells auto
+    #[arg(long, conflicts_with = "cells")]
+    pub(crate) auto: bool,
     /// Write the scene with its cells: a .glb
     #[arg(long, short, value_name = "PATH")]
     pub(crate) out: Option<PathBuf>,
@@ -66,10 +71,15 @@ pub(crate) fn run(args: &CellsArgs, console: &Console) -> Outcome {
         let message = format!("{}: cells are kept by .glb files alone", out.display());
         return Err(Failure::usage(message));
     }
-    let model = inputs::load_to_save(&args.scene, console)?;
+    let mut scene = args.scene.clone();
+    if args.auto {
+        scene.cells = Some(AUTO.into());
+    }
+    let model = inputs::load_to_save(&scene, console)?;
     if model.cells.cells.is_empty() {
         return Err(Failure::input(format!(
-            "{}: it has no cells; --cells FILE makes them of the volumes of its rooms",
+            "{}: it has no cells; --auto finds them, --cells FILE makes them of the \
+             volumes of its rooms",
             model.name
         )));
     }

@@ -10,6 +10,7 @@ use cullet_io::rooms::{RoomCells, RoomOptions, cells_of_rooms};
 use cullet_io::{ErrorKind, LoadOptions, Model, PoseError, scenes};
 
 use crate::args::{CullArgs, OccluderKind, SceneArgs, ViewArgs};
+use crate::auto_cells;
 use crate::console::{Console, count};
 use crate::exit::{Exit, Failure};
 use crate::sets;
@@ -58,8 +59,15 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
             _ => Failure::input(e),
         })?
     };
-    if let Some(rooms) = &args.cells {
-        take_rooms(&mut model, rooms, args)?;
+    match &args.cells {
+        Some(word) if word.as_os_str() == auto_cells::AUTO => {
+            auto_cells::find(&mut model, args.voxel, console)?;
+        }
+        _ if args.voxel.is_some() => {
+            return Err(Failure::usage("--voxel is of use with --cells auto alone"));
+        }
+        Some(rooms) => take_rooms(&mut model, rooms, args)?,
+        None => {}
     }
     match &args.pvs {
         Some(path) => sets::place(&mut model, &args.scene, path)?,

@@ -14,6 +14,7 @@
 #![forbid(unsafe_code)]
 
 pub mod args;
+pub mod auto_cells;
 pub mod clock;
 pub mod console;
 pub mod exit;

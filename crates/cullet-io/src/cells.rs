@@ -15,13 +15,17 @@ pub struct Cell {
     /// Convex pieces whose union it is, each by what it is within: planes `[nx, ny, nz, d]` with n·x ≤ d inside. A cell
     /// without pieces is nowhere.
     pub pieces: Vec<Vec<[f64; 4]>>,
+    /// Convex pieces of it where surfaces stand: what stands there is of the cell, but no eye is there. See
+    /// [`CellShapes::with_skins`].
+    #[serde(default)]
+    pub skins: Vec<Vec<[f64; 4]>>,
 }
 
 impl Cell {
     /// A cell that is the box between two corners.
     #[must_use]
     pub fn from_box(name: impl Into<String>, min: [f64; 3], max: [f64; 3]) -> Self {
-        Self { name: name.into(), pieces: vec![box_planes(min, max)] }
+        Self { name: name.into(), pieces: vec![box_planes(min, max)], ..Self::default() }
     }
 
     /// Whether a point is in a piece of it, border included.
@@ -105,24 +109,29 @@ impl CellGraph {
             graph.set_open(number, !portal.closed);
             graph.set_one_way(number, portal.one_way);
         }
-        let pieces = (0..).zip(&self.cells).flat_map(|(number, cell)| {
-            let piece = move |planes: &Vec<[f64; 4]>| CellPiece {
-                cell: number,
-                planes: planes.iter().map(plane).collect(),
-            };
-            cell.pieces.iter().map(piece)
-        });
-        let shapes = CellShapes::new(&graph, pieces.collect())?.with_walls(self.walls);
+        let of = |which: fn(&Cell) -> &Vec<Vec<[f64; 4]>>| {
+            let pieces = (0..).zip(&self.cells).flat_map(move |(cell, own)| {
+                let planes = which(own).iter().map(|planes| planes.iter().map(plane).collect());
+                planes.map(move |planes| CellPiece { cell, planes })
+            });
+            pieces.collect()
+        };
+        let shapes = CellShapes::with_skins(&graph, of(|c| &c.pieces), of(|c| &c.skins))?;
+        let shapes = shapes.with_walls(self.walls);
         Ok((graph, if self.sealed { shapes.sealed() } else { shapes }))
     }
 
-    /// The cell of a piece by its number through all cells, and its number within that cell.
+    /// The cell of a piece by its number through all cells, skins behind all pieces; and its number within that cell,
+    /// skins behind its pieces.
     #[must_use]
     pub fn piece_place(&self, piece: u32) -> Option<(u32, u32)> {
+        let pieces = (0..).zip(&self.cells).map(|(cell, c)| (cell, 0, c.pieces.len()));
+        let skins =
+            (0..).zip(&self.cells).map(|(cell, c)| (cell, c.pieces.len() as u32, c.skins.len()));
         let mut left = piece as usize;
-        for (number, cell) in (0..).zip(&self.cells) {
-            match left.checked_sub(cell.pieces.len()) {
-                None => return Some((number, left as u32)),
+        for (cell, first, count) in pieces.chain(skins) {
+            match left.checked_sub(count) {
+                None => return Some((cell, first + left as u32)),
                 Some(rest) => left = rest,
             }
         }

@@ -39,6 +39,8 @@ fn cells_of_the_office_come_back_from_a_glb() {
     let cell = model.cells.portals[0].cells[0];
     let mirror = cullet_io::Mirror { name: "glass".into(), cell, polygon: vec![a, b, c, d] };
     model.cells.mirrors.push(mirror);
+    let skin = cullet_io::Cell::from_box("", [-1.0, 0.0, -1.0], [-0.5, 3.0, 9.0]).pieces;
+    model.cells.cells[1].skins.clone_from(&skin);
     let path = file("office.glb");
     save(&model, &path).unwrap();
     let back = load(&path, &LoadOptions::default()).unwrap();
@@ -72,7 +74,7 @@ fn schema() -> Value {
 fn rooms() -> Value {
     json!({
         "cells": [
-            { "name": "a", "pieces": [{ "box": [[0, 0, 0], [4, 3, 4]] }] },
+            { "name": "a", "pieces": [{ "box": [[0, 0, 0], [4, 3, 4]] }], "skin": [{ "box": [[-1, 0, 0], [0, 3, 4]] }] },
             { "name": "b", "pieces": [{ "planes": [
                 [1, 0, 0, 8], [-1, 0, 0, -4], [0, 1, 0, 3], [0, -1, 0, 0], [0, 0, 1, 4], [0, 0, -1, 0],
             ] }] },
@@ -100,6 +102,7 @@ fn a_document_by_hand_is_read_and_turned_with_its_scene() {
     let model = loaded(&rooms(), &LoadOptions::default()).unwrap();
     let at = |model: &Model, p| model.scene.cell_of(p);
     assert_eq!([at(&model, [1.0; 3]), at(&model, [5.0, 1.0, 1.0])], [Some(0), Some(1)]);
+    assert_eq!(at(&model, [-0.5, 1.0, 1.0]), None, "no eye is in a skin");
     // The node draws nothing, so there is no door.
     assert_eq!(model.cells.portals[0].door, None);
     let up = LoadOptions { up: Some(Up::Z), ..LoadOptions::default() };

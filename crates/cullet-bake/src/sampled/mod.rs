@@ -61,5 +61,7 @@ pub use pictures::{PictureCheck, WorstPose, check_pictures};
 pub use sets::{ScenePvs, scene_hash};
 pub use settings::SampledSettings;
 pub use solid::SolidVoxels;
+pub(crate) use split::direction;
 pub use targets::{Granularity, Targets};
+pub(crate) use tree::Body;
 pub use tree::{RayTree, RayTreeOptions, TreeHit};

@@ -76,7 +76,7 @@ fn weight(tree: &RayTree<'_>, bounds: &[DVec3; 2], random: &mut Random) -> f64 {
 }
 
 /// A direction, each as likely as any other.
-pub(super) fn direction(random: &mut Random) -> DVec3 {
+pub(crate) fn direction(random: &mut Random) -> DVec3 {
     loop {
         let v = DVec3::from(random.three()) * 2.0 - 1.0;
         let square = v.length_squared();

@@ -50,10 +50,10 @@ pub struct RayTree<'a> {
 
 /// An instance that takes part.
 #[derive(Debug)]
-pub(super) struct Body {
-    pub(super) slot: u32,
-    pub(super) handle: Handle,
-    pub(super) mesh: u32,
+pub(crate) struct Body {
+    pub(crate) slot: u32,
+    pub(crate) handle: Handle,
+    pub(crate) mesh: u32,
     first: u32,
     linear: DMat3,
     inverse: DMat3,
@@ -273,7 +273,7 @@ impl<'a> RayTree<'a> {
         self.cast(from.into(), direction.into(), &mut Vec::new()).hit
     }
 
-    pub(super) fn bodies(&self) -> &[Body] {
+    pub(crate) fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
@@ -349,7 +349,7 @@ impl<'a> RayTree<'a> {
 
     /// How often a ray leaves a body by a face's back, less how often it enters by a front: how many times its surface is
     /// wound around the point that it starts from.
-    pub(super) fn winding(&self, body: &Body, from: DVec3, direction: DVec3) -> i32 {
+    pub(crate) fn winding(&self, body: &Body, from: DVec3, direction: DVec3) -> i32 {
         let (start, along) = body.ray(from - self.origin, direction);
         let mesh = self.mesh_of(body);
         let mut sum = 0;
@@ -360,6 +360,21 @@ impl<'a> RayTree<'a> {
             f64::INFINITY
         });
         sum
+    }
+
+    /// The scene.
+    pub(crate) fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// The box around a body, in the world, and a little larger.
+    pub(crate) fn body_bounds(&self, body: &Body) -> [DVec3; 2] {
+        body.bounds.map(|v| v + self.origin)
+    }
+
+    /// A point of a body's mesh, in the world.
+    pub(crate) fn world_of(&self, body: &Body, point: [f32; 3]) -> DVec3 {
+        body.place_of(point) + self.origin
     }
 
     /// The box around a target, in the world; `None` for one that takes no part.
@@ -433,12 +448,12 @@ impl Body {
     }
 
     /// A point of its mesh, relative to the origin of the scene.
-    pub(super) fn place_of(&self, point: [f32; 3]) -> DVec3 {
+    pub(crate) fn place_of(&self, point: [f32; 3]) -> DVec3 {
         self.linear * DVec3::from(point.map(f64::from)) + self.place
     }
 
     /// Whether it hides nothing.
-    pub(super) fn is_transparent(&self) -> bool {
+    pub(crate) fn is_transparent(&self) -> bool {
         self.transparent
     }
 }

@@ -22,9 +22,14 @@ pub struct SceneArgs {
     /// Take every triangle for two-sided: nothing is back-face culled
     #[arg(long)]
     pub two_sided: bool,
-    /// Cut the scene into cells, for portal culling: a model of which each mesh is the volume of a room, as an IFC space is
-    #[arg(long, value_name = "FILE")]
+    /// Cut the scene into cells, for portal culling: a model of which each mesh is the volume of a room, as an IFC space is;
+    /// or auto, which finds the rooms of a closed interior
+    #[arg(long, value_name = "FILE|auto")]
     pub cells: Option<PathBuf>,
+    /// Side of the voxels by which --cells auto finds rooms, in units of the scene: at most as thick as walls [default: half
+    /// as thick as they are]
+    #[arg(long, value_name = "M")]
+    pub voxel: Option<f64>,
     /// Refuse files with more triangles than this (exit code 4)
     #[arg(long, value_name = "N")]
     pub max_triangles: Option<u64>,

@@ -35,7 +35,7 @@ impl Bsp {
         let [low, high] = [low.min(high) - MARGIN, low.max(high) + MARGIN];
         let mut cells = CellGraph { walls: WALLS, sealed: true, ..CellGraph::default() };
         cells.cells = (0..graph.cell_count())
-            .map(|number| Cell { name: format!("cell {number}"), pieces: Vec::new() })
+            .map(|number| Cell { name: format!("cell {number}"), ..Cell::default() })
             .collect();
         for (number, leaf) in (0..).zip(self.leafs()) {
             let Some(cell) = leaf.cell.filter(|_| leaf.contents.is_open()) else { continue };

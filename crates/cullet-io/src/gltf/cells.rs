@@ -43,6 +43,8 @@ struct CellItem<'a> {
     name: Option<Cow<'a, str>>,
     #[serde(default)]
     pieces: Vec<PieceItem>,
+    #[serde(default)]
+    skin: Vec<PieceItem>,
 }
 
 #[derive(Derive)]
@@ -120,9 +122,12 @@ impl Cells {
                     Err(ErrorKind::invalid(item, message))
                 }
             };
-            let pieces: Result<_, _> = item.pieces.into_iter().enumerate().map(piece).collect();
+            let count = item.pieces.len();
+            let all = item.pieces.into_iter().chain(item.skin).enumerate().map(piece);
+            let mut pieces = all.collect::<Result<Vec<_>, _>>()?;
+            let skins = pieces.split_off(count);
             let name = item.name.map_or_else(String::new, Cow::into_owned);
-            out.graph.cells.push(Cell { name, pieces: pieces? });
+            out.graph.cells.push(Cell { name, pieces, skins });
         }
         for (number, raw) in extension.portals.iter().flatten().enumerate() {
             let name = format!("{NAME} portal {number}");

@@ -94,8 +94,8 @@ pub fn cells_of_rooms(model: &Model, rooms: &Model, options: &RoomOptions) -> Ro
     }
     let outside = names.len() as u32;
     out.cells.walls = options.walls.max(0.0);
-    out.cells.cells = names.into_iter().map(|name| Cell { name, pieces: Vec::new() }).collect();
-    out.cells.cells.push(Cell { name: "outside".into(), pieces: Vec::new() });
+    out.cells.cells = names.into_iter().map(|name| Cell { name, ..Cell::default() }).collect();
+    out.cells.cells.push(Cell { name: "outside".into(), ..Cell::default() });
     for (room, piece) in &pieces {
         let planes = piece.faces().map(|(plane, _)| numbers(plane)).collect();
         out.cells.cells[*room as usize].pieces.push(planes);

@@ -19,9 +19,11 @@ pub(super) fn extension(cells: &CellGraph, node_of: &HashMap<u32, usize>) -> Val
     };
     let list = cells.cells.iter().map(|cell| {
         let mut item = named(&cell.name);
-        if !cell.pieces.is_empty() {
-            let pieces: Vec<Value> = cell.pieces.iter().map(|planes| piece(planes)).collect();
-            item.insert("pieces".into(), pieces.into());
+        for (member, pieces) in [("pieces", &cell.pieces), ("skin", &cell.skins)] {
+            if !pieces.is_empty() {
+                let pieces: Vec<Value> = pieces.iter().map(|planes| piece(planes)).collect();
+                item.insert(member.into(), pieces.into());
+            }
         }
         Value::Object(item)
     });

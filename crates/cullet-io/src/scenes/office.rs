@@ -429,7 +429,7 @@ impl Office {
         let min = [low[0], floor - SLAB * 0.5, low[1]];
         let max = [high[0], floor + STOREY - SLAB * 0.5, high[1]];
         let cells = &mut self.b.model.cells.cells;
-        cells.push(Cell { name, pieces: Vec::new() });
+        cells.push(Cell { name, ..Cell::default() });
         self.rooms.push([min, max]);
         (cells.len() - 1) as u32
     }

@@ -49,6 +49,8 @@ struct Piece {
     /// Around its corners, and a little more; of a box along the axes itself, to the last bit.
     bounds: Bounds,
     is_box: bool,
+    /// Holds no eye.
+    is_skin: bool,
 }
 
 /// Shapes of the cells of a graph: each the union of convex pieces, and walls around them.
@@ -92,9 +94,23 @@ impl CellShapes {
     /// If a piece has no volume, is not closed, has too many planes, or one that is none; if a corner of a portal lies off
     /// the border of a cell that it joins by more than a thousandth of the portal's size, or its cells are on the wrong sides.
     pub fn new(graph: &CellGraph, pieces: Vec<CellPiece>) -> Result<Self, CellError> {
+        Self::with_skins(graph, pieces, Vec::new())
+    }
+
+    /// The same with skins: pieces in which surfaces stand, so that no eye may be there. What stands in them is of their
+    /// cell, and portals may be on their borders; but a point in them is in no cell. They are numbered behind the other pieces.
+    ///
+    /// # Errors
+    /// As of [`new`](Self::new).
+    pub fn with_skins(
+        graph: &CellGraph,
+        pieces: Vec<CellPiece>,
+        skins: Vec<CellPiece>,
+    ) -> Result<Self, CellError> {
         let mut shapes = Self::default();
-        let mut corners = Vec::with_capacity(pieces.len());
-        for (number, piece) in (0..).zip(&pieces) {
+        let free = pieces.len() as u32;
+        let mut corners = Vec::with_capacity(pieces.len() + skins.len());
+        for (number, piece) in (0..).zip(pieces.iter().chain(&skins)) {
             let at = |problem| CellError::Piece { piece: number, problem };
             let (cell, cells) = (piece.cell, graph.cell_count());
             if cell >= cells {
@@ -118,7 +134,8 @@ impl CellShapes {
             let sides = sides_of(&shapes.planes[first..]);
             let (first, end) = (first as u32, shapes.planes.len() as u32);
             let (bounds, is_box) = (sides.unwrap_or(bounds), sides.is_some());
-            shapes.pieces.push(Piece { cell, first, end, bounds, is_box });
+            let is_skin = number >= free;
+            shapes.pieces.push(Piece { cell, first, end, bounds, is_box, is_skin });
             corners.push(own);
         }
         let boxes: Vec<Bounds> = shapes.pieces.iter().map(|piece| piece.bounds).collect();
@@ -229,12 +246,16 @@ impl CellShapes {
         Ok(())
     }
 
-    /// Whether a box is in pieces grown by `reach`.
-    fn holds(&self, b: &Bounds, reach: f64) -> bool {
+    /// Whether a box is in pieces grown by `reach`, with skins or without.
+    fn holds(&self, b: &Bounds, reach: f64, skins: bool) -> bool {
         let grown = [b[0].map(|v| v - reach), b[1].map(|v| v + reach)];
         // A frame does this for its near plane, and allocates nothing.
         let (mut few, mut count) = ([0; FEW], 0);
+        let counts = |number: u32| skins || !self.pieces[number as usize].is_skin;
         self.tree.visit(&grown, |number| {
+            if !counts(number) {
+                return;
+            }
             if let Some(near) = few.get_mut(count) {
                 *near = number;
             }
@@ -245,7 +266,11 @@ impl CellShapes {
             return self.holds_part(b, reach, &few[..count], &mut budget);
         }
         let mut near = Vec::with_capacity(count);
-        self.tree.visit(&grown, |number| near.push(number));
+        self.tree.visit(&grown, |number| {
+            if counts(number) {
+                near.push(number);
+            }
+        });
         self.holds_part(b, reach, &near, &mut budget)
     }
 
@@ -286,7 +311,7 @@ impl CellLocator for CellShapes {
         let mut found = u32::MAX;
         self.tree.visit(&[point, point], |number| {
             let piece = &self.pieces[number as usize];
-            if piece.cell < found && self.is_in(piece, point) {
+            if piece.cell < found && !piece.is_skin && self.is_in(piece, point) {
                 found = piece.cell;
             }
         });
@@ -313,11 +338,11 @@ impl CellLocator for CellShapes {
     /// By halves, cut at the sides of the pieces' boxes: exact where pieces are boxes along the axes; of others, which
     /// meet along slanted sides, a box that is in no single one of them counts as reaching out.
     fn is_within(&self, min: [f64; 3], max: [f64; 3]) -> bool {
-        self.is_sealed || self.holds(&[min, max], self.walls)
+        self.is_sealed || self.holds(&[min, max], self.walls, true)
     }
 
     fn is_free(&self, min: [f64; 3], max: [f64; 3]) -> bool {
-        self.holds(&[min, max], 0.0)
+        self.holds(&[min, max], 0.0, false)
     }
 
     fn walls(&self) -> f64 {

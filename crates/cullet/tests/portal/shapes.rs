@@ -61,11 +61,34 @@ fn no_cell_that_a_box_touches_is_missed_and_a_box_within_them_is_known() {
     assert!(within > cases(40) * 4 && one > cases(40) * 2, "{within} {one}");
 }
 
-fn rooms(portal: [u32; 2], x: f64, pieces: Vec<CellPiece>) -> Result<CellShapes, CellError> {
+fn rooms_graph(portal: [u32; 2], x: f64) -> CellGraph {
     let polygon = [[0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8]].map(|[y, z]| [x, y, z]);
     // Counter-clockwise as seen from above x.
-    let graph = CellGraph::new(2, vec![Portal { cells: portal, polygon: polygon.to_vec() }])?;
-    CellShapes::new(&graph, pieces)
+    let portal = Portal { cells: portal, polygon: polygon.to_vec() };
+    CellGraph::new(2, vec![portal]).expect("a good portal")
+}
+
+fn rooms(portal: [u32; 2], x: f64, pieces: Vec<CellPiece>) -> Result<CellShapes, CellError> {
+    CellShapes::new(&rooms_graph(portal, x), pieces)
+}
+
+#[test]
+fn an_eye_in_a_skin_is_in_no_cell_and_what_stands_there_is_in_its_own() {
+    let graph = rooms_graph([1, 0], 1.0);
+    let low = CellPiece::from_box(0, [0.0; 3], [0.9, 1.0, 1.0]);
+    let skin = CellPiece::from_box(0, [0.9, 0.0, 0.0], [1.0, 1.0, 1.0]);
+    let high = CellPiece::from_box(1, [1.0, 0.0, 0.0], [2.0, 1.0, 1.0]);
+    // The portal is on the border of the skin.
+    assert!(CellShapes::new(&graph, vec![low.clone(), high.clone()]).is_err());
+    let shapes = CellShapes::with_skins(&graph, vec![low, high], vec![skin]).unwrap();
+    let at = |x: f64| [x, 0.5, 0.5];
+    assert_eq!([0.5, 0.95, 1.5].map(|x| shapes.cell_of(at(x))), [Some(0), None, Some(1)]);
+    let mut cells = Vec::new();
+    shapes.cells_touching(at(0.93), at(0.97), &mut cells);
+    assert_eq!(cells, [0]);
+    assert!(shapes.is_within(at(0.5), at(1.5)) && !shapes.is_within(at(0.5), at(2.5)));
+    assert!(!shapes.is_free(at(0.85), at(0.95)) && shapes.is_free(at(0.5), at(0.85)));
+    assert_eq!(shapes.piece_count(), 3);
 }
 
 #[test]

@@ -1,0 +1,145 @@
+//! Settings, figures and errors of finding cells.
+
+use cullet::Handle;
+use thiserror::Error;
+
+/// Settings of [`find_cells`](super::find_cells). Lengths are in world units; the defaults are for metres.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FindOptions {
+    /// Side of a voxel, above 0. It should be no more than half as thick as the walls: walls that are thinner than a
+    /// voxel (slanted ones, than 1.7) are open all over. Costs its inverse third power. Default: half as thick as the
+    /// thinner walls, and larger where that would be more than [`AUTO_VOXELS`](Self::AUTO_VOXELS).
+    pub voxel: Option<f64>,
+    /// Two basins are one cell if the way between them is at least so wide as a share of the narrower of them, 0 to 1.
+    /// Lower cuts less. Default 0.75.
+    pub merge: f64,
+    /// Half the width below which a basin is no room of its own, from 0. Default 0.35.
+    pub smallest: f64,
+    /// Instances that hide nothing because they move: leafs of doors. Default: none.
+    pub ignored: Vec<Handle>,
+    /// Instances in none of these layers hide nothing: cells are for views of just these layers. Default: all.
+    pub layers: u32,
+}
+
+impl FindOptions {
+    /// Most voxels.
+    pub const MOST_VOXELS: u64 = 1 << 26;
+    /// Most voxels of a size that was not given.
+    pub const AUTO_VOXELS: u64 = 12_000_000;
+
+    /// The same with voxels of a given size.
+    #[must_use]
+    pub fn with_voxel(self, voxel: f64) -> Self {
+        Self { voxel: Some(voxel), ..self }
+    }
+
+    /// The same with instances that hide nothing.
+    #[must_use]
+    pub fn with_ignored(self, ignored: Vec<Handle>) -> Self {
+        Self { ignored, ..self }
+    }
+}
+
+impl Default for FindOptions {
+    fn default() -> Self {
+        Self { voxel: None, merge: 0.75, smallest: 0.35, ignored: Vec::new(), layers: u32::MAX }
+    }
+}
+
+/// How far the work is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FindStep {
+    /// Steps that are done.
+    pub done: u32,
+    /// Of so many.
+    pub of: u32,
+}
+
+/// Figures of cells that were found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FoundFigures {
+    /// Side of a voxel, in world units.
+    pub voxel: f64,
+    /// Voxels along each axis.
+    pub counts: [u32; 3],
+    /// Voxels that no closed mesh touches or holds: where an eye may be.
+    pub free: u64,
+    /// Voxels that surfaces of closed meshes touch.
+    pub touched: u64,
+    /// Voxels wholly within a closed mesh.
+    pub solid: u64,
+    /// Sides between two touched voxels, and how many of them are proven closed.
+    pub sides: [u64; 2],
+    /// Instances that are closed, opaque and large enough to hide.
+    pub walls: u32,
+    /// Instances in all.
+    pub instances: u32,
+}
+
+/// Why no cells can be found.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RoomsError {
+    /// Nothing is closed.
+    #[error(
+        "none of {instances} instances is a closed, opaque mesh that could be a wall, so no room is closed; \
+         cullet info --all lists meshes that are open"
+    )]
+    NoWalls {
+        /// How many instances there are.
+        instances: u32,
+    },
+    /// A setting out of its range.
+    #[error("{name} is {value}; it must be {range}")]
+    Setting {
+        /// Which.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// Too many voxels.
+    #[error(
+        "{} x {} x {} voxels of {voxel:.3e} exceed the limit of {limit}; try voxels of {fits:.3e} or more",
+        .counts[0], .counts[1], .counts[2]
+    )]
+    TooMany {
+        /// Side of a voxel.
+        voxel: f64,
+        /// Voxels along each axis.
+        counts: [u64; 3],
+        /// Most voxels.
+        limit: u64,
+        /// A size that fits.
+        fits: f64,
+    },
+    /// Too many triangles in voxels.
+    #[error(
+        "walls have so many triangles that {found} come into voxels of {voxel:.3}, over the limit of {limit}; try larger voxels"
+    )]
+    TooDense {
+        /// How many pairs of triangles and voxels there are.
+        found: u64,
+        /// Side of a voxel.
+        voxel: f64,
+        /// Most of them.
+        limit: u64,
+    },
+    /// All that is free hangs together without a narrow place.
+    #[error(
+        "all {free} free voxels of {voxel:.3} are one cell: the scene is open, or its rooms are open to each other as wide \
+         as they are, or walls are thinner than a voxel; try smaller voxels"
+    )]
+    OneCell {
+        /// Free voxels.
+        free: u64,
+        /// Side of a voxel.
+        voxel: f64,
+    },
+    /// The caller asked to stop.
+    #[error("stopped before cells were found")]
+    Stopped,
+}
