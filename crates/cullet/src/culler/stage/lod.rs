@@ -73,8 +73,9 @@ fn within_budget(
             budget.add([whole.triangles, whole.clusters], levels, &eye);
         }
     }
-    // In full where that was asked for and is not too much.
-    if !(lod.pixels > 0.0) && all <= most { lod.pixels } else { budget.pixels(most) }
+    // In full where that was asked for, or nothing that means anything, and it is not too much.
+    let is_full = lod.pixels <= 0.0 || lod.pixels.is_nan();
+    if is_full && all <= most { lod.pixels } else { budget.pixels(most) }
 }
 
 fn replace(
