@@ -62,13 +62,14 @@ mod prepare;
 mod reference;
 mod render;
 mod sample;
+mod steps;
 mod tile;
 mod verify;
 
 pub use claims::{ClaimCheck, ClaimOptions, Claims, SceneOccluders, WrongClaim, check_claims};
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
-pub use levels::{LevelPixels, LevelSteps, LevelsVerification, verify_levels};
+pub use levels::{LevelPixels, LevelsVerification, verify_levels};
 pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
 pub use occlusion::{OccluderError, OccluderTriangles, occluder_scene};
@@ -87,4 +88,5 @@ pub use picture::{
 pub use picture::{beside, difference, levels as level_colors, shaded_levels};
 pub use reference::render_ref;
 pub use render::render;
+pub use steps::LevelSteps;
 pub use verify::{FalseCull, Verification, VerifyOptions, verify, verify_visible};

@@ -102,10 +102,10 @@ fn found(out: &mut String, deviation: &DeviationRecord, levels: &LevelsSummary) 
     let _ =
         write!(out, "<p><span class=\"badge {badge}\">{}</span></p>", escape(&deviation.text()));
     if let Some(p) = levels.pixels {
-        let _ = write!(
+        let _ = writeln!(
             out,
             "<p class=\"sub\">{} of the pixels show another instance than in full, {} at silhouettes before the background. \
-             {} what was taken for hidden.</p>\n",
+             {} what was taken for hidden.</p>",
             percent(p.differ, p.all),
             percent(p.silhouette, p.all),
             count(p.uncovered, "pixel shows", "pixels show"),

@@ -10,8 +10,8 @@ use super::palette::{INK, PAPER, heat, level_color};
 use super::shaded::{light_through, linear};
 use super::space::Surfaces;
 use crate::frame::{PixelId, RenderOptions, Selection};
-use crate::levels::LevelSteps;
 use crate::render::render;
+use crate::steps::LevelSteps;
 
 /// Space around the legend.
 const MARGIN: i64 = 10;

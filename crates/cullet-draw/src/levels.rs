@@ -1,9 +1,5 @@
 //! Levels of detail against the truth: what may be lost by them, and what may not.
 
-mod steps;
-
-pub use steps::LevelSteps;
-
 use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
 
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
