@@ -19,11 +19,13 @@
 
 mod basins;
 mod find;
+mod found;
 mod options;
 mod regions;
 mod shapes;
 mod sides;
 mod voxels;
 
-pub use find::{FoundCell, FoundCells, find_cells};
+pub use find::find_cells;
+pub use found::{FoundCell, FoundCells};
 pub use options::{FindOptions, FindStep, FoundFigures, RoomsError};

@@ -3,7 +3,7 @@
 use cullet::cell::Portal;
 
 use super::basins::NONE;
-use super::find::FoundCell;
+use super::found::FoundCell;
 use super::regions::is_open;
 use super::voxels::{FREE, Grid, SOLID};
 
