@@ -108,8 +108,7 @@ fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfMo
         "  hierarchy of measured errors in {bake_seconds:.1} s: {bake_millions_a_minute:.1} million triangles a minute"
     ));
     let measured = Ours::new(measured)?;
-    let mut options = HierarchyOptions::default();
-    options.errors = ErrorSource::Returned;
+    let options = HierarchyOptions { errors: ErrorSource::Returned, ..HierarchyOptions::default() };
     let returned = Ours::new(build_hierarchy(&data, None, &options)?)?;
     let peer = PeerLevels::new(whole).map_err(Stop::Peer)?;
     let original = kept::Original::new(whole);
