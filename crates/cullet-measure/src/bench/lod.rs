@@ -12,16 +12,13 @@ use super::world::size_name;
 /// Bytes that the sweep reads of a group: centre, radius, error.
 const BYTES: usize = 20;
 
-/// How many groups; few enough for the second cache, and too many for any.
-const SIZES: [u32; 2] = [1 << 13, 1 << 21];
-
 /// From how far an error of 1 looks as large as the threshold: from nearly everywhere the coarsest does; some hundred
 /// clusters are drawn.
 const REACHES: [(&str, f32); 2] = [("far", 1e-3), ("near", 20.0)];
 
 pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
-    for size in SIZES {
-        let name = |eye: &str| format!("lod/{eye}/{}", size_name(size as usize));
+    for &size in &options.tree_sizes {
+        let name = |eye: &str| format!("lod/{eye}/{}", size_name(size));
         if !REACHES.iter().any(|(eye, _)| options.wants(&name(eye))) {
             continue;
         }
@@ -47,9 +44,9 @@ pub(super) fn run(options: &BenchOptions, each: &mut dyn FnMut(Measured)) {
     }
 }
 
-/// Clusters of a triangle each in a row; each two that are neighbours are replaced by one, and so on.
-fn row_of_pairs(groups: u32) -> Levels {
-    let finest = groups.next_power_of_two();
+/// Clusters of a triangle each in a row, at least so many; each two that are neighbours are replaced by one, and so on.
+fn row_of_pairs(clusters: usize) -> Levels {
+    let finest = clusters.next_power_of_two() as u32;
     let (mut made_from, mut replaced_by) = (vec![NO_GROUP; finest as usize], Vec::new());
     let mut made: Vec<Group> = Vec::new();
     let (mut first, mut count, mut span) = (0, finest, 1.0_f32);

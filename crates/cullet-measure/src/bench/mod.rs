@@ -201,9 +201,11 @@ mod tests {
         let trees = 2 * (4 * (levels + 2) + 7);
         // Sorting, three ways for lines, four for triangles, two places. Cuts: six.
         let clipping = 1 + 3 + 4 + 2 + 6;
+        // Two eyes.
+        let lod = 2 * levels;
         // Three ways to draw, and the tests.
         let occlusion = 4 * levels;
-        assert_eq!(results.results.len(), flat + trees + clipping + occlusion);
+        assert_eq!(results.results.len(), flat + trees + clipping + lod + occlusion);
         for r in &results.results {
             assert!(r.checked, "{} at {}", r.name, r.level);
             assert!(r.ns_per_item > 0.0 && r.yardstick.ratio() > 0.0, "{r:?}");
