@@ -1,10 +1,10 @@
 //! Automatic cells and portals of closed interiors: rooms, and the doors between them, found in the triangles alone.
 //!
-//! 1. [Voxels](voxels): which of them surfaces of closed opaque meshes touch, and which lie wholly within such a mesh.
-//! 2. [Sides](sides) of touched voxels: which are proven closed, because every point of them lies within closed meshes.
-//! 3. [Basins](basins): the free voxels, cut where they are narrow (the watershed of the distance to surfaces).
-//! 4. [Regions](regions): cuts made straight, and the touched voxels given to the room from which they are reached.
-//! 5. [Shapes](shapes): boxes of the voxels of each room, and rectangles of the open sides between two.
+//! 1. *Voxels*: which of them surfaces of closed opaque meshes touch, and which lie wholly within such a mesh.
+//! 2. *Sides* of touched voxels: which are proven closed, because every point of them lies within closed meshes.
+//! 3. *Basins*: the free voxels, cut where they are narrow (the watershed of the distance to surfaces).
+//! 4. *Regions*: cuts made straight, and the touched voxels given to the room from which they are reached.
+//! 5. *Shapes*: boxes of the voxels of each room, and rectangles of the open sides between two.
 //!
 //! However the rooms are cut, nothing is lost by it: a line of sight goes from voxel to voxel through their sides, never
 //! through one that is proven closed, and **each open side between voxels of two cells is part of a portal**. So a cut in
