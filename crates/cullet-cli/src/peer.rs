@@ -99,6 +99,7 @@ impl Peer {
         // It has said why on its own.
         Ok(match ended.code() {
             Some(0) => Exit::Fine,
+            Some(1) => Exit::FalseCull,
             Some(2) => Exit::Usage,
             Some(4) => Exit::Limit,
             Some(70) => Exit::Internal,

@@ -80,7 +80,8 @@ pub(crate) fn run(args: &LodBenchArgs, console: &Console) -> Outcome {
     if all_kept {
         Ok(Exit::Fine)
     } else {
-        Err(Failure::input("a bound is not kept, or a cut has cracks: see above"))
+        let message = "a bound is not kept, or a cut has cracks: see above".into();
+        Err(Failure { exit: Exit::FalseCull, message })
     }
 }
 

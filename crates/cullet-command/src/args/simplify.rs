@@ -71,7 +71,7 @@ found to be, from points that took no part in making them. Beside them levels by
 returns, and those of its own library, with its errors as they are and times the least factor at which a pixel is one.
 Then triangles within three bounds beside a plain chain, and what flips while the eye trembles by 2 % of its distance.
 
-The work is done by cullet-baker, as that of 'cullet simplify' is. Ends with exit code 2 where a bound is not kept.
+The work is done by cullet-baker, as that of 'cullet simplify' is. Ends with exit code 1 where a bound is not kept.
 
 Examples
   cullet bench lod                              of CULLET_DATA armadillo, buddha, castle and fandisk
