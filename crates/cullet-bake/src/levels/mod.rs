@@ -21,6 +21,8 @@ mod part;
 mod quantile;
 mod samples;
 #[cfg(feature = "meshopt")]
+mod sheet;
+#[cfg(feature = "meshopt")]
 pub mod simplifier;
 #[cfg(feature = "meshopt")]
 mod sphere;
