@@ -100,7 +100,7 @@ pub fn build_chain(data: &MeshData, options: &ChainOptions<'_>) -> Result<Levels
             levels.push(original.as_given(&found.indices, error));
         }
     }
-    assemble(data, &original.parts, &levels, centre, radius)
+    chain_of(data, &original.parts, &levels, centre, radius)
 }
 
 /// The middle of the box around points, and the distance of the farthest from it, rounded up.
@@ -124,8 +124,9 @@ fn sphere(points: &[[f32; 3]]) -> ([f32; 3], f32) {
     (centre, if f64::from(rounded) < radius { rounded.next_up() } else { rounded })
 }
 
-/// Puts the triangles of the levels behind those of the mesh, part by part, each level cut into clusters.
-fn assemble(
+/// Puts the triangles of the levels behind those of the mesh, part by part, each level cut into clusters. A mesh without
+/// triangles is no level.
+pub(crate) fn chain_of(
     data: &MeshData,
     parts: &[Part],
     levels: &[Within],

@@ -32,6 +32,8 @@ mod weld;
 mod within;
 
 #[cfg(feature = "meshopt")]
+pub(crate) use chain::chain_of;
+#[cfg(feature = "meshopt")]
 pub use chain::{ChainOptions, build_chain};
 pub use data::{Group, LevelsData, NO_GROUP};
 pub use deviation::{Deviation, SHARE_ABOVE, SurfaceSlices, deviation};
