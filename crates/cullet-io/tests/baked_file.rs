@@ -289,7 +289,7 @@ fn opening_a_gigabyte() {
     let mut root: Value = serde_json::from_slice(&small[20..20 + length]).unwrap();
     let (meshes, triangles) = (1000, 80_000);
     // Tables of zeros but for their sums, which opening does not look at.
-    let mut at = 0;
+    let mut at = 0usize;
     let (mut views, mut all, mut chunks) = (Vec::new(), Vec::new(), Vec::new());
     for mesh in 0..meshes {
         let mut own = root["meshes"][0].clone();
