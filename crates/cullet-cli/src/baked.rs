@@ -197,10 +197,12 @@ fn of_file(file: &BakedFile, at: usize, mesh: &ListedMesh, check: bool) -> Baked
         problem = file.check(at).err();
     }
     let mut levels = Vec::new();
-    for (number, of) in mesh.levels.iter().enumerate().filter(|_| problem.is_none()) {
-        match levels_of_file(file, at, number, of) {
-            Ok(record) => levels.push(record),
-            Err(error) => problem = Some(error),
+    if problem.is_none() {
+        for (number, of) in mesh.levels.iter().enumerate() {
+            match levels_of_file(file, at, number, of) {
+                Ok(record) => levels.push(record),
+                Err(error) => problem = Some(error),
+            }
         }
     }
     let name = match mesh.name.as_str() {

@@ -361,3 +361,15 @@ fn root_sum(words: &[u8], count: u64) -> u64 {
     let words = words.as_chunks::<8>().0.iter().map(|w| u64::from_le_bytes(*w));
     mix(words.fold(STEP ^ count, |state, word| mix(state ^ word).wrapping_add(STEP)))
 }
+
+#[test]
+fn a_file_of_another_hand_is_read() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/baked/file");
+    let file = BakedFile::open(Path::new(path)).unwrap();
+    assert_eq!(file.generator(), "make_seeds");
+    let tables = file.levels(0, 0).unwrap();
+    assert_eq!(tables.indices, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
+    assert_eq!(tables.clusters, [[0, 2, u32::MAX, 0], [2, 1, 0, u32::MAX]]);
+    assert_eq!(tables.groups, [[0.5, 0.5, 0.0, 1.0, 0.75]]);
+    assert_eq!(tables.parts, [3]);
+}

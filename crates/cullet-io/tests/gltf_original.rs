@@ -110,7 +110,7 @@ fn opened(path: &str) -> Model {
 fn baked(path: &str, out: &str) -> (Vec<u8>, Vec<String>) {
     let mut model = opened(path);
     bake(&mut model);
-    let warnings = save_original(&model, Path::new(path), Path::new(out)).unwrap();
+    let warnings = save_original(&model, Path::new(path), Path::new(out), false).unwrap();
     (std::fs::read(out).unwrap(), warnings.iter().map(ToString::to_string).collect())
 }
 
@@ -186,7 +186,7 @@ fn what_is_baked_again_is_the_same_and_in_its_own_place() {
     assert!(baked(&out, &folder.path("b.glb")).0 == first);
     // With nothing baked nothing of it stays.
     let none = folder.path("none.glb");
-    save_original(&Model::default(), Path::new(&out), Path::new(&none)).unwrap();
+    save_original(&Model::default(), Path::new(&out), Path::new(&none), false).unwrap();
     let (text, bin_of_none) = parts(&std::fs::read(&none).unwrap());
     assert!(!text.contains("CULLET_baked"), "{text}");
     assert!(bin_of_none.len() < bin.len() + PNG.len() + 128);
@@ -312,7 +312,7 @@ fn what_is_no_original_is_a_typed_error_and_nothing_is_written() {
     let folder = Folder::new("wrong");
     let out = folder.path("out.glb");
     let save = |path: &str, out: &str| {
-        save_original(&Model::default(), Path::new(path), Path::new(out)).unwrap_err().kind
+        save_original(&Model::default(), Path::new(path), Path::new(out), false).unwrap_err().kind
     };
     let gone = save(&folder.path("gone.glb"), &out);
     assert!(matches!(&gone, SaveErrorKind::Original { path, .. } if path.ends_with("gone.glb")));
@@ -335,6 +335,7 @@ fn what_is_no_original_is_a_typed_error_and_nothing_is_written() {
             &Model::default(),
             Path::new(&odd),
             Path::new(&folder.path("odd-out.glb")),
+            false,
         );
     }
     assert!(!Path::new(&out).exists());
@@ -342,9 +343,78 @@ fn what_is_no_original_is_a_typed_error_and_nothing_is_written() {
     let empty = put(&folder, "empty.gltf", br#"{"asset":{"version":"2.0"}}"#);
     let mut model = opened(&path);
     bake(&mut model);
-    let other = save_original(&model, Path::new(&empty), Path::new(&out)).unwrap_err();
+    let other = save_original(&model, Path::new(&empty), Path::new(&out), false).unwrap_err();
     assert!(other.to_string().contains("not the file of this model"), "{other}");
-    let plain = save_original(&Model::default(), Path::new(&empty), Path::new(&out));
+    let plain = save_original(&Model::default(), Path::new(&empty), Path::new(&out), false);
     assert!(plain.unwrap().is_empty());
     assert!(opened(&out).scene.meshes().is_empty());
+}
+
+#[test]
+fn chains_are_nodes_of_their_own_where_that_is_asked_for() {
+    let (mut root, bin) = rich();
+    // Drawn twice, and once by a node with a child; the first moves.
+    root["nodes"].as_array_mut().unwrap().extend([
+        json!({ "mesh": 0, "translation": [1.0, 2.0, 3.0], "extras": { "own": true } }),
+        json!({ "mesh": 1, "children": [4] }),
+        json!({ "name": "child" }),
+    ]);
+    root["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+    let folder = Folder::new("lods");
+    images(&folder);
+    let original = put(&folder, "in.glb", &glb(&root.to_string(), &bin));
+    let out = folder.path("out.glb");
+    let mut model = opened(&original);
+    bake(&mut model);
+    let write = |model: &Model, from: &str, to: &str| {
+        let warnings = save_original(model, Path::new(from), Path::new(to), true).unwrap();
+        (std::fs::read(to).unwrap(), warnings.iter().map(ToString::to_string).collect::<Vec<_>>())
+    };
+    let (bytes, warnings) = write(&model, &original, &out);
+    assert!(warnings.iter().any(|w| w.starts_with("2 nodes: MSFT_lod")), "{warnings:?}");
+    let (text, bin) = parts(&bytes);
+    let after: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(after["scenes"], root["scenes"]);
+    for at in [0, 3, 4] {
+        assert_eq!(after["nodes"][at], root["nodes"][at]);
+    }
+    for (at, of) in [(1, 1), (2, 0)] {
+        let node = &after["nodes"][at];
+        let ids = node["extensions"]["MSFT_lod"]["ids"].as_array().unwrap();
+        let coverage = node["extras"]["MSFT_screencoverage"].as_array().unwrap();
+        assert_eq!((ids.len(), coverage.len()), (1, 2));
+        assert!(coverage[0].as_f64().unwrap() > 0.0 && coverage[1] == 0.0);
+        let level = &after["nodes"][ids[0].as_u64().unwrap() as usize];
+        assert_eq!(level["translation"], node["translation"]);
+        // Its triangles are those of the coarsest level, by positions.
+        let mesh = &after["meshes"][level["mesh"].as_u64().unwrap() as usize];
+        let primitive = &mesh["primitives"][0];
+        let base = &after["meshes"][of]["primitives"][0];
+        assert_eq!(primitive["attributes"], base["attributes"]);
+        assert_eq!(primitive["material"], base["material"]);
+        let accessor = &after["accessors"][primitive["indices"].as_u64().unwrap() as usize];
+        let view = &after["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let start = (view["byteOffset"].as_u64().unwrap()
+            + accessor["byteOffset"].as_u64().unwrap()) as usize;
+        let count = accessor["count"].as_u64().unwrap() as usize;
+        let indices: Vec<u32> = bytemuck::pod_collect_to_vec(&bin[start..start + count * 4]);
+        let file = opened(&out);
+        let held = &file.scene.levels(of as u32)[0];
+        let mesh = &file.scene.meshes()[held.mesh as usize];
+        let coarse: Vec<u32> = mesh
+            .clusters()
+            .iter()
+            .zip(held.levels.made_from())
+            .filter(|(_, from)| **from == 0)
+            .flat_map(|(c, _)| c.triangles().flat_map(|t| mesh.triangle(t)))
+            .collect();
+        assert_eq!(indices, coarse);
+    }
+    assert_eq!(after["nodes"][2]["extras"]["own"], true);
+    assert_eq!(after["extensionsUsed"], json!(["VENDOR_thing", "MSFT_lod", "CULLET_baked"]));
+    // Again, and nothing more comes of it.
+    let mut again = opened(&out);
+    assert_eq!(again.scene.triangle_count(), model.scene.triangle_count());
+    bake(&mut again);
+    assert!(write(&again, &out, &folder.path("again.glb")).0 == bytes);
 }

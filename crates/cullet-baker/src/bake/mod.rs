@@ -81,6 +81,10 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
     }
     let mut model = inputs::load_to_save(&args.scene, console)?;
     let keep = keeps_original(&model, args);
+    if args.msft_lod && !keep {
+        let message = "--msft-lod adds to a glTF that is written as it is; bake this scene without it first, then what came of it";
+        return Err(Failure::usage(message));
+    }
     if keep {
         let deformed = model.scene.meshes().iter().filter(|m| m.is_deformable()).count() as u64;
         if deformed > 0 {
@@ -95,7 +99,8 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
     record.original_kept = keep;
     if keep {
         let original = Path::new(&args.scene.scene);
-        let warnings = save_original(&model, original, &args.out).map_err(Failure::input)?;
+        let warnings =
+            save_original(&model, original, &args.out, args.msft_lod).map_err(Failure::input)?;
         warnings.iter().for_each(|w| console.note(format!("warning: {w}")));
     } else {
         save(&model, &args.out).map_err(Failure::input)?;

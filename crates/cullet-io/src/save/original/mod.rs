@@ -6,6 +6,7 @@
 
 mod buffers;
 mod images;
+mod lods;
 mod object;
 mod strip;
 
@@ -24,6 +25,9 @@ use crate::{ErrorKind, Model, Warning};
 /// for byte; buffers and images of other files, which are taken in. An existing file is replaced when all has been written,
 /// also where it is the original. Meshes that deform have nothing baked. The warnings name what is still outside.
 ///
+/// With `msft_lod` the chains of meshes are also there as nodes, by `MSFT_lod`, for programs that draw those; nodes that have
+/// such a list already keep it.
+///
 /// Costs O(size of the file), and takes its size in memory once.
 ///
 /// # Errors
@@ -33,6 +37,7 @@ pub fn save_original(
     model: &Model,
     original: &Path,
     path: &Path,
+    msft_lod: bool,
 ) -> Result<Vec<Warning>, SaveError> {
     let write = || -> Result<Vec<Warning>, SaveErrorKind> {
         if SaveFormat::of(path) != Some(SaveFormat::Glb) {
@@ -43,7 +48,7 @@ pub fn save_original(
         let folder = original.parent().unwrap_or(Path::new(""));
         let mut warnings = Vec::new();
         let Added { text, bin, others } =
-            add(model, bytes, Beside::Folder(folder), &mut warnings).map_err(of)?;
+            add(model, bytes, Beside::Folder(folder), msft_lod, &mut warnings).map_err(of)?;
         replace(path, |out| glb::container(text.into_bytes(), &bin, &others, ALIGNMENT, out))?;
         Ok(warnings)
     };
@@ -62,6 +67,7 @@ fn add(
     model: &Model,
     mut bytes: Vec<u8>,
     beside: Beside<'_>,
+    msft_lod: bool,
     warnings: &mut Vec<Warning>,
 ) -> Result<Added, ErrorKind> {
     let container = parts(&bytes)?;
@@ -83,6 +89,9 @@ fn add(
     }
     images::embed(&mut root, &mut bin, beside, warnings)?;
     outside(&root, warnings);
+    if msft_lod {
+        lods::add(model, &mut root, &mut bin, warnings)?;
+    }
 
     let mut views = list(&root, "bufferViews")?;
     let mut file = File::behind(bin, views.len());
