@@ -163,6 +163,15 @@ def baked(plain: dict, body: bytes) -> dict:
     return document
 
 
+def glb(document: dict, body: bytes, alignment: int) -> bytes:
+    """A GLB whose binary buffer begins at a multiple of some bytes."""
+    text = json.dumps(document).encode()
+    text += b" " * (-(28 + len(text)) % alignment)
+    body += b"\0" * (-len(body) % 4)
+    chunks = u32(len(text)) + b"JSON" + text + u32(len(body)) + b"BIN\0" + body
+    return b"glTF" + u32(2, 12 + len(chunks)) + chunks
+
+
 def gltf() -> None:
     body = b"".join(f32(*p) for p in SQUARE) + struct.pack("<6H", 0, 1, 2, 0, 2, 3)
     uri = "data:application/octet-stream;base64," + base64.b64encode(body).decode()
@@ -207,12 +216,12 @@ def gltf() -> None:
     }
     put("gltf", "cells", json.dumps(document))
     del document["extensions"]
-    put("gltf", "baked", json.dumps(baked(document, body)))
+    full = baked(document, body)
+    put("gltf", "baked", json.dumps(full))
+    content = base64.b64decode(full["buffers"][0].pop("uri").split(",")[1])
+    put("baked", "file", glb(full, content, 64))
     del document["buffers"][0]["uri"]
-    text = json.dumps(document).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = u32(len(text)) + b"JSON" + text + u32(len(body)) + b"BIN\0" + body
-    put("gltf", "binary", b"glTF" + u32(2, 12 + len(chunks)) + chunks)
+    put("gltf", "binary", glb(document, body, 4))
 
 
 def prt() -> None:

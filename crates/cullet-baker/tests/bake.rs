@@ -140,6 +140,33 @@ fn levels_are_those_of_the_library_whatever_the_threads_and_stops() {
 }
 
 #[test]
+fn what_is_killed_leaves_the_file_before_and_goes_on_from_there() {
+    let folder = Folder::new("killed");
+    let (plain, out, kept) =
+        (folder.path("plain.glb"), folder.path("out.glb"), folder.path("kept"));
+    save(&model(), Path::new(&plain)).unwrap();
+    let whole = folder.path("whole.glb");
+    let start = std::time::Instant::now();
+    figures(&[&plain, "-o", &whole, "--quiet"]);
+    let (took, whole) = (start.elapsed(), bytes(&whole));
+    for part in 0..=8u32 {
+        std::fs::write(&out, b"good").unwrap();
+        let mut child = Command::new(env!("CARGO_BIN_EXE_cullet-baker"))
+            .args(["bake", &plain, "-o", &out, "--quiet", "--resume", "--chunks", &kept])
+            .spawn()
+            .unwrap();
+        std::thread::sleep(took * part / 8);
+        // One that has ended cannot be killed, and its file is whole.
+        let _ = child.kill();
+        child.wait().unwrap();
+        let found = bytes(&out);
+        assert!(found == b"good" || found == whole, "killed after {part} eighths");
+    }
+    figures(&[&plain, "-o", &out, "--quiet", "--resume", "--chunks", &kept]);
+    assert!(bytes(&out) == whole);
+}
+
+#[test]
 fn built_in_scenes_and_their_cells_are_baked() {
     let folder = Folder::new("office");
     let out = folder.path("office.glb");

@@ -1,10 +1,17 @@
 //! What a file has baked, as `cullet info` tells it.
 
+use std::path::Path;
+use std::time::Instant;
+
 use cullet::lod::NO_GROUP;
 use cullet_command::console::{Console, count, digits, grouped};
-use cullet_io::Model;
-use cullet_io::baked::{BakedLevels, BakedMesh, VERSION};
+use cullet_command::exit::{Exit, Failure, Outcome};
+use cullet_command::files::write_json;
+use cullet_io::baked::{BakedError, BakedLevels, BakedMesh, Measured, VERSION};
+use cullet_io::{BakedFile, ListedLevels, ListedMesh, Model};
 use serde::Serialize;
+
+use crate::info::InfoArgs;
 
 use crate::names::mesh_name;
 
@@ -15,6 +22,8 @@ pub(crate) struct BakedRecord {
     generator: String,
     /// Of the tables of all meshes.
     bytes: u64,
+    /// Whether sums were held against the bytes.
+    checked: bool,
     /// Meshes whose levels are left out: damaged, or of another mesh.
     problems: u64,
     /// Why all of it is left out.
@@ -34,7 +43,8 @@ impl BakedRecord {
 struct BakedMeshRecord {
     mesh: u32,
     name: String,
-    triangles: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    triangles: Option<u64>,
     bytes: u64,
     /// Sum of the geometry that it was baked of.
     geometry: String,
@@ -48,7 +58,7 @@ struct BakedMeshRecord {
 /// A chain or a hierarchy.
 #[derive(Debug, Serialize)]
 struct LevelsRecord {
-    /// The number by which the scene knows it.
+    /// The number by which a scene that is loaded from the file knows it.
     number: u32,
     kind: &'static str,
     clusters: u64,
@@ -59,6 +69,16 @@ struct LevelsRecord {
     /// Least and largest error of a group, in units of the mesh.
     errors: [f32; 2],
     measured: MeasuredRecord,
+}
+
+/// What is baked, without what it is of.
+#[derive(Debug, Serialize)]
+struct FileRecord {
+    schema: u32,
+    /// Of the file.
+    file_bytes: u64,
+    open_seconds: f64,
+    baked: BakedRecord,
 }
 
 #[derive(Debug, Serialize)]
@@ -78,6 +98,7 @@ pub(crate) fn record(model: &Model) -> Option<BakedRecord> {
         version: VERSION,
         generator: baked.generator.clone(),
         bytes: baked.meshes.iter().map(|m| m.bytes).sum(),
+        checked: true,
         problem: baked.problem.as_ref().map(ToString::to_string),
         problems: meshes.iter().filter(|m| !m.intact).count() as u64,
         meshes,
@@ -89,7 +110,7 @@ fn mesh(model: &Model, of: &BakedMesh) -> BakedMeshRecord {
     BakedMeshRecord {
         mesh: of.mesh,
         name: mesh_name(model, of.mesh),
-        triangles: triangles.into(),
+        triangles: Some(triangles.into()),
         bytes: of.bytes,
         geometry: format!("{:016x}", of.geometry),
         intact: of.problem.is_none(),
@@ -105,7 +126,6 @@ fn record_of(model: &Model, mesh: u32, of: &BakedLevels) -> Option<LevelsRecord>
     let held_by = &model.scene.meshes()[of.held_by as usize];
     let errors = (0..levels.group_count()).map(|g| levels.group(g).error);
     let triangles: Vec<u32> = held_by.clusters().iter().map(|c| c.triangle_count).collect();
-    let measured = of.measured;
     Some(LevelsRecord {
         number: number as u32 + 1,
         kind: of.kind.name(),
@@ -118,13 +138,111 @@ fn record_of(model: &Model, mesh: u32, of: &BakedLevels) -> Option<LevelsRecord>
             levels.group_count(),
         ),
         errors: [errors.clone().fold(f32::INFINITY, f32::min), errors.fold(0.0, f32::max)],
-        measured: MeasuredRecord {
-            points: measured.points,
-            reverse_points: measured.reverse_points,
-            quantile: measured.quantile,
-            most_over: measured.most_over,
-            seed: measured.seed,
+        measured: measured(&of.measured),
+    })
+}
+
+fn measured(of: &Measured) -> MeasuredRecord {
+    MeasuredRecord {
+        points: of.points,
+        reverse_points: of.reverse_points,
+        quantile: of.quantile,
+        most_over: of.most_over,
+        seed: of.seed,
+    }
+}
+
+/// `cullet info --baked`: the file is mapped, and of it only JSON is read, and tables of clusters; with `--all` all of them.
+pub(crate) fn info(args: &InfoArgs, schema: u32, shown: usize, console: &Console) -> Outcome {
+    let path = Path::new(&args.scene.scene);
+    let start = Instant::now();
+    let failure =
+        |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", path.display()));
+    let file = BakedFile::open(path).map_err(|error| match error {
+        // It names the file.
+        cullet_io::BakedFileError::Map { .. } => Failure::input(error),
+        error => failure(&error),
+    })?;
+    let open_seconds = start.elapsed().as_secs_f64();
+    let listed = (0..).zip(file.meshes());
+    let meshes: Vec<BakedMeshRecord> =
+        listed.map(|(at, mesh)| of_file(&file, at, mesh, args.all)).collect();
+    let record = FileRecord {
+        schema,
+        file_bytes: file.bytes().len() as u64,
+        open_seconds,
+        baked: BakedRecord {
+            version: VERSION,
+            generator: file.generator().to_owned(),
+            bytes: file.meshes().iter().map(|m| m.bytes).sum(),
+            checked: args.all,
+            problem: None,
+            problems: meshes.iter().filter(|m| !m.intact).count() as u64,
+            meshes,
         },
+    };
+    let bytes = count(record.file_bytes, "byte", "bytes");
+    console.line(format!("{}: {bytes}, opened in {:.1} ms", path.display(), open_seconds * 1e3));
+    print(&record.baked, shown, console);
+    crate::info::more(console, record.baked.meshes_count(), shown);
+    if let Some(path) = &args.json {
+        write_json(path, &record)?;
+    }
+    Ok(Exit::Fine)
+}
+
+fn of_file(file: &BakedFile, at: usize, mesh: &ListedMesh, check: bool) -> BakedMeshRecord {
+    let mut problem = mesh.problem.clone();
+    if check && problem.is_none() {
+        problem = file.check(at).err();
+    }
+    let mut levels = Vec::new();
+    if problem.is_none() {
+        for (number, of) in mesh.levels.iter().enumerate() {
+            match levels_of_file(file, at, number, of) {
+                Ok(record) => levels.push(record),
+                Err(error) => problem = Some(error),
+            }
+        }
+    }
+    let name = match mesh.name.as_str() {
+        "" => format!("mesh {}", mesh.number),
+        name => name.to_owned(),
+    };
+    BakedMeshRecord {
+        mesh: mesh.number,
+        name,
+        triangles: None,
+        bytes: mesh.bytes,
+        geometry: format!("{:016x}", mesh.geometry),
+        intact: problem.is_none(),
+        problem: problem.as_ref().map(ToString::to_string),
+        levels,
+    }
+}
+
+fn levels_of_file(
+    file: &BakedFile,
+    at: usize,
+    number: usize,
+    of: &ListedLevels,
+) -> Result<LevelsRecord, BakedError> {
+    let slices = file.levels_unchecked(at, number)?;
+    let groups = slices.groups.len();
+    let known = |group: u32| group == NO_GROUP || (group as usize) < groups;
+    if let Some(odd) = slices.clusters.iter().position(|c| !known(c[2]) || !known(c[3])) {
+        let message = format!("cluster {odd} names a group beyond the {groups} that there are");
+        return Err(BakedError::Form(message));
+    }
+    let column = |k: usize| -> Vec<u32> { slices.clusters.iter().map(|c| c[k]).collect() };
+    Ok(LevelsRecord {
+        number: number as u32 + 1,
+        kind: of.kind.name(),
+        clusters: slices.clusters.len() as u64,
+        groups: groups as u64,
+        triangles_by_level: by_level(&column(1), &column(2), &column(3), groups),
+        errors: of.errors.unwrap_or_default(),
+        measured: measured(&of.measured),
     })
 }
 
@@ -161,6 +279,7 @@ pub(crate) fn print(baked: &BakedRecord, shown: usize, console: &Console) {
         return;
     }
     let state = match baked.problems {
+        0 if !baked.checked => "sums were not looked at, --all does".to_owned(),
         0 => "sums are right".to_owned(),
         n => format!(
             "{} left out",
@@ -172,8 +291,9 @@ pub(crate) fn print(baked: &BakedRecord, shown: usize, console: &Console) {
     for m in baked.meshes.iter().take(shown) {
         let name: String =
             m.name.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
-        let triangles = count(m.triangles, "triangle", "triangles");
-        console.line(format!("  {name}  {triangles}, {} bytes", grouped(m.bytes)));
+        let triangles = m.triangles.map(|n| count(n, "triangle", "triangles") + ", ");
+        let triangles = triangles.unwrap_or_default();
+        console.line(format!("  {name}  {triangles}{} bytes", grouped(m.bytes)));
         if let Some(problem) = &m.problem {
             console.line(format!("    {problem}"));
         }

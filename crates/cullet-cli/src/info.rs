@@ -22,6 +22,10 @@ pub(crate) struct InfoArgs {
     /// List every mesh and warning, not only the first ones
     #[arg(long)]
     pub(crate) all: bool,
+    /// Only what is baked in a .glb, which takes milliseconds however large it is: nothing else is read, and sums are
+    /// looked at with --all alone
+    #[arg(long)]
+    pub(crate) baked: bool,
     /// Write the result as JSON; - is the standard output
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
@@ -60,6 +64,10 @@ struct GroupsRecord {
 
 /// Runs the command.
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
+    if args.baked {
+        let shown = if args.all { usize::MAX } else { SHOWN };
+        return baked::info(args, SCHEMA, shown, console);
+    }
     let silent = Console { quiet: true, ..*console };
     // Warnings are part of the result here, so loading need not print them too.
     let model = inputs::load(&args.scene, &silent)?;
@@ -193,7 +201,7 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
     }
 }
 
-fn more(console: &Console, count: usize, shown: usize) {
+pub(crate) fn more(console: &Console, count: usize, shown: usize) {
     if count > shown {
         console.line(format!("  and {} more; --all lists them", grouped((count - shown) as u64)));
     }

@@ -8,6 +8,7 @@
 pub mod adversaries;
 mod attributes;
 pub mod baked;
+mod baked_file;
 mod beside;
 mod blocks;
 pub mod bsp;
@@ -44,6 +45,7 @@ mod weld;
 mod winding;
 
 pub use attributes::Attributes;
+pub use baked_file::{BakedFile, BakedFileError, LevelSlices, ListedLevels, ListedMesh, Mapping};
 pub use cells::{Cell, CellGraph, Mirror, Portal};
 pub use error::{ErrorKind, LoadError};
 pub use load::{load, load_bytes, load_bytes_with};
@@ -54,4 +56,4 @@ pub use node_tree::{NodeTree, NodeTreeStatistics};
 pub use options::{LoadOptions, Up};
 pub use pose::PoseError;
 pub use prt::{Prt, PrtVariant, load_prt, load_prt_bytes};
-pub use save::{SaveError, SaveErrorKind, SaveFormat, save};
+pub use save::{SaveError, SaveErrorKind, SaveFormat, save, save_original};

@@ -43,6 +43,9 @@ pub struct Model {
     pub motion: Option<Motion>,
     /// What was baked of its meshes, where the file has that: what the levels of the scene are, and how they were measured.
     pub baked: Option<Baked>,
+    /// The number that each mesh has in its file, where the format numbers them (glTF). Meshes beyond the end are of no
+    /// file. One that nodes deform is there once for each of them.
+    pub file_meshes: Vec<u32>,
     /// Defects of the file that did not stop it from loading.
     pub warnings: Vec<Warning>,
 }

@@ -1,14 +1,15 @@
 //! Levels in glTF: what is written comes back and fits the schema; what is damaged, of another version or of another mesh is
 //! left out with a warning, and the plain mesh stays.
 
+mod by_hand;
 mod schema;
 
+use by_hand::{MEASURED, tables};
 use cullet::lod::{Group, NO_GROUP};
 use cullet::mesh::Part;
 use cullet::{Instance, Mesh, MeshData, Projection, Scene, Transform};
 use cullet_io::baked::{
-    Baked, BakedError, BakedLevels, BakedMesh, ClusterRow, LevelKind, LevelTables, Measured,
-    geometry_hash,
+    Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, geometry_hash,
 };
 use cullet_io::{CameraNode, LoadOptions, Material, Model, load_bytes, save};
 use cullet_testkit::{Folder, soups};
@@ -16,36 +17,6 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 const NAME: &str = "CULLET_baked";
-
-const MEASURED: Measured =
-    Measured { points: 1, reverse_points: 4, quantile: 0.999, most_over: 1.1, seed: 7 };
-
-/// Levels by hand: all of the mesh, and of each part its first triangle for all of it.
-fn tables(base: &Mesh) -> LevelTables {
-    let mut out = LevelTables {
-        groups: vec![Group { centre: [0.0; 3], radius: 9.0, error: 0.5 }],
-        ..LevelTables::default()
-    };
-    for part in 0..base.parts().len() as u32 {
-        let before = out.indices.len() / 3;
-        let own: Vec<_> = base.clusters().iter().filter(|c| c.part == part).collect();
-        let coarse = own.first().map(|c| (c.first_triangle..c.first_triangle + 1, 0, NO_GROUP));
-        let fine = own.iter().map(|c| (c.triangles(), NO_GROUP, 0));
-        for (range, made_from, replaced_by) in fine.chain(coarse) {
-            let first_triangle = (out.indices.len() / 3) as u32;
-            let triangle_count = range.len() as u32;
-            range.for_each(|t| out.indices.extend(base.triangle(t)));
-            out.clusters.push(ClusterRow {
-                first_triangle,
-                triangle_count,
-                made_from,
-                replaced_by,
-            });
-        }
-        out.parts.push((out.indices.len() / 3 - before) as u32);
-    }
-    out
-}
 
 /// A ball of two materials with levels of both kinds, and a triangle that has none; a camera and cells.
 fn model() -> Model {

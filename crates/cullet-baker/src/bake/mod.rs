@@ -3,6 +3,7 @@
 mod chunk;
 mod mesh;
 
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::time::Instant;
@@ -17,7 +18,7 @@ use cullet_command::inputs;
 use cullet_io::baked::{
     Baked, BakedLevels, BakedMesh, LevelKind, LevelTables, geometry_hash, hash,
 };
-use cullet_io::{Model, SaveFormat, save};
+use cullet_io::{Model, SaveFormat, save, save_original};
 use serde::Serialize;
 
 use chunk::Folder;
@@ -45,6 +46,8 @@ struct Record {
     bytes: u64,
     /// Sum of its bytes.
     bytes_hash: String,
+    /// Whether the file is the one that was read, and something added to it.
+    original_kept: bool,
     bake_seconds: f64,
     /// The most memory at once, where the system tells it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -77,12 +80,31 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
         return Err(Failure::usage(message));
     }
     let mut model = inputs::load_to_save(&args.scene, console)?;
-    if model.motion.take().is_some() {
+    let keep = keeps_original(&model, args);
+    if args.msft_lod && !keep {
+        let message = "--msft-lod adds to a glTF that is written as it is; bake this scene without it first, then what came of it";
+        return Err(Failure::usage(message));
+    }
+    if keep {
+        let deformed = model.scene.meshes().iter().filter(|m| m.is_deformable()).count() as u64;
+        if deformed > 0 {
+            let what = count(deformed, "mesh that deforms has", "meshes that deform have");
+            console.note(format!("note: {what} no levels"));
+        }
+    } else if model.motion.take().is_some() {
         console.note("note: what moves in it stands as it is stored, and moves no longer");
     }
     let start = Instant::now();
-    let mut record = bake(&mut model, args, console)?;
-    save(&model, &args.out).map_err(Failure::input)?;
+    let mut record = bake(&mut model, keep, args, console)?;
+    record.original_kept = keep;
+    if keep {
+        let original = Path::new(&args.scene.scene);
+        let warnings =
+            save_original(&model, original, &args.out, args.msft_lod).map_err(Failure::input)?;
+        warnings.iter().for_each(|w| console.note(format!("warning: {w}")));
+    } else {
+        save(&model, &args.out).map_err(Failure::input)?;
+    }
     record.bake_seconds = start.elapsed().as_secs_f64();
     record.peak_bytes = peak_bytes();
     let bytes = std::fs::read(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
@@ -95,8 +117,22 @@ pub(crate) fn run(args: &BakeArgs, console: &Console) -> Outcome {
     Ok(Exit::Fine)
 }
 
-/// Gives the scene of a model levels of its meshes, in the place of those that it has.
-fn bake(model: &mut Model, args: &BakeArgs, console: &Console) -> Result<Record, Failure> {
+/// Whether what is written is the file that was read, with what was baked added: that of a glTF, unless options say that the
+/// scene is another than the one in the file.
+fn keeps_original(model: &Model, args: &BakeArgs) -> bool {
+    let scene = &args.scene;
+    let other = scene.up.is_some() || scene.one_sided || scene.two_sided || scene.cells.is_some();
+    !model.file_meshes.is_empty() && !other
+}
+
+/// Gives the scene of a model levels of its meshes, in the place of those that it has; of those alone that are `rigid` where
+/// the file keeps the others as they deform.
+fn bake(
+    model: &mut Model,
+    rigid: bool,
+    args: &BakeArgs,
+    console: &Console,
+) -> Result<Record, Failure> {
     let used = used(&model.scene);
     (0..used.len() as u32).for_each(|mesh| model.scene.clear_levels(mesh));
     let stored = |m: usize| u64::from(model.scene.meshes()[m].triangle_count());
@@ -114,6 +150,9 @@ fn bake(model: &mut Model, args: &BakeArgs, console: &Console) -> Result<Record,
     let mut jobs = Vec::new();
     for mesh in drawn() {
         let of = &model.scene.meshes()[mesh];
+        if rigid && of.is_deformable() {
+            continue;
+        }
         let triangles = of.triangle_count() - of.degenerate_count();
         let job = |kind| Job { mesh: mesh as u32, kind, triangles };
         jobs.extend(mesh::kinds(triangles).filter(wanted).map(job));

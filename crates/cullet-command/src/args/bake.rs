@@ -8,16 +8,19 @@ use super::scene::SceneArgs;
 
 /// End of `cullet bake --help`.
 pub const BAKE_HELP: &str = "\
-The file is a GLB that any viewer opens: the meshes as they are, and beside each its levels of detail in the
-extension CULLET_baked, with how far each of them is off, as measured. Every mesh gets a chain of whole meshes,
-each of fewer triangles; above 5,000 triangles also a hierarchy of clusters, of which what is near is drawn
-fine and what is far is drawn coarse. Loading the file gives the scene these levels: cullet info lists them.
+The file is a GLB that any viewer opens. Of a .glb or .gltf it is that file as it was, with its textures,
+animations, skins and extras, and with what lay in other files taken in; any other scene is written as GLB. In
+the extension CULLET_baked beside each mesh are its levels of detail, with how far each of them is off, as
+measured. Every mesh gets a chain of whole meshes, each of fewer triangles; above 5,000 triangles also a
+hierarchy of clusters, of which what is near is drawn fine and what is far is drawn coarse. Meshes that deform
+have none. Loading the file gives the scene these levels: cullet info lists them, cullet info --baked at once.
 
 The same scene and options make the same bytes, with any number of threads. --resume keeps what is finished of
 each mesh in a folder, and takes from there what was finished before: after Ctrl-C, or where a few meshes of
 many have changed. OUT is replaced when all of it has been written, never by half of it.
 
-What moves stands as it is stored; textures and animations are not written.
+With --up, --one-sided, --two-sided or --cells the scene is another than the one in the file, and is written
+anew: without textures and animations, and what moves stands as it is stored.
 
 The work is done by a program of its own, cullet-baker, which needs a C++ compiler to be built. It is looked
 for beside this program, then in PATH; a 'cullet' that cargo built in the folder of its source builds it at
@@ -46,6 +49,9 @@ pub struct BakeArgs {
     /// No chains of whole meshes
     #[arg(long, conflicts_with = "no_hierarchy")]
     pub no_chain: bool,
+    /// Chains as nodes too, by MSFT_lod, for programs that draw those; of a glTF alone
+    #[arg(long, conflicts_with = "no_chain")]
+    pub msft_lod: bool,
     /// Keep what is finished of each mesh, and go on from what is there
     #[arg(long)]
     pub resume: bool,

@@ -63,6 +63,17 @@ pub enum BakedError {
         /// How many there should be.
         expected: u64,
     },
+    /// A table that does not lie where it can be used as it is.
+    #[error(
+        "{what} begins at byte {at}, which is no multiple of {}: bake the model again",
+        super::TABLE_ALIGNMENT
+    )]
+    Unaligned {
+        /// Which.
+        what: &'static str,
+        /// Where it begins in the file.
+        at: usize,
+    },
     /// The mesh of the levels is none.
     #[error("the mesh of its levels: {0}")]
     Mesh(#[from] MeshError),

@@ -13,11 +13,14 @@ use cullet::{Mesh, MeshData, MeshId};
 pub use error::BakedError;
 pub use hash::hash;
 pub(crate) use hash::root_sum;
-pub(crate) use tables::sum_of;
 pub use tables::{ClusterRow, LevelTables};
+pub(crate) use tables::{ROWS, sum_of};
 
 /// The version of the extension that is written, and the only one that is read.
 pub const VERSION: u32 = 1;
+
+/// Tables begin at multiples of this, in the file as it lies: a line of the cache, and more than any type needs.
+pub const TABLE_ALIGNMENT: usize = 64;
 
 /// The most sets of levels of one mesh that are read.
 pub const MOST_LEVELS: usize = 8;

@@ -35,7 +35,8 @@ pub struct LevelTables {
 }
 
 /// Bytes of a row of each table: triangle, cluster, group.
-const ROWS: [(&str, usize); 3] = [("its indices", 12), ("its clusters", 16), ("its groups", 20)];
+pub(crate) const ROWS: [(&str, usize); 3] =
+    [("its indices", 12), ("its clusters", 16), ("its groups", 20)];
 
 impl LevelTables {
     /// The tables of levels that a mesh holds; `None` if triangles of its parts are mixed, or some are in no cluster.

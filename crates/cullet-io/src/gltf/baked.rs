@@ -24,16 +24,18 @@ use crate::baked::{
 pub(crate) const NAME: &str = "CULLET_baked";
 
 #[derive(Derive)]
-struct Extensions<'a> {
+pub(super) struct Extensions<'a> {
     #[serde(borrow, rename = "CULLET_baked")]
-    baked: Option<&'a RawValue>,
+    pub(super) baked: Option<&'a RawValue>,
 }
 
 /// Of a mesh, what is read here.
 #[derive(Derive)]
-struct Extended<'a> {
+pub(super) struct Extended<'a> {
     #[serde(borrow)]
-    extensions: Option<Extensions<'a>>,
+    pub(super) name: Option<Cow<'a, str>>,
+    #[serde(borrow)]
+    pub(super) extensions: Option<Extensions<'a>>,
 }
 
 /// Its version, which is read before all else.
@@ -61,27 +63,29 @@ struct ChunkItem<'a> {
 }
 
 #[derive(Derive)]
-struct MeshItem<'a> {
+pub(super) struct MeshItem<'a> {
     #[serde(borrow)]
-    geometry: Cow<'a, str>,
+    pub(super) geometry: Cow<'a, str>,
     #[serde(borrow)]
-    levels: Vec<LevelsItem<'a>>,
+    pub(super) levels: Vec<LevelsItem<'a>>,
 }
 
 #[derive(Derive)]
-struct LevelsItem<'a> {
+pub(super) struct LevelsItem<'a> {
     #[serde(borrow)]
-    kind: Cow<'a, str>,
-    parts: Vec<Integer>,
-    indices: Index,
-    clusters: Index,
-    groups: Index,
-    measured: MeasuredItem,
+    pub(super) kind: Cow<'a, str>,
+    pub(super) parts: Vec<Integer>,
+    pub(super) indices: Index,
+    pub(super) clusters: Index,
+    pub(super) groups: Index,
+    /// For people, and for who looks at the list alone.
+    pub(super) errors: Option<[Float; 2]>,
+    pub(super) measured: MeasuredItem,
 }
 
 #[derive(Derive)]
 #[serde(rename_all = "camelCase")]
-struct MeasuredItem {
+pub(super) struct MeasuredItem {
     points: Integer,
     reverse_points: Integer,
     quantile: Float,
@@ -152,7 +156,7 @@ pub(super) fn read(
 }
 
 /// The generator and the chunks, by the number of their mesh: bytes and sum.
-fn head(raw: &RawValue) -> Result<(String, HashMap<u64, [u64; 2]>), BakedError> {
+pub(super) fn head(raw: &RawValue) -> Result<(String, HashMap<u64, [u64; 2]>), BakedError> {
     let VersionItem { version } = item(raw)?;
     if version.0 != u64::from(VERSION) {
         return Err(BakedError::Version { found: version.0 });
@@ -230,7 +234,7 @@ fn mesh(
     Ok(out)
 }
 
-fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
+pub(super) fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
     let int =
         |n: Integer| u32::try_from(n.0).map_err(|_| form(format!("{} points a triangle", n.0)));
     Ok(Measured {
@@ -242,12 +246,12 @@ fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
     })
 }
 
-fn form(message: impl Into<String>) -> BakedError {
+pub(super) fn form(message: impl Into<String>) -> BakedError {
     BakedError::Form(message.into())
 }
 
 /// An object of the extension.
-fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
+pub(super) fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
     json::member(raw, NAME.to_owned()).map_err(|e| {
         let message = e.to_string();
         form(message.strip_prefix(&format!("{NAME}: ")).unwrap_or(&message))
@@ -255,13 +259,13 @@ fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
 }
 
 /// A sum: sixteen hexadecimal digits.
-fn sum(text: &str) -> Result<u64, BakedError> {
+pub(super) fn sum(text: &str) -> Result<u64, BakedError> {
     let digits = text.len() == 16 && text.bytes().all(|b| b.is_ascii_hexdigit());
     let number = if digits { u64::from_str_radix(text, 16).ok() } else { None };
     number.ok_or_else(|| form(format!("{:?} are no sixteen hexadecimal digits", shorten(text))))
 }
 
-fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
+pub(super) fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
     if found == expected {
         return Ok(());
     }

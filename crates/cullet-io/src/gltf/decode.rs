@@ -38,7 +38,7 @@ struct Block {
 }
 
 impl Block {
-    /// Decodes them; attributes that are not finite are left out with a note.
+    /// Decodes them, and with `details` more than their positions; attributes that are not finite are left out with a note.
     ///
     /// # Errors
     /// If an accessor has another form than its attribute, or a position is not finite.
@@ -46,11 +46,15 @@ impl Block {
         accessors: &Accessors,
         buffers: &Buffers<'_>,
         vertices: &Vertices,
+        details: bool,
         user: &str,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
         let positions = positions(accessors, buffers, vertices.positions, user, notes)?;
         let mut attributes = Attributes::default();
+        if !details {
+            return Ok(Self { positions, attributes });
+        }
         if let Some(i) = vertices.normals {
             attributes.normals = accessors.floats(i, buffers, &format!("{user}, NORMAL"))?;
         }
@@ -176,8 +180,14 @@ impl<'a> Decoder<'a> {
             match self.shared.get_mut(&p.vertices).filter(|_| p.deform.is_rigid()) {
                 Some(shared) => {
                     if shared.block.is_none() {
-                        let decoded =
-                            Block::read(self.accessors, self.buffers, &p.vertices, &user, notes)?;
+                        let decoded = Block::read(
+                            self.accessors,
+                            self.buffers,
+                            &p.vertices,
+                            self.options.details,
+                            &user,
+                            notes,
+                        )?;
                         shared.place = vec![(0, 0); decoded.positions.len()];
                         shared.block = Some(Rc::new(decoded));
                     }
@@ -208,6 +218,7 @@ impl<'a> Decoder<'a> {
                                 self.accessors,
                                 self.buffers,
                                 &p.vertices,
+                                self.options.details,
                                 &user,
                                 notes,
                             )?;

@@ -13,13 +13,23 @@ const BIN: u32 = 0x004E_4942;
 
 /// Where the parts of a file lie in its bytes.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Container {
+pub(crate) struct Container {
     /// The JSON text.
-    pub(super) json: Range<usize>,
+    pub(crate) json: Range<usize>,
     /// The binary chunk, if there is one.
-    pub(super) bin: Option<Range<usize>>,
+    pub(crate) bin: Option<Range<usize>>,
     /// Whether this is a GLB rather than bare JSON.
-    pub(super) is_glb: bool,
+    pub(crate) is_glb: bool,
+    /// Where the file ends by its own account. What lies before and behind the chunks above are chunks of other kinds.
+    pub(crate) end: usize,
+}
+
+/// As [`open`], for who has nobody to tell what is odd.
+///
+/// # Errors
+/// As [`open`].
+pub(crate) fn parts(bytes: &[u8]) -> Result<Container, ErrorKind> {
+    open(bytes, &mut Notes::default())
 }
 
 /// Finds the JSON and the binary chunk. Bytes without the magic number are taken for bare JSON.
@@ -28,7 +38,7 @@ pub(super) struct Container {
 /// If the container's own lengths contradict each other or the size of the file.
 pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKind> {
     if !bytes.starts_with(MAGIC) {
-        return Ok(Container { json: 0..bytes.len(), bin: None, is_glb: false });
+        return Ok(Container { json: 0..bytes.len(), bin: None, is_glb: false, end: bytes.len() });
     }
     let word =
         |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
@@ -92,7 +102,7 @@ pub(super) fn open(bytes: &[u8], notes: &mut Notes) -> Result<Container, ErrorKi
         number += 1;
     }
     match json {
-        Some(json) => Ok(Container { json, bin, is_glb: true }),
+        Some(json) => Ok(Container { json, bin, is_glb: true, end }),
         None => bad("GLB", "has no JSON chunk"),
     }
 }

@@ -27,19 +27,14 @@ pub(super) struct Primitive {
     pub(super) deform: Deform,
 }
 
-/// The accessors of what its vertices are; those besides positions only where they are kept.
+/// The accessors of what its vertices are, also where only positions are kept: what the vertices of a mesh are numbered by
+/// must not depend on that, or levels that were baked with all of them would not fit a mesh that was loaded with few.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Vertices {
     pub(super) positions: usize,
     pub(super) normals: Option<usize>,
     pub(super) uvs: Option<usize>,
     pub(super) colors: Option<usize>,
-}
-
-impl Vertices {
-    fn bare(positions: usize) -> Self {
-        Self { positions, normals: None, uvs: None, colors: None }
-    }
 }
 
 /// The accessors that move the vertices of a primitive; none where it is rigid.
@@ -98,7 +93,7 @@ pub(super) struct Meshes {
 }
 
 impl Meshes {
-    /// Reads all meshes, and checks what they refer to. `details` is whether vertices keep more than positions.
+    /// Reads all meshes, and checks what they refer to.
     ///
     /// # Errors
     /// If a reference leads nowhere, or attributes contradict each other, or data are packed.
@@ -106,7 +101,6 @@ impl Meshes {
         root: &Root<'_>,
         accessors: &Accessors,
         materials: usize,
-        details: bool,
         notes: &mut Notes,
     ) -> Result<Self, ErrorKind> {
         let mut named = vec![false; accessors.len()];
@@ -132,10 +126,7 @@ impl Meshes {
                 let user = user(m, &source.name, p);
                 source.has_joints |= item.attributes.contains_key("JOINTS_0");
                 source.has_more_joints |= item.attributes.contains_key("JOINTS_1");
-                let mut read = primitive(item, p, &user, accessors, materials, &mut named, notes)?;
-                if let Some(read) = read.as_mut().filter(|_| !details) {
-                    read.vertices = Vertices::bare(read.vertices.positions);
-                }
+                let read = primitive(item, p, &user, accessors, materials, &mut named, notes)?;
                 source.primitives.extend(read);
             }
             all.push(source);

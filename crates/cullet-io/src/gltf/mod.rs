@@ -15,6 +15,7 @@ mod extensions;
 mod glb;
 mod instances;
 mod json;
+mod mapped;
 mod materials;
 mod meshes;
 mod meshopt;
@@ -39,6 +40,10 @@ use notes::Notes;
 
 pub(crate) use baked::NAME as BAKED;
 pub(crate) use cells::{NAME as CELLS, error as cells_error};
+pub(crate) use glb::parts;
+pub(crate) use mapped::{ListError, Listed, list};
+pub use mapped::{ListedLevels, ListedMesh};
+pub(crate) use uri::{UriSource, read as read_uri};
 
 /// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
 ///
@@ -102,8 +107,8 @@ pub(crate) fn named(path: &Path, source: &Source<'_>) -> Result<Vec<PathBuf>, Er
         .filter_map(|(i, raw)| {
             let item: json::BufferItem<'_> = json::item(raw, "buffer", i).ok()?;
             match uri::read(item.uri.as_deref()?).ok()? {
-                uri::UriSource::File(path) => Some(path),
-                uri::UriSource::Embedded(_) => None,
+                UriSource::File(path) => Some(path),
+                UriSource::Embedded(_) => None,
             }
         })
         .collect())
@@ -127,6 +132,8 @@ struct Decoded {
     deformed: Vec<Deformed>,
     cells: cells::Cells,
     baked: Option<baked::Found>,
+    /// The number of each mesh in the file.
+    numbers: Vec<u32>,
     notes: Notes,
 }
 
@@ -141,8 +148,7 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
     let buffers = buffers::Buffers::read(&root, bytes, container.bin, container.is_glb, beside)?;
     let accessors = accessor::Accessors::read(&root, &buffers)?;
     let mut surfaces = materials::read(&root, &mut notes)?;
-    let meshes =
-        meshes::Meshes::read(&root, &accessors, surfaces.len(), options.details, &mut notes)?;
+    let meshes = meshes::Meshes::read(&root, &accessors, surfaces.len(), &mut notes)?;
     let counts = nodes::Counts {
         meshes: meshes.all.len(),
         cameras: count(&root.cameras),
@@ -220,6 +226,7 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
         deformed,
         cells,
         baked,
+        numbers: placed.meshes,
         notes,
     })
 }
@@ -262,6 +269,7 @@ impl Decoded {
             cameras: self.cameras,
             motion,
             baked,
+            file_meshes: self.numbers,
             warnings: self.notes.into_warnings(),
             ..Model::default()
         };

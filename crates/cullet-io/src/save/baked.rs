@@ -7,18 +7,23 @@ use crate::Model;
 use crate::baked::{
     BakedLevels, BakedMesh, LevelTables, Measured, VERSION, geometry_hash, root_sum, sum_of,
 };
-use crate::gltf::BAKED;
 
-/// Puts what was baked of the meshes that are written beside them; the extension's object of the root, if there is anything.
-/// `number` is that of each mesh in the file. Levels of a mesh that was changed since are left out.
-pub(super) fn write(
-    model: &Model,
-    number: &[Option<usize>],
-    file: &mut File,
-    meshes: &mut [Value],
-) -> Option<Value> {
+/// The extension's objects.
+pub(super) struct Written {
+    /// Of the root.
+    pub(super) root: Value,
+    /// Of meshes, by their numbers in the file.
+    pub(super) meshes: Vec<(usize, Value)>,
+}
+
+/// Puts the tables of what was baked of the meshes that are written into the file; the extension's objects, if there is
+/// anything. `number` is that of each mesh in the file. Levels of a mesh that was changed since are left out.
+///
+/// All tables are put in here, one after another, so that they can be told from the rest of the file and taken out again.
+pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) -> Option<Written> {
     let baked = model.baked.as_ref()?;
-    let mut chunks = Vec::new();
+    let first = file.view_count();
+    let (mut chunks, mut meshes) = (Vec::new(), Vec::new());
     for one in &baked.meshes {
         let written = number.get(one.mesh as usize).copied().flatten();
         let Some(at) = written.filter(|_| !one.levels.is_empty()) else { continue };
@@ -26,7 +31,7 @@ pub(super) fn write(
         if geometry_hash(base) == one.geometry
             && let Some((object, [bytes, sum])) = mesh(model, one, file)
         {
-            meshes[at]["extensions"] = json!({ BAKED: object });
+            meshes.push((at, object));
             chunks.push([at as u64, bytes, sum]);
         }
     }
@@ -41,7 +46,15 @@ pub(super) fn write(
     let own = concat!("cullet-io ", env!("CARGO_PKG_VERSION"));
     let generator = if baked.generator.is_empty() { own } else { &baked.generator };
     let hash = digits(root_sum(&chunks));
-    Some(json!({ "version": VERSION, "generator": generator, "hash": hash, "chunks": rows }))
+    let count = file.view_count() - first;
+    let root = json!({
+        "version": VERSION,
+        "generator": generator,
+        "hash": hash,
+        "chunks": rows,
+        "bufferViews": { "first": first, "count": count },
+    });
+    Some(Written { root, meshes })
 }
 
 /// The extension's object of a mesh, the bytes of its tables, and the sum of it all.

@@ -12,14 +12,15 @@ const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
-/// Tables of what was baked begin at multiples of this, in the file as it lies.
-pub(super) const ALIGNMENT: usize = 64;
+pub(super) use crate::baked::TABLE_ALIGNMENT as ALIGNMENT;
 
 /// The parts of the file that grow with each mesh. Everything in `bin` is of four bytes, so aligned.
 #[derive(Default)]
 pub(super) struct File {
     pub(super) bin: Vec<u8>,
     pub(super) views: Vec<Value>,
+    /// How many views the file has before these.
+    first_view: usize,
     pub(super) accessors: Vec<Value>,
     pub(super) materials: Vec<Value>,
     /// A material of the file is one of the model with the sides and the alpha of a part.
@@ -27,6 +28,11 @@ pub(super) struct File {
 }
 
 impl File {
+    /// What is added to a file that has a buffer and some views.
+    pub(super) fn behind(bin: Vec<u8>, first_view: usize) -> Self {
+        Self { bin, first_view, ..Self::default() }
+    }
+
     /// The primitives of a mesh: one for each part with triangles.
     pub(super) fn primitives(&mut self, model: &Model, number: usize) -> Vec<Value> {
         let mesh = &model.scene.meshes()[number];
@@ -99,7 +105,12 @@ impl File {
         self.views.push(
             json!({ "buffer": 0, "byteOffset": start, "byteLength": length, "target": target }),
         );
-        self.views.len() - 1
+        self.view_count() - 1
+    }
+
+    /// How many views the file has by now.
+    pub(super) fn view_count(&self) -> usize {
+        self.first_view + self.views.len()
     }
 
     /// The view of a table: aligned, and of no kind that a viewer draws.
@@ -108,7 +119,7 @@ impl File {
         let start = self.bin.len();
         self.bin.extend_from_slice(bytes);
         self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": bytes.len() }));
-        self.views.len() - 1
+        self.view_count() - 1
     }
 
     fn material(&mut self, model: &Model, part: &Part) -> usize {

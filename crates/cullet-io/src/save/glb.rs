@@ -30,7 +30,10 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
         let name = model.mesh_names.get(m).map_or("", String::as_str);
         meshes.push(json!({ "name": name, "primitives": primitives }));
     }
-    let baked = baked::write(model, &number, &mut file, &mut meshes);
+    let baked = baked::write(model, &number, &mut file);
+    for (at, object) in baked.iter().flat_map(|baked| &baked.meshes) {
+        meshes[*at]["extensions"] = json!({ BAKED: object });
+    }
     let Written { mut nodes, mut roots, node_of } = nodes::write(model, &number);
     let cameras = cameras::write(model, &mut nodes, &mut roots);
     let mut root = json!({
@@ -59,19 +62,33 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
     }
     let is_baked = baked.is_some();
     if let Some(baked) = baked {
-        root["extensions"][BAKED] = baked;
+        root["extensions"][BAKED] = baked.root;
     }
     let used = root.get("extensions").and_then(Value::as_object);
     if let Some(used) = used.map(|all| all.keys().cloned().collect::<Vec<_>>()) {
         root["extensionsUsed"] = json!(used);
     }
-    let mut text = root.to_string().into_bytes();
+    let alignment = if is_baked { ALIGNMENT } else { 4 };
+    container(root.to_string().into_bytes(), &file.bin, &[], alignment, out)
+}
+
+/// Writes a GLB of its JSON, its binary buffer, which begins at a multiple of `alignment`, and other chunks as they are.
+///
+/// # Errors
+/// If it cannot be written, or is larger than the format allows.
+pub(super) fn container(
+    mut text: Vec<u8>,
+    bin: &[u8],
+    others: &[u8],
+    alignment: usize,
+    out: &mut impl Write,
+) -> Result<(), SaveErrorKind> {
     // Spaces before the binary chunk, so that tables that are aligned in it are so in the file.
-    let multiple = if is_baked { ALIGNMENT } else { 4 };
     let before = HEADERS + text.len();
-    text.resize(before.next_multiple_of(multiple) - HEADERS, b' ');
+    text.resize(before.next_multiple_of(alignment) - HEADERS, b' ');
+    let zeros = bin.len().next_multiple_of(4) - bin.len();
     let chunk = |len: usize| if len == 0 { 0 } else { 8 + len as u64 };
-    let total = 12 + chunk(text.len()) + chunk(file.bin.len());
+    let total = 12 + chunk(text.len()) + chunk(bin.len() + zeros) + others.len() as u64;
     let limit = u64::from(u32::MAX);
     if total > limit {
         return Err(SaveErrorKind::TooMany { what: "bytes", count: total, limit });
@@ -80,12 +97,14 @@ pub(super) fn write(model: &Model, out: &mut impl Write) -> Result<(), SaveError
     out.write_all(b"glTF")?;
     out.write_all(&word(2))?;
     out.write_all(&word(total))?;
-    for (kind, bytes) in [(b"JSON", &text), (b"BIN\0", &file.bin)] {
+    for (kind, bytes, zeros) in [(b"JSON", &text[..], 0), (b"BIN\0", bin, zeros)] {
         if !bytes.is_empty() {
-            out.write_all(&word(bytes.len() as u64))?;
+            out.write_all(&word((bytes.len() + zeros) as u64))?;
             out.write_all(kind)?;
             out.write_all(bytes)?;
+            out.write_all(&[0; 4][..zeros])?;
         }
     }
+    out.write_all(others)?;
     Ok(())
 }

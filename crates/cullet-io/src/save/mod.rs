@@ -7,6 +7,7 @@ mod cells;
 mod glb;
 mod nodes;
 mod obj;
+mod original;
 mod ply;
 mod stl;
 
@@ -18,7 +19,9 @@ use cullet::{Scene, Transform};
 use glam::{DMat3, DVec3};
 use thiserror::Error;
 
-use crate::{Attributes, Model};
+use crate::{Attributes, ErrorKind, Model};
+
+pub use original::save_original;
 
 /// Why a model cannot be saved.
 #[derive(Debug, Error)]
@@ -40,6 +43,14 @@ pub enum SaveErrorKind {
     /// The ending names no kind of file that is written.
     #[error("is of no kind that is written; use .glb, .ply, .obj or .stl")]
     Unsupported,
+    /// The file that it is to be added to cannot be read.
+    #[error("the original {}: {kind}", path.display())]
+    Original {
+        /// That file.
+        path: PathBuf,
+        /// The defect.
+        kind: ErrorKind,
+    },
     /// More than the format's numbers can count.
     #[error("{count} {what} exceed the {limit} that the format can hold")]
     TooMany {
@@ -97,18 +108,26 @@ pub fn save(model: &Model, path: &Path) -> Result<(), SaveError> {
         // Counts are held against limits before an existing file is emptied.
         let totals = Totals::of(&model.scene);
         totals.check(format)?;
-        let beside = Beside::of(path);
-        let mut out = BufWriter::with_capacity(1 << 16, File::create(&beside.path)?);
-        match format {
-            SaveFormat::Glb => glb::write(model, &mut out)?,
-            SaveFormat::Ply => ply::write(model, &totals, &mut out)?,
-            SaveFormat::Obj => obj::write(model, path, &mut out)?,
-            SaveFormat::Stl => stl::write(model, &totals, &mut out)?,
-        }
-        let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-        Ok(beside.finish(&file, path)?)
+        replace(path, |out| match format {
+            SaveFormat::Glb => glb::write(model, out),
+            SaveFormat::Ply => Ok(ply::write(model, &totals, out)?),
+            SaveFormat::Obj => Ok(obj::write(model, path, out)?),
+            SaveFormat::Stl => Ok(stl::write(model, &totals, out)?),
+        })
     };
     write().map_err(|kind| SaveError { path: path.to_owned(), kind })
+}
+
+/// Writes a file beside its place, and puts it there when all has been written and is on the disk.
+fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SaveErrorKind>,
+) -> Result<(), SaveErrorKind> {
+    let beside = Beside::of(path);
+    let mut out = BufWriter::with_capacity(1 << 16, File::create(&beside.path)?);
+    write(&mut out)?;
+    let file = out.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+    Ok(beside.finish(&file, path)?)
 }
 
 /// Where a file is written, before it takes the place of the one that is there.
@@ -221,4 +240,33 @@ fn world_indices(scene: &Scene, slot: u32) -> Vec<u32> {
         indices.chunks_exact_mut(3).for_each(|t| t.swap(1, 2));
     }
     indices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write as _;
+
+    #[test]
+    fn a_file_that_is_half_written_never_takes_the_place_of_a_good_one() {
+        let name = format!("cullet-replace-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&folder).expect("a folder of ours");
+        let path = folder.join("a.glb");
+        let bytes: Vec<u8> = (0..200_000u32).map(|k| k as u8).collect();
+        // More than the writer holds, so that some of it is on the disk already.
+        for end in [0, 1, 65_535, 65_536, 131_073, bytes.len()] {
+            std::fs::write(&path, b"good").expect("ours");
+            let stopped = replace(&path, |out| {
+                out.write_all(&bytes[..end])?;
+                Err(std::io::Error::other("the disk is full").into())
+            });
+            assert!(matches!(stopped, Err(SaveErrorKind::Io(_))));
+            assert_eq!(std::fs::read(&path).expect("ours"), b"good", "stopped at {end}");
+            assert_eq!(std::fs::read_dir(&folder).expect("ours").count(), 1, "stopped at {end}");
+        }
+        replace(&path, |out| Ok(out.write_all(&bytes)?)).expect("written");
+        assert_eq!(std::fs::read(&path).expect("ours"), bytes);
+        std::fs::remove_dir_all(&folder).expect("ours to remove");
+    }
 }

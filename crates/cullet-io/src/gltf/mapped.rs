@@ -1,0 +1,208 @@
+//! Where the tables of `CULLET_baked` lie in the bytes of a GLB: of the JSON only what leads there is read, and of the rest
+//! nothing.
+
+use std::ops::Range;
+
+use super::baked::{self, Extended, Extensions, LevelsItem, MeshItem};
+use super::glb;
+use super::json::{self, Integer, Root, ViewItem};
+use super::uri::shorten;
+use crate::ErrorKind;
+use crate::baked::{BakedError, LevelKind, MOST_LEVELS, Measured, ROWS, TABLE_ALIGNMENT};
+
+/// What a file has baked.
+#[derive(Debug)]
+pub(crate) struct Listed {
+    pub(crate) generator: String,
+    /// In the order of the file's table of chunks.
+    pub(crate) meshes: Vec<ListedMesh>,
+}
+
+/// A mesh with something baked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ListedMesh {
+    /// Its number in the file.
+    pub number: u32,
+    /// Its name; empty where it has none.
+    pub name: String,
+    /// [`geometry_hash`](crate::baked::geometry_hash) of the mesh that it was baked of.
+    pub geometry: u64,
+    /// Bytes of all of its tables.
+    pub bytes: u64,
+    /// The sum of what is baked of it, as the file says.
+    pub sum: u64,
+    /// Its levels; none where there is a problem.
+    pub levels: Vec<ListedLevels>,
+    /// Why it cannot be read, where it cannot.
+    pub problem: Option<BakedError>,
+}
+
+/// Levels of a mesh, and where their tables lie.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ListedLevels {
+    /// What they are.
+    pub kind: LevelKind,
+    /// How many triangles of all levels each primitive of triangles has; they follow each other.
+    pub parts: Vec<u32>,
+    /// Least and largest error, as the file says; none where it does not.
+    pub errors: Option<[f32; 2]>,
+    /// How errors were found.
+    pub measured: Measured,
+    /// Bytes of the file: indices, clusters, groups.
+    pub tables: [Range<usize>; 3],
+}
+
+/// Finds them; `None` where nothing is baked. O(size of the JSON).
+///
+/// # Errors
+/// If it is no GLB whose parts are within it, or the table of chunks is damaged or of another version. What is wrong with one
+/// mesh is told with it.
+pub(crate) fn list(bytes: &[u8]) -> Result<Option<Listed>, ListError> {
+    let container = glb::parts(bytes)?;
+    let Some(bin) = container.bin.filter(|_| container.is_glb) else {
+        if container.is_glb {
+            return Ok(None);
+        }
+        let message = "is no GLB: of other files nothing can be used as it lies";
+        return Err(ErrorKind::Unsupported(message.to_owned()).into());
+    };
+    let root = json::parse(&bytes[container.json])?;
+    let own =
+        root.extensions.and_then(|raw| serde_json::from_str::<Extensions<'_>>(raw.get()).ok());
+    let Some(raw) = own.and_then(|all| all.baked) else { return Ok(None) };
+    let (generator, chunks) = baked::head(raw)?;
+    let mut chunks: Vec<(u64, [u64; 2])> = chunks.into_iter().collect();
+    chunks.sort_unstable();
+    let mut taken = Vec::new();
+    let mut meshes = Vec::with_capacity(chunks.len());
+    for (number, chunk) in chunks {
+        let mut own = mesh(&root, number, chunk, &bin, &mut taken);
+        own.number = u32::try_from(number).unwrap_or(u32::MAX);
+        meshes.push(own);
+    }
+    // Few bytes that stand for much would be work without end for who reads it all.
+    taken.sort_unstable_by_key(|range: &Range<usize>| range.start);
+    if taken.windows(2).any(|two| two[0].end > two[1].start) {
+        return Err(baked::form("tables share their bytes").into());
+    }
+    Ok(Some(Listed { generator, meshes }))
+}
+
+/// Why a file has no list.
+#[derive(Debug)]
+pub(crate) enum ListError {
+    File(ErrorKind),
+    Baked(BakedError),
+}
+
+impl From<ErrorKind> for ListError {
+    fn from(kind: ErrorKind) -> Self {
+        Self::File(kind)
+    }
+}
+
+impl From<BakedError> for ListError {
+    fn from(error: BakedError) -> Self {
+        Self::Baked(error)
+    }
+}
+
+fn mesh(
+    root: &Root<'_>,
+    number: u64,
+    [bytes, sum]: [u64; 2],
+    bin: &Range<usize>,
+    taken: &mut Vec<Range<usize>>,
+) -> ListedMesh {
+    let mut out = ListedMesh {
+        number: 0,
+        name: String::new(),
+        geometry: 0,
+        bytes,
+        sum,
+        levels: Vec::new(),
+        problem: None,
+    };
+    let mut read = || -> Result<(), BakedError> {
+        let at = usize::try_from(number).unwrap_or(usize::MAX);
+        let raw = root.meshes.as_ref().and_then(|all| all.get(at));
+        let count = root.meshes.as_ref().map_or(0, Vec::len);
+        let raw = raw.ok_or_else(|| baked::form(format!("is mesh {number} of {count}")))?;
+        let own: Extended<'_> = baked::item(raw)?;
+        out.name = own.name.as_deref().map_or_else(String::new, shorten);
+        let own = own.extensions.and_then(|all| all.baked);
+        let own = own.ok_or_else(|| {
+            baked::form("is in the table of chunks, but the mesh has nothing baked")
+        })?;
+        let MeshItem { geometry, levels } = baked::item(own)?;
+        if levels.len() > MOST_LEVELS {
+            let count = levels.len();
+            return Err(baked::form(format!(
+                "has {count} sets of levels; at most {MOST_LEVELS} are read"
+            )));
+        }
+        out.geometry = baked::sum(&geometry)?;
+        let listed = levels.iter().map(|item| levels_of(root, item, bin));
+        let listed: Vec<ListedLevels> = listed.collect::<Result<_, _>>()?;
+        let found = listed.iter().flat_map(|l| &l.tables).map(|range| range.len() as u64).sum();
+        if found != bytes {
+            let what = "bytes of its tables";
+            return Err(BakedError::Count { what, found, expected: bytes });
+        }
+        taken.extend(listed.iter().flat_map(|l| l.tables.clone()));
+        out.levels = listed;
+        Ok(())
+    };
+    out.problem = read().err();
+    out
+}
+
+fn levels_of(
+    root: &Root<'_>,
+    item: &LevelsItem<'_>,
+    bin: &Range<usize>,
+) -> Result<ListedLevels, BakedError> {
+    let kind = LevelKind::of(&item.kind);
+    let kind =
+        kind.ok_or_else(|| baked::form(format!("levels of kind {:?}", shorten(&item.kind))))?;
+    let parts: Result<Vec<u32>, _> = item.parts.iter().map(|n| u32::try_from(n.0)).collect();
+    let parts = parts.map_err(|_| baked::form("a part has more than 2^32 triangles"))?;
+    let views = [item.indices, item.clusters, item.groups];
+    let mut tables = [0..0, 0..0, 0..0];
+    for ((range, view), (what, row)) in tables.iter_mut().zip(views).zip(ROWS) {
+        *range = table(root, view.index(), bin)?;
+        if range.start % TABLE_ALIGNMENT != 0 {
+            return Err(BakedError::Unaligned { what, at: range.start });
+        }
+        if range.len() % row != 0 {
+            return Err(BakedError::Size { what, bytes: range.len(), row });
+        }
+    }
+    let found = (tables[0].len() / 12) as u64;
+    let expected = parts.iter().map(|&n| u64::from(n)).sum();
+    if found != expected {
+        return Err(BakedError::Count { what: "triangles of all levels", found, expected });
+    }
+    let errors = item.errors.as_ref().map(|all| all.map(|e| e.0 as f32));
+    Ok(ListedLevels { kind, parts, errors, measured: baked::measured(&item.measured)?, tables })
+}
+
+/// The bytes of a view, counted from the start of the file.
+fn table(root: &Root<'_>, view: usize, bin: &Range<usize>) -> Result<Range<usize>, BakedError> {
+    let views = root.buffer_views.as_deref().unwrap_or_default();
+    let raw = views.get(view);
+    let raw =
+        raw.ok_or_else(|| baked::form(format!("names bufferView {view} of {}", views.len())))?;
+    let wrong = |message: String| baked::form(format!("bufferView {view}: {message}"));
+    let item: ViewItem =
+        json::item(raw, "bufferView", view).map_err(|e| baked::form(e.to_string()))?;
+    if item.buffer.index() != 0 || item.extensions.meshopt.is_some() || item.byte_stride.is_some() {
+        return Err(wrong("is not of bytes that lie in the file one after another".to_owned()));
+    }
+    let (start, length) = (item.byte_offset.map_or(0, |Integer(o)| o), item.byte_length.0);
+    let end = start.checked_add(length).filter(|&end| end <= bin.len() as u64 && length > 0);
+    let end = end.ok_or_else(|| {
+        wrong(format!("{length} bytes at {start} do not fit the {} that there are", bin.len()))
+    })?;
+    Ok(bin.start + start as usize..bin.start + end as usize)
+}
