@@ -220,7 +220,7 @@ impl Survey {
             culler.cull_one(scene, view, state, &mut result);
             result
         };
-        let Some((lod, ladder)) = self.culler.lod.zip(self.ladder.as_mut()) else {
+        let Some((mut lod, ladder)) = self.culler.lod.zip(self.ladder.as_mut()) else {
             let seen = if verify {
                 let state = &mut self.state;
                 Seen::of(cullet_draw::verify(scene, view, &self.culler, state, &self.options))
@@ -242,6 +242,8 @@ impl Survey {
             let full = of(cull(&without, &mut self.full_state));
             (of(cull(&self.culler, &mut self.state)), full, None)
         };
+        // What a budget came to is what is stated.
+        lod.pixels = seen.result.lod_pixels.unwrap_or(lod.pixels);
         let [frustum, backface] = ladder.climb(scene, view);
         let steps = LevelSteps::new(scene);
         let visible = |seen: &Seen| seen.verification.as_ref().map(|v| v.visible);

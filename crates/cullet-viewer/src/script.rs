@@ -20,7 +20,7 @@ pub enum Script {
     Lose,
 }
 
-/// One thing that is done; the next follows when all is settled.
+/// One step; the next follows when all is settled.
 #[derive(Clone, Copy, Debug)]
 pub enum Step {
     /// The switches of a part of a link.

@@ -14,7 +14,7 @@ use cullet_command::inputs::{self, has_levels};
 use cullet_io::Model;
 
 use super::cache;
-use crate::simplify::BAKER;
+use crate::baker::BAKER;
 
 /// Loads a scene as [`inputs::load`] does; where levels of detail are drawn and it has none, with those that the baker made
 /// of it, now or before.

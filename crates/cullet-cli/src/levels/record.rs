@@ -50,6 +50,7 @@ pub(crate) struct PixelRecord {
 /// How far points of the surfaces are off, in pixels.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct DeviationRecord {
+    /// Stated; the largest of the views where a budget chose it.
     pub(crate) threshold_px: f64,
     /// Whether that is held in the image's corners, too.
     pub(crate) at_corners: bool,
@@ -82,7 +83,8 @@ impl DeviationRecord {
     /// In a line for people.
     pub(crate) fn text(&self) -> String {
         let place = if self.at_corners { "anywhere in the image" } else { "at the image's centre" };
-        let threshold = self.threshold_px;
+        // A budget comes to thresholds of many digits.
+        let threshold = (self.threshold_px * 1e4).round() / 1e4;
         if self.points == 0 {
             return format!("levels of detail: within {threshold} px {place}; none was drawn");
         }
@@ -219,6 +221,7 @@ impl DeviationRecord {
             self.worst.clone_from(&o.worst);
             self.max_px = o.max_px;
         }
+        self.threshold_px = self.threshold_px.max(o.threshold_px);
         self.p999_px = self.p999_px.max(o.p999_px);
         self.points += o.points;
         self.instances = [0, 1].map(|i| self.instances[i] + o.instances[i]);

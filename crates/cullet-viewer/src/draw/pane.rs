@@ -83,9 +83,9 @@ fn flips(pane: &Pane<'_>) -> bool {
 
 /// The faces that the hardware is to cull of one kind of instance: `None` if no face is left to draw.
 pub(super) fn culled(pane: &Pane<'_>, kind: &Kind, two_sided: bool) -> Option<Option<Face>> {
-    let asked = [pane.style.cull_face, pane.view.cull_face];
-    let asked = &asked[..if two_sided || kind.two_sided { 1 } else { 2 }];
-    let (back, front) = (asked.contains(&CullFace::Back), asked.contains(&CullFace::Front));
+    let wanted = [pane.style.cull_face, pane.view.cull_face];
+    let wanted = &wanted[..if two_sided || kind.two_sided { 1 } else { 2 }];
+    let (back, front) = (wanted.contains(&CullFace::Back), wanted.contains(&CullFace::Front));
     // The hardware's front is counter-clockwise on the screen.
     let flipped = flips(pane) != kind.mirrored;
     match (back != flipped && (back || front), back && front) {

@@ -81,11 +81,11 @@ impl PaneDraw<'_> {
                 self.items(pass, scene, state, way, Some(true));
             }
         }
-        for (asked, source) in [
+        for (wanted, source) in [
             (style.face_normals, VertexSource::FaceNormals),
             (style.vertex_normals, VertexSource::VertexNormals),
         ] {
-            if asked {
+            if wanted {
                 let way = self.way(source, Mix::Replace, Near::Write);
                 self.items(pass, scene, state, way, None);
             }

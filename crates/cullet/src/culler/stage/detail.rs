@@ -48,7 +48,7 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
     log.instance_row(Stage::Detail, dropped);
 }
 
-/// Of nodes that are asked.
+/// Of nodes that are tested.
 const LEVEL: usize = 1;
 
 struct Sizes<'a> {
@@ -59,7 +59,7 @@ struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// Whether every instance below a node over 256 slots is surely small. Nodes over 16 were asked, too, which took as long
+    /// Whether every instance below a node over 256 slots is surely small. Nodes over 16 were tested, too, which took as long
     /// as the sizes of their boxes do.
     fn node_is_small(&self, node: usize) -> bool {
         let scene = self.frame.scene;
