@@ -10,10 +10,11 @@ use cullet_draw::{
     Frame, FrameStats, LevelSteps, LevelsVerification, PixelId, Verification, VerifyOptions,
 };
 use cullet_io::Model;
+use cullet_measure::deviation::Meter;
 
 use crate::backfaces::BackfaceTest;
 use crate::bounds::BoundsTest;
-use crate::levels::{DeviationRecord, Ladder, LevelsRecord, Measured, Meter};
+use crate::levels::{DeviationRecord, Ladder, LevelsRecord};
 use crate::names::{name_of, reason_text};
 use crate::record::{
     Counts, DepthRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord, tightness,
@@ -262,18 +263,9 @@ impl Survey {
             pixels: chosen.as_ref().map(|(_, pixels)| (*pixels).into()),
             deviation: chosen.as_ref().map(|(cut, _)| {
                 let meter = Meter { points: LEVEL_POINTS, seed: self.options.seed };
-                let Measured { max_px, p999_px, worst, points, instances } =
-                    meter.measure(scene, view, &lod, cut, &seen.result);
-                let worst = worst.map(|slot| name_of(&self.model, slot));
-                let found = DeviationRecord {
-                    max_px,
-                    p999_px,
-                    worst,
-                    points,
-                    instances,
-                    ..DeviationRecord::default()
-                };
-                found.judged(&lod)
+                let found = meter.measure(scene, view, &lod, cut, &seen.result);
+                let worst = found.worst.map(|slot| name_of(&self.model, slot));
+                DeviationRecord::of(&found, worst, &lod)
             }),
         };
         seen.full = Some(Box::new(full));

@@ -54,7 +54,7 @@ impl Numbers {
         // Layers are added up from black.
         let background =
             if style.paint == Paint::Overdraw { [0.0; 3] } else { background.map(to_linear) };
-        let flags = [flips(pane), style.clockwise, style.fill, style.wireframe];
+        let flags = [flips(pane), style.clockwise, style.fill, style.wireframe, style.fade];
         Self {
             clip: clip.as_mat4().to_cols_array_2d(),
             eye_high: with(high, pixel as f32),
