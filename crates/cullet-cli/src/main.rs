@@ -62,7 +62,7 @@ fn run(cli: &Cli) -> Outcome {
         Command::Info(args) => info::run(args, &console(args.json.as_deref())),
         Command::Scenes(args) => scenes::run(args, &console(args.json.as_deref())),
         Command::Bench(args) if args.is_of_levels() => baker::run("bench", cli.quiet),
-        Command::Bench(args) => bench::run(args, &console(args.json())),
+        Command::Bench(args) => bench::run(args, &levels::load_with_levels, &console(args.json())),
         Command::Reproduce(args) => {
             reproduce::run(args, &levels::load_with_levels, &console(args.json()))
         }

@@ -111,7 +111,7 @@ fn what_levels_state_is_what_verify_finds() {
     assert_eq!(drawn, rungs[4]);
 
     // A budget comes to a threshold of its own, which is the one that is stated; the second view stays in the ball of the first.
-    let more = ["--lod-triangles", "9000", "--lod-ball", "100"];
+    let more = ["--lod-triangles", "2300", "--lod-ball", "100"];
     let (code, said, found) = verify(&honest, &folder.path("budget.json"), &more);
     let levels = &found["summary"]["levels"];
     let d = &levels["deviation"];
@@ -122,7 +122,7 @@ fn what_levels_state_is_what_verify_finds() {
     );
     assert!(number(&d["threshold_px"]) > 0.5 && number(&d["max_px"]) > 0.1, "{d}");
     let steady: f64 = levels["drawn"].as_array().unwrap().iter().map(number).sum();
-    assert!(steady <= 2.0 * 9000.0 && steady < drawn, "{steady} {drawn}");
+    assert!(steady <= 2.0 * 2000.0 && steady < drawn, "{steady} {drawn}");
 
     let (code, said, found) = verify(&broken, &folder.path("broken.json"), &["--lod-corners"]);
     let d = &found["summary"]["levels"]["deviation"];

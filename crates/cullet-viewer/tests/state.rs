@@ -138,7 +138,7 @@ fn an_invalid_value_is_named() {
         ("stages.detail_px=-1", "stages.detail_px is -1"),
         ("stages.lod_px=-1", "stages.lod_px is -1"),
         ("stages.lod_ball=-1", "stages.lod_ball is -1"),
-        ("stages.detail_fade=1e9", "stages.detail_fade is 1000000000"),
+        ("stages.detail_fade=1e9", "stages.detail_fade is 1e9"),
         ("structure.level=65", "structure.level is 65"),
         ("structure.step=4097", "structure.step is 4097"),
         ("doors=[-1]", "invalid value"),
