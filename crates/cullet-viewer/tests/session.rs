@@ -477,7 +477,8 @@ fn what_pops_is_marked_and_what_fades_does_not_come_at_once() {
     settle(&mut session);
     // The way back is the same way.
     assert_eq!((&session.pops.came, session.pops.went.len()), (&went, 0));
-    let green = instance_colours(&session).iter().filter(|c| c[1] > c[0].saturating_add(90)).count();
+    let green =
+        instance_colours(&session).iter().filter(|c| c[1] > c[0].saturating_add(90)).count();
     assert_eq!(green, went.len());
 
     // Those that just came are hardly drawn, those that are large are drawn in full.

@@ -44,15 +44,19 @@ impl BatchSizes {
         Self { rows, size, measure: detail.measure, threshold: threshold as f32 }
     }
 
-    /// One bit each for the boxes of a block that are surely small, and for those that surely are not. `weights` multiply
-    /// sizes; nothing is said of one that is negative, infinite or NaN.
+    /// One bit each for the boxes of some blocks that are surely small, and for those that surely are not; of up to four
+    /// blocks, those whose bits are set in `wanted`. `weights` multiply sizes; nothing is said of one that is negative, infinite
+    /// or NaN.
+    ///
+    /// Several at once, for most of the time is that of memory: no decision stands between the blocks that are read.
     pub(crate) fn decide(
         &self,
         level: Simd,
-        block: &BoxBlock,
-        weights: Option<&[f32; LANES]>,
-    ) -> (u16, u16) {
-        dispatch!(level.0, simd => self.decide_with(simd, block, weights))
+        blocks: &[BoxBlock],
+        wanted: u8,
+        weights: Option<&[[f32; LANES]; 4]>,
+    ) -> (u64, u64) {
+        dispatch!(level.0, simd => self.decide_some(simd, blocks, wanted, weights))
     }
 
     /// One bit each for the nodes of a block below which all boxes are surely small, and surely none is. `sizes` are of the
@@ -99,6 +103,31 @@ impl BatchSizes {
 
     // Plain functions and loops all through: a closure that is not inlined has no vector instructions, and made this six
     // times as slow.
+    #[inline(always)]
+    fn decide_some<S: fearless_simd::Simd>(
+        &self,
+        simd: S,
+        blocks: &[BoxBlock],
+        wanted: u8,
+        weights: Option<&[[f32; LANES]; 4]>,
+    ) -> (u64, u64) {
+        let (mut small, mut large) = (0, 0);
+        let mut rest = wanted;
+        while rest != 0 {
+            let part = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let Some(block) = blocks.get(part) else { break };
+            let own = match weights {
+                Some(weights) => Some(&weights[part]),
+                None => None,
+            };
+            let (own_small, own_large) = self.decide_with(simd, block, own);
+            small |= u64::from(own_small) << (part * LANES);
+            large |= u64::from(own_large) << (part * LANES);
+        }
+        (small, large)
+    }
+
     #[inline(always)]
     fn decide_with<S: fearless_simd::Simd>(
         &self,

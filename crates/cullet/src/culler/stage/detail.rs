@@ -39,20 +39,21 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
         if blocks.number != word / 4 {
             blocks = sizes.of_nodes(0, word / 4);
         }
-        let mut small = 0;
+        let (mut small, mut wanted) = (0, 0);
         for part in 0..4 {
             let own = tested & 0xffff << (part * LANES);
             let lane = word * 4 % LANES + part;
             if blocks.small >> lane & 1 != 0 {
                 small |= own;
             } else if own != 0 && blocks.large >> lane & 1 == 0 {
-                let (surely, surely_not) = sizes.of_block(word * 4 + part);
-                let (surely, surely_not) = (surely << (part * LANES), surely_not << (part * LANES));
-                small |= own & surely;
-                let doubtful = slots(word, own & !surely & !surely_not);
-                let of_part = doubtful.filter(|&slot| sizes.is_small(slot));
-                small = of_part.fold(small, |small, slot| small | 1 << (slot % 64));
+                wanted |= 1 << part;
             }
+        }
+        if wanted != 0 {
+            let (surely, doubtful) = sizes.of_blocks(word, wanted);
+            small |= tested & surely;
+            let found = slots(word, tested & doubtful).filter(|&slot| sizes.is_small(slot));
+            small = found.fold(small, |small, slot| small | 1 << (slot % 64));
         }
         small
     });
@@ -107,17 +108,24 @@ impl Sizes<'_> {
         Decided { number, small: small & mask, large: large & mask }
     }
 
-    /// One bit each for the slots of a block that are surely small, and that surely are not.
-    fn of_block(&self, block: usize) -> (u64, u64) {
+    /// One bit each for the slots of some of the four blocks of a word that are surely small, and for those that may be.
+    fn of_blocks(&self, word: usize, wanted: u8) -> (u64, u64) {
         let scene = self.frame.scene;
-        let mut weights = [1.0; LANES];
-        let weighted = scene.size_weights(block * LANES).map(|own| {
-            weights[..own.len()].copy_from_slice(own);
-            &weights
+        let blocks = scene.boxes().blocks();
+        let blocks = &blocks[word * 4..(word * 4 + 4).min(blocks.len())];
+        let weights = scene.size_weights(0).map(|_| {
+            let mut weights = [[1.0; LANES]; 4];
+            for (part, weights) in weights.iter_mut().enumerate() {
+                let own = scene.size_weights((word * 4 + part) * LANES).unwrap_or_default();
+                weights[..own.len()].copy_from_slice(own);
+            }
+            weights
         });
-        let block = &scene.boxes().blocks()[block];
-        let (small, large) = self.batch.decide(self.frame.culler.level, block, weighted);
-        (u64::from(small), u64::from(large))
+        let level = self.frame.culler.level;
+        let (small, large) = self.batch.decide(level, blocks, wanted, weights.as_ref());
+        let of_wanted = (0..4)
+            .fold(0, |all, part| all | u64::from(wanted >> part & 1) * 0xffff << (part * LANES));
+        (small, of_wanted & !small & !large)
     }
 
     /// Whether an instance is small: by its projected box, where a cheaper bound does not say so.
