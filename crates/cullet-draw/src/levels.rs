@@ -69,8 +69,13 @@ pub fn verify_levels(
         Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
     let full = verify(scene, view, &culler.without(Stage::Lod), full_state, options);
     let (mut cut, mut result) = (Visible::default(), Visible::default());
-    culler.only(Stage::Lod).cull_one(scene, view, &mut ViewState::default(), &mut cut);
     culler.cull_one(scene, view, state, &mut result);
+    let mut alone = culler.only(Stage::Lod);
+    if let Some((lod, pixels)) = alone.lod.as_mut().zip(result.lod_pixels) {
+        // A budget counts what the other stages leave: without them it would come to another threshold.
+        (lod.pixels, lod.triangles) = (pixels, None);
+    }
+    alone.cull_one(scene, view, &mut ViewState::default(), &mut cut);
     in_pool(options.threads, || compare(scene, view, full, cut, result, options))
 }
 
@@ -104,20 +109,7 @@ fn compare(
     }
     false_culls.sort_unstable_by_key(|f| (f.slot, f.triangle, f.pixel[1], f.pixel[0]));
     false_culls.dedup_by_key(|f| (f.slot, f.triangle));
-    let seen = frame.visible();
-    let levels = Verification {
-        all: scene.triangle_count(),
-        potentially_visible: result.triangle_count,
-        visible: seen.len() as u64,
-        false_culls,
-        seen,
-        before: frame.stats,
-        after: culled_frame.stats,
-        funnel: result.funnel.clone(),
-        frame,
-        culled_frame,
-        result,
-    };
+    let levels = Verification::of(scene, false_culls, [frame, culled_frame], result);
     LevelsVerification { full, levels, cut, pixels }
 }
 

@@ -12,7 +12,7 @@ const STEPS_PER_OCTAVE: f64 = 4.0;
 /// more than was counted.
 const OUTWARD: f64 = 1.0 + 1e-4;
 
-/// Below the finest that was asked for, if nothing was: an eighth of a pixel.
+/// The finest threshold where none is given: an eighth of a pixel.
 const FINEST: f64 = 0.125;
 
 /// How many triangles and clusters are drawn at each threshold.
@@ -44,7 +44,7 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// Begins to count, from the threshold up that was asked for.
+    /// Begins to count, from the wanted threshold up.
     pub(crate) fn begin(&mut self, pixels: f64, stands: Option<&StandIns>) {
         self.finest = if pixels > 0.0 && pixels.is_finite() { pixels } else { FINEST };
         self.all = [0; STEPS];

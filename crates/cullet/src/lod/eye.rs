@@ -29,12 +29,12 @@ impl Default for Lod {
     }
 }
 
-/// How large a small thing is on the screen of a view.
+/// Size on the screen of what is small, in a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelScale {
     /// The eye in world space; none for parallel lines of sight.
     pub eye: Option<[f64; 3]>,
-    /// Pixels of a thing of size 1 at distance 1 from the eye; with parallel lines of sight at any distance.
+    /// Pixels of a length of 1 at distance 1 from the eye; with parallel lines of sight at any distance.
     pub pixels: f64,
     /// The nearest distance that is drawn: errors before it count as if they were there.
     pub near: f64,
@@ -90,7 +90,7 @@ impl PixelScale {
     }
 }
 
-/// An eye in the space of a mesh, with the threshold: what [`Levels::select`](super::Levels::select) asks of a view.
+/// An eye in the space of a mesh, with the threshold: what [`Levels::select`](super::Levels::select) needs of a view.
 ///
 /// A group is over the threshold iff its error is above `nearest`, and the eye nearer to its centre than radius, error
 /// times `reach` and `ball` together. All is rounded to the side of what is finer.

@@ -301,7 +301,7 @@ fn list_clusters(
     }
 }
 
-/// Lists the clusters of an instance's levels that the frustum does not reject; whether it was asked, and the counts of
+/// Lists the clusters of an instance's levels that the frustum does not reject; whether it was tested, and the counts of
 /// the rest were noted.
 fn list_levels(
     frame: &Frame<'_>,

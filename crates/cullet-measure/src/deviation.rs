@@ -8,22 +8,38 @@ use rayon::prelude::*;
 
 /// What was measured in a view.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Measured {
-    pub(crate) max_px: f64,
-    pub(crate) p999_px: f64,
+pub struct Measured {
+    /// The farthest that any point is off.
+    pub max_px: f64,
+    /// What 99.9 % of the random points do not exceed, of the original and of what is drawn: the larger of both.
+    pub p999_px: f64,
     /// The slot that is off the most.
-    pub(crate) worst: Option<u32>,
-    pub(crate) points: u64,
+    pub worst: Option<u32>,
+    /// Points that were measured.
+    pub points: u64,
     /// Instances that were measured, and those that are drawn at a level.
-    pub(crate) instances: [u64; 2],
+    pub instances: [u64; 2],
+}
+
+/// The most that any point may be off, in thresholds: between the points that a bake measured there are others.
+pub const MOST_EXCESS: f64 = 1.2;
+
+impl Measured {
+    /// Whether a threshold is kept: by 99.9 % of the points, and by all of them to [`MOST_EXCESS`] of it. NaN is not kept.
+    #[must_use]
+    pub fn keeps(&self, pixels: f64) -> bool {
+        let rounding = 1.0 + 1e-6;
+        self.p999_px <= pixels * rounding && self.max_px <= pixels * MOST_EXCESS * rounding
+    }
 }
 
 /// Measures one view after another.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Meter {
+pub struct Meter {
     /// Random points of a view, each way, shared out among its instances.
-    pub(crate) points: usize,
-    pub(crate) seed: u64,
+    pub points: usize,
+    /// For the places of those points.
+    pub seed: u64,
 }
 
 /// An instance has at least so many random points, each way.
@@ -38,7 +54,8 @@ impl Meter {
     /// Both ways: from random points and vertices of the original to the nearest triangle that was chosen, and from those back.
     /// Distances are in the world, and a pixel is as large as where the point is: an angle, at the image's centre,
     /// or with [`Lod::at_corners`] the smaller one of where the point is in the image.
-    pub(crate) fn measure(
+    #[must_use]
+    pub fn measure(
         &self,
         scene: &Scene,
         view: &View,
