@@ -340,7 +340,7 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
             format!("detail under {px} {unit}{clusters} (lossy){samples}")
         }
         Stage::Lod => {
-            let Lod { pixels, at_corners, triangles } = culler.lod.unwrap_or_default();
+            let Lod { pixels, at_corners, triangles, .. } = culler.lod.unwrap_or_default();
             let corners = if at_corners { ", in the corners too" } else { "" };
             let ball = args.lod_ball.map_or_else(String::new, |r| format!(", steady within {r}"));
             let within = match (triangles, pixels > 0.0) {

@@ -165,8 +165,14 @@ struct Surface {
 }
 
 impl Surface {
-    fn new(mesh: &Mesh, triangles: impl Iterator<Item = u32>, turn: &DMat3) -> Self {
-        let place = |p: [f32; 3]| (*turn * DVec3::from(p.map(f64::from))).as_vec3().to_array();
+    /// All of a mesh but its triangles without area, which have no surface.
+    fn whole(mesh: &Mesh, turn: &DMat3, place: DVec3) -> Self {
+        Self::new(mesh, 0..mesh.triangle_count() - mesh.degenerate_count(), turn, place)
+    }
+
+    fn new(mesh: &Mesh, triangles: impl Iterator<Item = u32>, turn: &DMat3, around: DVec3) -> Self {
+        let place =
+            |p: [f32; 3]| (*turn * DVec3::from(p.map(f64::from)) + around).as_vec3().to_array();
         let positions: Vec<[f32; 3]> = triangles.flat_map(|t| mesh.corners(t)).map(place).collect();
         let indices = (0..positions.len() as u32).collect();
         Self { positions, indices }
@@ -180,15 +186,30 @@ impl Task<'_> {
         let transform = self.scene.transform(slot);
         let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
         let turn = DMat3::from_cols(x, y, z);
-        let own = self.scene.mesh(slot);
-        // Triangles without area have no surface.
-        let whole = own.triangle_count() - own.degenerate_count();
-        let original = Surface::new(own, 0..whole, &turn);
+        let original = match self.scene.is_stand_in(slot) {
+            true => self.stood_for_by(slot),
+            false => Surface::whole(self.scene.mesh(slot), &turn, DVec3::ZERO),
+        };
         let mesh = self.scene.mesh_at(slot, chosen.level);
-        let coarse = Surface::new(mesh, triangles.iter().copied(), &turn);
+        let coarse = Surface::new(mesh, triangles.iter().copied(), &turn, DVec3::ZERO);
         let eye =
             self.pixels.scale.eye.map(|e| DVec3::from(e) - DVec3::from(transform.translation));
         [self.one_way(&original, &coarse, eye), self.one_way(&coarse, &original, eye)]
+    }
+
+    /// All instances that one stands for, around its place.
+    fn stood_for_by(&self, stand_in: u32) -> Surface {
+        let around = DVec3::from(self.scene.transform(stand_in).translation);
+        let mut all = Surface { positions: Vec::new(), indices: Vec::new() };
+        for slot in self.scene.stood_for_by(stand_in) {
+            let transform = self.scene.transform(slot);
+            let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
+            let turn = DMat3::from_cols(x, y, z);
+            let place = DVec3::from(transform.translation) - around;
+            all.positions.extend(Surface::whole(self.scene.mesh(slot), &turn, place).positions);
+        }
+        all.indices.extend(0..all.positions.len() as u32);
+        all
     }
 
     fn one_way(&self, from: &Surface, to: &Surface, eye: Option<DVec3>) -> Distances {

@@ -1,5 +1,6 @@
 //! The fewest triangles of a surface within a bound that is measured against another: the instances in full.
 
+use super::MEASURED;
 use super::surface::Surface;
 use crate::levels::simplifier::{Target, simplify};
 use crate::levels::{LevelsError, SurfaceTree, inner_points, surface_points};
@@ -8,8 +9,6 @@ use crate::levels::{LevelsError, SurfaceTree, inner_points, surface_points};
 const SHARES: [f32; 3] = [0.5, 0.7, 0.3];
 /// How often what is too far is locked and all simplified again, for each share.
 const ROUNDS: u32 = 6;
-/// Seed of the points that are measured: another than those of independent measurements.
-const SEED: u64 = 0x6d65_7267_6564;
 /// The most points of a surface that are measured.
 const MOST_POINTS: usize = 1_000_000;
 
@@ -23,9 +22,11 @@ impl Measure {
     /// Of all instances of a group: by their vertices, and as many points of their surface twice over.
     pub(super) fn new(original: &Surface) -> Self {
         let Surface { positions, indices, .. } = original;
-        let count = (indices.len() / 3 * 2).clamp(10_000, MOST_POINTS);
-        let mut points: Vec<[f32; 3]> =
-            surface_points(positions, indices, count, SEED).iter().map(|p| p.point).collect();
+        let count = (indices.len() / 3 * MEASURED.points as usize).clamp(10_000, MOST_POINTS);
+        let mut points: Vec<[f32; 3]> = surface_points(positions, indices, count, MEASURED.seed)
+            .iter()
+            .map(|p| p.point)
+            .collect();
         let step = positions.len().div_ceil(MOST_POINTS).max(1);
         points.extend(positions.iter().step_by(step));
         Self { tree: SurfaceTree::new(positions, indices), points }
@@ -108,12 +109,12 @@ impl Measure {
         for t in 0..(indices.len() / 3) as u32 {
             let three = corners(indices, t);
             let places = three.map(|v| input.positions[v as usize]);
-            for point in inner_points(places, SEED, t, 4) {
+            for point in inner_points(places, MEASURED.seed, t, MEASURED.reverse_points) {
                 test(&self.tree, point, &|| Some(three));
             }
         }
         let count = (indices.len() / 3 * 8).clamp(5_000, MOST_POINTS);
-        for p in surface_points(&input.positions, indices, count, SEED + 1) {
+        for p in surface_points(&input.positions, indices, count, MEASURED.seed + 1) {
             test(&self.tree, p.point, &|| Some(corners(indices, p.triangle)));
         }
         if exceeded { Tested::Locked(newly) } else { Tested::Within(error) }

@@ -1,6 +1,7 @@
 //! `cullet bake`: a GLB with levels of every mesh beside it.
 
 mod chunk;
+mod merge;
 mod mesh;
 
 use std::path::Path;
@@ -40,6 +41,9 @@ struct Record {
     hierarchies: u64,
     /// Triangles of all levels, the original ones among them.
     levels_triangles: u64,
+    /// Groups of instances, merged, and triangles of all their levels.
+    merged_groups: u64,
+    merged_triangles: u64,
     /// How many chains and hierarchies were taken from finished ones.
     resumed: u64,
     /// Of the file.
@@ -133,6 +137,7 @@ fn bake(
     args: &BakeArgs,
     console: &Console,
 ) -> Result<Record, Failure> {
+    model.scene.clear_stand_ins();
     let used = used(&model.scene);
     (0..used.len() as u32).for_each(|mesh| model.scene.clear_levels(mesh));
     let stored = |m: usize| u64::from(model.scene.meshes()[m].triangle_count());
@@ -207,6 +212,10 @@ fn bake(
     }
     record.meshes_with_levels = baked.meshes.len() as u64;
     model.baked = Some(baked);
+    if args.merge {
+        let merged = merge::run(model, args, console)?;
+        (record.merged_groups, record.merged_triangles) = (merged.groups, merged.triangles);
+    }
     Ok(record)
 }
 
@@ -319,6 +328,13 @@ fn print(r: &Record, args: &BakeArgs, console: &Console) {
         count(r.levels_triangles, "triangle", "triangles"),
         grouped(r.triangles)
     ));
+    if args.merge {
+        console.line(format!(
+            "{}, with {} in all levels",
+            count(r.merged_groups, "merged group of instances", "merged groups of instances"),
+            count(r.merged_triangles, "triangle", "triangles")
+        ));
+    }
     if r.resumed > 0 {
         console.line(format!("{} taken from what was finished before", grouped(r.resumed)));
     }

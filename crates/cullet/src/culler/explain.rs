@@ -81,7 +81,7 @@ impl Culler {
         let (mut scratch, mut all, mut result) =
             (Scratch::default(), Visible::default(), Visible::default());
         let has_budget = telling.lod.is_some_and(|lod| lod.triangles.is_some());
-        let stands = telling.lod.is_some() && scene.stand_ins().is_some();
+        let stands = telling.lod.is_some_and(|lod| lod.stand_ins) && scene.stand_ins().is_some();
         if telling.occlusion.is_some() || has_budget || stands {
             // Occluders of an instance are all the others, a budget is all instances', and who stands for one does so for
             // others too, so the whole scene is culled first.

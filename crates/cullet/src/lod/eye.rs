@@ -20,12 +20,14 @@ pub struct Lod {
     /// the instances that are left when levels are chosen, before any of their clusters is culled; those without levels count
     /// in full, and where the coarsest of all are still too many, they are drawn. Default none.
     pub triangles: Option<u64>,
+    /// Whether instances that [stand for others](crate::Scene::stand_for) are drawn in their place. Default on.
+    pub stand_ins: bool,
 }
 
 impl Default for Lod {
     /// A pixel at the centre of the image.
     fn default() -> Self {
-        Self { pixels: 1.0, at_corners: false, triangles: None }
+        Self { pixels: 1.0, at_corners: false, triangles: None, stand_ins: true }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Instances that stand for others: one mesh with levels of detail in place of many instances that are far away.
 
+use std::collections::HashSet;
+
 use thiserror::Error;
 
 use super::order::{gather_bits, rearrange, rearrange_bits};
@@ -111,7 +113,7 @@ impl Scene {
         if is_stand_in(own) || is_taken(own) {
             return Err(StandInError::Taken(stand_in));
         }
-        let (mut slots, mut below) = (Vec::with_capacity(others.len()), Vec::new());
+        let (mut slots, mut below) = (HashSet::with_capacity(others.len()), Vec::new());
         for &other in others.iter().chain([&stand_in]) {
             let slot = self.slot(other)?;
             if !self.is_rigid(slot) || bits::get(&self.exempt, slot as usize) {
@@ -129,10 +131,8 @@ impl Scene {
                     Some(number) if !below.contains(&number) => below.push(number),
                     _ => return Err(StandInError::Taken(other)),
                 }
-            } else if is_taken(slot) || slots.contains(&slot) {
+            } else if is_taken(slot) || !slots.insert(slot) {
                 return Err(StandInError::Taken(other));
-            } else {
-                slots.push(slot);
             }
         }
         let at = own as usize;
@@ -181,9 +181,9 @@ impl Scene {
     #[must_use]
     pub fn stand_in_of(&self, slot: u32) -> Option<u32> {
         let stands = self.stand_ins.as_deref()?;
-        let above = match stands.all.iter().find(|s| s.slot == slot && self.is_stand_in(slot)) {
-            Some(own) => own.above,
-            None => stands.of_slot(slot),
+        let above = match stands.has(slot as usize) {
+            true => stands.all.iter().find(|s| s.slot == slot)?.above,
+            false => stands.of_slot(slot),
         };
         Some(stands.all.get(above as usize)?.slot)
     }

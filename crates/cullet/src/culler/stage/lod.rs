@@ -42,7 +42,7 @@ pub(in super::super) fn instances(
             lod.pixels = within_budget(frame, &lod, most, &scale, cache, set);
         }
         // Of one alone it is known.
-        let stands = scene.stand_ins().filter(|_| frame.only.is_none());
+        let stands = scene.stand_ins().filter(|_| frame.only.is_none() && lod.stand_ins);
         if stands.is_some() {
             cache.stand_ins.open(frame, &lod, &scale, set);
         }
@@ -84,7 +84,8 @@ fn within_budget(
 ) -> f64 {
     let scene = frame.scene;
     let budget = &mut cache.budget;
-    budget.begin(lod.pixels, scene.stand_ins().filter(|_| frame.only.is_none()));
+    let stands = scene.stand_ins().filter(|_| frame.only.is_none() && lod.stand_ins);
+    budget.begin(lod.pixels, stands);
     let finest = Lod { pixels: budget.finest(), ..*lod };
     let mut all = 0;
     for &word in &set.live {
@@ -92,7 +93,7 @@ fn within_budget(
             let levels = scene.levels(scene.mesh_id(slot));
             let whole = scene.tally_of(slot).counts;
             all += whole.triangles;
-            let by = scene.stand_ins().map_or(NO_STAND_IN, |s| s.of_slot(slot));
+            let by = stands.map_or(NO_STAND_IN, |s| s.of_slot(slot));
             let is_exempt = bits::get(scene.exempt(), slot as usize);
             if levels.is_empty() || is_exempt || !scene.is_rigid(slot) {
                 budget.add_whole(by, whole);
@@ -102,7 +103,7 @@ fn within_budget(
             budget.add(by, whole, levels.iter().map(|l| &l.levels), &eye);
         }
     }
-    if let Some(stands) = scene.stand_ins() {
+    if let Some(stands) = stands {
         for (number, stand_in) in (0..).zip(&stands.all) {
             let slot = stand_in.slot;
             let levels = if stand_in.off { &[] } else { scene.levels(scene.mesh_id(slot)) };
