@@ -208,6 +208,47 @@ mod tests {
     }
 
     #[test]
+    fn who_stands_for_others_is_drawn_in_their_place_and_loses_nothing() {
+        let mut scene = Scene::new();
+        let mesh = Balls::new(&[32, 16, 8], 1.0).add_to(&mut scene);
+        let place = |k: i32| [f64::from(k % 6) * 2.4 - 6.0, 0.0, -4.0 * f64::from(k / 6)];
+        let balls: Vec<_> = (0..24)
+            .map(|k| scene.add(Instance::new(mesh, Transform::from_translation(place(k)))).unwrap())
+            .collect();
+        // A wall hides some of a group, so that what is drawn of it depends on more than levels.
+        let wall =
+            scene.add_mesh(cullet_testkit::meshes::block([-2.0, -2.0, 0.0], [2.0, 2.0, 0.1]));
+        scene.add(Instance::new(wall, Transform::from_translation([-3.0, 0.0, 3.0]))).unwrap();
+        // A ball around all of a row, said to be nearer to it than it is: only who is drawn matters here.
+        let row = Balls::new(&[16, 9, 4], 0.02).add_to(&mut scene);
+        for (k, row_of) in balls.chunks(6).enumerate() {
+            let at =
+                Transform::from_scale_translation([7.5, 1.0, 1.0], [0.0, 0.0, -4.0 * k as f64]);
+            let own = scene.add(Instance::new(row, at)).unwrap();
+            scene.stand_for(own, row_of).unwrap();
+        }
+        scene.commit();
+        scene.prepare(culler(1.0).preparation());
+        let mut drawn = [0; 2];
+        for pixels in [0.3, 3.0, 12.0] {
+            let v = verified(&scene, pixels);
+            assert!(
+                v.full.false_culls.is_empty() && v.levels.false_culls.is_empty(),
+                "{pixels}: {:?}",
+                v.levels.false_culls
+            );
+            let stands = v.levels.result.slots().filter(|&s| scene.is_stand_in(s)).count();
+            drawn[usize::from(pixels > 1.0)] += stands;
+            assert!(v.levels.potentially_visible <= v.cut.triangle_count);
+            // An instance and who stands for it are the same to see, where both are.
+            assert!(v.pixels.differ < v.pixels.all / 5, "{:?}", v.pixels);
+            let owners = v.levels.frame.ids.iter().zip(&v.levels.culled_frame.ids);
+            assert_eq!(owners.filter(|(a, b)| a != b).count() as u64, v.pixels.uncovered);
+        }
+        assert!(drawn[0] == 0 && drawn[1] > 2, "{drawn:?}");
+    }
+
+    #[test]
     fn what_levels_do_not_excuse_is_a_false_cull() {
         let scene = balls();
         let v = verified(&scene, 1.0);

@@ -269,6 +269,35 @@ mod tests {
     }
 
     #[test]
+    fn who_stands_for_others_is_measured_against_all_of_them() {
+        let mut scene = Scene::new();
+        let ball = scene.add_mesh(Balls::new(&[24, 4], 1.0).mesh);
+        let places = [[1.0, 0.5, 0.0], [0.0, 0.5, 1.0], [-1.0, 0.5, -1.0]];
+        let balls = places.map(|at| {
+            let at = Transform::from_scale_translation([0.3; 3], [at[0], at[1], at[2] + 1e5]);
+            scene.add(Instance::new(ball, at)).unwrap()
+        });
+        // Nothing like them, but never off by more than all of it is large.
+        let like = Balls::new(&[9, 6, 4], 1.0).add_to(&mut scene);
+        let at = Transform::from_scale_translation([1.5; 3], [0.0, 0.5, 1e5]);
+        let own = scene.add(Instance::new(like, at)).unwrap();
+        scene.stand_for(own, &balls).unwrap();
+        scene.commit();
+        let own = scene.slot(own).unwrap();
+        let view = look([0.0, 0.5, 1e5 + 100.0], [0.0, 0.5, 1e5], [640, 400]);
+        let lod = Lod { pixels: 20.0, ..Lod::default() };
+        let culler = Culler { lod: Some(lod), output: Output::Triangles, ..Culler::exact() };
+        let cut = cull(&culler.only(Stage::Lod), &scene, &view);
+        assert_eq!(cut.slots().collect::<Vec<_>>(), [own]);
+        let meter = Meter { points: 20_000, seed: 7 };
+        let found = meter.measure(&scene, &view, &lod, &cut, &cut);
+        assert_eq!((found.instances, found.worst), ([1, 1], Some(own)));
+        // From the shell to the nearest ball, and no farther than to one beyond the middle.
+        let pixel = 100.0 / PixelScale::of(&view, false).pixels;
+        assert!((0.4..2.5).contains(&(found.max_px * pixel)), "{found:?}");
+    }
+
+    #[test]
     fn honest_levels_keep_their_threshold_and_others_are_found_out() {
         let view = look([0.0, 1.0, 1e5 + 6.0], [0.0, 0.0, 1e5], [640, 400]);
         for pixels in [0.3, 1.0, 3.0] {
