@@ -99,7 +99,7 @@ const EM: f64 = 20.0;
 
 /// Runs the command.
 pub(super) fn run(args: &MeshReductionArgs, levels: LoadLevels<'_>, console: &Console) -> Outcome {
-    if !(DVec3::from(args.from).length() > 0.0) {
+    if DVec3::from(args.from).try_normalize().is_none() {
         return Err(Failure::usage("--from 0,0,0 is no direction; try 0.5,0.2,1"));
     }
     let model = levels(&SceneArgs::of(&args.model), console)?;
