@@ -86,7 +86,7 @@ pub use picture::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
     culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };
-pub use picture::{beside, difference, levels as level_colors, shaded_levels};
+pub use picture::{beside, difference, levels as level_colors, shaded_clear, shaded_levels};
 pub use reference::render_ref;
 pub use render::render;
 pub use steps::LevelSteps;

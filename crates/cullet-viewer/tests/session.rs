@@ -462,10 +462,10 @@ fn a_door_that_is_shut_hides_what_was_behind_it() {
 #[test]
 fn what_pops_is_marked_and_what_fades_does_not_come_at_once() {
     let mut session = begin("stages.detail_px=8&look.colour=pops", "city:sub=1");
-    let near = session.state.camera.clone().expect("fitted");
-    let mut far = near.clone();
+    let near = session.state.camera.expect("fitted");
+    let mut far = near;
     far.distance *= 1.3;
-    session.state.camera = Some(far.clone());
+    session.state.camera = Some(far);
     settle(&mut session);
     let went = session.pops.went.clone();
     assert!(went.len() > 20, "{}", session.pops.text());
@@ -473,7 +473,7 @@ fn what_pops_is_marked_and_what_fades_does_not_come_at_once() {
     let small =
         |slot: &u32| reasons[*slot as usize].map(|r| r.stage) == Some(cullet::Stage::Detail);
     assert!(went.iter().all(small));
-    session.state.camera = Some(near.clone());
+    session.state.camera = Some(near);
     settle(&mut session);
     // The way back is the same way.
     assert_eq!((&session.pops.came, session.pops.went.len()), (&went, 0));

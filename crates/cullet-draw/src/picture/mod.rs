@@ -29,7 +29,7 @@ pub use map::top_down;
 pub use occlusion::{Culled, hidden, occluders, occlusion_buffer};
 pub use opened::{OpenedScene, cut_away, opened};
 pub use outside::Outlook;
-pub use shaded::{shaded, shaded_levels};
+pub use shaded::{shaded, shaded_clear, shaded_levels};
 pub use teach::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
     culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,

@@ -29,7 +29,7 @@ const AMBIENT_RADIUS: f64 = 0.035;
 /// Cost: some 0.3 µs a pixel on one core.
 #[must_use]
 pub fn shaded(scene: &Scene, frame: &Frame, view: &View, material_colors: &[[f32; 4]]) -> Picture {
-    shade(scene, frame, view, material_colors, &Surfaces::new(scene, &frame.ids))
+    shade(HAZE, scene, frame, view, material_colors, &Surfaces::new(scene, &frame.ids))
 }
 
 /// As [`shaded`], for a frame of a visible set in which instances have levels of detail.
@@ -41,10 +41,23 @@ pub fn shaded_levels(
     visible: &Visible,
     material_colors: &[[f32; 4]],
 ) -> Picture {
-    shade(scene, frame, view, material_colors, &Surfaces::of_visible(scene, visible))
+    shade(HAZE, scene, frame, view, material_colors, &Surfaces::of_visible(scene, visible))
+}
+
+/// As [`shaded_levels`], without haze: of a model that is alone, from however far it is seen.
+#[must_use]
+pub fn shaded_clear(
+    scene: &Scene,
+    frame: &Frame,
+    view: &View,
+    visible: &Visible,
+    material_colors: &[[f32; 4]],
+) -> Picture {
+    shade(0.0, scene, frame, view, material_colors, &Surfaces::of_visible(scene, visible))
 }
 
 fn shade(
+    haze: f64,
     scene: &Scene,
     frame: &Frame,
     view: &View,
@@ -62,24 +75,14 @@ fn shade(
             |c| DVec3::new(f64::from(c[0]), f64::from(c[1]), f64::from(c[2])),
         )
     };
-    light(scene, frame, view, surfaces, color)
+    light_through(haze, scene, frame, view, surfaces, color)
 }
 
 /// How much haze there is far away in a landscape.
 const HAZE: f64 = 0.42;
 
-/// Lights a frame whose surfaces have these linear colours.
-pub(crate) fn light(
-    scene: &Scene,
-    frame: &Frame,
-    view: &View,
-    surfaces: &Surfaces,
-    color: impl Fn(PixelId) -> DVec3 + Sync,
-) -> Picture {
-    light_through(HAZE, scene, frame, view, surfaces, color)
-}
-
-/// [`light`] with so much haze far away, 0 to 1: none where colours carry the meaning.
+/// Lights a frame whose surfaces have these linear colours, with so much haze far away, 0 to 1: none where colours carry the
+/// meaning.
 pub(crate) fn light_through(
     air: f64,
     scene: &Scene,

@@ -245,7 +245,7 @@ fn small(name: &str, console: &Console, add: &mut impl FnMut(Row)) -> Result<(),
                 .rows
                 .iter()
                 .find(|row| (row.stage, row.unit) == (Stage::Detail, Unit::Instances));
-            let took = own.and_then(|row| row.time()).unwrap_or(0);
+            let took = own.and_then(cullet::FunnelRow::time).unwrap_or(0);
             best[0] = best[0].min(took as f64 * 1e-6);
         }
         let level = crate::machine::levels().last().map_or(culler.level, |l| l.1);

@@ -47,7 +47,7 @@ pub(crate) struct MeshReductionArgs {
     #[arg(long, value_name = "PX", default_value_t = 1.0, value_parser = parse::lod_pixels, allow_hyphen_values = true)]
     pixels: f64,
     /// From where the model is seen: a direction from its middle
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, default_value = "-0.5,0.25,-1")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::point, allow_hyphen_values = true, default_value = "0.5,0.2,1")]
     from: [f64; 3],
     /// Random points from which each is measured, each way
     #[arg(long, value_name = "N", default_value_t = 400_000, value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
@@ -99,8 +99,8 @@ const EM: f64 = 20.0;
 
 /// Runs the command.
 pub(super) fn run(args: &MeshReductionArgs, levels: LoadLevels<'_>, console: &Console) -> Outcome {
-    if !(DVec3::from(args.from).length() > 0.0) {
-        return Err(Failure::usage("--from 0,0,0 is no direction; try -0.5,0.25,-1"));
+    if DVec3::from(args.from).try_normalize().is_none() {
+        return Err(Failure::usage("--from 0,0,0 is no direction; try 0.5,0.2,1"));
     }
     let model = levels(&SceneArgs::of(&args.model), console)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
@@ -184,7 +184,7 @@ fn measure(
     let draw = |view: &View, cut: &Visible| {
         let options = RenderOptions { scale: 2, ..RenderOptions::default() };
         let frame = cullet_draw::render(scene, view, Selection::Visible(cut), &options);
-        cullet_draw::shaded_levels(scene, &frame, view, cut, &colors).halved()
+        cullet_draw::shaded_clear(scene, &frame, view, cut, &colors).halved()
     };
     let (mut rows, mut shown) = (Vec::new(), Vec::new());
     let mut progress = console.progress("sizes", args.sizes.len() as u64);

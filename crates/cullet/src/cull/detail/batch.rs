@@ -117,10 +117,7 @@ impl BatchSizes {
             let part = rest.trailing_zeros() as usize;
             rest &= rest - 1;
             let Some(block) = blocks.get(part) else { break };
-            let own = match weights {
-                Some(weights) => Some(&weights[part]),
-                None => None,
-            };
+            let own = weights.map(|weights| &weights[part]);
             let (own_small, own_large) = self.decide_with(simd, block, own);
             small |= u64::from(own_small) << (part * LANES);
             large |= u64::from(own_large) << (part * LANES);

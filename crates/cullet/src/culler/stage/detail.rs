@@ -23,11 +23,11 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
         batch: BatchSizes::new(frame.view, scene.origin(), &detail),
     };
     // Of the nodes above a word: words ascend.
-    let (mut above, mut blocks) = (Decided::NONE, Decided::NONE);
+    let mut above = Decided::NONE;
     let dropped = set.filter(scene, Stage::Detail, log, |word, tested| {
         // Four words below a node over 256 slots, of which sixteen are decided at once.
         if above.number != word / 64 {
-            above = sizes.of_nodes(1, word / 64);
+            above = sizes.of_nodes(word / 64);
         }
         let lane = word / 4 % LANES;
         if above.small >> lane & 1 != 0 {
@@ -36,19 +36,11 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
         if above.large >> lane & 1 != 0 {
             return 0;
         }
-        if blocks.number != word / 4 {
-            blocks = sizes.of_nodes(0, word / 4);
-        }
-        let (mut small, mut wanted) = (0, 0);
-        for part in 0..4 {
-            let own = tested & 0xffff << (part * LANES);
-            let lane = word * 4 % LANES + part;
-            if blocks.small >> lane & 1 != 0 {
-                small |= own;
-            } else if own != 0 && blocks.large >> lane & 1 == 0 {
-                wanted |= 1 << part;
-            }
-        }
+        let mut small = 0;
+        let wanted = (0..4).fold(0, |wanted, part| {
+            let own = tested >> (part * LANES) & 0xffff;
+            wanted | u8::from(own != 0) << part
+        });
         if wanted != 0 {
             let (surely, doubtful) = sizes.of_blocks(word, wanted);
             small |= tested & surely;
@@ -60,7 +52,11 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
     log.instance_row(Stage::Detail, dropped);
 }
 
-/// What is known of sixteen nodes of a level.
+/// The level of the nodes that are decided: over 256 instances. Those over 16 were, too: at a threshold at which
+/// few of them are decided, that took more than it gained.
+const LEVEL: usize = 1;
+
+/// What is known of sixteen nodes.
 #[derive(Clone, Copy, Debug)]
 struct Decided {
     /// Which sixteen.
@@ -82,18 +78,18 @@ struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// Decides sixteen nodes of a level, each over 16 or, on level 1, over 256 slots.
-    fn of_nodes(&self, level: usize, number: usize) -> Decided {
+    /// Decides sixteen nodes.
+    fn of_nodes(&self, number: usize) -> Decided {
         let scene = self.frame.scene;
         let nodes = scene.hierarchy().nodes();
         let none = Decided { number, ..Decided::NONE };
-        let Some(block) = nodes.levels().get(level).and_then(|boxes| boxes.blocks().get(number))
+        let Some(block) = nodes.levels().get(LEVEL).and_then(|boxes| boxes.blocks().get(number))
         else {
             return none;
         };
         let first = number * LANES;
-        let sizes = nodes.sizes_below(level).get(first..).unwrap_or_default();
-        let slots = LANES.pow(level as u32 + 1);
+        let sizes = nodes.sizes_below(LEVEL).get(first..).unwrap_or_default();
+        let slots = LANES.pow(LEVEL as u32 + 1);
         // Slots that came since the nodes were made are below none.
         let covered = (nodes.len() / slots).saturating_sub(first).min(LANES);
         let weights = scene.size_weights(0).map(|_| {
@@ -123,8 +119,9 @@ impl Sizes<'_> {
         });
         let level = self.frame.culler.level;
         let (small, large) = self.batch.decide(level, blocks, wanted, weights.as_ref());
-        let of_wanted = (0..4)
-            .fold(0, |all, part| all | u64::from(wanted >> part & 1) * 0xffff << (part * LANES));
+        let of_wanted = (0..4).fold(0, |all, part| {
+            all | ((u64::from(wanted >> part & 1) * 0xffff) << (part * LANES))
+        });
         (small, of_wanted & !small & !large)
     }
 
