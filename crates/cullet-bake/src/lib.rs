@@ -1,7 +1,8 @@
 //! Prepares meshes for culling: what is done once, so that every frame is cheaper.
 //!
 //! [`clusters`] cuts a mesh into clusters that are culled often; [`joint`] joins them into a hierarchy,
-//! where that pays; [`levels`] makes it of fewer triangles, with errors that are measured; [`occluders`] finds boxes and
+//! where that pays; [`levels`] makes it of fewer triangles, with errors that are measured; `merged` does so of groups of instances;
+//! [`occluders`] finds boxes and
 //! polygons that hide what the mesh hides; [`pvs`] finds which cells of a graph of portals see each other, [`sampled`] what
 //! can be seen from anywhere in any scene; [`rooms`] finds the cells and portals of closed interiors; [`container`] is the file that such results are kept in.
 #![forbid(unsafe_code)]
@@ -12,6 +13,8 @@ mod corners;
 mod hash;
 pub mod joint;
 pub mod levels;
+#[cfg(feature = "meshopt")]
+pub mod merged;
 pub mod occluders;
 pub mod pvs;
 mod random;

@@ -61,6 +61,8 @@ Examples
   cullet bench pays                          whether occlusion gives back what it takes, scene by scene
   cullet reproduce assarsson-moller          what each trick of the paper on frustum culling gains
   cullet reproduce zhang-hoff                Table 1 and Graph 1 of the paper on normal masks
+  cullet reproduce mesh-reduction --model armadillo.obj
+                                             smaller and smaller, of fewer and fewer triangles
   cullet calibrate                           what a triangle costs here, for reports in milliseconds
   cullet reproduce johannsen-carter          clusters and their bounds, beside the ideal
 

@@ -7,9 +7,9 @@ use cullet_command::args::SceneArgs;
 use cullet_command::auto_cells::AUTO;
 use cullet_command::console::{Console, count, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_command::files::write_json;
+use cullet_command::files::write_results;
 use cullet_command::inputs;
-use cullet_io::{Model, SaveFormat, save};
+use cullet_io::{Model, SaveFormat};
 use serde::Serialize;
 
 use crate::record::SCHEMA;
@@ -85,13 +85,7 @@ pub(crate) fn run(args: &CellsArgs, console: &Console) -> Outcome {
     }
     let record = measure(&model);
     print(&record, console);
-    if let Some(path) = &args.out {
-        save(&model, path).map_err(Failure::input)?;
-        console.line(format!("{} written", path.display()));
-    }
-    if let Some(path) = &args.json {
-        write_json(path, &record)?;
-    }
+    write_results(&model, args.out.as_deref(), &record, args.json.as_deref(), console)?;
     Ok(Exit::Fine)
 }
 

@@ -4,6 +4,7 @@
 mod args;
 mod backfaces;
 mod baked;
+mod baker;
 mod bounds;
 mod cells;
 mod check_occlusion;
@@ -28,7 +29,6 @@ mod report;
 mod scenes;
 mod serve;
 mod shape;
-mod simplify;
 mod standpoint;
 mod survey;
 mod verify;
@@ -61,13 +61,15 @@ fn run(cli: &Cli) -> Outcome {
         Command::Replay(args) => replay::run(args, &console(args.json.as_deref())),
         Command::Info(args) => info::run(args, &console(args.json.as_deref())),
         Command::Scenes(args) => scenes::run(args, &console(args.json.as_deref())),
-        Command::Bench(args) if args.is_of_levels() => simplify::run("bench", cli.quiet),
-        Command::Bench(args) => bench::run(args, &console(args.json())),
-        Command::Reproduce(args) => reproduce::run(args, &console(args.json())),
+        Command::Bench(args) if args.is_of_levels() => baker::run("bench", cli.quiet),
+        Command::Bench(args) => bench::run(args, &levels::load_with_levels, &console(args.json())),
+        Command::Reproduce(args) => {
+            reproduce::run(args, &levels::load_with_levels, &console(args.json()))
+        }
         Command::Calibrate(args) => calibrate::run(args, &console(args.json())),
         Command::Cut(args) => cut::run(args, &console(args.json.as_deref())),
-        Command::Bake(_) => simplify::run("bake", cli.quiet),
-        Command::Simplify(_) => simplify::run("simplify", cli.quiet),
+        Command::Bake(_) => baker::run("bake", cli.quiet),
+        Command::Simplify(_) => baker::run("simplify", cli.quiet),
         Command::Occluders(args) => occluders::run(args, &console(args.json.as_deref())),
         Command::Occscn(args) => occscn::run(args, &console(None)),
         Command::View(args) => view::run(args),

@@ -450,7 +450,7 @@ fn check(
         grouped(6 * u64::from(SIDE) * u64::from(SIDE)),
         digits(found.pixel_error() * 100.0),
         grouped(found.missing),
-        count(found.seen, "thing that is seen", "things that are seen"),
+        count(found.seen, "visible target", "visible targets"),
         digits(found.missing_share() * 100.0),
     ));
     if let Some(worst) = found.worst {

@@ -10,10 +10,11 @@ use cullet_draw::{
     Frame, FrameStats, LevelSteps, LevelsVerification, PixelId, Verification, VerifyOptions,
 };
 use cullet_io::Model;
+use cullet_measure::deviation::Meter;
 
 use crate::backfaces::BackfaceTest;
 use crate::bounds::BoundsTest;
-use crate::levels::{DeviationRecord, Ladder, LevelsRecord, Measured, Meter};
+use crate::levels::{DeviationRecord, Ladder, LevelsRecord};
 use crate::names::{name_of, reason_text};
 use crate::record::{
     Counts, DepthRecord, Loss, Removed, StageRecord, ViewRecord, WholeRecord, tightness,
@@ -220,7 +221,7 @@ impl Survey {
             culler.cull_one(scene, view, state, &mut result);
             result
         };
-        let Some((lod, ladder)) = self.culler.lod.zip(self.ladder.as_mut()) else {
+        let Some((mut lod, ladder)) = self.culler.lod.zip(self.ladder.as_mut()) else {
             let seen = if verify {
                 let state = &mut self.state;
                 Seen::of(cullet_draw::verify(scene, view, &self.culler, state, &self.options))
@@ -242,6 +243,8 @@ impl Survey {
             let full = of(cull(&without, &mut self.full_state));
             (of(cull(&self.culler, &mut self.state)), full, None)
         };
+        // What a budget came to is what is stated.
+        lod.pixels = seen.result.lod_pixels.unwrap_or(lod.pixels);
         let [frustum, backface] = ladder.climb(scene, view);
         let steps = LevelSteps::new(scene);
         let visible = |seen: &Seen| seen.verification.as_ref().map(|v| v.visible);
@@ -260,18 +263,9 @@ impl Survey {
             pixels: chosen.as_ref().map(|(_, pixels)| (*pixels).into()),
             deviation: chosen.as_ref().map(|(cut, _)| {
                 let meter = Meter { points: LEVEL_POINTS, seed: self.options.seed };
-                let Measured { max_px, p999_px, worst, points, instances } =
-                    meter.measure(scene, view, &lod, cut, &seen.result);
-                let worst = worst.map(|slot| name_of(&self.model, slot));
-                let found = DeviationRecord {
-                    max_px,
-                    p999_px,
-                    worst,
-                    points,
-                    instances,
-                    ..DeviationRecord::default()
-                };
-                found.judged(&lod)
+                let found = meter.measure(scene, view, &lod, cut, &seen.result);
+                let worst = found.worst.map(|slot| name_of(&self.model, slot));
+                DeviationRecord::of(&found, worst, &lod)
             }),
         };
         seen.full = Some(Box::new(full));

@@ -140,7 +140,7 @@ pub(crate) fn run(args: &VerifyArgs, console: &Console) -> Outcome {
     let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
-    let views = inputs::views(&model, &args.input.view, console)?;
+    let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;
     let options = cullet_draw::VerifyOptions {
         samples: args.samples,
         seed: args.input.view.seed,

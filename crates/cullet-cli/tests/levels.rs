@@ -110,6 +110,20 @@ fn what_levels_state_is_what_verify_finds() {
     let drawn: f64 = levels["drawn"].as_array().unwrap().iter().map(number).sum();
     assert_eq!(drawn, rungs[4]);
 
+    // A budget comes to a threshold of its own, which is the one that is stated; the second view stays in the ball of the first.
+    let more = ["--lod-triangles", "2300", "--lod-ball", "100"];
+    let (code, said, found) = verify(&honest, &folder.path("budget.json"), &more);
+    let levels = &found["summary"]["levels"];
+    let d = &levels["deviation"];
+    assert_eq!(
+        (code, &d["kept"], &found["summary"]["false_culls"]),
+        (Some(0), &true.into(), &0.into()),
+        "{said}"
+    );
+    assert!(number(&d["threshold_px"]) > 0.5 && number(&d["max_px"]) > 0.1, "{d}");
+    let steady: f64 = levels["drawn"].as_array().unwrap().iter().map(number).sum();
+    assert!(steady <= 2.0 * 2000.0 && steady < drawn, "{steady} {drawn}");
+
     let (code, said, found) = verify(&broken, &folder.path("broken.json"), &["--lod-corners"]);
     let d = &found["summary"]["levels"]["deviation"];
     assert_eq!((code, &d["kept"]), (Some(1), &Value::Bool(false)), "{said}");
@@ -164,6 +178,17 @@ fn thresholds_that_are_none_are_refused() {
         let said = text(&ended.stderr);
         assert!(ended.status.code() == Some(2) && said.contains(bad), "{said}");
         assert!(said.contains("pixels") && said.contains("try 1"), "{said}");
+    }
+    for [name, bad, wanted] in
+        [["--lod-triangles", "0", "number of triangles"], ["--lod-ball", "-1", "radius"]]
+    {
+        let given = format!("{name}={bad}");
+        let ended = cullet(&folder.path("cache"), &["verify", "solids", "--lod", "1", &given]);
+        let said = text(&ended.stderr);
+        assert!(
+            ended.status.code() == Some(2) && said.contains(wanted) && said.contains("try"),
+            "{said}"
+        );
     }
     let ended = cullet(&folder.path("cache"), &["verify", "solids", "--lod-corners"]);
     assert!(ended.status.code() == Some(2) && text(&ended.stderr).contains("--lod"));

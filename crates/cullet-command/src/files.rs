@@ -3,7 +3,28 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use cullet_io::{Model, save};
+
+use crate::console::Console;
 use crate::exit::{Exit, Failure};
+
+/// Writes what a command made: the model, and its figures as JSON, each where a path was given.
+///
+/// # Errors
+/// If one of them cannot be written.
+pub fn write_results(
+    model: &Model,
+    out: Option<&Path>,
+    record: &impl serde::Serialize,
+    json: Option<&Path>,
+    console: &Console,
+) -> Result<(), Failure> {
+    if let Some(path) = out {
+        save(model, path).map_err(Failure::input)?;
+        console.line(format!("{} written", path.display()));
+    }
+    json.map_or(Ok(()), |path| write_json(path, record))
+}
 
 /// Writes JSON to a file, or to the standard output for `-`.
 ///

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use cullet::cull::detail::{Detail, Measure};
 use cullet::lod::Lod;
+use cullet::view::EyeBall;
 use cullet::{Backface, Culler, Preparation, Scene, Stage, View};
 use cullet_io::paths::{self, Overrides, PathSpec};
 use cullet_io::rooms::{RoomCells, RoomOptions, cells_of_rooms};
@@ -226,6 +227,33 @@ pub fn views(model: &Model, args: &ViewArgs, console: &Console) -> Result<Vec<Vi
     cameras.iter().map(view).collect()
 }
 
+/// The requested views of what is culled, with the eyes that levels of detail are chosen for: see [`CullArgs::lod_ball`].
+///
+/// # Errors
+/// As [`views`].
+pub fn culled_views(
+    model: &Model,
+    args: &ViewArgs,
+    cull: &CullArgs,
+    console: &Console,
+) -> Result<Vec<View>, Failure> {
+    let mut views = views(model, args, console)?;
+    if let Some(radius) = cull.lod_ball {
+        let mut ball: Option<EyeBall> = None;
+        for view in &mut views {
+            let [x, y, z, w] = view.eye();
+            if w == 0.0 {
+                continue;
+            }
+            let centre = [x, y, z];
+            let own = EyeBall { centre, radius };
+            ball = Some(ball.map_or(own, |ball| ball.follow(centre, radius)));
+            view.eyes = ball;
+        }
+    }
+    Ok(views)
+}
+
 /// Four digits are enough to see what a distance is.
 fn short(v: f64) -> String {
     if v == 0.0 || (0.01..1e5).contains(&v.abs()) {
@@ -271,7 +299,12 @@ pub fn culler(args: &CullArgs) -> Culler {
         culler.backface = Backface::Off;
     }
     if let Some(threshold_px) = args.detail {
-        let detail = Detail { measure: args.detail_by, threshold_px, ..Detail::default() };
+        let detail = Detail {
+            measure: args.detail_by,
+            threshold_px,
+            clusters: args.detail_clusters,
+            ..Detail::default()
+        };
         culler.detail = (threshold_px > 0.0).then_some(detail);
     }
     culler.samples = args.sample_pattern;
@@ -298,16 +331,26 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
         Stage::Frustum if culler.frustum_exact => "frustum (exact)".into(),
         Stage::Detail if culler.detail.is_none() => "triangles that cover no sample".to_owned(),
         Stage::Detail => {
-            let Detail { measure, threshold_px: px, .. } = culler.detail.unwrap_or_default();
+            let Detail { measure, threshold_px: px, clusters, .. } =
+                culler.detail.unwrap_or_default();
+            let clusters = if clusters { ", clusters too" } else { "" };
             let unit = if measure == Measure::Area { "square px" } else { "px" };
             let samples =
                 if culler.samples.is_some() { ", triangles that cover no sample" } else { "" };
-            format!("detail under {px} {unit} (lossy){samples}")
+            format!("detail under {px} {unit}{clusters} (lossy){samples}")
         }
         Stage::Lod => {
-            let Lod { pixels, at_corners, .. } = culler.lod.unwrap_or_default();
+            let Lod { pixels, at_corners, triangles, .. } = culler.lod.unwrap_or_default();
             let corners = if at_corners { ", in the corners too" } else { "" };
-            format!("levels of detail within {pixels} px{corners} (lossy)")
+            let ball = args.lod_ball.map_or_else(String::new, |r| format!(", steady within {r}"));
+            let within = match (triangles, pixels > 0.0) {
+                (None, _) => format!("within {pixels} px"),
+                (Some(n), false) => format!("of at most {}", count(n, "triangle", "triangles")),
+                (Some(n), true) => {
+                    format!("within {pixels} px, of at most {}", count(n, "triangle", "triangles"))
+                }
+            };
+            format!("levels of detail {within}{corners}{ball} (lossy)")
         }
         Stage::Occlusion => match args.occluders {
             OccluderKind::Mesh => "occlusion".into(),
@@ -369,6 +412,12 @@ mod tests {
         let lod = Some(Lod { pixels: 1.5, at_corners: true, ..Lod::default() });
         same("--lod 1.5 --lod-corners", Culler { lod, ..Culler::balanced() });
         same("--lod 0", Culler::balanced());
+        let lod = Some(Lod { pixels: 0.0, triangles: Some(5000), ..Lod::default() });
+        same("--lod-triangles 5000", Culler { lod, ..Culler::balanced() });
+        let lod = Some(Lod { pixels: 2.0, triangles: Some(70), ..Lod::default() });
+        same("--lod 2 --lod-triangles 70", Culler { lod, ..Culler::balanced() });
+        let clusters = Some(Detail { threshold_px: 2.0, clusters: true, ..Detail::default() });
+        same("--detail 2 --detail-clusters", Culler { detail: clusters, ..Culler::balanced() });
         same("--no-occlusion", Culler { occlusion: None, ..Culler::balanced() });
     }
 

@@ -104,12 +104,13 @@ pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(),
         options.directions = 0;
     }
     model.scene.prepare(Preparation { occluder: true, ..Preparation::NONE });
-    // What the file has need not be made; levels are drawn by the occluder of their mesh.
+    // What the file has need not be made, nor anything for meshes that are there to hold the levels of others.
     let baked = model.baked.as_ref();
     let stored = |id: u32| baked?.of(id)?.occluders.as_ref();
-    let holds = |id: u32| baked.is_some_and(|baked| baked.holds_levels(id));
+    let mut drawn = vec![false; model.scene.meshes().len()];
+    model.scene.slots().for_each(|s| drawn[model.scene.mesh_id(s) as usize] = true);
     let missing: Vec<u32> = (0..model.scene.meshes().len() as u32)
-        .filter(|&id| stored(id).is_none() && !holds(id))
+        .filter(|&id| drawn[id as usize] && stored(id).is_none())
         .collect();
     let made = of_meshes(&missing, console, |&id| {
         let mesh = &model.scene.meshes()[id as usize];

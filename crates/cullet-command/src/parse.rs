@@ -70,6 +70,20 @@ pub fn lod_pixels(text: &str) -> Result<f64, String> {
     number(text, |v| v >= 0.0 && v.is_finite(), expected)
 }
 
+/// A budget of triangles.
+pub fn budget(text: &str) -> Result<u64, String> {
+    match text.trim().parse() {
+        Ok(n) if n > 0 => Ok(n),
+        _ => Err(format!("'{text}' is not a number of triangles, 1 or more; try 100000")),
+    }
+}
+
+/// The radius of a ball of eyes.
+pub fn ball(text: &str) -> Result<f64, String> {
+    let expected = "a radius in units of the scene, 0 or more; try 0.5";
+    number(text, |v| v >= 0.0 && v.is_finite(), expected)
+}
+
 /// Microseconds of a cost model.
 pub fn microseconds(text: &str) -> Result<f32, String> {
     let expected = "a number of microseconds, 0 or more; try 500";

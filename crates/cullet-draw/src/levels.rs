@@ -1,9 +1,11 @@
 //! Levels of detail against the truth: what may be lost by them, and what may not.
 
+use cullet::lod::Lod;
 use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
 
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::picture::space::Surfaces;
+use crate::places::Places;
 use crate::prepare;
 use crate::render::{in_pool, render_stage};
 use crate::verify::{FalseCull, Verification, VerifyOptions, lost_triangles, verify};
@@ -40,9 +42,11 @@ pub struct LevelPixels {
 }
 
 impl LevelPixels {
-    fn of(full: &Frame, left: &Frame) -> Self {
+    fn of(full: &Frame, left: &Frame, places: &Places) -> Self {
         let mut pixels = Self { all: full.ids.len() as u64, ..Self::default() };
-        for (a, b) in full.ids.iter().zip(&left.ids).filter(|(a, b)| a.slot != b.slot) {
+        let differ =
+            |(a, b): &(&PixelId, &PixelId)| a.slot != b.slot && places.of_slot(a.slot) != b.slot;
+        for (a, b) in full.ids.iter().zip(&left.ids).filter(differ) {
             pixels.differ += 1;
             pixels.silhouette += u64::from(*a == PixelId::NONE || *b == PixelId::NONE);
         }
@@ -69,8 +73,21 @@ pub fn verify_levels(
         Culler { output: Output::Triangles, reasons: true, dropped: true, ..culler.clone() };
     let full = verify(scene, view, &culler.without(Stage::Lod), full_state, options);
     let (mut cut, mut result) = (Visible::default(), Visible::default());
-    culler.only(Stage::Lod).cull_one(scene, view, &mut ViewState::default(), &mut cut);
     culler.cull_one(scene, view, state, &mut result);
+    let mut alone = culler.only(Stage::Lod);
+    if let Some((lod, pixels)) = alone.lod.as_mut().zip(result.lod_pixels) {
+        // A budget counts what the other stages leave: without them it would come to another threshold.
+        (lod.pixels, lod.triangles) = (pixels, None);
+    }
+    if let Some(lod) = &mut alone.lod {
+        lod.stand_ins = false;
+    }
+    alone.cull_one(scene, view, &mut ViewState::default(), &mut cut);
+    if let Some(lod) = alone.lod.filter(|_| scene.stand_in_slots().next().is_some()) {
+        let places = Places::of(scene, &result);
+        // Who stands for whom depends on what other stages leave, so it is as they left it.
+        cut = places.put_in(scene, view, &Lod { stand_ins: true, ..lod }, &cut, &result);
+    }
     in_pool(options.threads, || compare(scene, view, full, cut, result, options))
 }
 
@@ -86,8 +103,9 @@ fn compare(
     let draw = RenderOptions { count_layers: options.count_layers, ..RenderOptions::default() };
     let frame = render_stage(&stage, view, Selection::Visible(&cut), &draw);
     let culled_frame = render_stage(&stage, view, Selection::Visible(&result), &draw);
-    let mut pixels = LevelPixels::of(&full.frame, &culled_frame);
-    let mut false_culls = dropped_though_seen(&full, &result);
+    let places = Places::of(scene, &result);
+    let mut pixels = LevelPixels::of(&full.frame, &culled_frame, &places);
+    let mut false_culls = dropped_though_seen(&full, &result, &places);
     let surfaces = Surfaces::of_visible(scene, &cut);
     for (id, pixel) in lost_triangles(&frame, &culled_frame) {
         let taken_by = surfaces.triangle(id).and_then(|t| result.stage_of(id.slot, t));
@@ -104,30 +122,18 @@ fn compare(
     }
     false_culls.sort_unstable_by_key(|f| (f.slot, f.triangle, f.pixel[1], f.pixel[0]));
     false_culls.dedup_by_key(|f| (f.slot, f.triangle));
-    let seen = frame.visible();
-    let levels = Verification {
-        all: scene.triangle_count(),
-        potentially_visible: result.triangle_count,
-        visible: seen.len() as u64,
-        false_culls,
-        seen,
-        before: frame.stats,
-        after: culled_frame.stats,
-        funnel: result.funnel.clone(),
-        frame,
-        culled_frame,
-        result,
-    };
+    let levels = Verification::of(scene, false_culls, [frame, culled_frame], result);
     LevelsVerification { full, levels, cut, pixels }
 }
 
 /// Instances that were dropped at once beside the levels and not without them, though they are seen in full.
-fn dropped_though_seen(full: &Verification, result: &Visible) -> Vec<FalseCull> {
+fn dropped_though_seen(full: &Verification, result: &Visible, places: &Places) -> Vec<FalseCull> {
     let mut false_culls = Vec::new();
     for own in full.seen.chunk_by(|a, b| a.slot == b.slot) {
         let slot = own[0].slot;
         let reason = result.reasons.get(slot as usize).copied().flatten();
         if reason.is_none()
+            || reason.is_some_and(|r| r.stage == Stage::Lod) && places.of_slot(slot) != slot
             || result.went_in_parts(slot)
             || full.false_culls.iter().any(|f| f.slot == slot)
         {
@@ -210,7 +216,7 @@ mod tests {
         let mut gone = v.levels.result.clone();
         gone.dropped.clear();
         gone.reasons[shown as usize] = Some(Reason { stage: Stage::Occlusion, detail: 0 });
-        let told = dropped_though_seen(&v.full, &gone);
+        let told = dropped_though_seen(&v.full, &gone, &Places::of(&scene, &gone));
         assert_eq!(told.len(), 1);
         assert_eq!((told[0].slot, told[0].triangle), (shown, None));
         let left = v.levels.culled_frame.visible();

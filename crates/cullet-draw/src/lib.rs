@@ -58,6 +58,7 @@ mod geometry;
 mod levels;
 mod occlusion;
 pub mod picture;
+mod places;
 mod prepare;
 mod reference;
 mod render;

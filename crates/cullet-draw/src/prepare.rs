@@ -64,7 +64,7 @@ impl<'a> Stage<'a> {
     /// Cuts the meshes that instances use into blocks. O(triangles of those meshes).
     pub(crate) fn new(scene: &'a Scene) -> Self {
         let mut used = vec![false; scene.meshes().len()];
-        for slot in scene.slots() {
+        for slot in scene.slots().chain(scene.stand_in_slots()) {
             let own = scene.mesh_id(slot);
             used[own as usize] = true;
             scene.levels(own).iter().for_each(|levels| used[levels.mesh as usize] = true);
@@ -78,11 +78,19 @@ impl<'a> Stage<'a> {
 
     /// Whether an instance is in the view's scene and can be drawn at all.
     pub(crate) fn is_drawn(&self, slot: u32, layers: u32) -> bool {
+        self.scene.layers(slot) & layers != 0 && self.has_place(slot)
+    }
+
+    /// Whether a slot has an instance that is somewhere.
+    fn has_place(&self, slot: u32) -> bool {
         let transform = self.scene.transform(slot);
-        !self.scene.is_removed(slot)
-            && self.scene.layers(slot) & layers != 0
-            && transform.is_finite()
-            && !is_flat(transform)
+        !self.scene.is_removed(slot) && transform.is_finite() && !is_flat(transform)
+    }
+
+    /// Whether an instance that is in a visible set is drawn: one that stands for others is in no layer of its own.
+    fn is_listed(&self, slot: u32, layers: u32) -> bool {
+        slot < self.scene.slot_count()
+            && (self.is_drawn(slot, layers) || self.scene.is_stand_in(slot) && self.has_place(slot))
     }
 
     /// Screen bounds of an instance; `None` where it covers no sample.
@@ -158,7 +166,7 @@ impl<'a> Stage<'a> {
         out: &mut Vec<(bool, Item)>,
     ) {
         let range = visible.triangle_ranges[range];
-        if range.slot >= self.scene.slot_count() || !self.is_drawn(range.slot, lens.layers) {
+        if !self.is_listed(range.slot, lens.layers) {
             return;
         }
         let mesh = self.scene.mesh_id_at(range.slot, range.level);

@@ -74,6 +74,31 @@ pub struct Verification {
     pub result: Visible,
 }
 
+impl Verification {
+    /// Of what was lost, the frames without and with culling, and the culler's result.
+    pub(crate) fn of(
+        scene: &Scene,
+        false_culls: Vec<FalseCull>,
+        [frame, culled_frame]: [Frame; 2],
+        result: Visible,
+    ) -> Self {
+        let seen = frame.visible();
+        Self {
+            all: scene.triangle_count(),
+            potentially_visible: result.triangle_ranges.iter().map(|r| u64::from(r.count)).sum(),
+            visible: seen.len() as u64,
+            false_culls,
+            seen,
+            before: frame.stats,
+            after: culled_frame.stats,
+            funnel: result.funnel.clone(),
+            frame,
+            culled_frame,
+            result,
+        }
+    }
+}
+
 /// Culls, draws with and without culling, and compares; see [`verify_visible`]. The culler returns
 /// triangles and reasons, whatever its settings say of those.
 #[must_use]
@@ -148,20 +173,7 @@ fn verify_in_pool(
         false_culls.sort_by_key(|f| (f.slot, f.triangle));
     }
 
-    let seen = frame.visible();
-    Verification {
-        all: scene.triangle_count(),
-        potentially_visible: result.triangle_ranges.iter().map(|r| u64::from(r.count)).sum(),
-        visible: seen.len() as u64,
-        false_culls,
-        seen,
-        before: frame.stats,
-        after: culled_frame.stats,
-        funnel: result.funnel.clone(),
-        frame,
-        culled_frame,
-        result,
-    }
+    Verification::of(scene, false_culls, [frame, culled_frame], result)
 }
 
 /// Owners of pixels and blended triangles of the first frame that the second has not, with a pixel.

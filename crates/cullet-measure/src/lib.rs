@@ -19,6 +19,7 @@
 
 pub mod bench;
 pub mod calibrate;
+pub mod deviation;
 pub mod machine;
 pub mod occscn;
 pub mod process;

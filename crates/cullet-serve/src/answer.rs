@@ -31,7 +31,7 @@ pub(crate) struct Answers {
 }
 
 impl Answers {
-    /// Answers a request; its body is not read. Opening the scene's file is the only thing that can wait.
+    /// Answers a request; its body is not read. Only opening the scene's file can wait.
     pub(crate) fn to<B>(&self, request: &Request<B>) -> Response<Answer> {
         let (method, uri, headers) = (request.method(), request.uri(), request.headers());
         if uri.path_and_query().map_or(0, |p| p.as_str().len()) > self.max_target {

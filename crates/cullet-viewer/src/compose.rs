@@ -129,7 +129,9 @@ pub fn compose(session: &Session) -> Composition {
     let free = |size: [u32; 2]| if frozen { flown.view(size).ok() } else { culling(size) };
     let mut add = |role, place: [u32; 4], view: Option<View>| {
         if let Some(view) = view.filter(|_| place[2] > 0 && place[3] > 0) {
-            let style = style(&state.look);
+            let stages = &state.stages;
+            let fade = stages.on && stages.detail_px > 0.0 && stages.detail_fade > 0.0;
+            let style = Style { fade, ..style(&state.look) };
             let (lines, overlay, ghosts) = Default::default();
             let content = Content::Kept;
             made.panels.push(Panel { role, place, view, content, style, lines, overlay, ghosts });
@@ -165,7 +167,7 @@ fn style(look: &Look) -> Style {
     Style {
         paint: match look.colour {
             Colour::Material => Paint::Material,
-            Colour::Reason => Paint::Instances,
+            Colour::Reason | Colour::Pops => Paint::Instances,
             Colour::Sides => Paint::Sides,
             Colour::Clusters => Paint::Clusters,
             Colour::Overdraw => Paint::Overdraw,
@@ -179,6 +181,7 @@ fn style(look: &Look) -> Style {
         clockwise: look.clockwise,
         face_normals: look.face_normals,
         vertex_normals: look.vertex_normals,
+        fade: false,
         samples: if look.fine { 4 } else { 1 },
     }
 }
@@ -406,10 +409,51 @@ pub fn instance_colours(session: &Session) -> Vec<[u8; 4]> {
             None => palette::SEEN,
         }
     };
+    if session.state.look.colour == Colour::Pops {
+        return faded(session, popped(session, count));
+    }
     let mut colours: Vec<[u8; 4]> = (0..count).map(|slot| tint(colour(slot), 255)).collect();
     for &slot in proof.map_or(&[][..], |p| &p.lost) {
         if let Some(c) = colours.get_mut(slot as usize) {
             *c = tint(palette::LOST, 255);
+        }
+    }
+    faded(session, colours)
+}
+
+/// The colours of what came and what changed since the picture before.
+const CAME: [u8; 4] = [40, 190, 110, 255];
+const CHANGED: [u8; 4] = [240, 140, 30, 255];
+const STAYED: [u8; 4] = [170, 172, 176, 255];
+
+/// The colour of each slot by what popped.
+fn popped(session: &Session, count: usize) -> Vec<[u8; 4]> {
+    let mut colours = vec![STAYED; count];
+    for (slots, colour) in [(&session.pops.changed, CHANGED), (&session.pops.came, CAME)] {
+        for &slot in slots {
+            if let Some(c) = colours.get_mut(slot as usize) {
+                *c = colour;
+            }
+        }
+    }
+    colours
+}
+
+/// Colours with the share by which each instance that is kept is drawn, as alpha.
+fn faded(session: &Session, mut colours: Vec<[u8; 4]>) -> Vec<[u8; 4]> {
+    let (Some(world), Some(decision)) = (&session.world, &session.decision) else { return colours };
+    let (scene, view) = (&world.model.scene, &decision.request.view);
+    let Some(detail) = decision.request.culler.detail.filter(|detail| detail.fade > 0.0) else {
+        return colours;
+    };
+    for (slot, colour) in (0..).zip(&mut colours) {
+        let reason = decision.visible.reasons.get(slot as usize).copied().flatten();
+        if reason.is_none() && slot < scene.slot_count() {
+            let rect = view.project_box(&scene.bounds(slot), scene.origin());
+            let size = rect.map(|rect| [rect.width(), rect.height()]);
+            let weight = detail.weight(size, f64::from(scene.size_weight(slot)));
+            // Nothing that is kept goes altogether.
+            colour[3] = (weight * 255.0).round().clamp(1.0, 255.0) as u8;
         }
     }
     colours

@@ -32,6 +32,7 @@ pub mod outcodes;
 pub mod pace;
 pub mod packed;
 mod painter;
+pub mod pops;
 mod present;
 pub mod remaking;
 pub mod report;

@@ -147,6 +147,11 @@ fn check(state: &State) -> Result<(), LinkError> {
         return wrong("stages.lod_px", state.stages.lod_px, "between 0 and 1000000 pixels");
     }
     let s = &state.stages;
+    for (what, v) in [("stages.detail_fade", s.detail_fade), ("stages.lod_ball", s.lod_ball)] {
+        if !(0.0..=1000.0).contains(&v) {
+            return wrong(what, v, "a share, 0 to 1000");
+        }
+    }
     if !(1..=WIDEST_BUFFER).contains(&s.occlusion_width) {
         return wrong("stages.occlusion_width", f64::from(s.occlusion_width), "1 to 4096 pixels");
     }

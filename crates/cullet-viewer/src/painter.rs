@@ -6,10 +6,10 @@ use eframe::{egui, egui_wgpu, wgpu};
 
 use crate::compose::{Composition, compose, instance_colours};
 use crate::decide::Decision;
-use crate::draw::{Paint, Renderer};
+use crate::draw::{Paint, Pane, Renderer};
 use crate::present::Present;
 use crate::session::{Drawn, Inspected, Session};
-use crate::state::State;
+use crate::state::{Colour, State};
 use crate::task::{clock, until};
 use crate::world::World;
 
@@ -38,7 +38,7 @@ pub(crate) struct Painter {
     /// The scene that it is given piece by piece, and whether that has begun.
     coming: Option<(Arc<World>, bool)>,
     /// Inputs of the instances' colours.
-    coloured: Option<(Option<*const World>, u64, bool)>,
+    coloured: Option<(Option<*const World>, u64, bool, Colour)>,
     last: Option<PictureKey>,
     composition: Composition,
 }
@@ -105,8 +105,9 @@ impl Painter {
         let kept = session.decision.as_ref().map(|d: &Decision| &d.visible);
         let panes = self.composition.panes(kept);
         let egui_wgpu::RenderState { device, queue, .. } = &self.render_state;
-        let key = (world, decided, proved);
-        if panes.iter().any(|p| p.style.paint == Paint::Instances) && self.coloured != Some(key) {
+        let key = (world, decided, proved, session.state.look.colour);
+        let uses = |p: &Pane<'_>| p.style.paint == Paint::Instances || p.style.fade;
+        if panes.iter().any(uses) && self.coloured != Some(key) {
             self.renderer.set_instance_colours(queue, &instance_colours(session));
             self.coloured = Some(key);
         }

@@ -53,6 +53,9 @@ impl ReportOrder {
         }
         if s.on && s.lod_px > 0.0 {
             add("--lod", s.lod_px.to_string());
+            if s.lod_triangles > 0 {
+                add("--lod-triangles", s.lod_triangles.to_string());
+            }
         }
         if s.on && s.occlusion {
             add("--occlusion-width", s.occlusion_width.to_string());

@@ -20,7 +20,7 @@ pub enum Script {
     Lose,
 }
 
-/// One thing that is done; the next follows when all is settled.
+/// One step; the next follows when all is settled.
 #[derive(Clone, Copy, Debug)]
 pub enum Step {
     /// The switches of a part of a link.
@@ -87,7 +87,9 @@ pub const TOGGLES: &[&str] = &[
     "stages.detail_px=16&stages.detail_by=area",
     "stages.detail_px=4&stages.detail_by=diameter",
     "stages.lod_px=2",
+    "stages.detail_px=8&stages.detail_fade=1",
     "stages.lod_px=1&stages.lod_corners=true&stages.lod_steady=true",
+    "stages.lod_px=1&stages.lod_steady=true&stages.lod_ball=0.2&stages.lod_triangles=5000",
     "stages.occlusion=false",
     "stages.occlusion_width=64",
     "stages.occlusion_budget=0",
@@ -101,6 +103,7 @@ pub const TOGGLES: &[&str] = &[
     "look.colour=clusters",
     "look.colour=overdraw",
     "look.colour=levels&stages.lod_px=1",
+    "look.colour=pops&stages.detail_px=4",
     "look.colour=size",
     "look.colour=depth",
     "look.fill=false&look.wireframe=true",

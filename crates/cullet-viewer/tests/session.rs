@@ -458,3 +458,39 @@ fn a_door_that_is_shut_hides_what_was_behind_it() {
     session.toggle_portal(u32::MAX);
     assert!(session.state.doors.is_empty());
 }
+
+#[test]
+fn what_pops_is_marked_and_what_fades_does_not_come_at_once() {
+    let mut session = begin("stages.detail_px=8&look.colour=pops", "city:sub=1");
+    let near = session.state.camera.clone().expect("fitted");
+    let mut far = near.clone();
+    far.distance *= 1.3;
+    session.state.camera = Some(far.clone());
+    settle(&mut session);
+    let went = session.pops.went.clone();
+    assert!(went.len() > 20, "{}", session.pops.text());
+    let reasons = &session.decision.as_ref().expect("decided").visible.reasons;
+    let small =
+        |slot: &u32| reasons[*slot as usize].map(|r| r.stage) == Some(cullet::Stage::Detail);
+    assert!(went.iter().all(small));
+    session.state.camera = Some(near.clone());
+    settle(&mut session);
+    // The way back is the same way.
+    assert_eq!((&session.pops.came, session.pops.went.len()), (&went, 0));
+    let green =
+        instance_colours(&session).iter().filter(|c| c[1] > c[0].saturating_add(90)).count();
+    assert_eq!(green, went.len());
+
+    // Those that just came are hardly drawn, those that are large are drawn in full.
+    session.state.stages.detail_fade = 1.0;
+    session.state.camera = Some(far);
+    settle(&mut session);
+    session.state.camera = Some(near);
+    settle(&mut session);
+    let colours = instance_colours(&session);
+    let came = session.pops.came.iter().map(|&slot| colours[slot as usize][3]);
+    let (least, most) = (came.clone().min().unwrap_or(0), came.max().unwrap_or(255));
+    assert!(least < 40 && most < 200, "{least} {most}");
+    assert!(colours.iter().any(|c| c[3] == 255));
+    assert!(compose(&session).panels.iter().all(|p| p.role == Role::Flown));
+}

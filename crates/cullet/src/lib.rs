@@ -92,7 +92,7 @@ pub use mesh::{Mesh, MeshData};
 pub use prepared::{Preparation, Prepared};
 pub use scene::{
     BoundsOverride, BoundsViolation, Instance, InstanceFlags, MeshId, MeshLevels, Scene,
-    SceneBoundsMut, SceneError,
+    SceneBoundsMut, SceneError, StandInError,
 };
 pub use simd::Simd;
 pub use transform::Transform;

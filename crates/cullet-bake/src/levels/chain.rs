@@ -17,7 +17,7 @@ pub struct ChainOptions<'a> {
     pub within: WithinOptions<'a>,
     /// The bound of the first level, in bounding radii; above 0. Default 0.0005.
     pub first: f32,
-    /// The bound of the last level, in bounding radii. Default 0.25.
+    /// The bound of the last level before the sheets, in bounding radii. Default 0.25.
     pub last: f32,
     /// What the bound grows by from level to level; above 1. Default 1.6.
     pub growth: f32,
@@ -56,7 +56,8 @@ impl ChainOptions<'_> {
 
 /// A chain of levels of a mesh, each made from the original within a bound that grows from level to level, as
 /// [`simplify_within`](super::simplify_within) does. The error of a level is what was measured, and at least that of the
-/// level before. A mesh that cannot be simplified has the one level that it is.
+/// level before. The last two are of a sheet of two triangles and of one for each part, twice where it is one-sided. A mesh
+/// that cannot be simplified has the one level that it is.
 ///
 /// Each level but the original is one group, whose sphere is around the whole mesh. Vertices keep their numbers. The same
 /// on every run, on one target.
@@ -86,7 +87,20 @@ pub fn build_chain(data: &MeshData, options: &ChainOptions<'_>) -> Result<Levels
         }
         share *= options.growth;
     }
-    assemble(data, &original.parts, &levels, centre, radius)
+    // A sheet of two triangles, then of one.
+    for corners in [2, 1] {
+        let most = (triangles as f64 * f64::from(options.keep)) as usize;
+        if radius > 0.0
+            && let Some(found) = original.sheets(corners)
+            && found.indices.len() / 3 <= most
+            && found.error.is_finite()
+        {
+            error = error.max(found.error);
+            triangles = found.indices.len() / 3;
+            levels.push(original.as_given(&found.indices, error));
+        }
+    }
+    chain_of(data, &original.parts, &levels, centre, radius)
 }
 
 /// The middle of the box around points, and the distance of the farthest from it, rounded up.
@@ -110,8 +124,9 @@ fn sphere(points: &[[f32; 3]]) -> ([f32; 3], f32) {
     (centre, if f64::from(rounded) < radius { rounded.next_up() } else { rounded })
 }
 
-/// Puts the triangles of the levels behind those of the mesh, part by part, each level cut into clusters.
-fn assemble(
+/// Puts the triangles of the levels behind those of the mesh, part by part, each level cut into clusters. A mesh without
+/// triangles is no level.
+pub(crate) fn chain_of(
     data: &MeshData,
     parts: &[Part],
     levels: &[Within],

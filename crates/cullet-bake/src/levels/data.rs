@@ -86,7 +86,7 @@ impl LevelsData {
     }
 
     /// Checks that numbers are in range, that each group replaces and makes something, and that errors and spheres of
-    /// groups enclose those of the groups below. The first thing that is wrong, in words.
+    /// groups enclose those of the groups below. The first error, in words.
     ///
     /// # Errors
     /// As said.

@@ -444,7 +444,7 @@ pub fn nearest_ref(positions: &[[f32; 3]], indices: &[u32], point: [f32; 3]) -> 
 
 /// The point of a triangle that is nearest to another: the foot of the perpendicular where that is inside, else the
 /// nearest point of the three edges.
-fn closest_point(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
+pub(super) fn closest_point(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let on_edge = |a: DVec3, b: DVec3| {
         let e = b - a;
         let t = (p - a).dot(e) / e.length_squared();

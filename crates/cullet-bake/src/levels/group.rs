@@ -69,7 +69,7 @@ impl Scratch {
     }
 }
 
-/// The sizes of clusters that are asked for.
+/// The wanted sizes of clusters.
 pub(super) fn cluster_size(options: &HierarchyOptions) -> ClusterSize {
     let most = options.cluster_triangles as usize;
     // As in meshoptimizer's own hierarchy: a third full, where more would extend too far.

@@ -44,7 +44,7 @@ pub(super) struct Measured {
     pub(super) error: f32,
     /// Points of the triangles after.
     pub(super) carried: Carried,
-    /// Vertices before whose triangles are further off than was asked: some of them more than once.
+    /// Vertices before whose triangles are further off than wanted: some of them more than once.
     pub(super) offenders: Vec<u32>,
 }
 
@@ -142,7 +142,7 @@ pub(super) fn measure(task: &Task<'_>) -> Measured {
 }
 
 /// Measures points of one of the triangles after. Where one is nearly as far off as the farthest of the group, goes on from
-/// it to where the triangle is farther off. The farthest point, if it is farther off than was asked.
+/// it to where the triangle is farther off. The farthest point, if it is farther off than wanted.
 fn reverse(
     task: &Task<'_>,
     triangle: u32,

@@ -21,6 +21,8 @@ mod part;
 mod quantile;
 mod samples;
 #[cfg(feature = "meshopt")]
+mod sheet;
+#[cfg(feature = "meshopt")]
 pub mod simplifier;
 #[cfg(feature = "meshopt")]
 mod sphere;
@@ -29,6 +31,8 @@ mod weld;
 #[cfg(feature = "meshopt")]
 mod within;
 
+#[cfg(feature = "meshopt")]
+pub(crate) use chain::chain_of;
 #[cfg(feature = "meshopt")]
 pub use chain::{ChainOptions, build_chain};
 pub use data::{Group, LevelsData, NO_GROUP};

@@ -41,7 +41,7 @@ pub struct Within {
     pub error: f32,
 }
 
-/// The shares that are tried where none of those asked for is within the bound.
+/// The shares that are tried where none of those wanted is within the bound.
 const LAST_SHARES: [f32; 5] = [0.25, 0.125, 0.06, 0.03, 0.01];
 
 /// How far beyond the bound the points may be that confirm a result. With none allowed beyond it, armadillo has a fifth to a

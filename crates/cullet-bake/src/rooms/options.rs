@@ -103,8 +103,8 @@ pub enum RoomsError {
     },
     /// Too many voxels.
     #[error(
-        "{} x {} x {} voxels of {voxel:.3e} exceed the limit of {limit}; try voxels of {fits:.3e} or more",
-        .counts[0], .counts[1], .counts[2]
+        "{} x {} x {} voxels of {voxel:.3e} exceed the limit of {}; try voxels of {fits:.3e} or more",
+        Grouped(.counts[0]), Grouped(.counts[1]), Grouped(.counts[2]), Grouped(*limit)
     )]
     TooMany {
         /// Side of a voxel.
@@ -118,7 +118,8 @@ pub enum RoomsError {
     },
     /// Too many triangles in voxels.
     #[error(
-        "walls have so many triangles that {found} come into voxels of {voxel:.3}, over the limit of {limit}; try larger voxels"
+        "walls have so many triangles that {} come into voxels of {voxel:.3}, over the limit of {}; try larger voxels",
+        Grouped(*found), Grouped(*limit)
     )]
     TooDense {
         /// How many pairs of triangles and voxels there are.
@@ -130,8 +131,9 @@ pub enum RoomsError {
     },
     /// All that is free hangs together without a narrow place.
     #[error(
-        "all {free} free voxels of {voxel:.3} are one cell: the scene is open, or its rooms are open to each other as wide \
-         as they are, or walls are thinner than a voxel; try smaller voxels"
+        "all {} free voxels of {voxel:.3} are one cell: the scene is open, or its rooms are open to each other as wide \
+         as they are, or walls are thinner than a voxel; try smaller voxels",
+        Grouped(*free)
     )]
     OneCell {
         /// Free voxels.
@@ -142,4 +144,44 @@ pub enum RoomsError {
     /// The caller asked to stop.
     #[error("stopped before cells were found")]
     Stopped,
+}
+
+/// A count with its thousands apart, as the commands write theirs.
+struct Grouped(u64);
+
+impl std::fmt::Display for Grouped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = self.0.to_string();
+        for (at, digit) in digits.char_indices() {
+            if at > 0 && (digits.len() - at) % 3 == 0 {
+                f.write_str("\u{202f}")?;
+            }
+            write!(f, "{digit}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_in_errors_have_their_thousands_apart() {
+        let many = RoomsError::TooMany {
+            voxel: 0.1,
+            counts: [1234, 20, 1_000_000],
+            limit: 512,
+            fits: 1.0,
+        };
+        let text = many.to_string().replace('\u{202f}', "'");
+        assert!(text.starts_with("1'234 x 20 x 1'000'000 voxels"), "{text}");
+        assert!(text.contains("the limit of 512;"), "{text}");
+        let dense = RoomsError::TooDense { found: 70_000_000, voxel: 0.1, limit: 67_108_864 };
+        let text = dense.to_string().replace('\u{202f}', "'");
+        assert!(
+            text.contains("that 70'000'000 come") && text.contains("limit of 67'108'864"),
+            "{text}"
+        );
+    }
 }

@@ -15,7 +15,7 @@ use cullet_io::baked::{ClusterRow, LevelKind, LevelTables, Measured, hash};
 const SMALL: u32 = 5000;
 
 /// Counted up whenever the same mesh and options give other levels, so that those of before are not taken for them.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The kinds of levels that a mesh of so many triangles has.
 pub(super) fn kinds(triangles: u32) -> impl Iterator<Item = LevelKind> {

@@ -1,6 +1,7 @@
 //! `cullet bake`: a GLB with levels of every mesh beside it.
 
 mod chunk;
+mod merge;
 mod mesh;
 mod occluders;
 
@@ -43,6 +44,9 @@ struct Record {
     levels_triangles: u64,
     /// Meshes for which occluders were looked for.
     occluders: u64,
+    /// Groups of instances, merged, and triangles of all their levels.
+    merged_groups: u64,
+    merged_triangles: u64,
     /// How many chains, hierarchies and meshes with occluders were taken from finished ones.
     resumed: u64,
     /// Of the file.
@@ -136,6 +140,7 @@ fn bake(
     args: &BakeArgs,
     console: &Console,
 ) -> Result<Record, Failure> {
+    model.scene.clear_stand_ins();
     let used = used(&model.scene);
     (0..used.len() as u32).for_each(|mesh| model.scene.clear_levels(mesh));
     let stored = |m: usize| u64::from(model.scene.meshes()[m].triangle_count());
@@ -215,6 +220,10 @@ fn bake(
         add_occluders(model, &mut baked, &rigid_meshes, args, console, &mut record)?;
     }
     model.baked = Some(baked);
+    if args.merge {
+        let merged = merge::run(model, args, console)?;
+        (record.merged_groups, record.merged_triangles) = (merged.groups, merged.triangles);
+    }
     Ok(record)
 }
 
@@ -364,6 +373,13 @@ fn print(r: &Record, args: &BakeArgs, console: &Console) {
     if r.occluders > 0 {
         let meshes = count(r.occluders, "mesh", "meshes");
         console.line(format!("occluders looked for in {meshes}"));
+    }
+    if args.merge {
+        console.line(format!(
+            "{}, with {} in all levels",
+            count(r.merged_groups, "merged group of instances", "merged groups of instances"),
+            count(r.merged_triangles, "triangle", "triangles")
+        ));
     }
     if r.resumed > 0 {
         console.line(format!("{} taken from what was finished before", grouped(r.resumed)));

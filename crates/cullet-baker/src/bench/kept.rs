@@ -14,7 +14,7 @@ use super::peer::PeerLevels;
 /// Bounding radii between the middle of a model and the eyes.
 pub(super) const RADII: [f64; 6] = [1.1, 2.0, 5.0, 10.0, 20.0, 50.0];
 /// Eyes at each distance.
-const EYES: u32 = 8;
+pub(super) const EYES: u32 = 8;
 /// What errors of the peer are multiplied by, until a pixel is a pixel.
 const FACTORS: [f32; 12] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0];
 

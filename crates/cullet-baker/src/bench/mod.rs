@@ -1,6 +1,7 @@
 //! `cullet bench lod`: levels beside those of a simplifier that is believed.
 
 mod chain;
+mod ideal;
 mod kept;
 mod models;
 mod peer;
@@ -16,6 +17,7 @@ use cullet_command::files::write_json;
 use serde::Serialize;
 
 use chain::ChainRow;
+use ideal::{Ideal, IdealRow};
 use kept::{Cuts, Ours};
 use models::Whole;
 use peer::PeerLevels;
@@ -33,6 +35,8 @@ struct OfModel {
     cuts: Vec<Cuts>,
     /// Ours over the peer's with the least factor that keeps a pixel, from 2 to 20 radii, in the geometric mean.
     ratio: Option<f64>,
+    /// What no choice can go below, cracks ignored.
+    ideal: Vec<IdealRow>,
     chain: Vec<ChainRow>,
     steady: Vec<Steady>,
     /// Seconds of one thread for the hierarchy, errors measured, and millions of triangles a minute.
@@ -68,21 +72,29 @@ pub(crate) fn run(args: &LodBenchArgs, console: &Console) -> Outcome {
     if let Some(ratio) = chain_ratio {
         console.line(format!("all: {ratio:.2} of a plain chain's triangles within the same bound"));
     }
-    let is_kept = |m: &OfModel| {
-        m.cuts[0].rows.iter().all(|r| r.is_kept() && r.cracks == 0)
-            && m.chain.iter().all(|r| r.p999 <= 1.0 && r.most <= 1.2)
-            && m.steady.iter().all(|s| s.flips == 0)
-    };
-    let all_kept = rows.iter().all(is_kept);
+    let outcome = outcome(&rows);
     if let Some(path) = &args.json {
         write_json(path, &Record { schema: 1, models: rows, ratio, chain_ratio })?;
     }
-    if all_kept {
-        Ok(Exit::Fine)
-    } else {
-        let message = "a bound is not kept, or a cut has cracks: see above".into();
-        Err(Failure { exit: Exit::FalseCull, message })
+    outcome
+}
+
+impl OfModel {
+    /// Whether our cuts keep their bounds, without cracks, and nothing flips.
+    fn is_kept(&self) -> bool {
+        self.cuts[0].rows.iter().all(|r| r.is_kept() && r.cracks == 0)
+            && self.chain.iter().all(|r| r.p999 <= 1.0 && r.most <= 1.2)
+            && self.steady.iter().all(|s| s.flips == 0)
     }
+}
+
+/// Fine where all bounds of all models are kept.
+fn outcome(models: &[OfModel]) -> Outcome {
+    if models.iter().all(OfModel::is_kept) {
+        return Ok(Exit::Fine);
+    }
+    let message = "a bound is not kept, or a cut has cracks: see above".into();
+    Err(Failure { exit: Exit::FalseCull, message })
 }
 
 enum Stop {
@@ -137,6 +149,17 @@ fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfMo
     if let Some(ratio) = ratio {
         console.line(format!("  {ratio:.2} of its triangles, from 2 to 20 radii"));
     }
+    let ideal = Ideal::new(whole, || !interrupted())?;
+    go_on()?;
+    let ideal = ideal.rows();
+    for (row, ours) in ideal.iter().zip(&cuts[0].rows) {
+        console.line(format!(
+            "  {:>4} radii: {:.2} of the {} triangles of an ideal choice, which has cracks",
+            row.radii,
+            ours.triangles / row.triangles,
+            grouped(row.triangles.round() as u64)
+        ));
+    }
     let chain = chain::compare(whole, args.points / 2)?;
     for row in &chain {
         console.line(format!(
@@ -165,6 +188,7 @@ fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfMo
         triangles: whole.triangles(),
         cuts,
         ratio,
+        ideal,
         chain,
         steady,
         bake_seconds,
@@ -199,12 +223,53 @@ mod tests {
     use cullet_testkit::data;
 
     #[test]
+    fn one_bound_that_is_not_kept_fails_all() {
+        let kept = || OfModel {
+            model: "m".to_owned(),
+            triangles: 9,
+            cuts: vec![Cuts {
+                levels: "measured",
+                factor: 1.0,
+                rows: vec![kept::Kept { most: 1.15, p999: 0.9, ..kept::Kept::default() }],
+            }],
+            ratio: None,
+            ideal: Vec::new(),
+            chain: vec![ChainRow {
+                bound: 0.01,
+                triangles: 1,
+                plain: 2,
+                most: 1.1,
+                p999: 1.0,
+                open_edges: [0; 2],
+            }],
+            steady: vec![Steady::default()],
+            bake_seconds: 1.0,
+            bake_millions_a_minute: 1.0,
+        };
+        assert_eq!(outcome(&[kept(), kept()]).ok(), Some(Exit::Fine));
+        let spoilt: [fn(&mut OfModel); 5] = [
+            |m| m.cuts[0].rows[0].p999 = 1.01,
+            |m| m.cuts[0].rows[0].most = f64::NAN,
+            |m| m.cuts[0].rows[0].cracks = 1,
+            |m| m.chain[0].most = 1.3,
+            |m| m.steady[0].flips = 1,
+        ];
+        for spoil in spoilt {
+            let mut broken = kept();
+            spoil(&mut broken);
+            let failed = outcome(&[kept(), broken]).expect_err("a bound that is not kept");
+            assert_eq!(failed.exit, Exit::FalseCull);
+        }
+    }
+
+    #[test]
     fn a_machine_part_keeps_the_bound_with_fewer_triangles_than_a_plain_chain() {
         let Some(path) = data("classic-meshes/fandisk.obj") else { return };
         let console = Console::new(true, None);
         let named = [path.display().to_string()];
         let whole = models::models(&named, &console).expect("a model").remove(0);
-        let args = LodBenchArgs { scene: Vec::new(), points: FEWER_POINTS, json: None };
+        let args =
+            LodBenchArgs { scene: Vec::new(), scenes: false, points: FEWER_POINTS, json: None };
         let found = measure(&whole, &args, &console).ok().expect("a mesh");
         for row in &found.cuts[0].rows {
             assert!(row.is_kept() && row.cracks == 0, "{row:?}");

@@ -31,6 +31,11 @@ impl Whole {
             positions.extend_from_slice(mesh.positions());
             corners.extend(mesh.indices().iter().map(|i| i + base));
         }
+        Self::of(name, positions, &corners)
+    }
+
+    /// Of triangles, in one space.
+    pub(super) fn of(name: String, positions: Vec<[f32; 3]>, corners: &[u32]) -> Self {
         let same = weld(&positions);
         let mut indices = Vec::with_capacity(corners.len());
         for t in corners.as_chunks::<3>().0 {

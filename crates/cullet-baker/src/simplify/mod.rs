@@ -7,9 +7,9 @@ mod uses;
 use cullet_command::args::SimplifyArgs;
 use cullet_command::console::{Console, count, grouped, interrupted, percent};
 use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_command::files::write_json;
+use cullet_command::files::write_results;
 use cullet_command::inputs;
-use cullet_io::{Model, SaveErrorKind, SaveFormat, save};
+use cullet_io::{Model, SaveErrorKind, SaveFormat};
 use serde::Serialize;
 
 use eye::eyes;
@@ -55,13 +55,7 @@ pub(crate) fn run(args: &SimplifyArgs, console: &Console) -> Outcome {
     }
     let record = simplify(&mut model, args, console)?;
     print(&record, console);
-    if let Some(path) = &args.out {
-        save(&model, path).map_err(Failure::input)?;
-        console.line(format!("{} written", path.display()));
-    }
-    if let Some(path) = &args.json {
-        write_json(path, &record)?;
-    }
+    write_results(&model, args.out.as_deref(), &record, args.json.as_deref(), console)?;
     Ok(Exit::Fine)
 }
 

@@ -14,16 +14,26 @@ use cullet_command::inputs::{self, has_levels};
 use cullet_io::Model;
 
 use super::cache;
-use crate::simplify::BAKER;
+use crate::baker::BAKER;
 
-/// Loads a scene as [`inputs::load`] does; where levels of detail are drawn and it has none, with those that the baker made
-/// of it, now or before.
+/// Loads a scene as [`inputs::load`] does; where levels of detail are drawn, [with some](load_with_levels).
+///
+/// # Errors
+/// As that.
+pub(crate) fn load(args: &SceneArgs, cull: &CullArgs, console: &Console) -> Result<Model, Failure> {
+    match cull.levels() {
+        Some(_) => load_with_levels(args, console),
+        None => inputs::load(args, console),
+    }
+}
+
+/// Loads a scene with its levels of detail; where it has none, with those that the baker made of it, now or before.
 ///
 /// # Errors
 /// If the scene cannot be read, or no levels can be had.
-pub(crate) fn load(args: &SceneArgs, cull: &CullArgs, console: &Console) -> Result<Model, Failure> {
+pub(crate) fn load_with_levels(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
     let mut model = inputs::load(args, console)?;
-    if cull.levels().is_none() || has_levels(&model.scene) {
+    if has_levels(&model.scene) {
         return Ok(model);
     }
     let start = Instant::now();

@@ -2,14 +2,12 @@
 
 mod baked;
 mod cache;
-mod deviation;
 mod ladder;
 mod record;
 
 use cullet::Scene;
 
-pub(crate) use baked::load;
-pub(crate) use deviation::{Measured, Meter};
+pub(crate) use baked::{load, load_with_levels};
 pub(crate) use ladder::Ladder;
 pub(crate) use record::{DeviationRecord, LadderRecord, LevelsRecord, LevelsSummary};
 

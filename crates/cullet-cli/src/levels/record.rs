@@ -3,6 +3,7 @@
 use cullet::lod::Lod;
 use cullet_command::console::{count, grouped, percent};
 use cullet_draw::LevelPixels;
+use cullet_measure::deviation::Measured;
 use serde::Serialize;
 
 /// Levels of detail in one view.
@@ -50,6 +51,7 @@ pub(crate) struct PixelRecord {
 /// How far points of the surfaces are off, in pixels.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct DeviationRecord {
+    /// Stated; the largest of the views where a budget chose it.
     pub(crate) threshold_px: f64,
     /// Whether that is held in the image's corners, too.
     pub(crate) at_corners: bool,
@@ -65,24 +67,27 @@ pub(crate) struct DeviationRecord {
     pub(crate) kept: bool,
 }
 
-/// The most that any point may be off, in thresholds: between the points that a bake measured there are others.
-pub(crate) const MOST_EXCESS: f64 = 1.2;
-
 impl DeviationRecord {
-    /// With the verdict on it.
-    pub(crate) fn judged(mut self, lod: &Lod) -> Self {
-        (self.threshold_px, self.at_corners) = (lod.pixels, lod.at_corners);
-        let rounding = 1.0 + 1e-6;
-        // NaN is not kept.
-        self.kept = self.p999_px <= lod.pixels * rounding
-            && self.max_px <= lod.pixels * MOST_EXCESS * rounding;
-        self
+    /// Of what was measured, with the verdict on it.
+    pub(crate) fn of(found: &Measured, worst: Option<String>, lod: &Lod) -> Self {
+        let &Measured { max_px, p999_px, points, instances, .. } = found;
+        Self {
+            threshold_px: lod.pixels,
+            at_corners: lod.at_corners,
+            max_px,
+            p999_px,
+            points,
+            instances,
+            worst,
+            kept: found.keeps(lod.pixels),
+        }
     }
 
     /// In a line for people.
     pub(crate) fn text(&self) -> String {
         let place = if self.at_corners { "anywhere in the image" } else { "at the image's centre" };
-        let threshold = self.threshold_px;
+        // A budget comes to thresholds of many digits.
+        let threshold = (self.threshold_px * 1e4).round() / 1e4;
         if self.points == 0 {
             return format!("levels of detail: within {threshold} px {place}; none was drawn");
         }
@@ -219,6 +224,7 @@ impl DeviationRecord {
             self.worst.clone_from(&o.worst);
             self.max_px = o.max_px;
         }
+        self.threshold_px = self.threshold_px.max(o.threshold_px);
         self.p999_px = self.p999_px.max(o.p999_px);
         self.points += o.points;
         self.instances = [0, 1].map(|i| self.instances[i] + o.instances[i]);
@@ -245,8 +251,8 @@ mod tests {
     use super::*;
 
     fn found(p999_px: f64, max_px: f64) -> DeviationRecord {
-        let found = DeviationRecord { p999_px, max_px, points: 10, ..DeviationRecord::default() };
-        found.judged(&Lod { pixels: 2.0, ..Lod::default() })
+        let found = Measured { p999_px, max_px, points: 10, ..Measured::default() };
+        DeviationRecord::of(&found, None, &Lod { pixels: 2.0, ..Lod::default() })
     }
 
     #[test]

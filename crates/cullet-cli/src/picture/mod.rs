@@ -62,7 +62,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
     let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
-    let views = inputs::views(&model, &args.input.view, console)?;
+    let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;
     if let Some(&seconds) = inputs::times(&args.input.view, views.len()).get(args.index as usize) {
         inputs::pose(&mut model, seconds)?;
     }

@@ -67,7 +67,7 @@ pub(crate) fn run(args: &ReportArgs, console: &Console) -> Outcome {
     let mut model = levels::load(&args.input.scene, &args.input.cull, console)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
-    let views = inputs::views(&model, &args.input.view, console)?;
+    let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;
     let triangle_costs = costs.map(|origin| TriangleCosts::new(origin, &model.scene));
     let opened = Opened::new(&args.opened, &model, console)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;

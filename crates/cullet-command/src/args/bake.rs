@@ -13,7 +13,8 @@ animations, skins and extras, and with what lay in other files taken in; any oth
 the extension CULLET_baked beside each mesh are its levels of detail, with how far each of them is off, as
 measured. Every mesh gets a chain of whole meshes, each of fewer triangles; above 5,000 triangles also a
 hierarchy of clusters, of which what is near is drawn fine and what is far is drawn coarse. Meshes that deform
-have none. Loading the file gives the scene these levels: cullet info lists them, cullet info --baked at once.
+have none. With --merge neighbouring instances are merged in groups, and groups in larger ones; a group is drawn
+in the place of all of its instances where it is near enough to them and has fewer triangles. Loading the file gives the scene these levels: cullet info lists them, cullet info --baked at once.
 
 The same scene and options make the same bytes, with any number of threads. --resume keeps what is finished of
 each mesh in a folder, and takes from there what was finished before: after Ctrl-C, or where a few meshes of
@@ -29,6 +30,7 @@ the first call.
 Examples
   cullet bake model.glb -o baked.glb
   cullet bake city -o city.glb                       a built-in scene
+  cullet bake castle.glb -o baked.glb --merge        levels of groups of instances too
   cullet bake castle.glb -o baked.glb --resume       goes on where Ctrl-C stopped it
   cullet bake scan.ply -o baked.glb --no-hierarchy   whole levels only
   cullet bake castle.glb -o baked.glb --occluders    what hides what is behind it too
@@ -56,6 +58,9 @@ pub struct BakeArgs {
     /// Chains as nodes too, by `MSFT_lod`, for programs that draw those; of a glTF alone
     #[arg(long, conflicts_with = "no_chain")]
     pub msft_lod: bool,
+    /// Groups of instances too, merged and simplified as one, each of which stands for all of them from afar
+    #[arg(long)]
+    pub merge: bool,
     /// Keep what is finished of each mesh, and go on from what is there
     #[arg(long)]
     pub resume: bool,

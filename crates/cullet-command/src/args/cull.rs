@@ -21,6 +21,9 @@ pub struct CullArgs {
     /// How --detail measures: both sides of the screen box, its area in square pixels, or its diagonal
     #[arg(long, value_parser = parse::choice(MEASURES), default_value = "sides")]
     pub detail_by: Measure,
+    /// Let --detail drop clusters of larger instances, too: where these are made of small clusters, they get holes
+    #[arg(long, requires = "detail")]
+    pub detail_clusters: bool,
     /// Also drop triangles that cover no sample of the image's pixels, where these are: exact for that pattern
     #[arg(long, value_parser = parse::choice(SAMPLES), value_name = "PATTERN")]
     pub sample_pattern: Option<SamplePattern>,
@@ -31,6 +34,14 @@ pub struct CullArgs {
     /// Let --lod hold in the image's corners too, where a pixel is a smaller angle
     #[arg(long, requires = "lod")]
     pub lod_corners: bool,
+    /// Draw levels of detail of no more than N triangles, as little off as that allows, and by no less than --lod where it is
+    /// given. What is counted is what culling of whole instances leaves
+    #[arg(long, value_name = "N", value_parser = parse::budget)]
+    pub lod_triangles: Option<u64>,
+    /// Choose levels for a ball of eyes of this radius, in units of the scene; views stay in the ball of an earlier one as
+    /// long as their eye does, so that nothing changes from one to the next
+    #[arg(long, value_name = "R", value_parser = parse::ball)]
+    pub lod_ball: Option<f64>,
     /// Run one stage alone
     #[arg(long, value_parser = parse::choice(ALONE), value_name = "STAGE", conflicts_with_all = ["no_frustum", "no_pvs", "no_portal", "no_backface", "no_degenerate", "no_occlusion"])]
     pub only: Option<Stage>,
@@ -75,9 +86,12 @@ impl CullArgs {
     #[must_use]
     pub fn levels(&self) -> Option<Lod> {
         let alone = self.only == Some(Stage::Lod);
-        let pixels = self.lod.or_else(|| alone.then(|| Lod::default().pixels))?;
-        let runs = pixels > 0.0 && (self.only.is_none() || alone);
-        runs.then_some(Lod { pixels, at_corners: self.lod_corners, ..Lod::default() })
+        let triangles = self.lod_triangles;
+        // A budget alone takes the finest levels that it can.
+        let by_default = || alone.then(|| Lod::default().pixels);
+        let pixels = self.lod.or(triangles.map(|_| 0.0)).or_else(by_default)?;
+        let runs = (pixels > 0.0 || triangles.is_some()) && (self.only.is_none() || alone);
+        runs.then_some(Lod { pixels, at_corners: self.lod_corners, triangles, ..Lod::default() })
     }
 }
 

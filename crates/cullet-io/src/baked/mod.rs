@@ -7,6 +7,7 @@
 mod error;
 mod hash;
 mod occluders;
+mod stand_ins;
 mod tables;
 
 use cullet::{Mesh, MeshData, MeshId};
@@ -16,6 +17,7 @@ pub use hash::hash;
 pub(crate) use hash::root_sum;
 pub(crate) use occluders::occluder_sum;
 pub use occluders::{OccluderPolygon, OccluderSheet, OccluderTables};
+pub(crate) use stand_ins::{StandInTables, sum_of as sum_of_stand_ins};
 pub use tables::{ClusterRow, LevelTables};
 pub(crate) use tables::{ROWS, sum_of};
 
@@ -35,6 +37,8 @@ pub struct Baked {
     pub generator: String,
     /// The meshes with something baked, or with something in the file that does not fit them.
     pub meshes: Vec<BakedMesh>,
+    /// How the errors were found of instances that [stand for others](cullet::Scene::stand_for), where there are any.
+    pub stand_ins: Option<Measured>,
     /// Why all of it was left out, where it was.
     pub problem: Option<BakedError>,
 }

@@ -14,10 +14,11 @@ use serde_json::value::RawValue;
 use super::buffers::Buffers;
 use super::json::{self, Float, Index, Integer, Root};
 use super::notes::Notes;
+use super::stand_ins;
 use super::uri::shorten;
 use crate::baked::{
     Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, MOST_LEVELS, Measured,
-    OccluderTables, VERSION, geometry_hash_of, occluder_sum, root_sum, sum_of,
+    OccluderTables, StandInTables, VERSION, geometry_hash_of, occluder_sum, root_sum, sum_of,
 };
 
 /// The extension's name.
@@ -107,6 +108,7 @@ pub(super) struct MeasuredItem {
 pub(super) struct Found {
     generator: String,
     meshes: Vec<FoundMesh>,
+    stand_ins: Option<(Measured, Vec<StandInTables>)>,
     problem: Option<BakedError>,
 }
 
@@ -160,6 +162,10 @@ pub(super) fn read(
         });
         one.mesh.mesh = number as u32;
         found.meshes.push(one);
+    }
+    match stand_ins::read(raw, buffers, &mut left) {
+        Ok(all) => found.stand_ins = all,
+        Err(problem) => notes.push(NAME, format!("{problem}; merged groups are left out")),
     }
     Some(found)
 }
@@ -305,7 +311,7 @@ impl Found {
         notes: &mut Notes,
     ) -> Baked {
         let mut baked =
-            Baked { generator: self.generator, problem: self.problem, meshes: Vec::new() };
+            Baked { generator: self.generator, problem: self.problem, ..Baked::default() };
         for FoundMesh { mesh: mut one, levels } in self.meshes {
             let base = one.mesh;
             let own = names.get(base as usize).cloned().unwrap_or_default();
@@ -326,6 +332,15 @@ impl Found {
                 }
             }
             baked.meshes.push(one);
+        }
+        if let Some((measured, all)) = self.stand_ins {
+            match StandInTables::give(all, scene, names) {
+                Ok(()) => baked.stand_ins = Some(measured),
+                Err(problem) => {
+                    notes.push(NAME, format!("{problem}; merged groups are left out"));
+                }
+            }
+            scene.sort();
         }
         baked
     }

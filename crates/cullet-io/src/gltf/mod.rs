@@ -22,6 +22,7 @@ mod meshopt;
 mod nodes;
 mod notes;
 mod rig;
+mod stand_ins;
 mod uri;
 
 #[cfg(test)]

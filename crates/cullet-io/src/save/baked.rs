@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::buffer::File;
+use super::stand_ins;
 use crate::Model;
 use crate::baked::{
     BakedLevels, BakedMesh, LevelTables, Measured, VERSION, geometry_hash, occluder_sum, root_sum,
@@ -37,7 +38,8 @@ pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) ->
             chunks.push([at as u64, bytes, sum]);
         }
     }
-    if chunks.is_empty() {
+    let stand_ins = stand_ins::write(model, number, file);
+    if chunks.is_empty() && stand_ins.is_none() {
         return None;
     }
     chunks.sort_unstable();
@@ -49,13 +51,16 @@ pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) ->
     let generator = if baked.generator.is_empty() { own } else { &baked.generator };
     let hash = digits(root_sum(&chunks));
     let count = file.view_count() - first;
-    let root = json!({
+    let mut root = json!({
         "version": VERSION,
         "generator": generator,
         "hash": hash,
         "chunks": rows,
         "bufferViews": { "first": first, "count": count },
     });
+    if let Some(stand_ins) = stand_ins {
+        root["standIns"] = stand_ins;
+    }
     Some(Written { root, meshes })
 }
 
@@ -110,7 +115,6 @@ fn levels(of: &BakedLevels, made: &LevelTables, bytes: &[Vec<u8>; 3], file: &mut
     let [indices, clusters, groups] = bytes.each_ref().map(|bytes| file.table(bytes));
     let errors = made.groups.iter().map(|g| g.error);
     let least = errors.clone().fold(f32::INFINITY, f32::min);
-    let Measured { points, reverse_points, quantile, most_over, seed } = of.measured;
     json!({
         "kind": of.kind.name(),
         "parts": made.parts,
@@ -118,10 +122,16 @@ fn levels(of: &BakedLevels, made: &LevelTables, bytes: &[Vec<u8>; 3], file: &mut
         "clusters": clusters,
         "groups": groups,
         "errors": [least, errors.fold(0.0, f32::max)],
-        "measured": {
-            "points": points, "reversePoints": reverse_points, "quantile": quantile,
-            "mostOver": most_over, "seed": seed,
-        },
+        "measured": measured(&of.measured),
+    })
+}
+
+/// How errors were found.
+pub(super) fn measured(of: &Measured) -> Value {
+    let Measured { points, reverse_points, quantile, most_over, seed } = of;
+    json!({
+        "points": points, "reversePoints": reverse_points, "quantile": quantile,
+        "mostOver": most_over, "seed": seed,
     })
 }
 

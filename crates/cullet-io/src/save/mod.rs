@@ -9,6 +9,7 @@ mod nodes;
 mod obj;
 mod original;
 mod ply;
+mod stand_ins;
 mod stl;
 
 use std::fs::File;

@@ -118,7 +118,7 @@ pub(crate) fn run(args: &CullerArgs, console: &Console) -> Outcome {
     inputs::demand_levels(&model, &args.input.cull)?;
     occluders::give(&mut model, &args.input.cull, console)?;
     inputs::begin(&mut model, &args.input.view, console)?;
-    let views = inputs::views(&model, &args.input.view, console)?;
+    let views = inputs::culled_views(&model, &args.input.view, &args.input.cull, console)?;
     let mut culler = inputs::culler(&args.input.cull);
     culler.output = args.output;
     model.scene.prepare(culler.preparation());

@@ -12,6 +12,7 @@ mod cut;
 mod frustum;
 mod hierarchy;
 mod lod;
+mod lod_scenes;
 mod measure;
 mod measured;
 mod moving;
@@ -40,6 +41,7 @@ pub use options::BenchOptions;
 pub use results::Results;
 
 use crate::machine::Machine;
+use crate::reproduce::LoadLevels;
 
 /// `cullet bench`
 #[derive(Debug, Args)]
@@ -87,10 +89,10 @@ impl BenchArgs {
         }
     }
 
-    /// Whether this is `cullet bench lod`, which the baker runs.
+    /// Whether this is `cullet bench lod` of models, which the baker runs.
     #[must_use]
     pub fn is_of_levels(&self) -> bool {
-        matches!(self.of, Some(BenchOf::Lod(_)))
+        matches!(&self.of, Some(BenchOf::Lod(args)) if !args.scenes)
     }
 
     /// The path that JSON is to be written to.
@@ -107,16 +109,19 @@ impl BenchArgs {
     }
 }
 
-/// Runs the command.
+/// Runs the command; `levels` loads scenes with levels of detail.
 ///
 /// # Errors
 /// If the command line cannot be carried out, or a file cannot be read or written.
-pub fn run(args: &BenchArgs, console: &Console) -> Outcome {
+pub fn run(args: &BenchArgs, levels: LoadLevels<'_>, console: &Console) -> Outcome {
     match &args.of {
         Some(BenchOf::Culler(args)) => return culler::run(args, console),
         Some(BenchOf::Pays(args)) => return pays::run(args, console),
         Some(BenchOf::Portal(args)) => return portal::run(args, console),
         Some(BenchOf::Pvs(args)) => return pvs::run(args, console),
+        Some(BenchOf::Lod(args)) if args.scenes => {
+            return lod_scenes::run(levels, args.json.as_deref(), console);
+        }
         Some(BenchOf::Lod(_)) => {
             return Err(Failure::usage("cullet bench lod is run by cullet-baker"));
         }

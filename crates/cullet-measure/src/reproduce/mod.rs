@@ -3,6 +3,7 @@
 mod assarsson_moller;
 mod chart;
 mod johannsen_carter;
+mod mesh_reduction;
 mod model;
 mod output;
 mod zhang_hoff;
@@ -10,8 +11,10 @@ mod zhang_hoff;
 use std::path::Path;
 
 use clap::{Args, Subcommand};
+use cullet_command::args::SceneArgs;
 use cullet_command::console::Console;
-use cullet_command::exit::Outcome;
+use cullet_command::exit::{Failure, Outcome};
+use cullet_io::Model;
 
 /// `cullet reproduce`
 #[derive(Debug, Args)]
@@ -33,7 +36,13 @@ enum Which {
     /// Clustered Backface Culling (1998): the bounds of clusters beside the ideal, and hierarchies
     #[command(after_help = johannsen_carter::HELP)]
     JohannsenCarter(johannsen_carter::JohannsenCarterArgs),
+    /// The lecture's row of smaller and smaller models of fewer and fewer triangles, with how far each is off
+    #[command(after_help = mesh_reduction::HELP)]
+    MeshReduction(mesh_reduction::MeshReductionArgs),
 }
+
+/// Loads a scene with levels of detail, wherever these come from.
+pub type LoadLevels<'a> = &'a dyn Fn(&SceneArgs, &Console) -> Result<Model, Failure>;
 
 impl ReproduceArgs {
     /// The path that JSON is to be written to.
@@ -43,6 +52,7 @@ impl ReproduceArgs {
             Which::AssarssonMoller(args) => args.json.as_deref(),
             Which::ZhangHoff(args) => args.json.as_deref(),
             Which::JohannsenCarter(args) => args.json.as_deref(),
+            Which::MeshReduction(args) => args.json.as_deref(),
         }
     }
 }
@@ -51,10 +61,11 @@ impl ReproduceArgs {
 ///
 /// # Errors
 /// If a model cannot be read or measured, or a file not be written.
-pub fn run(args: &ReproduceArgs, console: &Console) -> Outcome {
+pub fn run(args: &ReproduceArgs, levels: LoadLevels<'_>, console: &Console) -> Outcome {
     match &args.which {
         Which::AssarssonMoller(args) => assarsson_moller::run(args, console),
         Which::ZhangHoff(args) => zhang_hoff::run(args, console),
         Which::JohannsenCarter(args) => johannsen_carter::run(args, console),
+        Which::MeshReduction(args) => mesh_reduction::run(args, levels, console),
     }
 }

@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use cullet::view::EyeBall;
 use cullet::{Culler, DroppedRange, Funnel, Reason, Stage, View, Visible};
 
 use super::{Decision, Request};
@@ -23,7 +24,8 @@ impl Request {
         out.value(&world.sides);
         out.value(&world.doors);
         // A culler's level is the best of the machine that culls, and its clock that machine's too.
-        out.value(&(number, buffer, view, culler, culler.clock.is_some()));
+        // The eyes of a view are no part of it where it is written.
+        out.value(&(number, buffer, view, view.eyes, culler, culler.clock.is_some()));
         out.bytes
     }
 
@@ -53,8 +55,9 @@ impl Request {
     pub fn unpack(bytes: &[u8], world: Arc<World>) -> Result<Self, UnpackError> {
         let from = &mut Reader::new(bytes, 0);
         let _: (Sides, Vec<u32>) = (from.value()?, from.value()?);
-        let (number, buffer, view, culler, timed): (u64, bool, View, Culler, bool) =
-            from.value()?;
+        let (number, buffer, mut view, eyes, culler, timed) =
+            from.value::<(u64, bool, View, Option<EyeBall>, Culler, bool)>()?;
+        view.eyes = eyes;
         let culler = Culler { clock: timed.then_some(clock), ..culler };
         Ok(Self { world, view, culler, buffer, number })
     }
@@ -178,6 +181,7 @@ mod tests {
         mirrored.cull_face = CullFace::Front;
         let mut plain = near.clone().with_layers(5);
         plain.cull_face = CullFace::None;
+        plain.eyes = Some(EyeBall { centre: [1.0, 2.0, 3.0], radius: 0.5 });
         vec![near, flat.unwrap(), mirrored, plain]
     }
 

@@ -65,6 +65,9 @@ pub struct Style {
     pub face_normals: bool,
     /// A line along the smooth normal from each vertex, at most 16 pixels long.
     pub vertex_normals: bool,
+    /// Whether instances are drawn by the alpha of their [colour](super::Renderer::set_instance_colours), whatever paints them:
+    /// as a pattern of pixels, so that what fades needs no order.
+    pub fade: bool,
     /// Samples a pixel: 1, or 4 for more. All panes of a frame have as many as the one with the most.
     pub samples: u32,
 }
@@ -79,6 +82,7 @@ impl Default for Style {
             clockwise: false,
             face_normals: false,
             vertex_normals: false,
+            fade: false,
             samples: 1,
         }
     }

@@ -54,7 +54,7 @@ impl Numbers {
         // Layers are added up from black.
         let background =
             if style.paint == Paint::Overdraw { [0.0; 3] } else { background.map(to_linear) };
-        let flags = [flips(pane), style.clockwise, style.fill, style.wireframe];
+        let flags = [flips(pane), style.clockwise, style.fill, style.wireframe, style.fade];
         Self {
             clip: clip.as_mat4().to_cols_array_2d(),
             eye_high: with(high, pixel as f32),
@@ -83,9 +83,9 @@ fn flips(pane: &Pane<'_>) -> bool {
 
 /// The faces that the hardware is to cull of one kind of instance: `None` if no face is left to draw.
 pub(super) fn culled(pane: &Pane<'_>, kind: &Kind, two_sided: bool) -> Option<Option<Face>> {
-    let asked = [pane.style.cull_face, pane.view.cull_face];
-    let asked = &asked[..if two_sided || kind.two_sided { 1 } else { 2 }];
-    let (back, front) = (asked.contains(&CullFace::Back), asked.contains(&CullFace::Front));
+    let wanted = [pane.style.cull_face, pane.view.cull_face];
+    let wanted = &wanted[..if two_sided || kind.two_sided { 1 } else { 2 }];
+    let (back, front) = (wanted.contains(&CullFace::Back), wanted.contains(&CullFace::Front));
     // The hardware's front is counter-clockwise on the screen.
     let flipped = flips(pane) != kind.mirrored;
     match (back != flipped && (back || front), back && front) {

@@ -72,7 +72,8 @@ impl PaneDraw<'_> {
             };
             let source =
                 if is_pulled(&style) { VertexSource::Pulled } else { VertexSource::Indexed };
-            let holes = style.paint == Paint::Instances && self.translucent;
+            let by_alpha = style.paint == Paint::Instances || style.fade;
+            let holes = by_alpha && self.translucent;
             let cut = style.wireframe || holes;
             let mut way = PipelineKey { cut, ..self.way(source, mix, near) };
             self.items(pass, scene, state, way, blends.then_some(false));
@@ -81,11 +82,11 @@ impl PaneDraw<'_> {
                 self.items(pass, scene, state, way, Some(true));
             }
         }
-        for (asked, source) in [
+        for (wanted, source) in [
             (style.face_normals, VertexSource::FaceNormals),
             (style.vertex_normals, VertexSource::VertexNormals),
         ] {
-            if asked {
+            if wanted {
                 let way = self.way(source, Mix::Replace, Near::Write);
                 self.items(pass, scene, state, way, None);
             }

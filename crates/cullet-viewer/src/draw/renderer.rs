@@ -193,7 +193,7 @@ impl Renderer {
             self.panes.push(state);
         }
         if let Some(scene) = &mut self.scene {
-            let any = |asked: fn(&Style) -> bool| panes.iter().any(|p| asked(&p.style));
+            let any = |wanted: fn(&Style) -> bool| panes.iter().any(|p| wanted(&p.style));
             let normals = any(|s| s.vertex_normals);
             if normals || any(|s| is_pulled(s) || s.face_normals) {
                 scene.prepare(device, queue, &self.pipelines.chunk_layout, normals);

@@ -40,6 +40,8 @@ const FLIPPED = 1u;
 const CLOCKWISE = 2u;
 const FILL = 4u;
 const WIRE = 8u;
+// Instances are drawn by the alpha of their colour.
+const FADE = 16u;
 
 @group(0) @binding(0) var<uniform> pane: Pane;
 // Four texels a slot: rows of the linear part with the high half of the translation, then its low half
@@ -93,6 +95,8 @@ struct Varying {
     // Which corner, for edges; and the pixels of the triangle in w.
     @location(2) corner: vec3<f32>,
     @location(3) @interpolate(flat) hand_and_area: vec2<f32>,
+    // By which share the instance is drawn.
+    @location(4) @interpolate(flat) share: f32,
 }
 
 // A hue for a cluster: steps of the golden ratio, in three shades, so that neighbours differ.
@@ -121,6 +125,10 @@ fn vertex(slot: u32, position: vec3<f32>, key: u32, place: Place) -> Varying {
     out.corner = vec3<f32>(1.0);
     out.hand_and_area = vec2<f32>(place.hand, 0.0);
     out.colour = vec4<f32>(0.5, 0.5, 0.5, 1.0);
+    out.share = 1.0;
+    if (pane.flags & FADE) != 0u || PAINT == INSTANCES {
+        out.share = textureLoad(instance_colours, at(slot), 0).a;
+    }
     if PAINT == MATERIAL {
         let part = textureLoad(parts, at(key >> 8u), 0);
         // Twice the level of detail is added to it.
@@ -327,7 +335,7 @@ fn fs_cut(in: Varying, @builtin(front_facing) counter_clockwise: bool) -> @locat
     let across = 1.0 / max(wide.x, max(wide.y, wide.z));
     let edge = clamp(1.5 - min(pixels.x, min(pixels.y, pixels.z)), 0.0, 1.0);
     let wire = (pane.flags & WIRE) != 0u;
-    if PAINT == INSTANCES && painted.a < threshold(vec2<u32>(in.position.xy)) {
+    if in.share < threshold(vec2<u32>(in.position.xy)) {
         discard;
     }
     if (pane.flags & FILL) == 0u {

@@ -31,8 +31,9 @@ use crate::decide::{Decider, Decision, Request};
 use crate::inbox::Inbox;
 use crate::journey::Journey;
 use crate::link;
+use crate::pops::Pops;
 use crate::remaking::Remaking;
-use crate::state::{Alteration, Manner, Stages, State, Study};
+use crate::state::{Alteration, Colour, Manner, Stages, State, Study};
 use crate::study::Figures;
 use crate::task::{Progress, Task, clock};
 use crate::truth::Truth;
@@ -142,6 +143,8 @@ pub struct Session {
     requests: u64,
     /// The eyes that levels of detail were last chosen for.
     ball: Option<EyeBall>,
+    /// What popped with the last decision, where that is shown.
+    pub pops: Pops,
     /// The camera as it was last fitted, and to a pane of which size.
     fitted: Option<(Rig, [u32; 2])>,
     /// How the last scene was shown at first.
@@ -200,6 +203,7 @@ impl Session {
             studied: None,
             requests: 0,
             ball: None,
+            pops: Pops::default(),
             fitted: None,
             manner: None,
             refit: false,
@@ -391,12 +395,10 @@ impl Session {
 
     /// A view whose levels of detail are chosen for a ball of eyes, the last one as long as the eye is in it.
     fn with_ball(&mut self, mut view: View) -> View {
-        /// The radius, as a share of the distance from what the camera turns around.
-        const SHARE: f64 = 0.05;
         let [x, y, z, w] = view.eye();
         let rig = self.state.frozen.as_ref().or(self.state.camera.as_ref());
         if let Some(rig) = rig.filter(|_| w != 0.0) {
-            let radius = rig.distance * SHARE;
+            let radius = rig.distance * self.state.stages.lod_ball.max(0.0);
             // A ball of another size belongs to another distance.
             let old = self.ball.filter(|b| b.radius >= radius * 0.5 && b.radius <= radius * 2.0);
             let fresh = EyeBall { centre: [x, y, z], radius };
@@ -404,6 +406,19 @@ impl Session {
             view.eyes = self.ball;
         }
         view
+    }
+
+    /// Finds out what popped from the present decision to the next, where that is shown.
+    fn follow_pops(&mut self, next: &Decision) {
+        let Request { world, view, culler, .. } = &next.request;
+        let before = self.decision.as_ref().filter(|d| Arc::ptr_eq(&d.request.world, world));
+        match before.filter(|_| self.state.look.colour == Colour::Pops) {
+            Some(before) => {
+                let both = [&before.visible, &next.visible];
+                self.pops.follow(&world.model.scene, both, culler, view);
+            }
+            None => self.pops = Pops::default(),
+        }
     }
 
     fn take(&mut self, decision: Decision) {
@@ -415,6 +430,7 @@ impl Session {
         }
         // The inspected instance is explained for the new view.
         let handle = self.inspected.as_ref().map(|i| (i.handle, i.triangle));
+        self.follow_pops(&decision);
         if let Some(before) = self.decision.replace(decision) {
             self.decider.give_back(before.visible);
         }

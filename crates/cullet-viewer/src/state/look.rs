@@ -24,11 +24,13 @@ pub enum Colour {
     Depth,
     /// How often they were simplified.
     Levels,
+    /// Whether their instance changed since the picture before for its size alone: what pops.
+    Pops,
 }
 
 impl Colour {
     /// All of them, with what a menu says.
-    pub const ALL: [(Self, &'static str, &'static str); 8] = [
+    pub const ALL: [(Self, &'static str, &'static str); 9] = [
         (Self::Material, "material", "The colours of the file."),
         (Self::Reason, "reason", "Each instance in the colour of the stage that dropped it."),
         (Self::Sides, "sides", "Front faces light, back faces in another colour."),
@@ -44,6 +46,11 @@ impl Colour {
             Self::Levels,
             "levels",
             "How often triangles were simplified: cream in full, then from blue over green and red to grey.",
+        ),
+        (
+            Self::Pops,
+            "pops",
+            "What small-object culling and levels of detail changed since the picture before: green came, orange is drawn at another level.",
         ),
     ];
 }

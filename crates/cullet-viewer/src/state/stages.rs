@@ -26,12 +26,18 @@ pub struct Stages {
     pub detail_px: f64,
     /// How that size is measured.
     pub detail_by: Measure,
+    /// How much above that size what is left begins to fade, as a share of it; 0 fades nothing. See [`Detail::fade`].
+    pub detail_fade: f64,
     /// By how many pixels levels of detail may be off; 0 draws all in full. See [`Culler::lod`].
     pub lod_px: f64,
     /// Whether that holds in the image's corners too.
     pub lod_corners: bool,
+    /// The most triangles that are drawn with levels of detail; 0 is no budget. See [`Lod::triangles`].
+    pub lod_triangles: u64,
     /// Whether levels are chosen for a ball of eyes, and stay while the eye is in it.
     pub lod_steady: bool,
+    /// The radius of that ball, as a share of the distance from what the camera turns around.
+    pub lod_ball: f64,
     /// Whether occluded instances and clusters are culled; see [`Culler::occlusion`].
     pub occlusion: bool,
     /// See [`Occlusion::width`].
@@ -63,9 +69,12 @@ impl Stages {
             degenerate: culler.degenerate,
             detail_px: detail.threshold_px,
             detail_by: detail.measure,
+            detail_fade: detail.fade,
             lod_px: culler.lod.map_or(0.0, |lod| lod.pixels),
             lod_corners: culler.lod.is_some_and(|lod| lod.at_corners),
+            lod_triangles: culler.lod.and_then(|lod| lod.triangles).unwrap_or(0),
             lod_steady: false,
+            lod_ball: 0.05,
             occlusion: culler.occlusion.is_some(),
             occlusion_width: occlusion.width,
             occlusion_budget: occlusion.budget,
@@ -125,12 +134,13 @@ impl Stages {
             detail: (on && self.detail_px > 0.0).then_some(Detail {
                 measure: self.detail_by,
                 threshold_px: self.detail_px,
+                fade: self.detail_fade,
                 ..Detail::default()
             }),
             lod: (on && self.lod_px > 0.0).then_some(Lod {
                 pixels: self.lod_px,
                 at_corners: self.lod_corners,
-                ..Lod::default()
+                triangles: (self.lod_triangles > 0).then_some(self.lod_triangles),
             }),
             occlusion: (on && self.occlusion).then_some(Occlusion {
                 width: self.occlusion_width,

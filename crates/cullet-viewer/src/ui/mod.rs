@@ -9,6 +9,7 @@ mod figures;
 mod funnel;
 mod help;
 mod inspect;
+mod lossy;
 mod map;
 mod playground;
 mod portals;

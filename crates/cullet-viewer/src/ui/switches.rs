@@ -1,10 +1,10 @@
 //! The switches: what culls, from where, how it is drawn, what is shown of what was dropped.
 
-use cullet::cull::detail::Measure;
 use cullet::{Backface, CullFace, Culler, Output};
 use cullet_io::paths::PathSpec;
 use eframe::egui;
 
+use super::lossy;
 use super::words::{button, choices, colour, switch};
 use crate::camera::{Chase, Mode};
 use crate::cost::Measured;
@@ -53,10 +53,7 @@ fn section(ui: &mut egui::Ui, name: &str, open: bool, body: impl FnOnce(&mut egu
 fn culling(ui: &mut egui::Ui, session: &mut Session) {
     let kept = session.kept_backs();
     let has_cells = super::cells::are_there(session);
-    let has_levels = session.world.as_ref().is_some_and(|world| {
-        let scene = &world.model.scene;
-        (0..scene.meshes().len() as u32).any(|mesh| !scene.levels(mesh).is_empty())
-    });
+    let found = lossy::Found::of(session);
     let s = &mut session.state.stages;
     ui.horizontal_wrapped(|ui| {
         switch(ui, &mut s.on, "cull", "All culling at once; off draws everything (C)");
@@ -121,21 +118,7 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
             ui.weak(kept);
         }
         switch(ui, &mut s.degenerate, "degenerate", "Culls triangles without area: they can own no pixel");
-        ui.horizontal(|ui| {
-            let mut on = s.detail_px > 0.0;
-            if switch(ui, &mut on, "small", "Drops what stays under this many pixels: the one switch here that may change the picture") {
-                s.detail_px = if on { 2.0 } else { 0.0 };
-            }
-            ui.add_enabled(on, egui::DragValue::new(&mut s.detail_px).range(0.0..=64.0).speed(0.1).suffix(" px"));
-        });
-        if s.detail_px > 0.0 {
-            choices(ui, &mut s.detail_by, &[
-                (Measure::WidthAndHeight, "box", "Width and height are both under it"),
-                (Measure::Area, "area", "The area is under it, in square pixels"),
-                (Measure::Diameter, "diagonal", "The diagonal is under it"),
-            ]);
-        }
-        levels(ui, s, has_levels);
+        lossy::all(ui, s, &found);
         occlusion(ui, s);
         ui.horizontal(|ui| {
             ui.label("depth");
@@ -146,32 +129,6 @@ fn culling(ui: &mut egui::Ui, session: &mut Session) {
             ]);
         });
     });
-}
-
-/// Levels of detail, if the scene has any.
-fn levels(ui: &mut egui::Ui, s: &mut Stages, has_levels: bool) {
-    if !has_levels {
-        let about = "cullet bake model.glb -o baked.glb writes a file that has them; open that";
-        ui.weak("no levels of detail").on_hover_text(about);
-        return;
-    }
-    ui.horizontal(|ui| {
-        let mut on = s.lod_px > 0.0;
-        let about = "Draws fewer triangles, off by no more than this many pixels: the colours “levels” show which";
-        if switch(ui, &mut on, "levels", about) {
-            s.lod_px = if on { 1.0 } else { 0.0 };
-        }
-        let slider = egui::Slider::new(&mut s.lod_px, 0.0..=64.0).logarithmic(true).suffix(" px");
-        ui.add_enabled(on, slider.smallest_positive(0.1));
-    });
-    if s.lod_px > 0.0 {
-        ui.horizontal(|ui| {
-            let about = "Also in the corners of the picture, where a pixel is a smaller angle";
-            switch(ui, &mut s.lod_corners, "in corners", about);
-            let about = "Chosen for a ball of eyes: nothing changes until the eye has left it, a twentieth of its distance away";
-            switch(ui, &mut s.lod_steady, "steady", about);
-        });
-    }
 }
 
 fn occlusion(ui: &mut egui::Ui, s: &mut Stages) {

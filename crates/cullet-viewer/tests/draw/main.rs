@@ -301,6 +301,32 @@ fn hidden_and_translucent_instances() {
 }
 
 #[test]
+fn what_fades_keeps_its_colour_where_it_is_drawn() {
+    let Some(gpu) = gpu() else { return };
+    let (model, mut renderer) = with(gpu, "solids");
+    let view = view(&model.scene, [0.4, 0.5, 1.0], 0.7, SIZE);
+    for paint in [Paint::Material, Paint::Clusters] {
+        let style = Style { paint, fade: true, ..Style::default() };
+        let mut drawn = |alpha| {
+            let colours = vec![[9, 9, 9, alpha]; model.scene.slot_count() as usize];
+            renderer.set_instance_colours(&gpu.queue, &colours);
+            let image = shot(gpu, &mut renderer, pane(&view, style));
+            image.save(&format!("fade-{paint:?}-{alpha}.png"));
+            image
+        };
+        let (all, half, little) = (drawn(255), drawn(128), drawn(20));
+        let count = |image: &Image| image.covered(BACKGROUND_BYTES);
+        assert!(count(&little) * 4 < count(&half), "{} {}", count(&little), count(&half));
+        assert!(count(&all) / 3 < count(&half) && count(&half) < count(&all));
+        // One solid over no other: what shows is what shows without fading, or what it hides.
+        let same = all.pixels.iter().zip(&half.pixels).filter(|(a, b)| a == b).count();
+        assert!(same * 3 > count(&all), "{same} of {}", count(&all));
+        let plain = Style { fade: false, ..style };
+        assert_eq!(shot(gpu, &mut renderer, pane(&view, plain)).differing(&all), 0);
+    }
+}
+
+#[test]
 fn nothing_is_uploaded_for_what_did_not_change() {
     let Some(gpu) = gpu() else { return };
     let (model, mut renderer) = with(gpu, "forest:n=2000");

@@ -81,8 +81,10 @@ impl Culler {
         let (mut scratch, mut all, mut result) =
             (Scratch::default(), Visible::default(), Visible::default());
         let has_budget = telling.lod.is_some_and(|lod| lod.triangles.is_some());
-        if telling.occlusion.is_some() || has_budget {
-            // Occluders of an instance are all the others, and a budget is all instances', so the whole scene is culled first.
+        let stands = telling.lod.is_some_and(|lod| lod.stand_ins) && scene.stand_ins().is_some();
+        if telling.occlusion.is_some() || has_budget || stands {
+            // Occluders of an instance are all the others, a budget is all instances', and who stands for one does so for
+            // others too, so the whole scene is culled first.
             let instances = Self { output: Output::Instances, ..telling.clone() };
             pipeline::run(&instances, scene, viewer, None, &mut scratch, &mut all);
             if let (Some(lod), Some(pixels)) = (&mut telling.lod, all.lod_pixels) {
@@ -90,6 +92,9 @@ impl Culler {
             }
         }
         let only = Some(Alone { slot, all: &all });
+        if scene.is_stand_in(slot) {
+            return Ok(of_stand_in(scene, slot, &all));
+        }
         pipeline::run(&telling, scene, viewer, only, &mut scratch, &mut result);
         let reason = result.reasons[slot as usize];
         let frame = Frame::new(&telling, scene, viewer, only);
@@ -106,6 +111,22 @@ impl Culler {
             if hidden { scratch.caches.occlusion.blockers(&frame, slot) } else { Vec::new() };
         Ok(Explanation { reason, steps: steps.collect(), hidden_by })
     }
+}
+
+/// Whether an instance that stands for others is drawn in their place.
+fn of_stand_in(scene: &Scene, slot: u32, all: &Visible) -> Explanation {
+    let is_drawn = all.slots().any(|s| s == slot);
+    let finding = match (is_drawn, scene.is_stand_in_off(slot)) {
+        (true, _) => "drawn in the place of".to_owned(),
+        (_, true) => "never drawn, for one of them has changed: stands for".to_owned(),
+        _ => "not drawn here: stands for".to_owned(),
+    };
+    let count = scene.stood_for_by(slot).len();
+    let finding = format!("{finding} {count} instances");
+    let left = u64::from(is_drawn);
+    let step = Step { stage: Stage::Lod, unit: Unit::Instances, entered: 1, left, finding };
+    let reason = (!is_drawn).then_some(Reason { stage: Stage::Layer, detail: 0 });
+    Explanation { reason, steps: vec![step], hidden_by: Vec::new() }
 }
 
 /// Finding of a stage, in the words of the stage itself.

@@ -193,6 +193,13 @@ impl<'a> Log<'a> {
         }
     }
 
+    /// Takes back why an instance went: it is drawn after all.
+    pub(super) fn keep_slot(&mut self, slot: u32) {
+        if self.wants_reasons {
+            self.reasons[slot as usize] = None;
+        }
+    }
+
     pub(super) fn drop_range(
         &mut self,
         stage: Stage,

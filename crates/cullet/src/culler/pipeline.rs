@@ -59,7 +59,7 @@ const PIPELINE: [Step; 17] = [
         occlusion::instances(f, &mut c.occlusion, &mut s.instances, log);
     }),
     then(Stage::Lod, Unit::Instances, |f, c, s, log| {
-        lod::instances(f, &mut c.lod, &s.instances, &mut s.coarse, log);
+        lod::instances(f, &mut c.lod, &mut s.instances, &mut s.coarse, log);
     }),
     opens(Stage::Frustum, Unit::Clusters, |f, c, s, log| {
         frustum::clusters(f, &mut c.frustum, (&c.portal, &c.occlusion), s, log);
@@ -140,7 +140,8 @@ pub(super) fn run(
     }
     if depth == Unit::Instances {
         log.left = sets.instances.tally(scene);
-        log.left -= sets.coarse.saved();
+        log.left += sets.coarse.drawn();
+        log.left -= sets.coarse.replaced();
         log.settle_instances(log.left);
     }
     if depth < Unit::Triangles && culler.runs(Stage::Degenerate) {

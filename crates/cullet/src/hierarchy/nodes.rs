@@ -6,7 +6,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{dispatch, f32x4};
 use thiserror::Error;
 
-use super::sizes::Sizes;
+use super::sizes::{SizeRange, Sizes};
 use crate::bits;
 use crate::bounds::{Aabb, Boxes, LANES};
 
@@ -15,7 +15,7 @@ use crate::bounds::{Aabb, Boxes, LANES};
 /// Node i of level 0 bounds the boxes 16 i to 16 i + 15, node i of the next level the nodes 16 i to
 /// 16 i + 15, and so on up to a level of at most sixteen. The boxes stay where they are: a flat sweep
 /// and a walk of the tree read the same array. All sixteen children of a node are one block, tested at
-/// once. A tenth of the boxes' memory, with the size of the largest box below each node of the lowest two levels.
+/// once. A tenth of the boxes' memory, with the sizes of the largest and the smallest box below each node of the lowest two levels.
 ///
 /// Boxes that are appended later lie under no node until nodes are made [anew](Self::over): a walk takes
 /// them one by one.
@@ -226,7 +226,12 @@ impl Nodes {
 
     /// No box below a node of a level, 0 or 1, is larger along any axis; infinite where that is not known.
     pub(crate) fn largest_below(&self, level: usize, node: usize) -> [f32; 3] {
-        self.sizes.of(level, node).unwrap_or([f32::INFINITY; 3])
+        self.sizes.of(level).get(node).map_or([f32::INFINITY; 3], |sizes| sizes.largest)
+    }
+
+    /// The sizes of the boxes below the nodes of a level, 0 or 1; none of others.
+    pub(crate) fn sizes_below(&self, level: usize) -> &[SizeRange] {
+        self.sizes.of(level)
     }
 
     /// One bit a box: it is empty. `None` if no box is.

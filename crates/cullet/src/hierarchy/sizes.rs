@@ -5,10 +5,30 @@ use fearless_simd::prelude::*;
 
 use crate::bounds::{BoxBlock, Boxes, LANES};
 
-/// The largest sizes along each axis of the boxes below the nodes of the two lowest levels.
+/// The largest and the smallest sizes along each axis of the boxes below a node, apart from empty ones: of such alone from 0 to
+/// infinity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SizeRange {
+    pub(crate) largest: [f32; 3],
+    pub(crate) smallest: [f32; 3],
+}
+
+impl SizeRange {
+    /// Of no box.
+    const NONE: Self = Self { largest: [0.0; 3], smallest: [f32::INFINITY; 3] };
+
+    fn union(self, o: &Self) -> Self {
+        Self {
+            largest: std::array::from_fn(|a| self.largest[a].max(o.largest[a])),
+            smallest: std::array::from_fn(|a| self.smallest[a].min(o.smallest[a])),
+        }
+    }
+}
+
+/// Sizes of the boxes below the nodes of the two lowest levels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sizes {
-    levels: [Vec<[f32; 3]>; 2],
+    levels: [Vec<SizeRange>; 2],
 }
 
 impl Sizes {
@@ -18,14 +38,14 @@ impl Sizes {
         for level in &mut self.levels {
             count = count.div_ceil(LANES);
             level.clear();
-            level.resize(count, [0.0; 3]);
+            level.resize(count, SizeRange::NONE);
         }
     }
 
     /// Measures a block of sixteen boxes again.
     #[inline(always)]
     pub(super) fn fit<S: Simd>(&mut self, simd: S, boxes: &Boxes, block: usize) {
-        self.levels[0][block] = largest_of(simd, &boxes.blocks()[block]);
+        self.levels[0][block] = range_of(simd, &boxes.blocks()[block]);
     }
 
     /// Measures again what is above the blocks of sixteen that are bits of a word.
@@ -34,17 +54,21 @@ impl Sizes {
         for part in (0..4).filter(|part| blocks >> (16 * part) & 0xffff != 0) {
             let node = word * 4 + part;
             let below = &lowest[node * LANES..((node + 1) * LANES).min(lowest.len())];
-            above[node] = below.iter().fold([0.0; 3], larger);
+            above[node] = below.iter().fold(SizeRange::NONE, SizeRange::union);
         }
     }
 
     /// Lets the nodes above a box grow to hold its rows, −min and max.
     pub(super) fn grow(&mut self, index: usize, rows: [f32; 6]) {
         let size = [0, 1, 2].map(|a| rows[a] + rows[a + 3]);
+        if !size.iter().all(|v| *v >= 0.0) {
+            return;
+        }
+        let own = SizeRange { largest: size, smallest: size };
         let mut node = index;
         for level in &mut self.levels {
             node /= LANES;
-            level[node] = larger(level[node], &size);
+            level[node] = level[node].union(&own);
         }
     }
 
@@ -52,44 +76,53 @@ impl Sizes {
         self.levels.iter().map(|level| size_of_val(&level[..])).sum()
     }
 
-    /// The largest sizes of the boxes below a node of a level, 0 or 1.
-    pub(super) fn of(&self, level: usize, node: usize) -> Option<[f32; 3]> {
-        self.levels.get(level)?.get(node).copied()
+    /// The sizes of the boxes below the nodes of a level, 0 or 1; none of others.
+    pub(super) fn of(&self, level: usize) -> &[SizeRange] {
+        self.levels.get(level).map_or(&[], |level| level)
     }
 }
 
-/// The largest sizes along each axis of a block of boxes.
+/// The sizes of a block of boxes.
 #[inline(always)]
-fn largest_of<S: Simd>(simd: S, BoxBlock(rows): &BoxBlock) -> [f32; 3] {
+fn range_of<S: Simd>(simd: S, BoxBlock(rows): &BoxBlock) -> SizeRange {
     let [x, y, z] = [
         sizes(simd, &rows[0], &rows[3]),
         sizes(simd, &rows[1], &rows[4]),
         sizes(simd, &rows[2], &rows[5]),
     ];
     // Transposed by interleaving, as nodes are fitted.
-    let low = x.zip_low(y).max(x.zip_high(y));
-    let high = z.zip_low(z).max(z.zip_high(z));
+    let low = x.0.zip_low(y.0).max(x.0.zip_high(y.0));
+    let high = z.0.zip_low(z.0).max(z.0.zip_high(z.0));
     let (low, high): ([f32; 4], [f32; 4]) = (low.into(), high.into());
     // An empty box has no size, which is below 0.
-    [low[0].max(low[2]).max(0.0), low[1].max(low[3]).max(0.0), high[0].max(high[2]).max(0.0)]
+    let largest =
+        [low[0].max(low[2]).max(0.0), low[1].max(low[3]).max(0.0), high[0].max(high[2]).max(0.0)];
+    let low = x.1.zip_low(y.1).min(x.1.zip_high(y.1));
+    let high = z.1.zip_low(z.1).min(z.1.zip_high(z.1));
+    let (low, high): ([f32; 4], [f32; 4]) = (low.into(), high.into());
+    let smallest = [low[0].min(low[2]), low[1].min(low[3]), high[0].min(high[2])];
+    SizeRange { largest, smallest }
 }
 
-/// The largest sums of sixteen of −min and max, in four parts.
+/// The largest sums of sixteen of −min and max, in four parts, and the smallest of those that are not below 0.
 #[inline(always)]
-fn sizes<S: Simd>(simd: S, low: &[f32; LANES], high: &[f32; LANES]) -> f32x4<S> {
-    let four = |at: usize| {
-        f32x4::from_slice(simd, &low[at..at + 4]) + f32x4::from_slice(simd, &high[at..at + 4])
-    };
-    four(0).max(four(4)).max(four(8).max(four(12)))
-}
-
-fn larger(a: [f32; 3], b: &[f32; 3]) -> [f32; 3] {
-    std::array::from_fn(|i| a[i].max(b[i]))
+fn sizes<S: Simd>(simd: S, low: &[f32; LANES], high: &[f32; LANES]) -> (f32x4<S>, f32x4<S>) {
+    let mut most = f32x4::splat(simd, f32::NEG_INFINITY);
+    let mut least = f32x4::splat(simd, f32::INFINITY);
+    let (zero, none) = (f32x4::splat(simd, 0.0), least);
+    for at in [0, 4, 8, 12] {
+        let own =
+            f32x4::from_slice(simd, &low[at..at + 4]) + f32x4::from_slice(simd, &high[at..at + 4]);
+        most = most.max(own);
+        least = least.min(own.simd_ge(zero).select(own, none));
+    }
+    (most, least)
 }
 
 #[cfg(test)]
 mod tests {
 
+    use super::SizeRange;
     use crate::bounds::{Aabb, Boxes};
     use crate::hierarchy::Nodes;
 
@@ -109,21 +142,31 @@ mod tests {
         let check = |nodes: &Nodes, boxes: &Boxes| {
             for (above, width) in [(0, 16), (1, 256)] {
                 for (node, first) in (0..boxes.len()).step_by(width).enumerate() {
-                    let mut largest = [0.0_f32; 3];
+                    let (mut largest, mut smallest) = ([0.0_f32; 3], [f32::INFINITY; 3]);
                     for i in first..(first + width).min(boxes.len()) {
                         let b = boxes.get(i);
                         if !b.is_empty() {
                             largest = std::array::from_fn(|a| largest[a].max(b.max[a] - b.min[a]));
+                            smallest =
+                                std::array::from_fn(|a| smallest[a].min(b.max[a] - b.min[a]));
                         }
                     }
-                    assert_eq!(nodes.largest_below(above, node), largest, "{above} {node}");
+                    let found = nodes.sizes_below(above)[node];
+                    assert_eq!(found, SizeRange { largest, smallest }, "{above} {node}");
                 }
             }
-            assert_eq!(nodes.largest_below(0, 99), [f32::INFINITY; 3]);
+            assert!(nodes.sizes_below(2).is_empty());
         };
         check(&nodes, &boxes);
         boxes.set(300, &Aabb::new([0.0; 3], [500.0, 2.0, 1.0]));
         nodes.grow(&boxes, 300);
+        // What was there may have been the smallest: that is known only when it is fitted again.
+        for (above, node) in [(0, 300 / 16), (1, 300 / 256)] {
+            let found = nodes.sizes_below(above)[node];
+            assert_eq!(found.largest[0], 500.0);
+            assert!(found.smallest.iter().all(|v| *v <= 1.0), "{found:?}");
+        }
+        nodes.refit_range(level, &boxes, 300..301);
         check(&nodes, &boxes);
         // Smaller again, of which only fitting tells.
         boxes.set(300, &at(300));

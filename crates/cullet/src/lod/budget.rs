@@ -1,6 +1,8 @@
 //! A budget of triangles: the least threshold at which no more are drawn.
 
 use super::{LevelEye, Levels, NO_GROUP};
+use crate::funnel::Counts;
+use crate::scene::StandIns;
 
 /// How many thresholds are tried, each a quarter of an octave above the one before: up to 55,000 times the first.
 const STEPS: usize = 64;
@@ -10,11 +12,18 @@ const STEPS_PER_OCTAVE: f64 = 4.0;
 /// more than was counted.
 const OUTWARD: f64 = 1.0 + 1e-4;
 
-/// Below the finest that was asked for, if nothing was: an eighth of a pixel.
+/// The finest threshold where none is given: an eighth of a pixel.
 const FINEST: f64 = 0.125;
 
 /// How many triangles and clusters are drawn at each threshold.
-type Counts = [[i64; 2]; STEPS];
+type Drawn = [[i64; 2]; STEPS];
+
+/// What is left of all that one stands for, and how many triangles are drawn of it at each threshold.
+#[derive(Clone, Copy, Debug)]
+struct Below {
+    left: Counts,
+    triangles: [u64; STEPS],
+}
 
 /// How many triangles a scene's instances come to at each of some thresholds, the memory to count them in, and the threshold
 /// that was chosen last.
@@ -22,21 +31,26 @@ type Counts = [[i64; 2]; STEPS];
 pub(crate) struct Budget {
     finest: f64,
     all: [u64; STEPS],
+    /// By the number of those that stand for others.
+    below: Vec<Below>,
     /// Of each group of some levels the first threshold at which it is within.
     within: Vec<u8>,
 }
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { finest: FINEST, all: [0; STEPS], within: Vec::new() }
+        Self { finest: FINEST, all: [0; STEPS], below: Vec::new(), within: Vec::new() }
     }
 }
 
 impl Budget {
-    /// Begins to count, from the threshold up that was asked for.
-    pub(crate) fn begin(&mut self, pixels: f64) {
+    /// Begins to count, from the wanted threshold up.
+    pub(crate) fn begin(&mut self, pixels: f64, stands: Option<&StandIns>) {
         self.finest = if pixels > 0.0 && pixels.is_finite() { pixels } else { FINEST };
         self.all = [0; STEPS];
+        self.below.clear();
+        let none = Below { left: Counts::default(), triangles: [0; STEPS] };
+        self.below.resize(stands.map_or(0, |s| s.all.len()), none);
     }
 
     /// The threshold that eyes are to be made for.
@@ -44,21 +58,51 @@ impl Budget {
         self.finest
     }
 
-    /// Counts an instance without levels.
-    pub(crate) fn add_whole(&mut self, triangles: u64) {
-        self.all.iter_mut().for_each(|n| *n += triangles);
+    /// Counts an instance without levels, that one of such a number stands for, if any does.
+    pub(crate) fn add_whole(&mut self, by: u32, whole: Counts) {
+        self.put(by, whole, &[whole.triangles; STEPS]);
     }
 
-    /// Counts an instance with levels, of whose mesh there are so many triangles and clusters.
+    /// Counts an instance with levels.
     pub(crate) fn add<'a>(
         &mut self,
-        [triangles, clusters]: [u64; 2],
+        by: u32,
+        whole: Counts,
         levels: impl Iterator<Item = &'a Levels>,
         eye: &LevelEye,
     ) {
-        let mut least = [triangles; STEPS];
+        let mut least = [whole.triangles; STEPS];
+        self.lessen(&mut least, whole.clusters, levels, eye);
+        self.put(by, whole, &least);
+    }
+
+    /// Counts one that stands for others, after all of those below it: the less of its own levels and of all that.
+    pub(crate) fn stand_in<'a>(
+        &mut self,
+        number: u32,
+        above: u32,
+        levels: impl Iterator<Item = &'a Levels>,
+        eye: impl Fn() -> LevelEye,
+    ) {
+        let Some(&Below { left, triangles: mut least }) = self.below.get(number as usize) else {
+            return;
+        };
+        if left.instances > 0 {
+            self.lessen(&mut least, left.clusters, levels, &eye());
+            self.put(above, left, &least);
+        }
+    }
+
+    /// Takes at each threshold what levels have, where that is less and in no more clusters than there are.
+    fn lessen<'a>(
+        &mut self,
+        least: &mut [u64; STEPS],
+        clusters: u64,
+        levels: impl Iterator<Item = &'a Levels>,
+        eye: &LevelEye,
+    ) {
         for levels in levels {
-            let mut counts: Counts = [[0; 2]; STEPS];
+            let mut counts: Drawn = [[0; 2]; STEPS];
             // Below this the finest are missing, and the mesh is drawn.
             let first = levels.count(eye, &mut self.within, &mut counts);
             let (mut drawn, mut drawn_clusters) = (0, 0);
@@ -70,7 +114,18 @@ impl Budget {
                 }
             }
         }
-        self.all.iter_mut().zip(least).for_each(|(n, least)| *n += least);
+    }
+
+    /// Puts what is drawn to that of one that stands for it, or to all.
+    fn put(&mut self, by: u32, whole: Counts, least: &[u64; STEPS]) {
+        let all = match self.below.get_mut(by as usize) {
+            Some(below) => {
+                below.left += whole;
+                &mut below.triangles
+            }
+            None => &mut self.all,
+        };
+        all.iter_mut().zip(least).for_each(|(n, least)| *n += least);
     }
 
     /// The least threshold at which no more than `most` triangles are drawn; the last one where there is none.
@@ -83,7 +138,7 @@ impl Budget {
 impl Levels {
     /// Adds to each threshold what more, or less, of this is drawn there than at the one before, for an eye that was made for
     /// the first of them. The first threshold at which all that would be drawn is there.
-    fn count(&self, eye: &LevelEye, within: &mut Vec<u8>, counts: &mut Counts) -> usize {
+    fn count(&self, eye: &LevelEye, within: &mut Vec<u8>, counts: &mut Drawn) -> usize {
         let groups = self.group_count();
         within.clear();
         within.extend((0..groups).map(|g| first_within(eye, &self.group(g))));

@@ -20,21 +20,23 @@ pub struct Lod {
     /// the instances that are left when levels are chosen, before any of their clusters is culled; those without levels count
     /// in full, and where the coarsest of all are still too many, they are drawn. Default none.
     pub triangles: Option<u64>,
+    /// Whether instances that [stand for others](crate::Scene::stand_for) are drawn in their place. Default on.
+    pub stand_ins: bool,
 }
 
 impl Default for Lod {
     /// A pixel at the centre of the image.
     fn default() -> Self {
-        Self { pixels: 1.0, at_corners: false, triangles: None }
+        Self { pixels: 1.0, at_corners: false, triangles: None, stand_ins: true }
     }
 }
 
-/// How large a small thing is on the screen of a view.
+/// Size on the screen of what is small, in a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelScale {
     /// The eye in world space; none for parallel lines of sight.
     pub eye: Option<[f64; 3]>,
-    /// Pixels of a thing of size 1 at distance 1 from the eye; with parallel lines of sight at any distance.
+    /// Pixels of a length of 1 at distance 1 from the eye; with parallel lines of sight at any distance.
     pub pixels: f64,
     /// The nearest distance that is drawn: errors before it count as if they were there.
     pub near: f64,
@@ -90,7 +92,7 @@ impl PixelScale {
     }
 }
 
-/// An eye in the space of a mesh, with the threshold: what [`Levels::select`](super::Levels::select) asks of a view.
+/// An eye in the space of a mesh, with the threshold: what [`Levels::select`](super::Levels::select) needs of a view.
 ///
 /// A group is over the threshold iff its error is above `nearest`, and the eye nearer to its centre than radius, error
 /// times `reach` and `ball` together. All is rounded to the side of what is finer.

@@ -243,6 +243,13 @@ impl Levels {
         self.rows[4].iter().copied().fold(0.0, f32::max)
     }
 
+    /// How many triangles are drawn from far away, where nothing but the coarsest is.
+    #[must_use]
+    pub fn fewest_triangles(&self) -> u64 {
+        let coarsest = self.inputs_of(self.group_count());
+        coarsest.iter().map(|&c| u64::from(self.triangles[c as usize])).sum()
+    }
+
     /// The clusters that were simplified in a group; with the number of groups, those that were in none.
     pub(super) fn inputs_of(&self, group: usize) -> &[u32] {
         &self.inputs[self.first_input[group] as usize..self.first_input[group + 1] as usize]

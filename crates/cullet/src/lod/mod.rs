@@ -4,7 +4,7 @@
 //! [`Levels`] are clusters, each made by simplifying a [`Group`] of finer ones. A cluster is drawn if the group that it
 //! was made from is within the threshold, and the group that it was simplified in is beyond it: of each place of the
 //! surface just one level is drawn, and neighbours meet as they did when they were simplified together. A chain of
-//! whole meshes is the same thing with one group for each level.
+//! whole meshes is the same with one group for each level.
 //!
 //! A group is over the threshold iff the eye is in a sphere around it, so that choosing asks for nothing else. That
 //! the result is closed rests on the errors and spheres growing from each group to those made of it, which

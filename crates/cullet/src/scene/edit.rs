@@ -42,7 +42,10 @@ impl Scene {
         let slot = self.slot(handle)?;
         self.hierarchy.remove(handle)?;
         let at = slot as usize;
-        self.tallies.remove(at, self.mesh[at], self.layers[at]);
+        self.leave_stand_ins(slot);
+        // Those that stand for others are in no count of layers.
+        let layers = (!self.is_stand_in(slot)).then_some(self.layers[at]);
+        self.tallies.remove(at, self.mesh[at], layers);
         self.layers[slot as usize] = 0;
         self.flags[slot as usize] = InstanceFlags::default();
         bits::set(&mut self.exempt, slot as usize, false);
@@ -62,18 +65,23 @@ impl Scene {
     ) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         self.transforms[slot as usize] = transform;
+        self.leave_stand_ins(slot);
         self.update_slot(slot);
         self.change += 1;
         Ok(())
     }
 
-    /// Sets the layers of an instance.
+    /// Sets the layers of an instance; one that [stands for others](Self::stand_for) stays in none.
     ///
     /// # Errors
     /// If the handle names no instance.
     pub fn set_layers(&mut self, handle: Handle, layers: u32) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         let at = slot as usize;
+        if self.is_stand_in(slot) {
+            return Ok(());
+        }
+        self.leave_stand_ins(slot);
         self.tallies.change_layers(self.mesh[at], self.layers[at], layers);
         self.layers[at] = layers;
         self.change += 1;
@@ -87,6 +95,7 @@ impl Scene {
     pub fn set_flags(&mut self, handle: Handle, flags: InstanceFlags) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         self.flags[slot as usize] = flags;
+        self.leave_stand_ins(slot);
         self.update_slot(slot);
         self.change += 1;
         Ok(())
@@ -121,6 +130,7 @@ impl Scene {
     pub fn set_bounds(&mut self, handle: Handle, bounds: BoundsOverride) -> Result<(), SceneError> {
         let slot = self.slot(handle)?;
         self.overrides[slot as usize] = bounds;
+        self.leave_stand_ins(slot);
         self.update_slot(slot);
         self.change += 1;
         Ok(())
@@ -182,7 +192,7 @@ impl Scene {
         }
         let at = slot as usize;
         let b = self.world_box(at);
-        self.hierarchy.set_slot(at, &b);
+        self.hierarchy.set_slot(at, &self.box_to_find(at));
         self.loosen(slot);
         let finite = self.transforms[at].is_finite();
         let no_bounds = self.overrides[at] == BoundsOverride::None || !b.is_finite();
@@ -214,7 +224,8 @@ impl SceneBoundsMut<'_> {
         let at = slot as usize;
         let known = matches!(scene.overrides[at], BoundsOverride::World(_));
         scene.overrides[at] = BoundsOverride::World(*bounds);
-        if scene.is_removed(slot) {
+        scene.leave_stand_ins(slot);
+        if scene.is_removed(slot) || scene.is_stand_in(slot) {
             return;
         }
         if known && bounds.is_finite() && !scene.flags[at].always_visible {

@@ -82,6 +82,7 @@ impl Scene {
         edit: &mut dyn FnMut(MeshId, &mut Mesh),
     ) {
         let mut changed = vec![false; self.meshes.len()];
+        self.leave_stand_ins_of(range.clone());
         for at in range {
             let mesh = &mut self.meshes[at];
             let bounds = mesh.bounds();
@@ -93,7 +94,9 @@ impl Scene {
         if changed.contains(&true) {
             let present = self.hierarchy.present();
             self.tallies.recount(0..present.len(), &self.mesh, present);
-            self.tallies.recount_layers(&self.mesh, &self.layers, present);
+            let stands = self.stand_ins.as_deref();
+            let has_left = |slot: usize| stands.is_some_and(|s| s.has(slot));
+            self.tallies.recount_layers(&self.mesh, &self.layers, present, has_left);
             for slot in 0..self.slot_count() {
                 if changed[self.mesh[slot as usize] as usize] {
                     self.update_slot(slot);

@@ -16,6 +16,7 @@ mod instance;
 mod levels;
 mod meshes;
 mod order;
+mod stand_ins;
 mod tally;
 
 pub use audit::BoundsViolation;
@@ -23,6 +24,8 @@ pub(crate) use cells::SceneCells;
 pub use edit::SceneBoundsMut;
 pub use instance::{BoundsOverride, Instance, InstanceFlags, MeshId, SceneError};
 pub use levels::MeshLevels;
+pub use stand_ins::StandInError;
+pub(crate) use stand_ins::{NO_STAND_IN, StandIns};
 use tally::Tallies;
 pub(crate) use tally::Tally;
 
@@ -64,6 +67,8 @@ pub struct Scene {
     hierarchy: Hierarchy,
     // Which instances are in which cell.
     cells: Option<Box<SceneCells>>,
+    // Which instances stand for which others.
+    stand_ins: Option<Box<StandIns>>,
 }
 
 impl Default for Scene {
@@ -98,6 +103,7 @@ impl Scene {
             collapsed: Vec::new(),
             hierarchy: Hierarchy::new(),
             cells: None,
+            stand_ins: None,
         }
     }
 
@@ -131,15 +137,16 @@ impl Scene {
         self.hierarchy.slot_count()
     }
 
-    /// How many instances there are.
+    /// How many instances there are, without those that only [stand for others](Self::stand_for).
     #[must_use]
     pub fn instance_count(&self) -> u32 {
-        self.hierarchy.len()
+        let here = |slot: &u32| !self.is_removed(*slot);
+        self.hierarchy.len() - self.stand_in_slots().filter(here).count() as u32
     }
 
-    /// The slots that hold an instance, ascending.
+    /// The slots that hold an instance, ascending, without those that only [stand for others](Self::stand_for).
     pub fn slots(&self) -> impl Iterator<Item = u32> {
-        (0..self.slot_count()).filter(|&s| !self.is_removed(s))
+        (0..self.slot_count()).filter(|&s| !self.is_removed(s) && !self.is_stand_in(s))
     }
 
     /// The slot of an instance.

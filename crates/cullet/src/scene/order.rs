@@ -27,8 +27,12 @@ impl Scene {
 
     /// The part of [`commit`](Self::commit) that sorts, without preparing any mesh.
     pub fn sort(&mut self) -> Commit {
-        let flags = &self.flags;
-        let commit = self.hierarchy.commit_parts(|slot| flags[slot as usize].dynamic);
+        let (flags, stands) = (&self.flags, self.stand_ins.as_deref());
+        let is_apart = |slot: u32| {
+            // Those that stand for others have no place among them.
+            stands.is_some_and(|s| s.has(slot as usize)) || flags[slot as usize].dynamic
+        };
+        let commit = self.hierarchy.commit_parts(is_apart);
         let len = self.hierarchy.slot_count() as usize;
         let mut from = vec![0; len];
         for (old, &new) in commit.slot_of_old.iter().enumerate() {
@@ -46,6 +50,7 @@ impl Scene {
         gather_bits(&mut self.exempt, &from);
         gather_bits(&mut self.collapsed, &from);
         self.note_exempt();
+        self.gather_stand_ins(&from);
         if let Some(cells) = &mut self.cells {
             cells.gather(&from);
         }
@@ -80,6 +85,7 @@ impl Scene {
         rearrange(&mut self.users, &moves);
         rearrange_bits(&mut self.exempt, &moves);
         rearrange_bits(&mut self.collapsed, &moves);
+        self.rearrange_stand_ins(&moves);
         if let Some(cells) = &mut self.cells {
             cells.rearrange(&moves);
         }

@@ -74,10 +74,18 @@ impl Tallies {
         *self.by_layers.entry(layers).or_default() += tally;
     }
 
-    pub(super) fn remove(&mut self, slot: usize, mesh: u32, layers: u32) {
+    /// Takes an instance out; without layers where it has [left](Self::leave) those.
+    pub(super) fn remove(&mut self, slot: usize, mesh: u32, layers: Option<u32>) {
         let tally = self.of_mesh(mesh);
         self.by_word[slot / 64] -= tally;
-        self.leave_layers(tally, layers);
+        if let Some(layers) = layers {
+            self.leave_layers(tally, layers);
+        }
+    }
+
+    /// Takes an instance out of the counts of layers, and so of all, but not of its slot.
+    pub(super) fn leave(&mut self, mesh: u32, layers: u32) {
+        self.leave_layers(self.of_mesh(mesh), layers);
     }
 
     pub(super) fn change_layers(&mut self, mesh: u32, from: u32, to: u32) {
@@ -108,10 +116,16 @@ impl Tallies {
         }
     }
 
-    /// Counts all layers again, after meshes were edited.
-    pub(super) fn recount_layers(&mut self, mesh: &[u32], layers: &[u32], present: &[u64]) {
+    /// Counts all layers again, after meshes were edited, without the slots that have [left](Self::leave) them.
+    pub(super) fn recount_layers(
+        &mut self,
+        mesh: &[u32],
+        layers: &[u32],
+        present: &[u64],
+        has_left: impl Fn(usize) -> bool,
+    ) {
         self.by_layers.clear();
-        for slot in bits::in_words(present) {
+        for slot in bits::in_words(present).filter(|&slot| !has_left(slot)) {
             *self.by_layers.entry(layers[slot]).or_default() += self.by_mesh[mesh[slot] as usize];
         }
     }

@@ -151,7 +151,7 @@ impl PaysArgs {
         let mut model = inputs::load(&scenes::args(scene), &quiet)?;
         inputs::demand_levels(&model, &self.cull)?;
         occluders::give(&mut model, &self.cull, &quiet)?;
-        let views = inputs::views(&model, &self.view_args(), &quiet)?;
+        let views = inputs::culled_views(&model, &self.view_args(), &self.cull, &quiet)?;
         Ok((model, views))
     }
 }

@@ -4,12 +4,16 @@
 //! is at g·d / w beside it, so that the picture is 2G/w wide, G being the sum of |g| times half the box: at least with the w
 //! of the middle, at the most with the least w. Far away both are nearly the same, and only a box whose size is just at the
 //! threshold is left to its corners.
+//!
+//! Of boxes anywhere in a node q is not known but to be in a range, by which |g| may be off. With the sizes of the largest and
+//! the smallest of them the node is decided as a whole, sixteen nodes at once.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{dispatch, f32x16};
 
 use super::{Detail, Measure};
 use crate::bounds::{BoxBlock, LANES};
+use crate::hierarchy::SizeRange;
 use crate::simd::Simd;
 use crate::view::View;
 
@@ -40,19 +44,90 @@ impl BatchSizes {
         Self { rows, size, measure: detail.measure, threshold: threshold as f32 }
     }
 
-    /// One bit each for the boxes of a block that are surely small, and for those that surely are not. `weights` multiply
-    /// sizes; nothing is said of one that is negative, infinite or NaN.
+    /// One bit each for the boxes of some blocks that are surely small, and for those that surely are not; of up to four
+    /// blocks, those whose bits are set in `wanted`. `weights` multiply sizes; nothing is said of one that is negative, infinite
+    /// or NaN.
+    ///
+    /// Several at once, for most of the time is that of memory: no decision stands between the blocks that are read.
     pub(crate) fn decide(
         &self,
         level: Simd,
+        blocks: &[BoxBlock],
+        wanted: u8,
+        weights: Option<&[[f32; LANES]; 4]>,
+    ) -> (u64, u64) {
+        dispatch!(level.0, simd => self.decide_some(simd, blocks, wanted, weights))
+    }
+
+    /// One bit each for the nodes of a block below which all boxes are surely small, and surely none is. `sizes` are of the
+    /// boxes below each, and `weights` of the heaviest of them: of a node with others than 1 it is not said that none is small.
+    pub(crate) fn decide_nodes(
+        &self,
+        level: Simd,
         block: &BoxBlock,
+        sizes: &[SizeRange],
         weights: Option<&[f32; LANES]>,
     ) -> (u16, u16) {
-        dispatch!(level.0, simd => self.decide_with(simd, block, weights))
+        let mut halves = [[[0.0; LANES]; 3]; 2];
+        for (lane, own) in sizes.iter().take(LANES).enumerate() {
+            for a in 0..3 {
+                halves[0][a][lane] = own.smallest[a] * 0.5;
+                halves[1][a][lane] = own.largest[a] * 0.5;
+            }
+        }
+        dispatch!(level.0, simd => self.decide_within(simd, block, &halves, weights))
+    }
+
+    #[inline(always)]
+    fn decide_within<S: fearless_simd::Simd>(
+        &self,
+        simd: S,
+        block: &BoxBlock,
+        [smallest, largest]: &[[[f32; LANES]; 3]; 2],
+        weights: Option<&[f32; LANES]>,
+    ) -> (u16, u16) {
+        let lanes = Lanes::new(simd, block);
+        let least = [
+            f32x16::from_slice(simd, &smallest[0]),
+            f32x16::from_slice(simd, &smallest[1]),
+            f32x16::from_slice(simd, &smallest[2]),
+        ];
+        let most = [
+            f32x16::from_slice(simd, &largest[0]),
+            f32x16::from_slice(simd, &largest[1]),
+            f32x16::from_slice(simd, &largest[2]),
+        ];
+        let (small, large) = self.decide_lanes(&lanes, [&least, &most], true, weights);
+        (small, if weights.is_some() { 0 } else { large })
     }
 
     // Plain functions and loops all through: a closure that is not inlined has no vector instructions, and made this six
     // times as slow.
+    #[inline(always)]
+    fn decide_some<S: fearless_simd::Simd>(
+        &self,
+        simd: S,
+        blocks: &[BoxBlock],
+        wanted: u8,
+        weights: Option<&[[f32; LANES]; 4]>,
+    ) -> (u64, u64) {
+        let (mut small, mut large) = (0, 0);
+        let mut rest = wanted;
+        while rest != 0 {
+            let part = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let Some(block) = blocks.get(part) else { break };
+            let own = match weights {
+                Some(weights) => Some(&weights[part]),
+                None => None,
+            };
+            let (own_small, own_large) = self.decide_with(simd, block, own);
+            small |= u64::from(own_small) << (part * LANES);
+            large |= u64::from(own_large) << (part * LANES);
+        }
+        (small, large)
+    }
+
     #[inline(always)]
     fn decide_with<S: fearless_simd::Simd>(
         &self,
@@ -61,15 +136,37 @@ impl BatchSizes {
         weights: Option<&[f32; LANES]>,
     ) -> (u16, u16) {
         let lanes = Lanes::new(simd, block);
+        self.decide_lanes(&lanes, [&lanes.reach, &lanes.reach], false, weights)
+    }
+
+    /// Of boxes with halves between two; the lanes are those boxes, or where `within` hold them.
+    #[inline(always)]
+    fn decide_lanes<S: fearless_simd::Simd>(
+        &self,
+        lanes: &Lanes<S>,
+        halves: [&[f32x16<S>; 3]; 2],
+        within: bool,
+        weights: Option<&[f32; LANES]>,
+    ) -> (u16, u16) {
+        let simd = lanes.simd;
         let [row_x, row_y, row_z, row_w] = &self.rows;
-        let zero = f32x16::splat(simd, 0.0);
-        let (w, w_off) = (lanes.at(row_w), lanes.off(row_w));
-        let nearest = w - lanes.half(row_w) - w_off;
+        let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
+        let (w, w_off, w_half) = (lanes.at(row_w), lanes.off(row_w), lanes.half(row_w));
+        let nearest = w - w_half - w_off;
         let depth = lanes.at(row_z) - lanes.half(row_z) - lanes.off(row_z) - w_off;
         let mut decided = nearest.simd_gt(zero) & depth.simd_ge(zero);
-        let deep = Deep { row: row_w, w, w_off, nearest };
-        let (mut least_x, mut most_x) = lanes.side(row_x, &deep, self.size[0]);
-        let (mut least_y, mut most_y) = lanes.side(row_y, &deep, self.size[1]);
+        let (w_spread, farthest) =
+            if within { (w_half + w_off, w + w_half + w_off) } else { (w_off, w + w_off) };
+        // What reciprocals are rounded by is far below the slack of what they are used for.
+        let deep = Deep {
+            row: row_w,
+            per_w: one / w,
+            spread: w_spread,
+            per_nearest: one / nearest,
+            per_farthest: one / farthest,
+        };
+        let (mut least_x, mut most_x) = lanes.side(row_x, &deep, halves, within, self.size[0]);
+        let (mut least_y, mut most_y) = lanes.side(row_y, &deep, halves, within, self.size[1]);
         if let Some(weights) = weights {
             let weight = f32x16::from_slice(simd, weights);
             decided =
@@ -100,12 +197,14 @@ struct Lanes<S: fearless_simd::Simd> {
     most: [f32x16<S>; 3],
 }
 
-/// Row of w, and what it is of sixteen boxes: in their middles, by how much that may be off, and at the least.
+/// Row of w, and what it is of sixteen boxes: one over that of their middles, by how much it may be off of the middle of a box, and one
+/// over the least there is of it and the most of a middle.
 struct Deep<'a, S: fearless_simd::Simd> {
     row: &'a [f32; 4],
-    w: f32x16<S>,
-    w_off: f32x16<S>,
-    nearest: f32x16<S>,
+    per_w: f32x16<S>,
+    spread: f32x16<S>,
+    per_nearest: f32x16<S>,
+    per_farthest: f32x16<S>,
 }
 
 impl<S: fearless_simd::Simd> Lanes<S> {
@@ -153,29 +252,41 @@ impl<S: fearless_simd::Simd> Lanes<S> {
         sum * self.splat(STEP)
     }
 
-    /// How wide the boxes look along one axis of a screen with so many pixels: at the least and at the most.
+    /// How wide boxes with halves between two look along one axis of a screen with so many pixels: at the least and at the
+    /// most. The lanes are those boxes, or where `within` hold them.
     #[inline(always)]
-    fn side(&self, row: &[f32; 4], deep: &Deep<'_, S>, pixels: f32) -> (f32x16<S>, f32x16<S>) {
+    fn side(
+        &self,
+        row: &[f32; 4],
+        deep: &Deep<'_, S>,
+        [smallest, largest]: [&[f32x16<S>; 3]; 2],
+        within: bool,
+        pixels: f32,
+    ) -> (f32x16<S>, f32x16<S>) {
         let (zero, step) = (self.splat(0.0), self.splat(STEP));
-        let Deep { row: row_w, w, w_off, nearest } = *deep;
-        let q = self.at(row) / w;
+        let Deep { row: row_w, per_w, spread, per_nearest, per_farthest } = *deep;
+        let q = self.at(row) * per_w;
         let steep = q.abs();
-        let q_off = (self.off(row) + steep * w_off) / nearest + (steep + self.splat(1.0)) * step;
+        let mut off = self.off(row);
+        if within {
+            off += self.half(row);
+        }
+        let q_off = (off + steep * spread) * per_nearest + (steep + self.splat(1.0)) * step;
         let (mut least, mut most) = (zero, zero);
         for a in 0..3 {
             let (of_row, of_w) = (self.splat(row[a].abs()), self.splat(row_w[a].abs()));
             let g = (self.splat(row[a]) - q * self.splat(row_w[a])).abs();
             let g_off = of_w * q_off + (of_row + steep * of_w) * step;
             let slack = self.most[a] * step;
-            least += (g - g_off).max(zero) * (self.reach[a] - slack).max(zero);
-            most += (g + g_off) * (self.reach[a] + slack);
+            least += (g - g_off).max(zero) * (smallest[a] - slack).max(zero);
+            most += (g + g_off) * (largest[a] + slack);
         }
         // What x/w itself is rounded by where corners are projected is far below this. Twice half the box, times half of the
         // viewport.
         let slack = (steep + self.splat(1.0)) * self.splat(1e-9 * pixels);
         (
-            least / (w + w_off) * self.splat(pixels * (1.0 - 8.0 * STEP)),
-            most / nearest * self.splat(pixels * (1.0 + 8.0 * STEP)) + slack,
+            least * per_farthest * self.splat(pixels * (1.0 - 8.0 * STEP)),
+            most * per_nearest * self.splat(pixels * (1.0 + 8.0 * STEP)) + slack,
         )
     }
 }

@@ -15,6 +15,8 @@ pub(in super::super) struct Cut {
     pub(in super::super) level: u32,
     /// What they hold.
     pub(in super::super) tally: Tally,
+    /// What the mesh holds that they replace.
+    whole: Tally,
     /// Where their ranges of clusters are listed.
     ranges: Range<usize>,
 }
@@ -25,17 +27,20 @@ pub(in super::super) struct Coarse {
     cuts: Vec<Cut>,
     /// Of clusters.
     ranges: Vec<Range<u32>>,
-    saved: Tally,
+    /// What all cuts hold, and the meshes in whose place they are.
+    drawn: Tally,
+    replaced: Tally,
 }
 
 impl Coarse {
     pub(in super::super) fn clear(&mut self) {
         self.cuts.clear();
         self.ranges.clear();
-        self.saved = Tally::default();
+        (self.drawn, self.replaced) = (Tally::default(), Tally::default());
     }
 
-    /// Adds the cut of a slot above all others, with what its mesh would hold in its place.
+    /// Adds the cut of a slot above all others, with what its mesh would hold in its place. Otherwise [`sort`](Self::sort) is
+    /// to follow.
     pub(in super::super) fn push(
         &mut self,
         (slot, mesh, level): (u32, MeshId, u32),
@@ -44,14 +49,38 @@ impl Coarse {
     ) {
         let first = self.ranges.len();
         self.ranges.extend(ranges);
-        self.saved += whole;
-        self.saved -= tally;
-        self.cuts.push(Cut { slot, mesh, level, tally, ranges: first..self.ranges.len() });
+        self.drawn += tally;
+        self.replaced += whole;
+        let ranges = first..self.ranges.len();
+        self.cuts.push(Cut { slot, mesh, level, tally, whole, ranges });
     }
 
-    /// By how much less they hold than the meshes in whose place they are.
-    pub(in super::super) fn saved(&self) -> Tally {
-        self.saved
+    /// Takes out the cuts of slots.
+    pub(in super::super) fn drop_slots(&mut self, mut is_dropped: impl FnMut(u32) -> bool) {
+        let Self { cuts, drawn, replaced, .. } = self;
+        cuts.retain(|cut| {
+            let drops = is_dropped(cut.slot);
+            if drops {
+                *drawn -= cut.tally;
+                *replaced -= cut.whole;
+            }
+            !drops
+        });
+    }
+
+    /// Brings cuts into the order of their slots, after some were added that are not above all others.
+    pub(in super::super) fn sort(&mut self) {
+        self.cuts.sort_unstable_by_key(|cut| cut.slot);
+    }
+
+    /// What they hold.
+    pub(in super::super) fn drawn(&self) -> Tally {
+        self.drawn
+    }
+
+    /// What the meshes hold in whose place they are.
+    pub(in super::super) fn replaced(&self) -> Tally {
+        self.replaced
     }
 
     /// The cut of a slot; `None` where the mesh itself is drawn.

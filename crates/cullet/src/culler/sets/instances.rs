@@ -42,7 +42,8 @@ impl Instances {
     ) {
         let scene = frame.scene;
         let exempt = scene.exempt()[word];
-        let mut alive = (visible | exempt) & scene.hierarchy().present()[word];
+        let stands_in = scene.stand_ins().map_or(0, |s| s.word(word));
+        let mut alive = (visible | exempt) & scene.hierarchy().present()[word] & !stands_in;
         if !all_in {
             for bit in bits::ones(alive) {
                 let slot = (word * 64 + bit) as u32;
@@ -64,6 +65,25 @@ impl Instances {
         self.alive[word] = bit;
         self.inside[word] = if inside { bit } else { 0 };
         self.live.push(word as u32);
+    }
+
+    /// Takes out a slot that is there.
+    pub(in super::super) fn drop_slot(&mut self, slot: u32) {
+        self.alive[slot as usize / 64] &= !(1 << (slot % 64));
+    }
+
+    /// Puts in slots that were not there, in any order, of which it is not known whether they are inside the frustum.
+    pub(in super::super) fn put_in(&mut self, slots: impl Iterator<Item = u32>) {
+        let known = self.live.len();
+        for slot in slots {
+            let word = slot as usize / 64;
+            if self.alive[word] == 0 && self.live[..known].binary_search(&(word as u32)).is_err() {
+                self.live.push(word as u32);
+            }
+            self.alive[word] |= 1 << (slot % 64);
+            self.inside[word] &= !(1 << (slot % 64));
+        }
+        self.live.sort_unstable();
     }
 
     /// Whether the instance of a slot is still there.

@@ -22,34 +22,57 @@ pub(in super::super) fn instances(frame: &Frame<'_>, set: &mut Instances, log: &
         bounds: SizeBounds::of_world(frame.view, scene.origin()),
         batch: BatchSizes::new(frame.view, scene.origin(), &detail),
     };
-    // Of the node above four words: words ascend.
-    let mut above = (usize::MAX, false);
+    // Of the nodes above a word: words ascend.
+    let (mut above, mut blocks) = (Decided::NONE, Decided::NONE);
     let dropped = set.filter(scene, Stage::Detail, log, |word, tested| {
-        if above.0 != word / 4 {
-            above = (word / 4, sizes.node_is_small(word / 4));
+        // Four words below a node over 256 slots, of which sixteen are decided at once.
+        if above.number != word / 64 {
+            above = sizes.of_nodes(1, word / 64);
         }
-        if above.1 {
+        let lane = word / 4 % LANES;
+        if above.small >> lane & 1 != 0 {
             return tested;
         }
-        let mut small = 0;
+        if above.large >> lane & 1 != 0 {
+            return 0;
+        }
+        if blocks.number != word / 4 {
+            blocks = sizes.of_nodes(0, word / 4);
+        }
+        let (mut small, mut wanted) = (0, 0);
         for part in 0..4 {
             let own = tested & 0xffff << (part * LANES);
-            if own != 0 {
-                let (surely, surely_not) = sizes.of_block(word * 4 + part);
-                let (surely, surely_not) = (surely << (part * LANES), surely_not << (part * LANES));
-                small |= own & surely;
-                let doubtful = slots(word, own & !surely & !surely_not);
-                let of_part = doubtful.filter(|&slot| sizes.is_small(slot));
-                small = of_part.fold(small, |small, slot| small | 1 << (slot % 64));
+            let lane = word * 4 % LANES + part;
+            if blocks.small >> lane & 1 != 0 {
+                small |= own;
+            } else if own != 0 && blocks.large >> lane & 1 == 0 {
+                wanted |= 1 << part;
             }
+        }
+        if wanted != 0 {
+            let (surely, doubtful) = sizes.of_blocks(word, wanted);
+            small |= tested & surely;
+            let found = slots(word, tested & doubtful).filter(|&slot| sizes.is_small(slot));
+            small = found.fold(small, |small, slot| small | 1 << (slot % 64));
         }
         small
     });
     log.instance_row(Stage::Detail, dropped);
 }
 
-/// Of nodes that are asked.
-const LEVEL: usize = 1;
+/// What is known of sixteen nodes of a level.
+#[derive(Clone, Copy, Debug)]
+struct Decided {
+    /// Which sixteen.
+    number: usize,
+    /// One bit each: all instances below are surely small; none is.
+    small: u16,
+    large: u16,
+}
+
+impl Decided {
+    const NONE: Self = Self { number: usize::MAX, small: 0, large: 0 };
+}
 
 struct Sizes<'a> {
     frame: &'a Frame<'a>,
@@ -59,36 +82,50 @@ struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// Whether every instance below a node over 256 slots is surely small. Nodes over 16 were asked, too, which took as long
-    /// as the sizes of their boxes do.
-    fn node_is_small(&self, node: usize) -> bool {
+    /// Decides sixteen nodes of a level, each over 16 or, on level 1, over 256 slots.
+    fn of_nodes(&self, level: usize, number: usize) -> Decided {
         let scene = self.frame.scene;
         let nodes = scene.hierarchy().nodes();
-        let Some(boxes) = nodes.levels().get(LEVEL).filter(|boxes| node < boxes.len()) else {
-            return false;
+        let none = Decided { number, ..Decided::NONE };
+        let Some(block) = nodes.levels().get(level).and_then(|boxes| boxes.blocks().get(number))
+        else {
+            return none;
         };
-        let slots = LANES.pow(LEVEL as u32 + 1);
+        let first = number * LANES;
+        let sizes = nodes.sizes_below(level).get(first..).unwrap_or_default();
+        let slots = LANES.pow(level as u32 + 1);
         // Slots that came since the nodes were made are below none.
-        let covered = (node * slots..(node + 1) * slots).end <= nodes.len();
-        let largest = nodes.largest_below(LEVEL, node);
-        covered
-            && self.bounds.of(&boxes.get(node), largest).is_some_and(|size| {
-                let weight = scene.largest_size_weight(node * slots..(node + 1) * slots);
-                self.detail.is_small_size(size, f64::from(weight))
+        let covered = (nodes.len() / slots).saturating_sub(first).min(LANES);
+        let weights = scene.size_weights(0).map(|_| {
+            std::array::from_fn(|lane| {
+                let from = (first + lane) * slots;
+                scene.largest_size_weight(from..from + slots)
             })
+        });
+        let level = self.frame.culler.level;
+        let (small, large) = self.batch.decide_nodes(level, block, sizes, weights.as_ref());
+        let mask = ((1_u32 << covered) - 1) as u16;
+        Decided { number, small: small & mask, large: large & mask }
     }
 
-    /// One bit each for the slots of a block that are surely small, and that surely are not.
-    fn of_block(&self, block: usize) -> (u64, u64) {
+    /// One bit each for the slots of some of the four blocks of a word that are surely small, and for those that may be.
+    fn of_blocks(&self, word: usize, wanted: u8) -> (u64, u64) {
         let scene = self.frame.scene;
-        let mut weights = [1.0; LANES];
-        let weighted = scene.size_weights(block * LANES).map(|own| {
-            weights[..own.len()].copy_from_slice(own);
-            &weights
+        let blocks = scene.boxes().blocks();
+        let blocks = &blocks[word * 4..(word * 4 + 4).min(blocks.len())];
+        let weights = scene.size_weights(0).map(|_| {
+            let mut weights = [[1.0; LANES]; 4];
+            for (part, weights) in weights.iter_mut().enumerate() {
+                let own = scene.size_weights((word * 4 + part) * LANES).unwrap_or_default();
+                weights[..own.len()].copy_from_slice(own);
+            }
+            weights
         });
-        let block = &scene.boxes().blocks()[block];
-        let (small, large) = self.batch.decide(self.frame.culler.level, block, weighted);
-        (u64::from(small), u64::from(large))
+        let level = self.frame.culler.level;
+        let (small, large) = self.batch.decide(level, blocks, wanted, weights.as_ref());
+        let of_wanted = (0..4)
+            .fold(0, |all, part| all | u64::from(wanted >> part & 1) * 0xffff << (part * LANES));
+        (small, of_wanted & !small & !large)
     }
 
     /// Whether an instance is small: by its projected box, where a cheaper bound does not say so.

@@ -106,7 +106,8 @@ fn take_visible(
     }
     if log.wants_reasons() {
         for word in 0..hierarchy.present().len() {
-            let dropped = hierarchy.present()[word] & !set.alive[word];
+            let stands_in = scene.stand_ins().map_or(0, |s| s.word(word));
+            let dropped = hierarchy.present()[word] & !set.alive[word] & !stands_in;
             for slot in slots(word, dropped) {
                 // Instances in no layer were dropped before.
                 if all_in || scene.layers(slot) & frame.view.layers != 0 {
@@ -300,7 +301,7 @@ fn list_clusters(
     }
 }
 
-/// Lists the clusters of an instance's levels that the frustum does not reject; whether it was asked, and the counts of
+/// Lists the clusters of an instance's levels that the frustum does not reject; whether it was tested, and the counts of
 /// the rest were noted.
 fn list_levels(
     frame: &Frame<'_>,

@@ -22,7 +22,8 @@ pub(in super::super) fn instances(frame: &Frame<'_>, log: &mut Log<'_>) {
     };
     let in_layers = log.in_layers.counts;
     log.push_row(Stage::Layer, Unit::Instances, all.counts, in_layers);
-    if log.wants_reasons() && all.counts.instances != in_layers.instances {
+    let some_are_out = all.counts.instances != in_layers.instances || scene.stand_ins().is_some();
+    if log.wants_reasons() && some_are_out {
         let slots = frame.only_slot().map_or(0..scene.slot_count(), |slot| slot..slot + 1);
         for slot in slots.filter(|&s| !scene.is_removed(s)) {
             if scene.layers(slot) & layers == 0 {

@@ -3,10 +3,11 @@
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{Coarse, Instances, slots};
+use super::stand_ins;
 use crate::bits;
-use crate::funnel::{Counts, Stage};
+use crate::funnel::{Counts, Reason, Stage};
 use crate::lod::{Budget, LevelEye, Lod, PixelScale, Selection};
-use crate::scene::Tally;
+use crate::scene::{NO_STAND_IN, Tally};
 
 /// Memory of the stage.
 #[derive(Clone, Debug, Default)]
@@ -14,35 +15,62 @@ pub(in super::super) struct Cache {
     selection: Selection,
     best: Selection,
     budget: Budget,
+    stand_ins: stand_ins::Cache,
     /// The threshold of the last view.
     pub(in super::super) pixels: Option<f64>,
 }
 
-/// Replaces the meshes of instances by levels that have fewer triangles.
+/// Replaces the meshes of instances by levels that have fewer triangles, and many instances by one that stands for them.
 pub(in super::super) fn instances(
     frame: &Frame<'_>,
     cache: &mut Cache,
-    set: &Instances,
+    set: &mut Instances,
     coarse: &mut Coarse,
     log: &mut Log<'_>,
 ) {
     cache.pixels = None;
     let Some(mut lod) = frame.culler.lod else { return };
     let scene = frame.scene;
-    if scene.has_levels() {
+    let mut taken = Tally::default();
+    if let Some(slot) = stand_ins::replaced_alone(frame).filter(|&slot| set.has(slot)) {
+        taken = scene.tally_of(slot);
+        set.drop_slot(slot);
+        log.drop_slot(slot, Reason { stage: Stage::Lod, detail: 0 });
+    } else if scene.has_levels() {
         let scale = PixelScale::of(frame.seen_by, lod.at_corners);
         if let Some(most) = lod.triangles {
-            lod.pixels = within_budget(frame, &lod, most, &scale, &mut cache.budget, set);
+            lod.pixels = within_budget(frame, &lod, most, &scale, cache, set);
+        }
+        // Of one alone it is known.
+        let stands = scene.stand_ins().filter(|_| frame.only.is_none() && lod.stand_ins);
+        if stands.is_some() {
+            cache.stand_ins.open(frame, &lod, &scale, set);
         }
         for &word in &set.live {
             let word = word as usize;
-            for slot in slots(word, set.alive[word] & !scene.exempt()[word]) {
-                replace(frame, &lod, &scale, slot, cache, coarse);
+            for slot in slots(word, set.alive[word]) {
+                if stands.is_some_and(|stands| cache.stand_ins.covers(stands, slot)) {
+                    continue;
+                }
+                let is_exempt = bits::get(scene.exempt(), slot as usize);
+                let drawn = match is_exempt {
+                    true => scene.tally_of(slot).counts.triangles,
+                    false => replace(frame, &lod, &scale, slot, cache, coarse),
+                };
+                if let Some(stands) = stands {
+                    cache.stand_ins.count(stands, slot, drawn);
+                }
             }
+        }
+        if stands.is_some() {
+            taken = cache.stand_ins.close(frame, (&lod, &scale), set, coarse, log);
+        } else {
+            taken = coarse.replaced();
+            taken -= coarse.drawn();
         }
     }
     cache.pixels = Some(lod.pixels);
-    log.instance_row(Stage::Lod, coarse.saved());
+    log.instance_row(Stage::Lod, taken);
 }
 
 /// The threshold at which no more triangles are drawn than the budget has: one pass over all groups.
@@ -51,11 +79,13 @@ fn within_budget(
     lod: &Lod,
     most: u64,
     scale: &PixelScale,
-    budget: &mut Budget,
+    cache: &mut Cache,
     set: &Instances,
 ) -> f64 {
     let scene = frame.scene;
-    budget.begin(lod.pixels);
+    let budget = &mut cache.budget;
+    let stands = scene.stand_ins().filter(|_| frame.only.is_none() && lod.stand_ins);
+    budget.begin(lod.pixels, stands);
     let finest = Lod { pixels: budget.finest(), ..*lod };
     let mut all = 0;
     for &word in &set.live {
@@ -63,14 +93,22 @@ fn within_budget(
             let levels = scene.levels(scene.mesh_id(slot));
             let whole = scene.tally_of(slot).counts;
             all += whole.triangles;
+            let by = stands.map_or(NO_STAND_IN, |s| s.of_slot(slot));
             let is_exempt = bits::get(scene.exempt(), slot as usize);
             if levels.is_empty() || is_exempt || !scene.is_rigid(slot) {
-                budget.add_whole(whole.triangles);
+                budget.add_whole(by, whole);
                 continue;
             }
             let eye = LevelEye::new(&finest, scale, scene.transform(slot), frame.seen_by.eyes);
-            let levels = levels.iter().map(|l| &l.levels);
-            budget.add([whole.triangles, whole.clusters], levels, &eye);
+            budget.add(by, whole, levels.iter().map(|l| &l.levels), &eye);
+        }
+    }
+    if let Some(stands) = stands {
+        for (number, stand_in) in (0..).zip(&stands.all) {
+            let slot = stand_in.slot;
+            let levels = if stand_in.off { &[] } else { scene.levels(scene.mesh_id(slot)) };
+            let eye = || LevelEye::new(&finest, scale, scene.transform(slot), frame.seen_by.eyes);
+            budget.stand_in(number, stand_in.above, levels.iter().map(|l| &l.levels), eye);
         }
     }
     // In full where that was asked for, or nothing that means anything, and it is not too much.
@@ -78,6 +116,7 @@ fn within_budget(
     if is_full && all <= most { lod.pixels } else { budget.pixels(most) }
 }
 
+/// Replaces the mesh of an instance, if its levels have fewer triangles: how many are drawn.
 fn replace(
     frame: &Frame<'_>,
     lod: &Lod,
@@ -85,24 +124,20 @@ fn replace(
     slot: u32,
     cache: &mut Cache,
     coarse: &mut Coarse,
-) {
+) -> u64 {
     let scene = frame.scene;
     let own = scene.mesh_id(slot);
     let all = scene.levels(own);
+    let whole = scene.tally_of(slot);
     if all.is_empty() || !scene.is_rigid(slot) {
-        return;
+        return whole.counts.triangles;
     }
     let eye = LevelEye::new(lod, scale, scene.transform(slot), frame.seen_by.eyes);
-    let whole = scene.tally_of(slot);
     let mut least = whole.counts;
     let mut found = None;
     for (at, levels) in all.iter().enumerate() {
         let is_drawn = levels.levels.select(frame.culler.level, &eye, &mut cache.selection);
-        let counts = Counts {
-            instances: 1,
-            clusters: u64::from(cache.selection.cluster_count()),
-            triangles: cache.selection.triangle_count(),
-        };
+        let counts = counts_of(&cache.selection);
         // The levels may be cut into smaller clusters than the mesh.
         if is_drawn
             && counts.triangles < least.triangles
@@ -116,12 +151,25 @@ fn replace(
         let tally = Tally { counts: least, degenerate: 0 };
         coarse.push((slot, mesh, level), (whole, tally), cache.best.ranges());
     }
+    least.triangles
+}
+
+/// What is drawn of an instance of which these clusters are.
+pub(super) fn counts_of(selection: &Selection) -> Counts {
+    Counts {
+        instances: 1,
+        clusters: u64::from(selection.cluster_count()),
+        triangles: selection.triangle_count(),
+    }
 }
 
 /// How large the errors of an instance are allowed to be, and what is drawn of it.
 pub(in super::super) fn finding(frame: &Frame<'_>, cache: &Cache, slot: u32) -> String {
     let scene = frame.scene;
     let Some(lod) = &frame.culler.lod else { return String::new() };
+    if let Some(by) = stand_ins::finding(frame, slot) {
+        return by;
+    }
     let all = scene.levels(scene.mesh_id(slot));
     if all.is_empty() || !scene.is_rigid(slot) || bits::get(scene.exempt(), slot as usize) {
         return "has no levels of detail, or is not drawn just as its mesh says".to_owned();

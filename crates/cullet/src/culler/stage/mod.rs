@@ -15,3 +15,4 @@ pub(super) mod pvs;
 mod samples;
 mod stake;
 mod stand;
+mod stand_ins;

@@ -8,22 +8,38 @@ use rayon::prelude::*;
 
 /// What was measured in a view.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Measured {
-    pub(crate) max_px: f64,
-    pub(crate) p999_px: f64,
+pub struct Measured {
+    /// The farthest that any point is off.
+    pub max_px: f64,
+    /// What 99.9 % of the random points do not exceed, of the original and of what is drawn: the larger of both.
+    pub p999_px: f64,
     /// The slot that is off the most.
-    pub(crate) worst: Option<u32>,
-    pub(crate) points: u64,
+    pub worst: Option<u32>,
+    /// Points that were measured.
+    pub points: u64,
     /// Instances that were measured, and those that are drawn at a level.
-    pub(crate) instances: [u64; 2],
+    pub instances: [u64; 2],
+}
+
+/// The most that any point may be off, in thresholds: between the points that a bake measured there are others.
+pub const MOST_EXCESS: f64 = 1.2;
+
+impl Measured {
+    /// Whether a threshold is kept: by 99.9 % of the points, and by all of them to [`MOST_EXCESS`] of it. NaN is not kept.
+    #[must_use]
+    pub fn keeps(&self, pixels: f64) -> bool {
+        let rounding = 1.0 + 1e-6;
+        self.p999_px <= pixels * rounding && self.max_px <= pixels * MOST_EXCESS * rounding
+    }
 }
 
 /// Measures one view after another.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Meter {
+pub struct Meter {
     /// Random points of a view, each way, shared out among its instances.
-    pub(crate) points: usize,
-    pub(crate) seed: u64,
+    pub points: usize,
+    /// For the places of those points.
+    pub seed: u64,
 }
 
 /// An instance has at least so many random points, each way.
@@ -38,7 +54,8 @@ impl Meter {
     /// Both ways: from random points and vertices of the original to the nearest triangle that was chosen, and from those back.
     /// Distances are in the world, and a pixel is as large as where the point is: an angle, at the image's centre,
     /// or with [`Lod::at_corners`] the smaller one of where the point is in the image.
-    pub(crate) fn measure(
+    #[must_use]
+    pub fn measure(
         &self,
         scene: &Scene,
         view: &View,
@@ -148,8 +165,14 @@ struct Surface {
 }
 
 impl Surface {
-    fn new(mesh: &Mesh, triangles: impl Iterator<Item = u32>, turn: &DMat3) -> Self {
-        let place = |p: [f32; 3]| (*turn * DVec3::from(p.map(f64::from))).as_vec3().to_array();
+    /// All of a mesh but its triangles without area, which have no surface.
+    fn whole(mesh: &Mesh, turn: &DMat3, place: DVec3) -> Self {
+        Self::new(mesh, 0..mesh.triangle_count() - mesh.degenerate_count(), turn, place)
+    }
+
+    fn new(mesh: &Mesh, triangles: impl Iterator<Item = u32>, turn: &DMat3, around: DVec3) -> Self {
+        let place =
+            |p: [f32; 3]| (*turn * DVec3::from(p.map(f64::from)) + around).as_vec3().to_array();
         let positions: Vec<[f32; 3]> = triangles.flat_map(|t| mesh.corners(t)).map(place).collect();
         let indices = (0..positions.len() as u32).collect();
         Self { positions, indices }
@@ -163,15 +186,30 @@ impl Task<'_> {
         let transform = self.scene.transform(slot);
         let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
         let turn = DMat3::from_cols(x, y, z);
-        let own = self.scene.mesh(slot);
-        // Triangles without area have no surface.
-        let whole = own.triangle_count() - own.degenerate_count();
-        let original = Surface::new(own, 0..whole, &turn);
+        let original = match self.scene.is_stand_in(slot) {
+            true => self.stood_for_by(slot),
+            false => Surface::whole(self.scene.mesh(slot), &turn, DVec3::ZERO),
+        };
         let mesh = self.scene.mesh_at(slot, chosen.level);
-        let coarse = Surface::new(mesh, triangles.iter().copied(), &turn);
+        let coarse = Surface::new(mesh, triangles.iter().copied(), &turn, DVec3::ZERO);
         let eye =
             self.pixels.scale.eye.map(|e| DVec3::from(e) - DVec3::from(transform.translation));
         [self.one_way(&original, &coarse, eye), self.one_way(&coarse, &original, eye)]
+    }
+
+    /// All instances that one stands for, around its place.
+    fn stood_for_by(&self, stand_in: u32) -> Surface {
+        let around = DVec3::from(self.scene.transform(stand_in).translation);
+        let mut all = Surface { positions: Vec::new(), indices: Vec::new() };
+        for slot in self.scene.stood_for_by(stand_in) {
+            let transform = self.scene.transform(slot);
+            let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
+            let turn = DMat3::from_cols(x, y, z);
+            let place = DVec3::from(transform.translation) - around;
+            all.positions.extend(Surface::whole(self.scene.mesh(slot), &turn, place).positions);
+        }
+        all.indices.extend(0..all.positions.len() as u32);
+        all
     }
 
     fn one_way(&self, from: &Surface, to: &Surface, eye: Option<DVec3>) -> Distances {

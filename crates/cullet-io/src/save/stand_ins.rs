@@ -1,0 +1,47 @@
+//! Instances that stand for others, beside what was baked of meshes.
+
+use serde_json::{Value, json};
+
+use super::baked::measured;
+use super::buffer::File;
+use crate::Model;
+use crate::baked::{StandInTables, sum_of_stand_ins};
+
+/// The object of all, if there are any; `number` is that of each mesh that is written.
+pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) -> Option<Value> {
+    let scene = &model.scene;
+    let written = |slot: u32| {
+        let has_mesh = number.get(scene.mesh_id(slot) as usize).copied().flatten().is_some();
+        has_mesh && scene.transform(slot).is_finite()
+    };
+    let all = StandInTables::all_of(scene, written);
+    if all.is_empty() {
+        return None;
+    }
+    let bytes: Vec<[Vec<u8>; 4]> = all.iter().map(StandInTables::to_bytes).collect();
+    let rows: Vec<_> = all
+        .iter()
+        .zip(&bytes)
+        .map(|(one, bytes)| (one, bytes.each_ref().map(Vec::as_slice)))
+        .collect();
+    let hash = format!("{:016x}", sum_of_stand_ins(&rows));
+    let items = all.iter().zip(&bytes).map(|(one, bytes)| {
+        let [positions, indices, clusters, groups] =
+            bytes.each_ref().map(|bytes| file.table(bytes));
+        json!({
+            "origin": one.origin,
+            "instances": one.instances,
+            "standIns": one.stand_ins,
+            "like": one.like,
+            "triangles": one.triangles,
+            "parts": one.levels.parts,
+            "positions": positions,
+            "indices": indices,
+            "clusters": clusters,
+            "groups": groups,
+        })
+    });
+    let items: Vec<Value> = items.collect();
+    let found = model.baked.as_ref().and_then(|baked| baked.stand_ins).unwrap_or_default();
+    Some(json!({ "hash": hash, "measured": measured(&found), "all": items }))
+}

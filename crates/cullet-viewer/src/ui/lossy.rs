@@ -1,0 +1,113 @@
+//! The switches of what may change the picture: small instances, and levels of detail.
+
+use cullet::cull::detail::Measure;
+use eframe::egui;
+
+use super::words::{choices, switch};
+use crate::session::Session;
+use crate::state::{Colour, Stages};
+
+/// What these switches say of the session.
+pub(super) struct Found {
+    has_levels: bool,
+    /// By how many pixels what is drawn may be off.
+    decided: Option<f64>,
+    pops: Option<String>,
+}
+
+impl Found {
+    pub(super) fn of(session: &Session) -> Self {
+        let has_levels = session.world.as_ref().is_some_and(|world| {
+            let scene = &world.model.scene;
+            (0..scene.meshes().len() as u32).any(|mesh| !scene.levels(mesh).is_empty())
+        });
+        let shows_pops = session.state.look.colour == Colour::Pops;
+        Self {
+            has_levels,
+            decided: session.decision.as_ref().and_then(|d| d.visible.lod_pixels),
+            pops: shows_pops.then(|| session.pops.text()),
+        }
+    }
+}
+
+/// All of them.
+pub(super) fn all(ui: &mut egui::Ui, s: &mut Stages, found: &Found) {
+    detail(ui, s);
+    levels(ui, s, found);
+    if let Some(pops) = &found.pops {
+        ui.weak(pops);
+    }
+}
+
+/// Small instances.
+fn detail(ui: &mut egui::Ui, s: &mut Stages) {
+    ui.horizontal(|ui| {
+        let mut on = s.detail_px > 0.0;
+        if switch(ui, &mut on, "small", "Drops what stays under this many pixels: the one switch here that may change the picture") {
+            s.detail_px = if on { 2.0 } else { 0.0 };
+        }
+        ui.add_enabled(on, egui::DragValue::new(&mut s.detail_px).range(0.0..=64.0).speed(0.1).suffix(" px"));
+    });
+    if s.detail_px > 0.0 {
+        choices(
+            ui,
+            &mut s.detail_by,
+            &[
+                (Measure::WidthAndHeight, "box", "Width and height are both under it"),
+                (Measure::Area, "area", "The area is under it, in square pixels"),
+                (Measure::Diameter, "diagonal", "The diagonal is under it"),
+            ],
+        );
+        ui.horizontal(|ui| {
+            let about = "What comes near that size is drawn by fewer and fewer pixels, so that nothing pops: the colours “pops” show what does";
+            let mut on = s.detail_fade > 0.0;
+            if switch(ui, &mut on, "fade", about) {
+                s.detail_fade = if on { 0.5 } else { 0.0 };
+            }
+            let share = egui::DragValue::new(&mut s.detail_fade).range(0.0..=4.0).speed(0.01);
+            ui.add_enabled(on, share).on_hover_text("From how much above that size, as a share of it");
+        });
+    }
+}
+
+/// Levels of detail, if the scene has any.
+fn levels(ui: &mut egui::Ui, s: &mut Stages, found: &Found) {
+    if !found.has_levels {
+        let about = "cullet bake model.glb -o baked.glb writes a file that has them; open that";
+        ui.weak("no levels of detail").on_hover_text(about);
+        return;
+    }
+    ui.horizontal(|ui| {
+        let mut on = s.lod_px > 0.0;
+        let about = "Draws fewer triangles, off by no more than this many pixels: the colours “levels” show which";
+        if switch(ui, &mut on, "levels", about) {
+            s.lod_px = if on { 1.0 } else { 0.0 };
+        }
+        let slider = egui::Slider::new(&mut s.lod_px, 0.0..=64.0).logarithmic(true).suffix(" px");
+        ui.add_enabled(on, slider.smallest_positive(0.1));
+    });
+    if s.lod_px > 0.0 {
+        ui.horizontal(|ui| {
+            let about = "Also in the corners of the picture, where a pixel is a smaller angle";
+            switch(ui, &mut s.lod_corners, "in corners", about);
+            let about = "Chosen for a ball of eyes: nothing changes until the eye has left it";
+            switch(ui, &mut s.lod_steady, "steady", about);
+            if s.lod_steady {
+                let ball = egui::DragValue::new(&mut s.lod_ball).range(0.0..=1.0).speed(0.005);
+                ui.add(ball).on_hover_text("The radius of the ball, as a share of the distance");
+            }
+        });
+        ui.horizontal(|ui| {
+            let about = "The least error at which no more triangles than this are chosen, counted before clusters are culled";
+            let mut on = s.lod_triangles > 0;
+            if switch(ui, &mut on, "at most", about) {
+                s.lod_triangles = if on { 100_000 } else { 0 };
+            }
+            let most = egui::DragValue::new(&mut s.lod_triangles).range(0..=u64::MAX).speed(1000.0);
+            ui.add_enabled(on, most.suffix(" triangles"));
+        });
+        if let Some(pixels) = found.decided {
+            ui.weak(format!("drawn within {pixels:.2} px of the original"));
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Instances that stand for others: one mesh with levels of detail in place of many instances that are far away.
+
+use std::collections::HashSet;
+
+use thiserror::Error;
+
+use super::order::{gather_bits, rearrange, rearrange_bits};
+use super::{Scene, SceneError};
+use crate::bits;
+use crate::bounds::Aabb;
+use crate::hierarchy::Handle;
+
+/// In place of the number of a stand-in: there is none.
+pub(crate) const NO_STAND_IN: u32 = u32::MAX;
+
+/// Why an instance cannot stand for others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum StandInError {
+    /// A handle names no instance.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Its mesh has nothing that could be drawn in place of others.
+    #[error("the mesh of {0:?} has no levels of detail")]
+    NoLevels(Handle),
+    /// It is not drawn just as its mesh says, or must be drawn always.
+    #[error(
+        "{0:?} deforms, has bounds of its own or none, or is always visible: it is drawn as itself"
+    )]
+    NotRigid(Handle),
+    /// One instance at the most stands for another.
+    #[error("{0:?} is stood for already, or stands for others or itself")]
+    Taken(Handle),
+}
+
+/// One that stands for others.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StandIn {
+    handle: Handle,
+    /// The slot of its own instance.
+    pub(crate) slot: u32,
+    /// The number of the one that stands for it, higher than its own, or [`NO_STAND_IN`].
+    pub(crate) above: u32,
+    /// Whether something that it stands for has changed, so that it must not be drawn.
+    pub(crate) off: bool,
+}
+
+/// All of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StandIns {
+    /// Those below have lower numbers than those above.
+    pub(crate) all: Vec<StandIn>,
+    /// By slot: the number of the one that stands for its instance.
+    of_slot: Vec<u32>,
+    /// One bit a slot: its instance stands for others.
+    own: Vec<u64>,
+}
+
+impl StandIns {
+    /// The number of the one that stands for the instance of a slot, or [`NO_STAND_IN`].
+    pub(crate) fn of_slot(&self, slot: u32) -> u32 {
+        self.of_slot.get(slot as usize).copied().unwrap_or(NO_STAND_IN)
+    }
+
+    /// One bit a slot of a word: its instance stands for others.
+    pub(crate) fn word(&self, word: usize) -> u64 {
+        self.own.get(word).copied().unwrap_or(0)
+    }
+
+    /// Whether the instance of a slot stands for others.
+    pub(crate) fn has(&self, slot: usize) -> bool {
+        self.word(slot / 64) >> (slot % 64) & 1 == 1
+    }
+
+    /// Switches off all that stand for the instance of a slot, and the one that it is itself.
+    fn leave(&mut self, slot: u32) {
+        let mut at = self.of_slot(slot);
+        if self.has(slot as usize)
+            && let Some(own) = self.all.iter().position(|s| s.slot == slot)
+        {
+            at = own as u32;
+        }
+        while let Some(stand_in) = self.all.get_mut(at as usize).filter(|s| !s.off) {
+            stand_in.off = true;
+            at = stand_in.above;
+        }
+    }
+}
+
+impl Scene {
+    /// Lets an instance stand for others: where levels of detail are drawn, [`Culler::lod`](crate::Culler::lod) draws a cut of
+    /// its levels in place of all of them, if that is within the threshold and has no more triangles than what would be
+    /// drawn of those that are left. Its surface should be theirs, and the errors of its levels be measured against theirs.
+    ///
+    /// From then on the instance is in no layer and is drawn for nothing else, [`slots`](Self::slots) leaves it out, and it
+    /// is in no count of the scene's. The others may stand for instances themselves, so that groups become a tree. They
+    /// should be in the same layers: it is drawn as soon as one of them is left.
+    ///
+    /// If one of them is moved, removed, put in another layer, given other flags or bounds, or if its mesh is edited, all
+    /// that stand for it are never drawn again. O(instances).
+    ///
+    /// # Errors
+    /// If a handle names no instance, the mesh of `stand_in` has no levels, or an instance does not qualify; then nothing has
+    /// changed.
+    pub fn stand_for(&mut self, stand_in: Handle, others: &[Handle]) -> Result<(), StandInError> {
+        let own = self.slot(stand_in)?;
+        if self.levels(self.mesh_id(own)).is_empty() {
+            return Err(StandInError::NoLevels(stand_in));
+        }
+        let stands = self.stand_ins.as_deref();
+        let is_stand_in = |slot: u32| stands.is_some_and(|s| s.has(slot as usize));
+        let is_taken = |slot: u32| stands.is_some_and(|s| s.of_slot(slot) != NO_STAND_IN);
+        if is_stand_in(own) || is_taken(own) {
+            return Err(StandInError::Taken(stand_in));
+        }
+        let (mut slots, mut below) = (HashSet::with_capacity(others.len()), Vec::new());
+        for &other in others.iter().chain([&stand_in]) {
+            let slot = self.slot(other)?;
+            if !self.is_rigid(slot) || bits::get(&self.exempt, slot as usize) {
+                return Err(StandInError::NotRigid(other));
+            }
+        }
+        for &other in others {
+            let slot = self.slot(other)?;
+            if slot == own {
+                return Err(StandInError::Taken(other));
+            }
+            if is_stand_in(slot) {
+                let number = stands.and_then(|s| s.all.iter().position(|s| s.slot == slot));
+                match number.filter(|&n| stands.is_some_and(|s| s.all[n].above == NO_STAND_IN)) {
+                    Some(number) if !below.contains(&number) => below.push(number),
+                    _ => return Err(StandInError::Taken(other)),
+                }
+            } else if is_taken(slot) || !slots.insert(slot) {
+                return Err(StandInError::Taken(other));
+            }
+        }
+        let at = own as usize;
+        self.tallies.leave(self.mesh[at], self.layers[at]);
+        self.layers[at] = 0;
+        let count = self.slot_count() as usize;
+        let stands = self.stand_ins.get_or_insert_default();
+        stands.of_slot.resize(count, NO_STAND_IN);
+        stands.own.resize(count.div_ceil(64), 0);
+        let number = stands.all.len() as u32;
+        let off = below.iter().any(|&b| stands.all[b].off);
+        slots.into_iter().for_each(|slot| stands.of_slot[slot as usize] = number);
+        below.into_iter().for_each(|b| stands.all[b].above = number);
+        bits::set(&mut stands.own, at, true);
+        stands.all.push(StandIn { handle: stand_in, slot: own, above: NO_STAND_IN, off });
+        self.update_slot(own);
+        self.change += 1;
+        Ok(())
+    }
+
+    /// Those that stand for others, if there are any.
+    pub(crate) fn stand_ins(&self) -> Option<&StandIns> {
+        self.stand_ins.as_deref()
+    }
+
+    /// Whether the instance of a slot stands for [others](Self::stand_for).
+    #[must_use]
+    pub fn is_stand_in(&self, slot: u32) -> bool {
+        self.stand_ins.as_ref().is_some_and(|s| s.has(slot as usize))
+    }
+
+    /// The slots of the instances that [stand for others](Self::stand_for), from below to above.
+    pub fn stand_in_slots(&self) -> impl Iterator<Item = u32> + '_ {
+        self.stand_ins.iter().flat_map(|s| s.all.iter().map(|s| s.slot))
+    }
+
+    /// Whether the instance of a slot stands for others of which one has changed since, so that it is never drawn.
+    #[must_use]
+    pub fn is_stand_in_off(&self, slot: u32) -> bool {
+        let own = |s: &StandIn| s.slot == slot && s.off;
+        self.stand_ins.as_ref().is_some_and(|s| s.all.iter().any(own))
+    }
+
+    /// The slot of the instance that stands for that of a slot, itself one that stands for others or not; `None` where
+    /// there is none.
+    #[must_use]
+    pub fn stand_in_of(&self, slot: u32) -> Option<u32> {
+        let stands = self.stand_ins.as_deref()?;
+        let above = match stands.has(slot as usize) {
+            true => stands.all.iter().find(|s| s.slot == slot)?.above,
+            false => stands.of_slot(slot),
+        };
+        Some(stands.all.get(above as usize)?.slot)
+    }
+
+    /// The slots of the instances that are drawn as themselves where one that stands for others is not, nor any below it;
+    /// ascending. O(slots).
+    #[must_use]
+    pub fn stood_for_by(&self, stand_in: u32) -> Vec<u32> {
+        let Some(stands) = self.stand_ins.as_deref() else { return Vec::new() };
+        let mut within: Vec<bool> = stands.all.iter().map(|s| s.slot == stand_in).collect();
+        for number in (0..within.len()).rev() {
+            let above = stands.all[number].above as usize;
+            within[number] |= within.get(above).copied().unwrap_or(false);
+        }
+        let is_in =
+            |slot: &u32| within.get(stands.of_slot(*slot) as usize).copied().unwrap_or(false);
+        (0..self.slot_count()).filter(is_in).collect()
+    }
+
+    /// Forgets who stands for whom: those instances are removed.
+    pub fn clear_stand_ins(&mut self) {
+        let Some(stands) = self.stand_ins.as_ref() else { return };
+        for handle in stands.all.iter().map(|s| s.handle).collect::<Vec<_>>() {
+            // Some may have been removed.
+            let _ = self.remove(handle);
+        }
+        self.stand_ins = None;
+    }
+
+    /// Takes note that the instance of a slot is no longer what others stand for.
+    pub(super) fn leave_stand_ins(&mut self, slot: u32) {
+        if let Some(stands) = &mut self.stand_ins {
+            stands.leave(slot);
+        }
+    }
+
+    /// Takes note that meshes are edited.
+    pub(super) fn leave_stand_ins_of(&mut self, meshes: std::ops::Range<usize>) {
+        let Some(stands) = &mut self.stand_ins else { return };
+        for (slot, mesh) in (0..).zip(&self.mesh) {
+            if meshes.contains(&(*mesh as usize)) {
+                stands.leave(slot);
+            }
+        }
+    }
+
+    /// The bounds of a slot in the hierarchy: none of those that stand for others, which nobody is to find there.
+    pub(super) fn box_to_find(&self, slot: usize) -> Aabb {
+        if self.is_stand_in(slot as u32) { Aabb::EMPTY } else { self.world_box(slot) }
+    }
+
+    /// Follows a sort of the slots, that put at each place what was in slot `from` of it.
+    pub(super) fn gather_stand_ins(&mut self, from: &[u32]) {
+        let Some(stands) = &mut self.stand_ins else { return };
+        stands.of_slot = from.iter().map(|&old| stands.of_slot(old)).collect();
+        gather_bits(&mut stands.own, from);
+        self.find_stand_ins();
+    }
+
+    /// Follows a sort of some slots, from old places to new ones.
+    pub(super) fn rearrange_stand_ins(&mut self, moves: &[[u32; 2]]) {
+        let count = self.slot_count() as usize;
+        let Some(stands) = &mut self.stand_ins else { return };
+        stands.of_slot.resize(count, NO_STAND_IN);
+        stands.own.resize(count.div_ceil(64), 0);
+        rearrange(&mut stands.of_slot, moves);
+        rearrange_bits(&mut stands.own, moves);
+        self.find_stand_ins();
+    }
+
+    /// Finds the slots of those that stand for others.
+    fn find_stand_ins(&mut self) {
+        let Some(stands) = &mut self.stand_ins else { return };
+        for stand_in in &mut stands.all {
+            match self.hierarchy.slot(stand_in.handle) {
+                Ok(slot) => stand_in.slot = slot,
+                Err(_) => (stand_in.slot, stand_in.off) = (u32::MAX, true),
+            }
+        }
+    }
+}
