@@ -7,6 +7,8 @@ use std::process::{Command, Output};
 use cullet::mesh::Part;
 use cullet::{Instance, Mesh, MeshData, Preparation, Scene, Transform};
 use cullet_bake::levels::{ChainOptions, HierarchyOptions, build_chain, build_hierarchy};
+use cullet_bake::occluders::{OccluderOptions, occluders};
+use cullet_command::occluders::{from_tables, to_tables};
 use cullet_io::baked::LevelKind;
 use cullet_io::{LoadOptions, Model, load, save, scenes};
 use cullet_testkit::{Folder, soups};
@@ -164,6 +166,37 @@ fn what_is_killed_leaves_the_file_before_and_goes_on_from_there() {
     }
     figures(&[&plain, "-o", &out, "--quiet", "--resume", "--chunks", &kept]);
     assert!(bytes(&out) == whole);
+}
+
+#[test]
+fn occluders_are_those_that_are_made_of_each_mesh() {
+    let folder = Folder::new("occluders");
+    let (plain, out, kept) =
+        (folder.path("plain.glb"), folder.path("out.glb"), folder.path("kept"));
+    save(&model(), Path::new(&plain)).unwrap();
+    let args = [&plain, "-o", &out, "--occluders", "--no-hierarchy", "--quiet", "--resume"];
+    let args = [&args[..], &["--chunks", &kept]].concat();
+    let record = figures(&args);
+    assert_eq!((&record["occluders"], &record["resumed"]), (&4.into(), &0.into()));
+    let back = loaded(&out);
+    assert!(back.warnings.is_empty(), "{:?}", back.warnings);
+    let baked = back.baked.as_ref().unwrap();
+    assert_eq!(baked.meshes.len(), 4);
+    for one in &baked.meshes {
+        let mesh = &back.scene.meshes()[one.mesh as usize];
+        let (made, report) = occluders(mesh, &OccluderOptions::default()).unwrap();
+        let stored = one.occluders.as_ref().unwrap();
+        assert_eq!(stored, &to_tables(&made, report.efficiency()));
+        assert_eq!(from_tables(stored), made);
+        assert_eq!(one.levels.is_empty(), one.mesh >= 2);
+    }
+    assert!(!baked.meshes[0].occluders.as_ref().unwrap().boxes.is_empty(), "a ball is not flat");
+    let first = bytes(&out);
+    assert_eq!(figures(&args)["resumed"], 6);
+    assert!(bytes(&out) == first);
+    // A file that has them is baked as one that has none.
+    figures(&[&out, "-o", &folder.path("again.glb"), "--occluders", "--no-hierarchy", "--quiet"]);
+    assert!(bytes(&folder.path("again.glb")) == first);
 }
 
 #[test]

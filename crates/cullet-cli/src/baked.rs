@@ -53,6 +53,18 @@ struct BakedMeshRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     problem: Option<String>,
     levels: Vec<LevelsRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    occluders: Option<OccludersRecord>,
+}
+
+/// What hides what is behind a mesh.
+#[derive(Debug, Serialize)]
+struct OccludersRecord {
+    boxes: u64,
+    polygons: u64,
+    triangles: u64,
+    /// The share of the mesh's silhouette that they cover.
+    efficiency: f64,
 }
 
 /// A chain or a hierarchy.
@@ -116,6 +128,12 @@ fn mesh(model: &Model, of: &BakedMesh) -> BakedMeshRecord {
         intact: of.problem.is_none(),
         problem: of.problem.as_ref().map(ToString::to_string),
         levels: of.levels.iter().filter_map(|levels| record_of(model, of.mesh, levels)).collect(),
+        occluders: of.occluders.as_ref().map(|o| OccludersRecord {
+            boxes: o.boxes.len() as u64,
+            polygons: o.polygons.len() as u64,
+            triangles: o.sheets.iter().map(|s| s.triangles.len() as u64).sum(),
+            efficiency: o.efficiency,
+        }),
     }
 }
 
@@ -218,6 +236,8 @@ fn of_file(file: &BakedFile, at: usize, mesh: &ListedMesh, check: bool) -> Baked
         intact: problem.is_none(),
         problem: problem.as_ref().map(ToString::to_string),
         levels,
+        // Of them only who loads the file knows.
+        occluders: None,
     }
 }
 
@@ -307,6 +327,16 @@ pub(crate) fn print(baked: &BakedRecord, shown: usize, console: &Console) {
             ));
             let steps: Vec<String> = l.triangles_by_level.iter().map(|&n| grouped(n)).collect();
             console.line(format!("    {:<10} {}", "", steps.join(" → ")));
+        }
+        if let Some(o) = &m.occluders {
+            console.line(format!(
+                "    {:<10} {}, {}, {}: they hide {:.0} %",
+                "occluders",
+                count(o.boxes, "box", "boxes"),
+                count(o.polygons, "polygon", "polygons"),
+                count(o.triangles, "triangle", "triangles"),
+                o.efficiency * 100.0
+            ));
         }
     }
 }

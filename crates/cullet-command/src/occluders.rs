@@ -1,8 +1,10 @@
-//! Occluders that are baked when a scene is opened.
+//! Occluders that a baked file has, or that are baked when a scene is opened.
 
-use cullet::{Mesh, OccluderCosts, Preparation};
-use cullet_bake::occluders::{OccluderOptions, Occluders, Polygon, occluders};
+use cullet::bounds::Aabb;
+use cullet::{OccluderCosts, Preparation};
+use cullet_bake::occluders::{OccluderOptions, Occluders, Polygon, Sheet, occluders};
 use cullet_io::Model;
+use cullet_io::baked::{OccluderPolygon, OccluderSheet, OccluderTables};
 use rayon::prelude::*;
 
 use crate::args::{CullArgs, OccluderKind};
@@ -15,14 +17,14 @@ pub fn own_triangles(made: &Occluders) -> u64 {
     made.sheets.iter().map(|s| s.triangles.len() as u64).sum()
 }
 
-/// Does something for each mesh, several at a time, in their order.
+/// Does something for each mesh, or number of a mesh, several at a time, in their order.
 ///
 /// # Errors
 /// The first that `of` gives, or that Ctrl-C was pressed.
-pub fn of_meshes<T: Send>(
-    meshes: &[Mesh],
+pub fn of_meshes<M: Sync, T: Send>(
+    meshes: &[M],
     console: &Console,
-    of: impl Fn(&Mesh) -> Result<T, Failure> + Sync,
+    of: impl Fn(&M) -> Result<T, Failure> + Sync,
 ) -> Result<Vec<T>, Failure> {
     /// Meshes between two looks at the clock: more than there are processors, since some take long.
     const SOME: usize = 64;
@@ -38,6 +40,47 @@ pub fn of_meshes<T: Send>(
     }
     bar.finish();
     Ok(all)
+}
+
+/// Occluders as a file has them. `efficiency` is the share of the mesh's silhouette that they cover.
+#[must_use]
+pub fn to_tables(made: &Occluders, efficiency: f64) -> OccluderTables {
+    let corners = |b: &Aabb| [b.min, b.max];
+    let sheet =
+        |s: &Sheet| OccluderSheet { triangles: s.triangles.clone(), two_sided: s.two_sided };
+    let polygon = |p: &Polygon| OccluderPolygon {
+        points: p.points.clone(),
+        two_sided: p.two_sided,
+        tolerance: p.tolerance,
+    };
+    OccluderTables {
+        boxes: made.boxes.iter().map(corners).collect(),
+        sealed: made.sealed.iter().map(corners).collect(),
+        polygons: made.polygons.iter().map(polygon).collect(),
+        sheets: made.sheets.iter().map(sheet).collect(),
+        near: made.near.iter().map(sheet).collect(),
+        efficiency,
+    }
+}
+
+/// Those that a file has.
+#[must_use]
+pub fn from_tables(tables: &OccluderTables) -> Occluders {
+    let sides = |&[min, max]: &[[f32; 3]; 2]| Aabb { min, max };
+    let sheet =
+        |s: &OccluderSheet| Sheet { triangles: s.triangles.clone(), two_sided: s.two_sided };
+    let polygon = |p: &OccluderPolygon| Polygon {
+        points: p.points.clone(),
+        two_sided: p.two_sided,
+        tolerance: p.tolerance,
+    };
+    Occluders {
+        boxes: tables.boxes.iter().map(sides).collect(),
+        sealed: tables.sealed.iter().map(sides).collect(),
+        polygons: tables.polygons.iter().map(polygon).collect(),
+        sheets: tables.sheets.iter().map(sheet).collect(),
+        near: tables.near.iter().map(sheet).collect(),
+    }
 }
 
 /// Gives every mesh the occluder of the arguments, and prints a line with the result.
@@ -61,11 +104,27 @@ pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(),
         options.directions = 0;
     }
     model.scene.prepare(Preparation { occluder: true, ..Preparation::NONE });
-    let found = of_meshes(model.scene.meshes(), console, |mesh| {
+    // What the file has need not be made, nor anything for meshes that are there to hold the levels of others.
+    let baked = model.baked.as_ref();
+    let stored = |id: u32| baked?.of(id)?.occluders.as_ref();
+    let mut drawn = vec![false; model.scene.meshes().len()];
+    model.scene.slots().for_each(|s| drawn[model.scene.mesh_id(s) as usize] = true);
+    let missing: Vec<u32> = (0..model.scene.meshes().len() as u32)
+        .filter(|&id| drawn[id as usize] && stored(id).is_none())
+        .collect();
+    let made = of_meshes(&missing, console, |&id| {
+        let mesh = &model.scene.meshes()[id as usize];
         occluders(mesh, &options).map_err(Failure::usage)
     })?;
+    let made = made.into_iter().map(|(made, report)| (made, report.efficiency()));
+    let mut found: Vec<(u32, (Occluders, f64))> = missing.iter().copied().zip(made).collect();
+    let of_file = (0..model.scene.meshes().len() as u32)
+        .filter_map(|id| stored(id).map(|t| (id, (from_tables(t), t.efficiency))));
+    found.extend(of_file);
+    found.sort_unstable_by_key(|(id, _)| *id);
     let (mut given, mut boxes, mut polygons, mut own, mut sloped) = (0u64, 0, 0, 0, 0);
-    for (id, (made, report)) in (0..).zip(found) {
+    let meshes = found.len() as u64;
+    for (id, (made, efficiency)) in found {
         let (exact, off): (Vec<&Polygon>, Vec<&Polygon>) =
             made.polygons.iter().partition(|p| p.tolerance == 0.0);
         let occluder = made.to_engine().map_err(Failure::input)?;
@@ -76,7 +135,7 @@ pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(),
         let take = match args.occluders {
             OccluderKind::Auto => {
                 off.is_empty()
-                    && report.efficiency() >= LEAST_EFFICIENCY
+                    && efficiency >= LEAST_EFFICIENCY
                     && occluder.cost(&costs, PIXELS) * 2.0 < own_cost(id)
             }
             _ => true,
@@ -97,7 +156,7 @@ pub fn give(model: &mut Model, args: &CullArgs, console: &Console) -> Result<(),
     console.note(format!(
         "occluders: {} of {} by {}, {} and {}{left_out}",
         grouped(given),
-        count(model.scene.meshes().len() as u64, "mesh", "meshes"),
+        count(meshes, "mesh", "meshes"),
         count(boxes, "box", "boxes"),
         count(polygons, "polygon", "polygons"),
         count(own, "triangle", "triangles")

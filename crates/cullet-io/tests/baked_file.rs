@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use by_hand::bake;
+use cullet::mesh::Clustering;
 use cullet::{Instance, Mesh, MeshData, Scene, Transform};
 use cullet_io::baked::{BakedError, LevelTables, TABLE_ALIGNMENT};
 use cullet_io::{BakedFile, BakedFileError, LoadOptions, Model, load_bytes, save};
@@ -372,4 +373,33 @@ fn a_file_of_another_hand_is_read() {
     assert_eq!(tables.clusters, [[0, 2, u32::MAX, 0], [2, 1, 0, u32::MAX]]);
     assert_eq!(tables.groups, [[0.5, 0.5, 0.0, 1.0, 0.75]]);
     assert_eq!(tables.parts, [3]);
+}
+
+/// How long it takes to make a mesh, and of that to put its triangles in order: what a file that had the order would save. Run alone, as
+/// above.
+#[test]
+#[ignore = "prints times"]
+fn making_meshes_whose_clusters_are_known() {
+    for name in ["armadillo/armadillo.obj", "happy-buddha/buddha-100k.obj"] {
+        let Some(path) = cullet_testkit::data(name) else { continue };
+        let model = cullet_io::load(&path, &LoadOptions::default()).unwrap();
+        let mesh = &model.scene.meshes()[0];
+        let data = mesh.to_data();
+        let clusters = mesh.clusters().to_vec();
+        let drawn = (mesh.triangle_count() - mesh.degenerate_count()) as usize;
+        let order = mesh.original_triangle()[..drawn].to_vec();
+        let clustering = Clustering { order, clusters };
+        let time = |make: &dyn Fn(MeshData) -> Mesh| {
+            let run = || {
+                let data = data.clone();
+                let start = Instant::now();
+                let made = make(data);
+                (start.elapsed().as_secs_f64() * 1e3, made)
+            };
+            (0..15).map(|_| run().0).fold(f64::INFINITY, f64::min)
+        };
+        let plain = time(&|data| Mesh::new(data).unwrap());
+        let known = time(&|data| Mesh::with_clusters(data, &clustering).unwrap());
+        println!("{name}: {plain:.1} ms, with its clusters known {known:.1} ms");
+    }
 }

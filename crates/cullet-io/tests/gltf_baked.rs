@@ -9,7 +9,8 @@ use cullet::lod::{Group, NO_GROUP};
 use cullet::mesh::Part;
 use cullet::{Instance, Mesh, MeshData, Projection, Scene, Transform};
 use cullet_io::baked::{
-    Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, geometry_hash,
+    Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, OccluderSheet,
+    OccluderTables, geometry_hash,
 };
 use cullet_io::{CameraNode, LoadOptions, Material, Model, load_bytes, save};
 use cullet_testkit::{Folder, soups};
@@ -179,6 +180,49 @@ fn the_file_fits_its_schema_and_tables_are_aligned_in_it() {
     }
     // A mesh without levels is as ever.
     assert_eq!(root["meshes"][1].get("extensions"), None);
+}
+
+#[test]
+fn occluders_come_back_also_of_meshes_without_levels_and_damage_is_told() {
+    let mut model = model();
+    let sheet =
+        OccluderSheet { triangles: vec![[[0.0; 3], [1.0; 3], [0.0, 1.0, 0.0]]], two_sided: true };
+    let some = OccluderTables {
+        boxes: vec![[[-0.5; 3], [0.5; 3]]],
+        sheets: vec![sheet],
+        efficiency: 0.75,
+        ..OccluderTables::default()
+    };
+    let geometry = geometry_hash(&model.scene.meshes()[1]);
+    let none = Some(OccluderTables::default());
+    let single = BakedMesh { mesh: 1, geometry, occluders: none, ..BakedMesh::default() };
+    let baked = model.baked.as_mut().unwrap();
+    baked.meshes[0].occluders = Some(some);
+    baked.meshes.push(single);
+    let good = bytes_of(&model);
+    let back = loaded(&good);
+    assert!(back.warnings.is_empty(), "{:?}", back.warnings);
+    let found = back.baked.unwrap();
+    for (a, b) in found.meshes.iter().zip(&model.baked.as_ref().unwrap().meshes) {
+        assert_eq!((a.mesh, &a.occluders, &a.levels), (b.mesh, &b.occluders, &b.levels));
+    }
+    let (root, bin) = json_of(&good);
+    let schema = schema::of(NAME);
+    for mesh in 0..2 {
+        let object = &root["meshes"][mesh]["extensions"][NAME];
+        assert!(schema::held(&schema, object, "").is_empty());
+        let view = object["occluders"]["table"].as_u64().unwrap() as usize;
+        let start = root["bufferViews"][view]["byteOffset"].as_u64().unwrap() as usize;
+        assert_eq!((bin + start) % 64, 0);
+        for at in 0..root["bufferViews"][view]["byteLength"].as_u64().unwrap() as usize {
+            let mut odd = good.clone();
+            odd[bin + start + at] ^= 0x20;
+            let baked = loaded(&odd).baked.unwrap();
+            let damaged = baked.meshes[mesh].problem.as_ref();
+            assert!(matches!(damaged, Some(BakedError::Damaged { .. })), "byte {at}");
+            assert!(baked.meshes[1 - mesh].problem.is_none());
+        }
+    }
 }
 
 #[test]

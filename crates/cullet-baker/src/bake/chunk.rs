@@ -1,11 +1,11 @@
-//! Finished levels in a folder, each file named by what they are a function of.
+//! Finished levels and occluders in a folder, each file named by what they are a function of.
 
 use std::path::{Path, PathBuf};
 
 use cullet_bake::container::{Container, write_chunks};
 use cullet_command::exit::Failure;
 use cullet_command::files::replace;
-use cullet_io::baked::LevelTables;
+use cullet_io::baked::{LevelTables, OccluderTables};
 
 /// The folder.
 #[derive(Debug)]
@@ -20,6 +20,22 @@ impl Folder {
 
     pub(super) fn path(&self) -> &Path {
         &self.0
+    }
+
+    /// Occluders that lie there under a key. A file that is damaged counts for nothing.
+    pub(super) fn read_occluders(&self, key: u64) -> Option<OccluderTables> {
+        let bytes = std::fs::read(self.occluders(key)).ok()?;
+        let file = Container::open(&bytes).ok()?;
+        OccluderTables::from_bytes(file.chunk(*b"OCCL").ok()?).ok()
+    }
+
+    /// As [`write`](Self::write).
+    pub(super) fn write_occluders(&self, key: u64, made: &OccluderTables) -> Result<(), Failure> {
+        replace(&self.occluders(key), &write_chunks(&[(*b"OCCL", &made.to_bytes())]))
+    }
+
+    fn occluders(&self, key: u64) -> PathBuf {
+        self.0.join(format!("{key:016x}.occluders"))
     }
 
     fn file(&self, key: u64) -> PathBuf {

@@ -3,6 +3,7 @@
 mod chunk;
 mod merge;
 mod mesh;
+mod occluders;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -41,10 +42,12 @@ struct Record {
     hierarchies: u64,
     /// Triangles of all levels, the original ones among them.
     levels_triangles: u64,
+    /// Meshes for which occluders were looked for.
+    occluders: u64,
     /// Groups of instances, merged, and triangles of all their levels.
     merged_groups: u64,
     merged_triangles: u64,
-    /// How many chains and hierarchies were taken from finished ones.
+    /// How many chains, hierarchies and meshes with occluders were taken from finished ones.
     resumed: u64,
     /// Of the file.
     bytes: u64,
@@ -153,11 +156,13 @@ fn bake(
         LevelKind::Hierarchy => !args.no_hierarchy,
     };
     let mut jobs = Vec::new();
+    let mut rigid_meshes = Vec::new();
     for mesh in drawn() {
         let of = &model.scene.meshes()[mesh];
         if rigid && of.is_deformable() {
             continue;
         }
+        rigid_meshes.push(mesh as u32);
         let triangles = of.triangle_count() - of.degenerate_count();
         let job = |kind| Job { mesh: mesh as u32, kind, triangles };
         jobs.extend(mesh::kinds(triangles).filter(wanted).map(job));
@@ -211,12 +216,58 @@ fn bake(
         }
     }
     record.meshes_with_levels = baked.meshes.len() as u64;
+    if args.occluders {
+        add_occluders(model, &mut baked, &rigid_meshes, args, console, &mut record)?;
+    }
     model.baked = Some(baked);
     if args.merge {
         let merged = merge::run(model, args, console)?;
         (record.merged_groups, record.merged_triangles) = (merged.groups, merged.triangles);
     }
     Ok(record)
+}
+
+/// Makes occluders of meshes, and puts them beside what else is baked of these.
+fn add_occluders(
+    model: &Model,
+    baked: &mut Baked,
+    meshes: &[u32],
+    args: &BakeArgs,
+    console: &Console,
+    record: &mut Record,
+) -> Result<(), Failure> {
+    let folder = folder(args)?;
+    let (made, resumed) =
+        occluders::make(model, meshes, folder.as_ref(), args.resume, threads(args), console)?;
+    record.resumed += resumed;
+    record.occluders = made.len() as u64;
+    for (&mesh, tables) in meshes.iter().zip(made) {
+        let at = baked.meshes.partition_point(|m| m.mesh < mesh);
+        if baked.meshes.get(at).is_none_or(|m| m.mesh != mesh) {
+            let geometry = geometry_hash(&model.scene.meshes()[mesh as usize]);
+            baked.meshes.insert(at, BakedMesh { mesh, geometry, ..BakedMesh::default() });
+        }
+        baked.meshes[at].occluders = Some(tables);
+    }
+    Ok(())
+}
+
+/// Where what is finished lies, if it is kept.
+fn folder(args: &BakeArgs) -> Result<Option<Folder>, Failure> {
+    match (&args.chunks, args.resume) {
+        (Some(path), _) => Folder::new(path).map(Some),
+        (None, true) => {
+            let mut path = args.out.clone().into_os_string();
+            path.push(".chunks");
+            Folder::new(path.as_ref()).map(Some)
+        }
+        (None, false) => Ok(None),
+    }
+}
+
+fn threads(args: &BakeArgs) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    args.threads.map_or(cores, |n| n as usize)
 }
 
 /// Which meshes an instance draws.
@@ -233,17 +284,8 @@ fn run_jobs(
     args: &BakeArgs,
     console: &Console,
 ) -> Result<Vec<Option<Made>>, Failure> {
-    let folder = match (&args.chunks, args.resume) {
-        (Some(path), _) => Some(Folder::new(path)?),
-        (None, true) => {
-            let mut path = args.out.clone().into_os_string();
-            path.push(".chunks");
-            Some(Folder::new(path.as_ref())?)
-        }
-        (None, false) => None,
-    };
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let threads = args.threads.map_or(cores, |n| n as usize);
+    let folder = folder(args)?;
+    let threads = threads(args);
     let workers = threads.min(jobs.len()).max(1);
     // Only where there are fewer jobs than threads.
     let inner = (threads / workers).max(1);
@@ -328,6 +370,10 @@ fn print(r: &Record, args: &BakeArgs, console: &Console) {
         count(r.levels_triangles, "triangle", "triangles"),
         grouped(r.triangles)
     ));
+    if r.occluders > 0 {
+        let meshes = count(r.occluders, "mesh", "meshes");
+        console.line(format!("occluders looked for in {meshes}"));
+    }
     if args.merge {
         console.line(format!(
             "{}, with {} in all levels",

@@ -33,6 +33,7 @@ Examples
   cullet bake castle.glb -o baked.glb --merge        levels of groups of instances too
   cullet bake castle.glb -o baked.glb --resume       goes on where Ctrl-C stopped it
   cullet bake scan.ply -o baked.glb --no-hierarchy   whole levels only
+  cullet bake castle.glb -o baked.glb --occluders    what hides what is behind it too
   cullet bake model.glb -o baked.glb --json -        the figures as JSON
   cullet info baked.glb                              what is baked of each mesh";
 
@@ -51,7 +52,10 @@ pub struct BakeArgs {
     /// No chains of whole meshes
     #[arg(long, conflicts_with = "no_hierarchy")]
     pub no_chain: bool,
-    /// Chains as nodes too, by MSFT_lod, for programs that draw those; of a glTF alone
+    /// Occluders of every mesh too, so that --occluders auto and baked need not make them
+    #[arg(long)]
+    pub occluders: bool,
+    /// Chains as nodes too, by `MSFT_lod`, for programs that draw those; of a glTF alone
     #[arg(long, conflicts_with = "no_chain")]
     pub msft_lod: bool,
     /// Groups of instances too, merged and simplified as one, each of which stands for all of them from afar

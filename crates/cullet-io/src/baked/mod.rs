@@ -6,6 +6,7 @@
 
 mod error;
 mod hash;
+mod occluders;
 mod stand_ins;
 mod tables;
 
@@ -14,6 +15,8 @@ use cullet::{Mesh, MeshData, MeshId};
 pub use error::BakedError;
 pub use hash::hash;
 pub(crate) use hash::root_sum;
+pub(crate) use occluders::occluder_sum;
+pub use occluders::{OccluderPolygon, OccluderSheet, OccluderTables};
 pub(crate) use stand_ins::{StandInTables, sum_of as sum_of_stand_ins};
 pub use tables::{ClusterRow, LevelTables};
 pub(crate) use tables::{ROWS, sum_of};
@@ -69,7 +72,9 @@ pub struct BakedMesh {
     pub geometry: u64,
     /// Its levels, in the order in which the scene has them.
     pub levels: Vec<BakedLevels>,
-    /// Bytes of all of it in the file; 0 where it comes from none.
+    /// Its occluders, where they were baked.
+    pub occluders: Option<OccluderTables>,
+    /// Bytes of its levels in the file; 0 where it comes from none.
     pub bytes: u64,
     /// Why it was left out, where it was.
     pub problem: Option<BakedError>,

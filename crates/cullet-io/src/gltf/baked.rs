@@ -18,7 +18,7 @@ use super::stand_ins;
 use super::uri::shorten;
 use crate::baked::{
     Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, MOST_LEVELS, Measured,
-    StandInTables, VERSION, geometry_hash_of, root_sum, sum_of,
+    OccluderTables, StandInTables, VERSION, geometry_hash_of, occluder_sum, root_sum, sum_of,
 };
 
 /// The extension's name.
@@ -67,8 +67,17 @@ struct ChunkItem<'a> {
 pub(super) struct MeshItem<'a> {
     #[serde(borrow)]
     pub(super) geometry: Cow<'a, str>,
-    #[serde(borrow)]
+    #[serde(borrow, default)]
     pub(super) levels: Vec<LevelsItem<'a>>,
+    #[serde(borrow)]
+    pub(super) occluders: Option<OccludersItem<'a>>,
+}
+
+#[derive(Derive)]
+pub(super) struct OccludersItem<'a> {
+    pub(super) table: Index,
+    #[serde(borrow)]
+    pub(super) hash: Cow<'a, str>,
 }
 
 #[derive(Derive)]
@@ -185,7 +194,7 @@ fn mesh(
     buffers: &Buffers<'_>,
     left: &mut usize,
 ) -> Result<FoundMesh, BakedError> {
-    let MeshItem { geometry, levels } = item(raw)?;
+    let MeshItem { geometry, levels, occluders } = item(raw)?;
     if levels.len() > MOST_LEVELS {
         return Err(form(format!(
             "has {} sets of levels; at most {MOST_LEVELS} are read",
@@ -206,12 +215,8 @@ fn mesh(
         let views = [levels.indices, levels.clusters, levels.groups];
         let mut bytes: [&[u8]; 3] = [&[]; 3];
         for (bytes, view) in bytes.iter_mut().zip(views) {
-            let count = buffers.views.len();
-            let len = buffers.views.get(view.index()).map(super::buffers::View::len);
-            let len = len.ok_or_else(|| form(format!("names bufferView {} of {count}", view.0)))?;
-            *left = left.checked_sub(len).ok_or_else(|| form("tables share their bytes"))?;
-            taken += len as u64;
-            *bytes = buffers.view(view.index()).map_err(|e| form(e.to_string()))?;
+            *bytes = table(buffers, view, left)?;
+            taken += bytes.len() as u64;
         }
         let parts = levels.parts.iter().map(|n| u32::try_from(n.0));
         let parts: Result<Vec<u32>, _> = parts.collect();
@@ -234,10 +239,28 @@ fn mesh(
         mesh: BakedMesh { geometry, bytes, ..BakedMesh::default() },
         levels: Vec::with_capacity(tables.len()),
     };
+    if let Some(OccludersItem { table: view, hash }) = occluders {
+        let bytes = table(buffers, view, left)?;
+        check("its occluders", occluder_sum(geometry, bytes), sum(&hash)?)?;
+        out.mesh.occluders = Some(OccluderTables::from_bytes(bytes)?);
+    }
     for (kind, measured, parts, bytes) in tables {
         out.levels.push((kind, measured, LevelTables::from_bytes(parts, bytes)?));
     }
     Ok(out)
+}
+
+/// The bytes of a table. `left` is how many may yet be taken for any.
+fn table<'a>(
+    buffers: &'a Buffers<'_>,
+    view: Index,
+    left: &mut usize,
+) -> Result<&'a [u8], BakedError> {
+    let count = buffers.views.len();
+    let len = buffers.views.get(view.index()).map(super::buffers::View::len);
+    let len = len.ok_or_else(|| form(format!("names bufferView {} of {count}", view.0)))?;
+    *left = left.checked_sub(len).ok_or_else(|| form("tables share their bytes"))?;
+    buffers.view(view.index()).map_err(|e| form(e.to_string()))
 }
 
 pub(super) fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {

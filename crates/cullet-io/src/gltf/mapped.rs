@@ -134,7 +134,7 @@ fn mesh(
         let own = own.ok_or_else(|| {
             baked::form("is in the table of chunks, but the mesh has nothing baked")
         })?;
-        let MeshItem { geometry, levels } = baked::item(own)?;
+        let MeshItem { geometry, levels, occluders: _ } = baked::item(own)?;
         if levels.len() > MOST_LEVELS {
             let count = levels.len();
             return Err(baked::form(format!(
@@ -171,10 +171,10 @@ fn levels_of(
     let mut tables = [0..0, 0..0, 0..0];
     for ((range, view), (what, row)) in tables.iter_mut().zip(views).zip(ROWS) {
         *range = table(root, view.index(), bin)?;
-        if range.start % TABLE_ALIGNMENT != 0 {
+        if !range.start.is_multiple_of(TABLE_ALIGNMENT) {
             return Err(BakedError::Unaligned { what, at: range.start });
         }
-        if range.len() % row != 0 {
+        if !range.len().is_multiple_of(row) {
             return Err(BakedError::Size { what, bytes: range.len(), row });
         }
     }

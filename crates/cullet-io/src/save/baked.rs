@@ -6,7 +6,8 @@ use super::buffer::File;
 use super::stand_ins;
 use crate::Model;
 use crate::baked::{
-    BakedLevels, BakedMesh, LevelTables, Measured, VERSION, geometry_hash, root_sum, sum_of,
+    BakedLevels, BakedMesh, LevelTables, Measured, VERSION, geometry_hash, occluder_sum, root_sum,
+    sum_of,
 };
 
 /// The extension's objects.
@@ -27,7 +28,8 @@ pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) ->
     let (mut chunks, mut meshes) = (Vec::new(), Vec::new());
     for one in &baked.meshes {
         let written = number.get(one.mesh as usize).copied().flatten();
-        let Some(at) = written.filter(|_| !one.levels.is_empty()) else { continue };
+        let any = !one.levels.is_empty() || one.occluders.is_some();
+        let Some(at) = written.filter(|_| any) else { continue };
         let base = &model.scene.meshes()[one.mesh as usize];
         if geometry_hash(base) == one.geometry
             && let Some((object, [bytes, sum])) = mesh(model, one, file)
@@ -96,7 +98,17 @@ fn mesh(model: &Model, one: &BakedMesh, file: &mut File) -> Option<(Value, [u64;
     let count = bytes.as_flattened().iter().map(|b| b.len() as u64).sum();
     let levels = tables.iter().zip(&bytes).map(|((of, made), bytes)| levels(of, made, bytes, file));
     let levels: Vec<Value> = levels.collect();
-    Some((json!({ "geometry": digits(one.geometry), "levels": levels }), [count, sum]))
+    let mut object = json!({ "geometry": digits(one.geometry) });
+    // As everywhere in glTF, lists are left out rather than empty.
+    if !levels.is_empty() {
+        object["levels"] = json!(levels);
+    }
+    if let Some(occluders) = &one.occluders {
+        let bytes = occluders.to_bytes();
+        let hash = digits(occluder_sum(one.geometry, &bytes));
+        object["occluders"] = json!({ "table": file.table(&bytes), "hash": hash });
+    }
+    Some((object, [count, sum]))
 }
 
 fn levels(of: &BakedLevels, made: &LevelTables, bytes: &[Vec<u8>; 3], file: &mut File) -> Value {

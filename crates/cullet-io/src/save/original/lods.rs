@@ -1,6 +1,6 @@
 //! Levels as meshes of their own that other programs draw: `MSFT_lod`, a list of nodes in the place of one.
 //!
-//! Specification: github.com/KhronosGroup/glTF, extensions/2.0/Vendor/MSFT_lod.
+//! Specification: <https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Vendor/MSFT_lod>.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -53,6 +53,7 @@ pub(super) fn add(
     let mut nodes = list(root, "nodes")?;
     let places = places(root, &nodes)?;
     let mut made: HashMap<usize, Lods> = HashMap::new();
+    let (mut shared, mut joined) = (0u64, 0u64);
     for one in model.baked.iter().flat_map(|baked| &baked.meshes) {
         let number = model.file_meshes.get(one.mesh as usize).map(|&n| n as usize);
         let base = &model.scene.meshes()[one.mesh as usize];
@@ -61,11 +62,11 @@ pub(super) fn add(
         let Some(text) = meshes.get(number).filter(|_| drawn).cloned() else { continue };
         let source = Object::parse(&text, "mesh")?;
         let Some(blocks) = blocks(&source, &counts, base)? else {
-            warn(format!("mesh {number}"), "shares vertices with another mesh, and has no levels");
+            shared += 1;
             continue;
         };
         let Some(levels) = triangles(base, held_by, levels, &blocks) else {
-            warn(format!("mesh {number}"), "its levels join primitives, and are not added");
+            joined += 1;
             continue;
         };
         // Bytes of all levels lie together.
@@ -133,9 +134,17 @@ pub(super) fn add(
         }
         nodes[at] = Cow::Owned(node.to_text());
     }
-    if places.left > 0 {
-        let message = "with children, a camera or extensions, or that move, have no levels";
-        warn(format!("{} nodes", places.left), message);
+    let told = [
+        (shared, "meshes", "share vertices with others, and have no levels"),
+        (joined, "meshes", "have levels that join their primitives, which are not added"),
+        (
+            places.left,
+            "nodes",
+            "with children, a camera or extensions, or that move, have no levels",
+        ),
+    ];
+    for (count, what, message) in told.into_iter().filter(|(count, ..)| *count > 0) {
+        warn(format!("{count} {what}"), message);
     }
     if !made.is_empty() {
         root.set_list("meshes", &meshes);

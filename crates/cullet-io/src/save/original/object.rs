@@ -141,7 +141,11 @@ mod tests {
         object.set("b", "2.0");
         assert_eq!(object.number("b"), Some(2));
         object.set_list("c", &["{}".into(), "1e0".into()]);
-        object.change("a", |inner| Ok(inner.set("y", "3"))).expect("an object");
+        let add = |inner: &mut Object<'_>| {
+            inner.set("y", "3");
+            Ok(())
+        };
+        object.change("a", add).expect("an object");
         object.change("d", |_| Ok(())).expect("nothing of nothing");
         let changed = r#"{"b":2.0,"a":{"x":[1, 2],"y":3},"é\"":"\u0041","c":[{},1e0]}"#;
         assert_eq!(object.to_text(), changed);

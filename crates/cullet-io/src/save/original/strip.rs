@@ -92,7 +92,7 @@ pub(super) fn cut(
         let inner = view["extensions"].as_object().into_iter().flat_map(|all| all.values());
         taken |= std::iter::once(&view).chain(inner).any(|of| end(of) > start as f64);
     }
-    if !taken && start % TABLE_ALIGNMENT == 0 {
+    if !taken && start.is_multiple_of(TABLE_ALIGNMENT) {
         views.truncate(first);
         root.set_list("bufferViews", &views);
         bin.truncate(start);
