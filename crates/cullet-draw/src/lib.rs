@@ -55,6 +55,7 @@ mod claims;
 mod clipped;
 mod frame;
 mod geometry;
+mod impostor;
 mod levels;
 mod occlusion;
 pub mod picture;
@@ -69,6 +70,10 @@ mod verify;
 pub use claims::{ClaimCheck, ClaimOptions, Claims, SceneOccluders, WrongClaim, check_claims};
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
+pub use impostor::{
+    ImpostorMeasure, ImpostorOptions, ImpostorPlane, capture_impostor, impostor_sheet,
+    make_impostor, measure_impostor,
+};
 pub use levels::{LevelPixels, LevelsVerification, verify_levels};
 pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};

@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use cullet::lod::Impostor;
 use cullet::{MeshData, Scene};
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
@@ -66,6 +67,8 @@ struct MeshItem<'a> {
     geometry: Cow<'a, str>,
     #[serde(borrow)]
     levels: Vec<LevelsItem<'a>>,
+    #[serde(borrow)]
+    impostor: Option<&'a RawValue>,
 }
 
 #[derive(Derive)]
@@ -101,6 +104,7 @@ pub(super) struct Found {
 struct FoundMesh {
     mesh: BakedMesh,
     levels: Vec<(LevelKind, Measured, LevelTables)>,
+    impostor: Option<(Measured, Impostor)>,
 }
 
 /// Reads what is baked of the meshes that are drawn: `drawn` has the file's number of each, `data` what was decoded of it.
@@ -143,7 +147,7 @@ pub(super) fn read(
         let mut one = read.unwrap_or_else(|problem| {
             notes.push(name, format!("{NAME}: {problem}; its levels are left out"));
             let mesh = BakedMesh { problem: Some(problem), ..BakedMesh::default() };
-            FoundMesh { mesh, levels: Vec::new() }
+            FoundMesh { mesh, ..FoundMesh::default() }
         });
         one.mesh.mesh = number as u32;
         found.meshes.push(one);
@@ -175,7 +179,7 @@ fn mesh(
     buffers: &Buffers<'_>,
     left: &mut usize,
 ) -> Result<FoundMesh, BakedError> {
-    let MeshItem { geometry, levels } = item(raw)?;
+    let MeshItem { geometry, levels, impostor } = item(raw)?;
     if levels.len() > MOST_LEVELS {
         return Err(form(format!(
             "has {} sets of levels; at most {MOST_LEVELS} are read",
@@ -223,7 +227,13 @@ fn mesh(
     let mut out = FoundMesh {
         mesh: BakedMesh { geometry, bytes, ..BakedMesh::default() },
         levels: Vec::with_capacity(tables.len()),
+        impostor: None,
     };
+    if let Some(raw) = impostor {
+        let (measured, impostor, bytes) = super::impostor::read(raw, geometry, buffers, left)?;
+        out.mesh.bytes += bytes;
+        out.impostor = Some((measured, impostor));
+    }
     for (kind, measured, parts, bytes) in tables {
         out.levels.push((kind, measured, LevelTables::from_bytes(parts, bytes)?));
     }
@@ -242,12 +252,12 @@ fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
     })
 }
 
-fn form(message: impl Into<String>) -> BakedError {
+pub(super) fn form(message: impl Into<String>) -> BakedError {
     BakedError::Form(message.into())
 }
 
 /// An object of the extension.
-fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
+pub(super) fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
     json::member(raw, NAME.to_owned()).map_err(|e| {
         let message = e.to_string();
         form(message.strip_prefix(&format!("{NAME}: ")).unwrap_or(&message))
@@ -255,13 +265,13 @@ fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
 }
 
 /// A sum: sixteen hexadecimal digits.
-fn sum(text: &str) -> Result<u64, BakedError> {
+pub(super) fn sum(text: &str) -> Result<u64, BakedError> {
     let digits = text.len() == 16 && text.bytes().all(|b| b.is_ascii_hexdigit());
     let number = if digits { u64::from_str_radix(text, 16).ok() } else { None };
     number.ok_or_else(|| form(format!("{:?} are no sixteen hexadecimal digits", shorten(text))))
 }
 
-fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
+pub(super) fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
     if found == expected {
         return Ok(());
     }
@@ -269,6 +279,12 @@ fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
 }
 
 impl Found {
+    /// The same without the impostors.
+    pub(super) fn without_impostors(mut self) -> Self {
+        self.meshes.iter_mut().for_each(|one| one.impostor = None);
+        self
+    }
+
     /// Makes the levels and gives them to the scene, whose meshes are those that were read; the meshes that hold them come
     /// after all others.
     pub(super) fn give(
@@ -279,7 +295,7 @@ impl Found {
     ) -> Baked {
         let mut baked =
             Baked { generator: self.generator, problem: self.problem, meshes: Vec::new() };
-        for FoundMesh { mesh: mut one, levels } in self.meshes {
+        for FoundMesh { mesh: mut one, levels, impostor } in self.meshes {
             let base = one.mesh;
             let own = names.get(base as usize).cloned().unwrap_or_default();
             for (kind, measured, tables) in levels {
@@ -295,6 +311,19 @@ impl Found {
                     Err(problem) => {
                         notes.push(&own, format!("{NAME}: {}: {problem}; left out", kind.name()));
                         one.problem = Some(problem);
+                    }
+                }
+            }
+            if let Some((measured, impostor)) = impostor {
+                match scene.add_impostor(base, impostor) {
+                    Ok(held_by) => {
+                        let kind = LevelKind::Impostor;
+                        names.push(format!("{own}, {}", kind.name()));
+                        one.levels.push(BakedLevels { kind, held_by, measured });
+                    }
+                    Err(problem) => {
+                        notes.push(&own, format!("{NAME}: impostor: {problem}; left out"));
+                        one.problem = Some(problem.into());
                     }
                 }
             }

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 use super::buffer::File;
 use crate::Model;
 use crate::baked::{
-    BakedLevels, BakedMesh, LevelTables, Measured, VERSION, geometry_hash, root_sum, sum_of,
+    BakedLevels, BakedMesh, LevelKind, LevelTables, Measured, VERSION, geometry_hash, root_sum,
+    sum_of,
 };
 use crate::gltf::BAKED;
 
@@ -49,7 +50,7 @@ fn mesh(model: &Model, one: &BakedMesh, file: &mut File) -> Option<(Value, [u64;
     let base = &model.scene.meshes()[one.mesh as usize];
     let all = model.scene.levels(one.mesh);
     let mut tables = Vec::new();
-    for levels in &one.levels {
+    for levels in one.levels.iter().filter(|levels| levels.kind != LevelKind::Impostor) {
         let of = all.iter().find(|of| of.mesh == levels.held_by)?;
         let mut made = LevelTables::of(model.scene.meshes().get(of.mesh as usize)?, &of.levels)?;
         // A view of nothing is forbidden, and levels without groups are none.
@@ -78,7 +79,11 @@ fn mesh(model: &Model, one: &BakedMesh, file: &mut File) -> Option<(Value, [u64;
     let count = bytes.as_flattened().iter().map(|b| b.len() as u64).sum();
     let levels = tables.iter().zip(&bytes).map(|((of, made), bytes)| levels(of, made, bytes, file));
     let levels: Vec<Value> = levels.collect();
-    Some((json!({ "geometry": digits(one.geometry), "levels": levels }), [count, sum]))
+    let mut object = json!({ "geometry": digits(one.geometry), "levels": levels });
+    if let Some(impostor) = super::impostor::write(model, one, file) {
+        object["impostor"] = impostor;
+    }
+    Some((object, [count, sum]))
 }
 
 fn levels(of: &BakedLevels, made: &LevelTables, bytes: &[Vec<u8>; 3], file: &mut File) -> Value {
