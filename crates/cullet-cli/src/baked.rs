@@ -3,7 +3,7 @@
 use cullet::lod::NO_GROUP;
 use cullet_command::console::{Console, count, digits, grouped};
 use cullet_io::Model;
-use cullet_io::baked::{BakedLevels, BakedMesh, VERSION};
+use cullet_io::baked::{BakedLevels, BakedMesh, LevelKind, VERSION};
 use serde::Serialize;
 
 use crate::names::mesh_name;
@@ -179,6 +179,11 @@ pub(crate) fn print(baked: &BakedRecord, shown: usize, console: &Console) {
         }
         for l in &m.levels {
             let [least, most] = l.errors.map(|e| digits(e.into()));
+            if l.kind == LevelKind::Impostor.name() {
+                let seen = count(l.measured.points.into(), "direction", "directions");
+                console.line(format!("    {:<10} off by {most}, as seen from {seen}", l.kind));
+                continue;
+            }
             console.line(format!(
                 "    {:<10} {}, {}, off by {least} to {most}",
                 l.kind,

@@ -8,11 +8,13 @@ use cullet::{
 };
 use cullet_draw::{
     Frame, ImpostorOptions, ImpostorPlane, PixelId, RenderOptions, Selection, capture_impostor,
-    impostor_sheet, make_impostor, measure_impostor, render, shaded_levels, verify_levels,
+    impostor_cards, impostor_sheet, make_impostor, measure_impostor, render, shaded_levels,
+    verify_levels,
 };
+use cullet_io::{LoadOptions, load};
 use cullet_testkit::answers::cull;
 use cullet_testkit::views::look;
-use cullet_testkit::{Rng, meshes, models, soups};
+use cullet_testkit::{Folder, Rng, meshes, models, soups};
 
 /// Small and quick.
 fn options() -> ImpostorOptions {
@@ -58,11 +60,19 @@ fn the_error_holds_from_other_directions_than_those_it_was_measured_from() {
         let (impostor, found) = make_impostor(&mesh, &options()).expect(name);
         let error = f64::from(impostor.error());
         assert!(error >= found.error && error > 0.0, "{name}: {found:?}");
-        // It stands for something: much less than half of what there is.
-        assert!(error < 0.5 * radius(&mesh), "{name}: {} of the radius", error / radius(&mesh));
+        // What is flat vanishes edge-on, and says so; else it is much less than half of what there is.
+        let is_flat = mesh.triangle_count() < 3;
+        assert!(
+            is_flat || error < 0.35 * radius(&mesh),
+            "{name}: {} of the radius",
+            error / radius(&mesh)
+        );
         let other = measure_impostor(&mesh, &impostor, 64, 77).expect(name);
         assert!(other.samples > 1000, "{name}: {other:?}");
-        assert!(other.p999 <= error && other.max <= 1.5 * error, "{name}: {other:?} of {error}");
+        assert!(
+            other.p999 <= error && (is_flat || other.max <= 1.4 * error),
+            "{name}: {other:?} of {error}"
+        );
     }
 }
 
@@ -194,7 +204,7 @@ fn instances_of_all_transforms_are_drawn_where_they_are() {
             let full = render(&scene, &view, Selection::All, &RenderOptions::default());
             let distance = (from.iter().map(|v| v * v).sum::<f64>()).sqrt() * far;
             let pixel = cullet::lod::PixelScale::of(&view, false).pixels / distance;
-            let stated = error * 2.0 * pixel;
+            let stated = error * 2.0 * 1.4 * pixel;
             let off = apart(&full, &frame);
             assert!(off <= stated + 1.5, "{place:?} from {from:?}: {off} px, {stated} stated");
             let shaded = shaded_levels(&scene, &frame, &view, &visible, &[]);
@@ -267,10 +277,31 @@ fn sheets_show_each_plane() {
         match plane {
             ImpostorPlane::Coverage => assert_eq!((middle, corner), ([255; 3], [0; 3])),
             ImpostorPlane::Color => assert_eq!((middle, corner), ([255, 0, 0], [0; 3])),
-            ImpostorPlane::Depth => assert!(middle[0] > 200),
+            ImpostorPlane::Depth => assert!(middle[0] > 180),
             ImpostorPlane::Normal => assert_ne!(middle, [0; 3]),
         }
     }
+}
+
+#[test]
+fn cards_are_a_gltf_that_loads() {
+    let impostor = capture_impostor(&meshes::block([-1.0; 3], [1.0, 2.0, 3.0]), &options());
+    let cards = impostor_cards(&impostor.expect("sound"), "block", &[[200, 10, 10]]);
+    let folder = Folder::new("impostor-cards");
+    let path = |name: &str| folder.path(name);
+    for (name, bytes) in [
+        ("block.gltf", cards.gltf.as_bytes()),
+        ("block.bin", &cards.bin),
+        ("block.png", &cards.png),
+    ] {
+        std::fs::write(path(name), bytes).expect("a folder of ours");
+    }
+    let model = load(path("block.gltf").as_ref(), &LoadOptions::default()).expect("a glTF");
+    assert_eq!((model.scene.triangle_count(), model.warnings.len()), (12, 0));
+    // As large as the block, or as a frame that looks at it from a little aside.
+    let extent = model.scene.extent().half_extent();
+    assert!((0..3).all(|a| extent[a] < 3.3 && extent[a] > [0.9, 1.4, 1.9][a]), "{extent:?}");
+    assert!(cards.png.starts_with(b"\x89PNG"));
 }
 
 /// What a large model comes to, by grid and texels: `cargo test impostor_figures -- --ignored --nocapture`.

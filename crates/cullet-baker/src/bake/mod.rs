@@ -1,6 +1,7 @@
 //! `cullet bake`: a GLB with levels of every mesh beside it.
 
 mod chunk;
+mod impostor;
 mod mesh;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -37,6 +38,10 @@ struct Record {
     triangles: u64,
     chains: u64,
     hierarchies: u64,
+    /// Impostors, and the bytes of their pictures.
+    impostors: u64,
+    impostors_bytes: u64,
+    impostors_seconds: f64,
     /// Triangles of all levels, the original ones among them.
     levels_triangles: u64,
     /// How many chains and hierarchies were taken from finished ones.
@@ -110,6 +115,7 @@ fn bake(model: &mut Model, args: &BakeArgs, console: &Console) -> Result<Record,
     let wanted = |kind: &LevelKind| match kind {
         LevelKind::Chain => !args.no_chain,
         LevelKind::Hierarchy => !args.no_hierarchy,
+        LevelKind::Impostor => false,
     };
     let mut jobs = Vec::new();
     for mesh in drawn() {
@@ -156,6 +162,7 @@ fn bake(model: &mut Model, args: &BakeArgs, console: &Console) -> Result<Record,
         match job.kind {
             LevelKind::Chain => record.chains += 1,
             LevelKind::Hierarchy => record.hierarchies += 1,
+            LevelKind::Impostor => {}
         }
         if baked.meshes.last().is_none_or(|last| last.mesh != job.mesh) {
             let geometry = geometry_hash(&model.scene.meshes()[job.mesh as usize]);
@@ -167,6 +174,9 @@ fn bake(model: &mut Model, args: &BakeArgs, console: &Console) -> Result<Record,
         }
     }
     record.meshes_with_levels = baked.meshes.len() as u64;
+    if args.impostors {
+        impostor::add(model, &mut baked, args, &mut record, console)?;
+    }
     model.baked = Some(baked);
     Ok(record)
 }
@@ -280,6 +290,14 @@ fn print(r: &Record, args: &BakeArgs, console: &Console) {
         count(r.levels_triangles, "triangle", "triangles"),
         grouped(r.triangles)
     ));
+    if args.impostors {
+        console.line(format!(
+            "{}: {} bytes in {:.1} s",
+            count(r.impostors, "impostor", "impostors"),
+            grouped(r.impostors_bytes),
+            r.impostors_seconds
+        ));
+    }
     if r.resumed > 0 {
         console.line(format!("{} taken from what was finished before", grouped(r.resumed)));
     }

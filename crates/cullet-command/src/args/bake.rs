@@ -17,6 +17,10 @@ The same scene and options make the same bytes, with any number of threads. --re
 each mesh in a folder, and takes from there what was finished before: after Ctrl-C, or where a few meshes of
 many have changed. OUT is replaced when all of it has been written, never by half of it.
 
+--impostors adds pictures of a mesh from 144 directions, with coverage, depth, normals and materials, and how
+far what is drawn of them is off, as measured. They are drawn by verify, report and picture; other programs
+that load the file leave them out unless they ask for them.
+
 What moves stands as it is stored; textures and animations are not written.
 
 The work is done by a program of its own, cullet-baker, which needs a C++ compiler to be built. It is looked
@@ -27,6 +31,7 @@ Examples
   cullet bake model.glb -o baked.glb
   cullet bake city -o city.glb                       a built-in scene
   cullet bake castle.glb -o baked.glb --resume       goes on where Ctrl-C stopped it
+  cullet bake forest.glb -o baked.glb --impostors    and pictures of what is far away
   cullet bake scan.ply -o baked.glb --no-hierarchy   whole levels only
   cullet bake model.glb -o baked.glb --json -        the figures as JSON
   cullet info baked.glb                              what is baked of each mesh";
@@ -46,6 +51,12 @@ pub struct BakeArgs {
     /// No chains of whole meshes
     #[arg(long, conflicts_with = "no_hierarchy")]
     pub no_chain: bool,
+    /// Impostors too, of meshes of which many triangles would be drawn far away: pictures from all around
+    #[arg(long)]
+    pub impostors: bool,
+    /// Write each impostor as PNGs and as a glTF of cards too, into this folder
+    #[arg(long, value_name = "PATH", requires = "impostors")]
+    pub impostor_sheets: Option<PathBuf>,
     /// Keep what is finished of each mesh, and go on from what is there
     #[arg(long)]
     pub resume: bool,

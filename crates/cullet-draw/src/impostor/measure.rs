@@ -15,13 +15,16 @@ const FINE: u32 = 4;
 /// The share of samples that may be farther off than the error, as for levels.
 const SHARE_OVER: f64 = 1e-3;
 /// What none of them exceeds, as a factor of the error.
-const MOST_OVER: f64 = 2.0;
+const MOST_OVER: f64 = 1.2;
+/// How much a difference along the line of sight counts beside one across it. It is seen only where something else stands
+/// in between; and where a surface is nearly edge-on, any small step across is a large one along.
+const ALONG: f64 = 0.25;
 
 /// How far an impostor was found to be from its mesh, in units of the mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImpostorMeasure {
-    /// The error to state: the 99.9 % quantile, or half of the largest, whichever is more, and half of the distance between
-    /// samples at least.
+    /// The error to state: the 99.9 % quantile, or the largest over 1.2, whichever is more, and a quarter of the
+    /// distance between samples, between which there are others.
     pub error: f64,
     /// Distance that 99.9 % of samples do not exceed.
     pub p999: f64,
@@ -49,8 +52,9 @@ pub fn make_impostor(
 }
 
 /// Draws a mesh and its impostor from random directions, by parallel lines of sight and finer than a texel, and looks from each
-/// sample of either where the nearest one of the other is, in space. Lines of sight of any eye are parallel to some of
-/// these.
+/// sample of either where the nearest one of the other is: across the picture in full, along the line of sight by a
+/// quarter. So pixels are off by the error at the most, and depths by four times as much. Lines of sight of any eye are
+/// parallel to some of these.
 ///
 /// What is not in either picture counts as the distance to what is; where one is empty, as the diameter.
 ///
@@ -64,6 +68,38 @@ pub fn measure_impostor(
 ) -> Result<ImpostorMeasure, ImpostorError> {
     let scene = scene_of(mesh)?;
     Studio::new(mesh, &scene).measure(impostor, directions, seed)
+}
+
+/// A mesh made ready for being held beside its impostor from many sides.
+#[derive(Debug)]
+pub struct ImpostorJudge {
+    scene: cullet::Scene,
+    tracer: Tracer,
+}
+
+impl ImpostorJudge {
+    /// Of a mesh and its impostor.
+    ///
+    /// # Errors
+    /// As [`capture_impostor`](super::capture_impostor).
+    pub fn new(mesh: &Mesh, impostor: Arc<Impostor>) -> Result<Self, ImpostorError> {
+        Ok(Self { scene: scene_of(mesh)?, tracer: Tracer::new(impostor) })
+    }
+
+    /// Distances, as [`measure_impostor`] finds them, from one direction towards the viewer; in units of the mesh.
+    ///
+    /// # Errors
+    /// As [`capture_impostor`](super::capture_impostor).
+    pub fn distances(&self, direction: [f64; 3]) -> Result<Vec<f32>, ImpostorError> {
+        let mesh = &self.scene.meshes()[0];
+        let studio = Studio::new(mesh, &self.scene);
+        let direction = DVec3::from(direction);
+        let usable = direction.is_finite() && direction.length() > 0.0;
+        let direction = if usable { direction.normalize() } else { DVec3::Y };
+        let mut found = studio.distances(&self.tracer, direction)?;
+        found.iter_mut().for_each(|d| *d = (f64::from(*d) * studio.radius) as f32);
+        Ok(found)
+    }
 }
 
 /// Heights in radii over the samples of a picture, where there is anything.
@@ -91,7 +127,8 @@ impl Studio<'_> {
         let over = (all.len() as f64 * SHARE_OVER) as usize;
         let [p999, max] = [all[all.len() - 1 - over], max].map(|v| f64::from(v) * self.radius);
         let pitch = 2.0 * self.radius / f64::from(impostor.texels() * FINE);
-        let error = p999.max(max / MOST_OVER).max(pitch * 0.5);
+        // Between the samples are others.
+        let error = p999.max(max / MOST_OVER).max(pitch * 0.25) + pitch * 0.25;
         Ok(ImpostorMeasure { error, p999, max, samples: all.len() as u64 })
     }
 
@@ -158,7 +195,8 @@ impl Heights {
                     let Some(other) = self.of[row * self.width + column as usize] else { continue };
                     let dx = (column as f64 - x as f64) * self.pitch;
                     let dy = (row as f64 - y as f64) * self.pitch;
-                    best = best.min((dx * dx + dy * dy + (other - height).powi(2)).sqrt());
+                    best =
+                        best.min((dx * dx + dy * dy + ((other - height) * ALONG).powi(2)).sqrt());
                 }
             }
         }

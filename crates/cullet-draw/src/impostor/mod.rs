@@ -6,13 +6,15 @@
 //! and what none of them saw, and that is measured.
 
 mod capture;
+mod cards;
 mod measure;
 mod rays;
 mod sheet;
 mod trace;
 
 pub use capture::{ImpostorOptions, capture_impostor};
-pub use measure::{ImpostorMeasure, make_impostor, measure_impostor};
+pub use cards::{ImpostorCards, impostor_cards};
+pub use measure::{ImpostorJudge, ImpostorMeasure, make_impostor, measure_impostor};
 pub(crate) use rays::Rays;
 pub use sheet::{ImpostorPlane, impostor_sheet};
 pub(crate) use trace::Tracer;

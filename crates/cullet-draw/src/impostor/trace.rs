@@ -5,8 +5,9 @@ use std::sync::Arc;
 use cullet::lod::{Impostor, ImpostorFrame};
 use glam::DVec3;
 
-/// The least coverage, between texels, that counts as covered.
-const COVERED: f64 = 0.5;
+/// The least coverage, between texels, that counts as covered. Less than a half, for a point must be covered in all three
+/// frames, and what is thin would be lost: of 0.5, 0.4, 0.3 and 0.2 this has the least error on the armadillo.
+const COVERED: f64 = 0.3;
 /// Places along a ray that are looked at, for each texel of a frame's side.
 const STEPS: u32 = 3;
 /// Halvings of the step that comes upon the mesh.
@@ -16,7 +17,7 @@ const STEEP: f64 = 2.0;
 /// What is farther behind all that any frame saw, in texels, is in their shadow and not of the mesh, as far as anyone knows.
 const DEEP: f64 = 2.0;
 /// By how many texels a point may lie before the surface and still be of it: what a texel rounds.
-const TOLERANCE: f64 = 0.1;
+const TOLERANCE: f64 = 0.5;
 
 /// An impostor made ready for rays.
 #[derive(Clone, Debug)]
