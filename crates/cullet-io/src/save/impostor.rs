@@ -1,5 +1,6 @@
 //! The impostor of a mesh in `CULLET_baked`.
 
+use cullet::lod::Impostor;
 use serde_json::{Value, json};
 
 use super::buffer::File;
@@ -11,7 +12,18 @@ pub(super) fn write(model: &Model, one: &BakedMesh, file: &mut File) -> Option<V
     let own = one.levels.iter().find(|levels| levels.kind == LevelKind::Impostor)?;
     let all = model.scene.levels(one.mesh);
     let impostor = all.iter().find(|of| of.mesh == own.held_by)?.impostor.as_ref()?;
-    let bytes = impostor_to_bytes(impostor);
+    // Parts without triangles are not written, so the others have other numbers in the file.
+    let parts = model.scene.meshes()[one.mesh as usize].parts();
+    let number = |part: u16| {
+        let before = parts.iter().take(part.into());
+        before.filter(|p| p.triangle_count > 0).count() as u16
+    };
+    let shape = impostor.shape().iter().map(|&w| w & 0xf0ff | number(w >> 8 & 15) << 8).collect();
+    let sizes = [impostor.grid(), impostor.texels()];
+    let normals = impostor.normals().to_vec();
+    let written =
+        Impostor::new(sizes, impostor.bounds(), impostor.error(), shape, normals).ok()?;
+    let bytes = impostor_to_bytes(&written);
     let hash = impostor_sum(one.geometry, &own.measured, &bytes);
     let Measured { points, quantile, most_over, seed, .. } = own.measured;
     Some(json!({
