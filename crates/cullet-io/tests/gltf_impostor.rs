@@ -25,7 +25,7 @@ fn model() -> Model {
     let shape: Vec<u16> = (0..count as u16).map(|i| 0xf000 | i).collect();
     let normals = (0..count as u16).map(|i| i * 300).collect();
     let bounds = scene.meshes()[0].bounds();
-    let impostor = Impostor::new([3, 2], bounds, 0.125, shape, normals).unwrap();
+    let impostor = Impostor::new([3, 2], (bounds, 1.9), 0.125, shape, normals).unwrap();
     let held_by = scene.add_impostor(block, impostor).unwrap();
     let geometry = geometry_hash(&scene.meshes()[0]);
     let levels = vec![BakedLevels { kind: LevelKind::Impostor, held_by, measured: MEASURED }];

@@ -148,6 +148,16 @@ impl<'a> Studio<'a> {
         (b - a).cross(c - a).normalize_or_zero()
     }
 
+    /// How far from the centre the farthest corner is, rounded up.
+    fn reach(&self) -> f32 {
+        let far = |&v: &u32| {
+            let p = self.mesh.positions()[v as usize];
+            (DVec3::from(p.map(f64::from)) - self.centre).length()
+        };
+        let most = self.indices.iter().map(far).fold(0.0, f64::max);
+        (most * (1.0 + f64::from(f32::EPSILON))) as f32
+    }
+
     fn part(&self, triangle: u32) -> u32 {
         let first = part_of(self.mesh, triangle).first_triangle;
         let own = |p: &cullet::mesh::Part| p.first_triangle == first && p.triangle_count > 0;
@@ -268,7 +278,8 @@ impl Studio<'_> {
         let sizes = [options.grid, options.texels];
         let count = Impostor::texel_count(sizes)?;
         let bounds = self.mesh.bounds();
-        let frames = Impostor::frames(options.grid, &bounds);
+        let radius = self.reach();
+        let frames = Impostor::frames(options.grid, &bounds, radius);
         let frames: Result<Vec<Vec<Texel>>, ImpostorError> =
             frames.par_iter().map(|frame| self.texels(frame, options)).collect();
         let (mut shape, mut normals) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -277,6 +288,6 @@ impl Studio<'_> {
             shape.push(s);
             normals.push(n);
         }
-        Impostor::new(sizes, bounds, 0.0, shape, normals)
+        Impostor::new(sizes, (bounds, radius), 0.0, shape, normals)
     }
 }

@@ -23,7 +23,7 @@ pub struct ImpostorCards {
 pub fn impostor_cards(impostor: &Impostor, name: &str, colors: &[[u8; 3]]) -> ImpostorCards {
     let grid = impostor.grid();
     let bounds = impostor.bounds();
-    let frames = Impostor::frames(grid, &bounds);
+    let frames = Impostor::frames(grid, &bounds, impostor.radius());
     let centre = bounds.center();
     let sides = [
         [1.0, 0.0, 0.0],

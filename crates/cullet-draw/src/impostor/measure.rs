@@ -135,7 +135,7 @@ impl Studio<'_> {
     /// Distances in radii between what is seen of the mesh and of its impostor from a direction, both ways.
     fn distances(&self, tracer: &Tracer, direction: DVec3) -> Result<Vec<f32>, ImpostorError> {
         let bounds = tracer.impostor.bounds();
-        let frame = ImpostorFrame::towards(direction.to_array(), &bounds);
+        let frame = ImpostorFrame::towards(direction.to_array(), &bounds, tracer.impostor.radius());
         let across = tracer.impostor.texels() * FINE;
         let [x, y] = [frame.half[0], frame.half[1]];
         let pitch = 2.0 * x.max(y) / f64::from(across);

@@ -76,7 +76,10 @@ impl Tracer {
             let texel = 2.0 * size / across / f.half[2];
             Frame { rows, texel, tolerance: TOLERANCE * texel + 1.5 / 255.0 }
         };
-        let frames = Impostor::frames(impostor.grid(), &bounds).into_iter().map(frame).collect();
+        let frames = Impostor::frames(impostor.grid(), &bounds, impostor.radius())
+            .into_iter()
+            .map(frame)
+            .collect();
         let texels = (0..impostor.shape().len()).map(|i| impostor.texel(i));
         Self {
             centre: bounds.center().into(),

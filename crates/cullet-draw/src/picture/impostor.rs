@@ -16,7 +16,7 @@ use crate::frame::{RenderOptions, Selection};
 use crate::render::render;
 
 /// Radii in pixels, one a row, and how many pixels of the picture show one of the view.
-const ROWS: [(f64, u32); 4] = [(60.0, 1), (24.0, 2), (12.0, 5), (6.0, 10)];
+const ROWS: [(f64, u32); 4] = [(72.0, 1), (36.0, 2), (12.0, 5), (6.0, 10)];
 /// Pixels along a side of a tile.
 const TILE: u32 = 160;
 /// Between tiles.

@@ -7,11 +7,11 @@ use super::Measured;
 use super::error::BakedError;
 use super::hash::{Sum, hash};
 
-/// Bytes before the planes: sizes, box and error as nine words, and zeros up to this.
+/// Bytes before the planes: sizes, box and error as ten words, and zeros up to this.
 const HEAD: usize = 64;
 
 /// The bytes of an impostor, all little-endian: frames along a side of the grid and texels along a side of a frame as
-/// u32, the box as six f32, the error as f32, zeros up to 64 bytes; then the plane of the shape and that of the normals.
+/// u32; as f32 the box in six, the radius around its middle and the error; zeros up to 64 bytes; then the plane of the shape and that of the normals.
 #[must_use]
 pub fn impostor_to_bytes(impostor: &Impostor) -> Vec<u8> {
     let bounds = impostor.bounds();
@@ -19,7 +19,9 @@ pub fn impostor_to_bytes(impostor: &Impostor) -> Vec<u8> {
     for size in [impostor.grid(), impostor.texels()] {
         bytes.extend(size.to_le_bytes());
     }
-    for number in bounds.min.into_iter().chain(bounds.max).chain([impostor.error()]) {
+    for number in
+        bounds.min.into_iter().chain(bounds.max).chain([impostor.radius(), impostor.error()])
+    {
         bytes.extend(number.to_le_bytes());
     }
     bytes.resize(HEAD, 0);
@@ -51,7 +53,7 @@ pub fn impostor_from_bytes(bytes: &[u8]) -> Result<Impostor, BakedError> {
     let (planes, _) = planes.as_chunks::<2>();
     let plane = |words: &[[u8; 2]]| words.iter().map(|&w| u16::from_le_bytes(w)).collect();
     let (shape, normals) = planes.split_at(count);
-    Ok(Impostor::new(sizes, bounds, number(8), plane(shape), plane(normals))?)
+    Ok(Impostor::new(sizes, (bounds, number(8)), number(9), plane(shape), plane(normals))?)
 }
 
 /// The sum of the impostor of a mesh: of the geometry, how it was measured, and its bytes.
@@ -73,7 +75,7 @@ mod tests {
         let count = Impostor::texel_count([3, 2]).expect("allowed");
         let plane = |k: u16| (0..count as u16).map(|i| i * 7 + k).collect();
         let bounds = Aabb::new([-1.0, 0.0, 2.0], [3.5, 0.0, 4.0]);
-        Impostor::new([3, 2], bounds, 0.25, plane(1), plane(900)).expect("sound")
+        Impostor::new([3, 2], (bounds, 3.0), 0.25, plane(1), plane(900)).expect("sound")
     }
 
     #[test]
@@ -96,7 +98,7 @@ mod tests {
         let size = Err(ImpostorError::Size { grid: u32::MAX, texels: 2 });
         assert_eq!(with(0, [255; 4]), size.map_err(BakedError::from));
         for (at, number) in
-            [(8, f32::NAN), (20, f32::INFINITY), (8, 1e9), (32, -1.0), (32, f32::NAN)]
+            [(8, f32::NAN), (20, f32::INFINITY), (8, 1e9), (32, 0.0), (36, -1.0), (36, f32::NAN)]
         {
             let odd = with(at, number.to_le_bytes());
             assert!(matches!(odd, Err(BakedError::Impostor(_))), "{at}: {odd:?}");

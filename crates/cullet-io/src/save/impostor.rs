@@ -21,8 +21,14 @@ pub(super) fn write(model: &Model, one: &BakedMesh, file: &mut File) -> Option<V
     let shape = impostor.shape().iter().map(|&w| w & 0xf0ff | number(w >> 8 & 15) << 8).collect();
     let sizes = [impostor.grid(), impostor.texels()];
     let normals = impostor.normals().to_vec();
-    let written =
-        Impostor::new(sizes, impostor.bounds(), impostor.error(), shape, normals).ok()?;
+    let written = Impostor::new(
+        sizes,
+        (impostor.bounds(), impostor.radius()),
+        impostor.error(),
+        shape,
+        normals,
+    )
+    .ok()?;
     let bytes = impostor_to_bytes(&written);
     let hash = impostor_sum(one.geometry, &own.measured, &bytes);
     let Measured { points, quantile, most_over, seed, .. } = own.measured;

@@ -50,11 +50,13 @@ pub enum ImpostorError {
     },
     /// A box or an error that is not finite, or of no size.
     #[error(
-        "the box {bounds:?} with the error {error}: both must be finite, and the box of some size"
+        "the box {bounds:?} with the radius {radius} and the error {error}: all must be finite, and of some size"
     )]
     NotFinite {
         /// The box.
         bounds: Aabb,
+        /// The radius.
+        radius: f32,
         /// The error.
         error: f32,
     },
@@ -98,7 +100,8 @@ pub struct Texel {
 pub struct ImpostorFrame {
     /// Unit vectors to the right, up and towards the viewer, in the space of the mesh.
     pub axes: [[f64; 3]; 3],
-    /// Half of the size of the mesh's box along each of them: the frame shows just that.
+    /// Half of the size along each of them of what the frame shows: the mesh's box, or the sphere around the mesh if that is
+    /// smaller.
     pub half: [f64; 3],
 }
 
@@ -110,6 +113,7 @@ pub struct ImpostorFrame {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impostor {
     bounds: Aabb,
+    radius: f32,
     error: f32,
     grid: u32,
     texels: u32,
@@ -118,28 +122,29 @@ pub struct Impostor {
 }
 
 impl ImpostorFrame {
-    /// The parallel view of a box from a direction, which need not be of unit length.
+    /// The parallel view of what is in a box, and no farther than `radius` from its centre, from a direction, which need not be
+    /// of unit length.
     #[must_use]
-    pub fn towards(direction: [f64; 3], bounds: &Aabb) -> Self {
+    pub fn towards(direction: [f64; 3], bounds: &Aabb, radius: f32) -> Self {
         let box_half = bounds.half_extent();
         let least = length(box_half) * LEAST_SIDE;
         let size = length(direction);
         let axes = axes(direction.map(|v| v / size));
         let reach = |a: [f64; 3]| -> f64 { (0..3).map(|k| a[k].abs() * box_half[k]).sum() };
-        Self { axes, half: axes.map(|a| reach(a).max(least)) }
+        Self { axes, half: axes.map(|a| reach(a).min(radius.into()).max(least)) }
     }
 }
 
 impl Impostor {
     /// An impostor of planes, such as a file has: frame by frame, row by row from the top left texel.
     ///
-    /// `bounds` is the box of the mesh, `error` how far what is drawn may be from it, in units of the mesh.
+    /// `bounds` is the box of the mesh, no point of which is farther than `radius` from the middle of that; `error` how far what is drawn may be from it, in units of the mesh.
     ///
     /// # Errors
     /// If sizes do not fit, or numbers are not finite.
     pub fn new(
         [grid, texels]: [u32; 2],
-        bounds: Aabb,
+        (bounds, radius): (Aabb, f32),
         error: f32,
         shape: Vec<u16>,
         normals: Vec<u16>,
@@ -155,11 +160,12 @@ impl Impostor {
             && sides.iter().all(|&v| v >= 0.0)
             && f64::from(f32::MIN_POSITIVE) < length(sides)
             && length(sides) < f64::from(f32::MAX)
+            && (f32::MIN_POSITIVE..f32::INFINITY).contains(&radius)
             && (0.0..f32::INFINITY).contains(&error);
         if !is_sound {
-            return Err(ImpostorError::NotFinite { bounds, error });
+            return Err(ImpostorError::NotFinite { bounds, radius, error });
         }
-        Ok(Self { bounds, error, grid, texels, shape, normals })
+        Ok(Self { bounds, radius, error, grid, texels, shape, normals })
     }
 
     /// How many texels a grid of frames has.
@@ -178,6 +184,12 @@ impl Impostor {
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// No point of the mesh is farther from the middle of its box.
+    #[must_use]
+    pub fn radius(&self) -> f32 {
+        self.radius
     }
 
     /// How far what is drawn may be from the mesh, in units of the mesh.
@@ -266,13 +278,13 @@ impl Impostor {
         [coverage << 12 | part << 8 | byte(texel.depth), u << 8 | v]
     }
 
-    /// The frames of a grid around a box, row by row.
+    /// The frames of a grid around a mesh, row by row.
     #[must_use]
-    pub fn frames(grid: u32, bounds: &Aabb) -> Vec<ImpostorFrame> {
+    pub fn frames(grid: u32, bounds: &Aabb, radius: f32) -> Vec<ImpostorFrame> {
         let step = 2.0 / f64::from(grid.max(2) - 1);
         let frame = |i: u32| {
             let at = [i % grid, i / grid].map(|k| f64::from(k) * step - 1.0);
-            ImpostorFrame::towards(octahedral(at), bounds)
+            ImpostorFrame::towards(octahedral(at), bounds, radius)
         };
         (0..grid * grid).map(frame).collect()
     }
@@ -368,7 +380,8 @@ mod tests {
     fn empty(grid: u32, texels: u32) -> Impostor {
         let count = Impostor::texel_count([grid, texels]).expect("allowed");
         let bounds = Aabb::new([-1.0; 3], [1.0; 3]);
-        Impostor::new([grid, texels], bounds, 0.1, vec![0; count], vec![0; count]).expect("sound")
+        Impostor::new([grid, texels], (bounds, 1.5), 0.1, vec![0; count], vec![0; count])
+            .expect("sound")
     }
 
     /// Directions all around, none of them of a frame.
@@ -386,7 +399,7 @@ mod tests {
         // The largest angles of the table in the literature, and a little.
         for (grid, most) in [(8, 22.0), (12, 14.5), (16, 10.6)] {
             let impostor = empty(grid, 1);
-            let frames = Impostor::frames(grid, &impostor.bounds());
+            let frames = Impostor::frames(grid, &impostor.bounds(), impostor.radius());
             let mut nearest: f64 = 0.0;
             for d in directions() {
                 let around = impostor.frames_around(d);
@@ -414,7 +427,7 @@ mod tests {
     #[test]
     fn frames_have_right_angles_and_show_the_whole_box() {
         let bounds = Aabb::new([-3.0, 0.0, 2.0], [-1.0, 0.0, 7.0]);
-        for frame in Impostor::frames(5, &bounds) {
+        for frame in Impostor::frames(5, &bounds, 9.0) {
             let [r, u, t] = frame.axes;
             let dot = |a: [f64; 3], b: [f64; 3]| -> f64 { (0..3).map(|k| a[k] * b[k]).sum() };
             for (a, b, expected) in
@@ -429,6 +442,8 @@ mod tests {
                     assert!(dot(to, *axis).abs() <= half + 1e-12);
                 }
             }
+            let round = ImpostorFrame::towards(t, &bounds, 0.5);
+            assert!(round.half.iter().zip(frame.half).all(|(a, b)| *a <= b.min(0.5)));
         }
     }
 
@@ -449,8 +464,9 @@ mod tests {
     #[test]
     fn what_is_no_impostor_is_refused() {
         let bounds = Aabb::new([-1.0; 3], [1.0; 3]);
-        let new =
-            |sizes, bounds, error, n| Impostor::new(sizes, bounds, error, vec![0; n], vec![0; n]);
+        let new = |sizes, bounds, error, n| {
+            Impostor::new(sizes, (bounds, 1.5), error, vec![0; n], vec![0; n])
+        };
         assert!(new([2, 1], bounds, 0.0, 4).is_ok());
         for sizes in [[1, 4], [65, 1], [4, 0], [4, 257], [64, 64], [u32::MAX, u32::MAX]] {
             assert!(matches!(new(sizes, bounds, 0.0, 4), Err(ImpostorError::Size { .. })));
@@ -467,6 +483,10 @@ mod tests {
             Aabb::new([f32::MIN; 3], [f32::MAX; 3]),
         ] {
             assert!(matches!(new([2, 1], bounds, 0.0, 4), Err(ImpostorError::NotFinite { .. })));
+        }
+        for radius in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            let made = Impostor::new([2, 1], (bounds, radius), 0.0, vec![0; 4], vec![0; 4]);
+            assert!(matches!(made, Err(ImpostorError::NotFinite { .. })));
         }
         let mut odd = empty(2, 1);
         odd.shape[1] = 3 << 8;
