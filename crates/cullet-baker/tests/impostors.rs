@@ -18,7 +18,7 @@ fn figures(args: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Leaves of a tree, which no simplification makes few; and a ball, of which that is easy.
+/// Leaves of a tree, which no simplification makes few; and a block, of which that is easy.
 fn model() -> Model {
     let mut rng = Rng(3);
     let mut leaf = || {
@@ -27,14 +27,14 @@ fn model() -> Model {
     };
     let leaves = soups::join((0..120).map(|_| leaf()));
     let mut scene = Scene::new();
-    for (k, (positions, indices)) in (0..).zip([leaves, soups::ball(12, 24)]) {
+    for (k, (positions, indices)) in (0..).zip([leaves, soups::divided_block(8)]) {
         let data = MeshData { positions, indices, ..MeshData::default() };
         let mesh = scene.add_mesh(Mesh::new(data).unwrap());
         let place = Transform::from_translation([f64::from(k) * 9.0, 0.0, 0.0]);
         scene.add(Instance::new(mesh, place)).unwrap();
     }
     scene.sort();
-    let mesh_names = ["leaves", "ball"].map(String::from).to_vec();
+    let mesh_names = ["leaves", "block"].map(String::from).to_vec();
     Model { name: "tree".into(), scene, mesh_names, ..Model::default() }
 }
 
