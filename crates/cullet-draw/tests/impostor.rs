@@ -225,6 +225,12 @@ fn an_impostor_is_chosen_as_any_level_is_and_never_near_by() {
         let levels: Vec<u32> = visible.triangle_ranges.iter().map(|r| r.level).collect();
         assert_eq!(levels, [level], "{distance} of {at_one}");
     }
+    // Of another mesh in its place it is no picture.
+    let mut scene = scene;
+    scene.edit_mesh(0, |mesh| mesh.set_two_sided(true));
+    assert_eq!(scene.levels(0).len(), 1);
+    scene.edit_mesh(0, |mesh| *mesh = meshes::tetrahedron());
+    assert!(scene.levels(0).is_empty());
 }
 
 #[test]

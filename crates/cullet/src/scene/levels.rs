@@ -131,10 +131,13 @@ impl Scene {
         &self.meshes[self.mesh_id_at(slot, level) as usize]
     }
 
-    /// Forgets levels that no longer fit the mesh that holds them.
+    /// Forgets levels that no longer fit the mesh that holds them, and impostors of a mesh that is no longer in their box.
     pub(super) fn drop_stale_levels(&mut self) {
-        for levels in &mut self.levels {
-            levels.retain(|l| l.levels.check(&self.meshes[l.mesh as usize]).is_ok());
+        for (own, levels) in self.meshes.iter().zip(&mut self.levels) {
+            levels.retain(|l| {
+                let is_of_own = l.impostor.as_ref().is_none_or(|i| i.bounds() == own.bounds());
+                is_of_own && l.levels.check(&self.meshes[l.mesh as usize]).is_ok()
+            });
         }
     }
 }
