@@ -51,6 +51,7 @@ const PICTURES: &[(&str, &str)] = &[
     ("clip-polygon.png", "clip-polygon --size 1280x720"),
     ("clip-w.png", "clip-w --size 1280x720"),
     ("pipeline.png", "pipeline --size 1280x720"),
+    ("impostor.png", "impostor knobs"),
     ("moving.png", "shaded moving:t=1500 --eye 6,4,14 --target 0,0.5,0 --size 960x540"),
 ];
 

@@ -7,7 +7,7 @@ use cullet::lod::NO_GROUP;
 use cullet_command::console::{Console, count, digits, grouped};
 use cullet_command::exit::{Exit, Failure, Outcome};
 use cullet_command::files::write_json;
-use cullet_io::baked::{BakedError, BakedLevels, BakedMesh, Measured, VERSION};
+use cullet_io::baked::{BakedError, BakedLevels, BakedMesh, LevelKind, Measured, VERSION};
 use cullet_io::{BakedFile, ListedLevels, ListedMesh, Model};
 use serde::Serialize;
 
@@ -319,6 +319,11 @@ pub(crate) fn print(baked: &BakedRecord, shown: usize, console: &Console) {
         }
         for l in &m.levels {
             let [least, most] = l.errors.map(|e| digits(e.into()));
+            if l.kind == LevelKind::Impostor.name() {
+                let seen = count(l.measured.points.into(), "direction", "directions");
+                console.line(format!("    {:<10} off by {most}, as seen from {seen}", l.kind));
+                continue;
+            }
             console.line(format!(
                 "    {:<10} {}, {}, off by {least} to {most}",
                 l.kind,

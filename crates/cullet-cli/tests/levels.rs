@@ -171,6 +171,17 @@ fn a_report_goes_from_all_to_visible_and_pictures_show_levels() {
 }
 
 #[test]
+fn a_mesh_is_shown_beside_its_impostor() {
+    let folder = Folder::new("picture-impostor");
+    let png = folder.path("impostor.png");
+    let args = ["picture", "impostor", "knobs", "--out", &png];
+    let ended = cullet(&folder.path("cache"), &args);
+    assert_eq!(ended.status.code(), Some(0), "{}", text(&ended.stderr));
+    assert!(text(&ended.stdout).contains("12 x 12 frames"), "{}", text(&ended.stdout));
+    assert!(std::fs::metadata(&png).unwrap().len() > 1000);
+}
+
+#[test]
 fn thresholds_that_are_none_are_refused() {
     let folder = Folder::new("lod-usage");
     for bad in ["-1", "nan", "inf", "1px"] {

@@ -42,6 +42,8 @@ fn load_with(args: &SceneArgs, console: &Console, details: bool) -> Result<Model
             up: args.up,
             two_sided,
             details,
+            // The reference renderer draws them.
+            impostors: true,
             // Commands that cull know what they need.
             prepare: Preparation::NONE,
             ..LoadOptions::default()

@@ -55,6 +55,7 @@ mod claims;
 mod clipped;
 mod frame;
 mod geometry;
+mod impostor;
 mod levels;
 mod occlusion;
 pub mod picture;
@@ -70,6 +71,11 @@ mod verify;
 pub use claims::{ClaimCheck, ClaimOptions, Claims, SceneOccluders, WrongClaim, check_claims};
 pub use clipped::{ClipPlace, render_clipped};
 pub use frame::{Frame, FrameStats, PixelId, RenderOptions, Selection};
+pub use impostor::{ImpostorCards, impostor_cards};
+pub use impostor::{
+    ImpostorJudge, ImpostorMeasure, ImpostorOptions, ImpostorPlane, capture_impostor,
+    impostor_sheet, make_impostor, measure_impostor,
+};
 pub use levels::{LevelPixels, LevelsVerification, verify_levels};
 pub use occlusion::proof::{Proof, ProofOptions, Prover, prove_hidden};
 pub use occlusion::reference::{SampleOptions, Sampled, sampled_boxes, sampled_instances};
@@ -86,7 +92,9 @@ pub use picture::{
     VolumeFigure, back_regions, clip_polygon, clip_w, clusters, cones, conservative_set, coverage,
     culling_volume, normal_mask, normal_partition, outcodes, pipeline, pipeline_costs,
 };
-pub use picture::{beside, difference, levels as level_colors, shaded_clear, shaded_levels};
+pub use picture::{
+    beside, difference, impostor_beside, levels as level_colors, shaded_clear, shaded_levels,
+};
 pub use reference::render_ref;
 pub use render::render;
 pub use steps::LevelSteps;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::bounds::{Extent, ScreenBounds, screen_bounds};
 use crate::frame::Selection;
 use crate::geometry::{Lens, ObjectLens, is_flat};
+use crate::impostor::Tracer;
 use crate::sample::{Rect, Samples};
 
 /// Triangles of a block at the most: few enough that a block hidden or off the screen is skipped
@@ -30,6 +31,8 @@ struct Block {
 struct Prepared {
     blocks: Vec<Block>,
     extent: Option<Extent>,
+    /// What is drawn in place of the triangles, where the mesh is the box of an impostor.
+    impostor: Option<Tracer>,
 }
 
 /// The meshes of a scene, made ready once for any number of frames.
@@ -73,7 +76,18 @@ impl<'a> Stage<'a> {
             true => prepare(mesh),
             false => Prepared::default(),
         });
-        Self { scene, meshes: meshes.collect() }
+        let mut meshes: Vec<Prepared> = meshes.collect();
+        for levels in (0..meshes.len() as u32).flat_map(|mesh| scene.levels(mesh)) {
+            if let Some(impostor) = &levels.impostor {
+                meshes[levels.mesh as usize].impostor = Some(Tracer::new(impostor.clone()));
+            }
+        }
+        Self { scene, meshes }
+    }
+
+    /// What is drawn in place of the triangles of a mesh that is the box of an impostor.
+    pub(crate) fn impostor(&self, mesh: MeshId) -> Option<&Tracer> {
+        self.meshes[mesh as usize].impostor.as_ref()
     }
 
     /// Whether an instance is in the view's scene and can be drawn at all.
@@ -259,5 +273,5 @@ fn prepare(mesh: &Mesh) -> Prepared {
         a.join(&b);
         a
     });
-    Prepared { blocks, extent }
+    Prepared { blocks, extent, impostor: None }
 }

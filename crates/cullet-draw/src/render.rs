@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use crate::bounds::{misses, triangle_rect};
 use crate::frame::{Frame, PixelId, RenderOptions, Selection};
 use crate::geometry::{Lens, Surface, has_area};
+use crate::impostor::Rays;
 use crate::prepare::{Item, Items, Stage};
 use crate::sample::{Jitter, Rect, Samples};
-use crate::tile::{Draw, TILE, Tile};
+use crate::tile::{Draw, Sprite, TILE, Tile};
 
 /// Triangles in the first batch: few, so that what is near hides the rest early.
 const FIRST_BATCH: u32 = 8 << 10;
@@ -96,10 +97,20 @@ pub(crate) fn tiles_in(rect: &Rect) -> impl Iterator<Item = [u32; 2]> {
 
 /// Surfaces that one task set up, and which tile is to draw which of them.
 #[derive(Debug, Default)]
-struct Bins {
+struct Bins<'a> {
     draws: Vec<Draw>,
     /// Tile and surface, sorted.
     entries: Vec<(u32, u32)>,
+    sprites: Vec<Sprite<'a>>,
+    /// Tile and sprite, sorted.
+    sprite_entries: Vec<(u32, u32)>,
+}
+
+/// How what is drawn into a tile meets what is there.
+#[derive(Clone, Copy)]
+struct Into {
+    surface: fn(&mut Tile, &Draw, [f64; 2]),
+    sprite: fn(&mut Tile, &Sprite, [f64; 2]),
 }
 
 impl Target {
@@ -127,8 +138,10 @@ impl Target {
 
     /// Draws all that is opaque, then tests all that is blended against it.
     pub(crate) fn draw(&mut self, stage: &Stage, lens: &Lens, selection: Selection, items: &Items) {
-        self.pass(stage, lens, selection, &items.opaque, |tile, draw| tile.draw(draw, lens.range));
-        self.pass(stage, lens, selection, &items.blended, |tile, draw| tile.test(draw, lens.range));
+        let opaque = Into { surface: Tile::draw, sprite: Tile::draw_sprite };
+        let blended = Into { surface: Tile::test, sprite: Tile::test_sprite };
+        self.pass(stage, lens, selection, &items.opaque, opaque);
+        self.pass(stage, lens, selection, &items.blended, blended);
     }
 
     fn pass(
@@ -137,7 +150,7 @@ impl Target {
         lens: &Lens,
         selection: Selection,
         items: &[Item],
-        draw: impl Fn(&mut Tile, &Draw) + Sync,
+        into: Into,
     ) {
         let mut budget = FIRST_BATCH;
         let mut rest = items;
@@ -158,6 +171,7 @@ impl Target {
                     let mut bins = Bins::default();
                     task.iter().for_each(|i| self.bin(stage, lens, selection, i, &mut bins));
                     bins.entries.sort_unstable();
+                    bins.sprite_entries.sort_unstable();
                     bins
                 })
                 .collect();
@@ -166,7 +180,11 @@ impl Target {
                 for bins in &bins {
                     let first = bins.entries.partition_point(|e| e.0 < i);
                     for (_, d) in bins.entries[first..].iter().take_while(|e| e.0 == i) {
-                        draw(tile, &bins.draws[*d as usize]);
+                        (into.surface)(tile, &bins.draws[*d as usize], lens.range);
+                    }
+                    let first = bins.sprite_entries.partition_point(|e| e.0 < i);
+                    for (_, d) in bins.sprite_entries[first..].iter().take_while(|e| e.0 == i) {
+                        (into.sprite)(tile, &bins.sprites[*d as usize], lens.range);
                     }
                 }
                 tile.freshen();
@@ -196,13 +214,29 @@ impl Target {
     }
 
     /// Sets up the triangles of an item and finds their tiles.
-    fn bin(&self, stage: &Stage, lens: &Lens, selection: Selection, item: &Item, bins: &mut Bins) {
+    fn bin<'a>(
+        &self,
+        stage: &'a Stage,
+        lens: &Lens,
+        selection: Selection,
+        item: &Item,
+        bins: &mut Bins<'a>,
+    ) {
         let place = &item.screen_bounds;
         if self.hides(&place.rect, place.nearest) {
             return;
         }
         let mesh = &stage.scene.meshes()[item.mesh as usize];
         let object = lens.object(stage.scene.transform(item.slot));
+        if let Some(impostor) = stage.impostor(item.mesh) {
+            let (rect, nearest, slot) = (place.rect, place.nearest, item.slot);
+            let Some(rays) = Rays::new(impostor, lens, &object) else { return };
+            let sprite = bins.sprites.len() as u32;
+            let tiles = tiles_in(&rect).filter_map(|tile| self.tile(tile));
+            bins.sprite_entries.extend(tiles.map(|tile| (tile, sprite)));
+            bins.sprites.push(Sprite { rays, slot, rect, nearest });
+            return;
+        }
         let original = mesh.original_triangle();
         for entry in item.first..item.first + item.count {
             let t = match selection {

@@ -9,14 +9,22 @@ pub struct LevelSteps<'a> {
     /// By mesh and level less one: for each cluster its first triangle and its step, ascending.
     of_meshes: Vec<Vec<Vec<(u32, u32)>>>,
     most: u32,
+    has_impostors: bool,
 }
 
 impl<'a> LevelSteps<'a> {
     /// Of a scene. O(clusters of its levels).
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
+        let all = || (0..scene.meshes().len() as u32).flat_map(|mesh| scene.levels(mesh));
+        let simplified = all().filter(|l| l.impostor.is_none());
+        let most = simplified.flat_map(|l| l.levels.steps()).max().unwrap_or(0);
+        let has_impostors = all().any(|l| l.impostor.is_some());
         let of_mesh = |mesh: u32| {
             let steps = |levels: &MeshLevels| {
+                if levels.impostor.is_some() {
+                    return vec![(0, most + 1)];
+                }
                 let clusters = scene.meshes()[levels.mesh as usize].clusters();
                 let starts = clusters.iter().map(|c| c.first_triangle);
                 let mut steps: Vec<(u32, u32)> = starts.zip(levels.levels.steps()).collect();
@@ -27,14 +35,19 @@ impl<'a> LevelSteps<'a> {
         };
         let of_meshes: Vec<Vec<Vec<(u32, u32)>>> =
             (0..scene.meshes().len() as u32).map(of_mesh).collect();
-        let most = of_meshes.iter().flatten().flatten().map(|c| c.1).max().unwrap_or(0);
-        Self { scene, of_meshes, most }
+        Self { scene, of_meshes, most, has_impostors }
     }
 
-    /// The coarsest step that there is.
+    /// The coarsest step that there is: that of [impostors](Self::impostor), where there are any.
     #[must_use]
     pub fn most(&self) -> u32 {
-        self.most
+        self.most + u32::from(self.has_impostors)
+    }
+
+    /// The step of the boxes of impostors, beyond all levels of triangles, where there are any.
+    #[must_use]
+    pub fn impostor(&self) -> Option<u32> {
+        self.has_impostors.then_some(self.most + 1)
     }
 
     /// How often a triangle was simplified, given in the order of the mesh at that level: 0 in full.
@@ -55,7 +68,7 @@ impl<'a> LevelSteps<'a> {
     /// [`most`](Self::most).
     #[must_use]
     pub fn count(&self, visible: &Visible) -> Vec<u64> {
-        let mut counts = vec![0; self.most as usize + 1];
+        let mut counts = vec![0; self.most() as usize + 1];
         for r in &visible.triangle_ranges {
             let end = (r.first as usize).saturating_add(r.count as usize);
             let own = visible.triangles.get(r.first as usize..end.min(visible.triangles.len()));

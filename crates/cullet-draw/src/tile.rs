@@ -2,6 +2,7 @@
 
 use crate::frame::PixelId;
 use crate::geometry::Surface;
+use crate::impostor::Rays;
 use crate::sample::{Jitter, Rect, Samples};
 
 /// Samples along a side of a tile.
@@ -18,6 +19,16 @@ const SMALL: u32 = 12;
 pub(crate) struct Draw {
     pub(crate) surface: Surface,
     pub(crate) id: PixelId,
+    pub(crate) rect: Rect,
+    /// Nearest depth that any of its samples may have.
+    pub(crate) nearest: f64,
+}
+
+/// An impostor to draw.
+#[derive(Clone, Debug)]
+pub(crate) struct Sprite<'a> {
+    pub(crate) rays: Rays<'a>,
+    pub(crate) slot: u32,
     pub(crate) rect: Rect,
     /// Nearest depth that any of its samples may have.
     pub(crate) nearest: f64,
@@ -148,6 +159,61 @@ impl Tile {
         if first < SAMPLES {
             self.passed.push((d.id, self.sample(first)));
         }
+    }
+
+    /// As [`draw`](Self::draw), an impostor: what its rays meet.
+    pub(crate) fn draw_sprite(&mut self, d: &Sprite, range: [f64; 2]) {
+        self.each_of_sprite(d, range, |tile, at, depth, id| {
+            let held = tile.depth[at];
+            if depth < held || (depth == held && id < tile.ids[at]) {
+                tile.depth[at] = depth;
+                tile.ids[at] = id;
+                let (column, row) = (at % TILE as usize / BLOCK, at / TILE as usize / BLOCK);
+                tile.stale |= 1 << (row * BLOCKS + column);
+            }
+        });
+    }
+
+    /// As [`test`](Self::test), an impostor, which passes by the first of its texels that does.
+    pub(crate) fn test_sprite(&mut self, d: &Sprite, range: [f64; 2]) {
+        let mut first = None;
+        self.each_of_sprite(d, range, |tile, at, depth, id| {
+            if depth <= tile.depth[at] {
+                first = first.or(Some((id, tile.sample(at))));
+            }
+        });
+        self.passed.extend(first);
+    }
+
+    fn each_of_sprite(
+        &mut self,
+        d: &Sprite,
+        range: [f64; 2],
+        mut f: impl FnMut(&mut Self, usize, f64, PixelId),
+    ) {
+        let sight = std::mem::take(&mut self.sight);
+        let ([x0, x1], [y0, y1]) = self.local(&d.rect);
+        for y in y0..=y1 {
+            for x in x0..=x1 {
+                let at = (y * TILE + x) as usize;
+                // A ray costs much more than this.
+                if self.layers.is_empty() && d.nearest > self.depth[at] {
+                    continue;
+                }
+                let place = match sight.wide {
+                    true => [sight.x[at], sight.y[at]],
+                    false => [sight.x[x as usize], sight.y[y as usize]],
+                };
+                let Some((depth, triangle)) = d.rays.meet(place) else { continue };
+                if depth >= range[0] && depth <= range[1] {
+                    if let Some(n) = self.layers.get_mut(at) {
+                        *n += 1;
+                    }
+                    f(self, at, depth, PixelId { slot: d.slot, triangle });
+                }
+            }
+        }
+        self.sight = sight;
     }
 
     /// Column and row of a sample of the tile.

@@ -20,6 +20,9 @@ pub struct LoadOptions {
     pub details: bool,
     /// Whether levels of detail that the file has baked are read (`CULLET_baked` of glTF). On by default.
     pub levels: bool,
+    /// Whether impostors among them are read, where `levels` are. Off by default: they are for renderers that draw them, and
+    /// one that does not would draw their boxes.
+    pub impostors: bool,
     /// Data for culling to be made of each mesh; [`Scene::prepare`](cullet::Scene::prepare) makes them later.
     pub prepare: Preparation,
 }
@@ -33,6 +36,7 @@ impl Default for LoadOptions {
             max_instances: 50_000_000,
             details: false,
             levels: true,
+            impostors: false,
             prepare: Preparation::default(),
         }
     }

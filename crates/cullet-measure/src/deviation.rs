@@ -1,9 +1,12 @@
 //! How far what is drawn is from the original, in pixels: found by points and distances, without the errors that levels state.
 
-use cullet::lod::{Lod, PixelScale};
+use std::sync::Arc;
+
+use cullet::lod::{Impostor, Lod, PixelScale};
 use cullet::{Mesh, Scene, TriangleRange, View, Visible};
 use cullet_bake::levels::{SHARE_ABOVE, SurfaceTree, surface_points};
-use glam::{DMat3, DVec3};
+use cullet_draw::ImpostorJudge;
+use glam::{DMat3, DMat4, DVec3};
 use rayon::prelude::*;
 
 /// What was measured in a view.
@@ -123,6 +126,8 @@ struct Distances {
 /// How many pixels a length has where it is.
 struct Pixels {
     scale: PixelScale,
+    /// Towards the viewer, where lines of sight are parallel.
+    back: DVec3,
     /// The direction of the image's centre, and how much smaller than there a pixel is at most, if that counts.
     ahead: Option<(DVec3, f64)>,
 }
@@ -133,7 +138,8 @@ impl Pixels {
         let corner = PixelScale::of(view, true).pixels / scale.pixels;
         let m = view.clip_from_world();
         let ahead = DVec3::new(m[3], m[7], m[11]).normalize_or_zero();
-        Self { scale, ahead: at_corners.then_some((ahead, corner)) }
+        let back = DVec3::from_slice(&view.eye());
+        Self { scale, back, ahead: at_corners.then_some((ahead, corner)) }
     }
 
     /// Of a length of 1 at a point that is so far from the eye.
@@ -186,6 +192,9 @@ impl Task<'_> {
         let transform = self.scene.transform(slot);
         let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)));
         let turn = DMat3::from_cols(x, y, z);
+        if let Some(impostor) = self.scene.impostor(slot, chosen.level) {
+            return self.of_impostor(slot, self.scene.mesh(slot), impostor);
+        }
         let original = match self.scene.is_stand_in(slot) {
             true => self.stood_for_by(slot),
             false => Surface::whole(self.scene.mesh(slot), &turn, DVec3::ZERO),
@@ -210,6 +219,31 @@ impl Task<'_> {
         }
         all.indices.extend(0..all.positions.len() as u32);
         all
+    }
+
+    /// By pictures of both from where the eye is: an impostor is what it looks like, and has no surface elsewhere.
+    fn of_impostor(&self, slot: u32, mesh: &Mesh, impostor: &Arc<Impostor>) -> [Distances; 2] {
+        let transform = self.scene.transform(slot);
+        let to_world = DMat4::from_cols_array(&transform.to_matrix());
+        let group = impostor.group();
+        let centre = to_world.transform_point3(DVec3::from(group.centre.map(f64::from)));
+        let [x, y, z] = transform.linear.map(|c| DVec3::from(c.map(f64::from)).length());
+        let stretch = x.max(y).max(z);
+        let (there, towards) = match self.pixels.scale.eye {
+            Some(eye) => (Some(centre - DVec3::from(eye)), DVec3::from(eye) - centre),
+            None => (None, self.pixels.back),
+        };
+        let own = to_world.inverse().transform_vector3(towards);
+        let judged =
+            ImpostorJudge::new(mesh, impostor.clone()).and_then(|j| j.distances(own.to_array()));
+        let pixels = self.pixels.of(there) * stretch;
+        let random: Vec<f32> = match judged {
+            Ok(all) => all.into_iter().map(|d| (f64::from(d) * pixels) as f32).collect(),
+            // What cannot be looked at is as wrong as can be.
+            Err(_) => vec![f32::INFINITY],
+        };
+        let max = random.iter().copied().fold(0.0, f32::max).into();
+        [Distances { random, vertices: 0, max }, Distances::default()]
     }
 
     fn one_way(&self, from: &Surface, to: &Surface, eye: Option<DVec3>) -> Distances {

@@ -45,7 +45,9 @@ impl Piece {
         let lod = Lod { pixels: bound, ..Lod::default() };
         let eye = LevelEye::new(&lod, &scale, scene.transform(slot), None);
         let mut selection = Selection::default();
-        for levels in scene.levels(scene.mesh_id(slot)) {
+        // An impostor has no surface to be merged.
+        let all = scene.levels(scene.mesh_id(slot)).iter().filter(|l| l.impostor.is_none());
+        for levels in all {
             if levels.levels.select(Simd::best(), &eye, &mut selection)
                 && selection.triangle_count() < best.triangles
             {

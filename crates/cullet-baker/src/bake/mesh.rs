@@ -35,7 +35,7 @@ pub(super) fn measured(kind: LevelKind) -> Measured {
             most_over: 1.0,
             seed: 0x6c65_7665_6c73,
         },
-        LevelKind::Hierarchy => {
+        LevelKind::Hierarchy | LevelKind::Impostor => {
             let options = HierarchyOptions::default();
             Measured {
                 points: options.points,
@@ -80,7 +80,9 @@ impl Source {
     pub(super) fn key(&self, kind: LevelKind) -> u64 {
         let settings = match kind {
             LevelKind::Chain => format!("{:?}", ChainOptions::default()),
-            LevelKind::Hierarchy => format!("{:?}", HierarchyOptions::default()),
+            LevelKind::Hierarchy | LevelKind::Impostor => {
+                format!("{:?}", HierarchyOptions::default())
+            }
         };
         let version = (VERSION, env!("CARGO_PKG_VERSION"), kind.name(), settings);
         let floats = |values: &[f32]| -> u64 {
@@ -113,6 +115,8 @@ impl Source {
                 options.within.same = &same;
                 build_chain(&self.data, &options)?
             }
+            // No job is of impostors: they are made beside what these make.
+            LevelKind::Impostor => return Ok(None),
             LevelKind::Hierarchy => {
                 let values = self.attributes.interleaved();
                 // They keep seams apart and count for nothing else.

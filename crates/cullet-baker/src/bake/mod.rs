@@ -1,6 +1,7 @@
 //! `cullet bake`: a GLB with levels of every mesh beside it.
 
 mod chunk;
+mod impostor;
 mod merge;
 mod mesh;
 mod occluders;
@@ -40,6 +41,10 @@ struct Record {
     triangles: u64,
     chains: u64,
     hierarchies: u64,
+    /// Impostors, and the bytes of their pictures.
+    impostors: u64,
+    impostors_bytes: u64,
+    impostors_seconds: f64,
     /// Triangles of all levels, the original ones among them.
     levels_triangles: u64,
     /// Meshes for which occluders were looked for.
@@ -154,6 +159,7 @@ fn bake(
     let wanted = |kind: &LevelKind| match kind {
         LevelKind::Chain => !args.no_chain,
         LevelKind::Hierarchy => !args.no_hierarchy,
+        LevelKind::Impostor => false,
     };
     let mut jobs = Vec::new();
     let mut rigid_meshes = Vec::new();
@@ -205,6 +211,7 @@ fn bake(
         match job.kind {
             LevelKind::Chain => record.chains += 1,
             LevelKind::Hierarchy => record.hierarchies += 1,
+            LevelKind::Impostor => {}
         }
         if baked.meshes.last().is_none_or(|last| last.mesh != job.mesh) {
             let geometry = geometry_hash(&model.scene.meshes()[job.mesh as usize]);
@@ -216,6 +223,9 @@ fn bake(
         }
     }
     record.meshes_with_levels = baked.meshes.len() as u64;
+    if args.impostors {
+        impostor::add(model, &mut baked, args, &mut record, console)?;
+    }
     if args.occluders {
         add_occluders(model, &mut baked, &rigid_meshes, args, console, &mut record)?;
     }
@@ -370,6 +380,14 @@ fn print(r: &Record, args: &BakeArgs, console: &Console) {
         count(r.levels_triangles, "triangle", "triangles"),
         grouped(r.triangles)
     ));
+    if args.impostors {
+        console.line(format!(
+            "{}: {} bytes in {:.1} s",
+            count(r.impostors, "impostor", "impostors"),
+            grouped(r.impostors_bytes),
+            r.impostors_seconds
+        ));
+    }
     if r.occluders > 0 {
         let meshes = count(r.occluders, "mesh", "meshes");
         console.line(format!("occluders looked for in {meshes}"));

@@ -19,6 +19,8 @@ hierarchy
 Of levels of detail, with --lod PX:
 levels            each triangle that is drawn in the colour of its level
 levels-difference the view in full, as it is drawn, and where they differ
+impostor          the impostor of the largest mesh beside it, from two sides and at four sizes: the one that
+                  the file has, or else one that is made now; no view
 
 Of occlusion culling:
 occlusion-buffer  the true depth, what is proved pixel by pixel and tile by tile, and the difference
@@ -99,6 +101,8 @@ pub(crate) enum PictureKind {
     Levels,
     /// The view in full, with levels of detail, and where those differ
     LevelsDifference,
+    /// A mesh, its impostor, and where they differ
+    Impostor,
     /// The true depth, the occlusion buffer by pixels and by tiles, and what they differ by
     OcclusionBuffer,
     /// The area that each drawn occluder covers
@@ -148,6 +152,7 @@ impl PictureKind {
             Self::Hierarchy => "hierarchy",
             Self::Levels => "levels",
             Self::LevelsDifference => "levels-difference",
+            Self::Impostor => "impostor",
             Self::OcclusionBuffer => "occlusion-buffer",
             Self::Occluders => "occluders",
             Self::Hidden => "hidden",

@@ -1,6 +1,7 @@
 //! `cullet picture`: one picture of one view.
 
 mod args;
+mod impostor;
 mod matrix;
 
 use std::ops::ControlFlow;
@@ -49,6 +50,7 @@ pub(crate) fn run(args: &PictureArgs, console: &Console) -> Outcome {
         PictureKind::ClipW => cullet_draw::clip_w(args.input.view.size),
         PictureKind::Pipeline => cullet_draw::pipeline(&costs(), args.input.view.size),
         PictureKind::PvsMatrix => matrix::draw(args, console)?,
+        PictureKind::Impostor => impostor::draw(args, console)?,
         _ => of_scene(args, console)?,
     };
     let out = args.out.clone().unwrap_or_else(|| format!("{}.png", args.kind.name()).into());
@@ -206,6 +208,7 @@ fn of_scene(args: &PictureArgs, console: &Console) -> Result<Picture, Failure> {
         | PictureKind::ClipPolygon
         | PictureKind::ClipW
         | PictureKind::PvsMatrix
+        | PictureKind::Impostor
         | PictureKind::Pipeline => Picture::default(),
     })
 }

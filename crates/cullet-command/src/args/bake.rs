@@ -13,8 +13,10 @@ animations, skins and extras, and with what lay in other files taken in; any oth
 the extension CULLET_baked beside each mesh are its levels of detail, with how far each of them is off, as
 measured. Every mesh gets a chain of whole meshes, each of fewer triangles; above 5,000 triangles also a
 hierarchy of clusters, of which what is near is drawn fine and what is far is drawn coarse. Meshes that deform
-have none. With --merge neighbouring instances are merged in groups, and groups in larger ones; a group is drawn
-in the place of all of its instances where it is near enough to them and has fewer triangles. Loading the file gives the scene these levels: cullet info lists them, cullet info --baked at once.
+have none. Loading the file gives the scene these levels: cullet info lists them, cullet info --baked at once.
+
+With --merge neighbouring instances are merged in groups, and groups in larger ones; a group is drawn in the
+place of all of its instances where it is near enough to them and has fewer triangles.
 
 The same scene and options make the same bytes, with any number of threads. --resume keeps what is finished of
 each mesh in a folder, and takes from there what was finished before: after Ctrl-C, or where a few meshes of
@@ -22,6 +24,10 @@ many have changed. OUT is replaced when all of it has been written, never by hal
 
 With --up, --one-sided, --two-sided or --cells the scene is another than the one in the file, and is written
 anew: without textures and animations, and what moves stands as it is stored.
+
+--impostors adds pictures of a mesh from 144 directions, with coverage, depth, normals and materials, and how
+far what is drawn of them is off, as measured. They are drawn by verify, report and picture; other programs
+that load the file leave them out unless they ask for them.
 
 The work is done by a program of its own, cullet-baker, which needs a C++ compiler to be built. It is looked
 for beside this program, then in PATH; a 'cullet' that cargo built in the folder of its source builds it at
@@ -32,6 +38,7 @@ Examples
   cullet bake city -o city.glb                       a built-in scene
   cullet bake castle.glb -o baked.glb --merge        levels of groups of instances too
   cullet bake castle.glb -o baked.glb --resume       goes on where Ctrl-C stopped it
+  cullet bake forest.glb -o baked.glb --impostors    and pictures of what is far away
   cullet bake scan.ply -o baked.glb --no-hierarchy   whole levels only
   cullet bake castle.glb -o baked.glb --occluders    what hides what is behind it too
   cullet bake model.glb -o baked.glb --json -        the figures as JSON
@@ -61,6 +68,12 @@ pub struct BakeArgs {
     /// Groups of instances too, merged and simplified as one, each of which stands for all of them from afar
     #[arg(long)]
     pub merge: bool,
+    /// Impostors too, of meshes of which many triangles would be drawn far away: pictures from all around
+    #[arg(long)]
+    pub impostors: bool,
+    /// Write each impostor as PNGs and as a glTF of cards too, into this folder
+    #[arg(long, value_name = "PATH", requires = "impostors")]
+    pub impostor_sheets: Option<PathBuf>,
     /// Keep what is finished of each mesh, and go on from what is there
     #[arg(long)]
     pub resume: bool,

@@ -42,7 +42,11 @@ pub fn levels(scene: &Scene, view: &View, visible: &Visible) -> Picture {
     let shown = (0..).zip(&counts).filter(|c| *c.1 > 0);
     let entries: Vec<([u8; 3], String)> = shown
         .map(|(step, &n)| {
-            let name = if step == 0 { "in full".to_owned() } else { format!("level {step}") };
+            let name = match step {
+                0 => "in full".to_owned(),
+                _ if steps.impostor() == Some(step) => "boxes of impostors".to_owned(),
+                _ => format!("level {step}"),
+            };
             let share = n as f64 / total.max(1) as f64 * 100.0;
             (level_color(step), format!("{name}: {} ({share:.1} %)", grouped(n)))
         })

@@ -4,6 +4,7 @@ mod canvas;
 mod cells;
 mod font;
 mod hierarchy;
+mod impostor;
 mod kinds;
 mod layers;
 mod levels;
@@ -22,6 +23,7 @@ pub use cells::{
 };
 pub use font::text_width;
 pub use hierarchy::hierarchy;
+pub use impostor::impostor_beside;
 pub use kinds::{kinds, kinds_of};
 pub use layers::depth_complexity;
 pub use levels::{beside, difference, levels};

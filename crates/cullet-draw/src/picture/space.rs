@@ -1,5 +1,6 @@
 //! From pixels back to the scene.
 
+use cullet::lod::Texel;
 use cullet::mesh::Part;
 use cullet::{Camera, Depth, Mesh, MeshId, Projection, Scene, View, Visible};
 use glam::{DMat3, DMat4, DVec3, DVec4};
@@ -202,9 +203,29 @@ impl<'a> Surfaces<'a> {
     /// The place of an original triangle in its mesh's order, if the frame that this was made for
     /// shows its mesh.
     pub(crate) fn triangle(&self, id: PixelId) -> Option<u32> {
+        if self.is_impostor(id) {
+            // Any of the box: they are of one cluster, and come and go together.
+            return Some(0);
+        }
         let in_scene = id.slot < self.scene.slot_count();
         let mesh = in_scene.then(|| self.scene.mesh_id_at(id.slot, self.level(id.slot)))?;
         self.order[mesh as usize].get(id.triangle as usize).copied()
+    }
+
+    /// The impostor at which a slot is shown, and the texel of an owner, whose number stands in place of the triangle's.
+    fn texel(&self, id: PixelId) -> Option<Texel> {
+        let level = self.level(id.slot);
+        if level == 0 || id.slot >= self.scene.slot_count() {
+            return None;
+        }
+        let impostor = self.scene.impostor(id.slot, level)?;
+        let texel = id.triangle as usize;
+        (texel < impostor.shape().len()).then(|| impostor.texel(texel))
+    }
+
+    /// Whether an owner is shown as an impostor.
+    pub(crate) fn is_impostor(&self, id: PixelId) -> bool {
+        self.texel(id).is_some()
     }
 
     /// The number of the mesh of an owner, at whatever level it is shown.
@@ -214,12 +235,24 @@ impl<'a> Surfaces<'a> {
 
     /// The part of an original triangle.
     pub(crate) fn part(&self, id: PixelId) -> Part {
+        if let Some(texel) = self.texel(id) {
+            let parts = self.scene.mesh(id.slot).parts();
+            return parts.get(texel.part as usize).copied().unwrap_or_default();
+        }
         part_of(self.mesh_of(id.slot), id.triangle)
     }
 
     /// The unit normal of a triangle in the world, towards the side from which its corners are seen
     /// counter-clockwise; zero where there is none.
     pub(crate) fn normal(&self, id: PixelId) -> DVec3 {
+        if let Some(texel) = self.texel(id) {
+            let [x, y, z] =
+                self.scene.transform(id.slot).linear.map(|c| DVec3::from(c.map(f64::from)));
+            let [a, b, c] = texel.normal;
+            // By the cofactors, which turn normals as the transform turns planes.
+            let n = y.cross(z) * a + z.cross(x) * b + x.cross(y) * c;
+            return n.normalize_or_zero();
+        }
         let Some(t) = self.triangle(id) else { return DVec3::ZERO };
         let corners = self.mesh_of(id.slot).corners(t);
         let [x, y, z] = self.scene.transform(id.slot).linear.map(|c| DVec3::from(c.map(f64::from)));

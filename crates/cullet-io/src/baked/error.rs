@@ -1,6 +1,6 @@
 //! Why what a file has baked is left out.
 
-use cullet::lod::LevelsError;
+use cullet::lod::{ImpostorError, LevelsError};
 use cullet::mesh::MeshError;
 use thiserror::Error;
 
@@ -80,4 +80,7 @@ pub enum BakedError {
     /// The levels are none.
     #[error("its levels: {0}")]
     Levels(#[from] LevelsError),
+    /// The impostor is none, or none of this mesh.
+    #[error("its impostor: {0}")]
+    Impostor(#[from] ImpostorError),
 }

@@ -6,6 +6,7 @@
 
 mod error;
 mod hash;
+mod impostor;
 mod occluders;
 mod stand_ins;
 mod tables;
@@ -15,6 +16,8 @@ use cullet::{Mesh, MeshData, MeshId};
 pub use error::BakedError;
 pub use hash::hash;
 pub(crate) use hash::root_sum;
+pub(crate) use impostor::impostor_sum;
+pub use impostor::{impostor_from_bytes, impostor_to_bytes};
 pub(crate) use occluders::occluder_sum;
 pub use occluders::{OccluderPolygon, OccluderSheet, OccluderTables};
 pub(crate) use stand_ins::{StandInTables, sum_of as sum_of_stand_ins};
@@ -98,6 +101,9 @@ pub enum LevelKind {
     Chain,
     /// Clusters, simplified in groups that meet without cracks.
     Hierarchy,
+    /// An impostor: pictures from all around, drawn in the box of the mesh. Its [`Measured::points`] are the directions from
+    /// which its error was measured.
+    Impostor,
 }
 
 impl LevelKind {
@@ -107,10 +113,11 @@ impl LevelKind {
         match self {
             Self::Chain => "chain",
             Self::Hierarchy => "hierarchy",
+            Self::Impostor => "impostor",
         }
     }
 
-    /// The kind of that name.
+    /// The kind of levels of triangles that has that name.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
         [Self::Chain, Self::Hierarchy].into_iter().find(|kind| kind.name() == name)

@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use cullet::lod::Impostor;
 use cullet::{MeshData, Scene};
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
@@ -71,6 +72,8 @@ pub(super) struct MeshItem<'a> {
     pub(super) levels: Vec<LevelsItem<'a>>,
     #[serde(borrow)]
     pub(super) occluders: Option<OccludersItem<'a>>,
+    #[serde(borrow)]
+    impostor: Option<&'a RawValue>,
 }
 
 #[derive(Derive)]
@@ -116,6 +119,7 @@ pub(super) struct Found {
 struct FoundMesh {
     mesh: BakedMesh,
     levels: Vec<(LevelKind, Measured, LevelTables)>,
+    impostor: Option<(Measured, Impostor)>,
 }
 
 /// Reads what is baked of the meshes that are drawn: `drawn` has the file's number of each, `data` what was decoded of it.
@@ -158,7 +162,7 @@ pub(super) fn read(
         let mut one = read.unwrap_or_else(|problem| {
             notes.push(name, format!("{NAME}: {problem}; its levels are left out"));
             let mesh = BakedMesh { problem: Some(problem), ..BakedMesh::default() };
-            FoundMesh { mesh, levels: Vec::new() }
+            FoundMesh { mesh, ..FoundMesh::default() }
         });
         one.mesh.mesh = number as u32;
         found.meshes.push(one);
@@ -194,7 +198,7 @@ fn mesh(
     buffers: &Buffers<'_>,
     left: &mut usize,
 ) -> Result<FoundMesh, BakedError> {
-    let MeshItem { geometry, levels, occluders } = item(raw)?;
+    let MeshItem { geometry, levels, occluders, impostor } = item(raw)?;
     if levels.len() > MOST_LEVELS {
         return Err(form(format!(
             "has {} sets of levels; at most {MOST_LEVELS} are read",
@@ -238,11 +242,17 @@ fn mesh(
     let mut out = FoundMesh {
         mesh: BakedMesh { geometry, bytes, ..BakedMesh::default() },
         levels: Vec::with_capacity(tables.len()),
+        impostor: None,
     };
     if let Some(OccludersItem { table: view, hash }) = occluders {
         let bytes = table(buffers, view, left)?;
         check("its occluders", occluder_sum(geometry, bytes), sum(&hash)?)?;
         out.mesh.occluders = Some(OccluderTables::from_bytes(bytes)?);
+    }
+    if let Some(raw) = impostor {
+        let (measured, impostor, bytes) = super::impostor::read(raw, geometry, buffers, left)?;
+        out.mesh.bytes += bytes;
+        out.impostor = Some((measured, impostor));
     }
     for (kind, measured, parts, bytes) in tables {
         out.levels.push((kind, measured, LevelTables::from_bytes(parts, bytes)?));
@@ -302,6 +312,12 @@ pub(super) fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedEr
 }
 
 impl Found {
+    /// The same without the impostors.
+    pub(super) fn without_impostors(mut self) -> Self {
+        self.meshes.iter_mut().for_each(|one| one.impostor = None);
+        self
+    }
+
     /// Makes the levels and gives them to the scene, whose meshes are those that were read; the meshes that hold them come
     /// after all others.
     pub(super) fn give(
@@ -312,7 +328,7 @@ impl Found {
     ) -> Baked {
         let mut baked =
             Baked { generator: self.generator, problem: self.problem, ..Baked::default() };
-        for FoundMesh { mesh: mut one, levels } in self.meshes {
+        for FoundMesh { mesh: mut one, levels, impostor } in self.meshes {
             let base = one.mesh;
             let own = names.get(base as usize).cloned().unwrap_or_default();
             for (kind, measured, tables) in levels {
@@ -328,6 +344,19 @@ impl Found {
                     Err(problem) => {
                         notes.push(&own, format!("{NAME}: {}: {problem}; left out", kind.name()));
                         one.problem = Some(problem);
+                    }
+                }
+            }
+            if let Some((measured, impostor)) = impostor {
+                match scene.add_impostor(base, impostor) {
+                    Ok(held_by) => {
+                        let kind = LevelKind::Impostor;
+                        names.push(format!("{own}, {}", kind.name()));
+                        one.levels.push(BakedLevels { kind, held_by, measured });
+                    }
+                    Err(problem) => {
+                        notes.push(&own, format!("{NAME}: impostor: {problem}; left out"));
+                        one.problem = Some(problem.into());
                     }
                 }
             }

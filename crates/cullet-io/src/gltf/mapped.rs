@@ -134,7 +134,7 @@ fn mesh(
         let own = own.ok_or_else(|| {
             baked::form("is in the table of chunks, but the mesh has nothing baked")
         })?;
-        let MeshItem { geometry, levels, occluders: _ } = baked::item(own)?;
+        let MeshItem { geometry, levels, .. } = baked::item(own)?;
         if levels.len() > MOST_LEVELS {
             let count = levels.len();
             return Err(baked::form(format!(

@@ -13,6 +13,7 @@ mod cells;
 mod decode;
 mod extensions;
 mod glb;
+mod impostor;
 mod instances;
 mod json;
 mod mapped;
@@ -204,6 +205,10 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
     let baked = match options.levels {
         true => baked::read(&root, &buffers, &placed.meshes, &data, &mut notes),
         false => None,
+    };
+    let baked = match options.impostors {
+        true => baked,
+        false => baked.map(baked::Found::without_impostors),
     };
     let used_default = decoder.used_default;
     let mut materials: Vec<Material> = surfaces.into_iter().map(|s| s.material).collect();

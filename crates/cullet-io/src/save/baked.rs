@@ -6,8 +6,8 @@ use super::buffer::File;
 use super::stand_ins;
 use crate::Model;
 use crate::baked::{
-    BakedLevels, BakedMesh, LevelTables, Measured, VERSION, geometry_hash, occluder_sum, root_sum,
-    sum_of,
+    BakedLevels, BakedMesh, LevelKind, LevelTables, Measured, VERSION, geometry_hash, occluder_sum,
+    root_sum, sum_of,
 };
 
 /// The extension's objects.
@@ -69,7 +69,7 @@ fn mesh(model: &Model, one: &BakedMesh, file: &mut File) -> Option<(Value, [u64;
     let base = &model.scene.meshes()[one.mesh as usize];
     let all = model.scene.levels(one.mesh);
     let mut tables = Vec::new();
-    for levels in &one.levels {
+    for levels in one.levels.iter().filter(|levels| levels.kind != LevelKind::Impostor) {
         let of = all.iter().find(|of| of.mesh == levels.held_by)?;
         let mut made = LevelTables::of(model.scene.meshes().get(of.mesh as usize)?, &of.levels)?;
         // A view of nothing is forbidden, and levels without groups are none.
@@ -107,6 +107,9 @@ fn mesh(model: &Model, one: &BakedMesh, file: &mut File) -> Option<(Value, [u64;
         let bytes = occluders.to_bytes();
         let hash = digits(occluder_sum(one.geometry, &bytes));
         object["occluders"] = json!({ "table": file.table(&bytes), "hash": hash });
+    }
+    if let Some(impostor) = super::impostor::write(model, one, file) {
+        object["impostor"] = impostor;
     }
     Some((object, [count, sum]))
 }

@@ -5,6 +5,7 @@ mod buffer;
 mod cameras;
 mod cells;
 mod glb;
+mod impostor;
 mod nodes;
 mod obj;
 mod original;

@@ -19,10 +19,13 @@
 mod budget;
 mod choose;
 mod eye;
+mod impostor;
 mod levels;
 mod steps;
 
 pub(crate) use budget::Budget;
 pub use choose::Selection;
 pub use eye::{LevelEye, Lod, PixelScale};
+pub(crate) use impostor::box_triangles;
+pub use impostor::{IMPOSTOR_PARTS, Impostor, ImpostorError, ImpostorFrame, Texel};
 pub use levels::{Group, Levels, LevelsError, NO_GROUP};

@@ -1,0 +1,156 @@
+//! Impostors of the meshes for which they pay.
+
+use std::path::Path;
+use std::time::Instant;
+
+use cullet::lod::Impostor;
+use cullet::{Mesh, Scene};
+use cullet_command::args::BakeArgs;
+use cullet_command::console::{Console, interrupted};
+use cullet_command::exit::{Exit, Failure};
+use cullet_command::files::replace;
+use cullet_draw::{
+    ImpostorOptions, ImpostorPlane, impostor_cards, impostor_sheet, make_impostor, palette,
+};
+use cullet_io::Model;
+use cullet_io::baked::{Baked, BakedLevels, LevelKind, Measured};
+
+use super::Record;
+
+/// So many triangles must be left of a mesh by its levels at the error of its impostor: the box of an impostor has 12, and
+/// each of its pixels costs as much as some triangles.
+const LEAST_TRIANGLES: u64 = 64;
+/// No impostor has a smaller error, in radii: of a mesh of which few triangles are left at that, none is made.
+const LEAST_ERROR: f64 = 0.05;
+
+/// Makes impostors of the meshes with levels and gives them to the scene, beside those.
+pub(super) fn add(
+    model: &mut Model,
+    baked: &mut Baked,
+    args: &BakeArgs,
+    record: &mut Record,
+    console: &Console,
+) -> Result<(), Failure> {
+    let start = Instant::now();
+    if let Some(folder) = &args.impostor_sheets {
+        std::fs::create_dir_all(folder).map_err(|e| Failure::write(folder, &e))?;
+    }
+    let options = ImpostorOptions::default();
+    let threads = args.threads.map_or(0, |n| n as usize);
+    let mut progress = console.progress("impostors of meshes", baked.meshes.len() as u64);
+    for one in &mut baked.meshes {
+        progress.steps(1);
+        if interrupted() {
+            let message = "interrupted; nothing was written".to_owned();
+            return Err(Failure { exit: Exit::Interrupted, message });
+        }
+        let mesh = &model.scene.meshes()[one.mesh as usize];
+        if left_at(&model.scene, one.mesh, LEAST_ERROR * radius(mesh)) < LEAST_TRIANGLES {
+            continue;
+        }
+        let name = model.mesh_names.get(one.mesh as usize).cloned().unwrap_or_default();
+        let made = match in_pool(threads, || make_impostor(mesh, &options)) {
+            Ok((impostor, _)) => impostor,
+            Err(problem) => {
+                console.note(format!("note: mesh `{name}` has no impostor: {problem}"));
+                continue;
+            }
+        };
+        if left_at(&model.scene, one.mesh, made.error().into()) < LEAST_TRIANGLES {
+            continue;
+        }
+        if let Some(folder) = &args.impostor_sheets {
+            write_sheets(folder, one.mesh, &made, &colors(model, one.mesh))?;
+        }
+        let bytes = cullet_io::baked::impostor_to_bytes(&made).len() as u64;
+        let held_by = match model.scene.add_impostor(one.mesh, made) {
+            Ok(held_by) => held_by,
+            Err(problem) => {
+                console.note(format!("note: mesh `{name}` has no impostor: {problem}"));
+                continue;
+            }
+        };
+        model.mesh_names.resize(held_by as usize, String::new());
+        model.mesh_names.push(format!("{name}, {}", LevelKind::Impostor.name()));
+        let measured = Measured {
+            points: options.directions,
+            reverse_points: 0,
+            quantile: 0.999,
+            most_over: 1.2,
+            seed: options.seed,
+        };
+        one.levels.push(BakedLevels { kind: LevelKind::Impostor, held_by, measured });
+        record.impostors += 1;
+        record.impostors_bytes += bytes;
+    }
+    progress.finish();
+    record.impostors_seconds = start.elapsed().as_secs_f64();
+    Ok(())
+}
+
+/// The fewest triangles that are drawn of a mesh with an error of no more than `error`.
+fn left_at(scene: &Scene, mesh: u32, error: f64) -> u64 {
+    let own = &scene.meshes()[mesh as usize];
+    let whole = u64::from(own.triangle_count() - own.degenerate_count());
+    let of_levels = scene.levels(mesh).iter().map(|levels| {
+        let drawn = levels.levels.select_where(|group| f64::from(group.error) > error);
+        let clusters = scene.meshes()[levels.mesh as usize].clusters();
+        let counts = clusters.iter().zip(drawn).filter(|c| c.1).map(|c| c.0.triangle_count);
+        counts.map(u64::from).sum()
+    });
+    // Of a chain whose finest level is the mesh itself, nothing is drawn where that is needed.
+    of_levels.filter(|&count| count > 0).fold(whole, u64::min)
+}
+
+fn radius(mesh: &Mesh) -> f64 {
+    mesh.bounds().half_extent().iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+/// Runs `work` on so many threads; 0 is as many as there are cores.
+fn in_pool<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(work),
+        Err(_) => work(),
+    }
+}
+
+/// Colours of the parts of a mesh, in sRGB.
+fn colors(model: &Model, mesh: u32) -> Vec<[u8; 3]> {
+    let color = |part: &cullet::mesh::Part| {
+        let given = model.materials.get(part.material as usize);
+        given.map_or_else(
+            || palette::material_color(part.material),
+            |m| {
+                let byte = |v: f32| {
+                    let v = f64::from(v).clamp(0.0, 1.0);
+                    let s = if v <= 0.003_130_8 {
+                        v * 12.92
+                    } else {
+                        1.055 * v.powf(1.0 / 2.4) - 0.055
+                    };
+                    (s * 255.0).round() as u8
+                };
+                [m.color[0], m.color[1], m.color[2]].map(byte)
+            },
+        )
+    };
+    model.scene.meshes()[mesh as usize].parts().iter().map(color).collect()
+}
+
+/// The four planes as PNGs, and a glTF of cards, each file named by the number of the mesh.
+fn write_sheets(
+    folder: &Path,
+    mesh: u32,
+    impostor: &Impostor,
+    colors: &[[u8; 3]],
+) -> Result<(), Failure> {
+    let name = format!("mesh-{mesh}");
+    for plane in ImpostorPlane::ALL {
+        let sheet = impostor_sheet(impostor, plane, colors);
+        replace(&folder.join(format!("{name}-{}.png", plane.name())), &sheet.to_png())?;
+    }
+    let cards = impostor_cards(impostor, &name, colors);
+    replace(&folder.join(format!("{name}.bin")), &cards.bin)?;
+    replace(&folder.join(format!("{name}.png")), &cards.png)?;
+    replace(&folder.join(format!("{name}.gltf")), cards.gltf.as_bytes())
+}

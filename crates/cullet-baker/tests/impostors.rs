@@ -1,0 +1,83 @@
+//! `cullet-baker bake --impostors`, run as a program: impostors are made where they pay, come back from the file, and are the
+//! same bytes whatever the threads.
+
+use std::path::Path;
+use std::process::Command;
+
+use cullet::{Instance, Mesh, MeshData, Scene, Transform};
+use cullet_io::baked::LevelKind;
+use cullet_io::{LoadOptions, Model, load, save};
+use cullet_testkit::{Folder, Rng, soups};
+use serde_json::Value;
+
+fn figures(args: &[&str]) -> Value {
+    let program = env!("CARGO_BIN_EXE_cullet-baker");
+    let output =
+        Command::new(program).arg("bake").args(args).args(["--json", "-"]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Leaves of a tree, which no simplification makes few; and a block, of which that is easy.
+fn model() -> Model {
+    let mut rng = Rng(3);
+    let mut leaf = || {
+        let [x, y, z] = rng.vector(4.0).map(|v| v as f32);
+        soups::block([x, y, z], [x + 0.6, y + 0.1, z + 0.5])
+    };
+    let leaves = soups::join((0..120).map(|_| leaf()));
+    let mut scene = Scene::new();
+    for (k, (positions, indices)) in (0..).zip([leaves, soups::divided_block(8)]) {
+        let data = MeshData { positions, indices, ..MeshData::default() };
+        let mesh = scene.add_mesh(Mesh::new(data).unwrap());
+        let place = Transform::from_translation([f64::from(k) * 9.0, 0.0, 0.0]);
+        scene.add(Instance::new(mesh, place)).unwrap();
+    }
+    scene.sort();
+    let mesh_names = ["leaves", "block"].map(String::from).to_vec();
+    Model { name: "tree".into(), scene, mesh_names, ..Model::default() }
+}
+
+#[test]
+fn impostors_are_made_where_they_pay_and_are_the_same_with_any_threads() {
+    let folder = Folder::new("impostors");
+    let [plain, out, again, without] =
+        ["plain.glb", "out.glb", "again.glb", "without.glb"].map(|name| folder.path(name));
+    save(&model(), Path::new(&plain)).unwrap();
+    let sheets = folder.path("sheets");
+    let record = figures(&[
+        &plain,
+        "-o",
+        &out,
+        "--threads",
+        "1",
+        "--impostors",
+        "--impostor-sheets",
+        &sheets,
+    ]);
+    assert_eq!((&record["impostors"], &record["impostors_bytes"]), (&1.into(), &83_008.into()));
+    figures(&[&plain, "-o", &again, "--threads", "2", "--impostors"]);
+    assert!(std::fs::read(&out).unwrap() == std::fs::read(&again).unwrap(), "two threads");
+
+    let options = LoadOptions { impostors: true, ..LoadOptions::default() };
+    let back = load(Path::new(&out), &options).unwrap();
+    assert!(back.warnings.is_empty(), "{:?}", back.warnings);
+    let baked = back.baked.as_ref().unwrap();
+    let kinds = |mesh: u32| -> Vec<LevelKind> {
+        baked.of(mesh).map_or(Vec::new(), |m| m.levels.iter().map(|l| l.kind).collect())
+    };
+    assert!(kinds(0).contains(&LevelKind::Impostor) && !kinds(1).contains(&LevelKind::Impostor));
+    let impostor = back.scene.levels(0).iter().find_map(|l| l.impostor.as_ref()).unwrap();
+    assert_eq!((impostor.grid(), impostor.texels()), (12, 12));
+    for name in ["coverage.png", "color.png", "normal.png", "depth.png"] {
+        assert!(Path::new(&format!("{sheets}/mesh-0-{name}")).is_file(), "{name}");
+    }
+    let cards = load(Path::new(&format!("{sheets}/mesh-0.gltf")), &options).unwrap();
+    assert_eq!(cards.scene.triangle_count(), 12);
+
+    // Baked once more without, there are none.
+    let record = figures(&[&out, "-o", &without]);
+    assert_eq!(record["impostors"], 0);
+    let back = load(Path::new(&without), &options).unwrap();
+    assert!(back.scene.levels(0).iter().all(|l| l.impostor.is_none()));
+}
