@@ -259,6 +259,7 @@ impl Survey {
                 visible_in_full: visible(&full),
             },
             drawn: steps.count(&seen.result),
+            impostor_level: steps.impostor(),
             chosen: chosen.as_ref().map_or_else(Vec::new, |(cut, _)| steps.count(cut)),
             pixels: chosen.as_ref().map(|(_, pixels)| (*pixels).into()),
             deviation: chosen.as_ref().map(|(cut, _)| {

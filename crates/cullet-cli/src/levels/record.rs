@@ -13,6 +13,9 @@ pub(crate) struct LevelsRecord {
     pub(crate) ladder: LadderRecord,
     /// Triangles that are drawn of each level, by how often they were simplified; the first in full.
     pub(crate) drawn: Vec<u64>,
+    /// Which of these are no triangles of a mesh, but boxes of impostors; left out where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) impostor_level: Option<u32>,
     /// As many as there would be without any other stage. Empty in a view that was not verified.
     pub(crate) chosen: Vec<u64>,
     /// How the picture differs from that in full; null in a view that was not verified.
@@ -114,6 +117,8 @@ pub(crate) struct LevelsSummary {
     /// Over all views; those that are visible over the views that were verified.
     pub(crate) ladder: LadderRecord,
     pub(crate) drawn: Vec<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) impostor_level: Option<u32>,
     pub(crate) chosen: Vec<u64>,
     pub(crate) pixels: Option<PixelRecord>,
     /// The worst of the views.
@@ -131,6 +136,7 @@ impl LevelsSummary {
             let s = sum.get_or_insert_with(|| Self {
                 ladder: LadderRecord::default(),
                 drawn: Vec::new(),
+                impostor_level: v.impostor_level,
                 chosen: Vec::new(),
                 pixels: None,
                 deviation: None,
@@ -165,6 +171,15 @@ impl LevelsSummary {
         self.deviation.as_ref().is_some_and(|d| !d.kept)
     }
 
+    /// What the triangles of a level are called.
+    pub(crate) fn name(&self, level: u32) -> String {
+        match level {
+            0 => "in full".to_owned(),
+            _ if self.impostor_level == Some(level) => "boxes of impostors".to_owned(),
+            _ => format!("level {level}"),
+        }
+    }
+
     /// In lines for people; per view.
     pub(crate) fn lines(&self, views: u64) -> Vec<String> {
         let l = &self.ladder;
@@ -181,10 +196,8 @@ impl LevelsSummary {
             lines[0] += &format!(" → {} visible ({} in full)", n(visible), n(full));
         }
         let drawn: u64 = self.drawn.iter().sum();
-        let shares = (0..).zip(&self.drawn).filter(|s| *s.1 > 0).map(|(step, &n)| match step {
-            0 => format!("in full {}", percent(n, drawn)),
-            _ => format!("level {step} {}", percent(n, drawn)),
-        });
+        let shares = (0..).zip(&self.drawn).filter(|s| *s.1 > 0);
+        let shares = shares.map(|(step, &n)| format!("{} {}", self.name(step), percent(n, drawn)));
         lines.push(format!("drawn by level: {}", shares.collect::<Vec<_>>().join(", ")));
         lines.extend(self.deviation.as_ref().map(DeviationRecord::text));
         if let Some(p) = self.pixels {
@@ -280,6 +293,7 @@ mod tests {
                 ..LadderRecord::default()
             },
             drawn: vec![levels; visible.map_or(1, |_| 2)],
+            impostor_level: None,
             chosen: Vec::new(),
             pixels: None,
             deviation: visible.map(|_| found(1.0, max_px)),

@@ -76,10 +76,7 @@ fn table(out: &mut String, levels: &LevelsSummary, views: u64) {
         if n == 0 && all == 0 {
             continue;
         }
-        let name = match step {
-            0 => "in full".to_owned(),
-            step => format!("level {step}"),
-        };
+        let name = levels.name(step);
         let without = if chosen == 0 { "–".to_owned() } else { grouped(all / views) };
         let _ = write!(
             out,

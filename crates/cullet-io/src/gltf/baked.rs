@@ -12,8 +12,9 @@ use cullet::{MeshData, Scene};
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
 
+use super::baked_items::{NAME, check, form, item, sum};
 use super::buffers::Buffers;
-use super::json::{self, Float, Index, Integer, Root};
+use super::json::{Float, Index, Integer, Root};
 use super::notes::Notes;
 use super::stand_ins;
 use super::uri::shorten;
@@ -21,9 +22,6 @@ use crate::baked::{
     Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, MOST_LEVELS, Measured,
     OccluderTables, StandInTables, VERSION, geometry_hash_of, occluder_sum, root_sum, sum_of,
 };
-
-/// The extension's name.
-pub(crate) const NAME: &str = "CULLET_baked";
 
 #[derive(Derive)]
 pub(super) struct Extensions<'a> {
@@ -283,32 +281,6 @@ pub(super) fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
         most_over: item.most_over.0,
         seed: item.seed.0,
     })
-}
-
-pub(super) fn form(message: impl Into<String>) -> BakedError {
-    BakedError::Form(message.into())
-}
-
-/// An object of the extension.
-pub(super) fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
-    json::member(raw, NAME.to_owned()).map_err(|e| {
-        let message = e.to_string();
-        form(message.strip_prefix(&format!("{NAME}: ")).unwrap_or(&message))
-    })
-}
-
-/// A sum: sixteen hexadecimal digits.
-pub(super) fn sum(text: &str) -> Result<u64, BakedError> {
-    let digits = text.len() == 16 && text.bytes().all(|b| b.is_ascii_hexdigit());
-    let number = if digits { u64::from_str_radix(text, 16).ok() } else { None };
-    number.ok_or_else(|| form(format!("{:?} are no sixteen hexadecimal digits", shorten(text))))
-}
-
-pub(super) fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
-    if found == expected {
-        return Ok(());
-    }
-    Err(BakedError::Damaged { what: what.to_owned(), found, expected })
 }
 
 impl Found {

@@ -6,7 +6,7 @@ use cullet::lod::Impostor;
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
 
-use super::baked::{check, form, item, sum};
+use super::baked_items::{check, form, item, sum};
 use super::buffers::Buffers;
 use super::json::{Float, Index, Integer};
 use crate::baked::{BakedError, Measured, impostor_from_bytes, impostor_sum};

@@ -7,6 +7,7 @@
 mod accessor;
 mod animation;
 mod baked;
+mod baked_items;
 mod buffers;
 mod cameras;
 mod cells;
@@ -40,7 +41,7 @@ use crate::{Attributes, CameraNode, ErrorKind, LoadOptions, Material, Model, Nod
 use instances::Placement;
 use notes::Notes;
 
-pub(crate) use baked::NAME as BAKED;
+pub(crate) use baked_items::NAME as BAKED;
 pub(crate) use cells::{NAME as CELLS, error as cells_error};
 pub(crate) use glb::parts;
 pub(crate) use mapped::{ListError, Listed, list};

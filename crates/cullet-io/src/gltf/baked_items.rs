@@ -1,0 +1,37 @@
+//! What the readers of `CULLET_baked` share: objects, sums, and what is wrong with them.
+
+use serde::Deserialize as Derive;
+use serde_json::value::RawValue;
+
+use super::json;
+use super::uri::shorten;
+use crate::baked::BakedError;
+
+/// The extension's name.
+pub(crate) const NAME: &str = "CULLET_baked";
+
+pub(super) fn form(message: impl Into<String>) -> BakedError {
+    BakedError::Form(message.into())
+}
+
+/// An object of the extension.
+pub(super) fn item<'a, T: Derive<'a>>(raw: &'a RawValue) -> Result<T, BakedError> {
+    json::member(raw, NAME.to_owned()).map_err(|e| {
+        let message = e.to_string();
+        form(message.strip_prefix(&format!("{NAME}: ")).unwrap_or(&message))
+    })
+}
+
+/// A sum: sixteen hexadecimal digits.
+pub(super) fn sum(text: &str) -> Result<u64, BakedError> {
+    let digits = text.len() == 16 && text.bytes().all(|b| b.is_ascii_hexdigit());
+    let number = if digits { u64::from_str_radix(text, 16).ok() } else { None };
+    number.ok_or_else(|| form(format!("{:?} are no sixteen hexadecimal digits", shorten(text))))
+}
+
+pub(super) fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(BakedError::Damaged { what: what.to_owned(), found, expected })
+}
