@@ -5,13 +5,10 @@ use std::time::Instant;
 
 use cullet::lod::NO_GROUP;
 use cullet_command::console::{Console, count, digits, grouped};
-use cullet_command::exit::{Exit, Failure, Outcome};
-use cullet_command::files::write_json;
+use cullet_command::exit::Failure;
 use cullet_io::baked::{BakedError, BakedLevels, BakedMesh, LevelKind, Measured, VERSION};
-use cullet_io::{BakedFile, ListedLevels, ListedMesh, Model};
+use cullet_io::{BakedFile, BakedFileError, ListedLevels, ListedMesh, Model};
 use serde::Serialize;
-
-use crate::info::InfoArgs;
 
 use crate::names::mesh_name;
 
@@ -85,12 +82,12 @@ struct LevelsRecord {
 
 /// What is baked, without what it is of.
 #[derive(Debug, Serialize)]
-struct FileRecord {
+pub(crate) struct FileRecord {
     schema: u32,
     /// Of the file.
-    file_bytes: u64,
-    open_seconds: f64,
-    baked: BakedRecord,
+    pub(crate) file_bytes: u64,
+    pub(crate) open_seconds: f64,
+    pub(crate) baked: BakedRecord,
 }
 
 #[derive(Debug, Serialize)]
@@ -170,22 +167,22 @@ fn measured(of: &Measured) -> MeasuredRecord {
     }
 }
 
-/// `cullet info --baked`: the file is mapped, and of it only JSON is read, and tables of clusters; with `--all` all of them.
-pub(crate) fn info(args: &InfoArgs, schema: u32, shown: usize, console: &Console) -> Outcome {
-    let path = Path::new(&args.scene.scene);
+/// What is baked in a file, which is mapped: of it only JSON is read, and tables of clusters; with `check` all of them.
+///
+/// # Errors
+/// If it cannot be opened, or nothing is baked in it.
+pub(crate) fn of_path(path: &Path, check: bool, schema: u32) -> Result<FileRecord, Failure> {
     let start = Instant::now();
-    let failure =
-        |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", path.display()));
     let file = BakedFile::open(path).map_err(|error| match error {
         // It names the file.
-        cullet_io::BakedFileError::Map { .. } => Failure::input(error),
-        error => failure(&error),
+        BakedFileError::Map { .. } => Failure::input(error),
+        error => Failure::input(format!("{}: {error}", path.display())),
     })?;
     let open_seconds = start.elapsed().as_secs_f64();
     let listed = (0..).zip(file.meshes());
     let meshes: Vec<BakedMeshRecord> =
-        listed.map(|(at, mesh)| of_file(&file, at, mesh, args.all)).collect();
-    let record = FileRecord {
+        listed.map(|(at, mesh)| of_file(&file, at, mesh, check)).collect();
+    Ok(FileRecord {
         schema,
         file_bytes: file.bytes().len() as u64,
         open_seconds,
@@ -193,20 +190,12 @@ pub(crate) fn info(args: &InfoArgs, schema: u32, shown: usize, console: &Console
             version: VERSION,
             generator: file.generator().to_owned(),
             bytes: file.meshes().iter().map(|m| m.bytes).sum(),
-            checked: args.all,
+            checked: check,
             problem: None,
             problems: meshes.iter().filter(|m| !m.intact).count() as u64,
             meshes,
         },
-    };
-    let bytes = count(record.file_bytes, "byte", "bytes");
-    console.line(format!("{}: {bytes}, opened in {:.1} ms", path.display(), open_seconds * 1e3));
-    print(&record.baked, shown, console);
-    crate::info::more(console, record.baked.meshes_count(), shown);
-    if let Some(path) = &args.json {
-        write_json(path, &record)?;
-    }
-    Ok(Exit::Fine)
+    })
 }
 
 fn of_file(file: &BakedFile, at: usize, mesh: &ListedMesh, check: bool) -> BakedMeshRecord {

@@ -1,6 +1,6 @@
 //! `cullet info`: what is in a scene, and what is wrong with it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use cullet_command::args::SceneArgs;
@@ -65,8 +65,7 @@ struct GroupsRecord {
 /// Runs the command.
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
     if args.baked {
-        let shown = if args.all { usize::MAX } else { SHOWN };
-        return baked::info(args, SCHEMA, shown, console);
+        return only_baked(args, console);
     }
     let silent = Console { quiet: true, ..*console };
     // Warnings are part of the result here, so loading need not print them too.
@@ -100,6 +99,22 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Outcome {
     print(args, console, &info);
     if let Some(path) = &args.json {
         write_json(path, &info)?;
+    }
+    Ok(Exit::Fine)
+}
+
+/// `cullet info --baked`
+fn only_baked(args: &InfoArgs, console: &Console) -> Outcome {
+    let path = Path::new(&args.scene.scene);
+    let record = baked::of_path(path, args.all, SCHEMA)?;
+    let shown = if args.all { usize::MAX } else { SHOWN };
+    let bytes = count(record.file_bytes, "byte", "bytes");
+    let ms = record.open_seconds * 1e3;
+    console.line(format!("{}: {bytes}, opened in {ms:.1} ms", path.display()));
+    baked::print(&record.baked, shown, console);
+    more(console, record.baked.meshes_count(), shown);
+    if let Some(path) = &args.json {
+        write_json(path, &record)?;
     }
     Ok(Exit::Fine)
 }
@@ -201,7 +216,7 @@ fn print(args: &InfoArgs, console: &Console, info: &InfoRecord) {
     }
 }
 
-pub(crate) fn more(console: &Console, count: usize, shown: usize) {
+fn more(console: &Console, count: usize, shown: usize) {
     if count > shown {
         console.line(format!("  and {} more; --all lists them", grouped((count - shown) as u64)));
     }

@@ -228,6 +228,34 @@ fn info_and_scenes_speak_to_people_and_programs() {
 }
 
 #[test]
+fn what_is_baked_is_told_without_reading_the_scene() {
+    let seed = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/baked/file");
+    let info = |args: &[&str]| {
+        let out = cullet(&[&["info", "--baked", "--json", "-"], args].concat());
+        let (code, words) = (out.status.code(), text(&out.stderr));
+        (code, serde_json::from_slice(&out.stdout).unwrap_or(Value::Null), words)
+    };
+    for (args, state) in
+        [(&[seed][..], "sums were not looked at"), (&[seed, "--all"], "sums are right")]
+    {
+        let (code, record, words) = info(args);
+        assert_eq!(code, Some(0), "{words}");
+        let mesh = &record["baked"]["meshes"][0];
+        assert_eq!((&mesh["mesh"], &mesh["intact"]), (&0.into(), &true.into()));
+        assert_eq!(mesh["levels"][0]["triangles_by_level"], serde_json::json!([2, 1]));
+        assert_eq!(record["file_bytes"], std::fs::metadata(seed).unwrap().len());
+        assert!(words.contains(state) && words.contains("2 → 1"), "{words}");
+    }
+    let plain = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/gltf/binary");
+    let (code, _, words) = info(&[plain]);
+    assert_eq!(code, Some(3), "{words}");
+    assert!(words.contains("nothing is baked") && words.contains("cullet bake"), "{words}");
+    let (code, _, words) = info(&["no such file.glb"]);
+    assert_eq!(code, Some(3), "{words}");
+    assert!(words.contains("no such file.glb"), "{words}");
+}
+
+#[test]
 fn info_tells_what_is_baked_and_why_it_is_left_out() {
     let folder = Folder::new("baked");
     let seed = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/seeds/gltf/baked");

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::baked::{self, Extended, Extensions, LevelsItem, MeshItem};
+use super::baked_items::{self, form, item};
 use super::glb;
 use super::json::{self, Integer, Root, ViewItem};
 use super::uri::shorten;
@@ -83,7 +84,7 @@ pub(crate) fn list(bytes: &[u8]) -> Result<Option<Listed>, ListError> {
     // Few bytes that stand for much would be work without end for who reads it all.
     taken.sort_unstable_by_key(|range: &Range<usize>| range.start);
     if taken.windows(2).any(|two| two[0].end > two[1].start) {
-        return Err(baked::form("tables share their bytes").into());
+        return Err(form("tables share their bytes").into());
     }
     Ok(Some(Listed { generator, meshes }))
 }
@@ -127,22 +128,21 @@ fn mesh(
         let at = usize::try_from(number).unwrap_or(usize::MAX);
         let raw = root.meshes.as_ref().and_then(|all| all.get(at));
         let count = root.meshes.as_ref().map_or(0, Vec::len);
-        let raw = raw.ok_or_else(|| baked::form(format!("is mesh {number} of {count}")))?;
-        let own: Extended<'_> = baked::item(raw)?;
+        let raw = raw.ok_or_else(|| form(format!("is mesh {number} of {count}")))?;
+        let own: Extended<'_> = item(raw)?;
         out.name = own.name.as_deref().map_or_else(String::new, shorten);
         let own = own.extensions.and_then(|all| all.baked);
-        let own = own.ok_or_else(|| {
-            baked::form("is in the table of chunks, but the mesh has nothing baked")
-        })?;
-        let MeshItem { geometry, levels, .. } = baked::item(own)?;
+        let own =
+            own.ok_or_else(|| form("is in the table of chunks, but the mesh has nothing baked"))?;
+        let MeshItem { geometry, levels, .. } = item(own)?;
         if levels.len() > MOST_LEVELS {
             let count = levels.len();
-            return Err(baked::form(format!(
+            return Err(form(format!(
                 "has {count} sets of levels; at most {MOST_LEVELS} are read"
             )));
         }
-        out.geometry = baked::sum(&geometry)?;
-        let listed = levels.iter().map(|item| levels_of(root, item, bin));
+        out.geometry = baked_items::sum(&geometry)?;
+        let listed = levels.iter().map(|one| levels_of(root, one, bin));
         let listed: Vec<ListedLevels> = listed.collect::<Result<_, _>>()?;
         let found = listed.iter().flat_map(|l| &l.tables).map(|range| range.len() as u64).sum();
         if found != bytes {
@@ -163,10 +163,9 @@ fn levels_of(
     bin: &Range<usize>,
 ) -> Result<ListedLevels, BakedError> {
     let kind = LevelKind::of(&item.kind);
-    let kind =
-        kind.ok_or_else(|| baked::form(format!("levels of kind {:?}", shorten(&item.kind))))?;
+    let kind = kind.ok_or_else(|| form(format!("levels of kind {:?}", shorten(&item.kind))))?;
     let parts: Result<Vec<u32>, _> = item.parts.iter().map(|n| u32::try_from(n.0)).collect();
-    let parts = parts.map_err(|_| baked::form("a part has more than 2^32 triangles"))?;
+    let parts = parts.map_err(|_| form("a part has more than 2^32 triangles"))?;
     let views = [item.indices, item.clusters, item.groups];
     let mut tables = [0..0, 0..0, 0..0];
     for ((range, view), (what, row)) in tables.iter_mut().zip(views).zip(ROWS) {
@@ -191,11 +190,9 @@ fn levels_of(
 fn table(root: &Root<'_>, view: usize, bin: &Range<usize>) -> Result<Range<usize>, BakedError> {
     let views = root.buffer_views.as_deref().unwrap_or_default();
     let raw = views.get(view);
-    let raw =
-        raw.ok_or_else(|| baked::form(format!("names bufferView {view} of {}", views.len())))?;
-    let wrong = |message: String| baked::form(format!("bufferView {view}: {message}"));
-    let item: ViewItem =
-        json::item(raw, "bufferView", view).map_err(|e| baked::form(e.to_string()))?;
+    let raw = raw.ok_or_else(|| form(format!("names bufferView {view} of {}", views.len())))?;
+    let wrong = |message: String| form(format!("bufferView {view}: {message}"));
+    let item: ViewItem = json::item(raw, "bufferView", view).map_err(|e| form(e.to_string()))?;
     if item.buffer.index() != 0 || item.extensions.meshopt.is_some() || item.byte_stride.is_some() {
         return Err(wrong("is not of bytes that lie in the file one after another".to_owned()));
     }
