@@ -25,3 +25,9 @@ pub mod occscn;
 pub mod process;
 pub mod reproduce;
 mod stopwatch;
+
+/// Loads a scene with levels of detail, wherever these come from.
+pub type LoadLevels<'a> = &'a dyn Fn(
+    &cullet_command::args::SceneArgs,
+    &cullet_command::console::Console,
+) -> Result<cullet_io::Model, cullet_command::exit::Failure>;

@@ -21,6 +21,9 @@ pub(super) struct Node {
     pub(super) height: u32,
 }
 
+/// An instance: its slot, and the middle of its box.
+type Placed = (u32, [f64; 3]);
+
 /// The groups, those below others before them.
 pub(super) fn tree(scene: &Scene, options: &MergeOptions) -> Vec<Node> {
     let extent = scene.extent();
@@ -30,7 +33,7 @@ pub(super) fn tree(scene: &Scene, options: &MergeOptions) -> Vec<Node> {
     };
     let longest = diagonal(&extent) * LARGEST;
     // What is drawn alike can be drawn together.
-    let mut kinds: BTreeMap<(u32, [bool; 2]), Vec<(u32, [f64; 3])>> = BTreeMap::new();
+    let mut kinds: BTreeMap<(u32, bool), Vec<Placed>> = BTreeMap::new();
     for slot in scene.slots() {
         let (mesh, flags) = (scene.mesh(slot), scene.flags(slot));
         let is_plain =
@@ -41,7 +44,7 @@ pub(super) fn tree(scene: &Scene, options: &MergeOptions) -> Vec<Node> {
         let size = scene.size_weight(slot) == 1.0;
         if fits && size && !mesh.clusters().is_empty() && diagonal(&b) <= longest {
             let middle = |a: usize| (f64::from(b.min[a]) + f64::from(b.max[a])) * 0.5;
-            let key = (scene.layers(slot), [flags.no_occlusion, false]);
+            let key = (scene.layers(slot), flags.no_occlusion);
             kinds.entry(key).or_default().push((slot, std::array::from_fn(middle)));
         }
     }
@@ -53,7 +56,7 @@ pub(super) fn tree(scene: &Scene, options: &MergeOptions) -> Vec<Node> {
 }
 
 /// Groups instances by halving them at the middle of the longest side; the number of the group of all.
-fn grow(items: &mut [(u32, [f64; 3])], options: &MergeOptions, nodes: &mut Vec<Node>) -> u32 {
+fn grow(items: &mut [Placed], options: &MergeOptions, nodes: &mut Vec<Node>) -> u32 {
     let slots: Vec<u32> = items.iter().map(|i| i.0).collect();
     let (mut below, mut height) = (Vec::new(), 0);
     if items.len() > options.smallest as usize {
@@ -79,9 +82,9 @@ fn grow(items: &mut [(u32, [f64; 3])], options: &MergeOptions, nodes: &mut Vec<N
 
 /// The halves of what is more than the smallest group.
 fn halves<'a>(
-    items: &'a mut [(u32, [f64; 3])],
+    items: &'a mut [Placed],
     options: &MergeOptions,
-) -> impl Iterator<Item = &'a mut [(u32, [f64; 3])]> {
+) -> impl Iterator<Item = &'a mut [Placed]> {
     let mut whole = None;
     let mut two = None;
     if items.len() <= options.smallest as usize {

@@ -12,7 +12,7 @@ use cullet::{MeshData, Scene};
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
 
-use super::baked_items::{NAME, check, form, item, sum};
+use super::baked_items::{MeasuredItem, NAME, check, form, item, measured, sum};
 use super::buffers::Buffers;
 use super::json::{Float, Index, Integer, Root};
 use super::notes::Notes;
@@ -92,16 +92,6 @@ pub(super) struct LevelsItem<'a> {
     /// For people, and for who looks at the list alone.
     pub(super) errors: Option<[Float; 2]>,
     pub(super) measured: MeasuredItem,
-}
-
-#[derive(Derive)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct MeasuredItem {
-    points: Integer,
-    reverse_points: Integer,
-    quantile: Float,
-    most_over: Float,
-    seed: Integer,
 }
 
 /// What a file has baked, free of the file's bytes; levels are not made yet.
@@ -269,18 +259,6 @@ fn table<'a>(
     let len = len.ok_or_else(|| form(format!("names bufferView {} of {count}", view.0)))?;
     *left = left.checked_sub(len).ok_or_else(|| form("tables share their bytes"))?;
     buffers.view(view.index()).map_err(|e| form(e.to_string()))
-}
-
-pub(super) fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
-    let int =
-        |n: Integer| u32::try_from(n.0).map_err(|_| form(format!("{} points a triangle", n.0)));
-    Ok(Measured {
-        points: int(item.points)?,
-        reverse_points: int(item.reverse_points)?,
-        quantile: item.quantile.0,
-        most_over: item.most_over.0,
-        seed: item.seed.0,
-    })
 }
 
 impl Found {

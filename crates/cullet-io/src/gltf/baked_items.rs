@@ -3,12 +3,22 @@
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
 
-use super::json;
+use super::json::{self, Float, Integer};
 use super::uri::shorten;
-use crate::baked::BakedError;
+use crate::baked::{BakedError, Measured};
 
 /// The extension's name.
 pub(crate) const NAME: &str = "CULLET_baked";
+
+#[derive(Derive)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct MeasuredItem {
+    points: Integer,
+    reverse_points: Integer,
+    quantile: Float,
+    most_over: Float,
+    seed: Integer,
+}
 
 pub(super) fn form(message: impl Into<String>) -> BakedError {
     BakedError::Form(message.into())
@@ -34,4 +44,16 @@ pub(super) fn check(what: &str, found: u64, expected: u64) -> Result<(), BakedEr
         return Ok(());
     }
     Err(BakedError::Damaged { what: what.to_owned(), found, expected })
+}
+
+pub(super) fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
+    let int =
+        |n: Integer| u32::try_from(n.0).map_err(|_| form(format!("{} points a triangle", n.0)));
+    Ok(Measured {
+        points: int(item.points)?,
+        reverse_points: int(item.reverse_points)?,
+        quantile: item.quantile.0,
+        most_over: item.most_over.0,
+        seed: item.seed.0,
+    })
 }

@@ -183,7 +183,13 @@ fn levels_of(
         return Err(BakedError::Count { what: "triangles of all levels", found, expected });
     }
     let errors = item.errors.as_ref().map(|all| all.map(|e| e.0 as f32));
-    Ok(ListedLevels { kind, parts, errors, measured: baked::measured(&item.measured)?, tables })
+    Ok(ListedLevels {
+        kind,
+        parts,
+        errors,
+        measured: baked_items::measured(&item.measured)?,
+        tables,
+    })
 }
 
 /// The bytes of a view, counted from the start of the file.

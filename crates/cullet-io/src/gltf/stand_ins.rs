@@ -6,8 +6,7 @@ use std::borrow::Cow;
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
 
-use super::baked::{MeasuredItem, measured};
-use super::baked_items::{check, form, item, sum};
+use super::baked_items::{MeasuredItem, check, form, item, measured, sum};
 use super::buffers::{Buffers, View};
 use super::json::{Float, Index, Integer};
 use crate::baked::{BakedError, LevelTables, Measured, StandInTables, sum_of_stand_ins};

@@ -60,6 +60,7 @@ pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) ->
     });
     if let Some(stand_ins) = stand_ins {
         root["standIns"] = stand_ins;
+        root["standIns"]["measured"] = measured(&baked.stand_ins.unwrap_or_default());
     }
     Some(Written { root, meshes })
 }
@@ -130,7 +131,7 @@ fn levels(of: &BakedLevels, made: &LevelTables, bytes: &[Vec<u8>; 3], file: &mut
 }
 
 /// How errors were found.
-pub(super) fn measured(of: &Measured) -> Value {
+fn measured(of: &Measured) -> Value {
     let Measured { points, reverse_points, quantile, most_over, seed } = of;
     json!({
         "points": points, "reversePoints": reverse_points, "quantile": quantile,

@@ -2,12 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::baked::measured;
 use super::buffer::File;
 use crate::Model;
 use crate::baked::{StandInTables, sum_of_stand_ins};
 
-/// The object of all, if there are any; `number` is that of each mesh that is written.
+/// The object of all, if there are any, without how they were measured; `number` is that of each mesh that is written.
 pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) -> Option<Value> {
     let scene = &model.scene;
     let written = |slot: u32| {
@@ -42,6 +41,5 @@ pub(super) fn write(model: &Model, number: &[Option<usize>], file: &mut File) ->
         })
     });
     let items: Vec<Value> = items.collect();
-    let found = model.baked.as_ref().and_then(|baked| baked.stand_ins).unwrap_or_default();
-    Some(json!({ "hash": hash, "measured": measured(&found), "all": items }))
+    Some(json!({ "hash": hash, "all": items }))
 }

@@ -21,9 +21,9 @@ use serde::Serialize;
 
 use super::measured::{Measured, Yardstick};
 use super::options::BenchOptions;
+use crate::LoadLevels;
 use crate::deviation::Meter;
 use crate::machine::Machine;
-use crate::reproduce::LoadLevels;
 
 /// Pixels of every view.
 const SIZE: [u32; 2] = [1280, 720];

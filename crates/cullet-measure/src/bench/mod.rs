@@ -40,8 +40,8 @@ pub use occlusion::OcclusionArgs;
 pub use options::BenchOptions;
 pub use results::Results;
 
+use crate::LoadLevels;
 use crate::machine::Machine;
-use crate::reproduce::LoadLevels;
 
 /// `cullet bench`
 #[derive(Debug, Args)]

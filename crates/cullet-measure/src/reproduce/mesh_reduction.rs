@@ -17,7 +17,7 @@ use cullet_io::Model;
 use glam::DVec3;
 use serde::Serialize;
 
-use super::LoadLevels;
+use crate::LoadLevels;
 use crate::deviation::{Measured, Meter};
 
 pub(super) const HELP: &str = "\

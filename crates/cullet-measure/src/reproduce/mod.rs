@@ -41,9 +41,6 @@ enum Which {
     MeshReduction(mesh_reduction::MeshReductionArgs),
 }
 
-/// Loads a scene with levels of detail, wherever these come from.
-pub type LoadLevels<'a> = &'a dyn Fn(&SceneArgs, &Console) -> Result<Model, Failure>;
-
 impl ReproduceArgs {
     /// The path that JSON is to be written to.
     #[must_use]
@@ -61,7 +58,7 @@ impl ReproduceArgs {
 ///
 /// # Errors
 /// If a model cannot be read or measured, or a file not be written.
-pub fn run(args: &ReproduceArgs, levels: LoadLevels<'_>, console: &Console) -> Outcome {
+pub fn run(args: &ReproduceArgs, levels: crate::LoadLevels<'_>, console: &Console) -> Outcome {
     match &args.which {
         Which::AssarssonMoller(args) => assarsson_moller::run(args, console),
         Which::ZhangHoff(args) => zhang_hoff::run(args, console),

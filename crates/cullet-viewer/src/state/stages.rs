@@ -141,6 +141,7 @@ impl Stages {
                 pixels: self.lod_px,
                 at_corners: self.lod_corners,
                 triangles: (self.lod_triangles > 0).then_some(self.lod_triangles),
+                ..Lod::default()
             }),
             occlusion: (on && self.occlusion).then_some(Occlusion {
                 width: self.occlusion_width,

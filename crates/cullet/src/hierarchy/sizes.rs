@@ -122,7 +122,6 @@ fn sizes<S: Simd>(simd: S, low: &[f32; LANES], high: &[f32; LANES]) -> (f32x4<S>
 #[cfg(test)]
 mod tests {
 
-    use super::SizeRange;
     use crate::bounds::{Aabb, Boxes};
     use crate::hierarchy::Nodes;
 

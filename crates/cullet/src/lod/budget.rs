@@ -1,8 +1,6 @@
 //! A budget of triangles: the least threshold at which no more are drawn.
 
 use super::{LevelEye, Levels, NO_GROUP};
-use crate::funnel::Counts;
-use crate::scene::StandIns;
 
 /// How many thresholds are tried, each a quarter of an octave above the one before: up to 55,000 times the first.
 const STEPS: usize = 64;
@@ -21,7 +19,8 @@ type Drawn = [[i64; 2]; STEPS];
 /// What is left of all that one stands for, and how many triangles are drawn of it at each threshold.
 #[derive(Clone, Copy, Debug)]
 struct Below {
-    left: Counts,
+    instances: u64,
+    clusters: u64,
     triangles: [u64; STEPS],
 }
 
@@ -44,13 +43,13 @@ impl Default for Budget {
 }
 
 impl Budget {
-    /// Begins to count, from the wanted threshold up.
-    pub(crate) fn begin(&mut self, pixels: f64, stands: Option<&StandIns>) {
+    /// Begins to count, from the wanted threshold up, of a scene where so many stand for others.
+    pub(crate) fn begin(&mut self, pixels: f64, stand_ins: usize) {
         self.finest = if pixels > 0.0 && pixels.is_finite() { pixels } else { FINEST };
         self.all = [0; STEPS];
         self.below.clear();
-        let none = Below { left: Counts::default(), triangles: [0; STEPS] };
-        self.below.resize(stands.map_or(0, |s| s.all.len()), none);
+        let none = Below { instances: 0, clusters: 0, triangles: [0; STEPS] };
+        self.below.resize(stand_ins, none);
     }
 
     /// The threshold that eyes are to be made for.
@@ -59,21 +58,21 @@ impl Budget {
     }
 
     /// Counts an instance without levels, that one of such a number stands for, if any does.
-    pub(crate) fn add_whole(&mut self, by: u32, whole: Counts) {
-        self.put(by, whole, &[whole.triangles; STEPS]);
+    pub(crate) fn add_whole(&mut self, by: u32, [triangles, clusters]: [u64; 2]) {
+        self.put(by, [1, clusters], &[triangles; STEPS]);
     }
 
-    /// Counts an instance with levels.
+    /// Counts an instance with levels, of whose mesh there are so many triangles and clusters.
     pub(crate) fn add<'a>(
         &mut self,
         by: u32,
-        whole: Counts,
+        [triangles, clusters]: [u64; 2],
         levels: impl Iterator<Item = &'a Levels>,
         eye: &LevelEye,
     ) {
-        let mut least = [whole.triangles; STEPS];
-        self.lessen(&mut least, whole.clusters, levels, eye);
-        self.put(by, whole, &least);
+        let mut least = [triangles; STEPS];
+        self.lessen(&mut least, clusters, levels, eye);
+        self.put(by, [1, clusters], &least);
     }
 
     /// Counts one that stands for others, after all of those below it: the less of its own levels and of all that.
@@ -84,12 +83,11 @@ impl Budget {
         levels: impl Iterator<Item = &'a Levels>,
         eye: impl Fn() -> LevelEye,
     ) {
-        let Some(&Below { left, triangles: mut least }) = self.below.get(number as usize) else {
-            return;
-        };
-        if left.instances > 0 {
-            self.lessen(&mut least, left.clusters, levels, &eye());
-            self.put(above, left, &least);
+        let Some(below) = self.below.get(number as usize) else { return };
+        let Below { instances, clusters, triangles: mut least } = *below;
+        if instances > 0 {
+            self.lessen(&mut least, clusters, levels, &eye());
+            self.put(above, [instances, clusters], &least);
         }
     }
 
@@ -117,10 +115,11 @@ impl Budget {
     }
 
     /// Puts what is drawn to that of one that stands for it, or to all.
-    fn put(&mut self, by: u32, whole: Counts, least: &[u64; STEPS]) {
+    fn put(&mut self, by: u32, [instances, clusters]: [u64; 2], least: &[u64; STEPS]) {
         let all = match self.below.get_mut(by as usize) {
             Some(below) => {
-                below.left += whole;
+                below.instances += instances;
+                below.clusters += clusters;
                 &mut below.triangles
             }
             None => &mut self.all,

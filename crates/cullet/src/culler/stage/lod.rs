@@ -3,9 +3,9 @@
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{Coarse, Instances, slots};
-use super::stand_ins;
+use super::stand_ins::{self, counts_of};
 use crate::bits;
-use crate::funnel::{Counts, Reason, Stage};
+use crate::funnel::{Reason, Stage};
 use crate::lod::{Budget, LevelEye, Lod, PixelScale, Selection};
 use crate::scene::{NO_STAND_IN, Tally};
 
@@ -85,7 +85,7 @@ fn within_budget(
     let scene = frame.scene;
     let budget = &mut cache.budget;
     let stands = scene.stand_ins().filter(|_| frame.only.is_none() && lod.stand_ins);
-    budget.begin(lod.pixels, stands);
+    budget.begin(lod.pixels, stands.map_or(0, |s| s.all.len()));
     let finest = Lod { pixels: budget.finest(), ..*lod };
     let mut all = 0;
     for &word in &set.live {
@@ -96,11 +96,16 @@ fn within_budget(
             let by = stands.map_or(NO_STAND_IN, |s| s.of_slot(slot));
             let is_exempt = bits::get(scene.exempt(), slot as usize);
             if levels.is_empty() || is_exempt || !scene.is_rigid(slot) {
-                budget.add_whole(by, whole);
+                budget.add_whole(by, [whole.triangles, whole.clusters]);
                 continue;
             }
             let eye = LevelEye::new(&finest, scale, scene.transform(slot), frame.seen_by.eyes);
-            budget.add(by, whole, levels.iter().map(|l| &l.levels), &eye);
+            budget.add(
+                by,
+                [whole.triangles, whole.clusters],
+                levels.iter().map(|l| &l.levels),
+                &eye,
+            );
         }
     }
     if let Some(stands) = stands {
@@ -152,15 +157,6 @@ fn replace(
         coarse.push((slot, mesh, level), (whole, tally), cache.best.ranges());
     }
     least.triangles
-}
-
-/// What is drawn of an instance of which these clusters are.
-pub(super) fn counts_of(selection: &Selection) -> Counts {
-    Counts {
-        instances: 1,
-        clusters: u64::from(selection.cluster_count()),
-        triangles: selection.triangle_count(),
-    }
 }
 
 /// How large the errors of an instance are allowed to be, and what is drawn of it.

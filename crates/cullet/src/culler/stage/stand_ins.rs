@@ -7,8 +7,7 @@
 use super::super::frame::Frame;
 use super::super::log::Log;
 use super::super::sets::{Coarse, Instances, slots};
-use super::lod::counts_of;
-use crate::funnel::{Reason, Stage};
+use crate::funnel::{Counts, Reason, Stage};
 use crate::lod::{LevelEye, Lod, PixelScale, Selection};
 use crate::scene::{Scene, StandIns, Tally};
 
@@ -215,4 +214,13 @@ pub(super) fn finding(frame: &Frame<'_>, slot: u32) -> Option<String> {
     }
     let count = scene.stood_for_by(by).len();
     Some(format!("slot {by} is drawn in its place, which stands for {count} instances"))
+}
+
+/// What is drawn of an instance of which these clusters are.
+pub(super) fn counts_of(selection: &Selection) -> Counts {
+    Counts {
+        instances: 1,
+        clusters: u64::from(selection.cluster_count()),
+        triangles: selection.triangle_count(),
+    }
 }
