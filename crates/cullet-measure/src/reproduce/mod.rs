@@ -11,10 +11,8 @@ mod zhang_hoff;
 use std::path::Path;
 
 use clap::{Args, Subcommand};
-use cullet_command::args::SceneArgs;
 use cullet_command::console::Console;
-use cullet_command::exit::{Failure, Outcome};
-use cullet_io::Model;
+use cullet_command::exit::Outcome;
 
 /// `cullet reproduce`
 #[derive(Debug, Args)]
