@@ -18,14 +18,17 @@ fn figures(args: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Leaves of a tree, which no simplification makes few; and a block, of which that is easy.
+/// Leaves around the crown of a tree, of which no simplification makes few that are near them; and a block, of which that is
+/// easy.
 fn model() -> Model {
     let mut rng = Rng(3);
     let mut leaf = || {
-        let [x, y, z] = rng.vector(4.0).map(|v| v as f32);
-        soups::block([x, y, z], [x + 0.6, y + 0.1, z + 0.5])
+        let v = rng.vector(4.0);
+        let length = v.iter().map(|v| v * v).sum::<f64>().sqrt().max(0.1);
+        let [x, y, z] = v.map(|v| (v / length * 4.0) as f32);
+        soups::block([x, y, z], [x + 1.3, y + 0.2, z + 1.1])
     };
-    let leaves = soups::join((0..120).map(|_| leaf()));
+    let leaves = soups::join((0..160).map(|_| leaf()));
     let mut scene = Scene::new();
     for (k, (positions, indices)) in (0..).zip([leaves, soups::divided_block(8)]) {
         let data = MeshData { positions, indices, ..MeshData::default() };

@@ -220,7 +220,7 @@ mod tests {
             scene.add_mesh(cullet_testkit::meshes::block([-2.0, -2.0, 0.0], [2.0, 2.0, 0.1]));
         scene.add(Instance::new(wall, Transform::from_translation([-3.0, 0.0, 3.0]))).unwrap();
         // A ball around all of a row, said to be nearer to it than it is: only who is drawn matters here.
-        let row = Balls::new(&[16, 9, 4], 0.02).add_to(&mut scene);
+        let row = Balls::new(&[16, 9, 4], 0.2).add_to(&mut scene);
         for (k, row_of) in balls.chunks(6).enumerate() {
             let at =
                 Transform::from_scale_translation([7.5, 1.0, 1.0], [0.0, 0.0, -4.0 * k as f64]);

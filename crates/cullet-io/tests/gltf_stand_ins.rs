@@ -1,7 +1,7 @@
 //! Instances that stand for others, in files and back.
 
 use cullet::lod::Lod;
-use cullet::mesh::Clustering;
+use cullet::mesh::{Clustering, Part};
 use cullet::{Culler, Instance, Mesh, MeshData, Output, Scene, Stage, Transform, Visible};
 use cullet_io::baked::{Baked, Measured};
 use cullet_io::{LoadOptions, Model, load_bytes, save};
@@ -26,7 +26,8 @@ fn clumps() -> Model {
         let order = (0..coarse.triangle_count()).collect();
         let clustering = Clustering { order, clusters: coarse.clusters().to_vec() };
         let positions = coarse.positions().iter().map(|p| p.map(|v| v * size as f32)).collect();
-        let parts = coarse.parts().to_vec();
+        // Drawn like the balls.
+        let parts = coarse.parts().iter().map(|p| Part { two_sided: true, ..*p }).collect();
         let data = MeshData { positions, indices, parts, ..MeshData::default() };
         let scaled = Mesh::with_clusters(data, &clustering).unwrap();
         let groups: Vec<_> = (0..levels.group_count())

@@ -127,7 +127,7 @@ mod tests {
         let (a, b, off) = (picture.pixel(80, 80), picture.pixel(246, 80), picture.pixel(412, 80));
         assert!((0..3).all(|k| a[k].abs_diff(b[k]) < 30), "{a:?} {b:?}");
         assert_ne!(off, PAPER);
-        let other = capture_impostor(&meshes::tetrahedron(), &options).expect("sound");
+        let other = capture_impostor(&meshes::block([-2.0; 3], [1.0; 3]), &options).expect("sound");
         assert!(impostor_beside(&mesh, &other, &[]).is_err());
     }
 }

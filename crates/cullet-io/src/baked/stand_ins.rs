@@ -50,7 +50,8 @@ fn in_order(scene: &Scene) -> Vec<Handle> {
 
 impl StandInTables {
     /// Those of a scene that are not switched off; `written` says which instances are written, and their order is that of
-    /// their handles. One of which an instance is not written is left out, with all above it.
+    /// their handles. One of which an instance is not written is left out, with all above it, and so is one with a part that is
+    /// drawn like none of those that it stands for.
     pub(crate) fn all_of(scene: &Scene, written: impl Fn(u32) -> bool) -> Vec<Self> {
         let mut number_of: HashMap<u32, u32> = HashMap::new();
         for handle in in_order(scene) {
