@@ -62,10 +62,8 @@ fn run(cli: &Cli) -> Outcome {
         Command::Info(args) => info::run(args, &console(args.json.as_deref())),
         Command::Scenes(args) => scenes::run(args, &console(args.json.as_deref())),
         Command::Bench(args) if args.is_of_levels() => baker::run("bench", cli.quiet),
-        Command::Bench(args) => bench::run(args, &levels::load_with_levels, &console(args.json())),
-        Command::Reproduce(args) => {
-            reproduce::run(args, &levels::load_with_levels, &console(args.json()))
-        }
+        Command::Bench(args) => bench::run(args, &levels::load_with, &console(args.json())),
+        Command::Reproduce(args) => reproduce::run(args, &levels::load_with, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(args.json())),
         Command::Cut(args) => cut::run(args, &console(args.json.as_deref())),
         Command::Bake(_) => baker::run("bake", cli.quiet),

@@ -26,8 +26,18 @@ pub mod process;
 pub mod reproduce;
 mod stopwatch;
 
+/// What a scene is loaded with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// Levels of its meshes.
+    Levels,
+    /// Those, and its instances merged in groups.
+    Groups,
+}
+
 /// Loads a scene with levels of detail, wherever these come from.
 pub type LoadLevels<'a> = &'a dyn Fn(
     &cullet_command::args::SceneArgs,
+    Wanted,
     &cullet_command::console::Console,
 ) -> Result<cullet_io::Model, cullet_command::exit::Failure>;

@@ -1,7 +1,9 @@
-//! How few triangles could do: each place of the surface at the coarsest level that is near enough there, whether its
-//! neighbours are at the same one or not.
+//! How few triangles could do: each place of the surface at the coarsest level that is near enough for its distance, whether
+//! its neighbours are at the same one or not.
 //!
-//! No renderer can draw that, for it has cracks; so it is what a choice of levels is held against.
+//! No renderer can draw that, for it has cracks; so it is what a choice of levels is held against. Twice: by the error
+//! of each level as a whole, which is what a level's error is, and by that of each of its triangles, which
+//! takes of every level the triangles that happen to lie well. No surface comes near the second.
 
 use cullet::lod::PixelScale;
 use cullet_bake::levels::simplifier::{Target, simplify};
@@ -23,8 +25,10 @@ const LEAST: usize = 50;
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct IdealRow {
     pub(super) radii: f64,
-    /// In the mean of the eyes.
+    /// By the errors of levels, in the mean of the eyes.
     pub(super) triangles: f64,
+    /// By the errors of each level's triangles.
+    pub(super) by_place: f64,
 }
 
 /// Levels with the measured error of each of their triangles.
@@ -39,6 +43,8 @@ pub(super) struct Ideal<'a> {
 struct Level {
     /// The triangle of each point, the nearest.
     triangle: Vec<u32>,
+    /// How far it is off at most.
+    whole: f32,
     /// Of each triangle how far its points are off, and the points of which it is the nearest.
     error: Vec<f32>,
     /// How many of those there are.
@@ -73,11 +79,13 @@ impl<'a> Ideal<'a> {
                     return Ok(made);
                 };
                 level.add(nearest, off);
+                level.whole = level.whole.max(off);
             }
             for p in surface_points(positions, &coarse, count * POINTS_BACK, SEED ^ 1) {
                 let off = original.nearest(p.point, f32::INFINITY).map_or(f32::INFINITY, |n| n.0);
                 let error = &mut level.error[p.triangle as usize];
                 *error = error.max(off);
+                level.whole = level.whole.max(off);
             }
             made.levels.push(level);
             // The simplifier gets no further.
@@ -92,20 +100,25 @@ impl<'a> Ideal<'a> {
     pub(super) fn rows(&self) -> Vec<IdealRow> {
         let row = |&radii: &f64| {
             let eyes = directions(EYES).map(|direction| self.whole.seen(direction, radii));
-            let triangles = eyes.map(|view| self.triangles(&view)).sum::<f64>() / f64::from(EYES);
-            IdealRow { radii, triangles }
+            let mut row = IdealRow { radii, triangles: 0.0, by_place: 0.0 };
+            for view in eyes {
+                row.triangles += self.triangles(&view, |level, _| level.whole) / f64::from(EYES);
+                let own = |level: &Level, at: usize| level.error[level.triangle[at] as usize];
+                row.by_place += self.triangles(&view, own) / f64::from(EYES);
+            }
+            row
         };
         RADII.iter().map(row).collect()
     }
 
-    /// Triangles at one pixel: of each that share of which its points are drawn at its level.
-    fn triangles(&self, view: &PixelScale) -> f64 {
+    /// Triangles at one pixel: of each that share of which its points are drawn at its level. `error` is that of a level at a
+    /// point.
+    fn triangles(&self, view: &PixelScale, error: impl Fn(&Level, usize) -> f32) -> f64 {
         let eye = view.eye.unwrap_or_default();
         let mut sum = 0.0;
         for (at, p) in self.points.iter().enumerate() {
             let pixel = apart(p.map(f64::from), eye).max(view.near) / view.pixels;
-            let within =
-                |level: &&Level| f64::from(level.error[level.triangle[at] as usize]) <= pixel;
+            let within = |level: &&Level| f64::from(error(level, at)) <= pixel;
             // The original is within any bound.
             if let Some(level) = self.levels.iter().rev().find(within) {
                 sum += 1.0 / f64::from(level.points[level.triangle[at] as usize]);
@@ -119,6 +132,7 @@ impl Level {
     fn new(triangles: usize, points: usize) -> Self {
         Self {
             triangle: Vec::with_capacity(points),
+            whole: 0.0,
             error: vec![0.0; triangles],
             points: vec![0; triangles],
         }
@@ -152,6 +166,7 @@ mod tests {
         let ideal = Ideal::new(&flat, || true).unwrap();
         for row in ideal.rows() {
             assert!(row.triangles < f64::from(n * n) * 0.1, "{row:?}");
+            assert!(row.by_place <= row.triangles * 1.001, "{row:?}");
         }
         let (positions, indices) = cullet_testkit::soups::ball(48, 96);
         let ball = Whole::of("ball".to_owned(), positions, &indices);

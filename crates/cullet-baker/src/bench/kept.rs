@@ -16,7 +16,10 @@ pub(super) const RADII: [f64; 6] = [1.1, 2.0, 5.0, 10.0, 20.0, 50.0];
 /// Eyes at each distance.
 pub(super) const EYES: u32 = 8;
 /// What errors of the peer are multiplied by, until a pixel is a pixel.
-const FACTORS: [f32; 12] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0];
+const FACTORS: [f32; 18] = [
+    1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0, 110.0,
+    160.0,
+];
 
 /// What is drawn at one pixel from one distance, and how far off it is.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -50,7 +53,14 @@ pub(super) struct Cuts {
     pub(super) rows: Vec<Kept>,
 }
 
-/// Hierarchies whose cuts are the engine's.
+impl Cuts {
+    /// Whether a pixel must be a pixel.
+    pub(super) fn is_ours(&self) -> bool {
+        [super::MEASURED, super::DRAWN].contains(&self.levels)
+    }
+}
+
+/// Levels whose cuts are the engine's: a hierarchy, a chain.
 pub(super) struct Ours {
     data: LevelsData,
     levels: Levels,
@@ -73,6 +83,11 @@ impl Ours {
     }
 }
 
+/// The smallest cut of several, as the engine draws of all levels that an instance has.
+fn smallest(all: &[&Ours], view: &PixelScale) -> Vec<u32> {
+    all.iter().map(|ours| ours.cut(view)).min_by_key(Vec::len).unwrap_or_default()
+}
+
 /// A model with what its cuts are measured against.
 pub(super) struct Original<'a> {
     whole: &'a Whole,
@@ -89,9 +104,9 @@ impl<'a> Original<'a> {
         Self { whole, tree: SurfaceTree::new(&whole.positions, &whole.indices), welded, open }
     }
 
-    /// Ours, with so many points a distance.
-    pub(super) fn ours(&self, name: &'static str, ours: &Ours, points: u32) -> Cuts {
-        let rows = RADII.iter().map(|&radii| self.row(radii, points, |view| ours.cut(view)));
+    /// Ours, with so many points a distance: of each eye the smallest cut.
+    pub(super) fn ours(&self, name: &'static str, ours: &[&Ours], points: u32) -> Cuts {
+        let rows = RADII.iter().map(|&radii| self.row(radii, points, |view| smallest(ours, view)));
         Cuts { levels: name, factor: 1.0, rows: rows.collect() }
     }
 

@@ -9,7 +9,9 @@ mod steady;
 
 use std::time::Instant;
 
-use cullet_bake::levels::{ErrorSource, HierarchyOptions, LevelsError, build_hierarchy};
+use cullet_bake::levels::{
+    ChainOptions, ErrorSource, HierarchyOptions, LevelsError, build_chain, build_hierarchy,
+};
 use cullet_command::args::LodBenchArgs;
 use cullet_command::console::{Console, grouped, interrupted};
 use cullet_command::exit::{Exit, Failure, Outcome};
@@ -23,6 +25,10 @@ use models::Whole;
 use peer::PeerLevels;
 use steady::Steady;
 
+/// Cuts of the hierarchy.
+const MEASURED: &str = "measured";
+/// The smaller of that and of a chain.
+const DRAWN: &str = "drawn";
 /// Points of which the factor of the peer is found.
 const FEWER_POINTS: u32 = 160_000;
 
@@ -31,11 +37,13 @@ const FEWER_POINTS: u32 = 160_000;
 struct OfModel {
     model: String,
     triangles: usize,
-    /// Cuts at one pixel by measured errors, by returned ones, and of the peer.
+    /// Cuts at one pixel: of the hierarchy of measured errors, the smaller of that and a chain, which is what is drawn, of the
+    /// hierarchy by returned errors, and of the peer.
     cuts: Vec<Cuts>,
-    /// Ours over the peer's with the least factor that keeps a pixel, from 2 to 20 radii, in the geometric mean.
-    ratio: Option<f64>,
-    /// What no choice can go below, cracks ignored.
+    /// What is drawn over the peer's with the least factor that keeps a pixel, from 2 to 20 radii, in the geometric mean;
+    /// where no factor does, over the whole model, which the peer comes to in the end.
+    ratio: f64,
+    /// What whole levels could do, were each place drawn at its own.
     ideal: Vec<IdealRow>,
     chain: Vec<ChainRow>,
     steady: Vec<Steady>,
@@ -49,7 +57,7 @@ struct Record {
     schema: u32,
     models: Vec<OfModel>,
     /// Geometric means over the models.
-    ratio: Option<f64>,
+    ratio: f64,
     chain_ratio: Option<f64>,
 }
 
@@ -64,11 +72,9 @@ pub(crate) fn run(args: &LodBenchArgs, console: &Console) -> Outcome {
         })?);
     }
     let mean_of = |all: Vec<f64>| (!all.is_empty()).then(|| mean(&all));
-    let ratio = mean_of(rows.iter().filter_map(|r| r.ratio).collect());
+    let ratio = mean(&rows.iter().map(|r| r.ratio).collect::<Vec<_>>());
     let chain_ratio = mean_of(rows.iter().flat_map(|r| &r.chain).map(ChainRow::ratio).collect());
-    if let Some(ratio) = ratio {
-        console.line(format!("all: {ratio:.2} of the peer's triangles within the same bound"));
-    }
+    console.line(format!("all: {ratio:.2} of the peer's triangles within the same bound"));
     if let Some(ratio) = chain_ratio {
         console.line(format!("all: {ratio:.2} of a plain chain's triangles within the same bound"));
     }
@@ -82,7 +88,11 @@ pub(crate) fn run(args: &LodBenchArgs, console: &Console) -> Outcome {
 impl OfModel {
     /// Whether our cuts keep their bounds, without cracks, and nothing flips.
     fn is_kept(&self) -> bool {
-        self.cuts[0].rows.iter().all(|r| r.is_kept() && r.cracks == 0)
+        self.cuts
+            .iter()
+            .filter(|c| c.is_ours())
+            .flat_map(|c| &c.rows)
+            .all(|r| r.is_kept() && r.cracks == 0)
             && self.chain.iter().all(|r| r.p999 <= 1.0 && r.most <= 1.2)
             && self.steady.iter().all(|s| s.flips == 0)
     }
@@ -121,6 +131,8 @@ fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfMo
         "  hierarchy of measured errors in {bake_seconds:.1} s: {bake_millions_a_minute:.1} million triangles a minute"
     ));
     let measured = Ours::new(measured)?;
+    let chain = Ours::new(build_chain(&data, &ChainOptions::default())?)?;
+    go_on()?;
     let options = HierarchyOptions { errors: ErrorSource::Returned, ..HierarchyOptions::default() };
     let returned = Ours::new(build_hierarchy(&data, None, &options)?)?;
     let peer = PeerLevels::new(whole).map_err(Stop::Peer)?;
@@ -130,9 +142,11 @@ fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfMo
         print(&cut, console);
         cuts.push(cut);
     };
-    add(original.ours("measured", &measured, args.points));
+    add(original.ours(MEASURED, &[&measured], args.points));
     go_on()?;
-    add(original.ours("returned", &returned, FEWER_POINTS));
+    add(original.ours(DRAWN, &[&measured, &chain], args.points));
+    go_on()?;
+    add(original.ours("returned", &[&returned], FEWER_POINTS));
     go_on()?;
     add(original.peer(&peer, 1.0, FEWER_POINTS));
     let kept = original.peer_kept(&peer, FEWER_POINTS);
@@ -140,28 +154,29 @@ fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfMo
     if let Some(kept) = &kept {
         add(kept.clone());
     } else {
-        console.line("  clusterlod: no factor that was tried keeps a pixel");
+        console.line(
+            "  clusterlod: no factor that was tried keeps a pixel: all its triangles are counted",
+        );
     }
-    let ratio = kept.map(|kept| {
-        let both = cuts[0].rows.iter().zip(&kept.rows).skip(1).take(4);
-        mean(&both.map(|(a, b)| a.triangles / b.triangles).collect::<Vec<_>>())
-    });
-    if let Some(ratio) = ratio {
-        console.line(format!("  {ratio:.2} of its triangles, from 2 to 20 radii"));
-    }
+    let peers =
+        |row: usize| kept.as_ref().map_or(whole.triangles() as f64, |k| k.rows[row].triangles);
+    let ratio =
+        mean(&(1..5).map(|row| cuts[1].rows[row].triangles / peers(row)).collect::<Vec<_>>());
+    console.line(format!("  {ratio:.2} of its triangles, from 2 to 20 radii"));
     let ideal = Ideal::new(whole, || !interrupted())?;
     go_on()?;
     let ideal = ideal.rows();
-    for (row, ours) in ideal.iter().zip(&cuts[0].rows) {
+    for (row, ours) in ideal.iter().zip(&cuts[1].rows) {
         console.line(format!(
-            "  {:>4} radii: {:.2} of the {} triangles of an ideal choice, which has cracks",
+            "  {:>4} radii: {:.2} of the {} triangles of an ideal choice, which has cracks; {} if each triangle's own error were known",
             row.radii,
             ours.triangles / row.triangles,
-            grouped(row.triangles.round() as u64)
+            grouped(row.triangles.round() as u64),
+            grouped(row.by_place.round() as u64)
         ));
     }
-    let chain = chain::compare(whole, args.points / 2)?;
-    for row in &chain {
+    let bounds = chain::compare(whole, args.points / 2)?;
+    for row in &bounds {
         console.line(format!(
             "  within {:.1} %: {} triangles, plain chain {}: {:.2}; off by {:.2} bounds at most, 99.9 % by {:.2}",
             row.bound * 100.0,
@@ -189,7 +204,7 @@ fn measure(whole: &Whole, args: &LodBenchArgs, console: &Console) -> Result<OfMo
         cuts,
         ratio,
         ideal,
-        chain,
+        chain: bounds,
         steady,
         bake_seconds,
         bake_millions_a_minute,
@@ -228,11 +243,11 @@ mod tests {
             model: "m".to_owned(),
             triangles: 9,
             cuts: vec![Cuts {
-                levels: "measured",
+                levels: MEASURED,
                 factor: 1.0,
                 rows: vec![kept::Kept { most: 1.15, p999: 0.9, ..kept::Kept::default() }],
             }],
-            ratio: None,
+            ratio: 0.5,
             ideal: Vec::new(),
             chain: vec![ChainRow {
                 bound: 0.01,
@@ -271,12 +286,16 @@ mod tests {
         let args =
             LodBenchArgs { scene: Vec::new(), scenes: false, points: FEWER_POINTS, json: None };
         let found = measure(&whole, &args, &console).ok().expect("a mesh");
-        for row in &found.cuts[0].rows {
+        assert_eq!(found.cuts[1].levels, DRAWN);
+        for row in found.cuts[..2].iter().flat_map(|c| &c.rows) {
             assert!(row.is_kept() && row.cracks == 0, "{row:?}");
         }
-        assert!(found.cuts[2].rows.iter().any(|r| !r.is_kept()), "believed errors are kept too");
+        for (drawn, hierarchy) in found.cuts[1].rows.iter().zip(&found.cuts[0].rows) {
+            assert!(drawn.triangles <= hierarchy.triangles, "{drawn:?}");
+        }
+        assert!(found.cuts[3].rows.iter().any(|r| !r.is_kept()), "believed errors are kept too");
         // Flat sides and sharp edges are what the simplifier's own estimate is good at.
-        assert!(found.ratio.is_some_and(|r| r < 1.6), "{:?}", found.ratio);
+        assert!(found.ratio < 1.2, "{}", found.ratio);
         let chain: Vec<f64> = found.chain.iter().map(ChainRow::ratio).collect();
         assert!(mean(&chain) <= 0.75, "{chain:?}");
         for row in &found.chain {

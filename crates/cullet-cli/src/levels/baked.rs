@@ -12,45 +12,60 @@ use cullet_command::console::{Console, count};
 use cullet_command::exit::{Exit, Failure};
 use cullet_command::inputs::{self, has_levels};
 use cullet_io::Model;
+use cullet_measure::Wanted;
 
 use super::cache;
 use crate::baker::BAKER;
 
-/// Loads a scene as [`inputs::load`] does; where levels of detail are drawn, [with some](load_with_levels).
+/// Loads a scene as [`inputs::load`] does; where levels of detail are drawn, [with some](load_with).
 ///
 /// # Errors
 /// As that.
 pub(crate) fn load(args: &SceneArgs, cull: &CullArgs, console: &Console) -> Result<Model, Failure> {
     match cull.levels() {
-        Some(_) => load_with_levels(args, console),
+        Some(_) => load_with(args, Wanted::Levels, console),
         None => inputs::load(args, console),
     }
 }
 
-/// Loads a scene with its levels of detail; where it has none, with those that the baker made of it, now or before.
+/// Loads a scene with its levels of detail; where it has none, with those that the baker made of it, now or before. With groups it
+/// is the baked file that is loaded, where the scene has none of its own.
 ///
 /// # Errors
 /// If the scene cannot be read, or no levels can be had.
-pub(crate) fn load_with_levels(args: &SceneArgs, console: &Console) -> Result<Model, Failure> {
+pub(crate) fn load_with(
+    args: &SceneArgs,
+    wanted: Wanted,
+    console: &Console,
+) -> Result<Model, Failure> {
     let mut model = inputs::load(args, console)?;
-    if has_levels(&model.scene) {
+    let scene = &model.scene;
+    if has_levels(scene) && (wanted == Wanted::Levels || scene.stand_in_slots().next().is_some()) {
         return Ok(model);
     }
     let start = Instant::now();
     let folder = cache::folder().ok_or_else(|| {
         cannot(args, "the system tells no folder for files that can be made again; set XDG_CACHE_HOME or HOME")
     })?;
-    let path = folder.join(format!("{}.glb", cache::key(args)?));
+    let groups = if wanted == Wanted::Groups { "-groups" } else { "" };
+    let path = folder.join(format!("{}{groups}.glb", cache::key(args)?));
     let is_new = !path.is_file();
     if is_new {
         std::fs::create_dir_all(&folder).map_err(|e| Failure::write(&folder, &e))?;
         console.note(format!("{}: levels of detail are made of it, once", model.name));
-        bake(args, &path, console)?;
+        bake(args, wanted, &path, console)?;
     }
     let baked =
         inputs::load(&SceneArgs::of(path.to_string_lossy()), &Console::new(true, None)).map_err(
             |f| Failure { message: format!("{}; delete it, and it is made again", f.message), ..f },
         )?;
+    let done = if is_new { "baked" } else { "read" };
+    if wanted == Wanted::Groups {
+        let (seconds, path) = (start.elapsed().as_secs_f64(), path.display());
+        let groups = count(baked.scene.stand_in_slots().count() as u64, "group", "groups");
+        console.note(format!("{}: {groups} {done} in {seconds:.1} s, in {path}", model.name));
+        return Ok(Model { name: model.name, ..baked });
+    }
     let given = give(&mut model.scene, &baked.scene);
     if given == 0 {
         let why = match has_levels(&baked.scene) {
@@ -61,10 +76,9 @@ pub(crate) fn load_with_levels(args: &SceneArgs, console: &Console) -> Result<Mo
         return Ok(model);
     }
     console.note(format!(
-        "{}: levels of detail of {} {} in {:.1} s, in {}",
+        "{}: levels of detail of {} {done} in {:.1} s, in {}",
         model.name,
         count(given, "mesh", "meshes"),
-        if is_new { "baked" } else { "read" },
         start.elapsed().as_secs_f64(),
         path.display()
     ));
@@ -72,7 +86,7 @@ pub(crate) fn load_with_levels(args: &SceneArgs, console: &Console) -> Result<Mo
 }
 
 /// Has the baker write a file, which is there only once it is whole.
-fn bake(args: &SceneArgs, path: &Path, console: &Console) -> Result<(), Failure> {
+fn bake(args: &SceneArgs, wanted: Wanted, path: &Path, console: &Console) -> Result<(), Failure> {
     let beside = path.with_extension(format!("{}.glb", std::process::id()));
     let mut words: Vec<OsString> = vec!["--quiet".into(), "bake".into(), (&args.scene).into()];
     if let Some(up) = args.up {
@@ -83,6 +97,7 @@ fn bake(args: &SceneArgs, path: &Path, console: &Console) -> Result<(), Failure>
     if let Some(most) = args.max_triangles {
         words.extend(["--max-triangles".into(), most.to_string().into()]);
     }
+    words.extend((wanted == Wanted::Groups).then(|| "--merge".into()));
     words.extend(["-o".into(), beside.clone().into()]);
     let ended = BAKER.work(&words, console.quiet);
     let result = match ended {

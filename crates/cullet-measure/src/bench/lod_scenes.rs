@@ -21,9 +21,9 @@ use serde::Serialize;
 
 use super::measured::{Measured, Yardstick};
 use super::options::BenchOptions;
-use crate::LoadLevels;
 use crate::deviation::Meter;
 use crate::machine::Machine;
+use crate::{LoadLevels, Wanted};
 
 /// Pixels of every view.
 const SIZE: [u32; 2] = [1280, 720];
@@ -77,11 +77,22 @@ pub(super) fn run(levels: LoadLevels<'_>, json: Option<&Path>, console: &Console
     };
     castle(levels, console, &mut add)?;
     for (scene, path, what) in [
-        ("city", PathSpec::Orbit, "from above: triangles left over visible, 1 px"),
-        ("plant", PathSpec::Walk, "on a walk: triangles left over visible, 1 px"),
+        (
+            "city",
+            PathSpec::Orbit,
+            [
+                "from above: triangles left over visible, 1 px",
+                "the same, and nothing below a pixel",
+            ],
+        ),
+        (
+            "plant",
+            PathSpec::Walk,
+            ["on a walk: triangles left over visible, 1 px", "the same, and nothing below a pixel"],
+        ),
     ] {
         if !interrupted() {
-            add(over_visible(scene, &path, what, levels, console)?);
+            over_visible(scene, &path, what, levels, console, &mut add)?;
         }
     }
     if !interrupted() {
@@ -116,7 +127,8 @@ fn is_kept([p999_px, max_px]: [f64; 2]) -> bool {
     crate::deviation::Measured { p999_px, max_px, ..Default::default() }.keeps(one_pixel().pixels)
 }
 
-/// The castle, if it is there: triangles that levels choose of all its instances, over all their triangles.
+/// The castle, if it is there: triangles that levels choose of all its instances, over all their triangles; by themselves, and
+/// with its instances merged in groups.
 fn castle(
     levels: LoadLevels<'_>,
     console: &Console,
@@ -129,17 +141,36 @@ fn castle(
         console.note(format!("{} is not there: no rows of the castle", path.display()));
         return Ok(());
     }
-    let model = levels(&SceneArgs::of(path.to_string_lossy()), console)?;
-    let scene = &model.scene;
+    let path = SceneArgs::of(path.to_string_lossy());
+    for (wanted, what) in [
+        (
+            Wanted::Levels,
+            [
+                "from its middle: triangles over all, 1 px",
+                "from two radii: triangles over all, 1 px",
+            ],
+        ),
+        (
+            Wanted::Groups,
+            ["the same, instances merged in groups", "from two radii, merged in groups"],
+        ),
+    ] {
+        castle_with(&levels(&path, wanted, console)?.scene, what, add)?;
+    }
+    Ok(())
+}
+
+fn castle_with(
+    scene: &Scene,
+    what: [&'static str; 2],
+    add: &mut impl FnMut(Row),
+) -> Result<(), Failure> {
     let culler = Culler { lod: Some(one_pixel()), output: Output::Triangles, ..Culler::balanced() };
     let culler = culler.only(Stage::Lod);
     let extent = scene.extent();
     let middle = DVec3::from(extent.center()) + DVec3::from(scene.origin());
     let radius = DVec3::from(extent.half_extent()).length();
-    for (radii, what, goal) in [
-        (0.0, "from its middle: triangles over all, 1 px", 0.5),
-        (2.0, "from two radii: triangles over all, 1 px", 1.0 / 3.0),
-    ] {
+    for (radii, what, goal) in [(0.0, what[0], 0.5), (2.0, what[1], 1.0 / 3.0)] {
         let (mut drawn, mut all, mut off) = (0, 0, [0.0; 2]);
         for direction in around(VIEWS) {
             if interrupted() {
@@ -179,20 +210,24 @@ fn view(eye: DVec3, target: DVec3, near: f64) -> Result<View, cullet::view::View
     View::new(&Camera::look_at(eye, target, projection), Depth::Reversed, SIZE)
 }
 
-/// What the engine's own preset leaves with levels, over the triangles that own a pixel where all is drawn in full.
+/// What the engine's own preset leaves with levels, over the triangles that own a pixel where all is drawn in full; and what is left
+/// of it where small objects go as well.
 fn over_visible(
     scene: &str,
     path: &PathSpec,
-    what: &'static str,
+    what: [&'static str; 2],
     levels: LoadLevels<'_>,
     console: &Console,
-) -> Result<Row, Failure> {
-    let mut model = levels(&SceneArgs::of(scene), console)?;
+    add: &mut impl FnMut(Row),
+) -> Result<(), Failure> {
+    let mut model = levels(&SceneArgs::of(scene), Wanted::Levels, console)?;
     let culler = Culler { lod: Some(one_pixel()), output: Output::Triangles, ..Culler::balanced() };
+    let detail = Some(Detail { threshold_px: one_pixel().pixels, ..Detail::default() });
+    let without_small = Culler { detail, ..culler.clone() };
     model.scene.prepare(culler.preparation());
     let scene_name = scene.to_owned();
     let scene = &model.scene;
-    let (mut left, mut visible, mut off) = (0, 0, [0.0; 2]);
+    let (mut left, mut visible, mut off) = ([0; 2], 0, [0.0; 2]);
     let mut progress = console.progress("views", VIEWS as u64);
     for view in along(&model, path)? {
         if interrupted() {
@@ -202,15 +237,27 @@ fn over_visible(
         let (mut drawn, mut cut) = (Visible::default(), Visible::default());
         culler.cull_one(scene, &view, &mut state, &mut drawn);
         culler.only(Stage::Lod).cull_one(scene, &view, &mut ViewState::default(), &mut cut);
-        left += drawn.triangle_count;
+        left[0] += drawn.triangle_count;
         let frame = render(scene, &view, Selection::All, &RenderOptions::default());
         visible += frame.visible().len() as u64;
         off = worse(off, scene, &view, [&cut, &drawn]);
+        without_small.cull_one(scene, &view, &mut state, &mut drawn);
+        left[1] += drawn.triangle_count;
         progress.step();
     }
     progress.finish();
-    let value = left as f64 / visible.max(1) as f64;
-    Ok(Row { scene: scene_name, what, value, goal: 3.0, off_px: Some(off), kept: is_kept(off) })
+    let row = |what, left: u64, off_px: Option<[f64; 2]>| Row {
+        scene: scene_name.clone(),
+        what,
+        value: left as f64 / visible.max(1) as f64,
+        goal: 3.0,
+        off_px,
+        kept: off_px.is_none_or(is_kept),
+    };
+    add(row(what[0], left[0], Some(off)));
+    // What is below a pixel is left out, which is no deviation of levels: nothing to be kept.
+    add(row(what[1], left[1], None));
+    Ok(())
 }
 
 /// Views along a path.
@@ -323,8 +370,12 @@ mod tests {
     fn a_bound_that_is_not_kept_is_found() {
         let console = Console::new(true, None);
         for (honesty, kept) in [(1.0, true), (0.2, false)] {
-            let load = |_: &SceneArgs, _: &Console| Ok(balls(honesty));
-            let row = over_visible("balls", &PathSpec::Orbit, "", &load, &console).unwrap();
+            let load = |_: &SceneArgs, _, _: &Console| Ok(balls(honesty));
+            let mut rows = Vec::new();
+            let mut add = |row| rows.push(row);
+            over_visible("balls", &PathSpec::Orbit, ["", ""], &load, &console, &mut add).unwrap();
+            let [row, without_small] = &rows[..] else { panic!("{rows:?}") };
+            assert!(without_small.kept && without_small.value <= row.value, "{rows:?}");
             let off = row.off_px.unwrap();
             assert_eq!(row.kept, kept, "{honesty}: {off:?}");
             assert!(off[1] > 0.05 && row.value > 0.0, "{row:?}");

@@ -17,8 +17,8 @@ use cullet_io::Model;
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::LoadLevels;
 use crate::deviation::{Measured, Meter};
+use crate::{LoadLevels, Wanted};
 
 pub(super) const HELP: &str = "\
 The model is drawn at several sizes, as an eye sees it that goes away from it: pixels of 1080 lines over 60 degrees. At
@@ -102,7 +102,7 @@ pub(super) fn run(args: &MeshReductionArgs, levels: LoadLevels<'_>, console: &Co
     if DVec3::from(args.from).try_normalize().is_none() {
         return Err(Failure::usage("--from 0,0,0 is no direction; try 0.5,0.2,1"));
     }
-    let model = levels(&SceneArgs::of(&args.model), console)?;
+    let model = levels(&SceneArgs::of(&args.model), Wanted::Levels, console)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::write(&args.out, &e))?;
     let (record, shown) = measure(args, &model, console)?;
     print(&record, console);
