@@ -1,12 +1,13 @@
 //! Composes the panes to draw of a session, with lines and ghosts. It neither decides nor draws.
 
-use cullet::{CullFace, Depth, SlotRange, Stage, View, Visible};
+use cullet::{CullFace, Depth, Reason, SlotRange, Stage, View, Visible};
 use cullet_draw::palette;
 use glam::DVec3;
 
 use crate::cell_lines;
 use crate::draw::{Paint, Pane, Style};
 use crate::fades::share_by_size;
+use crate::levels_alone::is_dropped;
 use crate::lines::{Lines, tint};
 use crate::session::Session;
 use crate::state::{Colour, GhostForm, Layout, Look, Part};
@@ -237,8 +238,7 @@ fn decorate(session: &Session, made: &mut Composition) {
     let mut boxes = Lines::default();
     if state.ghosts.form == GhostForm::Boxes {
         let dropped = reasons.iter().enumerate().filter_map(|(slot, r)| Some((slot as u32, (*r)?)));
-        // What others stand for is there.
-        let dropped = dropped.filter(|(_, r)| r.stage != Stage::Lod);
+        let dropped = dropped.filter(|&(slot, reason)| is_dropped(scene, slot, reason));
         let shown = dropped.filter(|(_, r)| !session.hides(r.stage.name()));
         for (i, (slot, reason)) in shown.enumerate() {
             if i < MOST_GHOSTS {
@@ -399,13 +399,15 @@ fn with_ghosts(session: &Session, visible: &Visible) -> Visible {
     let mut shown = Visible { partial: visible.partial.clone(), ..Visible::default() };
     let mut whole =
         visible.whole.iter().copied().flat_map(|r| r.first..r.first + r.count).peekable();
-    // What others stand for is there.
-    let is_hidden = |s: &Stage| *s == Stage::Lod || session.hides(s.name());
-    let hidden: Vec<Stage> = Stage::ALL.into_iter().filter(is_hidden).collect();
+    let scene = session.world.as_ref().map(|world| &world.model.scene);
+    let hidden: Vec<Stage> = Stage::ALL.into_iter().filter(|s| session.hides(s.name())).collect();
+    let is_ghost = |slot: u32, reason: Reason| {
+        !hidden.contains(&reason.stage) && scene.is_some_and(|s| is_dropped(s, slot, reason))
+    };
     for (slot, reason) in visible.reasons.iter().enumerate() {
         let slot = slot as u32;
         let kept = whole.next_if_eq(&slot).is_some();
-        if kept || reason.is_some_and(|r| !hidden.contains(&r.stage)) {
+        if kept || reason.is_some_and(|r| is_ghost(slot, r)) {
             match shown.whole.last_mut() {
                 Some(r) if r.first + r.count == slot => r.count += 1,
                 _ => shown.whole.push(SlotRange { first: slot, count: 1 }),

@@ -1,6 +1,6 @@
 //! What levels of detail alone draw of a scene: who changed from one view to the next, whatever else was culled.
 
-use cullet::{Culler, DrawRange, Output, Scene, Stage, View, ViewState, Visible};
+use cullet::{Culler, DrawRange, Output, Reason, Scene, Stage, View, ViewState, Visible};
 
 /// The cut at the threshold that a decision came to; `None` where it was made without levels. With instances that stand for
 /// others, or, where these are chosen by what other stages leave, each as itself. Cost: a cull by one stage.
@@ -30,4 +30,10 @@ pub(crate) fn ranges_of(visible: &Visible, slot: u32) -> &[DrawRange] {
     let first = all.partition_point(|r| r.slot < slot);
     let count = all[first..].partition_point(|r| r.slot == slot);
     &all[first..first + count]
+}
+
+/// Whether an instance that has a reason is missing from the picture: not where another stands for it, nor one that would
+/// stand for others.
+pub(crate) fn is_dropped(scene: &Scene, slot: u32, reason: Reason) -> bool {
+    reason.stage != Stage::Lod && !scene.is_stand_in(slot)
 }
