@@ -225,6 +225,15 @@ fn an_impostor_is_chosen_as_any_level_is_and_never_near_by() {
         let levels: Vec<u32> = visible.triangle_ranges.iter().map(|r| r.level).collect();
         assert_eq!(levels, [level], "{distance} of {at_one}");
     }
+    // But where none are wanted, however few triangles there may be.
+    for (impostors, triangles, level) in
+        [(true, None, 1), (true, Some(12), 1), (false, None, 0), (false, Some(12), 0)]
+    {
+        let lod = Some(Lod { impostors, triangles, ..Lod::default() });
+        let culler = Culler { lod, output: Output::Triangles, ..Culler::exact() };
+        let visible = cull(&culler, &scene, &view(at_one * 1.02));
+        assert_eq!(visible.triangle_ranges[0].level, level, "{impostors} {triangles:?}");
+    }
     // Of another mesh in its place it is no picture.
     let mut scene = scene;
     scene.edit_mesh(0, |mesh| mesh.set_two_sided(true));

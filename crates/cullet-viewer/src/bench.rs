@@ -197,6 +197,7 @@ impl Bench<'_> {
                     view: &view,
                     visible: culler.as_ref().map(|_| &visible),
                     style: Style::default(),
+                    over: false,
                     lines: &[],
                     overlay: &[],
                     ghosts: &[],

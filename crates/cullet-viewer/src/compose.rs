@@ -1,11 +1,13 @@
 //! Composes the panes to draw of a session, with lines and ghosts. It neither decides nor draws.
 
-use cullet::{CullFace, Depth, SlotRange, Stage, View, Visible};
+use cullet::{CullFace, Depth, Reason, SlotRange, Stage, View, Visible};
 use cullet_draw::palette;
 use glam::DVec3;
 
 use crate::cell_lines;
 use crate::draw::{Paint, Pane, Style};
+use crate::fades::share_by_size;
+use crate::levels_alone::is_dropped;
 use crate::lines::{Lines, tint};
 use crate::session::Session;
 use crate::state::{Colour, GhostForm, Layout, Look, Part};
@@ -54,6 +56,8 @@ pub struct Panel {
     pub view: View,
     content: Content,
     style: Style,
+    /// Whether levels of detail fade in it.
+    fades: bool,
     lines: Lines,
     overlay: Lines,
     ghosts: Lines,
@@ -68,6 +72,8 @@ pub struct Composition {
     with_ghosts: Visible,
     /// The occluders that were drawn into the occlusion buffer.
     occluders: Visible,
+    /// Levels of detail that go, while others fade in.
+    going: Visible,
     /// How many ghosts were left out because there are too many.
     pub ghosts_left_out: usize,
     /// Counts of the test results of the boxes of the level that is shown.
@@ -82,9 +88,9 @@ impl Composition {
     /// The panes for a renderer.
     #[must_use]
     pub fn panes<'a>(&'a self, kept: Option<&'a Visible>) -> Vec<Pane<'a>> {
-        self.panels
-            .iter()
-            .map(|p| Pane {
+        let mut panes = Vec::with_capacity(self.panels.len());
+        for p in &self.panels {
+            let mut pane = Pane {
                 place: p.place,
                 view: &p.view,
                 visible: match p.content {
@@ -94,11 +100,20 @@ impl Composition {
                     Content::Occluders => Some(&self.occluders),
                 },
                 style: p.style,
+                over: false,
                 lines: &p.lines.0,
                 overlay: &p.overlay.0,
                 ghosts: &p.ghosts.0,
-            })
-            .collect()
+            };
+            if p.fades {
+                // What is translucent comes after both.
+                panes.push(Pane { lines: &[], overlay: &[], ghosts: &[], ..pane });
+                pane.style.going = true;
+                (pane.visible, pane.over) = (Some(&self.going), true);
+            }
+            panes.push(pane);
+        }
+        panes
     }
 
     /// The topmost pane at a pixel.
@@ -134,7 +149,9 @@ pub fn compose(session: &Session) -> Composition {
             let style = Style { fade, ..style(&state.look) };
             let (lines, overlay, ghosts) = Default::default();
             let content = Content::Kept;
-            made.panels.push(Panel { role, place, view, content, style, lines, overlay, ghosts });
+            let fades = false;
+            let panel = Panel { role, place, view, content, style, fades, lines, overlay, ghosts };
+            made.panels.push(panel);
         }
     };
     match state.layout {
@@ -182,6 +199,7 @@ fn style(look: &Look) -> Style {
         face_normals: look.face_normals,
         vertex_normals: look.vertex_normals,
         fade: false,
+        going: false,
         samples: if look.fine { 4 } else { 1 },
     }
 }
@@ -216,9 +234,11 @@ fn decorate(session: &Session, made: &mut Composition) {
     if solid && let Some(visible) = visible {
         made.with_ghosts = with_ghosts(session, visible);
     }
+    made.going.clone_from(session.fades.going());
     let mut boxes = Lines::default();
     if state.ghosts.form == GhostForm::Boxes {
         let dropped = reasons.iter().enumerate().filter_map(|(slot, r)| Some((slot as u32, (*r)?)));
+        let dropped = dropped.filter(|&(slot, reason)| is_dropped(scene, slot, reason));
         let shown = dropped.filter(|(_, r)| !session.hides(r.stage.name()));
         for (i, (slot, reason)) in shown.enumerate() {
             if i < MOST_GHOSTS {
@@ -284,6 +304,9 @@ fn decorate(session: &Session, made: &mut Composition) {
         if panel.role != Role::Bare && occluders.is_some() {
             panel.content = Content::Occluders;
         }
+        panel.fades = !session.fades.is_empty()
+            && matches!(panel.content, Content::Kept | Content::WithGhosts);
+        panel.style.fade |= panel.fades;
         let from_outside = match panel.role {
             Role::Outside => true,
             Role::Flown | Role::Bare => state.frozen.is_some(),
@@ -376,11 +399,15 @@ fn with_ghosts(session: &Session, visible: &Visible) -> Visible {
     let mut shown = Visible { partial: visible.partial.clone(), ..Visible::default() };
     let mut whole =
         visible.whole.iter().copied().flat_map(|r| r.first..r.first + r.count).peekable();
+    let scene = session.world.as_ref().map(|world| &world.model.scene);
     let hidden: Vec<Stage> = Stage::ALL.into_iter().filter(|s| session.hides(s.name())).collect();
+    let is_ghost = |slot: u32, reason: Reason| {
+        !hidden.contains(&reason.stage) && scene.is_some_and(|s| is_dropped(s, slot, reason))
+    };
     for (slot, reason) in visible.reasons.iter().enumerate() {
         let slot = slot as u32;
         let kept = whole.next_if_eq(&slot).is_some();
-        if kept || reason.is_some_and(|r| !hidden.contains(&r.stage)) {
+        if kept || reason.is_some_and(|r| is_ghost(slot, r)) {
             match shown.whole.last_mut() {
                 Some(r) if r.first + r.count == slot => r.count += 1,
                 _ => shown.whole.push(SlotRange { first: slot, count: 1 }),
@@ -410,7 +437,7 @@ pub fn instance_colours(session: &Session) -> Vec<[u8; 4]> {
         }
     };
     if session.state.look.colour == Colour::Pops {
-        return faded(session, popped(session, count));
+        return fading(session, faded(session, popped(session, count)));
     }
     let mut colours: Vec<[u8; 4]> = (0..count).map(|slot| tint(colour(slot), 255)).collect();
     for &slot in proof.map_or(&[][..], |p| &p.lost) {
@@ -418,7 +445,7 @@ pub fn instance_colours(session: &Session) -> Vec<[u8; 4]> {
             *c = tint(palette::LOST, 255);
         }
     }
-    faded(session, colours)
+    fading(session, faded(session, colours))
 }
 
 /// The colours of what came and what changed since the picture before.
@@ -449,11 +476,20 @@ fn faded(session: &Session, mut colours: Vec<[u8; 4]>) -> Vec<[u8; 4]> {
     for (slot, colour) in (0..).zip(&mut colours) {
         let reason = decision.visible.reasons.get(slot as usize).copied().flatten();
         if reason.is_none() && slot < scene.slot_count() {
-            let rect = view.project_box(&scene.bounds(slot), scene.origin());
-            let size = rect.map(|rect| [rect.width(), rect.height()]);
-            let weight = detail.weight(size, f64::from(scene.size_weight(slot)));
+            let weight = share_by_size(scene, view, &detail, slot);
             // Nothing that is kept goes altogether.
             colour[3] = (weight * 255.0).round().clamp(1.0, 255.0) as u8;
+        }
+    }
+    colours
+}
+
+/// Colours with the share by which levels of detail have come already, as alpha.
+fn fading(session: &Session, mut colours: Vec<[u8; 4]>) -> Vec<[u8; 4]> {
+    for (slot, share) in session.fades.shares() {
+        if let Some(colour) = colours.get_mut(slot as usize) {
+            // Something that has no share at all is hidden, and so would be what goes.
+            colour[3] = (share * 255.0).round().clamp(1.0, 255.0) as u8;
         }
     }
     colours

@@ -18,10 +18,12 @@ pub mod cutaway;
 pub mod decide;
 pub mod device;
 pub mod draw;
+pub mod fades;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
 pub mod inbox;
 pub mod journey;
+mod levels_alone;
 pub mod lines;
 pub mod link;
 pub mod measures;

@@ -147,6 +147,9 @@ fn check(state: &State) -> Result<(), LinkError> {
         return wrong("stages.lod_px", state.stages.lod_px, "between 0 and 1000000 pixels");
     }
     let s = &state.stages;
+    if !(0.0..=60.0).contains(&s.lod_fade) {
+        return wrong("stages.lod_fade", s.lod_fade, "between 0 and 60 seconds");
+    }
     for (what, v) in [("stages.detail_fade", s.detail_fade), ("stages.lod_ball", s.lod_ball)] {
         if !(0.0..=1000.0).contains(&v) {
             return wrong(what, v, "a share, 0 to 1000");

@@ -39,6 +39,8 @@ pub(crate) struct Painter {
     coming: Option<(Arc<World>, bool)>,
     /// Inputs of the instances' colours.
     coloured: Option<(Option<*const World>, u64, bool, Colour)>,
+    /// How many instances faded from one level to the next in the last picture.
+    faded: usize,
     last: Option<PictureKey>,
     composition: Composition,
 }
@@ -52,6 +54,7 @@ impl Painter {
             uploaded: None,
             coming: None,
             coloured: None,
+            faded: 0,
             last: None,
             composition: Composition::default(),
             render_state,
@@ -107,7 +110,11 @@ impl Painter {
         let egui_wgpu::RenderState { device, queue, .. } = &self.render_state;
         let key = (world, decided, proved, session.state.look.colour);
         let uses = |p: &Pane<'_>| p.style.paint == Paint::Instances || p.style.fade;
-        if panes.iter().any(uses) && self.coloured != Some(key) {
+        // Shares change from picture to picture.
+        let fades = session.fades.len();
+        let same = self.coloured == Some(key) && fades == 0 && self.faded == 0;
+        if panes.iter().any(uses) && !same {
+            self.faded = fades;
             self.renderer.set_instance_colours(queue, &instance_colours(session));
             self.coloured = Some(key);
         }

@@ -1,6 +1,8 @@
 //! What pops: what the lossy stages drew otherwise in the last picture than in the one before.
 
-use cullet::{Culler, Output, Scene, Stage, View, ViewState, Visible};
+use cullet::{Culler, Scene, Stage, View, Visible};
+
+use crate::levels_alone::levels_alone;
 
 /// Instances that changed from one decision to the next for no other reason than their size on the screen; ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,16 +40,7 @@ impl Pops {
                 _ => {}
             }
         }
-        let cut = culler.lod.map(|_| {
-            let mut alone = Culler { output: Output::Clusters, ..culler.only(Stage::Lod) };
-            if let Some((lod, pixels)) = alone.lod.as_mut().zip(after.lod_pixels) {
-                // What a budget came to, counted of what the other stages leave.
-                (lod.pixels, lod.triangles) = (pixels, None);
-            }
-            let mut cut = Visible::default();
-            alone.cull_one(scene, view, &mut ViewState::default(), &mut cut);
-            Box::new(cut)
-        });
+        let cut = levels_alone(scene, (culler, view), after, true);
         if let (Some(old), Some(new)) = (&self.cut, &cut) {
             let kept = |slot: u32| small(after, slot as usize).is_none();
             self.changed = changed(old, new).into_iter().filter(|&slot| kept(slot)).collect();

@@ -89,6 +89,7 @@ pub const TOGGLES: &[&str] = &[
     "stages.lod_px=2",
     "stages.detail_px=8&stages.detail_fade=1",
     "stages.lod_px=1&stages.lod_corners=true&stages.lod_steady=true",
+    "stages.lod_px=4&stages.lod_fade=0.2&stages.lod_impostors=false",
     "stages.lod_px=1&stages.lod_steady=true&stages.lod_ball=0.2&stages.lod_triangles=5000",
     "stages.occlusion=false",
     "stages.occlusion_width=64",

@@ -13,6 +13,12 @@ use crate::packed::{Unpacker, pack};
 use crate::sides::{self, KeptBacks};
 use crate::state::{Colour, Layout, Look, Manner, Sides, Stages};
 
+/// Natively with impostors; on a page without levels of detail, which do not go from the worker to the page.
+fn options() -> LoadOptions {
+    let is_native = cfg!(not(target_arch = "wasm32"));
+    LoadOptions { levels: is_native, impostors: is_native, ..LoadOptions::default() }
+}
+
 /// A scene of so many instances is large.
 const MANY: u64 = 200;
 
@@ -95,10 +101,9 @@ impl World {
             Source::File(path) if !path.exists() => {
                 return Err(scenes::no_such_file(&path.to_string_lossy()));
             }
-            Source::File(path) => load(path, &LoadOptions::default()).map_err(|e| e.to_string())?,
+            Source::File(path) => load(path, &options()).map_err(|e| e.to_string())?,
             Source::Bytes { name, bytes, beside } => {
-                load_bytes_with(name, bytes, beside, &LoadOptions::default())
-                    .map_err(|e| e.to_string())?
+                load_bytes_with(name, bytes, beside, &options()).map_err(|e| e.to_string())?
             }
         };
         // First, for only the first warnings are shown.

@@ -83,6 +83,7 @@ prop_compose! {
         (s.stages.lod_px, s.stages.lod_steady) = (detail * 0.5, level % 2 > 0);
         (s.stages.lod_triangles, s.stages.lod_ball) = (u64::from(level), f64::from(level) / 64.0);
         s.stages.detail_fade = f64::from(level) * 0.125;
+        (s.stages.lod_fade, s.stages.lod_impostors) = (f64::from(level) / 64.0, level % 3 == 0);
         (s.structure.volume, s.structure.outcodes, s.structure.audit) = (level % 2 > 0, level % 3 > 0, level % 5 > 0);
         s
     }
@@ -137,6 +138,7 @@ fn an_invalid_value_is_named() {
         ("scene=city&wipe=%22no%22&dark=false", "cannot be read: wipe=%22no%22: invalid type"),
         ("stages.detail_px=-1", "stages.detail_px is -1"),
         ("stages.lod_px=-1", "stages.lod_px is -1"),
+        ("stages.lod_fade=-1", "stages.lod_fade is -1"),
         ("stages.lod_ball=-1", "stages.lod_ball is -1"),
         ("stages.detail_fade=1e9", "stages.detail_fade is 1e9"),
         ("structure.level=65", "structure.level is 65"),

@@ -16,13 +16,15 @@ pub struct Hit {
     pub distance: f64,
 }
 
-/// The nearest triangle on the ray among the slots for which `wanted` holds, from both sides. `None` where
+/// The nearest triangle on the ray among the slots for which `wanted` holds, of instances and of those that stand for
+/// others, from both sides. `None` where
 /// there is none. Costs a box test an instance, and triangle tests in the clusters that the ray passes.
 pub fn pick(scene: &Scene, ray: &Ray, wanted: impl Fn(u32) -> bool) -> Option<Hit> {
     let origin = DVec3::from(ray.origin) - DVec3::from(scene.origin());
     let direction = DVec3::from(ray.direction);
     let mut boxes: Vec<(f64, u32)> = scene
         .slots()
+        .chain(scene.stand_in_slots())
         .filter(|&slot| wanted(slot))
         .filter_map(|slot| Some((enters(&scene.bounds(slot), origin, direction)?, slot)))
         .collect();

@@ -14,6 +14,8 @@ pub struct Pane<'a> {
     pub visible: Option<&'a Visible>,
     /// How it is drawn.
     pub style: Style,
+    /// Whether it is drawn into what the pane before it left, of the same place and view, rather than over it.
+    pub over: bool,
     /// Things drawn over the scene, hidden by it where they lie behind it.
     pub lines: &'a [LineVertex],
     /// Lines that are drawn over all.
@@ -45,6 +47,9 @@ pub enum Paint {
     Levels,
 }
 
+/// Levels of detail that [`Paint::Levels`] tells apart at the most.
+pub(super) const LEVELS: u32 = 13;
+
 /// How the scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Style {
@@ -68,6 +73,9 @@ pub struct Style {
     /// Whether instances are drawn by the alpha of their [colour](super::Renderer::set_instance_colours), whatever paints them:
     /// as a pattern of pixels, so that what fades needs no order.
     pub fade: bool,
+    /// Whether just those pixels are drawn that [`fade`](Self::fade) leaves out: of what goes while something else comes in its
+    /// place by that share. Both together draw each pixel once.
+    pub going: bool,
     /// Samples a pixel: 1, or 4 for more. All panes of a frame have as many as the one with the most.
     pub samples: u32,
 }
@@ -83,6 +91,7 @@ impl Default for Style {
             face_normals: false,
             vertex_normals: false,
             fade: false,
+            going: false,
             samples: 1,
         }
     }
@@ -103,6 +112,8 @@ pub struct LineVertex {
 pub struct DrawStats {
     /// Triangles handed to the graphics hardware.
     pub triangles: u64,
+    /// Impostors among what was drawn: each the triangles of its box.
+    pub impostors: u64,
     /// Draw calls.
     pub draws: u32,
     /// Bytes uploaded for this frame.

@@ -10,6 +10,8 @@ use cullet_io::Model;
 use eframe::wgpu::Limits;
 
 use super::error::DrawError;
+use super::frame::LEVELS;
+use super::impostors::{Boxes, Impostors};
 
 /// A vertex of a cluster.
 ///
@@ -19,7 +21,8 @@ use super::error::DrawError;
 #[repr(C)]
 pub(super) struct Vertex {
     pub(super) position: [f32; 3],
-    /// The part, counted through all meshes, and in the low byte the cluster.
+    /// The part, counted through all meshes, and in the low byte the cluster; of the box of an impostor its
+    /// [heading](Boxes::heading).
     pub(super) key: u32,
 }
 
@@ -119,10 +122,9 @@ pub(super) struct Geometry {
     /// Linear colour of every part of every mesh, and its alpha and twice the number of its level of detail. A part that has
     /// triangles of several levels has one entry for each, one after the other.
     pub(super) parts: Vec<[f32; 4]>,
+    /// What is drawn in place of the meshes that are boxes of impostors.
+    pub(super) impostors: Impostors,
 }
-
-/// Levels of detail that are told apart by colour at the most.
-pub(super) const LEVELS: u32 = 13;
 
 impl Geometry {
     /// Lays out the meshes of a model. O(triangles); some 25 bytes a triangle stay in memory beside
@@ -139,10 +141,20 @@ impl Geometry {
         if parts > limit {
             return Err(DrawError::Texture { what: "parts", count: parts, limit, side: room.side });
         }
-        let mut local = Vec::new();
-        for (number, steps) in steps.iter().enumerate() {
-            all.add(model, number, steps, room, &mut local)?;
+        let boxes = Boxes::of(&model.scene);
+        for (what, count) in boxes.counts() {
+            if count > room.texels() {
+                let limit = room.texels();
+                return Err(DrawError::Texture { what, count, limit, side: room.side });
+            }
         }
+        let (mut local, mut part_places) = (Vec::new(), Vec::new());
+        for (number, steps) in steps.iter().enumerate() {
+            part_places.push([all.parts.len() as u32, levels_of(steps)]);
+            let heading = boxes.heading(number as u32);
+            all.add(model, number, (steps, heading), room, &mut local)?;
+        }
+        all.impostors = Impostors::new(&model.scene, boxes, &part_places);
         Ok(all)
     }
 
@@ -150,7 +162,7 @@ impl Geometry {
         &mut self,
         model: &Model,
         number: usize,
-        steps: &[u32],
+        (steps, heading): (&[u32], Option<u32>),
         room: Room,
         local: &mut Vec<u32>,
     ) -> Result<(), DrawError> {
@@ -170,7 +182,10 @@ impl Geometry {
             let step = steps.get(cluster).map_or(0, |&step| step.min(LEVELS - 1));
             first_part + part * levels + step
         };
-        let (vertices, indices, clusters) = cut(mesh, entry, local);
+        let (mut vertices, indices, clusters) = cut(mesh, entry, local);
+        if let Some(heading) = heading {
+            vertices.iter_mut().for_each(|v| v.key = heading);
+        }
         let name = || model.mesh_names.get(number).cloned().unwrap_or_default();
         let (most_vertices, most_indices) = (room.elements(16), room.elements(4));
         for (what, count, limit, bytes) in [
@@ -320,124 +335,6 @@ pub(super) fn vertex_normals(chunk: &ChunkData) -> Vec<[f32; 4]> {
     // The area of the triangles around is several times that of one.
     let with_size = |n: glam::Vec3| n.normalize_or_zero().extend(n.length().sqrt() * 0.5);
     normals.into_iter().map(|n| with_size(n).to_array()).collect()
-}
-
-/// How instances of one mesh differ in the way they are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Kind {
-    pub(super) mesh: u32,
-    pub(super) mirrored: bool,
-    pub(super) two_sided: bool,
-    pub(super) transparent: bool,
-}
-
-/// Instances of one kind, which are drawn by one call.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Group {
-    pub(super) kind: Kind,
-    /// Where its slots stand in a list.
-    pub(super) first: u32,
-    /// How many instances there are.
-    pub(super) count: u32,
-}
-
-/// The group of a slot that is never drawn.
-pub(super) const NO_GROUP: u32 = u32::MAX;
-
-/// The instances of a scene, grouped.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Instances {
-    /// By slot: its group, or [`NO_GROUP`].
-    pub(super) group: Vec<u32>,
-    /// By slot.
-    pub(super) layers: Vec<u32>,
-    /// Those of instances in full; then those of levels of detail.
-    pub(super) groups: Vec<Group>,
-    /// For each group of instances in full, the first of the groups of its levels, and how many there are.
-    levels: Vec<[u32; 2]>,
-}
-
-impl Instances {
-    /// Groups all instances that can be drawn. O(instances).
-    #[cfg(test)]
-    pub(super) fn new(scene: &Scene) -> Self {
-        let mut grouping = Grouping::new(scene);
-        grouping.add(scene, 0..scene.slot_count());
-        grouping.finish(scene)
-    }
-}
-
-impl Instances {
-    /// The group that an instance of a group is in at a level of detail. `None` where there is no such level.
-    pub(super) fn at_level(&self, group: u32, level: u32) -> Option<u32> {
-        let Some(above) = level.checked_sub(1) else { return Some(group) };
-        let [first, count] = *self.levels.get(group as usize)?;
-        (above < count).then_some(first + above)
-    }
-}
-
-/// The instances of a scene while they are grouped.
-#[derive(Debug)]
-pub(super) struct Grouping {
-    /// With the number of its kind in place of a group's.
-    all: Instances,
-    /// How many there are of each kind.
-    counts: Vec<u32>,
-}
-
-impl Grouping {
-    pub(super) fn new(scene: &Scene) -> Self {
-        let slots = scene.slot_count();
-        let all = Instances {
-            group: vec![NO_GROUP; slots as usize],
-            layers: (0..slots).map(|s| scene.layers(s)).collect(),
-            groups: Vec::new(),
-            levels: Vec::new(),
-        };
-        Self { all, counts: vec![0; scene.meshes().len() * 8] }
-    }
-
-    /// Takes in some slots: of them the instances that can be drawn, those with a finite transform.
-    pub(super) fn add(&mut self, scene: &Scene, slots: Range<u32>) {
-        let drawable = |&slot: &u32| !scene.is_removed(slot) && scene.transform(slot).is_finite();
-        for slot in slots.filter(drawable) {
-            let flags = scene.flags(slot);
-            let mirrored = scene.transform(slot).determinant() < 0.0;
-            let bits = [mirrored, flags.double_sided, flags.transparent];
-            let kind = bits.iter().fold(scene.mesh_id(slot), |n, &bit| n * 2 + u32::from(bit));
-            self.all.group[slot as usize] = kind;
-            self.counts[kind as usize] += 1;
-        }
-    }
-
-    /// The groups. Those of levels have as much room as that of the instances in full, whichever level each is at.
-    pub(super) fn finish(self, scene: &Scene) -> Instances {
-        let Self { mut all, counts } = self;
-        let mut number = vec![NO_GROUP; counts.len()];
-        let mut first = 0;
-        for (kind, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-            number[kind] = all.groups.len() as u32;
-            let bit = |n: usize| kind >> n & 1 == 1;
-            let mesh = (kind / 8) as u32;
-            let kind = Kind { mesh, mirrored: bit(2), two_sided: bit(1), transparent: bit(0) };
-            all.groups.push(Group { kind, first, count });
-            first += count;
-        }
-        for group in all.group.iter_mut().filter(|g| **g != NO_GROUP) {
-            *group = number[*group as usize];
-        }
-        for at in 0..all.groups.len() {
-            let Group { kind, count, .. } = all.groups[at];
-            let levels = scene.levels(kind.mesh);
-            all.levels.push([all.groups.len() as u32, levels.len() as u32]);
-            for levels in levels {
-                let kind = Kind { mesh: levels.mesh, ..kind };
-                all.groups.push(Group { kind, first, count });
-                first += count;
-            }
-        }
-        all
-    }
 }
 
 #[cfg(test)]

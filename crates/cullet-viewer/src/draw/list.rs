@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use cullet::Visible;
 
-use super::geometry::{Geometry, Instances, NO_GROUP};
+use super::geometry::Geometry;
+use super::groups::{Instances, NO_GROUP};
 
 /// Some instances of a group, one after the other in the list, and what is drawn of each.
 #[derive(Clone, Debug, PartialEq, Eq)]

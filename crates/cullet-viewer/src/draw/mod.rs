@@ -10,6 +10,8 @@
 mod error;
 mod frame;
 mod geometry;
+mod groups;
+mod impostors;
 mod list;
 mod pane;
 mod pass;

@@ -5,7 +5,8 @@ use eframe::wgpu::{BufferUsages, Device, Face, Queue};
 use glam::{DMat4, DVec3, DVec4};
 
 use super::frame::{Paint, Pane, Style};
-use super::geometry::{Kind, linear, list_width};
+use super::geometry::{linear, list_width};
+use super::groups::Kind;
 use super::list::DrawList;
 use super::textures::GrowingBuffer;
 use super::upload::{Uploaded, split};
@@ -54,7 +55,8 @@ impl Numbers {
         // Layers are added up from black.
         let background =
             if style.paint == Paint::Overdraw { [0.0; 3] } else { background.map(to_linear) };
-        let flags = [flips(pane), style.clockwise, style.fill, style.wireframe, style.fade];
+        let flags =
+            [flips(pane), style.clockwise, style.fill, style.wireframe, style.fade, style.going];
         Self {
             clip: clip.as_mat4().to_cols_array_2d(),
             eye_high: with(high, pixel as f32),

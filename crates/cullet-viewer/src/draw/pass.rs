@@ -20,6 +20,7 @@ pub(super) struct PaneDraw<'a> {
     /// Whether some colours of instances are translucent.
     pub(super) translucent: bool,
     pub(super) triangles: u64,
+    pub(super) impostors: u64,
     pub(super) draws: u32,
 }
 
@@ -73,13 +74,15 @@ impl PaneDraw<'_> {
             let source =
                 if is_pulled(&style) { VertexSource::Pulled } else { VertexSource::Indexed };
             let by_alpha = style.paint == Paint::Instances || style.fade;
-            let holes = by_alpha && self.translucent;
+            let holes = by_alpha && self.translucent || style.going;
             let cut = style.wireframe || holes;
             let mut way = PipelineKey { cut, ..self.way(source, mix, near) };
             self.items(pass, scene, state, way, blends.then_some(false));
+            self.boxes(pass, scene, state, way, blends.then_some(false));
             if blends {
                 (way.mix, way.near) = (Mix::Alpha, Near::Test);
                 self.items(pass, scene, state, way, Some(true));
+                self.boxes(pass, scene, state, way, Some(true));
             }
         }
         for (wanted, source) in [
@@ -107,6 +110,9 @@ impl PaneDraw<'_> {
         pass.set_vertex_buffer(slots, state.slots.buffer.slice(..));
         for item in &state.list.items {
             let kind = &scene.instances.groups[item.group as usize].kind;
+            if scene.geometry.impostors.has(kind.mesh) {
+                continue;
+            }
             let mesh = &scene.geometry.meshes[kind.mesh as usize];
             let chunk = &scene.chunks[mesh.chunk as usize];
             for run in &mesh.runs {
@@ -175,6 +181,50 @@ impl PaneDraw<'_> {
                     }
                 }
             }
+        }
+    }
+
+    /// Draws the impostors of a list, each by the far sides of its whole box, whichever triangles of that were left: what is
+    /// seen lies before them. Of transparent instances alone, or of those that are not, if set.
+    fn boxes(
+        &mut self,
+        pass: &mut RenderPass<'_>,
+        scene: &Uploaded,
+        state: &PaneState,
+        way: PipelineKey,
+        transparent: Option<bool>,
+    ) {
+        let Some(group) = scene.impostors() else { return };
+        let (mut bound_chunk, mut bound_cull) = (None, None);
+        pass.set_vertex_buffer(1, state.slots.buffer.slice(..));
+        for item in &state.list.items {
+            let kind = &scene.instances.groups[item.group as usize].kind;
+            if !scene.geometry.impostors.has(kind.mesh)
+                || transparent.is_some_and(|t| t != kind.transparent)
+            {
+                continue;
+            }
+            let mesh = &scene.geometry.meshes[kind.mesh as usize];
+            let chunk = &scene.chunks[mesh.chunk as usize];
+            let mirrored = self.pane.view.is_mirrored() != kind.mirrored;
+            let cull = Some(if mirrored { Face::Back } else { Face::Front });
+            if bound_cull != Some(cull) {
+                let source = VertexSource::Impostors;
+                self.set(pass, PipelineKey { source, cut: false, cull, ..way });
+                pass.set_bind_group(1, group, &[]);
+                bound_cull = Some(cull);
+            }
+            if bound_chunk != Some(mesh.chunk) {
+                pass.set_vertex_buffer(0, chunk.vertices.slice(..));
+                pass.set_index_buffer(chunk.indices.slice(..), IndexFormat::Uint32);
+                bound_chunk = Some(mesh.chunk);
+            }
+            let first = mesh.first_triangle * 3;
+            let count = u64::from(item.entries.end - item.entries.start);
+            self.impostors += count;
+            self.triangles += count * u64::from(mesh.whole);
+            self.draws += 1;
+            pass.draw_indexed(first..first + mesh.whole * 3, 0, item.entries.clone());
         }
     }
 

@@ -14,6 +14,8 @@ pub(super) enum VertexSource {
     Indexed,
     /// Textures, three corners a triangle.
     Pulled,
+    /// Vertex and index buffers, the boxes of impostors.
+    Impostors,
     /// Textures, a line a triangle.
     FaceNormals,
     /// Textures, a line a vertex.
@@ -72,17 +74,21 @@ pub(super) struct Pipelines {
     plain: PipelineLayout,
     /// For shaders that take corners from textures.
     pulling: PipelineLayout,
+    /// For shaders that follow rays through impostors.
+    tracing: PipelineLayout,
     /// For what a pane shares: numbers, transforms, colours.
     pub(super) pane_layout: BindGroupLayout,
     /// For the corners of a chunk's triangles.
     pub(super) chunk_layout: BindGroupLayout,
+    /// For the impostors of a scene.
+    pub(super) impostor_layout: BindGroupLayout,
     made: HashMap<PipelineKey, RenderPipeline>,
 }
 
 impl VertexSource {
     /// Whether it makes triangles of the scene.
     pub(super) fn is_painted(self) -> bool {
-        matches!(self, Self::Indexed | Self::Pulled)
+        matches!(self, Self::Indexed | Self::Pulled | Self::Impostors)
     }
 }
 
@@ -90,11 +96,14 @@ impl Pipelines {
     pub(super) fn new(device: &Device, uniform_size: u64) -> Self {
         let module = device.create_shader_module(ShaderModuleDescriptor {
             label: Some("scene"),
-            source: ShaderSource::Wgsl(include_str!("scene.wgsl").into()),
+            source: ShaderSource::Wgsl(
+                concat!(include_str!("scene.wgsl"), include_str!("impostor.wgsl")).into(),
+            ),
         });
         let texture = |binding, sample_type| BindGroupLayoutEntry {
             binding,
-            visibility: ShaderStages::VERTEX,
+            // The fragments of impostors read what the vertices of others do.
+            visibility: ShaderStages::VERTEX_FRAGMENT,
             ty: BindingType::Texture {
                 sample_type,
                 view_dimension: TextureViewDimension::D2,
@@ -124,6 +133,7 @@ impl Pipelines {
         let uint = TextureSampleType::Uint;
         let chunk_layout =
             layout("chunk", &[texture(0, uint), texture(1, uint), texture(2, float)]);
+        let impostor_layout = layout("impostors", &[texture(3, uint), texture(4, float)]);
         let layout = |label, layouts: &[Option<&BindGroupLayout>]| {
             device.create_pipeline_layout(&PipelineLayoutDescriptor {
                 label: Some(label),
@@ -133,7 +143,9 @@ impl Pipelines {
         };
         let plain = layout("plain", &[Some(&pane_layout)]);
         let pulling = layout("pulling", &[Some(&pane_layout), Some(&chunk_layout)]);
-        Self { module, plain, pulling, pane_layout, chunk_layout, made: HashMap::new() }
+        let tracing = layout("tracing", &[Some(&pane_layout), Some(&impostor_layout)]);
+        let made = HashMap::new();
+        Self { module, plain, pulling, tracing, pane_layout, chunk_layout, impostor_layout, made }
     }
 
     /// The pipeline of a way of drawing.
@@ -165,6 +177,9 @@ impl Pipelines {
         let triangles = PrimitiveTopology::TriangleList;
         let (entry, topology, buffers) = match way.source {
             VertexSource::Indexed => ("vs_indexed", triangles, vec![Some(vertices), Some(slots)]),
+            VertexSource::Impostors => {
+                ("vs_impostor", triangles, vec![Some(vertices), Some(slots)])
+            }
             VertexSource::Pulled => ("vs_pulled", triangles, vec![Some(slots)]),
             VertexSource::FaceNormals => {
                 ("vs_face_normal", PrimitiveTopology::LineList, vec![Some(slots)])
@@ -177,6 +192,7 @@ impl Pipelines {
             VertexSource::Clear => ("vs_clear", triangles, vec![]),
         };
         let fragment = match way.source {
+            VertexSource::Impostors => "fs_impostor",
             source if source.is_painted() && way.cut => "fs_cut",
             source if source.is_painted() => "fs_fill",
             _ => "fs_line",
@@ -211,6 +227,7 @@ impl Pipelines {
                 VertexSource::Pulled | VertexSource::FaceNormals | VertexSource::VertexNormals => {
                     &self.pulling
                 }
+                VertexSource::Impostors => &self.tracing,
                 VertexSource::Indexed
                 | VertexSource::Lines
                 | VertexSource::Ghosts

@@ -198,6 +198,7 @@ impl Renderer {
             if normals || any(|s| is_pulled(s) || s.face_normals) {
                 scene.prepare(device, queue, &self.pipelines.chunk_layout, normals);
             }
+            scene.prepare_impostors(device, &self.pipelines.impostor_layout);
             for (pane, state) in panes.iter().zip(&mut self.panes) {
                 uploaded += state.update(device, queue, scene, pane);
             }
@@ -266,7 +267,7 @@ impl Renderer {
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        (self.stats.triangles, self.stats.draws) = (0, 0);
+        (self.stats.triangles, self.stats.draws, self.stats.impostors) = (0, 0, 0);
         for (number, (pane, extras)) in panes.iter().zip(extras).enumerate() {
             let [x, y, width, height] = pane.place;
             let end = [x.saturating_add(width), y.saturating_add(height)];
@@ -284,14 +285,18 @@ impl Renderer {
                 samples: target.samples,
                 translucent: self.translucent,
                 triangles: 0,
+                impostors: 0,
                 draws: 0,
             };
-            draw.clear(&mut pass);
+            if !pane.over {
+                draw.clear(&mut pass);
+            }
             if let (Some(scene), Some(state)) = (&self.scene, self.panes.get(number)) {
                 draw.scene(&mut pass, scene, state);
             }
             draw.extras(&mut pass, &self.extras.buffer, extras);
             self.stats.triangles += draw.triangles;
+            self.stats.impostors += draw.impostors;
             self.stats.draws += draw.draws;
         }
         measured

@@ -42,6 +42,8 @@ const FILL = 4u;
 const WIRE = 8u;
 // Instances are drawn by the alpha of their colour.
 const FADE = 16u;
+// What goes is drawn, in the pixels that what comes in its place leaves.
+const GOING = 32u;
 
 @group(0) @binding(0) var<uniform> pane: Pane;
 // Four texels a slot: rows of the linear part with the high half of the translation, then its low half
@@ -261,16 +263,28 @@ fn towards_viewer(world: vec3<f32>) -> vec3<f32> {
 
 // A lamp at the eye and a little light from above; the normal is that of the flat triangle.
 fn lit(colour: vec3<f32>, world: vec3<f32>) -> vec3<f32> {
-    let v = towards_viewer(world);
     let across = cross(dpdx(world), dpdy(world));
-    let size = length(across);
-    if !(size > 0.0) {
+    if !(length(across) > 0.0) {
         return colour * 0.5;
     }
-    let n = across / size;
-    let facing = dot(n, v);
+    return lit_by(colour, world, across);
+}
+
+// The same by a normal of any length and of either side.
+fn lit_by(colour: vec3<f32>, world: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let n = normal / max(length(normal), 1e-30);
+    let facing = dot(n, towards_viewer(world));
     let up = n.y * sign(facing);
     return colour * (0.22 + 0.68 * abs(facing) + 0.10 * up);
+}
+
+// Distance as a shade.
+fn nearness(world: vec3<f32>) -> vec3<f32> {
+    var distance = length(world);
+    if pane.sight.w != 0.0 {
+        distance = max(-dot(world, pane.sight.xyz), 0.0);
+    }
+    return to_linear(vec3<f32>(pane.eye_low.w / (pane.eye_low.w + distance)));
 }
 
 // Inferno, as the pictures of the library have it, from 0 to 1.
@@ -284,12 +298,15 @@ fn heat(share: f32) -> vec3<f32> {
     return to_linear(mix(points[i], points[i + 1u], t - f32(i)) / 255.0);
 }
 
+// The colour of front faces.
+const FRONT = vec3<f32>(0.093, 0.456, 0.815);
+
 fn paint(in: Varying, counter_clockwise: bool) -> vec4<f32> {
     switch PAINT {
         case 1u: {
             let flipped = (pane.flags & FLIPPED) != 0u;
             let front = (counter_clockwise != flipped) == (in.hand_and_area.x > 0.0);
-            let colour = select(vec3<f32>(0.665, 0.112, 0.0), vec3<f32>(0.093, 0.456, 0.815), front);
+            let colour = select(vec3<f32>(0.665, 0.112, 0.0), FRONT, front);
             return vec4<f32>(lit(colour, in.world), 1.0);
         }
         case 4u: {
@@ -300,12 +317,7 @@ fn paint(in: Varying, counter_clockwise: bool) -> vec4<f32> {
             return vec4<f32>(heat(1.0 - log2(max(in.hand_and_area.y, 1.0)) / 12.0), 1.0);
         }
         case 6u: {
-            var distance = length(in.world);
-            if pane.sight.w != 0.0 {
-                distance = max(-dot(in.world, pane.sight.xyz), 0.0);
-            }
-            let near = pane.eye_low.w / (pane.eye_low.w + distance);
-            return vec4<f32>(to_linear(vec3<f32>(near)), 1.0);
+            return vec4<f32>(nearness(in.world), 1.0);
         }
         default: {
             return vec4<f32>(lit(in.colour.rgb, in.world), in.colour.a);
@@ -325,6 +337,11 @@ fn threshold(p: vec2<u32>) -> f32 {
     return (f32(n) + 0.5) / 16.0;
 }
 
+// Whether a pixel is not of the share by which an instance is drawn; of what goes it is those that are.
+fn is_left_out(share: f32, pixel: vec2<f32>) -> bool {
+    return (share < threshold(vec2<u32>(pixel))) != ((pane.flags & GOING) != 0u);
+}
+
 // With edges, or with holes: apart from the others, since discarding costs the early depth test.
 @fragment
 fn fs_cut(in: Varying, @builtin(front_facing) counter_clockwise: bool) -> @location(0) vec4<f32> {
@@ -335,7 +352,7 @@ fn fs_cut(in: Varying, @builtin(front_facing) counter_clockwise: bool) -> @locat
     let across = 1.0 / max(wide.x, max(wide.y, wide.z));
     let edge = clamp(1.5 - min(pixels.x, min(pixels.y, pixels.z)), 0.0, 1.0);
     let wire = (pane.flags & WIRE) != 0u;
-    if in.share < threshold(vec2<u32>(in.position.xy)) {
+    if is_left_out(in.share, in.position.xy) {
         discard;
     }
     if (pane.flags & FILL) == 0u {

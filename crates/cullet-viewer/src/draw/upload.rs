@@ -8,7 +8,8 @@ use eframe::wgpu::util::{BufferInitDescriptor, DeviceExt};
 use eframe::wgpu::*;
 
 use super::error::DrawError;
-use super::geometry::{ChunkData, Geometry, Grouping, Instances, Room, vertex_normals};
+use super::geometry::{ChunkData, Geometry, Room, vertex_normals};
+use super::groups::{Grouping, Instances};
 use super::textures::ListTexture;
 
 /// Buffers that meshes share, and what is made of them at the first request.
@@ -31,6 +32,9 @@ pub(super) struct Uploaded {
     pub(super) transforms: ListTexture,
     pub(super) parts: ListTexture,
     pub(super) colours: ListTexture,
+    /// Texels and table of the impostors, if there are any.
+    impostors: Option<[ListTexture; 2]>,
+    impostor_group: Option<BindGroup>,
     /// Half the diagonal of the scene.
     pub(super) radius: f32,
     /// Bytes written since the last frame.
@@ -67,7 +71,16 @@ impl Upload {
         let colour = TextureFormat::Rgba8UnormSrgb;
         let slots = scene.slot_count() as usize;
         let extent = scene.extent();
+        let impostors = &geometry.impostors;
+        let impostors = (!impostors.texels.is_empty()).then(|| {
+            [
+                texture("texels of impostors", TextureFormat::R32Uint, impostors.texels.len()),
+                texture("impostors", float, impostors.table.len()),
+            ]
+        });
         let mut new = Uploaded {
+            impostors,
+            impostor_group: None,
             instances: Instances::default(),
             chunks: geometry.chunks.iter().map(|c| Chunk::new(device, c)).collect(),
             transforms: texture("transforms", float, slots * TEXELS),
@@ -82,6 +95,12 @@ impl Upload {
             uploaded: 0,
         };
         new.uploaded += new.parts.write(queue, &new.geometry.parts);
+        if let Some([texels, table]) = &new.impostors {
+            new.uploaded += texels.write(queue, &new.geometry.impostors.texels);
+            new.uploaded += table.write(queue, &new.geometry.impostors.table);
+            // They lie on the device now.
+            new.geometry.impostors.texels = Vec::new();
+        }
         let bytes = |c: &Chunk| c.vertices.size() + c.indices.size();
         new.uploaded += new.chunks.iter().map(bytes).sum::<u64>();
         Ok(Self { new, grouping: Grouping::new(scene), next: 0 })
@@ -110,6 +129,25 @@ impl Upload {
 }
 
 impl Uploaded {
+    /// The impostors' textures, once they were [made ready](Self::prepare_impostors); `None` where there are none.
+    pub(super) fn impostors(&self) -> Option<&BindGroup> {
+        self.impostor_group.as_ref()
+    }
+
+    /// Makes ready what the shader of impostors needs, if there are any.
+    pub(super) fn prepare_impostors(&mut self, device: &Device, layout: &BindGroupLayout) {
+        if let (Some([texels, table]), None) = (&self.impostors, &self.impostor_group) {
+            let [texels, table] = [(3, &texels.view), (4, &table.view)].map(|(binding, view)| {
+                BindGroupEntry { binding, resource: BindingResource::TextureView(view) }
+            });
+            self.impostor_group = Some(device.create_bind_group(&BindGroupDescriptor {
+                label: Some("impostors"),
+                layout,
+                entries: &[texels, table],
+            }));
+        }
+    }
+
     /// Makes ready what shaders need that look at whole triangles, or at the normals of vertices.
     pub(super) fn prepare(
         &mut self,

@@ -1,9 +1,10 @@
 //! The clicked instance, and the study of it.
 
-use cullet::{Explanation, Handle, View};
+use cullet::{Explanation, Handle, Reason, View};
 
 use super::Session;
 use crate::decide::{Request, pick};
+use crate::levels_alone::{is_dropped, ranges_of};
 use crate::outcodes::Coded;
 use crate::state::{By, GhostForm};
 use crate::study::{self, Cube, Seen};
@@ -32,9 +33,15 @@ impl Session {
         let visible = self.decision.as_ref().map(|d| &d.visible);
         let reason =
             |slot: u32| visible.and_then(|v| v.reasons.get(slot as usize).copied().flatten());
+        let is_ghost = |slot: u32, reason: Reason| {
+            is_dropped(scene, slot, reason) && !self.hides(reason.stage.name())
+        };
+        // What stands for others has a reason only where it stands for none.
+        let stands = |slot: u32| visible.is_some_and(|v| !ranges_of(v, slot).is_empty());
         let shown = |slot: u32| match reason(slot) {
+            _ if scene.is_stand_in(slot) => self.state.stages.on && stands(slot),
             Some(reason) => {
-                self.state.ghosts.form == GhostForm::Solid && !self.hides(reason.stage.name())
+                self.state.ghosts.form == GhostForm::Solid && is_ghost(slot, reason)
                     || !self.state.stages.on
             }
             None => true,
@@ -42,7 +49,7 @@ impl Session {
         let boxed = self.state.ghosts.form == GhostForm::Boxes;
         let hit = pick(scene, &ray, shown).or_else(|| {
             // Outlines are clicked where nothing that is drawn lies on the way.
-            let ghost = |s: u32| boxed && reason(s).is_some_and(|r| !self.hides(r.stage.name()));
+            let ghost = |s: u32| boxed && reason(s).is_some_and(|r| is_ghost(s, r));
             pick(scene, &ray, ghost)
         });
         let found = hit.and_then(|hit| Some((scene.handle(hit.slot)?, hit.triangle)));

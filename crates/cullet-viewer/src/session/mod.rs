@@ -3,6 +3,7 @@
 
 mod cameras;
 mod cells;
+mod fading;
 mod inspecting;
 mod jobs;
 mod opening;
@@ -17,7 +18,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use cullet::view::EyeBall;
-use cullet::{Backface, CullFace, View};
+use cullet::{Backface, CullFace, View, Visible};
 use eframe::egui;
 
 use crate::audit::Audit;
@@ -28,6 +29,7 @@ use crate::chooser::Chooser;
 use crate::cost::Measured;
 use crate::cutaway::Cutting;
 use crate::decide::{Decider, Decision, Request};
+use crate::fades::Fades;
 use crate::inbox::Inbox;
 use crate::journey::Journey;
 use crate::link;
@@ -145,6 +147,10 @@ pub struct Session {
     ball: Option<EyeBall>,
     /// What popped with the last decision, where that is shown.
     pub pops: Pops,
+    /// What fades from one level of detail to the next.
+    pub fades: Fades,
+    /// What levels alone draw in the view of the decision, where they fade.
+    alone: Option<Box<Visible>>,
     /// The camera as it was last fitted, and to a pane of which size.
     fitted: Option<(Rig, [u32; 2])>,
     /// How the last scene was shown at first.
@@ -204,6 +210,8 @@ impl Session {
             requests: 0,
             ball: None,
             pops: Pops::default(),
+            fades: Fades::default(),
+            alone: None,
             fitted: None,
             manner: None,
             refit: false,
@@ -259,6 +267,7 @@ impl Session {
             && self.report.is_none()
             && !self.cells.is_baking()
             && self.saving.is_none()
+            && self.fades.is_empty()
             && !self.uploading
             && (self.world.is_none() || decided.is_some() && decided == wanted)
             // A view that moved after the request went out is requested with the next picture.
@@ -297,6 +306,7 @@ impl Session {
             let trouble = self.journey.advance(dt, rig);
             trouble.into_iter().for_each(|t| self.tell(t, true));
         }
+        self.fade(dt);
         self.fit_again();
         self.beside();
         self.request();
@@ -431,6 +441,7 @@ impl Session {
         // The inspected instance is explained for the new view.
         let handle = self.inspected.as_ref().map(|i| (i.handle, i.triangle));
         self.follow_pops(&decision);
+        self.follow_fades(&decision);
         if let Some(before) = self.decision.replace(decision) {
             self.decider.give_back(before.visible);
         }

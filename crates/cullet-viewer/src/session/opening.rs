@@ -165,6 +165,7 @@ impl Session {
         self.next = None;
         self.cutting = Cutting::default();
         self.decision = None;
+        self.end_fades();
         self.history.clear();
         self.inspected = None;
         self.truth = Truth::None;

@@ -38,6 +38,10 @@ pub struct Stages {
     pub lod_steady: bool,
     /// The radius of that ball, as a share of the distance from what the camera turns around.
     pub lod_ball: f64,
+    /// How many seconds the levels of an instance take to fade into those that follow; 0 has them change at once.
+    pub lod_fade: f64,
+    /// Whether impostors are among the levels; see [`Lod::impostors`].
+    pub lod_impostors: bool,
     /// Whether occluded instances and clusters are culled; see [`Culler::occlusion`].
     pub occlusion: bool,
     /// See [`Occlusion::width`].
@@ -75,6 +79,8 @@ impl Stages {
             lod_triangles: culler.lod.and_then(|lod| lod.triangles).unwrap_or(0),
             lod_steady: false,
             lod_ball: 0.05,
+            lod_fade: 0.0,
+            lod_impostors: culler.lod.is_none_or(|lod| lod.impostors),
             occlusion: culler.occlusion.is_some(),
             occlusion_width: occlusion.width,
             occlusion_budget: occlusion.budget,
@@ -141,6 +147,7 @@ impl Stages {
                 pixels: self.lod_px,
                 at_corners: self.lod_corners,
                 triangles: (self.lod_triangles > 0).then_some(self.lod_triangles),
+                impostors: self.lod_impostors,
                 ..Lod::default()
             }),
             occlusion: (on && self.occlusion).then_some(Occlusion {

@@ -142,7 +142,10 @@ fn legend(ui: &mut egui::Ui, session: &mut Session) {
     let mut kept = 0;
     if let Some(decision) = &session.decision {
         kept = decision.visible.instance_count;
-        for reason in decision.visible.reasons.iter().flatten() {
+        let scene = &decision.request.world.model.scene;
+        // What would stand for others is none of the instances.
+        let reasons = (0..).zip(&decision.visible.reasons).filter(|(s, _)| !scene.is_stand_in(*s));
+        for reason in reasons.filter_map(|(_, reason)| *reason) {
             counts[reason.stage as usize - 1] += 1;
         }
     }

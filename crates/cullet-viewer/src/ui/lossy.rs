@@ -1,15 +1,21 @@
 //! The switches of what may change the picture: small instances, and levels of detail.
 
+use cullet::DrawRange;
 use cullet::cull::detail::Measure;
 use eframe::egui;
 
 use super::words::{choices, switch};
+use crate::numbers::grouped;
 use crate::session::Session;
 use crate::state::{Colour, Stages};
 
 /// What these switches say of the session.
 pub(super) struct Found {
     has_levels: bool,
+    /// How many impostors are drawn, where the scene has any.
+    impostors: Option<usize>,
+    /// How many instances fade from one level to the next.
+    fading: usize,
     /// By how many pixels what is drawn may be off.
     decided: Option<f64>,
     pops: Option<String>,
@@ -17,13 +23,20 @@ pub(super) struct Found {
 
 impl Found {
     pub(super) fn of(session: &Session) -> Self {
-        let has_levels = session.world.as_ref().is_some_and(|world| {
-            let scene = &world.model.scene;
-            (0..scene.meshes().len() as u32).any(|mesh| !scene.levels(mesh).is_empty())
-        });
+        let scene = session.world.as_ref().map(|world| &world.model.scene);
+        let levels = || {
+            let meshes = scene.map_or(0, |scene| scene.meshes().len() as u32);
+            (0..meshes).flat_map(|mesh| scene.map_or(&[][..], |scene| scene.levels(mesh)))
+        };
+        let drawn = session.decision.as_ref().map_or(&[][..], |d| &d.visible.partial);
+        let is_impostor =
+            |r: &&DrawRange| scene.is_some_and(|s| s.impostor(r.slot, r.level).is_some());
+        let has_impostors = levels().any(|l| l.impostor.is_some());
         let shows_pops = session.state.look.colour == Colour::Pops;
         Self {
-            has_levels,
+            has_levels: levels().next().is_some(),
+            impostors: has_impostors.then(|| drawn.iter().filter(is_impostor).count()),
+            fading: session.fades.len(),
             decided: session.decision.as_ref().and_then(|d| d.visible.lod_pixels),
             pops: shows_pops.then(|| session.pops.text()),
         }
@@ -73,7 +86,11 @@ fn detail(ui: &mut egui::Ui, s: &mut Stages) {
 /// Levels of detail, if the scene has any.
 fn levels(ui: &mut egui::Ui, s: &mut Stages, found: &Found) {
     if !found.has_levels {
-        let about = "cullet bake model.glb -o baked.glb writes a file that has them; open that";
+        let about = if cfg!(target_arch = "wasm32") {
+            "A page reads none: cullet view baked.glb shows those of a file that cullet bake wrote"
+        } else {
+            "cullet bake model.glb -o baked.glb writes a file that has them; open that"
+        };
         ui.weak("no levels of detail").on_hover_text(about);
         return;
     }
@@ -106,6 +123,25 @@ fn levels(ui: &mut egui::Ui, s: &mut Stages, found: &Found) {
             let most = egui::DragValue::new(&mut s.lod_triangles).range(0..=u64::MAX).speed(1000.0);
             ui.add_enabled(on, most.suffix(" triangles"));
         });
+        ui.horizontal(|ui| {
+            let about = "Levels fade into those that follow: for a while both are drawn, each in the pixels that the other leaves";
+            let mut on = s.lod_fade > 0.0;
+            if switch(ui, &mut on, "fade", about) {
+                s.lod_fade = if on { 0.3 } else { 0.0 };
+            }
+            let time = egui::DragValue::new(&mut s.lod_fade).range(0.0..=60.0).speed(0.01);
+            ui.add_enabled(on, time.suffix(" s"));
+            if found.fading > 0 {
+                ui.weak(format!("{} now", grouped(found.fading as u64)));
+            }
+        });
+        if let Some(drawn) = found.impostors {
+            ui.horizontal(|ui| {
+                let about = "Pictures of a mesh from all around in its place, where it is small enough. Off: its other levels. The wipe (3) has the originals beside";
+                switch(ui, &mut s.lod_impostors, "impostors", about);
+                ui.weak(format!("{} drawn", grouped(drawn as u64)));
+            });
+        }
         if let Some(pixels) = found.decided {
             ui.weak(format!("drawn within {pixels:.2} px of the original"));
         }

@@ -9,6 +9,7 @@ use eframe::egui::{self, mutex::Mutex};
 use glam::DVec3;
 
 use super::tour;
+use crate::levels_alone::is_dropped;
 use crate::session::Session;
 use crate::task::{clock, until};
 
@@ -154,8 +155,11 @@ impl Painting {
         let count = scene.slot_count();
         while self.slot < count && clock() < until {
             let end = (self.slot + BATCH).min(count);
-            for slot in (self.slot..end).filter(|&s| !scene.is_removed(s)) {
-                self.dot(scene, slot, reasons.get(slot as usize).copied().flatten());
+            for slot in (self.slot..end).filter(|&s| !scene.is_removed(s) && !scene.is_stand_in(s))
+            {
+                let reason = reasons.get(slot as usize).copied().flatten();
+                // What others stand for is drawn in them.
+                self.dot(scene, slot, reason.filter(|r| is_dropped(scene, slot, *r)));
             }
             self.slot = end;
         }

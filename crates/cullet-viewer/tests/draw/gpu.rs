@@ -107,6 +107,7 @@ pub(crate) fn pane(view: &View, style: Style) -> Pane<'_> {
         view,
         visible: None,
         style,
+        over: false,
         lines: &[],
         overlay: &[],
         ghosts: &[],

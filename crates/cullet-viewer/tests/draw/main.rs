@@ -1,6 +1,7 @@
 //! The renderer on a device without a window: culling changes no pixel, and every style shows what it says.
 
 mod gpu;
+mod impostors;
 mod speed;
 
 use cullet::{

@@ -22,12 +22,15 @@ pub struct Lod {
     pub triangles: Option<u64>,
     /// Whether instances that [stand for others](crate::Scene::stand_for) are drawn in their place. Default on.
     pub stand_ins: bool,
+    /// Whether [impostors](crate::Scene::add_impostor) are chosen among the levels: off for a renderer that would draw their
+    /// boxes, and to see what they save. Default on.
+    pub impostors: bool,
 }
 
 impl Default for Lod {
     /// A pixel at the centre of the image.
     fn default() -> Self {
-        Self { pixels: 1.0, at_corners: false, triangles: None, stand_ins: true }
+        Self { pixels: 1.0, at_corners: false, triangles: None, stand_ins: true, impostors: true }
     }
 }
 

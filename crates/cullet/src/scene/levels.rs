@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{MeshId, Scene};
-use crate::lod::{Impostor, ImpostorError, Levels, LevelsError, NO_GROUP, box_triangles};
+use crate::lod::{Impostor, ImpostorError, Levels, LevelsError, Lod, NO_GROUP, box_triangles};
 use crate::mesh::{Alpha, Mesh, MeshData, Part};
 
 /// Levels of a mesh, and the mesh of the scene that holds their triangles.
@@ -15,6 +15,13 @@ pub struct MeshLevels {
     pub levels: Levels,
     /// Where the mesh is no more than the box of an impostor: what is to be drawn in it.
     pub impostor: Option<Arc<Impostor>>,
+}
+
+impl MeshLevels {
+    /// Whether they may be chosen with these settings.
+    pub(crate) fn is_used(&self, lod: &Lod) -> bool {
+        lod.impostors || self.impostor.is_none()
+    }
 }
 
 impl Scene {

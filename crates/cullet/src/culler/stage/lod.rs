@@ -103,7 +103,7 @@ fn within_budget(
             budget.add(
                 by,
                 [whole.triangles, whole.clusters],
-                levels.iter().map(|l| &l.levels),
+                levels.iter().filter(|l| l.is_used(lod)).map(|l| &l.levels),
                 &eye,
             );
         }
@@ -113,7 +113,8 @@ fn within_budget(
             let slot = stand_in.slot;
             let levels = if stand_in.off { &[] } else { scene.levels(scene.mesh_id(slot)) };
             let eye = || LevelEye::new(&finest, scale, scene.transform(slot), frame.seen_by.eyes);
-            budget.stand_in(number, stand_in.above, levels.iter().map(|l| &l.levels), eye);
+            let levels = levels.iter().filter(|l| l.is_used(lod)).map(|l| &l.levels);
+            budget.stand_in(number, stand_in.above, levels, eye);
         }
     }
     // In full where that was asked for, or nothing that means anything, and it is not too much.
@@ -140,7 +141,7 @@ fn replace(
     let eye = LevelEye::new(lod, scale, scene.transform(slot), frame.seen_by.eyes);
     let mut least = whole.counts;
     let mut found = None;
-    for (at, levels) in all.iter().enumerate() {
+    for (number, levels) in (1..).zip(all).filter(|(_, l)| l.is_used(lod)) {
         let is_drawn = levels.levels.select(frame.culler.level, &eye, &mut cache.selection);
         let counts = counts_of(&cache.selection);
         // The levels may be cut into smaller clusters than the mesh.
@@ -148,7 +149,7 @@ fn replace(
             && counts.triangles < least.triangles
             && counts.clusters <= whole.counts.clusters
         {
-            (least, found) = (counts, Some((at as u32 + 1, levels.mesh)));
+            (least, found) = (counts, Some((number, levels.mesh)));
             std::mem::swap(&mut cache.selection, &mut cache.best);
         }
     }

@@ -84,7 +84,8 @@ impl Cache {
             let eye = LevelEye::new(lod, scale, scene.transform(stand_in.slot), frame.seen_by.eyes);
             let own = &mut self.of[number as usize];
             let most = own.left.counts;
-            for (level, levels) in (1..).zip(scene.levels(scene.mesh_id(stand_in.slot))) {
+            let all = scene.levels(scene.mesh_id(stand_in.slot));
+            for (level, levels) in (1..).zip(all).filter(|(_, l)| l.is_used(lod)) {
                 let is_there = levels.levels.select(frame.culler.level, &eye, &mut self.selection);
                 let triangles = self.selection.triangle_count();
                 if is_there
