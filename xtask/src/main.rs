@@ -10,6 +10,7 @@ mod figures;
 mod graphics;
 mod peers_occlusion;
 mod pictures;
+mod readers;
 mod release;
 mod rooms;
 mod runner;

@@ -6,6 +6,7 @@ use crate::checked;
 use crate::compiler::{Compiler, words};
 use crate::graphics;
 use crate::pictures;
+use crate::readers;
 use crate::release;
 use crate::rooms;
 use crate::runner::{self, End, Ended, Skip, Step, all};
@@ -30,6 +31,7 @@ const STEPS: &[Step] = &[
     Step { name: "build", run: checked::build },
     Step { name: "tests", run: checked::tests },
     Step { name: "examples", run: checked::examples },
+    Step { name: "readers", run: readers::test },
     Step { name: "web", run: web::test },
 ];
 

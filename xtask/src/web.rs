@@ -104,7 +104,7 @@ fn compile() -> Result<PathBuf, String> {
     Ok(folder.join(TARGET).join("web/cullet_viewer.wasm"))
 }
 
-/// Packages that the page's tests need beside the browser.
+/// Packages that tests in JavaScript need.
 const NODE: &[&str] = &["nodejs", "npm"];
 /// Playwright's oldest.
 const OLDEST_NODE: u32 = 20;
@@ -153,23 +153,16 @@ fn in_browser(script: &str, what: &str) -> Result<Result<Command, Skip>, String>
     }
     build()?;
     let serve = checked::program("cullet-serve")?;
-    let tests = root().join(SOURCES).join("tests");
-    let mut fetch = command("npm", &["ci", "--no-audit", "--no-fund"]);
-    fetch.current_dir(&tests);
-    run(fetch)?;
-    let mut node = command("node", &[script]);
-    node.env("CHROMIUM", browser).current_dir(&tests).args([serve, page()]);
-    Ok(Ok(node))
+    let node = self::script(&format!("{SOURCES}/tests"), script, what)?;
+    Ok(node.map(|mut node| {
+        node.env("CHROMIUM", browser).args([serve, page()]);
+        node
+    }))
 }
 
 /// Installs what is missing of node, the browser and the compiler.
 fn prepare(browser: &str) -> Done {
-    if !has_node() {
-        install(NODE)?;
-        if !has_node() {
-            return Err(format!("needed: npm, and node of version {OLDEST_NODE} or newer"));
-        }
-    }
+    need_node()?;
     if !Path::new(browser).is_file() {
         if browser != BROWSER {
             return Err(format!("{browser}: there is no such browser; it is what CHROMIUM says"));
@@ -177,6 +170,38 @@ fn prepare(browser: &str) -> Done {
         install(&["chromium"])?;
     }
     Compiler::get(TARGET).map(|_| ())
+}
+
+/// Installs node and npm where they are missing.
+fn need_node() -> Done {
+    if !has_node() {
+        install(NODE)?;
+        if !has_node() {
+            return Err(format!("needed: npm, and node of version {OLDEST_NODE} or newer"));
+        }
+    }
+    Ok(())
+}
+
+/// A script in a folder of the repository whose packages npm has fetched, of the versions that its list names; or what is
+/// skipped where node is missing, which in CI is installed.
+pub(crate) fn script(
+    folder: &str,
+    script: &str,
+    what: &str,
+) -> Result<Result<Command, Skip>, String> {
+    if is_ci() {
+        need_node()?;
+    } else if !has_node() {
+        return Ok(Err(Skip::new(what, install_words(NODE))));
+    }
+    let folder = root().join(folder);
+    let mut fetch = command("npm", &["ci", "--no-audit", "--no-fund"]);
+    fetch.current_dir(&folder);
+    run(fetch)?;
+    let mut node = command("node", &[script]);
+    node.current_dir(folder);
+    Ok(Ok(node))
 }
 
 fn has_node() -> bool {

@@ -1,16 +1,45 @@
-//! Hashes of bytes and graphs.
+//! Hashes of bytes, of words and of graphs.
 
 use cullet::cell::CellGraph;
 
+/// The golden ratio, as a step that meets all words.
+const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
+
+/// A hash that grows word by word.
+pub(crate) struct Sum(u64);
+
+impl Sum {
+    /// Of something of a length that tells it from what only begins like it.
+    pub(crate) fn new(length: u64) -> Self {
+        Self(STEP ^ length)
+    }
+
+    #[inline]
+    pub(crate) fn add(&mut self, word: u64) {
+        self.0 = mix(self.0 ^ word).wrapping_add(STEP);
+    }
+
+    /// How many words there are, and then each.
+    #[cfg(feature = "meshopt")]
+    pub(crate) fn add_all(&mut self, words: impl ExactSizeIterator<Item = u64>) {
+        self.add(words.len() as u64);
+        words.for_each(|word| self.add(word));
+    }
+
+    pub(crate) fn end(self) -> u64 {
+        mix(self.0)
+    }
+}
+
 /// Hash of bytes, the same on every machine: no secret, but no accident keeps it.
 pub(crate) fn hash(bytes: &[u8]) -> u64 {
-    let mut state = 0x9e37_79b9_7f4a_7c15 ^ bytes.len() as u64;
+    let mut sum = Sum::new(bytes.len() as u64);
     for chunk in bytes.chunks(8) {
         let mut word = [0; 8];
         word[..chunk.len()].copy_from_slice(chunk);
-        state = mix(state ^ u64::from_le_bytes(word)).wrapping_add(0x9e37_79b9_7f4a_7c15);
+        sum.add(u64::from_le_bytes(word));
     }
-    mix(state)
+    sum.end()
 }
 
 /// Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014.

@@ -1,10 +1,16 @@
 //! Merged groups of instances, measured without what made them.
 #![cfg(feature = "meshopt")]
 
+use std::collections::HashMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use cullet::mesh::Part;
 use cullet::{Culler, Instance, Mesh, MeshData, Output, Scene, Stage, Transform};
 use cullet_bake::levels::{ChainOptions, LevelsError, NO_GROUP, build_chain, deviation};
-use cullet_bake::merged::{Member, MergeOptions, MergedGroup, add_to_scene, merge};
+use cullet_bake::merged::{
+    Keep, Member, MergeInput, MergeOptions, MergedGroup, MeshAttributes, add_to_scene,
+};
 use cullet_testkit::views::look;
 use cullet_testkit::{Rng, answers::cull, cases, soups};
 
@@ -44,6 +50,15 @@ fn village(rng: &mut Rng) -> Scene {
     scene.rebase([1e4, 0.0, 0.0]);
     scene.commit();
     scene
+}
+
+/// Of a scene alone: no attributes, nothing kept.
+fn merge(
+    scene: &Scene,
+    options: &MergeOptions,
+    go_on: impl Fn(f64) -> bool + Sync,
+) -> Result<Option<Vec<MergedGroup>>, LevelsError> {
+    cullet_bake::merged::merge(scene, &MergeInput::default(), options, go_on)
 }
 
 /// The instances below a group.
@@ -147,6 +162,136 @@ fn groups_are_the_same_on_any_number_of_threads_and_can_be_stopped() {
     assert_eq!(merge(&scene, &options, |_| true).unwrap(), one);
     assert_eq!(merge(&scene, &options, |share| share < 0.3).unwrap(), None);
     assert_eq!(merge(&Scene::new(), &options, |_| true).unwrap(), Some(Vec::new()));
+}
+
+/// Keeps in memory.
+#[derive(Default)]
+struct Shelf {
+    kept: Mutex<HashMap<u64, Vec<u8>>>,
+    read: AtomicUsize,
+}
+
+impl Keep for Shelf {
+    fn read(&self, key: u64) -> Option<Vec<u8>> {
+        let found = self.kept.lock().unwrap().get(&key).cloned();
+        self.read.fetch_add(usize::from(found.is_some()), Ordering::Relaxed);
+        found
+    }
+
+    fn write(&self, key: u64, bytes: &[u8]) {
+        self.kept.lock().unwrap().insert(key, bytes.to_vec());
+    }
+}
+
+#[test]
+fn what_was_stopped_goes_on_from_what_is_kept() {
+    let mut scene = village(&mut Rng(3));
+    let shelf = Shelf::default();
+    let options = MergeOptions::default();
+    let kept = |scene: &Scene, options: &MergeOptions, go_on: &(dyn Fn(f64) -> bool + Sync)| {
+        shelf.read.store(0, Ordering::Relaxed);
+        let input = MergeInput { keep: Some(&shelf), ..MergeInput::default() };
+        let made = cullet_bake::merged::merge(scene, &input, options, go_on).unwrap();
+        (made, shelf.read.load(Ordering::Relaxed))
+    };
+    let count = || shelf.kept.lock().unwrap().len();
+    let whole = merge(&scene, &options, |_| true).unwrap();
+    assert_eq!(kept(&scene, &options, &|share| share < 0.3), (None, 0));
+    let before = count();
+    assert!(before > 0);
+    assert_eq!(kept(&scene, &options, &|_| true), (whole.clone(), before));
+    let all = count();
+    assert!(all > before);
+    assert_eq!(kept(&scene, &options, &|_| true), (whole.clone(), all));
+    // What is damaged is made again.
+    for bytes in shelf.kept.lock().unwrap().values_mut() {
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+    }
+    assert_eq!(kept(&scene, &options, &|_| true).0, whole);
+    // Options, the place of one instance and attributes are all in the keys.
+    let mut coarser = options;
+    coarser.first = 1.0 / 400.0;
+    assert_eq!(kept(&scene, &coarser, &|_| true).1, 0);
+    let slot = below(&whole.unwrap(), 0)[0];
+    let (handle, m) = (scene.handle(slot).unwrap(), scene.transform(slot).to_matrix());
+    let moved = Transform::from_translation([m[12], m[13] + 0.25, m[14]]);
+    scene.set_transform(handle, moved).unwrap();
+    scene.commit();
+    let (made, found) = kept(&scene, &options, &|_| true);
+    assert_eq!(made, merge(&scene, &options, |_| true).unwrap());
+    assert!(found < all, "{found} of {all}");
+    assert!(kept(&scene, &options, &|_| true).1 > found);
+    let colors = vec![[0.5; 4]; scene.meshes()[0].positions().len()];
+    let own = MeshAttributes { colors: &colors, ..MeshAttributes::default() };
+    let input = MergeInput { attributes: &[own], keep: Some(&shelf) };
+    shelf.read.store(0, Ordering::Relaxed);
+    cullet_bake::merged::merge(&scene, &input, &options, |_| true).unwrap();
+    assert_eq!(shelf.read.load(Ordering::Relaxed), 0);
+}
+
+/// A wall of square plates side by side, each in its own place of one picture: in its u are the halves of the plate, which
+/// makes a seam in its middle.
+fn plates() -> (Scene, Vec<[f32; 2]>) {
+    const ACROSS: u32 = 8;
+    let (mut positions, mut uvs, mut indices) = (Vec::new(), Vec::new(), Vec::new());
+    for half in 0..2 {
+        for y in 0..=ACROSS {
+            for x in 0..=ACROSS / 2 {
+                let [x, y] = [x + half * ACROSS / 2, y].map(|v| v as f32 / ACROSS as f32);
+                positions.push([x, y, 0.0]);
+                uvs.push([x + half as f32 * 2.0, y + 1.0]);
+            }
+        }
+        let row = ACROSS / 2 + 1;
+        for y in 0..ACROSS {
+            for x in 0..ACROSS / 2 {
+                let a = half * row * (ACROSS + 1) + y * row + x;
+                indices.extend([a, a + 1, a + row + 1, a, a + row + 1, a + row]);
+            }
+        }
+    }
+    let mut scene = Scene::new();
+    let mesh =
+        scene.add_mesh(Mesh::new(MeshData { positions, indices, ..MeshData::default() }).unwrap());
+    for at in 0..144 {
+        let place = [f64::from(at % 12), f64::from(at / 12), 0.0];
+        scene.add(Instance::new(mesh, Transform::from_translation(place))).unwrap();
+    }
+    scene.commit();
+    (scene, uvs)
+}
+
+#[test]
+fn groups_keep_texture_coordinates_and_their_seams() {
+    let (scene, uvs) = plates();
+    let colors = vec![[1.0; 4]; uvs.len()];
+    let attributes = [MeshAttributes { uvs: &uvs, colors: &colors }];
+    let input = MergeInput { attributes: &attributes, keep: None };
+    let options = MergeOptions::default();
+    let groups = cullet_bake::merged::merge(&scene, &input, &options, |_| true).unwrap().unwrap();
+    let plain = merge(&scene, &options, |_| true).unwrap().unwrap();
+    assert!(!groups.is_empty() && plain.iter().all(|g| g.uvs.is_empty() && g.colors.is_empty()));
+    for group in &groups {
+        let mesh = &group.levels.mesh;
+        assert_eq!(group.uvs.len(), mesh.positions.len());
+        assert!(group.colors.is_empty(), "white is no colour");
+        // Every triangle is of one half of one plate: its texture coordinates go with its places.
+        for t in mesh.indices.as_chunks::<3>().0 {
+            let offsets = t.map(|v| {
+                let (p, uv) = (mesh.positions[v as usize], group.uvs[v as usize]);
+                let x = f64::from(p[0]) + group.origin[0] - f64::from(uv[0]);
+                let y = f64::from(p[1]) + group.origin[1] - f64::from(uv[1]);
+                [x.round() as i32, y.round() as i32]
+            });
+            assert!(offsets[0] == offsets[1] && offsets[1] == offsets[2], "{offsets:?}");
+        }
+    }
+    // Seams cost triangles: of a plane without any nearly nothing is left.
+    let least = |groups: &[MergedGroup]| {
+        groups.iter().map(|g| g.levels.mesh.indices.len()).min().unwrap_or(0)
+    };
+    assert!(least(&plain) < least(&groups), "{} {}", least(&plain), least(&groups));
 }
 
 #[test]

@@ -168,6 +168,56 @@ fn what_is_killed_leaves_the_file_before_and_goes_on_from_there() {
     assert!(bytes(&out) == whole);
 }
 
+/// Forty bumpy balls that touch, whose groups take most of the time, and one far away.
+fn row() -> Model {
+    let mut scene = Scene::new();
+    let (positions, indices) = soups::bumpy_ball(12, 0.1);
+    let data = MeshData { positions, indices, ..MeshData::default() };
+    let mesh = scene.add_mesh(Mesh::new(data).unwrap());
+    for at in 0..41 {
+        let far = if at == 40 { 50.0 } else { 0.0 };
+        let place = [f64::from(at % 8) * 1.9 + far, 0.0, f64::from(at / 8) * 1.9];
+        scene.add(Instance::new(mesh, Transform::from_translation(place))).unwrap();
+    }
+    scene.sort();
+    Model { name: "row".into(), scene, mesh_names: vec!["ball".into()], ..Model::default() }
+}
+
+#[test]
+fn what_is_killed_between_merged_groups_goes_on_with_the_next() {
+    let folder = Folder::new("groups");
+    let [plain, whole, out, kept] =
+        ["plain.glb", "whole.glb", "out.glb", "kept"].map(|name| folder.path(name));
+    save(&row(), Path::new(&plain)).unwrap();
+    let record = figures(&[&plain, "-o", &whole, "--merge", "--threads", "1"]);
+    assert!(record["merged_groups"].as_u64().unwrap() > 1, "{record}");
+    let args = ["--merge", "--threads", "1", "--quiet", "--resume", "--chunks"];
+    let args = [&[plain.as_str(), "-o", &out][..], &args, &[&kept]].concat();
+    let mut child =
+        Command::new(env!("CARGO_BIN_EXE_cullet-baker")).arg("bake").args(&args).spawn().unwrap();
+    let groups = || {
+        let files = std::fs::read_dir(&kept).into_iter().flatten().flatten();
+        files.filter(|f| f.path().extension().is_some_and(|e| e == "group")).count()
+    };
+    // Killed as soon as one group is there; should it be faster than that, all of them are.
+    while groups() == 0 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    let _ = child.kill();
+    child.wait().unwrap();
+    let (before, files) = (groups(), std::fs::read_dir(&kept).unwrap().count());
+    assert!(before > 0 && files > before, "levels come before groups");
+    let resumed = figures(&args)["resumed"].as_u64().unwrap();
+    assert!(resumed as usize >= before, "{resumed} of {before} groups");
+    assert!(bytes(&out) == bytes(&whole));
+    let all = groups() as u64;
+    assert!(figures(&args)["resumed"].as_u64().unwrap() > all, "and the levels too");
+    assert!(bytes(&out) == bytes(&whole));
+    // Without --resume nothing that is there counts, though it is kept anew.
+    let fresh = [&args[..args.len() - 3], &["--chunks", &kept]].concat();
+    assert_eq!(figures(&fresh)["resumed"], 0);
+}
+
 #[test]
 fn occluders_are_those_that_are_made_of_each_mesh() {
     let folder = Folder::new("occluders");

@@ -59,8 +59,18 @@ fn impostors_are_made_where_they_pay_and_are_the_same_with_any_threads() {
         &sheets,
     ]);
     assert_eq!((&record["impostors"], &record["impostors_bytes"]), (&1.into(), &83_008.into()));
-    figures(&[&plain, "-o", &again, "--threads", "2", "--impostors"]);
-    assert!(std::fs::read(&out).unwrap() == std::fs::read(&again).unwrap(), "two threads");
+    let kept = folder.path("kept");
+    let resumed = || {
+        let args = [&plain, "-o", &again, "--threads", "2", "--impostors", "--resume"];
+        let record = figures(&[&args[..], &["--chunks", &kept]].concat());
+        assert!(std::fs::read(&out).unwrap() == std::fs::read(&again).unwrap(), "two threads");
+        record["resumed"].as_u64().unwrap()
+    };
+    assert_eq!(resumed(), 0);
+    let files = std::fs::read_dir(&kept).unwrap().map(|f| f.unwrap().path());
+    let impostors = files.filter(|f| f.extension().is_some_and(|e| e == "impostor")).count();
+    assert_eq!(impostors, 1);
+    assert_eq!(resumed(), std::fs::read_dir(&kept).unwrap().count() as u64);
 
     let options = LoadOptions { impostors: true, ..LoadOptions::default() };
     let back = load(Path::new(&out), &options).unwrap();

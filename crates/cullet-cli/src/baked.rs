@@ -27,6 +27,26 @@ pub(crate) struct BakedRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     problem: Option<String>,
     meshes: Vec<BakedMeshRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    groups: Option<GroupsRecord>,
+    /// Why merged groups are left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    groups_problem: Option<String>,
+}
+
+/// Merged groups of instances.
+#[derive(Debug, Serialize)]
+struct GroupsRecord {
+    groups: u64,
+    /// Instances that one of them stands for.
+    instances: u64,
+    triangles: u64,
+    /// How many groups have texture coordinates, and how many colours.
+    with_uvs: u64,
+    with_colors: u64,
+    /// Least and largest error, in units of the scene.
+    errors: [f32; 2],
+    measured: MeasuredRecord,
 }
 
 impl BakedRecord {
@@ -52,6 +72,19 @@ struct BakedMeshRecord {
     levels: Vec<LevelsRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
     occluders: Option<OccludersRecord>,
+    /// Of a file as it lies; of a scene it is among the levels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    impostor: Option<ImpostorRecord>,
+}
+
+/// Pictures of a mesh from all around.
+#[derive(Debug, Serialize)]
+struct ImpostorRecord {
+    grid: u32,
+    texels: u32,
+    bytes: u64,
+    error: f32,
+    directions: u32,
 }
 
 /// What hides what is behind a mesh.
@@ -111,7 +144,66 @@ pub(crate) fn record(model: &Model) -> Option<BakedRecord> {
         problem: baked.problem.as_ref().map(ToString::to_string),
         problems: meshes.iter().filter(|m| !m.intact).count() as u64,
         meshes,
+        groups: groups_of(model),
+        groups_problem: None,
     })
+}
+
+/// The merged groups of a scene.
+fn groups_of(model: &Model) -> Option<GroupsRecord> {
+    let (scene, of) = (&model.scene, model.baked.as_ref()?.stand_ins?);
+    let mut sums = GroupsRecord::new(&of);
+    for slot in scene.stand_in_slots() {
+        let mesh = scene.mesh_id(slot);
+        let Some(levels) = scene.levels(mesh).first() else { continue };
+        let own = &levels.levels;
+        let attributes = model.attributes.get(mesh as usize);
+        sums.add(
+            (0..own.group_count()).map(|g| own.group(g).error),
+            scene.mesh(slot).triangle_count().into(),
+            attributes.map_or([false; 2], |a| [!a.uvs.is_empty(), !a.colors.is_empty()]),
+        );
+    }
+    let instances = scene.slots().filter(|&slot| scene.stand_in_of(slot).is_some());
+    sums.instances = instances.count() as u64;
+    (sums.groups > 0).then_some(sums)
+}
+
+/// Those of a file as it lies.
+fn groups_of_file(file: &BakedFile, check: bool) -> Result<Option<GroupsRecord>, BakedError> {
+    let all = file.groups()?;
+    let Some(of) = file.groups_measured() else { return Ok(None) };
+    if check {
+        file.check_groups()?;
+    }
+    let mut sums = GroupsRecord::new(&of);
+    for (number, group) in all.iter().enumerate() {
+        let slices = file.group_unchecked(number)?;
+        sums.add(
+            slices.levels.groups.iter().map(|row| row[4]),
+            slices.levels.indices.len() as u64,
+            [!slices.uvs.is_empty(), !slices.colors.is_empty()],
+        );
+        sums.instances += group.instances.len() as u64;
+    }
+    Ok(Some(sums))
+}
+
+impl GroupsRecord {
+    fn new(of: &Measured) -> Self {
+        let (groups, instances, triangles) = (0, 0, 0);
+        let errors = [f32::INFINITY, 0.0];
+        let measured = measured(of);
+        Self { groups, instances, triangles, with_uvs: 0, with_colors: 0, errors, measured }
+    }
+
+    fn add(&mut self, errors: impl Iterator<Item = f32>, triangles: u64, has: [bool; 2]) {
+        self.groups += 1;
+        self.triangles += triangles;
+        self.with_uvs += u64::from(has[0]);
+        self.with_colors += u64::from(has[1]);
+        errors.for_each(|e| self.errors = [self.errors[0].min(e), self.errors[1].max(e)]);
+    }
 }
 
 fn mesh(model: &Model, of: &BakedMesh) -> BakedMeshRecord {
@@ -131,6 +223,7 @@ fn mesh(model: &Model, of: &BakedMesh) -> BakedMeshRecord {
             triangles: o.sheets.iter().map(|s| s.triangles.len() as u64).sum(),
             efficiency: o.efficiency,
         }),
+        impostor: None,
     }
 }
 
@@ -182,6 +275,10 @@ pub(crate) fn of_path(path: &Path, check: bool, schema: u32) -> Result<FileRecor
     let listed = (0..).zip(file.meshes());
     let meshes: Vec<BakedMeshRecord> =
         listed.map(|(at, mesh)| of_file(&file, at, mesh, check)).collect();
+    let (groups, problem) = match groups_of_file(&file, check) {
+        Ok(groups) => (groups, None),
+        Err(error) => (None, Some(error)),
+    };
     Ok(FileRecord {
         schema,
         file_bytes: file.bytes().len() as u64,
@@ -194,6 +291,8 @@ pub(crate) fn of_path(path: &Path, check: bool, schema: u32) -> Result<FileRecor
             problem: None,
             problems: meshes.iter().filter(|m| !m.intact).count() as u64,
             meshes,
+            groups,
+            groups_problem: problem.map(|error| error.to_string()),
         },
     })
 }
@@ -212,6 +311,27 @@ fn of_file(file: &BakedFile, at: usize, mesh: &ListedMesh, check: bool) -> Baked
             }
         }
     }
+    let (mut occluders, mut impostor) = (None, None);
+    if problem.is_none() {
+        match (file.occluders_unchecked(at), file.impostor_unchecked(at)) {
+            (Ok(found), Ok(own)) => {
+                occluders = found.map(|o| OccludersRecord {
+                    boxes: o.boxes.len() as u64,
+                    polygons: o.polygons.len() as u64,
+                    triangles: o.far().map(|s| u64::from(s[0])).sum(),
+                    efficiency: o.efficiency,
+                });
+                impostor = own.zip(mesh.impostor.as_ref()).map(|(own, listed)| ImpostorRecord {
+                    grid: own.grid,
+                    texels: own.texels,
+                    bytes: listed.table.bytes.len() as u64,
+                    error: own.error,
+                    directions: listed.measured.points,
+                });
+            }
+            (Err(error), _) | (_, Err(error)) => problem = Some(error),
+        }
+    }
     let name = match mesh.name.as_str() {
         "" => format!("mesh {}", mesh.number),
         name => name.to_owned(),
@@ -225,8 +345,8 @@ fn of_file(file: &BakedFile, at: usize, mesh: &ListedMesh, check: bool) -> Baked
         intact: problem.is_none(),
         problem: problem.as_ref().map(ToString::to_string),
         levels,
-        // Of them only who loads the file knows.
-        occluders: None,
+        occluders,
+        impostor,
     }
 }
 
@@ -331,6 +451,27 @@ pub(crate) fn print(baked: &BakedRecord, shown: usize, console: &Console) {
                 count(o.triangles, "triangle", "triangles"),
                 o.efficiency * 100.0
             ));
+        }
+        if let Some(i) = &m.impostor {
+            let seen = count(i.directions.into(), "direction", "directions");
+            let error = digits(i.error.into());
+            console.line(format!("    {:<10} off by {error}, as seen from {seen}", "impostor"));
+        }
+    }
+    if let Some(problem) = &baked.groups_problem {
+        console.line(format!("  merged groups are left out: {problem}"));
+    }
+    if let Some(g) = &baked.groups {
+        let [least, most] = g.errors.map(|e| digits(e.into()));
+        console.line(format!(
+            "  {} of {}: {} in all levels, off by {least} to {most}",
+            count(g.groups, "merged group", "merged groups"),
+            count(g.instances, "instance", "instances"),
+            count(g.triangles, "triangle", "triangles"),
+        ));
+        if g.with_uvs + g.with_colors > 0 {
+            let [uvs, colors] = [g.with_uvs, g.with_colors].map(grouped);
+            console.line(format!("    {uvs} with texture coordinates, {colors} with colours"));
         }
     }
 }

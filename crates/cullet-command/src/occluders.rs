@@ -42,17 +42,20 @@ pub fn of_meshes<M: Sync, T: Send>(
     Ok(all)
 }
 
+/// A struct of the same fields as those of another.
+macro_rules! alike {
+    ($to:ident of $from:expr; $($field:ident),+) => {{
+        let from = $from;
+        $to { $($field: from.$field.clone()),+ }
+    }};
+}
+
 /// Occluders as a file has them. `efficiency` is the share of the mesh's silhouette that they cover.
 #[must_use]
 pub fn to_tables(made: &Occluders, efficiency: f64) -> OccluderTables {
     let corners = |b: &Aabb| [b.min, b.max];
-    let sheet =
-        |s: &Sheet| OccluderSheet { triangles: s.triangles.clone(), two_sided: s.two_sided };
-    let polygon = |p: &Polygon| OccluderPolygon {
-        points: p.points.clone(),
-        two_sided: p.two_sided,
-        tolerance: p.tolerance,
-    };
+    let sheet = |s: &Sheet| alike!(OccluderSheet of s; triangles, two_sided);
+    let polygon = |p: &Polygon| alike!(OccluderPolygon of p; points, two_sided, tolerance);
     OccluderTables {
         boxes: made.boxes.iter().map(corners).collect(),
         sealed: made.sealed.iter().map(corners).collect(),
@@ -67,13 +70,8 @@ pub fn to_tables(made: &Occluders, efficiency: f64) -> OccluderTables {
 #[must_use]
 pub fn from_tables(tables: &OccluderTables) -> Occluders {
     let sides = |&[min, max]: &[[f32; 3]; 2]| Aabb { min, max };
-    let sheet =
-        |s: &OccluderSheet| Sheet { triangles: s.triangles.clone(), two_sided: s.two_sided };
-    let polygon = |p: &OccluderPolygon| Polygon {
-        points: p.points.clone(),
-        two_sided: p.two_sided,
-        tolerance: p.tolerance,
-    };
+    let sheet = |s: &OccluderSheet| alike!(Sheet of s; triangles, two_sided);
+    let polygon = |p: &OccluderPolygon| alike!(Polygon of p; points, two_sided, tolerance);
     Occluders {
         boxes: tables.boxes.iter().map(sides).collect(),
         sealed: tables.sealed.iter().map(sides).collect(),

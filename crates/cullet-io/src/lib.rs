@@ -45,7 +45,10 @@ mod weld;
 mod winding;
 
 pub use attributes::Attributes;
-pub use baked_file::{BakedFile, BakedFileError, LevelSlices, ListedLevels, ListedMesh, Mapping};
+pub use baked_file::{
+    BakedFile, BakedFileError, GroupSlices, ImpostorSlices, LevelSlices, ListedGroup,
+    ListedImpostor, ListedLevels, ListedMesh, ListedTable, Mapping, OccluderSlices,
+};
 pub use cells::{Cell, CellGraph, Mirror, Portal};
 pub use error::{ErrorKind, LoadError};
 pub use load::{load, load_bytes, load_bytes_with};

@@ -6,9 +6,10 @@ mod schema;
 use cullet::lod::Impostor;
 use cullet::{Instance, Scene, Transform};
 use cullet_io::baked::{
-    Baked, BakedError, BakedLevels, BakedMesh, LevelKind, Measured, geometry_hash,
+    Baked, BakedError, BakedLevels, BakedMesh, LevelKind, Measured, OccluderPolygon, OccluderSheet,
+    OccluderTables, geometry_hash,
 };
-use cullet_io::{LoadOptions, Model, load_bytes, save};
+use cullet_io::{BakedFile, LoadOptions, Model, load_bytes, save};
 use cullet_testkit::{Folder, meshes};
 use serde_json::Value;
 
@@ -68,6 +69,68 @@ fn an_impostor_comes_back_where_it_is_asked_for() {
     let plain = load_bytes("a.glb", &bytes, &LoadOptions::default()).unwrap();
     assert!(plain.warnings.is_empty() && plain.scene.levels(0).is_empty());
     assert_eq!(plain.scene.meshes().len(), 1);
+}
+
+#[test]
+fn a_mapped_file_has_impostors_and_occluders_as_they_lie() {
+    let mut before = model();
+    let sheet =
+        OccluderSheet { triangles: vec![[[0.0; 3], [1.0; 3], [2.0; 3]]; 2], two_sided: true };
+    let occluders = OccluderTables {
+        boxes: vec![[[0.0; 3], [1.0, 2.0, 3.0]]],
+        sealed: vec![[[-1.0; 3], [4.0; 3]]],
+        polygons: vec![OccluderPolygon {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
+            two_sided: false,
+            tolerance: 0.25,
+        }],
+        sheets: vec![sheet.clone()],
+        near: vec![sheet.clone()],
+        efficiency: 0.75,
+    };
+    before.baked.as_mut().unwrap().meshes[0].occluders = Some(occluders.clone());
+    let bytes = bytes_of(&before);
+    let mapped = |bytes: &[u8]| {
+        let mut words = vec![0u64; bytes.len().div_ceil(8)];
+        bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+        words
+    };
+    let words = mapped(&bytes);
+    let file = BakedFile::of(&bytemuck::cast_slice::<u64, u8>(&words)[..bytes.len()]).unwrap();
+    let listed = &file.meshes()[0];
+    assert_eq!(listed.impostor.as_ref().map(|i| i.measured), Some(MEASURED));
+    let (own, impostor) = (file.occluders(0).unwrap().unwrap(), file.impostor(0).unwrap().unwrap());
+    assert_eq!(own.to_tables().unwrap(), occluders);
+    assert_eq!((own.boxes, own.sealed), (&occluders.boxes[..], &occluders.sealed[..]));
+    assert_eq!(own.polygons, [[3, 1, 0.25_f32.to_bits()]]);
+    assert_eq!(own.corners, occluders.polygons[0].points);
+    assert_eq!((own.sheets, own.far().count()), (&[[2, 2]; 2][..], 1));
+    assert_eq!((&own.triangles[..2], own.triangles.len()), (&sheet.triangles[..], 4));
+    let made = before.scene.levels(0)[0].impostor.clone().unwrap();
+    assert_eq!((impostor.grid, impostor.texels, impostor.error), (3, 2, made.error()));
+    assert_eq!((impostor.shape, impostor.normals), (made.shape(), made.normals()));
+    assert_eq!(impostor.to_impostor().unwrap(), *made);
+    assert_eq!((file.groups().unwrap().len(), file.groups_measured()), (0, None));
+    // A byte of either is noticed, and nothing of the mesh is given out.
+    let tables =
+        [&listed.occluders.as_ref().unwrap().bytes, &listed.impostor.as_ref().unwrap().table.bytes];
+    for table in tables {
+        let mut odd = bytes.clone();
+        odd[table.end - 1] ^= 4;
+        let words = mapped(&odd);
+        let file = BakedFile::of(&bytemuck::cast_slice::<u64, u8>(&words)[..bytes.len()]).unwrap();
+        assert!(matches!(file.occluders(0), Err(BakedError::Damaged { .. })));
+        assert!(matches!(file.impostor(0), Err(BakedError::Damaged { .. })));
+    }
+    // Counts that the bytes do not hold are errors with the sum left aside, at every word of the head.
+    let start = listed.occluders.as_ref().unwrap().bytes.start;
+    for word in 0..5 {
+        let mut odd = bytes.clone();
+        odd[start + word * 4..][..4].copy_from_slice(&u32::MAX.to_le_bytes());
+        let words = mapped(&odd);
+        let file = BakedFile::of(&bytemuck::cast_slice::<u64, u8>(&words)[..bytes.len()]).unwrap();
+        assert!(file.occluders_unchecked(0).is_err(), "word {word}");
+    }
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use cullet::lod::Lod;
 use cullet::mesh::{Clustering, Part};
 use cullet::{Culler, Instance, Mesh, MeshData, Output, Scene, Stage, Transform, Visible};
-use cullet_io::baked::{Baked, Measured};
-use cullet_io::{LoadOptions, Model, load_bytes, save};
+use cullet_io::baked::{Baked, BakedError, LevelTables, Measured};
+use cullet_io::{Attributes, BakedFile, LoadOptions, Model, load_bytes, save};
 use cullet_testkit::answers::cull;
 use cullet_testkit::steps::Balls;
 use cullet_testkit::views::look;
@@ -98,6 +98,105 @@ fn what_is_loaded_stands_for_the_same() {
     // And again, byte for byte.
     let again = saved(&back, "again");
     assert!(saved(&loaded(&again), "once more") == again);
+}
+
+#[test]
+fn texture_coordinates_and_colours_come_back() {
+    let mut model = clumps();
+    let slot = model.scene.stand_in_slots().next().unwrap();
+    let mesh = model.scene.mesh_id(slot) as usize;
+    let vertices = model.scene.meshes()[mesh].positions().len();
+    let own = Attributes {
+        uvs: (0..vertices).map(|v| [v as f32, -0.5]).collect(),
+        colors: (0..vertices).map(|v| [0.25, v as f32, 0.0, 1.0]).collect(),
+        ..Attributes::default()
+    };
+    model.attributes.resize(mesh, Attributes::default());
+    model.attributes.push(own.clone());
+    let bytes = saved(&model, "attributes");
+    let with = |details| {
+        let options = LoadOptions { details, ..LoadOptions::default() };
+        load_bytes("clumps.glb", &bytes, &options).unwrap()
+    };
+    let back = with(true);
+    assert!(back.warnings.is_empty(), "{:?}", back.warnings);
+    let found: Vec<_> = back.scene.stand_in_slots().map(|s| back.scene.mesh_id(s)).collect();
+    assert_eq!(back.attributes[found[0] as usize], own);
+    assert!(
+        found[1..].iter().all(|&m| back.attributes.get(m as usize).is_none_or(|a| a.is_empty()))
+    );
+    assert!(with(false).attributes.is_empty());
+    let again = saved(&back, "attributes again");
+    let details = LoadOptions { details: true, ..LoadOptions::default() };
+    let third = load_bytes("clumps.glb", &again, &details).unwrap();
+    assert_eq!(third.attributes[found[0] as usize], own);
+    assert!(saved(&third, "attributes once more") == again);
+    // Their sum is their own.
+    let at = bytes
+        .windows(16)
+        .rposition(|w| w == [0.25_f32, 1.0, 0.0, 1.0].map(f32::to_le_bytes).as_flattened());
+    let mut odd = bytes.clone();
+    odd[at.unwrap() + 3] ^= 1;
+    let told = load_bytes("clumps.glb", &odd, &details).unwrap().warnings;
+    assert!(told[0].message.contains("attributes of a stand-in"), "{told:?}");
+    assert!(load_bytes("clumps.glb", &odd, &LoadOptions::default()).unwrap().warnings.is_empty());
+}
+
+#[test]
+fn a_mapped_file_has_the_groups_as_they_lie() {
+    let mut model = clumps();
+    let slots: Vec<u32> = model.scene.stand_in_slots().collect();
+    let mesh = model.scene.mesh_id(slots[1]) as usize;
+    let uvs = vec![[0.5, 0.25]; model.scene.meshes()[mesh].positions().len()];
+    model.attributes.resize(mesh, Attributes::default());
+    model.attributes.push(Attributes { uvs: uvs.clone(), ..Attributes::default() });
+    let bytes = saved(&model, "mapped");
+    let mut words = vec![0u64; bytes.len().div_ceil(8)];
+    let mapped = |bytes: &[u8], words: &mut [u64]| {
+        bytemuck::cast_slice_mut(words)[..bytes.len()].copy_from_slice(bytes);
+    };
+    mapped(&bytes, &mut words);
+    let file = BakedFile::of(&bytemuck::cast_slice::<u64, u8>(&words)[..bytes.len()]).unwrap();
+    let groups = file.groups().unwrap();
+    assert_eq!(
+        (groups.len(), file.groups_measured()),
+        (4, model.baked.as_ref().unwrap().stand_ins)
+    );
+    for (number, (group, &slot)) in groups.iter().zip(&slots).enumerate() {
+        let held_by = model.scene.mesh(slot);
+        let slices = file.group(number).unwrap();
+        assert_eq!(slices.positions, held_by.positions());
+        let levels = &model.scene.levels(model.scene.mesh_id(slot))[0].levels;
+        let own = LevelTables::of(held_by, levels).unwrap();
+        assert_eq!(slices.levels.to_tables().unwrap(), own);
+        assert_eq!(slices.uvs, if number == 1 { &uvs[..] } else { &[] });
+        assert!(slices.colors.is_empty());
+        let whole: u64 = model
+            .scene
+            .stood_for_by(slot)
+            .iter()
+            .map(|&s| u64::from(model.scene.mesh(s).triangle_count()))
+            .sum();
+        assert_eq!(group.triangles, whole);
+        assert_eq!(
+            (group.instances.len(), group.groups.len()),
+            if number < 3 { (4, 0) } else { (0, 3) }
+        );
+    }
+    assert!(matches!(file.group(4), Err(BakedError::Form(_))));
+    // The last table is that of the last group's groups: one byte of it, and no group is given out.
+    let mut odd = bytes.clone();
+    odd[groups[3].tables[2].start] ^= 4;
+    let end = groups[1].attributes.as_ref().unwrap().0[0].start;
+    mapped(&odd, &mut words);
+    let file = BakedFile::of(&bytemuck::cast_slice::<u64, u8>(&words)[..bytes.len()]).unwrap();
+    assert!(matches!(file.group(0), Err(BakedError::Damaged { .. })));
+    assert!(file.group_unchecked(0).is_ok());
+    let mut odd = bytes;
+    odd[end] ^= 4;
+    mapped(&odd, &mut words);
+    let file = BakedFile::of(&bytemuck::cast_slice::<u64, u8>(&words)[..odd.len()]).unwrap();
+    assert!(matches!(file.check_groups(), Err(BakedError::Damaged { .. })));
 }
 
 #[test]

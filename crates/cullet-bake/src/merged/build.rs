@@ -5,9 +5,10 @@ use cullet::mesh::Part;
 use cullet::{MeshData, Scene};
 
 use super::fewest::Measure;
+use super::keep::Kept;
 use super::surface::{Piece, Surface};
 use super::tree::{Node, tree};
-use super::{Member, MergeOptions, MergedGroup};
+use super::{Member, MergeInput, MergeOptions, MergedGroup, MeshAttributes};
 use crate::levels::{LevelsError, Within, chain_of};
 use crate::threads;
 
@@ -15,15 +16,17 @@ use crate::threads;
 const STATED: f32 = 1.05;
 
 /// A group whose levels are made.
-struct Made {
-    origin: [f64; 3],
-    radius: f32,
+#[derive(Debug, PartialEq)]
+pub(super) struct Made {
+    pub(super) origin: [f64; 3],
+    pub(super) radius: f32,
     /// From fine to coarse, with what they were found to be off.
-    levels: Vec<(Surface, f32)>,
+    pub(super) levels: Vec<(Surface, f32)>,
 }
 
 pub(super) fn build(
     scene: &Scene,
+    input: &MergeInput<'_>,
     options: &MergeOptions,
     go_on: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Option<Vec<MergedGroup>>, LevelsError> {
@@ -31,6 +34,7 @@ pub(super) fn build(
     let triangles = |node: &Node| -> u64 {
         node.slots.iter().map(|&s| u64::from(scene.mesh(s).triangle_count())).sum()
     };
+    let kept = Kept::new(scene, input, options, &nodes);
     let all: u64 = nodes.iter().map(triangles).sum();
     let done = std::sync::atomic::AtomicU64::new(0);
     let mut made: Vec<Option<Made>> = nodes.iter().map(|_| None).collect();
@@ -39,8 +43,17 @@ pub(super) fn build(
         let now: Vec<usize> = (0..nodes.len()).filter(|&n| nodes[n].height == height).collect();
         let job = |_: &mut (), at: usize| {
             let number = now[at];
-            let result = one(scene, options, &nodes, &made, number);
-            done.fetch_add(triangles(&nodes[number]), std::sync::atomic::Ordering::Relaxed);
+            let count = triangles(&nodes[number]);
+            let kept = kept.as_ref().filter(|kept| kept.is_for(count));
+            let result = match kept.and_then(|kept| kept.read(number)) {
+                Some(found) => Ok(found),
+                None => one(scene, input, options, &nodes, &made, number).inspect(|made| {
+                    if let Some(kept) = kept {
+                        kept.write(number, made.as_ref());
+                    }
+                }),
+            };
+            done.fetch_add(count, std::sync::atomic::Ordering::Relaxed);
             result
         };
         let share = || {
@@ -81,6 +94,7 @@ pub(super) fn build(
 /// The levels of a group, if it has any that pay.
 fn one(
     scene: &Scene,
+    input: &MergeInput<'_>,
     options: &MergeOptions,
     nodes: &[Node],
     made: &[Option<Made>],
@@ -100,7 +114,7 @@ fn one(
     });
     let mut kinds: Vec<Part> = Vec::new();
     let whole = node.slots.iter().map(|&s| Piece::whole(scene, s));
-    let original = Surface::gather(scene, whole, origin, &mut kinds);
+    let original = Surface::gather(scene, input.attributes, whole, origin, &mut kinds);
     let length = |p: &[f32; 3]| p.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
     let radius = original.positions.iter().map(length).fold(0.0, f64::max);
     if !(radius > 0.0 && radius < 1e15) || original.indices.is_empty() {
@@ -114,12 +128,15 @@ fn one(
         let below: u64 = of_members(nodes, node, &mut |n| fewest_at(scene, nodes, made, n, bound));
         let before = levels.last().map_or(u64::MAX, |l| l.0.triangle_count());
         let most = (below.min(before) as f64 * options.keep) as u64 + 1;
-        let input = match levels.last() {
+        let surface = match levels.last() {
             Some((surface, _)) => surface.clone(),
-            None => input_at(scene, nodes, made, number, bound * 0.5, (origin, &mut kinds)),
+            None => {
+                let from = (scene, input.attributes);
+                input_at(from, nodes, made, number, bound * 0.5, (origin, &mut kinds))
+            }
         };
         let stated = (bound as f32).next_down() / STATED;
-        if let Some((surface, error)) = measure.fewest(&input, stated, most)? {
+        if let Some((surface, error)) = measure.fewest(&surface, stated, most)? {
             let error = levels.last().map_or(0.0, |l| l.1).max(error * STATED);
             levels.push((surface, error));
         }
@@ -167,7 +184,7 @@ fn level_at(made: &Option<Made>, bound: f64) -> Option<([f64; 3], &Surface)> {
 
 /// What is drawn of a node within a bound, as one surface.
 fn input_at(
-    scene: &Scene,
+    (scene, attributes): (&Scene, &[MeshAttributes<'_>]),
     nodes: &[Node],
     made: &[Option<Made>],
     number: usize,
@@ -185,7 +202,7 @@ fn input_at(
         }
     }
     let pieces = slots.into_iter().map(|s| Piece::within(scene, s, bound));
-    let own = Surface::gather(scene, pieces, origin, kinds);
+    let own = Surface::gather(scene, attributes, pieces, origin, kinds);
     if surfaces.is_empty() {
         return own;
     }
@@ -204,7 +221,13 @@ fn assembled(made: Made, members: Vec<Member>) -> Result<MergedGroup, LevelsErro
         .into_iter()
         .flatten()
         .collect();
+    let mut values = Vec::new();
+    let has_values = levels.iter().any(|l| !l.0.values.is_empty());
     for (surface, error) in levels {
+        if has_values {
+            values.extend(&surface.values);
+            values.resize(data.positions.len() + surface.positions.len(), Surface::NONE);
+        }
         let first = data.positions.len() as u32;
         data.positions.extend(&surface.positions);
         let indices: Vec<u32> = surface.indices.iter().map(|v| v + first).collect();
@@ -215,5 +238,15 @@ fn assembled(made: Made, members: Vec<Member>) -> Result<MergedGroup, LevelsErro
     }
     data.parts.clone_from(&empty);
     let levels = chain_of(&data, &empty, &of, [0.0; 3], radius)?;
-    Ok(MergedGroup { levels, origin, members })
+    let uvs: Vec<[f32; 2]> = values.iter().map(|&[u, v, ..]| [u, v]).collect();
+    let colors: Vec<[f32; 4]> = values.iter().map(|&[.., r, g, b, a]| [r, g, b, a]).collect();
+    let has_uvs = uvs.iter().any(|v| *v != [0.0; 2]);
+    let has_colors = colors.iter().any(|v| *v != [1.0; 4]);
+    Ok(MergedGroup {
+        levels,
+        uvs: if has_uvs { uvs } else { Vec::new() },
+        colors: if has_colors { colors } else { Vec::new() },
+        origin,
+        members,
+    })
 }

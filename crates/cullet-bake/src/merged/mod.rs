@@ -9,6 +9,7 @@
 
 mod build;
 mod fewest;
+mod keep;
 mod surface;
 mod tree;
 
@@ -17,11 +18,17 @@ use thiserror::Error;
 
 use crate::levels::{LevelsData, LevelsError};
 
+pub use keep::Keep;
+
 /// A group of instances, as it is baked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MergedGroup {
     /// Levels whose finest is left out: where even the first is off by too much, the members are drawn.
     pub levels: LevelsData,
+    /// Texture coordinates of the vertices of the levels' mesh; empty where no instance has any.
+    pub uvs: Vec<[f32; 2]>,
+    /// Their colours, linear and with alpha; empty where no instance has any.
+    pub colors: Vec<[f32; 4]>,
     /// Where the mesh's origin is in the world.
     pub origin: [f64; 3],
     /// What it stands for.
@@ -90,6 +97,47 @@ impl Default for MergeOptions {
     }
 }
 
+/// Texture coordinates and colours of a mesh's vertices, each list one for each vertex or empty.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MeshAttributes<'a> {
+    /// Texture coordinates.
+    pub uvs: &'a [[f32; 2]],
+    /// Linear colours and alpha.
+    pub colors: &'a [[f32; 4]],
+}
+
+impl MeshAttributes<'_> {
+    /// The lists that have as many entries as there are vertices; `None` where neither has.
+    fn of_all(self, vertices: usize) -> Option<Self> {
+        let uvs = if self.uvs.len() == vertices { self.uvs } else { &[] };
+        let colors = if self.colors.len() == vertices { self.colors } else { &[] };
+        (vertices > 0 && !(uvs.is_empty() && colors.is_empty())).then_some(Self { uvs, colors })
+    }
+
+    /// Those of a vertex; what it has not is zero, and white.
+    fn values(&self, vertex: usize) -> [f32; 6] {
+        let [u, v] = self.uvs.get(vertex).copied().unwrap_or_default();
+        let [r, g, b, a] = self.colors.get(vertex).copied().unwrap_or([1.0; 4]);
+        [u, v, r, g, b, a]
+    }
+}
+
+/// What merging is given beside the scene.
+#[derive(Clone, Copy, Default)]
+pub struct MergeInput<'a> {
+    /// Attributes of the scene's meshes, by their numbers; meshes beyond the end have none.
+    pub attributes: &'a [MeshAttributes<'a>],
+    /// Where finished groups are kept, and found again.
+    pub keep: Option<&'a dyn Keep>,
+}
+
+impl std::fmt::Debug for MergeInput<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (attributes, keep) = (self.attributes.len(), self.keep.is_some());
+        f.debug_struct("MergeInput").field("attributes", &attributes).field("keep", &keep).finish()
+    }
+}
+
 impl MergeOptions {
     fn check(&self) -> Result<(), LevelsError> {
         let range = |what, value: f64, is_in: bool, allowed| match is_in {
@@ -113,7 +161,12 @@ impl MergeOptions {
 ///
 /// Members are instances that are drawn just as their mesh says, in the same layers and with the same flags, whose materials
 /// are not blended; those much larger than their neighbours, such as a ground, are left alone. The levels that their
-/// meshes have are used, and are better there before. Groups have parts by material; vertices have no attributes.
+/// meshes have are used, and are better there before. Groups have parts by material. Vertices keep texture coordinates and
+/// colours where they have some, and zeros and white where others of the group have some: where these differ at one place a
+/// seam is kept, as in meshes. They have no normals.
+///
+/// With [`MergeInput::keep`], groups of many triangles are taken from there where instances, levels and options are as they
+/// were, and kept there as soon as they are finished; the result is the same.
 ///
 /// Some 10 µs a triangle of all instances and level of the tree, of which there are some log₈ of their number.
 ///
@@ -121,11 +174,12 @@ impl MergeOptions {
 /// If an option is out of range.
 pub fn merge(
     scene: &Scene,
+    input: &MergeInput<'_>,
     options: &MergeOptions,
     go_on: impl Fn(f64) -> bool + Sync,
 ) -> Result<Option<Vec<MergedGroup>>, LevelsError> {
     options.check()?;
-    build::build(scene, options, &go_on)
+    build::build(scene, input, options, &go_on)
 }
 
 /// Adds groups to the scene that they were merged of, whose slots are as they were: the slots of their instances.

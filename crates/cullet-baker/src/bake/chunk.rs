@@ -1,15 +1,84 @@
-//! Finished levels and occluders in a folder, each file named by what they are a function of.
+//! Finished levels, occluders, impostors and merged groups in a folder, each file named by what they are a function of.
 
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use cullet_bake::container::{Container, write_chunks};
-use cullet_command::exit::Failure;
+use cullet::lod::Impostor;
+use cullet_bake::container::{Container, Tag, write_chunks};
+use cullet_bake::merged::Keep;
+use cullet_command::exit::{Exit, Failure};
 use cullet_command::files::replace;
-use cullet_io::baked::{LevelTables, OccluderTables};
+use cullet_io::baked::{LevelTables, OccluderTables, impostor_from_bytes, impostor_to_bytes};
 
 /// The folder.
 #[derive(Debug)]
 pub(super) struct Folder(PathBuf);
+
+/// Endings of files of one chunk, and its name.
+const OCCLUDERS: (&str, Tag) = ("occluders", *b"OCCL");
+const IMPOSTOR: (&str, Tag) = ("impostor", *b"IMPO");
+
+/// How a bake ends that was interrupted.
+pub(super) fn stopped(folder: Option<&Folder>) -> Failure {
+    let kept = match folder {
+        Some(folder) => format!("what is finished lies in {}", folder.0.display()),
+        None => "nothing is kept; --resume would keep what is finished".to_owned(),
+    };
+    let message = format!("interrupted; nothing was written, and {kept}");
+    Failure { exit: Exit::Interrupted, message }
+}
+
+/// Merged groups in a folder.
+pub(super) struct Groups<'a> {
+    folder: &'a Folder,
+    /// Whether those that are there count.
+    resume: bool,
+    resumed: AtomicU64,
+    /// The first that could not be written.
+    failure: Mutex<Option<Failure>>,
+}
+
+impl<'a> Groups<'a> {
+    pub(super) fn new(folder: &'a Folder, resume: bool) -> Self {
+        Self { folder, resume, resumed: AtomicU64::new(0), failure: Mutex::new(None) }
+    }
+
+    /// Whether one could not be written.
+    pub(super) fn has_failed(&self) -> bool {
+        self.failure.lock().is_ok_and(|failure| failure.is_some())
+    }
+
+    /// How many were there before.
+    ///
+    /// # Errors
+    /// If one could not be written.
+    pub(super) fn finish(self) -> Result<u64, Failure> {
+        match self.failure.into_inner() {
+            Ok(Some(failure)) => Err(failure),
+            _ => Ok(self.resumed.into_inner()),
+        }
+    }
+}
+
+impl Keep for Groups<'_> {
+    fn read(&self, key: u64) -> Option<Vec<u8>> {
+        let path = self.folder.place(key, "group");
+        let bytes = self.resume.then(|| std::fs::read(path).ok()).flatten()?;
+        let file = Container::open(&bytes).ok()?;
+        let is_sound = file.tags().all(|tag| file.chunk(tag).is_ok());
+        self.resumed.fetch_add(u64::from(is_sound), Ordering::Relaxed);
+        is_sound.then_some(bytes)
+    }
+
+    fn write(&self, key: u64, bytes: &[u8]) {
+        if let Err(problem) = replace(&self.folder.place(key, "group"), bytes)
+            && let Ok(mut failure) = self.failure.lock()
+        {
+            failure.get_or_insert(problem);
+        }
+    }
+}
 
 impl Folder {
     /// A folder, which is made where it is not there.
@@ -18,28 +87,42 @@ impl Folder {
         Ok(Self(path.to_owned()))
     }
 
-    pub(super) fn path(&self) -> &Path {
-        &self.0
-    }
-
     /// Occluders that lie there under a key. A file that is damaged counts for nothing.
     pub(super) fn read_occluders(&self, key: u64) -> Option<OccluderTables> {
-        let bytes = std::fs::read(self.occluders(key)).ok()?;
-        let file = Container::open(&bytes).ok()?;
-        OccluderTables::from_bytes(file.chunk(*b"OCCL").ok()?).ok()
+        OccluderTables::from_bytes(&self.read_one(key, OCCLUDERS)?).ok()
     }
 
     /// As [`write`](Self::write).
     pub(super) fn write_occluders(&self, key: u64, made: &OccluderTables) -> Result<(), Failure> {
-        replace(&self.occluders(key), &write_chunks(&[(*b"OCCL", &made.to_bytes())]))
+        self.write_one(key, OCCLUDERS, &made.to_bytes())
     }
 
-    fn occluders(&self, key: u64) -> PathBuf {
-        self.0.join(format!("{key:016x}.occluders"))
+    /// The impostor that lies there under a key. A file that is damaged counts for nothing.
+    pub(super) fn read_impostor(&self, key: u64) -> Option<Impostor> {
+        impostor_from_bytes(&self.read_one(key, IMPOSTOR)?).ok()
+    }
+
+    /// As [`write`](Self::write).
+    pub(super) fn write_impostor(&self, key: u64, made: &Impostor) -> Result<(), Failure> {
+        self.write_one(key, IMPOSTOR, &impostor_to_bytes(made))
+    }
+
+    /// What a file of one chunk has.
+    fn read_one(&self, key: u64, (ending, tag): (&str, Tag)) -> Option<Vec<u8>> {
+        let bytes = std::fs::read(self.place(key, ending)).ok()?;
+        Some(Container::open(&bytes).ok()?.chunk(tag).ok()?.to_vec())
+    }
+
+    fn write_one(&self, key: u64, (ending, tag): (&str, Tag), bytes: &[u8]) -> Result<(), Failure> {
+        replace(&self.place(key, ending), &write_chunks(&[(tag, bytes)]))
+    }
+
+    fn place(&self, key: u64, ending: &str) -> PathBuf {
+        self.0.join(format!("{key:016x}.{ending}"))
     }
 
     fn file(&self, key: u64) -> PathBuf {
-        self.0.join(format!("{key:016x}.levels"))
+        self.place(key, "levels")
     }
 
     /// What lies there under a key: the levels, or that there are none. A file that is damaged counts for nothing.

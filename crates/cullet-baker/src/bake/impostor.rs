@@ -7,15 +7,19 @@ use cullet::lod::Impostor;
 use cullet::{Mesh, Scene};
 use cullet_command::args::BakeArgs;
 use cullet_command::console::{Console, interrupted};
-use cullet_command::exit::{Exit, Failure};
+use cullet_command::exit::Failure;
 use cullet_command::files::replace;
 use cullet_draw::{
     ImpostorOptions, ImpostorPlane, impostor_cards, impostor_sheet, make_impostor, palette,
 };
 use cullet_io::Model;
-use cullet_io::baked::{Baked, BakedLevels, LevelKind, Measured};
+use cullet_io::baked::{Baked, BakedLevels, LevelKind, Measured, geometry_hash, hash};
 
 use super::Record;
+use super::chunk::{Folder, stopped};
+
+/// Counted up whenever the same mesh and options give another impostor.
+const VERSION: u32 = 1;
 
 /// So many triangles must be left of a mesh by its levels at the error of its impostor: the box of an impostor has 12, and
 /// each of its pixels costs as much as some triangles.
@@ -27,6 +31,7 @@ const LEAST_ERROR: f64 = 0.05;
 pub(super) fn add(
     model: &mut Model,
     baked: &mut Baked,
+    kept: Option<&Folder>,
     args: &BakeArgs,
     record: &mut Record,
     console: &Console,
@@ -41,20 +46,30 @@ pub(super) fn add(
     for one in &mut baked.meshes {
         progress.steps(1);
         if interrupted() {
-            let message = "interrupted; nothing was written".to_owned();
-            return Err(Failure { exit: Exit::Interrupted, message });
+            return Err(stopped(kept));
         }
         let mesh = &model.scene.meshes()[one.mesh as usize];
         if left_at(&model.scene, one.mesh, LEAST_ERROR * radius(mesh)) < LEAST_TRIANGLES {
             continue;
         }
         let name = model.mesh_names.get(one.mesh as usize).cloned().unwrap_or_default();
-        let made = match in_pool(threads, || make_impostor(mesh, &options)) {
-            Ok((impostor, _)) => impostor,
-            Err(problem) => {
-                console.note(format!("note: mesh `{name}` has no impostor: {problem}"));
-                continue;
-            }
+        let key = kept.map(|folder| (folder, key(mesh, &options)));
+        let found = key.filter(|_| args.resume).and_then(|(folder, key)| folder.read_impostor(key));
+        record.resumed += u64::from(found.is_some());
+        let made = match found {
+            Some(impostor) => impostor,
+            None => match in_pool(threads, || make_impostor(mesh, &options)) {
+                Ok((impostor, _)) => {
+                    if let Some((folder, key)) = key {
+                        folder.write_impostor(key, &impostor)?;
+                    }
+                    impostor
+                }
+                Err(problem) => {
+                    console.note(format!("note: mesh `{name}` has no impostor: {problem}"));
+                    continue;
+                }
+            },
         };
         if left_at(&model.scene, one.mesh, made.error().into()) < LEAST_TRIANGLES {
             continue;
@@ -86,6 +101,15 @@ pub(super) fn add(
     progress.finish();
     record.impostors_seconds = start.elapsed().as_secs_f64();
     Ok(())
+}
+
+/// Sum of all that the impostor of a mesh is a function of.
+fn key(mesh: &Mesh, options: &ImpostorOptions) -> u64 {
+    let sides: Vec<_> =
+        mesh.parts().iter().map(|p| (p.triangle_count, p.two_sided, p.alpha)).collect();
+    let version = (VERSION, env!("CARGO_PKG_VERSION"), options, sides);
+    let sums = [hash(format!("{version:?}").as_bytes()), geometry_hash(mesh)];
+    hash(&sums.map(u64::to_le_bytes).concat())
 }
 
 /// The fewest triangles that are drawn of a mesh with an error of no more than `error`.

@@ -2,29 +2,37 @@
 
 use std::sync::Mutex;
 
-use cullet_bake::merged::{MEASURED, MergeOptions, MergedGroup, add_to_scene, merge};
+use cullet_bake::merged::{
+    Keep, MEASURED, MergeInput, MergeOptions, MergedGroup, MeshAttributes, add_to_scene, merge,
+};
 use cullet_command::args::BakeArgs;
 use cullet_command::console::{Console, interrupted};
-use cullet_command::exit::{Exit, Failure};
-use cullet_io::Model;
+use cullet_command::exit::Failure;
 use cullet_io::baked::Measured;
+use cullet_io::{Attributes, Model};
+
+use super::chunk::{Folder, Groups, stopped};
 
 /// What came of it.
 pub(super) struct Merged {
     pub(super) groups: u64,
     /// Of all their levels.
     pub(super) triangles: u64,
+    /// How many groups were there before.
+    pub(super) resumed: u64,
 }
 
 /// Merges groups of a model's instances, and gives them to its scene.
 pub(super) fn run(
     model: &mut Model,
+    folder: Option<&Folder>,
     args: &BakeArgs,
     console: &Console,
 ) -> Result<Merged, Failure> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let mut options = MergeOptions::default();
     options.threads = args.threads.map_or(cores, |n| n as usize);
+    let kept = folder.map(|folder| Groups::new(folder, args.resume));
     const STEPS: u64 = 1000;
     let progress = Mutex::new((console.progress("merging instances", STEPS), 0));
     let go_on = |share: f64| {
@@ -36,23 +44,36 @@ pub(super) fn run(
                 progress.1 = now;
             }
         }
-        !interrupted()
+        !interrupted() && !kept.as_ref().is_some_and(Groups::has_failed)
     };
-    let found = merge(&model.scene, &options, go_on);
+    let attributes: Vec<MeshAttributes<'_>> = model
+        .attributes
+        .iter()
+        .map(|a| MeshAttributes { uvs: &a.uvs, colors: &a.colors })
+        .collect();
+    let keep = kept.as_ref().map(|kept| kept as &dyn Keep);
+    let input = MergeInput { attributes: &attributes, keep };
+    let found = merge(&model.scene, &input, &options, go_on);
     if let Ok((mut progress, _)) = progress.into_inner() {
         progress.finish();
     }
     let fail = |e: &dyn std::fmt::Display| Failure::input(format!("{}: --merge: {e}", model.name));
-    let Some(groups) = found.map_err(|e| fail(&e))? else {
-        let message =
-            "interrupted; nothing was written, and of merged groups nothing is kept".to_owned();
-        return Err(Failure { exit: Exit::Interrupted, message });
-    };
+    let found = found.map_err(|e| fail(&e))?;
+    let resumed = kept.map_or(Ok(0), Groups::finish)?;
+    let groups = found.ok_or_else(|| stopped(folder))?;
     let triangles = |g: &MergedGroup| (g.levels.mesh.indices.len() / 3) as u64;
-    let merged =
-        Merged { groups: groups.len() as u64, triangles: groups.iter().map(triangles).sum() };
+    let (count, triangles) = (groups.len() as u64, groups.iter().map(triangles).sum());
+    let merged = Merged { groups: count, triangles, resumed };
     let first = model.scene.meshes().len();
     add_to_scene(&mut model.scene, &groups).map_err(|e| fail(&e))?;
+    if groups.iter().any(|g| !g.uvs.is_empty() || !g.colors.is_empty()) {
+        model.attributes.resize(first, Attributes::default());
+        model.attributes.extend(groups.iter().map(|g| Attributes {
+            uvs: g.uvs.clone(),
+            colors: g.colors.clone(),
+            ..Attributes::default()
+        }));
+    }
     model.mesh_names.resize(first, String::new());
     model.mesh_names.extend(groups.iter().map(|g| {
         format!(

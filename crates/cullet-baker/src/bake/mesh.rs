@@ -8,14 +8,12 @@ use cullet_bake::levels::simplifier;
 use cullet_bake::levels::{
     ChainOptions, HierarchyOptions, LevelsData, LevelsError, build_chain, build_hierarchy,
 };
+use cullet_command::args::LEVELS_VERSION;
 use cullet_io::Attributes;
 use cullet_io::baked::{ClusterRow, LevelKind, LevelTables, Measured, hash};
 
 /// Meshes of no more triangles have no hierarchy: little of them is far from the rest.
 const SMALL: u32 = 5000;
-
-/// Counted up whenever the same mesh and options give other levels, so that those of before are not taken for them.
-const VERSION: u32 = 2;
 
 /// The kinds of levels that a mesh of so many triangles has.
 pub(super) fn kinds(triangles: u32) -> impl Iterator<Item = LevelKind> {
@@ -84,7 +82,7 @@ impl Source {
                 format!("{:?}", HierarchyOptions::default())
             }
         };
-        let version = (VERSION, env!("CARGO_PKG_VERSION"), kind.name(), settings);
+        let version = (LEVELS_VERSION, env!("CARGO_PKG_VERSION"), kind.name(), settings);
         let floats = |values: &[f32]| -> u64 {
             hash(&values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
         };

@@ -24,7 +24,7 @@ use cullet_io::baked::{
 use cullet_io::{Model, SaveFormat, save, save_original};
 use serde::Serialize;
 
-use chunk::Folder;
+use chunk::{Folder, stopped};
 use mesh::Source;
 
 /// Version of the JSON.
@@ -52,7 +52,7 @@ struct Record {
     /// Groups of instances, merged, and triangles of all their levels.
     merged_groups: u64,
     merged_triangles: u64,
-    /// How many chains, hierarchies and meshes with occluders were taken from finished ones.
+    /// How many chains, hierarchies, impostors, merged groups and meshes with occluders were taken from finished ones.
     resumed: u64,
     /// Of the file.
     bytes: u64,
@@ -173,7 +173,9 @@ fn bake(
         let job = |kind| Job { mesh: mesh as u32, kind, triangles };
         jobs.extend(mesh::kinds(triangles).filter(wanted).map(job));
     }
-    let mut made = run_jobs(model, &jobs, args, console)?;
+    let folder = folder(args)?;
+    let folder = folder.as_ref();
+    let mut made = run_jobs(model, &jobs, folder, args, console)?;
     let mut baked = Baked {
         generator: concat!("cullet-baker ", env!("CARGO_PKG_VERSION")).to_owned(),
         ..Baked::default()
@@ -224,14 +226,15 @@ fn bake(
     }
     record.meshes_with_levels = baked.meshes.len() as u64;
     if args.impostors {
-        impostor::add(model, &mut baked, args, &mut record, console)?;
+        impostor::add(model, &mut baked, folder, args, &mut record, console)?;
     }
     if args.occluders {
-        add_occluders(model, &mut baked, &rigid_meshes, args, console, &mut record)?;
+        add_occluders(model, &mut baked, (&rigid_meshes, folder), args, console, &mut record)?;
     }
     model.baked = Some(baked);
     if args.merge {
-        let merged = merge::run(model, args, console)?;
+        let merged = merge::run(model, folder, args, console)?;
+        record.resumed += merged.resumed;
         (record.merged_groups, record.merged_triangles) = (merged.groups, merged.triangles);
     }
     Ok(record)
@@ -241,14 +244,13 @@ fn bake(
 fn add_occluders(
     model: &Model,
     baked: &mut Baked,
-    meshes: &[u32],
+    (meshes, folder): (&[u32], Option<&Folder>),
     args: &BakeArgs,
     console: &Console,
     record: &mut Record,
 ) -> Result<(), Failure> {
-    let folder = folder(args)?;
     let (made, resumed) =
-        occluders::make(model, meshes, folder.as_ref(), args.resume, threads(args), console)?;
+        occluders::make(model, meshes, folder, args.resume, threads(args), console)?;
     record.resumed += resumed;
     record.occluders = made.len() as u64;
     for (&mesh, tables) in meshes.iter().zip(made) {
@@ -291,10 +293,10 @@ fn used(scene: &Scene) -> Vec<bool> {
 fn run_jobs(
     model: &Model,
     jobs: &[Job],
+    folder: Option<&Folder>,
     args: &BakeArgs,
     console: &Console,
 ) -> Result<Vec<Option<Made>>, Failure> {
-    let folder = folder(args)?;
     let threads = threads(args);
     let workers = threads.min(jobs.len()).max(1);
     // Only where there are fewer jobs than threads.
@@ -308,7 +310,7 @@ fn run_jobs(
     let (sender, receiver) = mpsc::channel();
     std::thread::scope(|scope| {
         for _ in 0..workers {
-            let (sender, order, next, folder) = (sender.clone(), &order, &next, folder.as_ref());
+            let (sender, order, next) = (sender.clone(), &order, &next);
             scope.spawn(move || {
                 while !interrupted() {
                     let Some(&j) = order.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
@@ -327,12 +329,7 @@ fn run_jobs(
     });
     progress.finish();
     if made.iter().any(Option::is_none) {
-        let kept = match &folder {
-            Some(folder) => format!("what is finished lies in {}", folder.path().display()),
-            None => "nothing is kept; --resume would keep what is finished".to_owned(),
-        };
-        let message = format!("interrupted; nothing was written, and {kept}");
-        return Err(Failure { exit: Exit::Interrupted, message });
+        return Err(stopped(folder));
     }
     Ok(made)
 }

@@ -6,12 +6,12 @@ use std::sync::mpsc;
 use cullet::{Mesh, MeshId};
 use cullet_bake::occluders::{OccluderOptions, occluders};
 use cullet_command::console::{Console, interrupted};
-use cullet_command::exit::{Exit, Failure};
+use cullet_command::exit::Failure;
 use cullet_command::occluders::to_tables;
 use cullet_io::Model;
 use cullet_io::baked::{OccluderTables, geometry_hash, hash};
 
-use super::chunk::Folder;
+use super::chunk::{Folder, stopped};
 
 /// Counted up whenever the same mesh and options give other occluders.
 const VERSION: u32 = 1;
@@ -64,10 +64,7 @@ pub(super) fn make(
         return Err(failure);
     }
     let all: Option<Vec<OccluderTables>> = made.into_iter().collect();
-    let all = all.ok_or_else(|| {
-        let message = "interrupted; nothing was written".to_owned();
-        Failure { exit: Exit::Interrupted, message }
-    })?;
+    let all = all.ok_or_else(|| stopped(folder))?;
     Ok((all, resumed))
 }
 

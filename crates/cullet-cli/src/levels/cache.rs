@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cullet_command::args::SceneArgs;
+use cullet_command::args::{LEVELS_VERSION, SceneArgs};
 use cullet_command::exit::Failure;
 
 /// A format of several files: the whole folder counts, by names, lengths and times.
@@ -29,11 +29,17 @@ fn folder_from(variable: impl Fn(&str) -> Option<OsString>, windows: bool) -> Op
     Some(caches?.join("cullet"))
 }
 
-/// A name for what is baked of a scene: another for other bytes, other arguments, and another version of the program.
+/// A name for what is baked of a scene: another for other bytes, other arguments, and another version of the levels or of the
+/// program.
 pub(crate) fn key(args: &SceneArgs) -> Result<String, Failure> {
+    key_of(args, LEVELS_VERSION)
+}
+
+fn key_of(args: &SceneArgs, levels: u32) -> Result<String, Failure> {
+    let version = (levels, env!("CARGO_PKG_VERSION"));
     let mut halves = [0u8, 1].map(|half| {
         let mut hasher = DefaultHasher::new();
-        (half, env!("CARGO_PKG_VERSION"), args.one_sided, args.two_sided).hash(&mut hasher);
+        (half, version, args.one_sided, args.two_sided).hash(&mut hasher);
         format!("{:?}", args.up).hash(&mut hasher);
         hasher
     });
@@ -106,6 +112,7 @@ mod tests {
         let first = key(&args).unwrap();
         assert_eq!(key(&args).unwrap(), first);
         assert_ne!(key(&SceneArgs { one_sided: true, ..args.clone() }).unwrap(), first);
+        assert_ne!(key_of(&args, LEVELS_VERSION - 1).unwrap(), first, "levels made otherwise");
         std::fs::write(folder.join("a.mtl"), "newmtl a\n").unwrap();
         let beside = key(&args).unwrap();
         assert_ne!(beside, first);

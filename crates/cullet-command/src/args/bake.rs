@@ -6,6 +6,10 @@ use clap::Args;
 
 use super::scene::SceneArgs;
 
+/// Counted up whenever the same mesh and options give other levels: neither the baker, which keeps what is finished, nor who
+/// keeps whole baked files, takes those of before for them.
+pub const LEVELS_VERSION: u32 = 2;
+
 /// End of `cullet bake --help`.
 pub const BAKE_HELP: &str = "\
 The file is a GLB that any viewer opens. Of a .glb or .gltf it is that file as it was, with its textures,
@@ -19,8 +23,8 @@ With --merge neighbouring instances are merged in groups, and groups in larger o
 place of all of its instances where it is near enough to them and has fewer triangles.
 
 The same scene and options make the same bytes, with any number of threads. --resume keeps what is finished of
-each mesh in a folder, and takes from there what was finished before: after Ctrl-C, or where a few meshes of
-many have changed. OUT is replaced when all of it has been written, never by half of it.
+each mesh and merged group in a folder, and takes from there what was finished before: after Ctrl-C, or where
+a few meshes of many have changed. OUT is replaced when all of it has been written, never by half of it.
 
 With --up, --one-sided, --two-sided or --cells the scene is another than the one in the file, and is written
 anew: without textures and animations, and what moves stands as it is stored.
@@ -74,7 +78,7 @@ pub struct BakeArgs {
     /// Write each impostor as PNGs and as a glTF of cards too, into this folder
     #[arg(long, value_name = "PATH", requires = "impostors")]
     pub impostor_sheets: Option<PathBuf>,
-    /// Keep what is finished of each mesh, and go on from what is there
+    /// Keep what is finished of each mesh and merged group, and go on from what is there
     #[arg(long)]
     pub resume: bool,
     /// Folder of what is finished, as --resume keeps it [default: OUT.chunks]

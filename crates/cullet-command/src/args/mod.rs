@@ -6,7 +6,7 @@ mod scene;
 mod simplify;
 mod view;
 
-pub use bake::{BAKE_HELP, BakeArgs};
+pub use bake::{BAKE_HELP, BakeArgs, LEVELS_VERSION};
 pub use cull::{CullArgs, OccluderKind, PRESETS, Preset};
 pub use scene::SceneArgs;
 pub use simplify::{LOD_BENCH_HELP, LodBenchArgs, SIMPLIFY_HELP, SimplifyArgs};

@@ -2,7 +2,7 @@
 
 use cullet::lod::Impostor;
 
-use crate::picture::palette;
+use super::sheet::{part_color, texels};
 
 /// A glTF of six cards that cross in the middle of a mesh, each with one frame of the impostor on it: what lies nearest to
 /// the axes of the mesh. Less than the impostor is, for no viewer walks along its rays: for looking at, and for places where
@@ -101,18 +101,13 @@ pub fn impostor_cards(impostor: &Impostor, name: &str, colors: &[[u8; 3]]) -> Im
 
 /// Colours that are not multiplied by their coverage, for a viewer does that; what is not covered has its neighbour's.
 fn texture(impostor: &Impostor, colors: &[[u8; 3]]) -> Vec<u8> {
-    let (grid, across) = (impostor.grid() as usize, impostor.texels() as usize);
-    let side = grid * across;
-    let mut rgba = Vec::with_capacity(side * side * 4);
-    for y in 0..side {
-        for x in 0..side {
-            let frame = y / across * grid + x / across;
-            let texel = impostor.texel((frame * across + y % across) * across + x % across);
-            let own = colors.get(texel.part as usize).copied();
-            rgba.extend(own.unwrap_or_else(|| palette::material_color(texel.part)));
-            rgba.push((texel.coverage * 255.0).round() as u8);
-        }
-    }
+    let (side, texels) = texels(impostor);
+    let rgba: Vec<u8> = texels
+        .flat_map(|texel| {
+            let [r, g, b] = part_color(&texel, colors);
+            [r, g, b, (texel.coverage * 255.0).round() as u8]
+        })
+        .collect();
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, side as u32, side as u32);
     encoder.set_color(png::ColorType::Rgba);

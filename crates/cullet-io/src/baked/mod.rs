@@ -20,7 +20,7 @@ pub(crate) use impostor::impostor_sum;
 pub use impostor::{impostor_from_bytes, impostor_to_bytes};
 pub(crate) use occluders::occluder_sum;
 pub use occluders::{OccluderPolygon, OccluderSheet, OccluderTables};
-pub(crate) use stand_ins::{StandInTables, sum_of as sum_of_stand_ins};
+pub(crate) use stand_ins::{StandInTables, attribute_sum, sum_of as sum_of_stand_ins};
 pub use tables::{ClusterRow, LevelTables};
 pub(crate) use tables::{ROWS, sum_of};
 

@@ -7,6 +7,7 @@ use cullet::{Handle, Instance, Mesh, MeshData, Scene, Transform};
 
 use super::hash::{Sum, hash};
 use super::{BakedError, LevelTables};
+use crate::Attributes;
 
 /// One that stands for others.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,6 +21,8 @@ pub(crate) struct StandInTables {
     /// For each part an instance below it, and which of its parts that have triangles it is drawn like.
     pub(crate) like: Vec<[u32; 2]>,
     pub(crate) positions: Vec<[f32; 3]>,
+    /// Texture coordinates and colours of the vertices, where there are any.
+    pub(crate) attributes: Attributes,
     pub(crate) levels: LevelTables,
     /// How many triangles all instances below have, by which it is known that they are still the same.
     pub(crate) triangles: u64,
@@ -41,6 +44,13 @@ pub(crate) fn sum_of(all: &[(&StandInTables, [&[u8]; 4])]) -> u64 {
     sum.end()
 }
 
+/// The sum of the attributes of one: of their bytes, texture coordinates and colours, which are empty where there are none.
+pub(crate) fn attribute_sum(tables: [&[u8]; 2]) -> u64 {
+    let mut sum = Sum::new(2);
+    tables.iter().for_each(|bytes| sum.add(hash(bytes)));
+    sum.end()
+}
+
 /// The instances of a scene in the order of its file: by their handles, which are given in that order.
 fn in_order(scene: &Scene) -> Vec<Handle> {
     let mut all: Vec<Handle> = scene.slots().filter_map(|slot| scene.handle(slot)).collect();
@@ -51,8 +61,12 @@ fn in_order(scene: &Scene) -> Vec<Handle> {
 impl StandInTables {
     /// Those of a scene that are not switched off; `written` says which instances are written, and their order is that of
     /// their handles. One of which an instance is not written is left out, with all above it, and so is one with a part that is
-    /// drawn like none of those that it stands for.
-    pub(crate) fn all_of(scene: &Scene, written: impl Fn(u32) -> bool) -> Vec<Self> {
+    /// drawn like none of those that it stands for. `attributes` are of the scene's meshes, by their numbers.
+    pub(crate) fn all_of(
+        scene: &Scene,
+        attributes: &[Attributes],
+        written: impl Fn(u32) -> bool,
+    ) -> Vec<Self> {
         let mut number_of: HashMap<u32, u32> = HashMap::new();
         for handle in in_order(scene) {
             if let Ok(slot) = scene.slot(handle)
@@ -77,8 +91,11 @@ impl StandInTables {
         let mut stand_in_of: HashMap<u32, u32> = HashMap::new();
         for slot in scene.stand_in_slots() {
             let Some([instances, below]) = members.get(&slot) else { continue };
-            if let Some(one) = Self::of(scene, slot, (instances, &number_of), (below, &stand_in_of))
-            {
+            let found = Self::of(scene, slot, (instances, &number_of), (below, &stand_in_of));
+            if let Some(mut one) = found {
+                if let Some(own) = attributes.get(scene.mesh_id(slot) as usize) {
+                    one.set_attributes(own);
+                }
                 stand_in_of.insert(slot, out.len() as u32);
                 out.push(one);
             }
@@ -127,9 +144,28 @@ impl StandInTables {
             stand_ins: numbers(below, stand_in_of)?,
             like: like?,
             positions: held_by.positions().to_vec(),
+            attributes: Attributes::default(),
             levels: tables,
             triangles: all.iter().map(|&s| u64::from(scene.mesh(s).triangle_count())).sum(),
         })
+    }
+
+    /// Takes over lists that are of all its vertices; it has no normals.
+    fn set_attributes(&mut self, own: &Attributes) {
+        let vertices = self.positions.len();
+        if own.uvs.len() == vertices {
+            self.attributes.uvs.clone_from(&own.uvs);
+        }
+        if own.colors.len() == vertices {
+            self.attributes.colors.clone_from(&own.colors);
+        }
+    }
+
+    /// The bytes of its attributes: texture coordinates and colours.
+    pub(crate) fn attributes_to_bytes(&self) -> [Vec<u8>; 2] {
+        let Attributes { uvs, colors, .. } = &self.attributes;
+        [uvs.as_flattened(), colors.as_flattened()]
+            .map(|list| list.iter().flat_map(|v| v.to_le_bytes()).collect())
     }
 
     /// The bytes of its tables: positions, indices, clusters, groups.
@@ -139,7 +175,7 @@ impl StandInTables {
         [positions.collect(), indices, clusters, groups]
     }
 
-    /// Adds all of a list to a scene whose instances are those of the file.
+    /// Adds all of a list to a scene whose instances are those of the file, and to the names and attributes of its meshes.
     ///
     /// # Errors
     /// If one does not fit it; then none is added, but meshes may have been.
@@ -147,17 +183,25 @@ impl StandInTables {
         all: Vec<Self>,
         scene: &mut Scene,
         names: &mut Vec<String>,
+        attributes: &mut Vec<Attributes>,
     ) -> Result<(), BakedError> {
         let handles = in_order(scene);
         let mut given: Vec<Handle> = Vec::with_capacity(all.len());
         let mut below: Vec<u64> = Vec::with_capacity(all.len());
         let result = (|| {
-            for one in all {
+            for mut one in all {
                 let triangles = one.triangles;
+                let own = std::mem::take(&mut one.attributes);
                 let (handle, found) = one.give_one(scene, &handles, (&given, &below), names)?;
                 if found != triangles {
                     let (what, expected) = ("triangles that one stands for", triangles);
                     return Err(BakedError::Count { what, found, expected });
+                }
+                if !own.is_empty()
+                    && let Ok(slot) = scene.slot(handle)
+                {
+                    attributes.resize(scene.mesh_id(slot) as usize, Attributes::default());
+                    attributes.push(own);
                 }
                 given.push(handle);
                 below.push(triangles);

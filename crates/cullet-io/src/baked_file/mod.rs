@@ -9,12 +9,14 @@ use std::sync::OnceLock;
 use thiserror::Error;
 
 use crate::ErrorKind;
-use crate::baked::{BakedError, sum_of};
+use crate::baked::{
+    BakedError, Measured, attribute_sum, impostor_sum, occluder_sum, sum_of, sum_of_stand_ins,
+};
 use crate::gltf::{self, Listed};
 
-pub use crate::gltf::{ListedLevels, ListedMesh};
+pub use crate::gltf::{ListedGroup, ListedImpostor, ListedLevels, ListedMesh, ListedTable};
 pub use mapping::Mapping;
-pub use slices::LevelSlices;
+pub use slices::{GroupSlices, ImpostorSlices, LevelSlices, OccluderSlices};
 
 /// Why a file cannot be used as it lies.
 #[derive(Debug, Error)]
@@ -65,6 +67,8 @@ pub struct BakedFile<B = Mapping> {
     listed: Listed,
     /// For each mesh whether its sum is right, once that is known.
     sound: Vec<OnceLock<Result<(), BakedError>>>,
+    /// And of all merged groups.
+    sound_groups: OnceLock<Result<(), BakedError>>,
 }
 
 impl BakedFile<Mapping> {
@@ -93,7 +97,7 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
         })?;
         let listed = listed.ok_or(BakedFileError::NothingBaked)?;
         let sound = listed.meshes.iter().map(|_| OnceLock::new()).collect();
-        Ok(Self { bytes, listed, sound })
+        Ok(Self { bytes, listed, sound, sound_groups: OnceLock::new() })
     }
 
     /// What baked it, with its version.
@@ -126,13 +130,17 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
                 let tables = l.tables.each_ref().map(|range| &bytes[range.clone()]);
                 (l.kind, &l.measured, &l.parts[..], tables)
             });
-            let (found, expected) = (sum_of(mesh.geometry, rows), mesh.sum);
-            match found == expected {
-                true => Ok(()),
-                false => {
-                    Err(BakedError::Damaged { what: "what is baked of it".into(), found, expected })
-                }
+            same("what is baked of it", sum_of(mesh.geometry, rows), mesh.sum)?;
+            if let Some(table) = &mesh.occluders {
+                let found = occluder_sum(mesh.geometry, &bytes[table.bytes.clone()]);
+                same("its occluders", found, table.sum)?;
             }
+            if let Some(of) = &mesh.impostor {
+                let own = &bytes[of.table.bytes.clone()];
+                let found = impostor_sum(mesh.geometry, &of.measured, own);
+                same("its impostor", found, of.table.sum)?;
+            }
+            Ok(())
         };
         self.sound[at].get_or_init(check).clone()
     }
@@ -162,7 +170,106 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
             let count = mesh.levels.len();
             BakedError::Form(format!("levels {levels} of {count}: there are none"))
         })?;
-        LevelSlices::new(self.bytes(), listed)
+        LevelSlices::new(self.bytes(), &listed.parts, &listed.tables)
+    }
+
+    /// The occluders of the mesh `at` of [`meshes`](Self::meshes), as they lie, if it has some.
+    ///
+    /// # Errors
+    /// As [`levels`](Self::levels), or if there are more or fewer bytes than they say.
+    pub fn occluders(&self, at: usize) -> Result<Option<OccluderSlices<'_>>, BakedError> {
+        self.check(at)?;
+        self.occluders_unchecked(at)
+    }
+
+    /// As [`occluders`](Self::occluders), whether the sum is right or not: of a file that was checked before.
+    ///
+    /// # Errors
+    /// As [`occluders`](Self::occluders), but for the sum.
+    pub fn occluders_unchecked(&self, at: usize) -> Result<Option<OccluderSlices<'_>>, BakedError> {
+        let listed = self.mesh(at)?.occluders.as_ref();
+        listed.map(|of| OccluderSlices::new(self.bytes(), &of.bytes)).transpose()
+    }
+
+    /// The impostor of the mesh `at` of [`meshes`](Self::meshes), as it lies, if it has one.
+    ///
+    /// # Errors
+    /// As [`occluders`](Self::occluders).
+    pub fn impostor(&self, at: usize) -> Result<Option<ImpostorSlices<'_>>, BakedError> {
+        self.check(at)?;
+        self.impostor_unchecked(at)
+    }
+
+    /// As [`impostor`](Self::impostor), whether the sum is right or not: of a file that was checked before.
+    ///
+    /// # Errors
+    /// As [`impostor`](Self::impostor), but for the sum.
+    pub fn impostor_unchecked(&self, at: usize) -> Result<Option<ImpostorSlices<'_>>, BakedError> {
+        let listed = self.mesh(at)?.impostor.as_ref();
+        listed.map(|of| ImpostorSlices::new(self.bytes(), &of.table.bytes)).transpose()
+    }
+
+    /// The merged groups of instances, those below others before them.
+    ///
+    /// # Errors
+    /// If the file says of them what cannot be.
+    pub fn groups(&self) -> Result<&[ListedGroup], BakedError> {
+        self.listed.groups.as_ref().map(|groups| &groups.all[..]).map_err(Clone::clone)
+    }
+
+    /// How errors of merged groups were found; `None` where there are none.
+    #[must_use]
+    pub fn groups_measured(&self) -> Option<Measured> {
+        let groups = self.listed.groups.as_ref().ok()?;
+        (!groups.all.is_empty()).then_some(groups.measured)
+    }
+
+    /// Whether all that is baked of merged groups is as it was written. Reads their tables once, for they have one sum.
+    ///
+    /// # Errors
+    /// If it is not, or as [`groups`](Self::groups).
+    pub fn check_groups(&self) -> Result<(), BakedError> {
+        let groups = self.listed.groups.as_ref().map_err(Clone::clone)?;
+        let check = || {
+            let bytes = self.bytes();
+            let of = |range: &std::ops::Range<usize>| &bytes[range.clone()];
+            let rows = groups.heads.iter().zip(&groups.all).map(|(head, one)| {
+                let [indices, clusters, groups] = one.tables.each_ref().map(of);
+                (head, [of(&one.positions), indices, clusters, groups])
+            });
+            let rows: Vec<_> = rows.collect();
+            if rows.is_empty() {
+                return Ok(());
+            }
+            same("the list of merged groups", sum_of_stand_ins(&rows), groups.sum)?;
+            groups.all.iter().filter_map(|one| one.attributes.as_ref()).try_for_each(
+                |(ranges, sum)| {
+                    let found = attribute_sum(ranges.each_ref().map(of));
+                    same("attributes of a merged group", found, *sum)
+                },
+            )
+        };
+        self.sound_groups.get_or_init(check).clone()
+    }
+
+    /// The tables of a merged group, as they lie. The first time the sum of all groups is checked.
+    ///
+    /// # Errors
+    /// As [`check_groups`](Self::check_groups), or if there is no such group.
+    pub fn group(&self, number: usize) -> Result<GroupSlices<'_>, BakedError> {
+        self.check_groups()?;
+        self.group_unchecked(number)
+    }
+
+    /// As [`group`](Self::group), whether the sum is right or not: of a file that was checked before.
+    ///
+    /// # Errors
+    /// As [`group`](Self::group), but for the sum.
+    pub fn group_unchecked(&self, number: usize) -> Result<GroupSlices<'_>, BakedError> {
+        let all = self.groups()?;
+        let missing =
+            || BakedError::Form(format!("merged group {number} of {}: there is none", all.len()));
+        GroupSlices::new(self.bytes(), all.get(number).ok_or_else(missing)?)
     }
 
     fn mesh(&self, at: usize) -> Result<&ListedMesh, BakedError> {
@@ -174,5 +281,12 @@ impl<B: AsRef<[u8]>> BakedFile<B> {
             Some(problem) => Err(problem.clone()),
             None => Ok(mesh),
         }
+    }
+}
+
+fn same(what: &str, found: u64, expected: u64) -> Result<(), BakedError> {
+    match found == expected {
+        true => Ok(()),
+        false => Err(BakedError::Damaged { what: what.into(), found, expected }),
     }
 }

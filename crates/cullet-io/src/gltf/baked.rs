@@ -12,12 +12,13 @@ use cullet::{MeshData, Scene};
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
 
-use super::baked_items::{MeasuredItem, NAME, check, form, item, measured, sum};
+use super::baked_items::{MeasuredItem, NAME, check, form, item, measured, sum, table};
 use super::buffers::Buffers;
 use super::json::{Float, Index, Integer, Root};
 use super::notes::Notes;
 use super::stand_ins;
 use super::uri::shorten;
+use crate::Attributes;
 use crate::baked::{
     Baked, BakedError, BakedLevels, BakedMesh, LevelKind, LevelTables, MOST_LEVELS, Measured,
     OccluderTables, StandInTables, VERSION, geometry_hash_of, occluder_sum, root_sum, sum_of,
@@ -71,7 +72,7 @@ pub(super) struct MeshItem<'a> {
     #[serde(borrow)]
     pub(super) occluders: Option<OccludersItem<'a>>,
     #[serde(borrow)]
-    impostor: Option<&'a RawValue>,
+    pub(super) impostor: Option<&'a RawValue>,
 }
 
 #[derive(Derive)]
@@ -116,6 +117,7 @@ pub(super) fn read(
     buffers: &Buffers<'_>,
     drawn: &[u32],
     data: &[(String, MeshData)],
+    details: bool,
     notes: &mut Notes,
 ) -> Option<Found> {
     let extensions: Extensions<'_> = serde_json::from_str(root.extensions?.get()).ok()?;
@@ -155,7 +157,7 @@ pub(super) fn read(
         one.mesh.mesh = number as u32;
         found.meshes.push(one);
     }
-    match stand_ins::read(raw, buffers, &mut left) {
+    match stand_ins::read(raw, buffers, details, &mut left) {
         Ok(all) => found.stand_ins = all,
         Err(problem) => notes.push(NAME, format!("{problem}; merged groups are left out")),
     }
@@ -248,19 +250,6 @@ fn mesh(
     Ok(out)
 }
 
-/// The bytes of a table. `left` is how many may yet be taken for any.
-fn table<'a>(
-    buffers: &'a Buffers<'_>,
-    view: Index,
-    left: &mut usize,
-) -> Result<&'a [u8], BakedError> {
-    let count = buffers.views.len();
-    let len = buffers.views.get(view.index()).map(super::buffers::View::len);
-    let len = len.ok_or_else(|| form(format!("names bufferView {} of {count}", view.0)))?;
-    *left = left.checked_sub(len).ok_or_else(|| form("tables share their bytes"))?;
-    buffers.view(view.index()).map_err(|e| form(e.to_string()))
-}
-
 impl Found {
     /// The same without the impostors.
     pub(super) fn without_impostors(mut self) -> Self {
@@ -274,6 +263,7 @@ impl Found {
         self,
         scene: &mut Scene,
         names: &mut Vec<String>,
+        attributes: &mut Vec<Attributes>,
         notes: &mut Notes,
     ) -> Baked {
         let mut baked =
@@ -313,7 +303,7 @@ impl Found {
             baked.meshes.push(one);
         }
         if let Some((measured, all)) = self.stand_ins {
-            match StandInTables::give(all, scene, names) {
+            match StandInTables::give(all, scene, names, attributes) {
                 Ok(()) => baked.stand_ins = Some(measured),
                 Err(problem) => {
                     notes.push(NAME, format!("{problem}; merged groups are left out"));

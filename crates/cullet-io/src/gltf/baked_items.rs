@@ -3,7 +3,8 @@
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
 
-use super::json::{self, Float, Integer};
+use super::buffers::{Buffers, View};
+use super::json::{self, Float, Index, Integer};
 use super::uri::shorten;
 use crate::baked::{BakedError, Measured};
 
@@ -56,4 +57,17 @@ pub(super) fn measured(item: &MeasuredItem) -> Result<Measured, BakedError> {
         most_over: item.most_over.0,
         seed: item.seed.0,
     })
+}
+
+/// The bytes of a table. `left` is how many may yet be taken for any.
+pub(super) fn table<'a>(
+    buffers: &'a Buffers<'_>,
+    view: Index,
+    left: &mut usize,
+) -> Result<&'a [u8], BakedError> {
+    let count = buffers.views.len();
+    let len = buffers.views.get(view.index()).map(View::len);
+    let len = len.ok_or_else(|| form(format!("names bufferView {} of {count}", view.0)))?;
+    *left = left.checked_sub(len).ok_or_else(|| form("tables share their bytes"))?;
+    buffers.view(view.index()).map_err(|e| form(e.to_string()))
 }

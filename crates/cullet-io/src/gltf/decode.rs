@@ -177,17 +177,15 @@ impl<'a> Decoder<'a> {
             }
             let list = self.corners(p, count, corners, &user)?;
             let first_triangle = (data.indices.len() / 3) as u32;
+            let (accessors, buffers) = (self.accessors, self.buffers);
+            let details = self.options.details;
+            let read = |notes: &mut Notes| {
+                Block::read(accessors, buffers, &p.vertices, details, &user, notes)
+            };
             match self.shared.get_mut(&p.vertices).filter(|_| p.deform.is_rigid()) {
                 Some(shared) => {
                     if shared.block.is_none() {
-                        let decoded = Block::read(
-                            self.accessors,
-                            self.buffers,
-                            &p.vertices,
-                            self.options.details,
-                            &user,
-                            notes,
-                        )?;
+                        let decoded = read(notes)?;
                         shared.place = vec![(0, 0); decoded.positions.len()];
                         shared.block = Some(Rc::new(decoded));
                     }
@@ -214,14 +212,7 @@ impl<'a> Decoder<'a> {
                     let base = match bases.get(&(p.vertices, &p.deform)) {
                         Some(&base) => base,
                         None => {
-                            let decoded = Block::read(
-                                self.accessors,
-                                self.buffers,
-                                &p.vertices,
-                                self.options.details,
-                                &user,
-                                notes,
-                            )?;
+                            let decoded = read(notes)?;
                             let base = data.positions.len() as u32;
                             if base == 0 {
                                 data.positions = decoded.positions;

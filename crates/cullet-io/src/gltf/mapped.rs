@@ -3,11 +3,14 @@
 
 use std::ops::Range;
 
-use super::baked::{self, Extended, Extensions, LevelsItem, MeshItem};
+use super::baked::{self, Extended, Extensions, LevelsItem, MeshItem, OccludersItem};
 use super::baked_items::{self, form, item};
-use super::glb;
-use super::json::{self, Integer, Root, ViewItem};
+use super::impostor::{self, ImpostorItem};
+use super::json::{self, Index, Integer, Root, ViewItem};
+use super::mapped_groups::ListedGroups;
+use super::stand_ins;
 use super::uri::shorten;
+use super::{glb, mapped_groups};
 use crate::ErrorKind;
 use crate::baked::{BakedError, LevelKind, MOST_LEVELS, Measured, ROWS, TABLE_ALIGNMENT};
 
@@ -17,6 +20,8 @@ pub(crate) struct Listed {
     pub(crate) generator: String,
     /// In the order of the file's table of chunks.
     pub(crate) meshes: Vec<ListedMesh>,
+    /// Merged groups, or why they cannot be read.
+    pub(crate) groups: Result<ListedGroups, BakedError>,
 }
 
 /// A mesh with something baked.
@@ -34,6 +39,10 @@ pub struct ListedMesh {
     pub sum: u64,
     /// Its levels; none where there is a problem.
     pub levels: Vec<ListedLevels>,
+    /// Its occluders, where they were baked.
+    pub occluders: Option<ListedTable>,
+    /// Its impostor, if it has one.
+    pub impostor: Option<ListedImpostor>,
     /// Why it cannot be read, where it cannot.
     pub problem: Option<BakedError>,
 }
@@ -51,6 +60,24 @@ pub struct ListedLevels {
     pub measured: Measured,
     /// Bytes of the file: indices, clusters, groups.
     pub tables: [Range<usize>; 3],
+}
+
+/// A table with a sum of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ListedTable {
+    /// Bytes of the file.
+    pub bytes: Range<usize>,
+    /// The sum, as the file says.
+    pub sum: u64,
+}
+
+/// The impostor of a mesh, and where it lies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ListedImpostor {
+    /// How its error was found; its [`points`](Measured::points) are directions.
+    pub measured: Measured,
+    /// Its table.
+    pub table: ListedTable,
 }
 
 /// Finds them; `None` where nothing is baked. O(size of the JSON).
@@ -81,12 +108,14 @@ pub(crate) fn list(bytes: &[u8]) -> Result<Option<Listed>, ListError> {
         own.number = u32::try_from(number).unwrap_or(u32::MAX);
         meshes.push(own);
     }
+    let groups = stand_ins::list(raw)
+        .and_then(|list| mapped_groups::groups(&root, list.as_ref(), &bin, &mut taken));
     // Few bytes that stand for much would be work without end for who reads it all.
     taken.sort_unstable_by_key(|range: &Range<usize>| range.start);
     if taken.windows(2).any(|two| two[0].end > two[1].start) {
         return Err(form("tables share their bytes").into());
     }
-    Ok(Some(Listed { generator, meshes }))
+    Ok(Some(Listed { generator, meshes, groups }))
 }
 
 /// Why a file has no list.
@@ -122,6 +151,8 @@ fn mesh(
         bytes,
         sum,
         levels: Vec::new(),
+        occluders: None,
+        impostor: None,
         problem: None,
     };
     let mut read = || -> Result<(), BakedError> {
@@ -134,7 +165,7 @@ fn mesh(
         let own = own.extensions.and_then(|all| all.baked);
         let own =
             own.ok_or_else(|| form("is in the table of chunks, but the mesh has nothing baked"))?;
-        let MeshItem { geometry, levels, .. } = item(own)?;
+        let MeshItem { geometry, levels, occluders, impostor } = item(own)?;
         if levels.len() > MOST_LEVELS {
             let count = levels.len();
             return Err(form(format!(
@@ -150,11 +181,33 @@ fn mesh(
             return Err(BakedError::Count { what, found, expected: bytes });
         }
         taken.extend(listed.iter().flat_map(|l| l.tables.clone()));
+        if let Some(OccludersItem { table, hash }) = occluders {
+            out.occluders = Some(one_table(root, table, &hash, "its occluders", bin)?);
+        }
+        if let Some(raw) = impostor {
+            let ImpostorItem { atlas, hash, measured } = item(raw)?;
+            let table = one_table(root, atlas, &hash, "its impostor", bin)?;
+            let measured = impostor::seen(&measured)?;
+            out.impostor = Some(ListedImpostor { measured, table });
+        }
+        taken.extend(out.occluders.iter().map(|t| t.bytes.clone()));
+        taken.extend(out.impostor.iter().map(|i| i.table.bytes.clone()));
         out.levels = listed;
         Ok(())
     };
     out.problem = read().err();
     out
+}
+
+fn one_table(
+    root: &Root<'_>,
+    view: Index,
+    hash: &str,
+    what: &'static str,
+    bin: &Range<usize>,
+) -> Result<ListedTable, BakedError> {
+    let bytes = aligned(root, view, what, bin)?;
+    Ok(ListedTable { bytes, sum: baked_items::sum(hash)? })
 }
 
 fn levels_of(
@@ -166,22 +219,7 @@ fn levels_of(
     let kind = kind.ok_or_else(|| form(format!("levels of kind {:?}", shorten(&item.kind))))?;
     let parts: Result<Vec<u32>, _> = item.parts.iter().map(|n| u32::try_from(n.0)).collect();
     let parts = parts.map_err(|_| form("a part has more than 2^32 triangles"))?;
-    let views = [item.indices, item.clusters, item.groups];
-    let mut tables = [0..0, 0..0, 0..0];
-    for ((range, view), (what, row)) in tables.iter_mut().zip(views).zip(ROWS) {
-        *range = table(root, view.index(), bin)?;
-        if !range.start.is_multiple_of(TABLE_ALIGNMENT) {
-            return Err(BakedError::Unaligned { what, at: range.start });
-        }
-        if !range.len().is_multiple_of(row) {
-            return Err(BakedError::Size { what, bytes: range.len(), row });
-        }
-    }
-    let found = (tables[0].len() / 12) as u64;
-    let expected = parts.iter().map(|&n| u64::from(n)).sum();
-    if found != expected {
-        return Err(BakedError::Count { what: "triangles of all levels", found, expected });
-    }
+    let tables = level_tables(root, [item.indices, item.clusters, item.groups], &parts, bin)?;
     let errors = item.errors.as_ref().map(|all| all.map(|e| e.0 as f32));
     Ok(ListedLevels {
         kind,
@@ -190,6 +228,53 @@ fn levels_of(
         measured: baked_items::measured(&item.measured)?,
         tables,
     })
+}
+
+/// The tables of levels whose parts have so many triangles: indices, clusters, groups.
+pub(super) fn level_tables(
+    root: &Root<'_>,
+    views: [Index; 3],
+    parts: &[u32],
+    bin: &Range<usize>,
+) -> Result<[Range<usize>; 3], BakedError> {
+    let mut tables = [0..0, 0..0, 0..0];
+    for ((range, view), (what, row)) in tables.iter_mut().zip(views).zip(ROWS) {
+        *range = rows(root, view, (what, row), bin)?;
+    }
+    let found = (tables[0].len() / 12) as u64;
+    let expected = parts.iter().map(|&n| u64::from(n)).sum();
+    if found != expected {
+        return Err(BakedError::Count { what: "triangles of all levels", found, expected });
+    }
+    Ok(tables)
+}
+
+/// The bytes of a table of whole rows.
+pub(super) fn rows(
+    root: &Root<'_>,
+    view: Index,
+    (what, row): (&'static str, usize),
+    bin: &Range<usize>,
+) -> Result<Range<usize>, BakedError> {
+    let range = aligned(root, view, what, bin)?;
+    match range.len().is_multiple_of(row) {
+        true => Ok(range),
+        false => Err(BakedError::Size { what, bytes: range.len(), row }),
+    }
+}
+
+/// The bytes of a table, which begins where tables do.
+fn aligned(
+    root: &Root<'_>,
+    view: Index,
+    what: &'static str,
+    bin: &Range<usize>,
+) -> Result<Range<usize>, BakedError> {
+    let range = table(root, view.index(), bin)?;
+    match range.start.is_multiple_of(TABLE_ALIGNMENT) {
+        true => Ok(range),
+        false => Err(BakedError::Unaligned { what, at: range.start }),
+    }
 }
 
 /// The bytes of a view, counted from the start of the file.

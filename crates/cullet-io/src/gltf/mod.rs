@@ -18,6 +18,7 @@ mod impostor;
 mod instances;
 mod json;
 mod mapped;
+mod mapped_groups;
 mod materials;
 mod meshes;
 mod meshopt;
@@ -45,7 +46,8 @@ pub(crate) use baked_items::NAME as BAKED;
 pub(crate) use cells::{NAME as CELLS, error as cells_error};
 pub(crate) use glb::parts;
 pub(crate) use mapped::{ListError, Listed, list};
-pub use mapped::{ListedLevels, ListedMesh};
+pub use mapped::{ListedImpostor, ListedLevels, ListedMesh, ListedTable};
+pub use mapped_groups::ListedGroup;
 pub(crate) use uri::{UriSource, read as read_uri};
 
 /// Loads a glTF or GLB from the bytes of its file; its other files are `beside`.
@@ -204,7 +206,7 @@ fn decode(bytes: &[u8], beside: Beside<'_>, options: &LoadOptions) -> Result<Dec
         data.push((source.name.clone(), mesh));
     }
     let baked = match options.levels {
-        true => baked::read(&root, &buffers, &placed.meshes, &data, &mut notes),
+        true => baked::read(&root, &buffers, &placed.meshes, &data, options.details, &mut notes),
         false => None,
     };
     let baked = match options.impostors {
@@ -264,8 +266,10 @@ impl Decoded {
         let rig = self.plan.rig(&self.nodes, &self.followers, self.deformed, &handles);
         let motion = rig.moves().then_some(Motion { kind: MotionKind::Rig(rig) });
         scene.sort();
-        let baked =
-            self.baked.map(|found| found.give(&mut scene, &mut mesh_names, &mut self.notes));
+        let attributes = &mut self.attributes;
+        let baked = self
+            .baked
+            .map(|found| found.give(&mut scene, &mut mesh_names, attributes, &mut self.notes));
         let mut model = Model {
             scene,
             mesh_names,

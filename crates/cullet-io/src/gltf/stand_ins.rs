@@ -6,10 +6,13 @@ use std::borrow::Cow;
 use serde::Deserialize as Derive;
 use serde_json::value::RawValue;
 
-use super::baked_items::{MeasuredItem, check, form, item, measured, sum};
-use super::buffers::{Buffers, View};
+use super::baked_items::{MeasuredItem, check, form, item, measured, sum, table};
+use super::buffers::Buffers;
 use super::json::{Float, Index, Integer};
-use crate::baked::{BakedError, LevelTables, Measured, StandInTables, sum_of_stand_ins};
+use crate::Attributes;
+use crate::baked::{
+    BakedError, LevelTables, Measured, StandInTables, attribute_sum, sum_of_stand_ins,
+};
 
 /// Of the object at the root, what is read here.
 #[derive(Derive)]
@@ -19,16 +22,17 @@ struct RootItem<'a> {
 }
 
 #[derive(Derive)]
-struct ListItem<'a> {
+pub(super) struct ListItem<'a> {
     #[serde(borrow)]
-    hash: Cow<'a, str>,
-    measured: MeasuredItem,
-    all: Vec<StandInItem>,
+    pub(super) hash: Cow<'a, str>,
+    pub(super) measured: MeasuredItem,
+    #[serde(borrow)]
+    pub(super) all: Vec<StandInItem<'a>>,
 }
 
 #[derive(Derive)]
 #[serde(rename_all = "camelCase")]
-struct StandInItem {
+pub(super) struct StandInItem<'a> {
     origin: [Float; 3],
     instances: Vec<Integer>,
     stand_ins: Vec<Integer>,
@@ -39,30 +43,53 @@ struct StandInItem {
     indices: Index,
     clusters: Index,
     groups: Index,
+    #[serde(borrow)]
+    pub(super) attributes: Option<AttributesItem<'a>>,
 }
 
-/// Reads them from the extension's object at the root. `left` is how many bytes may yet be taken for tables.
+/// Attributes of the vertices, which older readers pass over.
+#[derive(Derive)]
+pub(super) struct AttributesItem<'a> {
+    pub(super) uvs: Option<Index>,
+    pub(super) colors: Option<Index>,
+    #[serde(borrow)]
+    pub(super) hash: Cow<'a, str>,
+}
+
+impl StandInItem<'_> {
+    /// The bufferViews of positions, indices, clusters and groups.
+    pub(super) fn tables(&self) -> [Index; 4] {
+        [self.positions, self.indices, self.clusters, self.groups]
+    }
+}
+
+/// The list in the extension's object at the root, if there is one.
+pub(super) fn list(raw: &RawValue) -> Result<Option<ListItem<'_>>, BakedError> {
+    let RootItem { stand_ins } = item(raw)?;
+    stand_ins.map(item).transpose()
+}
+
+/// Reads them from the extension's object at the root, with `details` their attributes too. `left` is how many bytes may yet be
+/// taken for tables.
 pub(super) fn read(
     raw: &RawValue,
     buffers: &Buffers<'_>,
+    details: bool,
     left: &mut usize,
 ) -> Result<Option<(Measured, Vec<StandInTables>)>, BakedError> {
-    let RootItem { stand_ins } = item(raw)?;
-    let Some(raw) = stand_ins else { return Ok(None) };
-    let ListItem { hash, measured: found, all } = item(raw)?;
+    let Some(ListItem { hash, measured: found, all }) = list(raw)? else { return Ok(None) };
     let mut made = Vec::with_capacity(all.len());
     let mut bytes = Vec::with_capacity(all.len());
     for one in &all {
-        let tables = [one.positions, one.indices, one.clusters, one.groups];
         let mut own: [&[u8]; 4] = [&[]; 4];
-        for (own, view) in own.iter_mut().zip(tables) {
-            let count = buffers.views.len();
-            let len = buffers.views.get(view.index()).map(View::len);
-            let len = len.ok_or_else(|| form(format!("names bufferView {} of {count}", view.0)))?;
-            *left = left.checked_sub(len).ok_or_else(|| form("tables share their bytes"))?;
-            *own = buffers.view(view.index()).map_err(|e| form(e.to_string()))?;
+        for (own, view) in own.iter_mut().zip(one.tables()) {
+            *own = table(buffers, view, left)?;
         }
-        made.push(tables_of(one, own)?);
+        let mut tables = tables_of(one, own)?;
+        if let Some(item) = one.attributes.as_ref().filter(|_| details) {
+            tables.attributes = attributes_of(item, tables.positions.len(), buffers, left)?;
+        }
+        made.push(tables);
         bytes.push(own);
     }
     let rows: Vec<_> = made.iter().zip(bytes).collect();
@@ -70,15 +97,50 @@ pub(super) fn read(
     Ok(Some((measured(&found)?, made)))
 }
 
-fn tables_of(item: &StandInItem, bytes: [&[u8]; 4]) -> Result<StandInTables, BakedError> {
+fn attributes_of(
+    item: &AttributesItem<'_>,
+    vertices: usize,
+    buffers: &Buffers<'_>,
+    left: &mut usize,
+) -> Result<Attributes, BakedError> {
+    let mut bytes: [&[u8]; 2] = [&[]; 2];
+    for (bytes, view) in bytes.iter_mut().zip([item.uvs, item.colors]) {
+        if let Some(view) = view {
+            *bytes = table(buffers, view, left)?;
+        }
+    }
+    check("attributes of a stand-in", attribute_sum(bytes), sum(&item.hash)?)?;
+    for (bytes, row) in bytes.into_iter().zip([8, 16]) {
+        let (found, expected) = (bytes.len() as u64, vertices as u64 * row);
+        if found != expected && found != 0 {
+            let what = "bytes of attributes of a stand-in";
+            return Err(BakedError::Count { what, found, expected });
+        }
+    }
+    let mut all =
+        Attributes { uvs: rows(bytes[0]), colors: rows(bytes[1]), ..Attributes::default() };
+    all.mend();
+    Ok(all)
+}
+
+/// Rows of numbers, as many as are whole.
+fn rows<const N: usize>(bytes: &[u8]) -> Vec<[f32; N]> {
+    bytes
+        .as_chunks::<4>()
+        .0
+        .as_chunks::<N>()
+        .0
+        .iter()
+        .map(|row| row.map(f32::from_le_bytes))
+        .collect()
+}
+
+/// All that is said of one but for its tables.
+pub(super) fn head_of(item: &StandInItem<'_>) -> Result<StandInTables, BakedError> {
     let ints = |list: &[Integer]| -> Result<Vec<u32>, BakedError> {
         let ints = list.iter().map(|n| u32::try_from(n.0));
         ints.collect::<Result<_, _>>().map_err(|_| form("a stand-in has a number beyond 2^32"))
     };
-    let [positions, indices, clusters, groups] = bytes;
-    if positions.len() % 12 != 0 {
-        return Err(BakedError::Size { what: "its positions", bytes: positions.len(), row: 12 });
-    }
     let like = item.like.iter().map(|pair| Ok(ints(pair)?.try_into().unwrap_or_default()));
     let like: Result<Vec<[u32; 2]>, BakedError> = like.collect();
     Ok(StandInTables {
@@ -86,15 +148,18 @@ fn tables_of(item: &StandInItem, bytes: [&[u8]; 4]) -> Result<StandInTables, Bak
         instances: ints(&item.instances)?,
         stand_ins: ints(&item.stand_ins)?,
         like: like?,
-        positions: positions
-            .as_chunks::<4>()
-            .0
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .map(|p| p.map(f32::from_le_bytes))
-            .collect(),
-        levels: LevelTables::from_bytes(ints(&item.parts)?, [indices, clusters, groups])?,
+        levels: LevelTables { parts: ints(&item.parts)?, ..LevelTables::default() },
         triangles: item.triangles.0,
+        ..StandInTables::default()
     })
+}
+
+fn tables_of(item: &StandInItem<'_>, bytes: [&[u8]; 4]) -> Result<StandInTables, BakedError> {
+    let [positions, indices, clusters, groups] = bytes;
+    if positions.len() % 12 != 0 {
+        return Err(BakedError::Size { what: "its positions", bytes: positions.len(), row: 12 });
+    }
+    let head = head_of(item)?;
+    let levels = LevelTables::from_bytes(head.levels.parts, [indices, clusters, groups])?;
+    Ok(StandInTables { positions: rows(positions), levels, ..head })
 }
