@@ -85,6 +85,12 @@ pub(super) struct Pipelines {
     made: HashMap<PipelineKey, RenderPipeline>,
 }
 
+/// What a scene may need. A page reads no impostors, and need not load and check the shader for them.
+#[cfg(not(target_arch = "wasm32"))]
+const SHADERS: &str = concat!(include_str!("scene.wgsl"), include_str!("impostor.wgsl"));
+#[cfg(target_arch = "wasm32")]
+const SHADERS: &str = include_str!("scene.wgsl");
+
 impl VertexSource {
     /// Whether it makes triangles of the scene.
     pub(super) fn is_painted(self) -> bool {
@@ -96,9 +102,7 @@ impl Pipelines {
     pub(super) fn new(device: &Device, uniform_size: u64) -> Self {
         let module = device.create_shader_module(ShaderModuleDescriptor {
             label: Some("scene"),
-            source: ShaderSource::Wgsl(
-                concat!(include_str!("scene.wgsl"), include_str!("impostor.wgsl")).into(),
-            ),
+            source: ShaderSource::Wgsl(SHADERS.into()),
         });
         let texture = |binding, sample_type| BindGroupLayoutEntry {
             binding,
