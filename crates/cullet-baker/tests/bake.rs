@@ -10,7 +10,7 @@ use cullet_bake::levels::{ChainOptions, HierarchyOptions, build_chain, build_hie
 use cullet_bake::occluders::{OccluderOptions, occluders};
 use cullet_command::occluders::{from_tables, to_tables};
 use cullet_io::baked::LevelKind;
-use cullet_io::{LoadOptions, Model, load, save, scenes};
+use cullet_io::{Attributes, LoadOptions, Model, load, save, scenes};
 use cullet_testkit::{Folder, soups};
 use serde_json::Value;
 
@@ -168,19 +168,22 @@ fn what_is_killed_leaves_the_file_before_and_goes_on_from_there() {
     assert!(bytes(&out) == whole);
 }
 
-/// Forty bumpy balls that touch, whose groups take most of the time, and one far away.
+/// Forty bumpy balls that touch, whose groups take most of the time, and one far away. Texture coordinates are places.
 fn row() -> Model {
     let mut scene = Scene::new();
     let (positions, indices) = soups::bumpy_ball(12, 0.1);
+    let uvs = positions.iter().map(|&[x, y, _]| [x, y]).collect();
     let data = MeshData { positions, indices, ..MeshData::default() };
     let mesh = scene.add_mesh(Mesh::new(data).unwrap());
     for at in 0..41 {
-        let far = if at == 40 { 50.0 } else { 0.0 };
+        let far = if at == 40 { 57.0 } else { 0.0 };
         let place = [f64::from(at % 8) * 1.9 + far, 0.0, f64::from(at / 8) * 1.9];
         scene.add(Instance::new(mesh, Transform::from_translation(place))).unwrap();
     }
     scene.sort();
-    Model { name: "row".into(), scene, mesh_names: vec!["ball".into()], ..Model::default() }
+    let attributes = vec![Attributes { uvs, ..Attributes::default() }];
+    let mesh_names = vec!["ball".into()];
+    Model { name: "row".into(), scene, mesh_names, attributes, ..Model::default() }
 }
 
 #[test]
@@ -191,6 +194,20 @@ fn what_is_killed_between_merged_groups_goes_on_with_the_next() {
     save(&row(), Path::new(&plain)).unwrap();
     let record = figures(&[&plain, "-o", &whole, "--merge", "--threads", "1"]);
     assert!(record["merged_groups"].as_u64().unwrap() > 1, "{record}");
+    let options = LoadOptions { details: true, ..LoadOptions::default() };
+    let back = load(Path::new(&whole), &options).unwrap();
+    assert!(back.warnings.is_empty(), "{:?}", back.warnings);
+    for slot in back.scene.stand_in_slots() {
+        let (mesh, m) = (back.scene.mesh(slot), back.scene.transform(slot).to_matrix());
+        let uvs = &back.attributes[back.scene.mesh_id(slot) as usize].uvs;
+        assert_eq!(uvs.len(), mesh.positions().len());
+        // Where a vertex is in its ball, and the ball in its row.
+        for (p, uv) in mesh.positions().iter().zip(uvs) {
+            let along = (f64::from(p[0]) + m[12] - f64::from(uv[0])) / 1.9;
+            let up = f64::from(p[1]) + m[13] - f64::from(uv[1]);
+            assert!((along - along.round()).abs() < 1e-4 && up.abs() < 1e-4, "{p:?} {uv:?}");
+        }
+    }
     let args = ["--merge", "--threads", "1", "--quiet", "--resume", "--chunks"];
     let args = [&[plain.as_str(), "-o", &out][..], &args, &[&kept]].concat();
     let mut child =

@@ -123,7 +123,9 @@ fn texture_coordinates_and_colours_come_back() {
     let found: Vec<_> = back.scene.stand_in_slots().map(|s| back.scene.mesh_id(s)).collect();
     assert_eq!(back.attributes[found[0] as usize], own);
     assert!(
-        found[1..].iter().all(|&m| back.attributes.get(m as usize).is_none_or(|a| a.is_empty()))
+        found[1..]
+            .iter()
+            .all(|&m| back.attributes.get(m as usize).is_none_or(Attributes::is_empty))
     );
     assert!(with(false).attributes.is_empty());
     let again = saved(&back, "attributes again");

@@ -6,7 +6,7 @@ use cullet::{MeshData, Scene};
 
 use super::fewest::Measure;
 use super::keep::Kept;
-use super::surface::{Piece, Surface};
+use super::surface::{Made, Piece, Surface};
 use super::tree::{Node, tree};
 use super::{Member, MergeInput, MergeOptions, MergedGroup, MeshAttributes};
 use crate::levels::{LevelsError, Within, chain_of};
@@ -14,15 +14,6 @@ use crate::threads;
 
 /// Errors that are stated are so much larger than the largest distance that was found, for the points that were not measured.
 const STATED: f32 = 1.05;
-
-/// A group whose levels are made.
-#[derive(Debug, PartialEq)]
-pub(super) struct Made {
-    pub(super) origin: [f64; 3],
-    pub(super) radius: f32,
-    /// From fine to coarse, with what they were found to be off.
-    pub(super) levels: Vec<(Surface, f32)>,
-}
 
 pub(super) fn build(
     scene: &Scene,

@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use cullet::mesh::{Alpha, Part};
 use cullet::{Mesh, MeshId, Scene};
 
-use super::build::Made;
-use super::surface::Surface;
+use super::surface::{Made, Surface};
 use super::tree::Node;
 use super::{MergeInput, MergeOptions};
 use crate::container::{Container, Tag, write_chunks};

@@ -23,6 +23,15 @@ pub(super) struct Surface {
     pub(super) parts: Vec<Part>,
 }
 
+/// A group whose levels are made.
+#[derive(Debug, PartialEq)]
+pub(super) struct Made {
+    pub(super) origin: [f64; 3],
+    pub(super) radius: f32,
+    /// From fine to coarse, with what they were found to be off.
+    pub(super) levels: Vec<(Surface, f32)>,
+}
+
 /// What is drawn of an instance: a mesh and some of its clusters.
 pub(super) struct Piece {
     pub(super) slot: u32,

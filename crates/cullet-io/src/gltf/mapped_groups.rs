@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::baked_items;
 use super::json::Root;
-use super::mapped::{level_tables, rows};
+use super::mapped_tables::{level_tables, rows};
 use super::stand_ins::{self, ListItem, StandInItem};
 use crate::baked::{BakedError, Measured, StandInTables};
 

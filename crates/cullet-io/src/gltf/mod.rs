@@ -19,6 +19,7 @@ mod instances;
 mod json;
 mod mapped;
 mod mapped_groups;
+mod mapped_tables;
 mod materials;
 mod meshes;
 mod meshopt;
