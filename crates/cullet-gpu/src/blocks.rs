@@ -1,0 +1,110 @@
+//! The instances of a scene in blocks of 256, each with a grid of its own.
+
+use cullet::Scene;
+use cullet::bounds::Aabb;
+
+use super::grid::{Grid, GridBox};
+
+/// Instances of a block: as many as a workgroup has invocations.
+pub const BLOCK: usize = 256;
+
+/// Boxes of a scene's instances on grids, by slot: 16 bytes an instance.
+///
+/// Slots are in the hierarchy's order, so that the instances of a block lie near each other, and its grid is fine.
+#[derive(Clone, Debug, Default)]
+pub struct Blocks {
+    /// As many as there are slots, rounded up to blocks.
+    boxes: Vec<GridBox>,
+    /// Of each block the grid, and the box around those of its instances that have a finite one; everything, where one has not.
+    grids: Vec<(Grid, Aabb)>,
+    slots: u32,
+    /// Blocks that changed since they were uploaded, ascending.
+    changed: Vec<u32>,
+}
+
+impl Blocks {
+    /// All instances of a scene. O(slots).
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let mut made = Self::default();
+        made.update(scene);
+        made
+    }
+
+    /// Follows a scene: what changed since the last time is [known](Self::changed) afterwards. O(slots) reading; only blocks that differ
+    /// are written.
+    pub fn update(&mut self, scene: &Scene) {
+        let slots = scene.slot_count();
+        let blocks = (slots as usize).div_ceil(BLOCK);
+        let had = self.grids.len();
+        self.slots = slots;
+        self.grids.resize(blocks, (Grid { origin: [0.0; 3], step: 1.0 }, Aabb::EMPTY));
+        self.boxes.resize(blocks * BLOCK, GridBox::default());
+        self.changed.clear();
+        let mut own = [GridBox::default(); BLOCK];
+        for block in 0..blocks {
+            let first = (block * BLOCK) as u32;
+            let range = first..slots.min(first + BLOCK as u32);
+            let grid = fill(scene, range, &mut own);
+            let boxes = &mut self.boxes[block * BLOCK..][..BLOCK];
+            if block >= had || self.grids[block] != grid || boxes != own {
+                self.grids[block] = grid;
+                boxes.copy_from_slice(&own);
+                self.changed.push(block as u32);
+            }
+        }
+    }
+
+    /// How many slots the scene has.
+    #[must_use]
+    pub fn slot_count(&self) -> u32 {
+        self.slots
+    }
+
+    /// Boxes by slot; behind the last slot there is none.
+    #[must_use]
+    pub fn boxes(&self) -> &[GridBox] {
+        &self.boxes
+    }
+
+    /// Of each block its grid, and a box around all of its instances.
+    #[must_use]
+    pub fn grids(&self) -> &[(Grid, Aabb)] {
+        &self.grids
+    }
+
+    /// Blocks that the last [update](Self::update) changed, ascending.
+    #[must_use]
+    pub fn changed(&self) -> &[u32] {
+        &self.changed
+    }
+}
+
+/// Boxes of some slots on the finest grid that has them all.
+fn fill(scene: &Scene, slots: std::ops::Range<u32>, own: &mut [GridBox; BLOCK]) -> (Grid, Aabb) {
+    own.fill(GridBox::default());
+    let mut around = Aabb::EMPTY;
+    let mut always = false;
+    for slot in slots.clone().filter(|&slot| !scene.is_removed(slot)) {
+        let bounds = bounds_of(scene, slot);
+        if bounds.is_finite() && !bounds.is_empty() {
+            around = around.union(&bounds);
+        } else {
+            always = true;
+        }
+    }
+    let grid = Grid::around(&around);
+    for slot in slots.clone().filter(|&slot| !scene.is_removed(slot)) {
+        let found = grid.round_out(&bounds_of(scene, slot));
+        // All of them lie on a grid that was made around them.
+        let always = GridBox { flags: GridBox::PRESENT | GridBox::ALWAYS, ..GridBox::default() };
+        own[(slot - slots.start) as usize] = found.unwrap_or(always);
+    }
+    (grid, if always { Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]) } else { around })
+}
+
+/// The box of an instance; of one that is never culled, everything.
+fn bounds_of(scene: &Scene, slot: u32) -> Aabb {
+    let exempt = scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 != 0);
+    if exempt { Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]) } else { scene.bounds(slot) }
+}

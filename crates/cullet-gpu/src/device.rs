@@ -1,0 +1,80 @@
+//! A device without a window: for tests, measurements and programs that have none of their own.
+
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+use wgpu::{
+    Adapter, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, Features, Instance,
+    InstanceDescriptor, MapMode, PollType, Queue, RequestAdapterOptions,
+};
+
+use super::error::GpuError;
+
+/// A graphics device without a window.
+#[derive(Debug)]
+pub struct Gpu {
+    /// The graphics card, or a program in its place.
+    pub adapter: Adapter,
+    /// Opened, with the adapter's own limits.
+    pub device: Device,
+    /// Where work for it is handed in.
+    pub queue: Queue,
+}
+
+impl Gpu {
+    /// The first adapter there is, with its own limits and a clock where it has one; what the environment says of backends
+    /// (`WGPU_BACKEND`) is followed.
+    ///
+    /// # Errors
+    /// If there is none, or it cannot be opened.
+    pub fn open() -> Result<Self, GpuError> {
+        let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
+        let adapter = wait(instance.request_adapter(&RequestAdapterOptions::default()))
+            .map_err(|e| GpuError::NoAdapter(e.to_string()))?;
+        let wanted = DeviceDescriptor {
+            required_limits: adapter.limits(),
+            required_features: adapter.features() & Features::TIMESTAMP_QUERY,
+            ..DeviceDescriptor::default()
+        };
+        let opened = wait(adapter.request_device(&wanted));
+        let (device, queue) = opened.map_err(|e| GpuError::NoDevice {
+            adapter: adapter.get_info().name,
+            why: e.to_string(),
+        })?;
+        Ok(Self { adapter, device, queue })
+    }
+
+    /// What a buffer holds, when all work before is done; it must have been made to be copied from.
+    ///
+    /// # Errors
+    /// If the device is lost.
+    pub fn read(&self, buffer: &Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        if bytes == 0 {
+            return Ok(Vec::new());
+        }
+        let to = self.device.create_buffer(&BufferDescriptor {
+            label: Some("read back"),
+            size: bytes,
+            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &to, 0, bytes);
+        self.queue.submit([encoder.finish()]);
+        to.map_async(MapMode::Read, .., |_| {});
+        let lost = |e: String| GpuError::Lost(e);
+        self.device.poll(PollType::wait_indefinitely()).map_err(|e| lost(e.to_string()))?;
+        let mapped = to.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
+        Ok(mapped.to_vec())
+    }
+}
+
+fn wait<T>(future: impl Future<Output = T>) -> T {
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return value;
+        }
+        std::thread::yield_now();
+    }
+}

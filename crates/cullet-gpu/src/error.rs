@@ -1,0 +1,34 @@
+//! What can go wrong with a device.
+
+/// What can go wrong with a device, and what can be done.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// There is none.
+    #[error(
+        "no graphics adapter was found ({0}); on Linux without a graphics card, install mesa-vulkan-drivers"
+    )]
+    NoAdapter(String),
+    /// It cannot be opened.
+    #[error("the adapter {adapter} cannot be opened: {why}")]
+    NoDevice {
+        /// Its name.
+        adapter: String,
+        /// What it says.
+        why: String,
+    },
+    /// Something is larger than a buffer may be.
+    #[error(
+        "{what}: {bytes} bytes, but a buffer of this device has at most {limit}; draw in parts, or let the CPU decide"
+    )]
+    TooLarge {
+        /// What it is.
+        what: &'static str,
+        /// How many bytes it takes.
+        bytes: u64,
+        /// How many there may be.
+        limit: u64,
+    },
+    /// It went away while it worked.
+    #[error("the device was lost: {0}; open another, and upload the scene again")]
+    Lost(String),
+}

@@ -1,0 +1,264 @@
+//! Lists of instances: never without one that the engine keeps, hardly longer, and the same from any device.
+
+use std::sync::OnceLock;
+
+use cullet::bounds::{Aabb, Plane, Side};
+use cullet::{
+    Camera, Culler, Depth, Instance, Projection, Scene, Stage, Transform, View, ViewState, Visible,
+};
+use cullet_gpu::{
+    BLOCK, BlockPlanes, Blocks, Gpu, GpuError, Grid, GridBox, GridPlane, InstancePass, Lists,
+    visible_ref,
+};
+use cullet_testkit::Rng;
+use cullet_testkit::meshes::block;
+use cullet_testkit::scenes::random_scene;
+use cullet_testkit::views::random_view;
+
+/// The device, or `None`, said aloud, where there is no adapter. With `CULLET_REQUIRE_GPU` set that is a failure.
+fn gpu() -> Option<&'static Gpu> {
+    static GPU: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
+    match GPU.get_or_init(Gpu::open) {
+        Ok(gpu) => Some(gpu),
+        Err(why) => {
+            assert!(
+                std::env::var("CULLET_REQUIRE_GPU").is_err(),
+                "CULLET_REQUIRE_GPU is set: {why}"
+            );
+            let cure = "apt-get install mesa-vulkan-drivers libvulkan1 (software Vulkan will do)";
+            cullet_testkit::skip("no graphics adapter", cure);
+            None
+        }
+    }
+}
+
+/// A number of any size, not finite at times.
+fn any(rng: &mut Rng) -> f32 {
+    match rng.below(12) {
+        0 => 0.0,
+        1 => rng.signed() as f32 * 1e30,
+        2 => rng.signed() as f32 * 1e-38,
+        3 => rng.signed() as f32 * 1e7,
+        _ => rng.signed() as f32 * 10.0,
+    }
+}
+
+fn any_box(rng: &mut Rng) -> Aabb {
+    let [a, b]: [[f32; 3]; 2] = [0, 1].map(|_| [0, 1, 2].map(|_| any(rng)));
+    let around = Aabb::from_points(&[a, b]);
+    match rng.below(20) {
+        0 => Aabb::EMPTY,
+        1 => Aabb::new([f32::NAN; 3], around.max),
+        2 => Aabb::new([f32::NEG_INFINITY; 3], around.max),
+        _ => around,
+    }
+}
+
+#[test]
+fn steps_hold_the_box_and_what_a_plane_rejects_is_outside() {
+    let mut rng = Rng(1);
+    let (mut rejected, mut outside) = (0, 0);
+    for _ in 0..200_000 {
+        let boxes = [any_box(&mut rng), any_box(&mut rng)];
+        let around = boxes.iter().filter(|b| b.is_finite()).fold(Aabb::EMPTY, |u, b| u.union(b));
+        let grid = Grid::around(&around);
+        let plane = Plane::new(rng.direction(), f64::from(any(&mut rng)));
+        let on_grid = GridPlane::new(&plane, &grid);
+        for bounds in boxes {
+            let steps = grid.round_out(&bounds).expect("the grid was made around it");
+            if bounds.is_empty() {
+                assert_eq!(steps, GridBox::default());
+                continue;
+            }
+            assert_ne!(steps.flags & GridBox::PRESENT, 0, "{bounds:?}");
+            if steps.flags & GridBox::ALWAYS != 0 {
+                assert!(!bounds.is_finite(), "{bounds:?}");
+                continue;
+            }
+            let [low, high] = grid.to_box(&steps);
+            for a in 0..3 {
+                assert!(low[a] <= f64::from(bounds.min[a]), "{bounds:?} {steps:?} {grid:?}");
+                assert!(high[a] >= f64::from(bounds.max[a]), "{bounds:?} {steps:?} {grid:?}");
+            }
+            let is_outside = bounds.side(&plane) == Side::Outside;
+            outside += u32::from(is_outside);
+            if on_grid.rejects(&steps) {
+                rejected += 1;
+                assert!(bounds.span(&plane)[1] > 0.0 && is_outside, "{bounds:?} {plane:?}");
+            }
+        }
+    }
+    // Of two boxes of which one is 1e30 times as large, the other is far smaller than the grid's steps.
+    assert!(outside > 50_000 && rejected * 3 > outside, "{rejected} of {outside}");
+}
+
+#[test]
+fn a_plane_that_is_not_finite_and_a_block_without_room_reject_nothing() {
+    let grid = Grid { origin: [1e300, 0.0, 0.0], step: 1e-300 };
+    let all = GridBox { low: [-32767; 3], high: [32767; 3], flags: GridBox::PRESENT };
+    let planes = [
+        Plane::new([f64::NAN, 0.0, 0.0], 0.0),
+        Plane::new([0.0; 3], -1.0),
+        Plane::new([1.0, 0.0, 0.0], f64::INFINITY),
+    ];
+    for plane in planes {
+        assert!(!GridPlane::new(&plane, &grid).rejects(&all), "{plane:?}");
+    }
+    let unit = Grid { origin: [0.0; 3], step: 1.0 };
+    assert!(unit.round_out(&Aabb::new([0.0; 3], [32768.0, 1.0, 1.0])).is_none());
+    // Beyond 32 bits a plane decides by itself.
+    let far = |d: f64| GridPlane::new(&Plane::new([1.0, 0.0, 0.0], d), &unit);
+    assert!(far(-1e12).rejects(&all) && !far(1e12).rejects(&all));
+}
+
+/// Planes of a view, in the space of the scene's boxes.
+fn planes_of(view: &View, scene: &Scene) -> Vec<Plane> {
+    view.frustum().relative_to(scene.origin()).planes().map(|(_, plane)| *plane).collect()
+}
+
+/// The list of the device.
+fn on_device(gpu: &Gpu, pass: &InstancePass, lists: &mut Lists, planes: &BlockPlanes) -> Vec<u32> {
+    lists.set(&gpu.queue, planes).unwrap();
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    pass.record(&mut encoder, lists, planes);
+    gpu.queue.submit([encoder.finish()]);
+    let words = |bytes: Vec<u8>| bytemuck::pod_collect_to_vec::<u8, u32>(&bytes);
+    let counts = words(gpu.read(lists.counts(), 16).unwrap());
+    assert_eq!(counts[0] as usize, planes.in_use().len());
+    words(gpu.read(lists.list(), u64::from(counts[1]) * 4).unwrap())
+}
+
+/// What the engine keeps of the frustum, by slot.
+fn kept(scene: &Scene, view: &View) -> Vec<u32> {
+    let mut visible = Visible::default();
+    let culler = Culler::default().only(Stage::Frustum);
+    culler.cull_one(scene, view, &mut ViewState::default(), &mut visible);
+    let mut slots: Vec<u32> =
+        visible.whole.iter().flat_map(|r| r.first..r.first + r.count).collect();
+    slots.extend(visible.partial.iter().map(|r| r.slot));
+    slots.sort_unstable();
+    slots.dedup();
+    slots
+}
+
+#[test]
+fn lists_hold_what_the_engine_keeps_and_devices_agree_to_the_byte() {
+    let mut rng = Rng(2);
+    let pass = gpu().map(|gpu| InstancePass::new(&gpu.device));
+    let (mut listed, mut expected) = (0, 0);
+    for instances in [0, 1, 2, BLOCK - 1, BLOCK, BLOCK + 1, 700, 5000, 20_000] {
+        let mut scene = random_scene(&mut rng, instances);
+        scene.commit();
+        let blocks = Blocks::new(&scene);
+        assert_eq!(blocks.slot_count(), scene.slot_count());
+        let mut lists = gpu()
+            .zip(pass.as_ref())
+            .map(|(gpu, pass)| Lists::new(&gpu.device, &gpu.queue, pass, &blocks, 6).unwrap());
+        for _ in 0..12 {
+            let view = random_view(&mut rng);
+            let mut planes = BlockPlanes::default();
+            planes.set(&blocks, &planes_of(&view, &scene));
+            let list = visible_ref(&blocks, &planes);
+            assert!(list.is_sorted_by(|a, b| a < b));
+            let engine = kept(&scene, &view);
+            let missing = engine.iter().filter(|slot| list.binary_search(slot).is_err()).count();
+            assert_eq!(missing, 0, "{instances} instances, {view:?}");
+            listed += list.len();
+            // The engine looks at clusters too; boxes alone say this much.
+            let all = planes_of(&view, &scene);
+            let keeps =
+                |&slot: &u32| all.iter().all(|p| scene.bounds(slot).side(p) != Side::Outside);
+            expected += scene.slots().filter(keeps).count();
+            if let (Some(gpu), Some(pass), Some(lists)) = (gpu(), &pass, &mut lists) {
+                assert!(on_device(gpu, pass, lists, &planes) == list, "{instances} instances");
+            }
+        }
+    }
+    assert!(
+        listed > 1000 && listed * 100 <= expected * 102,
+        "{listed} listed, {expected} by their boxes"
+    );
+}
+
+/// Boxes side by side, in rows.
+fn rows(instances: u32) -> Scene {
+    let mut scene = Scene::new();
+    let mesh = scene.add_mesh(block([-0.4; 3], [0.4; 3]));
+    for i in 0..instances {
+        let at = [f64::from(i % 512), f64::from(i / 512), -20.0];
+        scene.add(Instance::new(mesh, Transform::from_translation(at))).unwrap();
+    }
+    scene.commit();
+    scene
+}
+
+fn view_at(eye: [f64; 3]) -> View {
+    let projection =
+        Projection::Perspective { fov_y_radians: 1.0, aspect: 1.6, near: 0.1, far: f64::INFINITY };
+    let target = [eye[0] + 3.0, eye[1] + 2.0, -20.0];
+    View::new(&Camera::look_at(eye, target, projection), Depth::Reversed, [640, 400]).unwrap()
+}
+
+#[test]
+fn what_moves_is_uploaded_and_nothing_else() {
+    let Some(gpu) = gpu() else { return };
+    let pass = InstancePass::new(&gpu.device);
+    let mut scene = rows(40 * BLOCK as u32);
+    let mut blocks = Blocks::new(&scene);
+    let mut lists = Lists::new(&gpu.device, &gpu.queue, &pass, &blocks, 6).unwrap();
+    assert_eq!(lists.uploaded(), 40 * BLOCK as u64 * 16);
+    blocks.update(&scene);
+    assert!(blocks.changed().is_empty());
+    // Two instances move a little.
+    for slot in [700, 5000] {
+        let mut t = *scene.transform(slot);
+        t.translation[0] += 0.25;
+        scene.set_transform(scene.handle(slot).unwrap(), t).unwrap();
+    }
+    scene.commit();
+    blocks.update(&scene);
+    assert!(!blocks.changed().is_empty() && blocks.changed().len() <= 4, "{:?}", blocks.changed());
+    assert!(lists.update(&gpu.queue, &blocks));
+    assert_eq!(lists.uploaded(), blocks.changed().len() as u64 * BLOCK as u64 * 16);
+    let mut planes = BlockPlanes::default();
+    for eye in [[0.0, 0.0, 0.0], [300.0, 5.0, -15.0], [1e5, 0.0, 0.0]] {
+        planes.set(&blocks, &planes_of(&view_at(eye), &scene));
+        assert!(on_device(gpu, &pass, &mut lists, &planes) == visible_ref(&blocks, &planes));
+    }
+    assert!(!lists.update(&gpu.queue, &Blocks::new(&rows(3))), "another scene");
+}
+
+#[test]
+fn more_blocks_than_one_row_of_workgroups_has_room_for() {
+    let Some(gpu) = gpu() else { return };
+    // 32,769 blocks of which most are nearly empty would take an hour to add one by one; so many instances do not.
+    let pass = InstancePass::new(&gpu.device);
+    let scene = rows(300 * BLOCK as u32);
+    let blocks = Blocks::new(&scene);
+    let mut lists = Lists::new(&gpu.device, &gpu.queue, &pass, &blocks, 6).unwrap();
+    let mut planes = BlockPlanes::default();
+    planes.set(&blocks, &[]);
+    assert_eq!(planes.in_use().len(), 300);
+    let all = on_device(gpu, &pass, &mut lists, &planes);
+    assert!(all == (0..300 * BLOCK as u32).collect::<Vec<_>>());
+    let none = Plane::new([0.0, 0.0, 1.0], -100.0);
+    planes.set(&blocks, &[none]);
+    assert!(planes.in_use().is_empty());
+    assert!(on_device(gpu, &pass, &mut lists, &planes).is_empty());
+}
+
+#[test]
+fn what_is_too_large_for_the_device_is_said_in_numbers() {
+    let Some(gpu) = gpu() else { return };
+    let pass = InstancePass::new(&gpu.device);
+    let blocks = Blocks::new(&rows(600));
+    let made = Lists::new(&gpu.device, &gpu.queue, &pass, &blocks, usize::MAX / 1024);
+    let told = made.map(|_| ()).unwrap_err().to_string();
+    assert!(told.contains("planes of blocks") && told.contains("at most"), "{told}");
+    let mut lists = Lists::new(&gpu.device, &gpu.queue, &pass, &blocks, 1).unwrap();
+    let mut planes = BlockPlanes::default();
+    planes.set(&blocks, &planes_of(&view_at([0.0, 0.0, -19.9]), &rows(600)));
+    let many = planes.in_use().iter().map(|b| b.plane_count).sum::<u32>();
+    assert!(many as usize > blocks.grids().len(), "{many}");
+    assert!(matches!(lists.set(&gpu.queue, &planes), Err(GpuError::TooLarge { .. })));
+}
