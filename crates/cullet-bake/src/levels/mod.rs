@@ -18,6 +18,7 @@ mod options;
 mod original;
 #[cfg(feature = "meshopt")]
 mod part;
+mod peaks;
 mod quantile;
 mod samples;
 #[cfg(feature = "meshopt")]

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::distance::{SurfaceTree, closest_point};
 use super::original::Original;
+use super::peaks::Peaks;
 use super::samples::SurfacePoint;
 use super::within::Found;
 
@@ -91,7 +92,8 @@ impl Original {
         ends
     }
 
-    /// The largest distance that is found between the original and a list of triangles, either way, by all points there are.
+    /// The largest distance that is found between the original and a list of triangles, either way, by all points there are and the
+    /// tops that are reached from them.
     fn largest_distance(&self, indices: &[u32]) -> f32 {
         let tree = SurfaceTree::new(&self.positions, indices);
         let mut error = 0.0_f32;
@@ -103,10 +105,26 @@ impl Original {
         };
         self.positions.iter().for_each(|&p| test(&tree, p));
         let there = self.points.iter().copied().chain(self.confirming_points(&self.indices));
-        there.for_each(|SurfacePoint { point, .. }| test(&tree, point));
+        let error = self.highest(&tree, &self.indices, there, error);
         let back = self.points_back(indices).into_iter().chain(self.confirming_points(indices));
-        back.for_each(|SurfacePoint { point, .. }| test(&self.tree, point));
-        error
+        self.highest(&self.tree, indices, back, error)
+    }
+
+    /// The largest distance of points of a surface from another, and of the tops that are reached from them, at least `error`.
+    fn highest(
+        &self,
+        from: &SurfaceTree,
+        indices: &[u32],
+        points: impl Iterator<Item = SurfacePoint>,
+        mut error: f32,
+    ) -> f32 {
+        let mut peaks = Peaks::default();
+        for point in points {
+            error = peaks.add(from, point, error).map_or(error, |distance| error.max(distance));
+        }
+        let far = |top: SurfacePoint| from.nearest(top.point, f32::INFINITY);
+        let tops = peaks.climb(from, |t| self.corners(indices, t)).into_iter();
+        tops.map(|top| far(top).map_or(f32::INFINITY, |n| n.0)).fold(error, f32::max)
     }
 }
 

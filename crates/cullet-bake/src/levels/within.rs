@@ -6,6 +6,7 @@ use cullet::mesh::Part;
 use super::distance::SurfaceTree;
 use super::error::LevelsError;
 use super::original::Original;
+use super::peaks::Peaks;
 use super::samples::SurfacePoint;
 use super::simplifier::{Target, simplify};
 
@@ -49,8 +50,8 @@ const LAST_SHARES: [f32; 5] = [0.25, 0.125, 0.06, 0.03, 0.01];
 const CONFIRMED: f32 = 1.08;
 
 /// Simplifies a mesh to few triangles, which deviate by no more than `bound` from the mesh, nor the mesh from them: no corner
-/// does, nor any of the random points, one and more of each triangle. Some four to sixteen points a triangle confirm that, of
-/// which none may be farther than 1.08 of the bound. That is measured, unlike the simplifier's own error, which is no bound.
+/// does, nor any of the random points, one and more of each triangle. Some four to sixteen points a triangle confirm that, and the tops
+/// that are reached uphill from the farthest of them; none may be farther than 1.08 of the bound. That is measured, unlike the simplifier's own error, which is no bound.
 /// Of other points fewer than one in a thousand is beyond the bound, and none was found beyond 1.2 of it.
 ///
 /// Vertices keep their places and numbers, so that their attributes go on to be right. Parts stay apart: the line between
@@ -171,11 +172,19 @@ impl Original {
         if !state.exceeded {
             // Few are beyond the bound where none of the others was.
             state.bound = bound * CONFIRMED;
-            for SurfacePoint { point, triangle } in self.confirming_points(&self.indices) {
-                state.test(&tree, point, |_| corners(triangle));
+            let mut peaks = Peaks::default();
+            for of in self.confirming_points(&self.indices) {
+                state.test_high(&tree, of, &mut peaks, |_| corners(of.triangle));
             }
-            for SurfacePoint { point, .. } in self.confirming_points(indices) {
-                state.test(&self.tree, point, corners);
+            for top in peaks.climb(&tree, |t| self.corners(&self.indices, t)) {
+                state.test(&tree, top.point, |_| corners(top.triangle));
+            }
+            let mut peaks = Peaks::default();
+            for of in self.confirming_points(indices) {
+                state.test_high(&self.tree, of, &mut peaks, corners);
+            }
+            for top in peaks.climb(&self.tree, |t| self.corners(indices, t)) {
+                state.test(&self.tree, top.point, corners);
             }
         }
         if state.exceeded { Measured::Locked(state.newly) } else { Measured::Within(state.error) }
@@ -216,6 +225,20 @@ struct State<'a> {
 }
 
 impl State<'_> {
+    /// Tests a point, and remembers it where it is high.
+    #[inline]
+    fn test_high(
+        &mut self,
+        tree: &SurfaceTree,
+        of: SurfacePoint,
+        peaks: &mut Peaks,
+        vertices: impl Fn(u32) -> [usize; 3],
+    ) {
+        if peaks.add(tree, of, self.error).is_some_and(|distance| distance > self.error) {
+            self.test(tree, of.point, vertices);
+        }
+    }
+
     /// Tests a point; `vertices` of the triangle that is nearest are locked if it is too far.
     #[inline]
     fn test(&mut self, tree: &SurfaceTree, point: [f32; 3], vertices: impl Fn(u32) -> [usize; 3]) {

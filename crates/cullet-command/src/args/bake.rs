@@ -8,7 +8,7 @@ use super::scene::SceneArgs;
 
 /// Counted up whenever the same mesh and options give other levels: neither the baker, which keeps what is finished, nor who
 /// keeps whole baked files, takes those of before for them.
-pub const LEVELS_VERSION: u32 = 2;
+pub const LEVELS_VERSION: u32 = 3;
 
 /// End of `cullet bake --help`.
 pub const BAKE_HELP: &str = "\
