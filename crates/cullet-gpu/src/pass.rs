@@ -117,7 +117,7 @@ impl Lists {
     ) -> Result<Self, GpuError> {
         let count = blocks.grids().len().max(1);
         let limits = device.limits();
-        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size.into());
+        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
         let make = |what, items: usize, size: usize, more: BufferUsages| {
             let bytes = (items * size).max(16) as u64;
             if bytes > limit {
@@ -230,6 +230,6 @@ impl Lists {
     pub fn bytes(&self) -> u64 {
         let all = [&self.boxes, &self.in_use, &self.planes, &self.bits, &self.places];
         let all = all.into_iter().chain([&self.list, &self.counts]);
-        all.map(|buffer| buffer.size()).sum()
+        all.map(Buffer::size).sum()
     }
 }
