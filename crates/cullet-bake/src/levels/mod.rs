@@ -18,6 +18,7 @@ mod options;
 mod original;
 #[cfg(feature = "meshopt")]
 mod part;
+#[cfg(feature = "meshopt")]
 mod peaks;
 mod quantile;
 mod samples;
