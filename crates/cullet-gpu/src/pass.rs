@@ -189,7 +189,7 @@ impl Lists {
         true
     }
 
-    /// Uploads what a view asks. To be called before the passes are [recorded](InstancePass::record); once between two submissions.
+    /// Uploads the blocks and planes of a view. To be called before the passes are [recorded](InstancePass::record); once between two submissions.
     ///
     /// # Errors
     /// If it has more planes than room was made for.

@@ -81,7 +81,7 @@ pub struct InUse {
     pub padding: u32,
 }
 
-/// What one view asks of blocks: those that are not outside as a whole, each with the planes that cross it, on its own grid.
+/// The blocks that one view tests: those that are not outside as a whole, each with the planes that cross it, on its own grid.
 #[derive(Clone, Debug, Default)]
 pub struct BlockPlanes {
     pub(crate) in_use: Vec<InUse>,

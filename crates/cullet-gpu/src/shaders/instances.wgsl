@@ -2,7 +2,7 @@
 
 struct GridBox { low_xy: u32, low_z_high_x: u32, high_yz: u32, flags: u32 }
 struct InUse { block: u32, first_plane: u32, plane_count: u32, padding: u32 }
-// For an indirect draw of one mesh: the others are set before.
+// The first is set by the CPU.
 struct Counts { blocks: u32, visible: u32, padding_0: u32, padding_1: u32 }
 
 const PRESENT = 1u;
