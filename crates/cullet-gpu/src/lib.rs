@@ -23,6 +23,7 @@ mod grid;
 mod lists;
 mod pass;
 mod planes;
+mod pyramid;
 
 pub use blocks::{BLOCK, Blocks};
 pub use device::Gpu;
@@ -31,3 +32,4 @@ pub use grid::{Grid, GridBox};
 pub use lists::visible_ref;
 pub use pass::{InstancePass, Lists};
 pub use planes::{BlockPlanes, GridPlane, InUse};
+pub use pyramid::{Pyramid, PyramidPass, level_sizes, pyramid_ref};

@@ -1,6 +1,6 @@
 //! Lists of instances: never without one that the engine keeps, hardly longer, and the same from any device.
 
-use std::sync::OnceLock;
+mod common;
 
 use cullet::bounds::{Aabb, Plane, Side};
 use cullet::{
@@ -15,22 +15,7 @@ use cullet_testkit::meshes::block;
 use cullet_testkit::scenes::random_scene;
 use cullet_testkit::views::random_view;
 
-/// The device, or `None`, said aloud, where there is no adapter. With `CULLET_REQUIRE_GPU` set that is a failure.
-fn gpu() -> Option<&'static Gpu> {
-    static GPU: OnceLock<Result<Gpu, GpuError>> = OnceLock::new();
-    match GPU.get_or_init(Gpu::open) {
-        Ok(gpu) => Some(gpu),
-        Err(why) => {
-            assert!(
-                std::env::var("CULLET_REQUIRE_GPU").is_err(),
-                "CULLET_REQUIRE_GPU is set: {why}"
-            );
-            let cure = "apt-get install mesa-vulkan-drivers libvulkan1 (software Vulkan will do)";
-            cullet_testkit::skip("no graphics adapter", cure);
-            None
-        }
-    }
-}
+use common::gpu;
 
 /// A number of any size, not finite at times.
 fn any(rng: &mut Rng) -> f32 {

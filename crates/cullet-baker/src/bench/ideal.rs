@@ -7,7 +7,7 @@
 
 use cullet::lod::PixelScale;
 use cullet_bake::levels::simplifier::{Target, simplify};
-use cullet_bake::levels::{LevelsError, SurfaceTree, surface_points};
+use cullet_bake::levels::{LevelsError, SurfacePoint, SurfaceTree, surface_points};
 use serde::Serialize;
 
 use super::kept::{EYES, RADII};
@@ -59,7 +59,12 @@ impl<'a> Ideal<'a> {
     ) -> Result<Self, LevelsError> {
         const SEED: u64 = 0x0069_6465_616c;
         let (positions, indices) = (&whole.positions, &whole.indices);
-        let sampled = surface_points(positions, indices, whole.triangles() * POINTS, SEED);
+        let mut sampled = surface_points(positions, indices, whole.triangles() * POINTS, SEED);
+        // The middle of each as well: by area alone, of the castle's 139,619 triangles 11,913 had a point.
+        sampled.extend((0..).zip(indices.as_chunks().0).map(|(triangle, corners)| {
+            let [a, b, c] = corners.map(|v: u32| positions[v as usize]);
+            SurfacePoint { point: [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0), triangle }
+        }));
         let original = SurfaceTree::new(positions, indices);
         let mut first = Level::new(whole.triangles(), sampled.len());
         sampled.iter().for_each(|p| first.add(p.triangle, 0.0));
