@@ -63,7 +63,7 @@ mod tests {
                 let down = f64::from(ring) / f64::from(rows) * std::f64::consts::PI;
                 // The poles are one place each, to the last bit.
                 let r = if ring % rows == 0 { 0.0 } else { down.sin() };
-                let p = DVec3::new(r * around.cos(), down.cos(), -r * around.sin());
+                let p = DVec3::new(r * around.cos(), down.cos(), r * around.sin());
                 positions.push((p * axes).as_vec3().to_array().map(|v| v + 0.0));
             }
         }
@@ -88,7 +88,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(128))]
+        #![proptest_config(ProptestConfig::with_cases(1024))]
 
         #[test]
         fn a_convex_solid_has_one_back_region_from_outside(
@@ -122,7 +122,8 @@ mod tests {
             let regions = back_regions(&eye, &positions, &indices);
             prop_assert_eq!(regions.count(), 1);
             let solid = triangles.iter().filter(|t| has_area(t)).count();
-            prop_assert!(regions.triangles[0] as usize * 5 > solid);
+            // Opposite to a facet that is seen is one that is not; diagonals may lie otherwise.
+            prop_assert!(regions.triangles[0] as usize * 5 >= solid * 2);
         }
     }
 }
