@@ -95,10 +95,10 @@ fn fill(scene: &Scene, slots: std::ops::Range<u32>, own: &mut [GridBox; BLOCK]) 
     }
     let grid = Grid::around(&around);
     for slot in slots.clone().filter(|&slot| !scene.is_removed(slot)) {
-        let found = grid.round_out(&bounds_of(scene, slot));
         // All of them lie on a grid that was made around them.
-        let always = GridBox { flags: GridBox::PRESENT | GridBox::ALWAYS, ..GridBox::default() };
-        own[(slot - slots.start) as usize] = found.unwrap_or(always);
+        let found = grid.round_out(&bounds_of(scene, slot)).unwrap_or(GridBox::ALWAYS);
+        let layers = found.layers & scene.layers(slot);
+        own[(slot - slots.start) as usize] = GridBox { layers, ..found };
     }
     (grid, if always { Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]) } else { around })
 }

@@ -28,6 +28,18 @@ pub enum GpuError {
         /// How many there may be.
         limit: u64,
     },
+    /// A picture is larger than a texture may be.
+    #[error(
+        "a picture of {width} x {height} pixels, but a texture of this device has at most {limit} a side; draw it in parts"
+    )]
+    Size {
+        /// Pixels of a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// The most that a side may have.
+        limit: u32,
+    },
     /// It went away while it worked.
     #[error("the device was lost: {0}; open another, and upload the scene again")]
     Lost(String),

@@ -15,9 +15,9 @@ pub struct Grid {
     pub step: f64,
 }
 
-/// A box in steps of a [`Grid`], and what an instance is besides: 16 bytes, as they lie on the device.
+/// A box in steps of a [`Grid`], and the layers of its instance: 16 bytes, as they lie on the device.
 ///
-/// An instance without a box, one removed or empty, has `flags` without a bit, and is never drawn. One whose box says nothing, being
+/// An instance that is not there, being removed or empty, is in no layer, and never drawn. One whose box says nothing, being
 /// infinite or not a number, has [`GridBox::ALWAYS`] and is outside of no plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
@@ -26,15 +26,19 @@ pub struct GridBox {
     pub low: [i16; 3],
     /// Highest steps.
     pub high: [i16; 3],
-    /// [`GridBox::PRESENT`] and [`GridBox::ALWAYS`].
-    pub flags: u32,
+    /// A bit for each layer.
+    pub layers: u32,
 }
 
 impl GridBox {
-    /// There is an instance.
-    pub const PRESENT: u32 = 1;
-    /// It is outside of no plane.
-    pub const ALWAYS: u32 = 2;
+    /// A box beyond every grid, in all layers.
+    pub const ALWAYS: Self = Self { low: [i16::MIN; 3], high: [i16::MAX; 3], layers: u32::MAX };
+
+    /// Whether it is outside of no plane.
+    #[must_use]
+    pub fn is_always(&self) -> bool {
+        self.low[0] == i16::MIN
+    }
 }
 
 impl Grid {
@@ -60,21 +64,20 @@ impl Grid {
         Self { origin, step }
     }
 
-    /// A box in steps, at least as large; `None` where it reaches beyond the grid. A box that is empty or not finite is
-    /// [`GridBox::default`] or [always](GridBox::ALWAYS) there.
+    /// A box in steps, at least as large, in all layers; `None` where it reaches beyond the grid. A box that is empty or not finite
+    /// is [`GridBox::default`] or [always](GridBox::ALWAYS) there.
     #[must_use]
     pub fn round_out(&self, bounds: &Aabb) -> Option<GridBox> {
-        let always = GridBox { flags: GridBox::PRESENT | GridBox::ALWAYS, ..GridBox::default() };
         if bounds.min.iter().chain(&bounds.max).any(|v| v.is_nan()) {
-            return Some(always);
+            return Some(GridBox::ALWAYS);
         }
         if bounds.is_empty() {
             return Some(GridBox::default());
         }
         if !bounds.is_finite() {
-            return Some(always);
+            return Some(GridBox::ALWAYS);
         }
-        let mut out = GridBox { flags: GridBox::PRESENT, ..GridBox::default() };
+        let mut out = GridBox { layers: u32::MAX, ..GridBox::default() };
         for a in 0..3 {
             let low = self.steps(bounds.min[a], a, -1.0).floor();
             let high = self.steps(bounds.max[a], a, 1.0).ceil();

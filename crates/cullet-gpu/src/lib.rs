@@ -12,24 +12,46 @@
 //!  View ──► BlockPlanes ─────► blocks in use, their planes  each frame, by the CPU: 1/256 of the tests
 //!              │
 //!              ▼
-//!            test ──► bits ──► counts ──scan──► places ──scatter──► slots, in order ──► arguments of the draws
+//!            test ──► bits ──► list of those seen before ──► drawn ──► depth ──► pyramid
+//!                      │                                                           │
+//!                      └─────────────────────► late test ◄─────────────────────────┘
+//!                                                  │
+//!                                                  ▼
+//!                                   bits ──► list of what is new ──► drawn
 //! ```
+//!
+//! [`Culling`] is all of it for one scene and one view at a time, in a program's own device and encoder; lists are in order, and
+//! each bucket of instances that are drawn alike is one indirect draw. Boxes are tested in integers. Against the [`Pyramid`] they
+//! are tested in floating point, which devices round differently: there the promise is that what owns a pixel is drawn.
 #![forbid(unsafe_code)]
 
 mod blocks;
+mod buffers;
+mod culling;
 mod device;
 mod error;
+mod geometry;
 mod grid;
+mod ids;
+mod instances;
+mod lanes;
 mod lists;
-mod pass;
+mod occlusion;
 mod planes;
 mod pyramid;
+mod reference;
 
 pub use blocks::{BLOCK, Blocks};
+pub use culling::{Culling, Passes, Phase};
 pub use device::Gpu;
 pub use error::GpuError;
+pub use geometry::{Draw, GpuScene, Place};
 pub use grid::{Grid, GridBox};
-pub use lists::visible_ref;
-pub use pass::{InstancePass, Lists};
+pub use ids::{EyeUniform, IdPass, IdTarget, culled_faces};
+pub use instances::{InstanceBits, InstancePass};
+pub use lanes::{Bucket, Kind, Lanes};
+pub use lists::{DrawArguments, LaneBuffers, ListPass, ListSource, Listed, SlotList};
+pub use occlusion::{OcclusionPass, VisibleBits};
 pub use planes::{BlockPlanes, GridPlane, InUse};
 pub use pyramid::{Pyramid, PyramidPass, level_sizes, pyramid_ref};
+pub use reference::visible_ref;

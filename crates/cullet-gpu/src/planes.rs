@@ -86,15 +86,18 @@ pub struct InUse {
 pub struct BlockPlanes {
     pub(crate) in_use: Vec<InUse>,
     pub(crate) planes: Vec<GridPlane>,
+    layers: u32,
 }
 
 impl BlockPlanes {
     /// Brings planes that point out to all blocks. O(blocks × planes); nothing is allocated once it has grown.
     ///
-    /// A block beyond one of them is left out, and a plane that all of a block is within is not tested there.
-    pub fn set(&mut self, blocks: &Blocks, planes: &[Plane]) {
+    /// A block beyond one of them is left out, and a plane that all of a block is within is not tested there. Of instances those
+    /// in one of the `layers` are drawn.
+    pub fn set(&mut self, blocks: &Blocks, planes: &[Plane], layers: u32) {
         self.in_use.clear();
         self.planes.clear();
+        self.layers = layers;
         for (block, (grid, bounds)) in (0..).zip(blocks.grids()) {
             let first_plane = self.planes.len() as u32;
             if self.add(grid, bounds, planes) {
@@ -122,6 +125,12 @@ impl BlockPlanes {
     #[must_use]
     pub fn in_use(&self) -> &[InUse] {
         &self.in_use
+    }
+
+    /// Layers that are drawn.
+    #[must_use]
+    pub fn layers(&self) -> u32 {
+        self.layers
     }
 
     /// Their planes.

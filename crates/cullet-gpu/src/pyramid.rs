@@ -4,13 +4,14 @@
 //! Pipelines*, 2015.
 
 use wgpu::{
-    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
-    BindGroupLayoutEntry, BindingResource, BindingType, CommandEncoder, ComputePassDescriptor,
-    ComputePipeline, ComputePipelineDescriptor, Device, Extent3d, PipelineLayoutDescriptor,
-    ShaderModuleDescriptor, ShaderSource, ShaderStages, StorageTextureAccess, Texture,
-    TextureAspect, TextureDescriptor, TextureDimension, TextureFormat, TextureSampleType,
-    TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
+    BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry,
+    BindingResource, BindingType, CommandEncoder, ComputePassDescriptor, ComputePipeline, Device,
+    Extent3d, ShaderStages, StorageTextureAccess, Texture, TextureAspect, TextureDescriptor,
+    TextureDimension, TextureFormat, TextureSampleType, TextureUsages, TextureView,
+    TextureViewDescriptor, TextureViewDimension,
 };
+
+use super::buffers::{layout, pipelines};
 
 /// Sizes of the levels above a picture: powers of two, the first at least half of it, each half of the one before, down to one
 /// texel.
@@ -49,17 +50,24 @@ pub struct PyramidPass {
     layouts: [BindGroupLayout; 2],
     first: ComputePipeline,
     next: ComputePipeline,
+    /// For those who test against a pyramid.
+    reading: BindGroupLayout,
 }
 
 /// The pyramid of a picture of one size.
 #[derive(Debug)]
 pub struct Pyramid {
     texture: Texture,
-    /// All levels.
-    view: TextureView,
+    /// Of the picture.
+    size: [u32; 2],
     sizes: Vec<[u32; 2]>,
     /// What makes each level.
     groups: Vec<BindGroup>,
+    reading: BindGroup,
+}
+
+fn view_entry(binding: u32, view: &TextureView) -> BindGroupEntry<'_> {
+    BindGroupEntry { binding, resource: BindingResource::TextureView(view) }
 }
 
 impl PyramidPass {
@@ -82,34 +90,25 @@ impl PyramidPass {
             format: TextureFormat::R32Float,
             view_dimension: TextureViewDimension::D2,
         };
-        let module = device.create_shader_module(ShaderModuleDescriptor {
-            label: Some("pyramid"),
-            source: ShaderSource::Wgsl(include_str!("shaders/pyramid.wgsl").into()),
-        });
-        let make = |name, source| {
-            let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
-                label: Some(name),
-                entries: &[source, entry(2, store)],
-            });
-            let of_all = device.create_pipeline_layout(&PipelineLayoutDescriptor {
-                label: Some(name),
-                bind_group_layouts: &[Some(&layout)],
-                immediate_size: 0,
-            });
-            let pipeline = device.create_compute_pipeline(&ComputePipelineDescriptor {
-                label: Some(name),
-                layout: Some(&of_all),
-                module: &module,
-                entry_point: Some(name),
-                compilation_options: Default::default(),
-                cache: None,
-            });
-            (layout, pipeline)
+        let source = include_str!("shaders/pyramid.wgsl");
+        let make = |name, entries: &[BindGroupLayoutEntry]| {
+            let own = layout(device, name, entries);
+            let [pipeline] = pipelines(device, "pyramid", source, &[&own], &[], [name]);
+            (own, pipeline)
         };
-        let unfiltered = TextureSampleType::Float { filterable: false };
-        let (of_depth, first) = make("first", entry(0, texture(TextureSampleType::Depth)));
-        let (of_level, next) = make("next", entry(1, texture(unfiltered)));
-        Self { layouts: [of_depth, of_level], first, next }
+        let levels = texture(TextureSampleType::Float { filterable: false });
+        let depth = entry(0, texture(TextureSampleType::Depth));
+        let (of_depth, first) = make("first", &[depth, entry(2, store)]);
+        let (of_level, next) = make("next", &[entry(1, levels), entry(2, store)]);
+        let depth = entry(1, texture(TextureSampleType::Depth));
+        let reading = layout(device, "pyramid", &[entry(0, levels), depth]);
+        Self { layouts: [of_depth, of_level], first, next, reading }
+    }
+
+    /// The layout of what a shader needs that tests against a pyramid: all levels, and the depth that they are of.
+    #[must_use]
+    pub fn reading(&self) -> &BindGroupLayout {
+        &self.reading
     }
 
     /// Records how a pyramid is made of the depth that it was [made for](Pyramid::new).
@@ -132,7 +131,20 @@ impl Pyramid {
     /// Room for the pyramid of a depth texture, reversed, of one sample a pixel, that may be bound.
     #[must_use]
     pub fn new(device: &Device, pass: &PyramidPass, depth: &Texture) -> Self {
-        let sizes: Vec<[u32; 2]> = level_sizes([depth.width(), depth.height()]).collect();
+        let sizes = level_sizes([depth.width(), depth.height()]).collect();
+        Self::with_levels(device, pass, depth, sizes)
+    }
+
+    /// The same with levels of other sizes, to see that they hide what is visible.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn with_levels(
+        device: &Device,
+        pass: &PyramidPass,
+        depth: &Texture,
+        sizes: Vec<[u32; 2]>,
+    ) -> Self {
+        let size = [depth.width(), depth.height()];
         let [width, height] = sizes[0];
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("depth pyramid"),
@@ -162,19 +174,26 @@ impl Pyramid {
                 None => (&pass.layouts[0], &of_depth, 0),
                 Some(below) => (&pass.layouts[1], &level(below), 1),
             };
-            let entry = |binding, view| BindGroupEntry {
-                binding,
-                resource: BindingResource::TextureView(view),
-            };
             device.create_bind_group(&BindGroupDescriptor {
                 label: Some("pyramid"),
                 layout,
-                entries: &[entry(binding, from), entry(2, &level(number))],
+                entries: &[view_entry(binding, from), view_entry(2, &level(number))],
             })
         };
         let groups = (0..sizes.len() as u32).map(group).collect();
         let view = texture.create_view(&TextureViewDescriptor::default());
-        Self { texture, view, sizes, groups }
+        let reading = device.create_bind_group(&BindGroupDescriptor {
+            label: Some("pyramid"),
+            layout: &pass.reading,
+            entries: &[view_entry(0, &view), view_entry(1, &of_depth)],
+        });
+        Self { texture, size, sizes, groups, reading }
+    }
+
+    /// Width and height of the picture.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.size
     }
 
     /// The size of each level.
@@ -183,10 +202,10 @@ impl Pyramid {
         &self.sizes
     }
 
-    /// All levels, for those who test against them.
+    /// All levels, and the depth that they are of, for those who test against them.
     #[must_use]
-    pub fn view(&self) -> &TextureView {
-        &self.view
+    pub fn reading(&self) -> &BindGroup {
+        &self.reading
     }
 
     /// The texture.

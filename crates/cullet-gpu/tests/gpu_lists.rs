@@ -7,7 +7,8 @@ use cullet::{
     Camera, Culler, Depth, Instance, Projection, Scene, Stage, Transform, View, ViewState, Visible,
 };
 use cullet_gpu::{
-    BLOCK, BlockPlanes, Blocks, Gpu, GpuError, Grid, GridBox, GridPlane, InstancePass, Lists,
+    BLOCK, BlockPlanes, Blocks, DrawArguments, Gpu, GpuError, Grid, GridBox, GridPlane,
+    InstanceBits, InstancePass, LaneBuffers, Lanes, ListPass, ListSource, Listed, SlotList,
     visible_ref,
 };
 use cullet_testkit::Rng;
@@ -55,8 +56,8 @@ fn steps_hold_the_box_and_what_a_plane_rejects_is_outside() {
                 assert_eq!(steps, GridBox::default());
                 continue;
             }
-            assert_ne!(steps.flags & GridBox::PRESENT, 0, "{bounds:?}");
-            if steps.flags & GridBox::ALWAYS != 0 {
+            assert_eq!(steps.layers, u32::MAX, "{bounds:?}");
+            if steps.is_always() {
                 assert!(!bounds.is_finite(), "{bounds:?}");
                 continue;
             }
@@ -80,7 +81,7 @@ fn steps_hold_the_box_and_what_a_plane_rejects_is_outside() {
 #[test]
 fn a_plane_that_is_not_finite_and_a_block_without_room_reject_nothing() {
     let grid = Grid { origin: [1e300, 0.0, 0.0], step: 1e-300 };
-    let all = GridBox { low: [-32767; 3], high: [32767; 3], flags: GridBox::PRESENT };
+    let all = GridBox { low: [-32767; 3], high: [32767; 3], layers: 1 };
     let planes = [
         Plane::new([f64::NAN, 0.0, 0.0], 0.0),
         Plane::new([0.0; 3], -1.0),
@@ -101,16 +102,37 @@ fn planes_of(view: &View, scene: &Scene) -> Vec<Plane> {
     view.frustum().relative_to(scene.origin()).planes().map(|(_, plane)| *plane).collect()
 }
 
-/// The list of the device.
-fn on_device(gpu: &Gpu, pass: &InstancePass, lists: &mut Lists, planes: &BlockPlanes) -> Vec<u32> {
-    lists.set(&gpu.queue, planes).unwrap();
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    pass.record(&mut encoder, lists, planes);
-    gpu.queue.submit([encoder.finish()]);
-    let words = |bytes: Vec<u8>| bytemuck::pod_collect_to_vec::<u8, u32>(&bytes);
-    let counts = words(gpu.read(lists.counts(), 16).unwrap());
-    assert_eq!(counts[0] as usize, planes.in_use().len());
-    words(gpu.read(lists.list(), u64::from(counts[1]) * 4).unwrap())
+/// What makes lists of all slots of a scene.
+struct OnDevice {
+    passes: (InstancePass, ListPass),
+    bits: InstanceBits,
+    list: SlotList,
+}
+
+impl OnDevice {
+    fn new(gpu: &Gpu, blocks: &Blocks) -> Self {
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let passes = (InstancePass::new(device), ListPass::new(device));
+        let bits = InstanceBits::new(device, queue, &passes.0, blocks, 6).unwrap();
+        let lanes = Lanes::by_slot(blocks.slot_count());
+        let lanes = LaneBuffers::new(device, queue, &lanes).unwrap();
+        let source = ListSource { bits: bits.bits(), seen: bits.bits(), listed: Listed::All };
+        let draws = [(0, DrawArguments::default())];
+        let list = SlotList::new(device, queue, &passes.1, &lanes, &draws, source).unwrap();
+        Self { passes, bits, list }
+    }
+
+    /// The list of a view.
+    fn list(&mut self, gpu: &Gpu, planes: &BlockPlanes) -> Vec<u32> {
+        self.bits.set(&gpu.queue, planes).unwrap();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        self.passes.0.record(&mut encoder, &self.bits, planes);
+        self.passes.1.record(&mut encoder, &self.list);
+        gpu.queue.submit([encoder.finish()]);
+        let words = |bytes: Vec<u8>| bytemuck::pod_collect_to_vec::<u8, u32>(&bytes);
+        let count = words(gpu.read(self.list.arguments(), 20).unwrap())[1];
+        words(gpu.read(self.list.list(), u64::from(count) * 4).unwrap())
+    }
 }
 
 /// What the engine keeps of the frustum, by slot.
@@ -129,20 +151,17 @@ fn kept(scene: &Scene, view: &View) -> Vec<u32> {
 #[test]
 fn lists_hold_what_the_engine_keeps_and_devices_agree_to_the_byte() {
     let mut rng = Rng(2);
-    let pass = gpu().map(|gpu| InstancePass::new(&gpu.device));
     let (mut listed, mut expected) = (0, 0);
     for instances in [0, 1, 2, BLOCK - 1, BLOCK, BLOCK + 1, 700, 5000, 20_000] {
         let mut scene = random_scene(&mut rng, instances);
         scene.commit();
         let blocks = Blocks::new(&scene);
         assert_eq!(blocks.slot_count(), scene.slot_count());
-        let mut lists = gpu()
-            .zip(pass.as_ref())
-            .map(|(gpu, pass)| Lists::new(&gpu.device, &gpu.queue, pass, &blocks, 6).unwrap());
+        let mut on_device = gpu().map(|gpu| OnDevice::new(gpu, &blocks));
         for _ in 0..12 {
             let view = random_view(&mut rng);
             let mut planes = BlockPlanes::default();
-            planes.set(&blocks, &planes_of(&view, &scene));
+            planes.set(&blocks, &planes_of(&view, &scene), view.layers);
             let list = visible_ref(&blocks, &planes);
             assert!(list.is_sorted_by(|a, b| a < b));
             let engine = kept(&scene, &view);
@@ -151,11 +170,13 @@ fn lists_hold_what_the_engine_keeps_and_devices_agree_to_the_byte() {
             listed += list.len();
             // The engine looks at clusters too; boxes alone say this much.
             let all = planes_of(&view, &scene);
-            let keeps =
-                |&slot: &u32| all.iter().all(|p| scene.bounds(slot).side(p) != Side::Outside);
+            let keeps = |&slot: &u32| {
+                scene.layers(slot) & view.layers != 0
+                    && all.iter().all(|p| scene.bounds(slot).side(p) != Side::Outside)
+            };
             expected += scene.slots().filter(keeps).count();
-            if let (Some(gpu), Some(pass), Some(lists)) = (gpu(), &pass, &mut lists) {
-                assert!(on_device(gpu, pass, lists, &planes) == list, "{instances} instances");
+            if let (Some(gpu), Some(on_device)) = (gpu(), &mut on_device) {
+                assert!(on_device.list(gpu, &planes) == list, "{instances} instances");
             }
         }
     }
@@ -187,11 +208,10 @@ fn view_at(eye: [f64; 3]) -> View {
 #[test]
 fn what_moves_is_uploaded_and_nothing_else() {
     let Some(gpu) = gpu() else { return };
-    let pass = InstancePass::new(&gpu.device);
     let mut scene = rows(40 * BLOCK as u32);
     let mut blocks = Blocks::new(&scene);
-    let mut lists = Lists::new(&gpu.device, &gpu.queue, &pass, &blocks, 6).unwrap();
-    assert_eq!(lists.uploaded(), 40 * BLOCK as u64 * 16);
+    let mut on_device = OnDevice::new(gpu, &blocks);
+    assert_eq!(on_device.bits.uploaded(), 40 * BLOCK as u64 * 16);
     blocks.update(&scene);
     assert!(blocks.changed().is_empty());
     // Two instances move a little.
@@ -203,47 +223,65 @@ fn what_moves_is_uploaded_and_nothing_else() {
     scene.commit();
     blocks.update(&scene);
     assert!(!blocks.changed().is_empty() && blocks.changed().len() <= 4, "{:?}", blocks.changed());
-    assert!(lists.update(&gpu.queue, &blocks));
-    assert_eq!(lists.uploaded(), blocks.changed().len() as u64 * BLOCK as u64 * 16);
+    assert!(on_device.bits.update(&gpu.queue, &blocks));
+    assert_eq!(on_device.bits.uploaded(), blocks.changed().len() as u64 * BLOCK as u64 * 16);
     let mut planes = BlockPlanes::default();
     for eye in [[0.0, 0.0, 0.0], [300.0, 5.0, -15.0], [1e5, 0.0, 0.0]] {
-        planes.set(&blocks, &planes_of(&view_at(eye), &scene));
-        assert!(on_device(gpu, &pass, &mut lists, &planes) == visible_ref(&blocks, &planes));
+        planes.set(&blocks, &planes_of(&view_at(eye), &scene), u32::MAX);
+        assert!(on_device.list(gpu, &planes) == visible_ref(&blocks, &planes));
     }
-    assert!(!lists.update(&gpu.queue, &Blocks::new(&rows(3))), "another scene");
+    assert!(!on_device.bits.update(&gpu.queue, &Blocks::new(&rows(3))), "another scene");
 }
 
 #[test]
 fn more_blocks_than_one_row_of_workgroups_has_room_for() {
     let Some(gpu) = gpu() else { return };
     // 32,769 blocks of which most are nearly empty would take an hour to add one by one; so many instances do not.
-    let pass = InstancePass::new(&gpu.device);
     let scene = rows(300 * BLOCK as u32);
     let blocks = Blocks::new(&scene);
-    let mut lists = Lists::new(&gpu.device, &gpu.queue, &pass, &blocks, 6).unwrap();
+    let mut on_device = OnDevice::new(gpu, &blocks);
     let mut planes = BlockPlanes::default();
-    planes.set(&blocks, &[]);
+    planes.set(&blocks, &[], u32::MAX);
     assert_eq!(planes.in_use().len(), 300);
-    let all = on_device(gpu, &pass, &mut lists, &planes);
+    let all = on_device.list(gpu, &planes);
     assert!(all == (0..300 * BLOCK as u32).collect::<Vec<_>>());
     let none = Plane::new([0.0, 0.0, 1.0], -100.0);
-    planes.set(&blocks, &[none]);
+    planes.set(&blocks, &[none], u32::MAX);
     assert!(planes.in_use().is_empty());
-    assert!(on_device(gpu, &pass, &mut lists, &planes).is_empty());
+    assert!(on_device.list(gpu, &planes).is_empty());
 }
 
 #[test]
 fn what_is_too_large_for_the_device_is_said_in_numbers() {
     let Some(gpu) = gpu() else { return };
     let pass = InstancePass::new(&gpu.device);
-    let blocks = Blocks::new(&rows(600));
-    let made = Lists::new(&gpu.device, &gpu.queue, &pass, &blocks, usize::MAX / 1024);
-    let told = made.map(|_| ()).unwrap_err().to_string();
+    let scene = rows(600);
+    let blocks = Blocks::new(&scene);
+    let with = |most| InstanceBits::new(&gpu.device, &gpu.queue, &pass, &blocks, most);
+    let told = with(usize::MAX / 1024).map(|_| ()).unwrap_err().to_string();
     assert!(told.contains("planes of blocks") && told.contains("at most"), "{told}");
-    let mut lists = Lists::new(&gpu.device, &gpu.queue, &pass, &blocks, 1).unwrap();
+    let mut bits = with(1).unwrap();
     let mut planes = BlockPlanes::default();
-    planes.set(&blocks, &planes_of(&view_at([0.0, 0.0, -19.9]), &rows(600)));
+    planes.set(&blocks, &planes_of(&view_at([0.0, 0.0, -19.9]), &scene), u32::MAX);
     let many = planes.in_use().iter().map(|b| b.plane_count).sum::<u32>();
     assert!(many as usize > blocks.grids().len(), "{many}");
-    assert!(matches!(lists.set(&gpu.queue, &planes), Err(GpuError::TooLarge { .. })));
+    assert!(matches!(bits.set(&gpu.queue, &planes), Err(GpuError::TooLarge { .. })));
+}
+
+/// Why planes are integers: a device may multiply and add in one step, and f32 says something else then.
+#[test]
+fn in_floating_point_devices_would_differ() {
+    let mut rng = Rng(5);
+    let mut differ = 0;
+    for _ in 0..10_000 {
+        let normal = rng.direction().map(|v| v as f32);
+        let point = rng.vector(100.0).map(|v| v as f32);
+        // A plane that touches it.
+        let d = -(normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2]);
+        let apart = normal[0] * point[0] + normal[1] * point[1] + normal[2] * point[2] + d;
+        let fused = normal[0]
+            .mul_add(point[0], normal[1].mul_add(point[1], normal[2].mul_add(point[2], d)));
+        differ += u32::from((apart > 0.0) != (fused > 0.0));
+    }
+    assert!(differ > 1000, "{differ}");
 }

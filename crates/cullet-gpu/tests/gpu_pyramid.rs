@@ -5,7 +5,7 @@ mod common;
 use cullet_gpu::{Gpu, Pyramid, PyramidPass, level_sizes, pyramid_ref};
 use wgpu::*;
 
-use common::gpu;
+use common::{gpu, texels};
 
 /// Depths that depend on the pixel alone, most of them near.
 const DEPTHS: &str = "
@@ -86,28 +86,6 @@ fn depths(gpu: &Gpu, [width, height]: [u32; 2]) -> Texture {
     texture
 }
 
-/// The texels of one level, row by row.
-fn texels(gpu: &Gpu, texture: &Texture, level: u32, [width, height]: [u32; 2]) -> Vec<f32> {
-    let row = (width * 4).next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
-    let bytes = u64::from(row) * u64::from(height);
-    let buffer = gpu.device.create_buffer(&BufferDescriptor {
-        label: None,
-        size: bytes,
-        usage: BufferUsages::COPY_DST | BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    });
-    let layout =
-        TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let from = TexelCopyTextureInfo { mip_level: level, ..texture.as_image_copy() };
-    let size = Extent3d { width, height, depth_or_array_layers: 1 };
-    encoder.copy_texture_to_buffer(from, TexelCopyBufferInfo { buffer: &buffer, layout }, size);
-    gpu.queue.submit([encoder.finish()]);
-    let all = gpu.read(&buffer, bytes).unwrap();
-    let rows = all.chunks_exact(row as usize);
-    rows.flat_map(|r| bytemuck::pod_collect_to_vec::<u8, f32>(&r[..width as usize * 4])).collect()
-}
-
 #[test]
 fn levels_are_halved_down_to_one_texel() {
     let sizes = |size| level_sizes(size).collect::<Vec<_>>();
@@ -130,12 +108,12 @@ fn each_texel_is_the_farthest_of_its_pixels() {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         pass.record(&mut encoder, &pyramid);
         gpu.queue.submit([encoder.finish()]);
-        let pixels = texels(gpu, &depth, 0, size);
+        let pixels: Vec<f32> = texels(gpu, &depth, 0, size);
         assert!(pixels.iter().all(|d| (0.0..=1.0).contains(d)));
         let expected = pyramid_ref(&pixels, size);
         assert_eq!(expected.len(), pyramid.sizes().len());
         for (level, (expected, &of_level)) in expected.iter().zip(pyramid.sizes()).enumerate() {
-            let found = texels(gpu, pyramid.texture(), level as u32, of_level);
+            let found: Vec<f32> = texels(gpu, pyramid.texture(), level as u32, of_level);
             assert!(&found == expected, "level {level} of {size:?}");
         }
         let least = pixels.iter().copied().fold(1.0, f32::min);

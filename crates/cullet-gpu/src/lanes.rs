@@ -1,0 +1,86 @@
+//! Slots in the order in which they are drawn: by what one call can draw. Pure computation.
+
+use std::ops::Range;
+
+use cullet::{MeshId, Scene};
+
+/// How instances differ in the way they are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Kind {
+    /// Whether they are blended, whatever their mesh says.
+    pub transparent: bool,
+    /// Their mesh.
+    pub mesh: MeshId,
+    /// Whether their transform mirrors, so that front faces are clockwise.
+    pub mirrored: bool,
+    /// Whether both sides are drawn, whatever their mesh says.
+    pub two_sided: bool,
+}
+
+/// Instances of one kind: some lanes, one after the other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bucket {
+    /// What they have in common.
+    pub kind: Kind,
+    /// Which lanes.
+    pub lanes: Range<u32>,
+}
+
+/// A lane for each slot that can be drawn, in buckets; slots ascend within a bucket, so that where two surfaces are equally near
+/// it is always the same that is drawn first.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Lanes {
+    slots: Vec<u32>,
+    buckets: Vec<Bucket>,
+}
+
+impl Lanes {
+    /// The instances of a scene. Those with a transform that is not finite are never drawn, as levels of detail are not by themselves. O(n log n).
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let drawable = |&slot: &u32| !scene.is_removed(slot) && scene.transform(slot).is_finite();
+        let mut all: Vec<(Kind, u32)> = (0..scene.slot_count())
+            .filter(drawable)
+            .map(|slot| (kind_of(scene, slot), slot))
+            .collect();
+        all.sort_unstable();
+        let mut made =
+            Self { slots: all.iter().map(|(_, slot)| *slot).collect(), ..Self::default() };
+        let mut first = 0;
+        for same in all.chunk_by(|a, b| a.0 == b.0) {
+            let end = first + same.len() as u32;
+            made.buckets.push(Bucket { kind: same[0].0, lanes: first..end });
+            first = end;
+        }
+        made
+    }
+
+    /// One bucket of all slots, for those who want to know what is visible and nothing else.
+    #[must_use]
+    pub fn by_slot(count: u32) -> Self {
+        let bucket = Bucket { kind: Kind::default(), lanes: 0..count };
+        Self { slots: (0..count).collect(), buckets: vec![bucket] }
+    }
+
+    /// The slot of each lane.
+    #[must_use]
+    pub fn slots(&self) -> &[u32] {
+        &self.slots
+    }
+
+    /// The buckets, in order and without gap.
+    #[must_use]
+    pub fn buckets(&self) -> &[Bucket] {
+        &self.buckets
+    }
+}
+
+fn kind_of(scene: &Scene, slot: u32) -> Kind {
+    let flags = scene.flags(slot);
+    Kind {
+        transparent: flags.transparent,
+        mesh: scene.mesh_id(slot),
+        mirrored: scene.transform(slot).determinant() < 0.0,
+        two_sided: flags.double_sided,
+    }
+}

@@ -1,0 +1,112 @@
+// From bits of slots to the lists that draws take: of each bucket the slots in it whose bit is set, in order, from the bucket's
+// first lane on. No counter that several invocations add to: the order is the same each time, and on every device.
+
+struct Lane { slot: u32, first: u32 }
+struct Which { lanes: u32, groups: u32, draws: u32, mode: u32 }
+
+@group(0) @binding(0) var<storage, read> lanes: array<Lane>;
+// First lane and end of the bucket that each draw is of.
+@group(0) @binding(1) var<storage, read> draws: array<vec2<u32>>;
+// A bit a slot each.
+@group(0) @binding(2) var<storage, read> bits: array<u32>;
+@group(0) @binding(3) var<storage, read> seen: array<u32>;
+// Bits of lanes: eight words for each group of 256.
+@group(0) @binding(4) var<storage, read_write> words: array<u32>;
+// For each group how many of its bits are set; after the scan how many are set before it. One more at the end.
+@group(0) @binding(5) var<storage, read_write> places: array<u32>;
+@group(0) @binding(6) var<storage, read_write> list: array<u32>;
+// Five words a draw, of which the second is how many instances.
+@group(0) @binding(7) var<storage, read_write> arguments: array<u32>;
+@group(0) @binding(8) var<uniform> which: Which;
+
+const ALL = 0u;
+const SEEN = 1u;
+const NEW = 2u;
+
+const ROW = 32768u;
+
+fn is_listed(slot: u32) -> bool {
+    let at = slot / 32u;
+    var word = bits[at];
+    if which.mode == SEEN { word &= seen[at]; }
+    if which.mode == NEW { word &= ~seen[at]; }
+    return ((word >> (slot % 32u)) & 1u) != 0u;
+}
+
+var<workgroup> own_bits: array<atomic<u32>, 8>;
+
+@compute @workgroup_size(256)
+fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let number = group.x + group.y * ROW;
+    // The same for the whole group.
+    if number >= which.groups { return; }
+    let at = number * 256u + lane;
+    if at < which.lanes && is_listed(lanes[at].slot) {
+        atomicOr(&own_bits[lane / 32u], 1u << (lane % 32u));
+    }
+    workgroupBarrier();
+    if lane < 8u { words[number * 8u + lane] = atomicLoad(&own_bits[lane]); }
+    if lane == 0u {
+        var sum = 0u;
+        for (var w = 0u; w < 8u; w++) { sum += countOneBits(atomicLoad(&own_bits[w])); }
+        places[number] = sum;
+    }
+}
+
+var<workgroup> sums: array<u32, 256>;
+
+// One workgroup: sums of 256 runs of groups, their sums before, then within the runs.
+@compute @workgroup_size(256)
+fn scan(@builtin(local_invocation_index) lane: u32) {
+    let run = (which.groups + 255u) / 256u;
+    let first = min(lane * run, which.groups);
+    let end = min(first + run, which.groups);
+    var own = 0u;
+    for (var i = first; i < end; i++) { own += places[i]; }
+    sums[lane] = own;
+    workgroupBarrier();
+    for (var by = 1u; by < 256u; by <<= 1u) {
+        var before = 0u;
+        if lane >= by { before = sums[lane - by]; }
+        workgroupBarrier();
+        sums[lane] += before;
+        workgroupBarrier();
+    }
+    var place = sums[lane] - own;
+    for (var i = first; i < end; i++) {
+        let count = places[i];
+        places[i] = place;
+        place += count;
+    }
+    if lane == 255u { places[which.groups] = sums[255]; }
+}
+
+// How many are set before a lane.
+fn rank(lane: u32) -> u32 {
+    let group = lane / 256u;
+    let within = lane % 256u;
+    var before = places[group];
+    for (var w = 0u; w < within / 32u; w++) { before += countOneBits(words[group * 8u + w]); }
+    if within % 32u != 0u {
+        before += countOneBits(words[group * 8u + within / 32u] & ((1u << (within % 32u)) - 1u));
+    }
+    return before;
+}
+
+@compute @workgroup_size(256)
+fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let number = group.x + group.y * ROW;
+    if number >= which.groups { return; }
+    if ((words[number * 8u + lane / 32u] >> (lane % 32u)) & 1u) == 0u { return; }
+    let at = number * 256u + lane;
+    let own = lanes[at];
+    list[own.first + rank(at) - rank(own.first)] = own.slot;
+}
+
+@compute @workgroup_size(256)
+fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let draw = (group.x + group.y * ROW) * 256u + lane;
+    if draw >= which.draws { return; }
+    let of_bucket = draws[draw];
+    arguments[draw * 5u + 1u] = rank(of_bucket.y) - rank(of_bucket.x);
+}

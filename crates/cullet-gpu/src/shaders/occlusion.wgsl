@@ -1,0 +1,122 @@
+// Which instances are not hidden by what was drawn: the second of two phases, with the matrices of this frame.
+//
+// Errs to "visible": a corner's place and depth are widened by what f32 may be off, a rectangle by half a step of a rasteriser of 64 steps a pixel.
+
+struct Frame {
+    size: vec2<f32>,
+    // Half a pixel where a pixel has one sample, in its middle; 0 where it has more.
+    inset: f32,
+    blocks: u32,
+}
+
+@group(0) @binding(0) var<storage, read> boxes: array<GridBox>;
+@group(0) @binding(1) var<storage, read> in_use: array<InUse>;
+// For each block in use, from its grid to clip space.
+@group(0) @binding(2) var<storage, read> matrices: array<mat4x4<f32>>;
+// A bit a slot: what passed the exact stages.
+@group(0) @binding(3) var<storage, read> passed: array<u32>;
+@group(0) @binding(4) var<storage, read_write> visible: array<u32>;
+@group(0) @binding(5) var<uniform> frame: Frame;
+@group(1) @binding(0) var pyramid: texture_2d<f32>;
+// What it was made of.
+@group(1) @binding(1) var depth: texture_depth_2d;
+
+// Sixteen halves of an ulp of the sum of the terms: four products and their sum take four here, and as many where it is drawn.
+const ERROR = 9.5367431640625e-7;
+// What a depth between corners may be off by where it is drawn.
+const DEPTH_SHARE = 3.814697265625e-6;
+const DEPTH_STEP = 1.1920928955078125e-7;
+const SLACK = 0.0078125;
+
+struct Seen {
+    low: vec2<f32>,
+    high: vec2<f32>,
+    nearest: f32,
+    // Whether some corner is not in front of the near plane for sure.
+    is_near: bool,
+}
+
+fn seen_of(b: GridBox, m: mat4x4<f32>) -> Seen {
+    let low = vec3<f32>(low_corner(b));
+    let high = vec3<f32>(high_corner(b));
+    var out = Seen(vec2<f32>(3e38), vec2<f32>(-3e38), 0.0, false);
+    for (var i = 0u; i < 8u; i++) {
+        let q = select(low, high, (vec3<u32>(i) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u));
+        let p = m * vec4<f32>(q, 1.0);
+        let terms = abs(m[0]) * abs(q.x) + abs(m[1]) * abs(q.y) + abs(m[2]) * abs(q.z) + abs(m[3]);
+        let off = terms * ERROR;
+        let w = p.w - off.w;
+        if !(w > 0.0 && all(terms < vec4<f32>(1e30))) {
+            out.is_near = true;
+            return out;
+        }
+        let r = p.xyz / p.w;
+        let widened = (off.xyz + abs(r) * off.w) / w + abs(r) * ERROR;
+        out.low = min(out.low, r.xy - widened.xy);
+        out.high = max(out.high, r.xy + widened.xy);
+        out.nearest = max(out.nearest, r.z + widened.z);
+    }
+    out.is_near = out.nearest >= 1.0;
+    return out;
+}
+
+// Texels beyond a level are those at its edge. No level of ours has such; with sizes rounded down, this is how things vanish.
+override CLAMPED: bool = false;
+
+fn farthest(texel: vec2<u32>, shift: u32) -> f32 {
+    if shift == 0u { return textureLoad(depth, texel, 0); }
+    var at = texel;
+    if CLAMPED { at = min(at, max(textureDimensions(pyramid, 0) >> vec2<u32>(shift - 1u), vec2<u32>(1u)) - 1u); }
+    return textureLoad(pyramid, at, shift - 1u).r;
+}
+
+fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
+    let seen = seen_of(b, m);
+    if seen.is_near { return false; }
+    // From the top left corner, in pixels whose middle may be covered.
+    let half = frame.size * 0.5;
+    let top_left = vec2<f32>(seen.low.x, -seen.high.y) * half + half;
+    let bottom_right = vec2<f32>(seen.high.x, -seen.low.y) * half + half;
+    let last = frame.size - 1.0;
+    let from_pixel = max(floor(top_left + frame.inset - SLACK), vec2<f32>(0.0));
+    let to_pixel = min(floor(bottom_right - frame.inset + SLACK), last);
+    // It covers no pixel.
+    if any(from_pixel > to_pixel) { return true; }
+    let first = vec2<u32>(from_pixel);
+    let end = vec2<u32>(to_pixel);
+    // The finest on which it covers at most four by four texels: the picture itself, or level l with texel x >> (l + 1) for pixel x.
+    let across = end - first;
+    let span = max(max(across.x, across.y), 1u);
+    var shift = max(firstLeadingBit(span), 1u) - 1u;
+    let wide = (end >> vec2<u32>(shift)) - (first >> vec2<u32>(shift));
+    if max(wide.x, wide.y) > 3u { shift += 1u; }
+    shift = min(shift, textureNumLevels(pyramid));
+    let from_texel = first >> vec2<u32>(shift);
+    // Not held against the level's size: one device answers that with the level of another invocation.
+    let to_texel = end >> vec2<u32>(shift);
+    let nearest = seen.nearest * (1.0 + DEPTH_SHARE) + DEPTH_STEP;
+    for (var y = from_texel.y; y <= to_texel.y; y++) {
+        for (var x = from_texel.x; x <= to_texel.x; x++) {
+            if nearest >= farthest(vec2<u32>(x, y), shift) { return false; }
+        }
+    }
+    return true;
+}
+
+var<workgroup> own_bits: array<atomic<u32>, 8>;
+
+@compute @workgroup_size(256)
+fn late(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let number = group.x + group.y * ROW;
+    // The same for the whole group.
+    if number >= frame.blocks { return; }
+    let block = in_use[number].block;
+    if ((passed[block * 8u + lane / 32u] >> (lane % 32u)) & 1u) != 0u {
+        let own = boxes[block * 256u + lane];
+        if is_always(own) || !is_hidden(own, matrices[number]) {
+            atomicOr(&own_bits[lane / 32u], 1u << (lane % 32u));
+        }
+    }
+    workgroupBarrier();
+    if lane < 8u { visible[block * 8u + lane] = atomicLoad(&own_bits[lane]); }
+}

@@ -1,0 +1,366 @@
+//! Frames with occlusion culling on the device: the pictures without it, whatever the eye does, with far less drawn.
+
+mod common;
+
+use cullet::{Camera, Depth, Projection, Scene, Transform, View};
+use cullet_gpu::{
+    Culling, DrawArguments, Gpu, GpuError, IdPass, IdTarget, OcclusionPass, Passes, Phase, Pyramid,
+};
+use cullet_testkit::Rng;
+use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
+use cullet_testkit::views::{look, mixed_view};
+
+use common::{gpu, texels};
+
+/// How a frame is culled.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    /// Not by occlusion.
+    All,
+    TwoPhases,
+    /// What was visible in the frame before and nothing else: wrong.
+    EarlyAlone,
+}
+
+/// A scene on the device, drawn at one size.
+struct Stage<'a> {
+    gpu: &'a Gpu,
+    passes: Passes,
+    ids: IdPass,
+    culling: Culling,
+    target: IdTarget,
+    pyramid: Pyramid,
+}
+
+/// What a frame left.
+struct Frame {
+    ids: Vec<u32>,
+    depth: Vec<f32>,
+}
+
+impl<'a> Stage<'a> {
+    fn new(gpu: &'a Gpu, scene: &Scene, size: [u32; 2]) -> Self {
+        let device = &gpu.device;
+        let passes = Passes::new(device);
+        let ids = IdPass::new(device);
+        let culling = Culling::new(device, &gpu.queue, &passes, scene).unwrap();
+        let target = IdTarget::new(device, &ids, &culling, size).unwrap();
+        let pyramid = Pyramid::new(device, &passes.pyramid, target.depth());
+        Self { gpu, passes, ids, culling, target, pyramid }
+    }
+
+    fn draw(&mut self, scene: &Scene, view: &View, way: Way) -> Frame {
+        let queue = &self.gpu.queue;
+        self.culling.set(queue, scene, view, 1).unwrap();
+        self.target.set(queue, view);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let on = (&self.culling, view);
+        let rest = [Phase::Late, Phase::Blended];
+        if way == Way::All {
+            self.culling.record_all(&self.passes, &mut encoder);
+            self.ids.draw(&mut encoder, &self.target, on, &rest, true);
+        } else {
+            self.culling.record_early(&self.passes, &mut encoder);
+            self.ids.draw(&mut encoder, &self.target, on, &[Phase::Early], true);
+            self.culling.record_late(&self.passes, &mut encoder, &self.pyramid);
+            if way == Way::TwoPhases {
+                self.ids.draw(&mut encoder, &self.target, on, &rest, false);
+            }
+        }
+        queue.submit([encoder.finish()]);
+        let size = view.viewport();
+        let ids = texels(self.gpu, self.target.ids(), 0, size);
+        Frame { ids, depth: texels(self.gpu, self.target.depth(), 0, size) }
+    }
+
+    fn bits(&self, buffer: &wgpu::Buffer) -> Vec<u32> {
+        bytemuck::pod_collect_to_vec(&self.gpu.read(buffer, buffer.size()).unwrap())
+    }
+
+    /// Instances in the lists of a phase.
+    fn drawn(&self, phase: Phase) -> u32 {
+        let count = self.culling.draws(phase).len() * size_of::<DrawArguments>();
+        let all = self.gpu.read(self.culling.list(phase).arguments(), count as u64).unwrap();
+        let all: Vec<DrawArguments> = bytemuck::pod_collect_to_vec(&all);
+        all.iter().map(|a| a.instance_count).sum()
+    }
+}
+
+fn is_set(bits: &[u32], slot: u32) -> bool {
+    bits[slot as usize / 32] >> (slot % 32) & 1 != 0
+}
+
+/// Fails where a frame is not the picture that all instances make. Returns at how many pixels two are equally near, and the other is
+/// seen.
+fn assert_same(stage: &Stage<'_>, expected: &Frame, found: &Frame, what: &str) -> usize {
+    let visible = stage.bits(stage.culling.visible());
+    for id in expected.ids.iter().filter(|id| **id > 0) {
+        assert!(is_set(&visible, id - 1), "{what}: instance {} is seen and was culled", id - 1);
+    }
+    let wrong = expected.depth.iter().zip(&found.depth).filter(|(a, b)| a != b).count();
+    assert_eq!(wrong, 0, "{what}: pixels of another depth");
+    expected.ids.iter().zip(&found.ids).filter(|(a, b)| a != b).count()
+}
+
+/// Pixels of a frame that are not those of another.
+fn wrong(a: &Frame, b: &Frame) -> usize {
+    a.depth.iter().zip(&b.depth).filter(|(a, b)| a != b).count()
+}
+
+/// A walk through the city with jumps and turns.
+fn walk(size: [u32; 2]) -> Vec<View> {
+    let mut views = Vec::new();
+    for step in 0..6 {
+        let at = f64::from(step);
+        views.push(look([at * 3.0, 4.0, at * 0.5], [100.0, 6.0, 10.0 + at * 8.0], size));
+    }
+    // Jumps: back to front, up, and down again.
+    views.push(look([0.0, 4.0, 0.0], [-100.0, 6.0, 30.0], size));
+    views.push(look([0.0, 300.0, 300.0], [0.0, 0.0, 0.0], size));
+    views.push(look([60.0, 4.0, -60.0], [60.0, 6.0, 100.0], size));
+    views
+}
+
+const SIZES: [[u32; 2]; 12] = [
+    [1, 1],
+    [1, 64],
+    [3, 2],
+    [17, 31],
+    [64, 64],
+    [127, 65],
+    [200, 120],
+    [333, 187],
+    [479, 269],
+    [640, 360],
+    [641, 361],
+    [1023, 577],
+];
+
+#[test]
+fn a_walk_with_jumps_is_drawn_as_without_culling_at_every_size() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = city(16, 2, 400);
+    scene.commit();
+    let (mut drawn, mut in_view, mut ties, mut late) = (0, 0, 0, 0);
+    for size in SIZES {
+        let mut stage = Stage::new(gpu, &scene, size);
+        let mut reference = Stage::new(gpu, &scene, size);
+        for (number, view) in walk(size).iter().enumerate() {
+            let expected = reference.draw(&scene, view, Way::All);
+            let found = stage.draw(&scene, view, Way::TwoPhases);
+            ties += assert_same(&stage, &expected, &found, &format!("{size:?}, view {number}"));
+            late += stage.drawn(Phase::Late);
+            let again = stage.draw(&scene, view, Way::TwoPhases);
+            assert_same(&stage, &expected, &again, &format!("{size:?}, view {number} again"));
+            if size[0] >= 200 {
+                drawn += stage.drawn(Phase::Early) + stage.drawn(Phase::Late);
+                in_view += reference.drawn(Phase::Late);
+            }
+        }
+    }
+    assert_eq!(ties, 0, "pixels");
+    assert!(late > 0 && drawn * 2 < in_view, "{drawn} drawn of {in_view}, {late} late");
+}
+
+#[test]
+fn scenes_of_every_kind_are_drawn_as_without_culling() {
+    let Some(gpu) = gpu() else { return };
+    let mut rng = Rng(7);
+    let (mut ties, mut pixels) = (0, 0);
+    for round in 0..60 {
+        let mut scene = mixed_scene(&mut rng);
+        let size = SIZES[3 + rng.index(6)];
+        let mut views: Vec<View> = (0..3).map(|_| mixed_view(&mut rng, size)).collect();
+        if round % 3 == 2 {
+            views = vec![elsewhere(&mut scene, &views[0], &mut rng)];
+        }
+        scene.commit();
+        let mut stage = Stage::new(gpu, &scene, size);
+        let mut reference = Stage::new(gpu, &scene, size);
+        for view in views.iter().chain(&views) {
+            let expected = reference.draw(&scene, view, Way::All);
+            let found = stage.draw(&scene, view, Way::TwoPhases);
+            ties += assert_same(&stage, &expected, &found, &format!("round {round}, {view:?}"));
+            pixels += expected.ids.iter().filter(|id| **id > 0).count();
+        }
+    }
+    // The same instance twice, of which another was seen before.
+    assert!(pixels > 100_000 && ties * 20 < pixels, "{ties} of {pixels}");
+}
+
+#[test]
+fn without_the_late_phase_things_would_be_missing() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = city(16, 2, 400);
+    scene.commit();
+    let size = [333, 187];
+    let mut stage = Stage::new(gpu, &scene, size);
+    let mut reference = Stage::new(gpu, &scene, size);
+    let missing: usize = walk(size)
+        .iter()
+        .map(|view| {
+            let expected = reference.draw(&scene, view, Way::All);
+            wrong(&expected, &stage.draw(&scene, view, Way::EarlyAlone))
+        })
+        .sum();
+    assert!(missing > 1000, "{missing} pixels");
+}
+
+#[test]
+fn with_sizes_rounded_down_things_would_be_missing() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = city(16, 2, 400);
+    scene.commit();
+    let mut rng = Rng(11);
+    let size = [447, 319];
+    let mut stage = Stage::new(gpu, &scene, size);
+    let mut reference = Stage::new(gpu, &scene, size);
+    let halves = |[w, h]: [u32; 2]| [(w / 2).max(1), (h / 2).max(1)];
+    let next = |own: &[u32; 2]| (*own != [1, 1]).then(|| halves(*own));
+    let sizes = std::iter::successors(Some(halves(size)), next).collect();
+    let (device, pass) = (&gpu.device, &stage.passes.pyramid);
+    let floored = Pyramid::with_levels(device, pass, stage.target.depth(), sizes);
+    let right = std::mem::replace(&mut stage.pyramid, floored);
+    stage.passes.occlusion = OcclusionPass::clamped(device, pass);
+    let views: Vec<View> = (0..120)
+        .map(|_| {
+            let eye = [rng.range(-150.0, 150.0), rng.range(2.0, 60.0), rng.range(-150.0, 150.0)];
+            look(eye, [rng.range(-150.0, 150.0), 5.0, rng.range(-150.0, 150.0)], size)
+        })
+        .collect();
+    let mut missing = 0;
+    for view in &views {
+        let expected = reference.draw(&scene, view, Way::All);
+        // Nothing is as it was in the frame before, so that the second phase decides.
+        missing += wrong(&expected, &stage.draw(&scene, view, Way::TwoPhases));
+    }
+    assert!(missing > 0);
+    // With the sizes as they are the same test hides nothing that is seen.
+    stage.pyramid = right;
+    for view in &views {
+        let expected = reference.draw(&scene, view, Way::All);
+        let found = stage.draw(&scene, view, Way::TwoPhases);
+        assert_same(&stage, &expected, &found, &format!("{view:?}"));
+    }
+    println!("{missing} pixels missing with sizes rounded down");
+}
+
+/// Whether no pixel of the rectangle of a box is as far as its nearest corner: the best that boxes can do.
+fn is_hidden_ref(scene: &Scene, view: &View, slot: u32, depth: &[f32]) -> bool {
+    let [width, height] = view.viewport();
+    let bounds = scene.bounds(slot);
+    let corner = |i: usize| {
+        let at = |a: usize| f64::from(if i >> a & 1 == 0 { bounds.min[a] } else { bounds.max[a] });
+        [0, 1, 2].map(|a| at(a) + scene.origin()[a])
+    };
+    let clip = glam::DMat4::from_cols_array(&view.clip_from_world());
+    let (mut low, mut high, mut nearest) = ([f64::MAX; 2], [f64::MIN; 2], 0.0_f64);
+    for i in 0..8 {
+        let p = clip * glam::DVec3::from(corner(i)).extend(1.0);
+        // Depth of the city's views is standard.
+        let z = (p.w - p.z) / p.w;
+        if p.w <= 0.0 || z >= 1.0 {
+            return false;
+        }
+        let at = [
+            (p.x / p.w * 0.5 + 0.5) * f64::from(width),
+            (0.5 - p.y / p.w * 0.5) * f64::from(height),
+        ];
+        for a in 0..2 {
+            (low[a], high[a]) = (low[a].min(at[a]), high[a].max(at[a]));
+        }
+        nearest = nearest.max(z);
+    }
+    let from = low.map(|v| (v - 0.5).ceil().max(0.0) as u32);
+    let to = [0, 1].map(|a| ((high[a] + 0.5).floor().max(0.0) as u32).min([width, height][a]));
+    (from[1]..to[1])
+        .flat_map(|y| (from[0]..to[0]).map(move |x| y * width + x))
+        .all(|i| nearest < f64::from(depth[i as usize]))
+}
+
+#[test]
+fn nearly_all_that_boxes_can_tell_hidden_is_found() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = city(24, 1, 6000);
+    scene.commit();
+    let size = [1333, 751];
+    let mut stage = Stage::new(gpu, &scene, size);
+    let (mut hidden, mut found) = (0, 0);
+    for view in &walk(size) {
+        // The second time all that is visible is early, and the depth complete.
+        stage.draw(&scene, view, Way::TwoPhases);
+        let frame = stage.draw(&scene, view, Way::TwoPhases);
+        let in_view = stage.bits(stage.culling.in_view());
+        let visible = stage.bits(stage.culling.visible());
+        for slot in scene.slots().filter(|slot| is_set(&in_view, *slot)) {
+            let could = is_hidden_ref(&scene, view, slot, &frame.depth);
+            hidden += u32::from(could);
+            found += u32::from(could && !is_set(&visible, slot));
+        }
+    }
+    println!("{found} of {hidden} hidden boxes found");
+    assert!(hidden > 10_000 && f64::from(found) > 0.99 * f64::from(hidden), "{found} of {hidden}");
+}
+
+#[test]
+fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = city(10, 2, 100);
+    scene.commit();
+    let size = [200, 120];
+    let view = look([0.0, 4.0, 0.0], [100.0, 6.0, 10.0], size);
+    let mut stage = Stage::new(gpu, &scene, size);
+    stage.draw(&scene, &view, Way::TwoPhases);
+    let whole = stage.culling.bytes();
+    assert!(whole > 0);
+    // Something comes from behind, right before the eye.
+    let slot = scene.slots().max_by_key(|slot| scene.bounds(*slot).min[0] as i64).unwrap();
+    let handle = scene.handle(slot).unwrap();
+    let there = *scene.transform(slot);
+    for step in 0..6 {
+        let back = [200.0, 90.0, 30.0, 12.0, 60.0, -500.0][step];
+        let near = Transform { translation: [back, 0.0, back * 0.1], ..there };
+        scene.set_transform(handle, near).unwrap();
+        scene.commit();
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        stage.culling.follow(device, queue, &stage.passes, &scene).unwrap();
+        // A new scene has buffers of its own.
+        stage.target = IdTarget::new(device, &stage.ids, &stage.culling, size).unwrap();
+        stage.pyramid = Pyramid::new(device, &stage.passes.pyramid, stage.target.depth());
+        let mut reference = Stage::new(gpu, &scene, size);
+        let expected = reference.draw(&scene, &view, Way::All);
+        let found = stage.draw(&scene, &view, Way::TwoPhases);
+        assert_same(&stage, &expected, &found, &format!("step {step}"));
+    }
+}
+
+#[test]
+fn scenes_of_nothing_and_of_one_and_pictures_too_large() {
+    let Some(gpu) = gpu() else { return };
+    let projection = Projection::Orthographic {
+        left: -2.0,
+        right: 2.0,
+        bottom: -2.0,
+        top: 2.0,
+        near: 0.0,
+        far: 100.0,
+    };
+    let camera = Camera::look_at([0.0, 0.0, 10.0], [0.0; 3], projection);
+    let view = View::new(&camera, Depth::Reversed, [16, 16]).unwrap();
+    let mut scene = Scene::new();
+    scene.commit();
+    let mut stage = Stage::new(gpu, &scene, [16, 16]);
+    let empty = stage.draw(&scene, &view, Way::TwoPhases);
+    assert!(empty.ids.iter().all(|id| *id == 0) && empty.depth.iter().all(|d| *d == 0.0));
+    let mesh = scene.add_mesh(cullet_testkit::meshes::block([-1.0; 3], [1.0; 3]));
+    scene.add(cullet::Instance::new(mesh, Transform::IDENTITY)).unwrap();
+    scene.commit();
+    stage = Stage::new(gpu, &scene, [16, 16]);
+    for way in [Way::TwoPhases, Way::TwoPhases, Way::All] {
+        let one = stage.draw(&scene, &view, way);
+        assert_eq!(one.ids.iter().filter(|id| **id == 1).count(), 64);
+    }
+    let side = gpu.device.limits().max_texture_dimension_2d + 1;
+    let made = IdTarget::new(&gpu.device, &stage.ids, &stage.culling, [side, 1]);
+    assert!(matches!(made, Err(GpuError::Size { .. })));
+}
