@@ -4,7 +4,7 @@ mod common;
 
 use cullet::{Camera, Depth, Projection, Scene, Transform, View};
 use cullet_gpu::{
-    Culling, DrawArguments, Gpu, GpuError, IdPass, IdTarget, OcclusionPass, Passes, Phase, Pyramid,
+    DrawArguments, Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Phase, Pyramid,
 };
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
@@ -25,11 +25,7 @@ enum Way {
 /// A scene on the device, drawn at one size.
 struct Stage<'a> {
     gpu: &'a Gpu,
-    passes: Passes,
-    ids: IdPass,
-    culling: Culling,
-    target: IdTarget,
-    pyramid: Pyramid,
+    all: OffScreen,
 }
 
 /// What a frame left.
@@ -40,37 +36,26 @@ struct Frame {
 
 impl<'a> Stage<'a> {
     fn new(gpu: &'a Gpu, scene: &Scene, size: [u32; 2]) -> Self {
-        let device = &gpu.device;
-        let passes = Passes::new(device);
-        let ids = IdPass::new(device);
-        let culling = Culling::new(device, &gpu.queue, &passes, scene).unwrap();
-        let target = IdTarget::new(device, &ids, &culling, size).unwrap();
-        let pyramid = Pyramid::new(device, &passes.pyramid, target.depth());
-        Self { gpu, passes, ids, culling, target, pyramid }
+        Self { gpu, all: OffScreen::new(&gpu.device, &gpu.queue, scene, size).unwrap() }
     }
 
     fn draw(&mut self, scene: &Scene, view: &View, way: Way) -> Frame {
-        let queue = &self.gpu.queue;
-        self.culling.set(queue, scene, view, 1).unwrap();
-        self.target.set(queue, view);
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let on = (&self.culling, view);
-        let rest = [Phase::Late, Phase::Blended];
-        if way == Way::All {
-            self.culling.record_all(&self.passes, &mut encoder);
-            self.ids.draw(&mut encoder, &self.target, on, &rest, true);
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        if way == Way::EarlyAlone {
+            let all = &mut self.all;
+            all.culling.set(queue, scene, view, 1).unwrap();
+            all.target.set(queue, view);
+            let mut encoder = device.create_command_encoder(&Default::default());
+            all.culling.record_early(&all.passes, &mut encoder);
+            all.ids.draw(&mut encoder, &all.target, (&all.culling, view), &[Phase::Early], true);
+            all.culling.record_late(&all.passes, &mut encoder, &all.pyramid);
+            queue.submit([encoder.finish()]);
         } else {
-            self.culling.record_early(&self.passes, &mut encoder);
-            self.ids.draw(&mut encoder, &self.target, on, &[Phase::Early], true);
-            self.culling.record_late(&self.passes, &mut encoder, &self.pyramid);
-            if way == Way::TwoPhases {
-                self.ids.draw(&mut encoder, &self.target, on, &rest, false);
-            }
+            self.all.draw(device, queue, (scene, view), way == Way::TwoPhases).unwrap();
         }
-        queue.submit([encoder.finish()]);
         let size = view.viewport();
-        let ids = texels(self.gpu, self.target.ids(), 0, size);
-        Frame { ids, depth: texels(self.gpu, self.target.depth(), 0, size) }
+        let ids = texels(self.gpu, self.all.target.ids(), 0, size);
+        Frame { ids, depth: texels(self.gpu, self.all.target.depth(), 0, size) }
     }
 
     fn bits(&self, buffer: &wgpu::Buffer) -> Vec<u32> {
@@ -79,8 +64,8 @@ impl<'a> Stage<'a> {
 
     /// Instances in the lists of a phase.
     fn drawn(&self, phase: Phase) -> u32 {
-        let count = self.culling.draws(phase).len() * size_of::<DrawArguments>();
-        let all = self.gpu.read(self.culling.list(phase).arguments(), count as u64).unwrap();
+        let count = self.all.culling.draws(phase).len() * size_of::<DrawArguments>();
+        let all = self.gpu.read(self.all.culling.list(phase).arguments(), count as u64).unwrap();
         let all: Vec<DrawArguments> = bytemuck::pod_collect_to_vec(&all);
         all.iter().map(|a| a.instance_count).sum()
     }
@@ -93,7 +78,7 @@ fn is_set(bits: &[u32], slot: u32) -> bool {
 /// Fails where a frame is not the picture that all instances make. Returns at how many pixels two are equally near, and the other is
 /// seen.
 fn assert_same(stage: &Stage<'_>, expected: &Frame, found: &Frame, what: &str) -> usize {
-    let visible = stage.bits(stage.culling.visible());
+    let visible = stage.bits(stage.all.culling.visible());
     for id in expected.ids.iter().filter(|id| **id > 0) {
         assert!(is_set(&visible, id - 1), "{what}: instance {} is seen and was culled", id - 1);
     }
@@ -218,10 +203,10 @@ fn with_sizes_rounded_down_things_would_be_missing() {
     let halves = |[w, h]: [u32; 2]| [(w / 2).max(1), (h / 2).max(1)];
     let next = |own: &[u32; 2]| (*own != [1, 1]).then(|| halves(*own));
     let sizes = std::iter::successors(Some(halves(size)), next).collect();
-    let (device, pass) = (&gpu.device, &stage.passes.pyramid);
-    let floored = Pyramid::with_levels(device, pass, stage.target.depth(), sizes);
-    let right = std::mem::replace(&mut stage.pyramid, floored);
-    stage.passes.occlusion = OcclusionPass::clamped(device, pass);
+    let (device, pass) = (&gpu.device, &stage.all.passes.pyramid);
+    let floored = Pyramid::with_levels(device, pass, stage.all.target.depth(), sizes);
+    let right = std::mem::replace(&mut stage.all.pyramid, floored);
+    stage.all.passes.occlusion = OcclusionPass::clamped(device, pass);
     let views: Vec<View> = (0..120)
         .map(|_| {
             let eye = [rng.range(-150.0, 150.0), rng.range(2.0, 60.0), rng.range(-150.0, 150.0)];
@@ -236,7 +221,7 @@ fn with_sizes_rounded_down_things_would_be_missing() {
     }
     assert!(missing > 0);
     // With the sizes as they are the same test hides nothing that is seen.
-    stage.pyramid = right;
+    stage.all.pyramid = right;
     for view in &views {
         let expected = reference.draw(&scene, view, Way::All);
         let found = stage.draw(&scene, view, Way::TwoPhases);
@@ -290,8 +275,8 @@ fn nearly_all_that_boxes_can_tell_hidden_is_found() {
         // The second time all that is visible is early, and the depth complete.
         stage.draw(&scene, view, Way::TwoPhases);
         let frame = stage.draw(&scene, view, Way::TwoPhases);
-        let in_view = stage.bits(stage.culling.in_view());
-        let visible = stage.bits(stage.culling.visible());
+        let in_view = stage.bits(stage.all.culling.in_view());
+        let visible = stage.bits(stage.all.culling.visible());
         for slot in scene.slots().filter(|slot| is_set(&in_view, *slot)) {
             let could = is_hidden_ref(&scene, view, slot, &frame.depth);
             hidden += u32::from(could);
@@ -311,7 +296,7 @@ fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
     let view = look([0.0, 4.0, 0.0], [100.0, 6.0, 10.0], size);
     let mut stage = Stage::new(gpu, &scene, size);
     stage.draw(&scene, &view, Way::TwoPhases);
-    let whole = stage.culling.bytes();
+    let whole = stage.all.culling.bytes();
     assert!(whole > 0);
     // Something comes from behind, right before the eye.
     let slot = scene.slots().max_by_key(|slot| scene.bounds(*slot).min[0] as i64).unwrap();
@@ -323,10 +308,7 @@ fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
         scene.set_transform(handle, near).unwrap();
         scene.commit();
         let (device, queue) = (&gpu.device, &gpu.queue);
-        stage.culling.follow(device, queue, &stage.passes, &scene).unwrap();
-        // A new scene has buffers of its own.
-        stage.target = IdTarget::new(device, &stage.ids, &stage.culling, size).unwrap();
-        stage.pyramid = Pyramid::new(device, &stage.passes.pyramid, stage.target.depth());
+        stage.all.follow(device, queue, &scene).unwrap();
         let mut reference = Stage::new(gpu, &scene, size);
         let expected = reference.draw(&scene, &view, Way::All);
         let found = stage.draw(&scene, &view, Way::TwoPhases);
@@ -361,6 +343,6 @@ fn scenes_of_nothing_and_of_one_and_pictures_too_large() {
         assert_eq!(one.ids.iter().filter(|id| **id == 1).count(), 64);
     }
     let side = gpu.device.limits().max_texture_dimension_2d + 1;
-    let made = IdTarget::new(&gpu.device, &stage.ids, &stage.culling, [side, 1]);
+    let made = IdTarget::new(&gpu.device, &stage.all.ids, &stage.all.culling, [side, 1]);
     assert!(matches!(made, Err(GpuError::Size { .. })));
 }

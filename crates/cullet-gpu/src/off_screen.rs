@@ -1,0 +1,102 @@
+//! A scene drawn without a window: all that a frame needs, in one place.
+
+use cullet::{Scene, View};
+use wgpu::{CommandEncoder, Device, Queue};
+
+use super::culling::{Culling, Passes, Phase};
+use super::error::GpuError;
+use super::ids::{IdPass, IdTarget};
+use super::pyramid::Pyramid;
+
+/// A scene on a device, drawn as numbers and depth into textures of its own.
+///
+/// Its parts are for those who draw in another way: [`record`](Self::record) is how they are used.
+#[derive(Debug)]
+pub struct OffScreen {
+    /// What decides.
+    pub passes: Passes,
+    /// The scene.
+    pub culling: Culling,
+    /// What draws.
+    pub ids: IdPass,
+    /// What is drawn into.
+    pub target: IdTarget,
+    /// Of the target's depth.
+    pub pyramid: Pyramid,
+    size: [u32; 2],
+}
+
+impl OffScreen {
+    /// Uploads a scene. O(triangles + slots log slots).
+    ///
+    /// # Errors
+    /// If it does not fit the device.
+    pub fn new(
+        device: &Device,
+        queue: &Queue,
+        scene: &Scene,
+        size: [u32; 2],
+    ) -> Result<Self, GpuError> {
+        let passes = Passes::new(device);
+        let ids = IdPass::new(device);
+        let culling = Culling::new(device, queue, &passes, scene)?;
+        let target = IdTarget::new(device, &ids, &culling, size)?;
+        let pyramid = Pyramid::new(device, &passes.pyramid, target.depth());
+        Ok(Self { passes, culling, ids, target, pyramid, size })
+    }
+
+    /// Follows a scene whose instances moved, came or went; see [`Culling::follow`].
+    ///
+    /// # Errors
+    /// If it does not fit the device.
+    pub fn follow(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        scene: &Scene,
+    ) -> Result<(), GpuError> {
+        self.culling.follow(device, queue, &self.passes, scene)?;
+        // The scene's buffers may be others now.
+        self.target = IdTarget::new(device, &self.ids, &self.culling, self.size)?;
+        self.pyramid = Pyramid::new(device, &self.passes.pyramid, self.target.depth());
+        Ok(())
+    }
+
+    /// Draws a view of its own size, with occlusion culling or without, and hands it in. Pictures are made anew for another size.
+    ///
+    /// # Errors
+    /// If there are no textures of that size, or the view has too many planes.
+    pub fn draw(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        (scene, view): (&Scene, &View),
+        occlusion: bool,
+    ) -> Result<(), GpuError> {
+        if view.viewport() != self.size {
+            self.size = view.viewport();
+            self.target = IdTarget::new(device, &self.ids, &self.culling, self.size)?;
+            self.pyramid = Pyramid::new(device, &self.passes.pyramid, self.target.depth());
+        }
+        self.culling.set(queue, scene, view, 1)?;
+        self.target.set(queue, view);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        self.record(&mut encoder, view, occlusion);
+        queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Records a frame of a view that was set in culling and target.
+    pub fn record(&self, encoder: &mut CommandEncoder, view: &View, occlusion: bool) {
+        let on = (&self.culling, view);
+        let rest = [Phase::Late, Phase::Blended];
+        if occlusion {
+            self.culling.record_early(&self.passes, encoder);
+            self.ids.draw(encoder, &self.target, on, &[Phase::Early], true);
+            self.culling.record_late(&self.passes, encoder, &self.pyramid);
+        } else {
+            self.culling.record_all(&self.passes, encoder);
+        }
+        self.ids.draw(encoder, &self.target, on, &rest, !occlusion);
+    }
+}
