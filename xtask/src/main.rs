@@ -36,6 +36,7 @@ cargo xtask book       builds the book with the viewer's page in it, into docs/b
 cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask bench-viewer [SCENE]
                        what each stage saves the viewer's renderer, against the hardware's back-face culling alone
+cargo xtask bench-gpu  what culling on the graphics device takes and saves; of any device, software ones too
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
 cargo xtask peers-occlusion [--prototype FOLDER] [--scene NAME]... [--rounds N] [--passes N]
                        drawing occluders beside a prototype in C++, on castle, sponza and city, or on any scene that
@@ -63,6 +64,7 @@ fn main() -> ExitCode {
         ["bench"] => steps::bench(),
         ["bench-viewer"] => bench_viewer::measure(None),
         ["bench-viewer", scene] if !scene.starts_with('-') => bench_viewer::measure(Some(scene)),
+        ["bench-gpu"] => steps::bench_gpu(),
         ["peers-cut"] => steps::peers_cut(),
         ["peers-occlusion", ref options @ ..] => match peers_occlusion::Options::parse(options) {
             Ok(options) => peers_occlusion::compare(&options),

@@ -14,8 +14,8 @@ use imports::Files;
 const CRATES: &[&[&str]] = &[
     &["cullet"],
     &["cullet-methods", "cullet-testkit"],
-    &["cullet-bake", "cullet-draw", "cullet-gpu", "cullet-io"],
-    &["cullet-command", "cullet-cut"],
+    &["cullet-bake", "cullet-draw", "cullet-io"],
+    &["cullet-command", "cullet-cut", "cullet-gpu"],
     &["cullet-measure"],
     &["cullet-baker", "cullet-cli", "cullet-serve", "cullet-viewer"],
 ];

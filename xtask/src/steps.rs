@@ -130,6 +130,11 @@ pub(crate) fn bench() -> Done {
     cargo(&["bench", "--workspace", "--benches"])
 }
 
+/// Culling on the graphics device.
+pub(crate) fn bench_gpu() -> Done {
+    cargo(&["bench", "-p", "cullet-gpu", "--bench", "device"])
+}
+
 /// The cuts of `cullet bench`, and of trimesh and VTK beside them.
 pub(crate) fn peers_cut() -> Done {
     cargo(&["build", "--release"])?;

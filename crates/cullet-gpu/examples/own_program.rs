@@ -27,7 +27,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let view = View::perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0, 0.1, 100.0, size)?;
 
     // The program's own: whatever wgpu gave it.
-    let gpu = Gpu::open()?;
+    let gpu = match Gpu::open() {
+        Ok(gpu) => gpu,
+        Err(why) => return Ok(println!("{why}")),
+    };
     let (device, queue) = (&gpu.device, &gpu.queue);
     println!("on {}", gpu.adapter.get_info().name);
 

@@ -28,12 +28,20 @@ impl Gpu {
     /// # Errors
     /// If there is none, or it cannot be opened.
     pub fn open() -> Result<Self, GpuError> {
+        Self::open_with(Features::empty())
+    }
+
+    /// The same with those of some more features that the adapter has.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_with(more: Features) -> Result<Self, GpuError> {
         let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
         let adapter = wait(instance.request_adapter(&RequestAdapterOptions::default()))
             .map_err(|e| GpuError::NoAdapter(e.to_string()))?;
         let wanted = DeviceDescriptor {
             required_limits: adapter.limits(),
-            required_features: adapter.features() & Features::TIMESTAMP_QUERY,
+            required_features: adapter.features() & (Features::TIMESTAMP_QUERY | more),
             ..DeviceDescriptor::default()
         };
         let opened = wait(adapter.request_device(&wanted));
@@ -42,6 +50,15 @@ impl Gpu {
             why: e.to_string(),
         })?;
         Ok(Self { adapter, device, queue })
+    }
+
+    /// Waits until the device has nothing left to do.
+    ///
+    /// # Errors
+    /// If it is lost.
+    pub fn finish(&self) -> Result<(), GpuError> {
+        let polled = self.device.poll(PollType::wait_indefinitely());
+        polled.map(|_| ()).map_err(|e| GpuError::Lost(e.to_string()))
     }
 
     /// What a buffer holds, when all work before is done; it must have been made to be copied from.
@@ -62,9 +79,8 @@ impl Gpu {
         encoder.copy_buffer_to_buffer(buffer, 0, &to, 0, bytes);
         self.queue.submit([encoder.finish()]);
         to.map_async(MapMode::Read, .., |_| {});
-        let lost = |e: String| GpuError::Lost(e);
-        self.device.poll(PollType::wait_indefinitely()).map_err(|e| lost(e.to_string()))?;
-        let mapped = to.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
+        self.finish()?;
+        let mapped = to.get_mapped_range(..).map_err(|e| GpuError::Lost(e.to_string()))?;
         Ok(mapped.to_vec())
     }
 }

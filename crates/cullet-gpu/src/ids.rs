@@ -140,6 +140,29 @@ impl IdPass {
         phases: &[Phase],
         first: bool,
     ) {
+        let mut pass = self.begin(encoder, target, first);
+        for phase in phases {
+            culling.draw(&mut pass, *phase, |pass, draw| {
+                let Some(faces) = culled_faces(view, draw) else { return false };
+                pass.set_pipeline(self.pipeline(faces, draw.blended));
+                true
+            });
+        }
+    }
+
+    /// The pipeline that culls some faces, of what is blended or not.
+    #[must_use]
+    pub fn pipeline(&self, faces: Option<Face>, blended: bool) -> &RenderPipeline {
+        &self.pipelines[&(faces, blended)]
+    }
+
+    /// Begins a pass over what is there, or over nothing.
+    pub fn begin<'e>(
+        &self,
+        encoder: &'e mut CommandEncoder,
+        target: &IdTarget,
+        first: bool,
+    ) -> RenderPass<'e> {
         let [ids, depth] =
             [&target.ids, &target.depth].map(|t| t.create_view(&TextureViewDescriptor::default()));
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
@@ -166,13 +189,7 @@ impl IdPass {
             multiview_mask: None,
         });
         pass.set_bind_group(0, &target.group, &[]);
-        for phase in phases {
-            culling.draw(&mut pass, *phase, |pass, draw| {
-                let Some(faces) = culled_faces(view, draw) else { return false };
-                pass.set_pipeline(&self.pipelines[&(faces, draw.blended)]);
-                true
-            });
-        }
+        pass
     }
 }
 

@@ -136,7 +136,7 @@ impl LaneBuffers {
         queue.write_buffer(&own, 0, bytemuck::cast_slice(&all));
         Ok(Self {
             lanes: own,
-            words: buffer(device, "bits of lanes", groups * 8, 4, read)?,
+            words: buffer(device, "bits of lanes", groups * 8, 8, read)?,
             places: buffer(device, "places of lanes", groups + 1, 4, read)?,
             count: all.len() as u32,
             buckets: lanes.buckets().iter().map(|b| b.lanes.clone()).collect(),

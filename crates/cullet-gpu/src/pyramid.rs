@@ -3,26 +3,24 @@
 //! After Greene, Kass & Miller, *Hierarchical Z-Buffer Visibility*, 1993, in the form of Haar & Aaltonen, *GPU-Driven Rendering
 //! Pipelines*, 2015.
 
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry,
-    BindingResource, BindingType, CommandEncoder, ComputePassDescriptor, ComputePipeline, Device,
-    Extent3d, ShaderStages, StorageTextureAccess, Texture, TextureAspect, TextureDescriptor,
-    TextureDimension, TextureFormat, TextureSampleType, TextureUsages, TextureView,
-    TextureViewDescriptor, TextureViewDimension,
+    BindingResource, BindingType, BufferUsages, CommandEncoder, ComputePassDescriptor,
+    ComputePipeline, Device, Extent3d, ShaderStages, StorageTextureAccess, Texture, TextureAspect,
+    TextureDescriptor, TextureDimension, TextureFormat, TextureSampleType, TextureUsages,
+    TextureView, TextureViewDescriptor, TextureViewDimension,
 };
 
-use super::buffers::{layout, pipelines};
+use super::buffers::{Access, layout, pipelines};
 
-/// Sizes of the levels above a picture: powers of two, the first at least half of it, each half of the one before, down to one
-/// texel.
-pub fn level_sizes([width, height]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
-    let first = [width, height].map(|v| v.max(1).div_ceil(2).next_power_of_two());
-    let halved = |own: &[u32; 2]| (*own != [1, 1]).then(|| own.map(|v| (v / 2).max(1)));
-    std::iter::successors(Some(first), halved)
+/// Sizes of the levels above a picture: half of it, rounded up, each half of the one before, down to one texel.
+pub fn level_sizes(size: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
+    let half = |size: [u32; 2]| size.map(|v| v.max(1).div_ceil(2));
+    std::iter::successors(Some(half(size)), move |own| (*own != [1, 1]).then(|| half(*own)))
 }
 
-/// The levels above a picture of depths, row by row, reversed: slow and obvious. Texels behind the picture have what its last
-/// pixels have.
+/// The levels above a picture of depths, row by row, reversed: slow and obvious.
 #[must_use]
 pub fn pyramid_ref(depths: &[f32], size: [u32; 2]) -> Vec<Vec<f32>> {
     let mut levels: Vec<Vec<f32>> = Vec::new();
@@ -31,10 +29,9 @@ pub fn pyramid_ref(depths: &[f32], size: [u32; 2]) -> Vec<Vec<f32>> {
         let texel = |i: u32| {
             let [x, y] = [i % width, i / width].map(|v| v * span);
             let mut far = 1.0_f32;
-            for at_y in y..y + span {
-                for at_x in x..x + span {
-                    let [px, py] = [at_x.min(size[0] - 1), at_y.min(size[1] - 1)];
-                    far = far.min(depths[(py * size[0] + px) as usize]);
+            for at_y in y..(y + span).min(size[1]) {
+                for at_x in x..(x + span).min(size[0]) {
+                    far = far.min(depths[(at_y * size[0] + at_x) as usize]);
                 }
             }
             far
@@ -98,8 +95,9 @@ impl PyramidPass {
         };
         let levels = texture(TextureSampleType::Float { filterable: false });
         let depth = entry(0, texture(TextureSampleType::Depth));
-        let (of_depth, first) = make("first", &[depth, entry(2, store)]);
-        let (of_level, next) = make("next", &[entry(1, levels), entry(2, store)]);
+        let used = Access::Uniform.entry(3, ShaderStages::COMPUTE);
+        let (of_depth, first) = make("first", &[depth, entry(2, store), used]);
+        let (of_level, next) = make("next", &[entry(1, levels), entry(2, store), used]);
         let depth = entry(1, texture(TextureSampleType::Depth));
         let reading = layout(device, "pyramid", &[entry(0, levels), depth]);
         Self { layouts: [of_depth, of_level], first, next, reading }
@@ -145,7 +143,7 @@ impl Pyramid {
         sizes: Vec<[u32; 2]>,
     ) -> Self {
         let size = [depth.width(), depth.height()];
-        let [width, height] = sizes[0];
+        let [width, height] = sizes[0].map(u32::next_power_of_two);
         let texture = device.create_texture(&TextureDescriptor {
             label: Some("depth pyramid"),
             size: Extent3d { width, height, depth_or_array_layers: 1 },
@@ -174,10 +172,17 @@ impl Pyramid {
                 None => (&pass.layouts[0], &of_depth, 0),
                 Some(below) => (&pass.layouts[1], &level(below), 1),
             };
+            let below = number.checked_sub(1).map_or(size, |below| sizes[below as usize]);
+            let used = device.create_buffer_init(&BufferInitDescriptor {
+                label: Some("used of levels"),
+                contents: bytemuck::cast_slice(&[below, sizes[number as usize]]),
+                usage: BufferUsages::UNIFORM,
+            });
+            let used = BindGroupEntry { binding: 3, resource: used.as_entire_binding() };
             device.create_bind_group(&BindGroupDescriptor {
                 label: Some("pyramid"),
                 layout,
-                entries: &[view_entry(binding, from), view_entry(2, &level(number))],
+                entries: &[view_entry(binding, from), view_entry(2, &level(number)), used],
             })
         };
         let groups = (0..sizes.len() as u32).map(group).collect();
@@ -196,7 +201,7 @@ impl Pyramid {
         self.size
     }
 
-    /// The size of each level.
+    /// The size of each level; its texture may be larger.
     #[must_use]
     pub fn sizes(&self) -> &[[u32; 2]] {
         &self.sizes

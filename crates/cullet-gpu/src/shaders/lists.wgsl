@@ -10,8 +10,8 @@ struct Which { lanes: u32, groups: u32, draws: u32, mode: u32 }
 // A bit a slot each.
 @group(0) @binding(2) var<storage, read> bits: array<u32>;
 @group(0) @binding(3) var<storage, read> seen: array<u32>;
-// Bits of lanes: eight words for each group of 256.
-@group(0) @binding(4) var<storage, read_write> words: array<u32>;
+// Bits of lanes, and how many are set before in the group: eight words for each group of 256.
+@group(0) @binding(4) var<storage, read_write> words: array<vec2<u32>>;
 // For each group how many of its bits are set; after the scan how many are set before it. One more at the end.
 @group(0) @binding(5) var<storage, read_write> places: array<u32>;
 @group(0) @binding(6) var<storage, read_write> list: array<u32>;
@@ -45,11 +45,12 @@ fn count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         atomicOr(&own_bits[lane / 32u], 1u << (lane % 32u));
     }
     workgroupBarrier();
-    if lane < 8u { words[number * 8u + lane] = atomicLoad(&own_bits[lane]); }
-    if lane == 0u {
-        var sum = 0u;
-        for (var w = 0u; w < 8u; w++) { sum += countOneBits(atomicLoad(&own_bits[w])); }
-        places[number] = sum;
+    if lane < 8u {
+        var before = 0u;
+        for (var w = 0u; w < lane; w++) { before += countOneBits(atomicLoad(&own_bits[w])); }
+        let own = atomicLoad(&own_bits[lane]);
+        words[number * 8u + lane] = vec2<u32>(own, before);
+        if lane == 7u { places[number] = before + countOneBits(own); }
     }
 }
 
@@ -83,22 +84,16 @@ fn scan(@builtin(local_invocation_index) lane: u32) {
 
 // How many are set before a lane.
 fn rank(lane: u32) -> u32 {
-    let group = lane / 256u;
-    let within = lane % 256u;
-    var before = places[group];
-    for (var w = 0u; w < within / 32u; w++) { before += countOneBits(words[group * 8u + w]); }
-    if within % 32u != 0u {
-        before += countOneBits(words[group * 8u + within / 32u] & ((1u << (within % 32u)) - 1u));
-    }
-    return before;
+    let own = words[lane / 32u];
+    return places[lane / 256u] + own.y + countOneBits(own.x & ((1u << (lane % 32u)) - 1u));
 }
 
 @compute @workgroup_size(256)
 fn scatter(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let number = group.x + group.y * ROW;
     if number >= which.groups { return; }
-    if ((words[number * 8u + lane / 32u] >> (lane % 32u)) & 1u) == 0u { return; }
     let at = number * 256u + lane;
+    if ((words[at / 32u].x >> (lane % 32u)) & 1u) == 0u { return; }
     let own = lanes[at];
     list[own.first + rank(at) - rank(own.first)] = own.slot;
 }
@@ -108,5 +103,8 @@ fn fill(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let draw = (group.x + group.y * ROW) * 256u + lane;
     if draw >= which.draws { return; }
     let of_bucket = draws[draw];
-    arguments[draw * 5u + 1u] = rank(of_bucket.y) - rank(of_bucket.x);
+    // The end may be that of the last group, of which there are no bits.
+    var before_end = places[which.groups];
+    if of_bucket.y < which.groups * 256u { before_end = rank(of_bucket.y); }
+    arguments[draw * 5u + 1u] = before_end - rank(of_bucket.x);
 }

@@ -39,19 +39,22 @@ struct Seen {
 fn seen_of(b: GridBox, m: mat4x4<f32>) -> Seen {
     let low = vec3<f32>(low_corner(b));
     let high = vec3<f32>(high_corner(b));
-    var out = Seen(vec2<f32>(3e38), vec2<f32>(-3e38), 0.0, false);
+    var out = Seen(vec2<f32>(3e38), vec2<f32>(-3e38), 0.0, true);
+    // The largest terms of any corner.
+    let far = max(abs(low), abs(high));
+    let terms = abs(m[0]) * far.x + abs(m[1]) * far.y + abs(m[2]) * far.z + abs(m[3]);
+    if !all(terms < vec4<f32>(1e30)) { return out; }
+    let off = terms * ERROR;
+    // Of each axis the two ends.
+    let x = array<vec4<f32>, 2>(m[0] * low.x, m[0] * high.x);
+    let y = array<vec4<f32>, 2>(m[1] * low.y, m[1] * high.y);
+    let z = array<vec4<f32>, 2>(m[2] * low.z + m[3], m[2] * high.z + m[3]);
     for (var i = 0u; i < 8u; i++) {
-        let q = select(low, high, (vec3<u32>(i) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u));
-        let p = m * vec4<f32>(q, 1.0);
-        let terms = abs(m[0]) * abs(q.x) + abs(m[1]) * abs(q.y) + abs(m[2]) * abs(q.z) + abs(m[3]);
-        let off = terms * ERROR;
+        let p = x[i & 1u] + y[(i >> 1u) & 1u] + z[i >> 2u];
         let w = p.w - off.w;
-        if !(w > 0.0 && all(terms < vec4<f32>(1e30))) {
-            out.is_near = true;
-            return out;
-        }
-        let r = p.xyz / p.w;
-        let widened = (off.xyz + abs(r) * off.w) / w + abs(r) * ERROR;
+        if !(w > 0.0) { return out; }
+        let r = p.xyz * (1.0 / p.w);
+        let widened = (off.xyz + abs(r) * off.w) * (1.0 / w) + abs(r) * ERROR;
         out.low = min(out.low, r.xy - widened.xy);
         out.high = max(out.high, r.xy + widened.xy);
         out.nearest = max(out.nearest, r.z + widened.z);
@@ -66,7 +69,7 @@ override CLAMPED: bool = false;
 fn farthest(texel: vec2<u32>, shift: u32) -> f32 {
     if shift == 0u { return textureLoad(depth, texel, 0); }
     var at = texel;
-    if CLAMPED { at = min(at, max(textureDimensions(pyramid, 0) >> vec2<u32>(shift - 1u), vec2<u32>(1u)) - 1u); }
+    if CLAMPED { at = min(at, max(vec2<u32>(frame.size) >> vec2<u32>(shift), vec2<u32>(1u)) - 1u); }
     return textureLoad(pyramid, at, shift - 1u).r;
 }
 
@@ -95,6 +98,17 @@ fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
     // Not held against the level's size: one device answers that with the level of another invocation.
     let to_texel = end >> vec2<u32>(shift);
     let nearest = seen.nearest * (1.0 + DEPTH_SHARE) + DEPTH_STEP;
+    // Two by two of what is four times as coarse say it of most that is hidden.
+    let coarse = shift + 2u;
+    if coarse <= textureNumLevels(pyramid) {
+        let a = first >> vec2<u32>(coarse);
+        let b = end >> vec2<u32>(coarse);
+        let far = min(
+            min(farthest(a, coarse), farthest(vec2<u32>(b.x, a.y), coarse)),
+            min(farthest(vec2<u32>(a.x, b.y), coarse), farthest(b, coarse)),
+        );
+        if nearest < far { return true; }
+    }
     for (var y = from_texel.y; y <= to_texel.y; y++) {
         for (var x = from_texel.x; x <= to_texel.x; x++) {
             if nearest >= farthest(vec2<u32>(x, y), shift) { return false; }

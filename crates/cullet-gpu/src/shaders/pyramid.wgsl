@@ -1,19 +1,22 @@
 // The depth pyramid: each texel the farthest of four. Depth is reversed, so the farthest is the least.
 //
 // Level l has texel x >> (l + 1) for pixel x, whatever the size: a rectangle of pixels is shifted, never scaled. With sizes rounded
-// down, the last row or column would be of no texel, and what is visible there alone would be hidden. So sides are powers of two, and
-// behind the picture its last pixels are repeated.
+// down, the last row or column would be of no texel, and what is visible there alone would be hidden. So they are rounded up, and
+// what has no partner is repeated. Levels of a texture are rounded down, so the texture's first has sides of powers of two, of which a
+// part is used.
+
+struct Used { below: vec2<u32>, above: vec2<u32> }
 
 @group(0) @binding(0) var depth: texture_depth_2d;
 @group(0) @binding(1) var below: texture_2d<f32>;
 @group(0) @binding(2) var above: texture_storage_2d<r32float, write>;
+@group(0) @binding(3) var<uniform> used: Used;
 
 // The first level, of pixels.
 @compute @workgroup_size(8, 8)
 fn first(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = textureDimensions(above);
-    if any(id.xy >= size) { return; }
-    let last = textureDimensions(depth) - 1u;
+    if any(id.xy >= used.above) { return; }
+    let last = used.below - 1u;
     var far = 1.0;
     for (var i = 0u; i < 4u; i++) {
         let at = min(id.xy * 2u + vec2<u32>(i & 1u, i >> 1u), last);
@@ -25,9 +28,8 @@ fn first(@builtin(global_invocation_id) id: vec3<u32>) {
 // A level of the one below.
 @compute @workgroup_size(8, 8)
 fn next(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = textureDimensions(above);
-    if any(id.xy >= size) { return; }
-    let last = textureDimensions(below) - 1u;
+    if any(id.xy >= used.above) { return; }
+    let last = used.below - 1u;
     var far = 1.0;
     for (var i = 0u; i < 4u; i++) {
         let at = min(id.xy * 2u + vec2<u32>(i & 1u, i >> 1u), last);

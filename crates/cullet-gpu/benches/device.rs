@@ -1,0 +1,315 @@
+//! What culling on the device takes and saves, in ratios of one run.
+//!
+//! `cargo xtask bench-gpu`; `CULLET_DATA` names a folder with `intel-castle/intel-castle.glb`, else that row is left out.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use cullet::{Depth, Instance, Mesh, Projection, Scene, Transform, View};
+use cullet_gpu::{DrawArguments, Gpu, GpuError, OffScreen, Phase};
+use cullet_io::paths::{Overrides, PathSpec, views};
+use wgpu::*;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Frames of each kind, of which the fastest counts: what else the machine does only adds.
+const FRAMES: usize = 9;
+
+fn main() -> Result<(), Failure> {
+    let wanted = Features::MULTI_DRAW_INDIRECT_COUNT | Features::INDIRECT_FIRST_INSTANCE;
+    let gpu = match Gpu::open_with(wanted) {
+        Ok(gpu) => gpu,
+        Err(why @ GpuError::NoAdapter(_)) => {
+            println!("not measured: {why}");
+            return Ok(());
+        }
+        Err(why) => return Err(why.into()),
+    };
+    let info = gpu.adapter.get_info();
+    println!("{} ({:?})", info.name, info.backend);
+    println!("{:44} {:>9} {:>7}", "what", "found", "goal");
+    frames(&gpu, "city, street", &cullet_io::scenes::build("city")?)?;
+    match castle() {
+        Some(path) => frames(&gpu, "castle", &cullet_io::load(&path, &Default::default())?)?,
+        None => println!("castle: CULLET_DATA names no folder with it"),
+    }
+    million(&gpu)?;
+    many_draws(&gpu)
+}
+
+fn castle() -> Option<PathBuf> {
+    let beside = || concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data").into();
+    let folder = std::env::var_os("CULLET_DATA").unwrap_or_else(beside);
+    let path = PathBuf::from(folder).join("intel-castle/intel-castle.glb");
+    path.exists().then_some(path)
+}
+
+fn row(what: &str, found: f64, goal: &str) {
+    println!("{what:44} {found:9.4} {goal:>7}");
+}
+
+/// Milliseconds of the fastest of some turns of each of two works, one after the other.
+fn fastest<const N: usize>(
+    gpu: &Gpu,
+    mut works: [&mut dyn FnMut() -> Result<(), GpuError>; N],
+) -> Result<[f64; N], GpuError> {
+    let mut best = [f64::INFINITY; N];
+    for turn in 0..=FRAMES {
+        for (work, best) in works.iter_mut().zip(&mut best) {
+            gpu.finish()?;
+            let began = Instant::now();
+            work()?;
+            gpu.finish()?;
+            let took = began.elapsed().as_secs_f64() * 1e3;
+            // The first makes what is made once.
+            if turn > 0 {
+                *best = best.min(took);
+            }
+        }
+    }
+    Ok(best)
+}
+
+/// Frames of a walk with occlusion culling over the same without, and the share of the late phase where nothing is new.
+fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model) -> Result<(), Failure> {
+    let size = [1280, 720];
+    let (device, queue, scene) = (&gpu.device, &gpu.queue, &model.scene);
+    let all = views(model, &PathSpec::Walk, 8, size, &Overrides::default())?;
+    let mut stage = OffScreen::new(device, queue, scene, size)?;
+    let mut without = OffScreen::new(device, queue, scene, size)?;
+    let (mut sum, mut late, mut same) = ([0.0; 2], [0.0; 2], true);
+    for view in &all {
+        let on = (scene, view);
+        let mut culled = || stage.draw(device, queue, on, true);
+        let mut plain = || without.draw(device, queue, on, false);
+        let [a, b] = fastest(gpu, [&mut culled, &mut plain])?;
+        sum = [sum[0] + a, sum[1] + b];
+        let pixels = |of: &OffScreen| picture(gpu, of.target.ids(), size);
+        same &= pixels(&stage)? == pixels(&without)?;
+        // The same frame without its second phase.
+        let early = |with_late: bool| {
+            let mut encoder = device.create_command_encoder(&Default::default());
+            if with_late {
+                stage.record(&mut encoder, view, true);
+            } else {
+                let drawn = (&stage.culling, view);
+                stage.culling.record_early(&stage.passes, &mut encoder);
+                stage.ids.draw(&mut encoder, &stage.target, drawn, &[Phase::Early], true);
+            }
+            queue.submit([encoder.finish()]);
+            Ok(())
+        };
+        let [whole, part] = fastest(gpu, [&mut || early(true), &mut || early(false)])?;
+        late = [late[0] + whole, late[1] + part];
+    }
+    assert!(same, "{name}: the pictures differ");
+    println!("{name}: {:.2} ms a frame without occlusion culling", sum[1] / all.len() as f64);
+    row(&format!("{name}: frame with over without"), sum[0] / sum[1], "0.33");
+    row(&format!("{name}: late phase over frame"), 1.0 - late[1] / late[0], "0.05");
+    Ok(())
+}
+
+/// The numbers of a picture.
+fn picture(gpu: &Gpu, texture: &Texture, [width, height]: [u32; 2]) -> Result<Vec<u8>, GpuError> {
+    let row = (width * 4).next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
+    let bytes = u64::from(row * height);
+    let to = buffer(gpu, bytes, BufferUsages::COPY_DST | BufferUsages::COPY_SRC);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let layout =
+        TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+    let size = Extent3d { width, height, depth_or_array_layers: 1 };
+    let to_buffer = TexelCopyBufferInfo { buffer: &to, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), to_buffer, size);
+    gpu.queue.submit([encoder.finish()]);
+    gpu.read(&to, bytes)
+}
+
+fn buffer(gpu: &Gpu, size: u64, usage: BufferUsages) -> Buffer {
+    let label = None;
+    gpu.device.create_buffer(&BufferDescriptor { label, size, usage, mapped_at_creation: false })
+}
+
+/// Boxes in rows, and a view from above of all of them.
+fn rows(side: u32) -> Result<(Scene, View), Failure> {
+    let mut scene = Scene::new();
+    let positions = [[-0.4, -0.4, 0.0], [0.4, -0.4, 0.0], [0.0, 0.4, 0.0]].to_vec();
+    let data = cullet::mesh::MeshData { positions, indices: vec![0, 1, 2], ..Default::default() };
+    let mesh = scene.add_mesh(Mesh::new(data)?);
+    for i in 0..side * side {
+        let at = [f64::from(i % side), f64::from(i / side), 0.0];
+        scene.add(Instance::new(mesh, Transform::from_translation(at)))?;
+    }
+    scene.commit();
+    let half = f64::from(side) / 2.0;
+    let projection = Projection::Orthographic {
+        left: -half,
+        right: half,
+        bottom: -half,
+        top: half,
+        near: 0.0,
+        far: 100.0,
+    };
+    let camera = cullet::Camera::look_at([half, half, 50.0], [half, half, 0.0], projection);
+    Ok((scene, View::new(&camera, Depth::Reversed, [512, 512])?))
+}
+
+/// Passes of a million instances, all of them in the view, over reading as many bytes as they read and write; and what is uploaded when
+/// a tenth of them moved.
+fn million(gpu: &Gpu) -> Result<(), Failure> {
+    const SIDE: u32 = 1000;
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let (mut scene, view) = rows(SIDE)?;
+    let mut stage = OffScreen::new(device, queue, &scene, view.viewport())?;
+    stage.draw(device, queue, (&scene, &view), true)?;
+    let n = f64::from(SIDE * SIDE);
+    // Boxes, bits, lanes twice, bits of lanes twice, slots.
+    let early_bytes = n * (16.0 + 0.25 + 8.0 + 8.0 + 0.25 + 4.0);
+    let mut early = || {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        stage.culling.record_early(&stage.passes, &mut encoder);
+        queue.submit([encoder.finish()]);
+        Ok(())
+    };
+    let stream = Stream::new(gpu);
+    let mut read = || {
+        stream.run(gpu);
+        Ok(())
+    };
+    let [took, streamed] = fastest(gpu, [&mut early, &mut read])?;
+    let rate = Stream::BYTES as f64 / streamed;
+    println!("a million instances: {took:.2} ms, {:.1} GB/s by streaming", rate / 1e6);
+    row("a million instances: passes over streaming", took * rate / early_bytes, "2.5");
+    let moved: Vec<_> = (0..SIDE * SIDE / 10).filter_map(|i| scene.handle(i)).collect();
+    for handle in &moved {
+        let mut t = *scene.transform(scene.slot(*handle)?);
+        t.translation[2] += 0.125;
+        scene.set_transform(*handle, t)?;
+    }
+    scene.commit();
+    stage.follow(device, queue, &scene)?;
+    let whole = n * f64::from(16 + 64);
+    row("a tenth moved: bytes over those of all", stage.culling.uploaded() as f64 / whole, "0.1");
+    Ok(())
+}
+
+/// Reads a buffer once.
+struct Stream {
+    pipeline: ComputePipeline,
+    group: BindGroup,
+}
+
+impl Stream {
+    const BYTES: u64 = 64 << 20;
+
+    fn new(gpu: &Gpu) -> Self {
+        let source = "
+            @group(0) @binding(0) var<storage, read> given: array<vec4<u32>>;
+            @group(0) @binding(1) var<storage, read_write> sums: array<u32>;
+            @compute @workgroup_size(256)
+            fn sum_up(@builtin(global_invocation_id) id: vec3<u32>) {
+                // As many runs as there are invocations, side by side.
+                var sum = vec4<u32>(0u);
+                for (var i = 0u; i < 16u; i++) { sum += given[id.x + i * 262144u]; }
+                sums[id.x] = sum.x + sum.y + sum.z + sum.w;
+            }";
+        let module = gpu.device.create_shader_module(ShaderModuleDescriptor {
+            label: None,
+            source: ShaderSource::Wgsl(source.into()),
+        });
+        let pipeline = gpu.device.create_compute_pipeline(&ComputePipelineDescriptor {
+            label: None,
+            layout: None,
+            module: &module,
+            entry_point: None,
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let from = buffer(gpu, Self::BYTES, BufferUsages::STORAGE);
+        let to = buffer(gpu, 4 << 18, BufferUsages::STORAGE);
+        let entry = |binding, resource| BindGroupEntry { binding, resource };
+        let group = gpu.device.create_bind_group(&BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &[entry(0, from.as_entire_binding()), entry(1, to.as_entire_binding())],
+        });
+        Self { pipeline, group }
+    }
+
+    fn run(&self, gpu: &Gpu) {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.dispatch_workgroups(1024, 1, 1);
+        drop(pass);
+        gpu.queue.submit([encoder.finish()]);
+    }
+}
+
+/// A hundred thousand things of which one in a hundred is alive: one draw of what is left, over a draw for each that is there or not.
+fn many_draws(gpu: &Gpu) -> Result<(), Failure> {
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let (scene, view) = rows(316)?;
+    let count = scene.slot_count();
+    let stage = OffScreen::new(device, queue, &scene, [64, 64])?;
+    stage.target.set(queue, &view);
+    let [one] = stage.culling.draws(Phase::Late) else { return Err("one draw".into()) };
+    let indirect = BufferUsages::INDIRECT | BufferUsages::COPY_DST;
+    let size = size_of::<DrawArguments>() as u64;
+    let make = |all: &[DrawArguments]| {
+        let made = buffer(gpu, size * all.len() as u64, indirect);
+        queue.write_buffer(&made, 0, bytemuck::cast_slice(all));
+        made
+    };
+    let alive: Vec<u32> = (0..count).step_by(100).collect();
+    let single = |slot: u32, instance_count| DrawArguments {
+        instance_count,
+        first_instance: slot,
+        ..one.arguments
+    };
+    let left = alive.len() as u32;
+    let zeroed: Vec<_> = (0..count).map(|s| single(s, u32::from(s % 100 == 0))).collect();
+    let counted: Vec<_> = alive.iter().map(|s| single(*s, 1)).collect();
+    let all: Vec<u32> = (0..count).collect();
+    let vertex = BufferUsages::VERTEX | BufferUsages::COPY_DST;
+    let lists = [&all, &alive].map(|slots| {
+        let made = buffer(gpu, slots.len() as u64 * 4, vertex);
+        queue.write_buffer(&made, 0, bytemuck::cast_slice(slots));
+        made
+    });
+    let compacted = DrawArguments { instance_count: alive.len() as u32, ..one.arguments };
+    let arguments = [make(&[compacted]), make(&zeroed), make(&counted)];
+    let counter = buffer(gpu, 4, indirect);
+    queue.write_buffer(&counter, 0, &(alive.len() as u32).to_le_bytes());
+    let has = device
+        .features()
+        .contains(Features::MULTI_DRAW_INDIRECT_COUNT | Features::INDIRECT_FIRST_INSTANCE);
+    if !has {
+        println!("many draws: the device has neither counted draws nor first instances");
+        return Ok(());
+    }
+    let draw = |way: usize| {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let mut pass = stage.ids.begin(&mut encoder, &stage.target, true);
+        pass.set_pipeline(stage.ids.pipeline(None, false));
+        pass.set_vertex_buffer(0, stage.culling.scene().vertices().slice(..));
+        pass.set_vertex_buffer(1, lists[usize::from(way == 0)].slice(..));
+        pass.set_index_buffer(stage.culling.scene().indices().slice(..), IndexFormat::Uint32);
+        match way {
+            0 => pass.draw_indexed_indirect(&arguments[0], 0),
+            1 => pass.multi_draw_indexed_indirect(&arguments[1], 0, count),
+            _ => pass.multi_draw_indexed_indirect_count(&arguments[2], 0, &counter, 0, left),
+        }
+        drop(pass);
+        queue.submit([encoder.finish()]);
+        Ok(())
+    };
+    let [a, b, c] = fastest(gpu, [&mut || draw(0), &mut || draw(1), &mut || draw(2)])?;
+    println!(
+        "{count} things, {} alive: {a:.2} ms in one draw, {b:.2} in one each, {c:.2} counted",
+        alive.len()
+    );
+    row("a draw each over one of what is left", b / a, "8");
+    row("one of what is left over counted", a / c, "1.2");
+    Ok(())
+}
