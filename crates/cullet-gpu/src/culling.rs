@@ -3,7 +3,7 @@
 use cullet::bounds::Plane;
 use cullet::{Scene, View};
 use wgpu::{
-    Buffer, BufferUsages, CommandEncoder, Device, IndexFormat, Queue, RenderPass,
+    Buffer, BufferUsages, CommandEncoder, Device, Features, IndexFormat, Queue, RenderPass,
     VertexBufferLayout, VertexFormat, VertexStepMode,
 };
 
@@ -48,6 +48,26 @@ impl Passes {
     }
 }
 
+/// How draws are handed in; the picture is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tier {
+    /// One by one. Every device can.
+    #[default]
+    Each,
+    /// All that are alike but for their mesh in one call, for scenes of many meshes. The device must have been opened with
+    /// [`Features::INDIRECT_FIRST_INSTANCE`].
+    Multi,
+}
+
+impl Tier {
+    /// The most that a device can.
+    #[must_use]
+    pub fn of(device: &Device) -> Self {
+        let can = device.features().contains(Features::INDIRECT_FIRST_INSTANCE);
+        if can { Self::Multi } else { Self::Each }
+    }
+}
+
 /// When something is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
@@ -81,6 +101,7 @@ pub struct Culling {
     /// A bit a slot: what was visible in the frame before.
     seen: Buffer,
     lane_buffers: LaneBuffers,
+    tier: Tier,
     /// By phase.
     lists: [SlotList; 3],
     draws: [Vec<Draw>; 3],
@@ -88,7 +109,7 @@ pub struct Culling {
 }
 
 impl Culling {
-    /// Uploads a scene. O(triangles + slots log slots).
+    /// Uploads a scene, to be drawn one draw after the other. O(triangles + slots log slots).
     ///
     /// # Errors
     /// If a buffer would be larger than the device allows; the message says which.
@@ -98,6 +119,23 @@ impl Culling {
         passes: &Passes,
         scene: &Scene,
     ) -> Result<Self, GpuError> {
+        Self::with_tier(device, queue, passes, scene, Tier::default())
+    }
+
+    /// The same, its draws handed in as told.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and if the device does not have the tier.
+    pub fn with_tier(
+        device: &Device,
+        queue: &Queue,
+        passes: &Passes,
+        scene: &Scene,
+        tier: Tier,
+    ) -> Result<Self, GpuError> {
+        if tier != Tier::Each && Tier::of(device) == Tier::Each {
+            return Err(GpuError::Tier);
+        }
         let blocks = Blocks::new(scene);
         let lanes = Lanes::of(scene);
         let on_device = GpuScene::new(device, queue, scene)?;
@@ -110,8 +148,15 @@ impl Culling {
         let (blended, opaque): (Vec<_>, Vec<_>) =
             on_device.draws(&lanes).into_iter().partition(|draw| draw.blended);
         let list = |draws: &[Draw], bits: &Buffer, listed| {
-            let draws: Vec<(u32, DrawArguments)> =
-                draws.iter().map(|draw| (draw.bucket, draw.arguments)).collect();
+            let first = |draw: &Draw| match tier {
+                Tier::Each => 0,
+                Tier::Multi => lanes.buckets()[draw.bucket as usize].lanes.start,
+            };
+            let with_first = |draw: &Draw| {
+                let arguments = DrawArguments { first_instance: first(draw), ..draw.arguments };
+                (draw.bucket, arguments)
+            };
+            let draws: Vec<(u32, DrawArguments)> = draws.iter().map(with_first).collect();
             let source = ListSource { bits, seen: &seen, listed };
             SlotList::new(device, queue, &passes.lists, &lane_buffers, &draws, source)
         };
@@ -129,6 +174,7 @@ impl Culling {
             visible,
             seen,
             lane_buffers,
+            tier,
             lists,
             draws: [opaque.clone(), opaque, blended],
             scratch: Vec::new(),
@@ -152,7 +198,7 @@ impl Culling {
             && self.scene.update(queue, scene)
             && Lanes::of(scene) == self.lanes;
         if !same {
-            *self = Self::new(device, queue, passes, scene)?;
+            *self = Self::with_tier(device, queue, passes, scene, self.tier)?;
         }
         Ok(())
     }
@@ -213,7 +259,8 @@ impl Culling {
         encoder.clear_buffer(&self.seen, 0, None);
     }
 
-    /// Draws a phase: for each draw `prepare` sets pipeline and bind groups, and says whether it is to be drawn. Vertices are as
+    /// Draws a phase: before each draw `prepare` sets pipeline and bind groups, and says whether it is to be drawn. With
+    /// [`Tier::Multi`] it is asked about the first of those that are alike, and may look at nothing that tells them apart. Vertices are as
     /// [`vertex_layouts`](Self::vertex_layouts) say.
     pub fn draw<'p>(
         &self,
@@ -222,14 +269,25 @@ impl Culling {
         mut prepare: impl FnMut(&mut RenderPass<'p>, &Draw) -> bool,
     ) {
         let list = &self.lists[phase as usize];
+        let draws = &self.draws[phase as usize];
         pass.set_vertex_buffer(0, self.scene.vertices().slice(..));
+        pass.set_vertex_buffer(1, list.list().slice(..));
         pass.set_index_buffer(self.scene.indices().slice(..), IndexFormat::Uint32);
-        for (number, draw) in (0..).zip(&self.draws[phase as usize]) {
-            if prepare(pass, draw) {
-                let lanes = &self.lanes.buckets()[draw.bucket as usize].lanes;
+        let alike = |a: &Draw, b: &Draw| self.tier == Tier::Multi && a.way() == b.way();
+        let mut first = 0;
+        for together in draws.chunk_by(alike) {
+            let offset = first * size_of::<DrawArguments>() as u64;
+            first += together.len() as u64;
+            if !prepare(pass, &together[0]) {
+                continue;
+            }
+            if self.tier == Tier::Multi {
+                let count = together.len() as u32;
+                pass.multi_draw_indexed_indirect(list.arguments(), offset, count);
+            } else {
+                let lanes = &self.lanes.buckets()[together[0].bucket as usize].lanes;
                 let bytes = u64::from(lanes.start) * 4..u64::from(lanes.end) * 4;
                 pass.set_vertex_buffer(1, list.list().slice(bytes));
-                let offset = number * size_of::<DrawArguments>() as u64;
                 pass.draw_indexed_indirect(list.arguments(), offset);
             }
         }
@@ -275,6 +333,12 @@ impl Culling {
     #[must_use]
     pub fn lanes(&self) -> &Lanes {
         &self.lanes
+    }
+
+    /// How draws are handed in.
+    #[must_use]
+    pub fn tier(&self) -> Tier {
+        self.tier
     }
 
     /// A bit a slot: what is in the view.

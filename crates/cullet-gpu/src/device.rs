@@ -22,16 +22,16 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// The first adapter there is, with its own limits and a clock where it has one; what the environment says of backends
-    /// (`WGPU_BACKEND`) is followed.
+    /// The first adapter there is, with its own limits, and a clock and draws of [many meshes](super::Tier::Multi) where it has them; what
+    /// the environment says of backends (`WGPU_BACKEND`) is followed.
     ///
     /// # Errors
     /// If there is none, or it cannot be opened.
     pub fn open() -> Result<Self, GpuError> {
-        Self::open_with(Features::empty())
+        Self::open_with(Features::INDIRECT_FIRST_INSTANCE)
     }
 
-    /// The same with those of some more features that the adapter has.
+    /// The same with a clock, and those of some more features that the adapter has.
     ///
     /// # Errors
     /// As [`open`](Self::open).

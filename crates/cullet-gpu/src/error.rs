@@ -40,6 +40,11 @@ pub enum GpuError {
         /// The most that a side may have.
         limit: u32,
     },
+    /// The device was opened without what draws of many meshes in one call take.
+    #[error(
+        "this device was opened without INDIRECT_FIRST_INSTANCE; open it with that feature, or hand draws in one by one (Tier::Each)"
+    )]
+    Tier,
     /// It went away while it worked.
     #[error("the device was lost: {0}; open another, and upload the scene again")]
     Lost(String),

@@ -42,6 +42,13 @@ pub struct Draw {
     pub arguments: DrawArguments,
 }
 
+impl Draw {
+    /// What a pipeline depends on.
+    pub(crate) fn way(&self) -> [bool; 3] {
+        [self.blended, self.two_sided, self.kind.mirrored]
+    }
+}
+
 /// Where an instance is, as shaders take it: 64 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -146,7 +153,7 @@ impl GpuScene {
         true
     }
 
-    /// The draws of some lanes: for each bucket one a run of its mesh.
+    /// The draws of some lanes: for each bucket one a run of its mesh, those that are alike one after the other.
     #[must_use]
     pub fn draws(&self, lanes: &Lanes) -> Vec<Draw> {
         let of_bucket = |(bucket, own): (u32, &super::lanes::Bucket)| {
@@ -165,7 +172,9 @@ impl GpuScene {
                 },
             })
         };
-        (0..).zip(lanes.buckets()).flat_map(of_bucket).collect()
+        let mut draws: Vec<Draw> = (0..).zip(lanes.buckets()).flat_map(of_bucket).collect();
+        draws.sort_by_key(Draw::way);
+        draws
     }
 
     /// Vertices: three f32 each.

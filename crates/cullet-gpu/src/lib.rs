@@ -43,7 +43,7 @@ mod pyramid;
 mod reference;
 
 pub use blocks::{BLOCK, Blocks};
-pub use culling::{Culling, Passes, Phase};
+pub use culling::{Culling, Passes, Phase, Tier};
 pub use device::Gpu;
 pub use error::GpuError;
 pub use geometry::{Draw, GpuScene, Place};

@@ -3,7 +3,7 @@
 use cullet::{Scene, View};
 use wgpu::{CommandEncoder, Device, Queue};
 
-use super::culling::{Culling, Passes, Phase};
+use super::culling::{Culling, Passes, Phase, Tier};
 use super::error::GpuError;
 use super::ids::{IdPass, IdTarget};
 use super::pyramid::Pyramid;
@@ -27,7 +27,7 @@ pub struct OffScreen {
 }
 
 impl OffScreen {
-    /// Uploads a scene. O(triangles + slots log slots).
+    /// Uploads a scene, to be drawn by the most that the device can. O(triangles + slots log slots).
     ///
     /// # Errors
     /// If it does not fit the device.
@@ -37,9 +37,23 @@ impl OffScreen {
         scene: &Scene,
         size: [u32; 2],
     ) -> Result<Self, GpuError> {
+        Self::with_tier(device, queue, scene, size, Tier::of(device))
+    }
+
+    /// The same, its draws handed in as told.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), and if the device does not have the tier.
+    pub fn with_tier(
+        device: &Device,
+        queue: &Queue,
+        scene: &Scene,
+        size: [u32; 2],
+        tier: Tier,
+    ) -> Result<Self, GpuError> {
         let passes = Passes::new(device);
         let ids = IdPass::new(device);
-        let culling = Culling::new(device, queue, &passes, scene)?;
+        let culling = Culling::with_tier(device, queue, &passes, scene, tier)?;
         let target = IdTarget::new(device, &ids, &culling, size)?;
         let pyramid = Pyramid::new(device, &passes.pyramid, target.depth());
         Ok(Self { passes, culling, ids, target, pyramid, size })

@@ -4,7 +4,7 @@ mod common;
 
 use cullet::{Camera, Depth, Projection, Scene, Transform, View};
 use cullet_gpu::{
-    DrawArguments, Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Phase, Pyramid,
+    DrawArguments, Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Phase, Pyramid, Tier,
 };
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
@@ -36,7 +36,12 @@ struct Frame {
 
 impl<'a> Stage<'a> {
     fn new(gpu: &'a Gpu, scene: &Scene, size: [u32; 2]) -> Self {
-        Self { gpu, all: OffScreen::new(&gpu.device, &gpu.queue, scene, size).unwrap() }
+        Self::with_tier(gpu, scene, size, Tier::Each)
+    }
+
+    fn with_tier(gpu: &'a Gpu, scene: &Scene, size: [u32; 2], tier: Tier) -> Self {
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        Self { gpu, all: OffScreen::with_tier(device, queue, scene, size, tier).unwrap() }
     }
 
     fn draw(&mut self, scene: &Scene, view: &View, way: Way) -> Frame {
@@ -162,10 +167,16 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
         scene.commit();
         let mut stage = Stage::new(gpu, &scene, size);
         let mut reference = Stage::new(gpu, &scene, size);
+        let mut multi = Stage::with_tier(gpu, &scene, size, Tier::of(&gpu.device));
         for view in views.iter().chain(&views) {
             let expected = reference.draw(&scene, view, Way::All);
             let found = stage.draw(&scene, view, Way::TwoPhases);
             ties += assert_same(&stage, &expected, &found, &format!("round {round}, {view:?}"));
+            let other = multi.draw(&scene, view, Way::TwoPhases);
+            assert!(
+                other.ids == found.ids && other.depth == found.depth,
+                "round {round}, {view:?}"
+            );
             pixels += expected.ids.iter().filter(|id| **id > 0).count();
         }
     }
