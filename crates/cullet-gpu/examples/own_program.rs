@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("on {}", gpu.adapter.get_info().name);
 
     // Once.
-    let passes = Passes::new(device);
+    let passes = Passes::new(device)?;
     let mut culling = Culling::new(device, queue, &passes, &scene)?;
     // Its own pipelines would stand here; what they draw into has a depth texture that is reversed.
     let ids = IdPass::new(device);

@@ -9,6 +9,7 @@ use wgpu::{
 
 use super::blocks::Blocks;
 use super::buffers::buffer;
+use super::device::checked;
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::instances::{InstanceBits, InstancePass};
@@ -36,15 +37,19 @@ pub struct Passes {
 
 impl Passes {
     /// Compiles them.
-    #[must_use]
-    pub fn new(device: &Device) -> Self {
-        let pyramid = PyramidPass::new(device);
-        Self {
-            instances: InstancePass::new(device),
-            lists: ListPass::new(device),
-            occlusion: OcclusionPass::new(device, &pyramid),
-            pyramid,
-        }
+    ///
+    /// # Errors
+    /// If the device cannot run them.
+    pub fn new(device: &Device) -> Result<Self, GpuError> {
+        checked(device, || {
+            let pyramid = PyramidPass::new(device);
+            Self {
+                instances: InstancePass::new(device),
+                lists: ListPass::new(device),
+                occlusion: OcclusionPass::new(device, &pyramid),
+                pyramid,
+            }
+        })
     }
 }
 

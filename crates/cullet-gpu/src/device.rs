@@ -4,8 +4,8 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use wgpu::{
-    Adapter, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, Features, Instance,
-    InstanceDescriptor, MapMode, PollType, Queue, RequestAdapterOptions,
+    Adapter, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, ErrorFilter,
+    Features, Instance, InstanceDescriptor, MapMode, PollType, Queue, RequestAdapterOptions,
 };
 
 use super::error::GpuError;
@@ -82,6 +82,22 @@ impl Gpu {
         self.finish()?;
         let mapped = to.get_mapped_range(..).map_err(|e| GpuError::Lost(e.to_string()))?;
         Ok(mapped.to_vec())
+    }
+}
+
+/// What `make` makes, unless the device says that it is not valid. In a browser, where nobody may wait for that, it says so later.
+pub(crate) fn checked<T>(device: &Device, make: impl FnOnce() -> T) -> Result<T, GpuError> {
+    if cfg!(target_arch = "wasm32") {
+        return Ok(make());
+    }
+    // What a driver does not link is an internal error.
+    let outer = device.push_error_scope(ErrorFilter::Internal);
+    let inner = device.push_error_scope(ErrorFilter::Validation);
+    let made = make();
+    let found = [wait(inner.pop()), wait(outer.pop())];
+    match found.into_iter().flatten().next() {
+        None => Ok(made),
+        Some(error) => Err(GpuError::Passes(error.to_string())),
     }
 }
 

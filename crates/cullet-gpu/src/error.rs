@@ -45,6 +45,11 @@ pub enum GpuError {
         "this device was opened without INDIRECT_FIRST_INSTANCE; open it with that feature, or hand draws in one by one (Tier::Each)"
     )]
     Tier,
+    /// It cannot run the passes, as OpenGL cannot, where no compute shader reads a depth texture.
+    #[error(
+        "this device cannot run the passes: {0}; choose another with WGPU_BACKEND, or let the CPU decide"
+    )]
+    Passes(String),
     /// It went away while it worked.
     #[error("the device was lost: {0}; open another, and upload the scene again")]
     Lost(String),

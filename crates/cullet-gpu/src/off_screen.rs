@@ -51,7 +51,7 @@ impl OffScreen {
         size: [u32; 2],
         tier: Tier,
     ) -> Result<Self, GpuError> {
-        let passes = Passes::new(device);
+        let passes = Passes::new(device)?;
         let ids = IdPass::new(device);
         let culling = Culling::with_tier(device, queue, &passes, scene, tier)?;
         let target = IdTarget::new(device, &ids, &culling, size)?;
