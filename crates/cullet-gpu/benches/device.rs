@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use cullet::{Depth, Instance, Mesh, Projection, Scene, Transform, View};
-use cullet_gpu::{DrawArguments, Gpu, GpuError, OffScreen, Phase};
+use cullet_gpu::{DrawArguments, Gpu, GpuError, Lanes, OffScreen, Phase};
 use cullet_io::paths::{Overrides, PathSpec, views};
 use wgpu::*;
 
@@ -103,7 +103,8 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model) -> Result<(), Failure
         late = [late[0] + whole, late[1] + part];
     }
     assert!(same, "{name}: the pictures differ");
-    println!("{name}: {:.2} ms a frame without occlusion culling", sum[1] / all.len() as f64);
+    let (tier, took) = (stage.culling.tier(), sum[1] / all.len() as f64);
+    println!("{name}: {took:.2} ms a frame without occlusion culling; {tier:?}");
     row(&format!("{name}: frame with over without"), sum[0] / sum[1], "0.33");
     row(&format!("{name}: late phase over frame"), 1.0 - late[1] / late[0], "0.05");
     Ok(())
@@ -253,7 +254,8 @@ fn many_draws(gpu: &Gpu) -> Result<(), Failure> {
     let count = scene.slot_count();
     let stage = OffScreen::new(device, queue, &scene, [64, 64])?;
     stage.target.set(queue, &view);
-    let [one] = stage.culling.draws(Phase::Late) else { return Err("one draw".into()) };
+    let draws = stage.culling.scene().draws(&Lanes::of(&scene));
+    let [one] = &draws[..] else { return Err("one draw".into()) };
     let indirect = BufferUsages::INDIRECT | BufferUsages::COPY_DST;
     let size = size_of::<DrawArguments>() as u64;
     let make = |all: &[DrawArguments]| {

@@ -34,18 +34,26 @@ impl Blocks {
     /// Follows a scene: what changed since the last time is [known](Self::changed) afterwards. O(slots) reading; only blocks that differ
     /// are written.
     pub fn update(&mut self, scene: &Scene) {
-        let slots = scene.slot_count();
+        self.follow(scene.slot_count(), |slot| {
+            let layers = if scene.is_removed(slot) { 0 } else { scene.layers(slot) };
+            (bounds_of(scene, slot), layers)
+        });
+    }
+
+    /// The same of anything with a box and layers; in no layer where there is nothing.
+    pub(crate) fn follow(&mut self, slots: u32, of: impl Fn(u32) -> (Aabb, u32)) {
         let blocks = (slots as usize).div_ceil(BLOCK);
         let had = self.grids.len();
         self.slots = slots;
         self.grids.resize(blocks, (Grid { origin: [0.0; 3], step: 1.0 }, Aabb::EMPTY));
         self.boxes.resize(blocks * BLOCK, GridBox::default());
         self.changed.clear();
-        let mut own = [GridBox::default(); BLOCK];
+        let (mut given, mut own) = (Vec::with_capacity(BLOCK), [GridBox::default(); BLOCK]);
         for block in 0..blocks {
             let first = (block * BLOCK) as u32;
-            let range = first..slots.min(first + BLOCK as u32);
-            let grid = fill(scene, range, &mut own);
+            given.clear();
+            given.extend((first..slots.min(first + BLOCK as u32)).map(&of));
+            let grid = fill(&given, &mut own);
             let boxes = &mut self.boxes[block * BLOCK..][..BLOCK];
             if block >= had || self.grids[block] != grid || boxes != own {
                 self.grids[block] = grid;
@@ -80,31 +88,31 @@ impl Blocks {
     }
 }
 
-/// Boxes of some slots on the finest grid that has them all.
-fn fill(scene: &Scene, slots: std::ops::Range<u32>, own: &mut [GridBox; BLOCK]) -> (Grid, Aabb) {
+/// Boxes and layers on the finest grid that has them all.
+fn fill(given: &[(Aabb, u32)], own: &mut [GridBox; BLOCK]) -> (Grid, Aabb) {
     own.fill(GridBox::default());
     let mut around = Aabb::EMPTY;
     let mut always = false;
-    for slot in slots.clone().filter(|&slot| !scene.is_removed(slot)) {
-        let bounds = bounds_of(scene, slot);
-        if bounds.is_finite() && !bounds.is_empty() {
-            around = around.union(&bounds);
-        } else {
-            always = true;
+    for (bounds, _) in given.iter().filter(|(_, layers)| *layers != 0) {
+        let is_box = bounds.is_finite() && !bounds.is_empty();
+        if is_box {
+            around = around.union(bounds);
         }
+        // What is not a number is not empty.
+        let is_nan = bounds.min.iter().chain(&bounds.max).any(|v| v.is_nan());
+        always |= is_nan || !is_box && !bounds.is_empty();
     }
     let grid = Grid::around(&around);
-    for slot in slots.clone().filter(|&slot| !scene.is_removed(slot)) {
+    for (own, (bounds, layers)) in own.iter_mut().zip(given).filter(|(_, (_, l))| *l != 0) {
         // All of them lie on a grid that was made around them.
-        let found = grid.round_out(&bounds_of(scene, slot)).unwrap_or(GridBox::ALWAYS);
-        let layers = found.layers & scene.layers(slot);
-        own[(slot - slots.start) as usize] = GridBox { layers, ..found };
+        let found = grid.round_out(bounds).unwrap_or(GridBox::ALWAYS);
+        *own = GridBox { layers: found.layers & layers, ..found };
     }
     (grid, if always { Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]) } else { around })
 }
 
 /// The box of an instance; of one that is never culled, everything.
-fn bounds_of(scene: &Scene, slot: u32) -> Aabb {
+pub(crate) fn bounds_of(scene: &Scene, slot: u32) -> Aabb {
     let exempt = scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 != 0);
     if exempt { Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]) } else { scene.bounds(slot) }
 }

@@ -9,6 +9,7 @@ use wgpu::{
 
 use super::blocks::Blocks;
 use super::buffers::buffer;
+use super::clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
 use super::device::checked;
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
@@ -33,6 +34,8 @@ pub struct Passes {
     pub pyramid: PyramidPass,
     /// Tests against them.
     pub occlusion: OcclusionPass,
+    /// Says of clusters whether they are drawn.
+    pub arguments: ArgumentPass,
 }
 
 impl Passes {
@@ -47,29 +50,120 @@ impl Passes {
                 instances: InstancePass::new(device),
                 lists: ListPass::new(device),
                 occlusion: OcclusionPass::new(device, &pyramid),
+                arguments: ArgumentPass::new(device),
                 pyramid,
             }
         })
     }
 }
 
-/// How draws are handed in; the picture is the same.
+/// What is culled, and how draws are handed in; the picture is the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tier {
-    /// One by one. Every device can.
+    /// Instances; one draw after the other for each bucket of those that are alike. Every device can.
     #[default]
     Each,
-    /// All that are alike but for their mesh in one call, for scenes of many meshes. The device must have been opened with
-    /// [`Features::INDIRECT_FIRST_INSTANCE`].
+    /// Instances; all draws that are alike but for their mesh in one call, for scenes of many meshes. The device must have been opened
+    /// with [`Features::INDIRECT_FIRST_INSTANCE`].
     Multi,
+    /// Clusters of instances, each a draw of its own, those that are alike in one call: for scenes of large meshes. As
+    /// [`Multi`](Self::Multi).
+    Clusters,
 }
 
 impl Tier {
-    /// The most that a device can.
+    /// What suits a scene, of what a device can: clusters where there are at most 65,536 and eight or more to an instance.
     #[must_use]
-    pub fn of(device: &Device) -> Self {
-        let can = device.features().contains(Features::INDIRECT_FIRST_INSTANCE);
-        if can { Self::Multi } else { Self::Each }
+    pub fn of(device: &Device, scene: &Scene) -> Self {
+        if !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
+            return Self::Each;
+        }
+        let of = |slot| scene.mesh(slot).levels().first().map_or(0, |l| u64::from(l.cluster_count));
+        let clusters: u64 = scene.slots().map(of).sum();
+        let many = clusters >= 8 * u64::from(scene.instance_count());
+        if many && clusters <= 1 << 16 { Self::Clusters } else { Self::Multi }
+    }
+}
+
+/// What is culled, and lists or arguments of it by phase.
+#[derive(Debug)]
+enum Units {
+    Instances {
+        lanes: Lanes,
+        buffers: LaneBuffers,
+        lists: [SlotList; 3],
+        draws: [Vec<Draw>; 3],
+        tier: Tier,
+    },
+    Clusters {
+        clusters: ClusterInstances,
+        slots: Buffer,
+        arguments: [ClusterArguments; 3],
+    },
+}
+
+/// What of the bits of a phase is drawn.
+const LISTED: [Listed; 3] = [Listed::Seen, Listed::New, Listed::All];
+
+impl Units {
+    fn instances(
+        (device, queue, passes): (&Device, &Queue, &Passes),
+        (scene, on_device): (&Scene, &GpuScene),
+        [passed, visible, seen]: [&Buffer; 3],
+        tier: Tier,
+    ) -> Result<Self, GpuError> {
+        let lanes = Lanes::of(scene);
+        let buffers = LaneBuffers::new(device, queue, &lanes)?;
+        let (blended, opaque): (Vec<_>, Vec<_>) =
+            on_device.draws(&lanes).into_iter().partition(|draw| draw.blended);
+        let draws = [opaque.clone(), opaque, blended];
+        let list = |phase: usize, bits| {
+            let first_instance = |draw: &Draw| match tier {
+                Tier::Each => 0,
+                _ => lanes.buckets()[draw.bucket as usize].lanes.start,
+            };
+            let with_first = |draw: &Draw| {
+                let first_instance = first_instance(draw);
+                (draw.bucket, DrawArguments { first_instance, ..draw.arguments })
+            };
+            let draws: Vec<_> = draws[phase].iter().map(with_first).collect();
+            let source = ListSource { bits, seen, listed: LISTED[phase] };
+            SlotList::new(device, queue, &passes.lists, &buffers, &draws, source)
+        };
+        let lists = [list(0, passed)?, list(1, visible)?, list(2, visible)?];
+        Ok(Self::Instances { lanes, buffers, lists, draws, tier })
+    }
+
+    fn clusters(
+        (device, queue, passes): (&Device, &Queue, &Passes),
+        clusters: ClusterInstances,
+        [passed, visible, seen]: [&Buffer; 3],
+    ) -> Result<Self, GpuError> {
+        let usage = BufferUsages::VERTEX | BufferUsages::COPY_DST;
+        let slots = buffer(device, "slots of clusters", clusters.slots().len(), 4, usage)?;
+        queue.write_buffer(&slots, 0, bytemuck::cast_slice(clusters.slots()));
+        let of = |phase: usize, bits| {
+            let source = ListSource { bits, seen, listed: LISTED[phase] };
+            ClusterArguments::new(device, queue, &passes.arguments, &clusters, source)
+        };
+        let arguments = [of(0, passed)?, of(1, visible)?, of(2, visible)?];
+        Ok(Self::Clusters { clusters, slots, arguments })
+    }
+
+    fn has_blended(&self) -> bool {
+        match self {
+            Self::Instances { draws, .. } => !draws[2].is_empty(),
+            Self::Clusters { clusters, .. } => clusters.runs().iter().any(|run| run.0.blended),
+        }
+    }
+
+    fn record(&self, passes: &Passes, encoder: &mut CommandEncoder, phase: Phase) {
+        match self {
+            Self::Instances { lists, .. } => passes.lists.record(encoder, &lists[phase as usize]),
+            Self::Clusters { arguments, .. } => {
+                passes.arguments.record(encoder, &arguments[phase as usize]);
+            }
+        }
     }
 }
 
@@ -99,17 +193,12 @@ pub enum Phase {
 pub struct Culling {
     blocks: Blocks,
     planes: BlockPlanes,
-    lanes: Lanes,
     scene: GpuScene,
     passed: InstanceBits,
     visible: VisibleBits,
-    /// A bit a slot: what was visible in the frame before.
+    /// A bit each: what was visible in the frame before.
     seen: Buffer,
-    lane_buffers: LaneBuffers,
-    tier: Tier,
-    /// By phase.
-    lists: [SlotList; 3],
-    draws: [Vec<Draw>; 3],
+    units: Units,
     scratch: Vec<Plane>,
 }
 
@@ -127,7 +216,7 @@ impl Culling {
         Self::with_tier(device, queue, passes, scene, Tier::default())
     }
 
-    /// The same, its draws handed in as told.
+    /// The same in another way.
     ///
     /// # Errors
     /// As [`new`](Self::new), and if the device does not have the tier.
@@ -138,56 +227,41 @@ impl Culling {
         scene: &Scene,
         tier: Tier,
     ) -> Result<Self, GpuError> {
-        if tier != Tier::Each && Tier::of(device) == Tier::Each {
+        if tier != Tier::Each && !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
             return Err(GpuError::Tier);
         }
-        let blocks = Blocks::new(scene);
-        let lanes = Lanes::of(scene);
         let on_device = GpuScene::new(device, queue, scene)?;
+        let mut blocks = Blocks::default();
+        let clusters = (tier == Tier::Clusters).then(|| ClusterInstances::of(scene, &on_device));
+        match &clusters {
+            None => blocks.update(scene),
+            Some(all) => blocks.follow(all.len(), |number| all.bounds(scene, number)),
+        }
         let passed = InstanceBits::new(device, queue, &passes.instances, &blocks, MOST_PLANES)?;
         let visible = VisibleBits::new(device, &passes.occlusion, &blocks, &passed)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let words = visible.bits().size() as usize / 4;
-        let seen = buffer(device, "slots seen before", words, 4, usage)?;
-        let lane_buffers = LaneBuffers::new(device, queue, &lanes)?;
-        let (blended, opaque): (Vec<_>, Vec<_>) =
-            on_device.draws(&lanes).into_iter().partition(|draw| draw.blended);
-        let list = |draws: &[Draw], bits: &Buffer, listed| {
-            let first = |draw: &Draw| match tier {
-                Tier::Each => 0,
-                Tier::Multi => lanes.buckets()[draw.bucket as usize].lanes.start,
-            };
-            let with_first = |draw: &Draw| {
-                let arguments = DrawArguments { first_instance: first(draw), ..draw.arguments };
-                (draw.bucket, arguments)
-            };
-            let draws: Vec<(u32, DrawArguments)> = draws.iter().map(with_first).collect();
-            let source = ListSource { bits, seen: &seen, listed };
-            SlotList::new(device, queue, &passes.lists, &lane_buffers, &draws, source)
+        let seen = buffer(device, "seen before", words, 4, usage)?;
+        let bits = [passed.bits(), visible.bits(), &seen];
+        let on = (device, queue, passes);
+        let units = match clusters {
+            None => Units::instances(on, (scene, &on_device), bits, tier)?,
+            Some(clusters) => Units::clusters(on, clusters, bits)?,
         };
-        let lists = [
-            list(&opaque, passed.bits(), Listed::Seen)?,
-            list(&opaque, visible.bits(), Listed::New)?,
-            list(&blended, visible.bits(), Listed::All)?,
-        ];
         Ok(Self {
             blocks,
             planes: BlockPlanes::default(),
-            lanes,
             scene: on_device,
             passed,
             visible,
             seen,
-            lane_buffers,
-            tier,
-            lists,
-            draws: [opaque.clone(), opaque, blended],
+            units,
             scratch: Vec::new(),
         })
     }
 
     /// Follows a scene whose instances moved, uploading what changed. Where instances came or went, or are drawn in another way,
-    /// everything is uploaded again and nothing counts as seen. Meshes must be the same. O(slots) reading.
+    /// everything is uploaded again and nothing counts as seen. Meshes must be the same. O(slots) reading, or O(clusters).
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -198,12 +272,22 @@ impl Culling {
         passes: &Passes,
         scene: &Scene,
     ) -> Result<(), GpuError> {
-        self.blocks.update(scene);
-        let same = self.passed.update(queue, &self.blocks)
-            && self.scene.update(queue, scene)
-            && Lanes::of(scene) == self.lanes;
-        if !same {
-            *self = Self::with_tier(device, queue, passes, scene, self.tier)?;
+        let same = match &self.units {
+            Units::Instances { lanes, .. } => Lanes::of(scene) == *lanes,
+            Units::Clusters { clusters, .. } => {
+                ClusterInstances::of(scene, &self.scene) == *clusters
+            }
+        };
+        if same {
+            match &self.units {
+                Units::Instances { .. } => self.blocks.update(scene),
+                Units::Clusters { clusters, .. } => {
+                    self.blocks.follow(clusters.len(), |number| clusters.bounds(scene, number));
+                }
+            }
+        }
+        if !(same && self.passed.update(queue, &self.blocks) && self.scene.update(queue, scene)) {
+            *self = Self::with_tier(device, queue, passes, scene, self.tier())?;
         }
         Ok(())
     }
@@ -233,7 +317,7 @@ impl Culling {
     /// Records the early phase: what is in the view, and of that what was seen before.
     pub fn record_early(&self, passes: &Passes, encoder: &mut CommandEncoder) {
         passes.instances.record(encoder, &self.passed, &self.planes);
-        passes.lists.record(encoder, &self.lists[Phase::Early as usize]);
+        self.units.record(passes, encoder, Phase::Early);
     }
 
     /// Records the late phase, when what is early was drawn into the depth that the pyramid is of.
@@ -252,9 +336,9 @@ impl Culling {
     }
 
     fn record_rest(&self, passes: &Passes, encoder: &mut CommandEncoder) {
-        passes.lists.record(encoder, &self.lists[Phase::Late as usize]);
-        if !self.draws[Phase::Blended as usize].is_empty() {
-            passes.lists.record(encoder, &self.lists[Phase::Blended as usize]);
+        self.units.record(passes, encoder, Phase::Late);
+        if self.units.has_blended() {
+            self.units.record(passes, encoder, Phase::Blended);
         }
         encoder.copy_buffer_to_buffer(self.visible.bits(), 0, &self.seen, 0, None);
     }
@@ -264,8 +348,8 @@ impl Culling {
         encoder.clear_buffer(&self.seen, 0, None);
     }
 
-    /// Draws a phase: before each draw `prepare` sets pipeline and bind groups, and says whether it is to be drawn. With
-    /// [`Tier::Multi`] it is asked about the first of those that are alike, and may look at nothing that tells them apart. Vertices are as
+    /// Draws a phase: before each draw `prepare` sets pipeline and bind groups, and says whether it is to be drawn. But with
+    /// [`Tier::Each`] it is asked about the first of those that are alike, and may look at nothing that tells them apart. Vertices are as
     /// [`vertex_layouts`](Self::vertex_layouts) say.
     pub fn draw<'p>(
         &self,
@@ -273,27 +357,41 @@ impl Culling {
         phase: Phase,
         mut prepare: impl FnMut(&mut RenderPass<'p>, &Draw) -> bool,
     ) {
-        let list = &self.lists[phase as usize];
-        let draws = &self.draws[phase as usize];
+        const SIZE: u64 = size_of::<DrawArguments>() as u64;
         pass.set_vertex_buffer(0, self.scene.vertices().slice(..));
-        pass.set_vertex_buffer(1, list.list().slice(..));
         pass.set_index_buffer(self.scene.indices().slice(..), IndexFormat::Uint32);
-        let alike = |a: &Draw, b: &Draw| self.tier == Tier::Multi && a.way() == b.way();
-        let mut first = 0;
-        for together in draws.chunk_by(alike) {
-            let offset = first * size_of::<DrawArguments>() as u64;
-            first += together.len() as u64;
-            if !prepare(pass, &together[0]) {
-                continue;
+        match &self.units {
+            Units::Clusters { clusters, slots, arguments } => {
+                pass.set_vertex_buffer(1, slots.slice(..));
+                let arguments = arguments[phase as usize].arguments();
+                for (draw, run) in clusters.runs() {
+                    if draw.blended == (phase == Phase::Blended) && prepare(pass, draw) {
+                        let (first, count) = (u64::from(run.start), run.end - run.start);
+                        pass.multi_draw_indexed_indirect(arguments, first * SIZE, count);
+                    }
+                }
             }
-            if self.tier == Tier::Multi {
-                let count = together.len() as u32;
-                pass.multi_draw_indexed_indirect(list.arguments(), offset, count);
-            } else {
-                let lanes = &self.lanes.buckets()[together[0].bucket as usize].lanes;
-                let bytes = u64::from(lanes.start) * 4..u64::from(lanes.end) * 4;
-                pass.set_vertex_buffer(1, list.list().slice(bytes));
-                pass.draw_indexed_indirect(list.arguments(), offset);
+            Units::Instances { lanes, lists, draws, tier, .. } => {
+                let list = &lists[phase as usize];
+                pass.set_vertex_buffer(1, list.list().slice(..));
+                let alike = |a: &Draw, b: &Draw| *tier == Tier::Multi && a.way() == b.way();
+                let mut first = 0;
+                for together in draws[phase as usize].chunk_by(alike) {
+                    let offset = first * SIZE;
+                    first += together.len() as u64;
+                    if !prepare(pass, &together[0]) {
+                        continue;
+                    }
+                    if *tier == Tier::Multi {
+                        let count = together.len() as u32;
+                        pass.multi_draw_indexed_indirect(list.arguments(), offset, count);
+                    } else {
+                        let lanes = &lanes.buckets()[together[0].bucket as usize].lanes;
+                        let bytes = u64::from(lanes.start) * 4..u64::from(lanes.end) * 4;
+                        pass.set_vertex_buffer(1, list.list().slice(bytes));
+                        pass.draw_indexed_indirect(list.arguments(), offset);
+                    }
+                }
             }
         }
     }
@@ -322,37 +420,45 @@ impl Culling {
         &self.scene
     }
 
-    /// What is drawn in a phase.
+    /// The arguments of a phase's draws, and how many there are.
     #[must_use]
-    pub fn draws(&self, phase: Phase) -> &[Draw] {
-        &self.draws[phase as usize]
+    pub fn arguments(&self, phase: Phase) -> (&Buffer, usize) {
+        match &self.units {
+            Units::Instances { lists, draws, .. } => {
+                (lists[phase as usize].arguments(), draws[phase as usize].len())
+            }
+            Units::Clusters { clusters, arguments, .. } => {
+                (arguments[phase as usize].arguments(), clusters.slots().len())
+            }
+        }
     }
 
-    /// The list of a phase.
+    /// The slot of each bit of [`in_view`](Self::in_view) and [`visible`](Self::visible), where these are of clusters; `None` where they are of
+    /// slots.
     #[must_use]
-    pub fn list(&self, phase: Phase) -> &SlotList {
-        &self.lists[phase as usize]
-    }
-
-    /// Slots in the order of the lists.
-    #[must_use]
-    pub fn lanes(&self) -> &Lanes {
-        &self.lanes
+    pub fn slots_of_clusters(&self) -> Option<&[u32]> {
+        match &self.units {
+            Units::Instances { .. } => None,
+            Units::Clusters { clusters, .. } => Some(clusters.slots()),
+        }
     }
 
     /// How draws are handed in.
     #[must_use]
     pub fn tier(&self) -> Tier {
-        self.tier
+        match &self.units {
+            Units::Instances { tier, .. } => *tier,
+            Units::Clusters { .. } => Tier::Clusters,
+        }
     }
 
-    /// A bit a slot: what is in the view.
+    /// A bit a slot, or a cluster: what is in the view.
     #[must_use]
     pub fn in_view(&self) -> &Buffer {
         self.passed.bits()
     }
 
-    /// A bit a slot: what is visible, after the late phase.
+    /// A bit a slot, or a cluster: what is visible, after the late phase.
     #[must_use]
     pub fn visible(&self) -> &Buffer {
         self.visible.bits()
@@ -367,7 +473,14 @@ impl Culling {
     /// Bytes that the passes take on the device, besides the scene's triangles and places.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let lists: u64 = self.lists.iter().map(SlotList::bytes).sum();
-        self.passed.bytes() + self.lane_buffers.bytes() + lists + 2 * self.seen.size()
+        let of_units = match &self.units {
+            Units::Instances { buffers, lists, .. } => {
+                buffers.bytes() + lists.iter().map(SlotList::bytes).sum::<u64>()
+            }
+            Units::Clusters { arguments, slots, .. } => {
+                slots.size() + arguments.iter().map(|a| a.arguments().size()).sum::<u64>()
+            }
+        };
+        self.passed.bytes() + of_units + 2 * self.seen.size()
     }
 }

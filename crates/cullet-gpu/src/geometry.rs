@@ -24,6 +24,7 @@ struct Run {
 #[derive(Clone, Debug, Default)]
 struct MeshPlace {
     first_vertex: u32,
+    first_index: u32,
     runs: Vec<Run>,
 }
 
@@ -100,6 +101,7 @@ impl GpuScene {
             let first_index = indices.len() as u32;
             meshes.push(MeshPlace {
                 first_vertex: vertices.len() as u32,
+                first_index,
                 runs: runs(mesh, first_index),
             });
             vertices.extend(mesh.positions());
@@ -175,6 +177,26 @@ impl GpuScene {
         let mut draws: Vec<Draw> = (0..).zip(lanes.buckets()).flat_map(of_bucket).collect();
         draws.sort_by_key(Draw::way);
         draws
+    }
+
+    /// The draw of one cluster of an instance of some kind.
+    pub(crate) fn draw_of_cluster(&self, scene: &Scene, kind: Kind, cluster: u32) -> Draw {
+        let (mesh, place) = (&scene.meshes()[kind.mesh as usize], &self.meshes[kind.mesh as usize]);
+        let own = &mesh.clusters()[cluster as usize];
+        let part = mesh.parts().get(own.part as usize).copied().unwrap_or_default();
+        let indices = own.triangles();
+        Draw {
+            bucket: 0,
+            kind,
+            two_sided: part.two_sided || kind.two_sided,
+            blended: part.alpha == Alpha::Blended || kind.transparent,
+            arguments: DrawArguments {
+                index_count: (indices.end - indices.start) * 3,
+                first_index: place.first_index + indices.start * 3,
+                base_vertex: place.first_vertex as i32,
+                ..DrawArguments::default()
+            },
+        }
     }
 
     /// Vertices: three f32 each.

@@ -62,6 +62,12 @@ impl Lanes {
         Self { slots: (0..count).collect(), buckets: vec![bucket] }
     }
 
+    /// Each bucket with its slots.
+    pub(crate) fn split(&self) -> impl Iterator<Item = (&Bucket, &[u32])> {
+        let slots = |b: &Bucket| &self.slots[b.lanes.start as usize..b.lanes.end as usize];
+        self.buckets.iter().map(move |bucket| (bucket, slots(bucket)))
+    }
+
     /// The slot of each lane.
     #[must_use]
     pub fn slots(&self) -> &[u32] {

@@ -27,6 +27,7 @@
 
 mod blocks;
 mod buffers;
+mod clusters;
 mod culling;
 mod device;
 mod error;
@@ -43,6 +44,7 @@ mod pyramid;
 mod reference;
 
 pub use blocks::{BLOCK, Blocks};
+pub use clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
 pub use culling::{Culling, Passes, Phase, Tier};
 pub use device::Gpu;
 pub use error::GpuError;

@@ -27,7 +27,7 @@ pub struct OffScreen {
 }
 
 impl OffScreen {
-    /// Uploads a scene, to be drawn by the most that the device can. O(triangles + slots log slots).
+    /// Uploads a scene, to be drawn as suits it and the device. O(triangles + slots log slots).
     ///
     /// # Errors
     /// If it does not fit the device.
@@ -37,10 +37,10 @@ impl OffScreen {
         scene: &Scene,
         size: [u32; 2],
     ) -> Result<Self, GpuError> {
-        Self::with_tier(device, queue, scene, size, Tier::of(device))
+        Self::with_tier(device, queue, scene, size, Tier::of(device, scene))
     }
 
-    /// The same, its draws handed in as told.
+    /// The same in another way.
     ///
     /// # Errors
     /// As [`new`](Self::new), and if the device does not have the tier.
