@@ -29,7 +29,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The program's own: whatever wgpu gave it.
     let gpu = match Gpu::open() {
         Ok(gpu) => gpu,
-        Err(why) => return Ok(println!("{why}")),
+        Err(why) => {
+            println!("{why}");
+            return Ok(());
+        }
     };
     let (device, queue) = (&gpu.device, &gpu.queue);
     println!("on {}", gpu.adapter.get_info().name);

@@ -9,174 +9,19 @@ use wgpu::{
 
 use super::blocks::Blocks;
 use super::buffers::buffer;
-use super::clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
-use super::device::checked;
+use super::clusters::ClusterInstances;
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
-use super::instances::{InstanceBits, InstancePass};
+use super::instances::InstanceBits;
 use super::lanes::Lanes;
-use super::lists::{DrawArguments, LaneBuffers, ListPass, ListSource, Listed, SlotList};
-use super::occlusion::{OcclusionPass, VisibleBits};
+use super::occlusion::VisibleBits;
+use super::passes::Passes;
 use super::planes::BlockPlanes;
-use super::pyramid::{Pyramid, PyramidPass};
+use super::pyramid::Pyramid;
+use super::units::{Phase, Tier, Units};
 
 /// Planes of a view at the most.
 const MOST_PLANES: usize = 32;
-
-/// All passes, compiled once for a device.
-#[derive(Debug)]
-pub struct Passes {
-    /// Tests instances.
-    pub instances: InstancePass,
-    /// Makes lists.
-    pub lists: ListPass,
-    /// Makes pyramids.
-    pub pyramid: PyramidPass,
-    /// Tests against them.
-    pub occlusion: OcclusionPass,
-    /// Says of clusters whether they are drawn.
-    pub arguments: ArgumentPass,
-}
-
-impl Passes {
-    /// Compiles them.
-    ///
-    /// # Errors
-    /// If the device cannot run them.
-    pub fn new(device: &Device) -> Result<Self, GpuError> {
-        checked(device, || {
-            let pyramid = PyramidPass::new(device);
-            Self {
-                instances: InstancePass::new(device),
-                lists: ListPass::new(device),
-                occlusion: OcclusionPass::new(device, &pyramid),
-                arguments: ArgumentPass::new(device),
-                pyramid,
-            }
-        })
-    }
-}
-
-/// What is culled, and how draws are handed in; the picture is the same.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tier {
-    /// Instances; one draw after the other for each bucket of those that are alike. Every device can.
-    #[default]
-    Each,
-    /// Instances; all draws that are alike but for their mesh in one call, for scenes of many meshes. The device must have been opened
-    /// with [`Features::INDIRECT_FIRST_INSTANCE`].
-    Multi,
-    /// Clusters of instances, each a draw of its own, those that are alike in one call: for scenes of large meshes. As
-    /// [`Multi`](Self::Multi).
-    Clusters,
-}
-
-impl Tier {
-    /// What suits a scene, of what a device can: clusters where there are at most 65,536 and eight or more to an instance.
-    #[must_use]
-    pub fn of(device: &Device, scene: &Scene) -> Self {
-        if !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
-            return Self::Each;
-        }
-        let of = |slot| scene.mesh(slot).levels().first().map_or(0, |l| u64::from(l.cluster_count));
-        let clusters: u64 = scene.slots().map(of).sum();
-        let many = clusters >= 8 * u64::from(scene.instance_count());
-        if many && clusters <= 1 << 16 { Self::Clusters } else { Self::Multi }
-    }
-}
-
-/// What is culled, and lists or arguments of it by phase.
-#[derive(Debug)]
-enum Units {
-    Instances {
-        lanes: Lanes,
-        buffers: LaneBuffers,
-        lists: [SlotList; 3],
-        draws: [Vec<Draw>; 3],
-        tier: Tier,
-    },
-    Clusters {
-        clusters: ClusterInstances,
-        slots: Buffer,
-        arguments: [ClusterArguments; 3],
-    },
-}
-
-/// What of the bits of a phase is drawn.
-const LISTED: [Listed; 3] = [Listed::Seen, Listed::New, Listed::All];
-
-impl Units {
-    fn instances(
-        (device, queue, passes): (&Device, &Queue, &Passes),
-        (scene, on_device): (&Scene, &GpuScene),
-        [passed, visible, seen]: [&Buffer; 3],
-        tier: Tier,
-    ) -> Result<Self, GpuError> {
-        let lanes = Lanes::of(scene);
-        let buffers = LaneBuffers::new(device, queue, &lanes)?;
-        let (blended, opaque): (Vec<_>, Vec<_>) =
-            on_device.draws(&lanes).into_iter().partition(|draw| draw.blended);
-        let draws = [opaque.clone(), opaque, blended];
-        let list = |phase: usize, bits| {
-            let first_instance = |draw: &Draw| match tier {
-                Tier::Each => 0,
-                _ => lanes.buckets()[draw.bucket as usize].lanes.start,
-            };
-            let with_first = |draw: &Draw| {
-                let first_instance = first_instance(draw);
-                (draw.bucket, DrawArguments { first_instance, ..draw.arguments })
-            };
-            let draws: Vec<_> = draws[phase].iter().map(with_first).collect();
-            let source = ListSource { bits, seen, listed: LISTED[phase] };
-            SlotList::new(device, queue, &passes.lists, &buffers, &draws, source)
-        };
-        let lists = [list(0, passed)?, list(1, visible)?, list(2, visible)?];
-        Ok(Self::Instances { lanes, buffers, lists, draws, tier })
-    }
-
-    fn clusters(
-        (device, queue, passes): (&Device, &Queue, &Passes),
-        clusters: ClusterInstances,
-        [passed, visible, seen]: [&Buffer; 3],
-    ) -> Result<Self, GpuError> {
-        let usage = BufferUsages::VERTEX | BufferUsages::COPY_DST;
-        let slots = buffer(device, "slots of clusters", clusters.slots().len(), 4, usage)?;
-        queue.write_buffer(&slots, 0, bytemuck::cast_slice(clusters.slots()));
-        let of = |phase: usize, bits| {
-            let source = ListSource { bits, seen, listed: LISTED[phase] };
-            ClusterArguments::new(device, queue, &passes.arguments, &clusters, source)
-        };
-        let arguments = [of(0, passed)?, of(1, visible)?, of(2, visible)?];
-        Ok(Self::Clusters { clusters, slots, arguments })
-    }
-
-    fn has_blended(&self) -> bool {
-        match self {
-            Self::Instances { draws, .. } => !draws[2].is_empty(),
-            Self::Clusters { clusters, .. } => clusters.runs().iter().any(|run| run.0.blended),
-        }
-    }
-
-    fn record(&self, passes: &Passes, encoder: &mut CommandEncoder, phase: Phase) {
-        match self {
-            Self::Instances { lists, .. } => passes.lists.record(encoder, &lists[phase as usize]),
-            Self::Clusters { arguments, .. } => {
-                passes.arguments.record(encoder, &arguments[phase as usize]);
-            }
-        }
-    }
-}
-
-/// When something is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// What is in the view and was visible in the frame before: drawn first, so that the pyramid is made of it.
-    Early,
-    /// What is visible and was not.
-    Late,
-    /// What is blended, all of it: after the others, and hiding nothing.
-    Blended,
-}
 
 /// A scene on a device, and what one view saw of it last.
 ///
@@ -357,43 +202,9 @@ impl Culling {
         phase: Phase,
         mut prepare: impl FnMut(&mut RenderPass<'p>, &Draw) -> bool,
     ) {
-        const SIZE: u64 = size_of::<DrawArguments>() as u64;
         pass.set_vertex_buffer(0, self.scene.vertices().slice(..));
         pass.set_index_buffer(self.scene.indices().slice(..), IndexFormat::Uint32);
-        match &self.units {
-            Units::Clusters { clusters, slots, arguments } => {
-                pass.set_vertex_buffer(1, slots.slice(..));
-                let arguments = arguments[phase as usize].arguments();
-                for (draw, run) in clusters.runs() {
-                    if draw.blended == (phase == Phase::Blended) && prepare(pass, draw) {
-                        let (first, count) = (u64::from(run.start), run.end - run.start);
-                        pass.multi_draw_indexed_indirect(arguments, first * SIZE, count);
-                    }
-                }
-            }
-            Units::Instances { lanes, lists, draws, tier, .. } => {
-                let list = &lists[phase as usize];
-                pass.set_vertex_buffer(1, list.list().slice(..));
-                let alike = |a: &Draw, b: &Draw| *tier == Tier::Multi && a.way() == b.way();
-                let mut first = 0;
-                for together in draws[phase as usize].chunk_by(alike) {
-                    let offset = first * SIZE;
-                    first += together.len() as u64;
-                    if !prepare(pass, &together[0]) {
-                        continue;
-                    }
-                    if *tier == Tier::Multi {
-                        let count = together.len() as u32;
-                        pass.multi_draw_indexed_indirect(list.arguments(), offset, count);
-                    } else {
-                        let lanes = &lanes.buckets()[together[0].bucket as usize].lanes;
-                        let bytes = u64::from(lanes.start) * 4..u64::from(lanes.end) * 4;
-                        pass.set_vertex_buffer(1, list.list().slice(bytes));
-                        pass.draw_indexed_indirect(list.arguments(), offset);
-                    }
-                }
-            }
-        }
+        self.units.draw(pass, phase, &mut prepare);
     }
 
     /// Of vertices the position, at location 0; of instances the slot, a u32 at location 1.
@@ -423,14 +234,7 @@ impl Culling {
     /// The arguments of a phase's draws, and how many there are.
     #[must_use]
     pub fn arguments(&self, phase: Phase) -> (&Buffer, usize) {
-        match &self.units {
-            Units::Instances { lists, draws, .. } => {
-                (lists[phase as usize].arguments(), draws[phase as usize].len())
-            }
-            Units::Clusters { clusters, arguments, .. } => {
-                (arguments[phase as usize].arguments(), clusters.slots().len())
-            }
-        }
+        self.units.arguments(phase)
     }
 
     /// The slot of each bit of [`in_view`](Self::in_view) and [`visible`](Self::visible), where these are of clusters; `None` where they are of
@@ -473,14 +277,6 @@ impl Culling {
     /// Bytes that the passes take on the device, besides the scene's triangles and places.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let of_units = match &self.units {
-            Units::Instances { buffers, lists, .. } => {
-                buffers.bytes() + lists.iter().map(SlotList::bytes).sum::<u64>()
-            }
-            Units::Clusters { arguments, slots, .. } => {
-                slots.size() + arguments.iter().map(|a| a.arguments().size()).sum::<u64>()
-            }
-        };
-        self.passed.bytes() + of_units + 2 * self.seen.size()
+        self.passed.bytes() + self.units.bytes() + 2 * self.seen.size()
     }
 }

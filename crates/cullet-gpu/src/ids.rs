@@ -8,10 +8,11 @@ use glam::{DMat4, DVec3, DVec4};
 use wgpu::*;
 
 use super::buffers::{Access, buffer, group, layout};
-use super::culling::{Culling, Phase};
+use super::culling::Culling;
 use super::error::GpuError;
 use super::geometry::{Draw, halves};
 use super::occlusion::reversed_clip;
+use super::units::Phase;
 
 /// An eye, as shaders take it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

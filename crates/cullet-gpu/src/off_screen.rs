@@ -3,10 +3,12 @@
 use cullet::{Scene, View};
 use wgpu::{CommandEncoder, Device, Queue};
 
-use super::culling::{Culling, Passes, Phase, Tier};
+use super::culling::Culling;
 use super::error::GpuError;
 use super::ids::{IdPass, IdTarget};
+use super::passes::Passes;
 use super::pyramid::Pyramid;
+use super::units::{Phase, Tier};
 
 /// A scene on a device, drawn as numbers and depth into textures of its own.
 ///
