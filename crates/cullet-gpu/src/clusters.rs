@@ -68,6 +68,12 @@ impl ClusterInstances {
         &self.slots
     }
 
+    /// The cluster of its instance's mesh that each is.
+    #[must_use]
+    pub fn clusters(&self) -> &[u32] {
+        &self.clusters
+    }
+
     /// Those that are drawn alike.
     pub(crate) fn runs(&self) -> &[(Draw, Range<u32>)] {
         &self.runs

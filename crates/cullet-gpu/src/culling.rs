@@ -1,7 +1,7 @@
 //! A frame of a scene, culled on the device: what is uploaded, which passes run, and what is drawn between them.
 
 use cullet::bounds::Plane;
-use cullet::{Scene, View};
+use cullet::{Scene, View, Visible};
 use wgpu::{
     Buffer, BufferUsages, CommandEncoder, Device, Features, IndexFormat, Queue, RenderPass,
     VertexBufferLayout, VertexFormat, VertexStepMode,
@@ -176,6 +176,22 @@ impl Culling {
     pub fn record_all(&self, passes: &Passes, encoder: &mut CommandEncoder) {
         passes.instances.record(encoder, &self.passed, &self.planes);
         encoder.copy_buffer_to_buffer(self.passed.bits(), 0, self.visible.bits(), 0, None);
+        self.forget(encoder);
+        self.record_rest(passes, encoder);
+    }
+
+    /// Takes what the CPU decided in place of the passes: what a [`Culler`](cullet::Culler) listed of this scene for this view, whole instances and
+    /// clusters of them. To be called once between two submissions.
+    ///
+    /// # Panics
+    /// If it names a slot that the scene has not.
+    pub fn decide(&self, queue: &Queue, scene: &Scene, visible: &Visible) {
+        let bits = self.units.bits_of(scene, visible, self.visible.bits().size() as usize / 4);
+        queue.write_buffer(self.visible.bits(), 0, bytemuck::cast_slice(&bits));
+    }
+
+    /// Records a frame of what was [decided](Self::decide): everything is late.
+    pub fn record_decided(&self, passes: &Passes, encoder: &mut CommandEncoder) {
         self.forget(encoder);
         self.record_rest(passes, encoder);
     }

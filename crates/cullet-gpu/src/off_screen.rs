@@ -1,6 +1,6 @@
 //! A scene drawn without a window: all that a frame needs, in one place.
 
-use cullet::{Scene, View};
+use cullet::{Scene, View, Visible};
 use wgpu::{CommandEncoder, Device, Queue};
 
 use super::culling::Culling;
@@ -89,6 +89,40 @@ impl OffScreen {
         (scene, view): (&Scene, &View),
         occlusion: bool,
     ) -> Result<(), GpuError> {
+        self.set(device, queue, (scene, view))?;
+        let mut encoder = device.create_command_encoder(&Default::default());
+        self.record(&mut encoder, view, occlusion);
+        queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// The same of what the CPU [decided](Culling::decide).
+    ///
+    /// # Errors
+    /// As [`draw`](Self::draw).
+    pub fn draw_decided(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        (scene, view): (&Scene, &View),
+        visible: &Visible,
+    ) -> Result<(), GpuError> {
+        self.set(device, queue, (scene, view))?;
+        self.culling.decide(queue, scene, visible);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        self.culling.record_decided(&self.passes, &mut encoder);
+        let on = (&self.culling, view);
+        self.ids.draw(&mut encoder, &self.target, on, &[Phase::Late, Phase::Blended], true);
+        queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    fn set(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        (scene, view): (&Scene, &View),
+    ) -> Result<(), GpuError> {
         if view.viewport() != self.size {
             self.size = view.viewport();
             self.target = IdTarget::new(device, &self.ids, &self.culling, self.size)?;
@@ -96,9 +130,6 @@ impl OffScreen {
         }
         self.culling.set(queue, scene, view, 1)?;
         self.target.set(queue, view);
-        let mut encoder = device.create_command_encoder(&Default::default());
-        self.record(&mut encoder, view, occlusion);
-        queue.submit([encoder.finish()]);
         Ok(())
     }
 

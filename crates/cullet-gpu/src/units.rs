@@ -1,6 +1,6 @@
 //! What is culled, instances or clusters of them, and how it is drawn.
 
-use cullet::Scene;
+use cullet::{Scene, Visible};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Features, Queue, RenderPass};
 
 use super::buffers::buffer;
@@ -114,6 +114,39 @@ impl Units {
         };
         let arguments = [of(0, passed)?, of(1, visible)?, of(2, visible)?];
         Ok(Self::Clusters { clusters, slots, arguments })
+    }
+
+    /// A bit for each unit that is listed, in so many words. O(slots + clusters).
+    pub(crate) fn bits_of(&self, scene: &Scene, visible: &Visible, words: usize) -> Vec<u32> {
+        let mut whole = vec![false; scene.slot_count() as usize];
+        for range in &visible.whole {
+            whole[range.first as usize..][..range.count as usize].fill(true);
+        }
+        let mut bits = vec![0_u32; words];
+        let mut set = |number: u32| bits[number as usize / 32] |= 1 << (number % 32);
+        match self {
+            Self::Instances { .. } => {
+                visible.partial.iter().for_each(|of| whole[of.slot as usize] = true);
+                (0..).zip(&whole).filter(|(_, own)| **own).for_each(|(slot, _)| set(slot));
+            }
+            Self::Clusters { clusters, .. } => {
+                // In the order of slots.
+                let listed = |slot: u32, cluster: u32| {
+                    let first = visible.partial.partition_point(|of| of.slot < slot);
+                    let own = visible.partial[first..].iter().take_while(|of| of.slot == slot);
+                    own.clone().any(|of| {
+                        (of.first_cluster..of.first_cluster + of.cluster_count).contains(&cluster)
+                    })
+                };
+                let units = (0..).zip(clusters.slots().iter().zip(clusters.clusters()));
+                for (number, (&slot, &cluster)) in units {
+                    if whole[slot as usize] || listed(slot, cluster) {
+                        set(number);
+                    }
+                }
+            }
+        }
+        bits
     }
 
     pub(crate) fn has_blended(&self) -> bool {

@@ -2,10 +2,12 @@
 
 mod common;
 
-use cullet::{Camera, Depth, Projection, Scene, Transform, View};
+use cullet::{Camera, Culler, Depth, Projection, Scene, Transform, View, ViewState, Visible};
 use cullet_gpu::{
     DrawArguments, Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Passes, Phase, Pyramid, Tier,
 };
+use cullet_io::paths::{Overrides, PathSpec, views};
+use cullet_io::scenes;
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
 use cullet_testkit::views::{look, mixed_view};
@@ -37,6 +39,8 @@ enum Way {
     TwoPhases,
     /// What was visible in the frame before and nothing else: wrong.
     EarlyAlone,
+    /// As the CPU decides.
+    Cpu,
 }
 
 /// A scene on the device, drawn at one size.
@@ -72,6 +76,10 @@ impl<'a> Stage<'a> {
             all.ids.draw(&mut encoder, &all.target, (&all.culling, view), &[Phase::Early], true);
             all.culling.record_late(&all.passes, &mut encoder, &all.pyramid);
             queue.submit([encoder.finish()]);
+        } else if way == Way::Cpu {
+            let mut visible = Visible::default();
+            Culler::default().cull_one(scene, view, &mut ViewState::default(), &mut visible);
+            self.all.draw_decided(device, queue, (scene, view), &visible).unwrap();
         } else {
             self.all.draw(device, queue, (scene, view), way == Way::TwoPhases).unwrap();
         }
@@ -212,6 +220,47 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
     }
     // The same instance twice, of which another was seen before.
     assert!(pixels > 100_000 && ties * 20 < pixels, "{ties} of {pixels}");
+}
+
+/// Small ones of the built-in scenes, and the paths that suit them.
+const SCENES: [(&str, PathSpec); 8] = [
+    ("city:cells=10,objects=300,sub=2", PathSpec::Walk),
+    ("city:cells=10,objects=300,ground=0", PathSpec::Orbit),
+    ("solids:n=40", PathSpec::Orbit),
+    ("office:rooms=3,corridors=1", PathSpec::Walk),
+    ("plant:bays=2,floors=2,pipes=2,kinds=3", PathSpec::Walk),
+    ("forest:n=3000", PathSpec::Fly),
+    ("moving:n=40,t=700", PathSpec::Walk),
+    ("knobs:n=10", PathSpec::Orbit),
+];
+
+#[test]
+fn built_in_scenes_are_drawn_as_without_culling_whoever_decides() {
+    let Some(gpu) = able() else { return };
+    let (mut drawn, mut ties, mut pixels) = (0, 0, 0);
+    for (name, path) in SCENES {
+        let model = scenes::build(name).unwrap();
+        let scene = &model.scene;
+        let size = [333, 187];
+        let all = views(&model, &path, 4, size, &Overrides::default()).unwrap();
+        let mut reference = Stage::new(gpu, scene, size);
+        let can = |tier| tier == Tier::Each || Tier::of(&gpu.device, scene) != Tier::Each;
+        let tiers = [Tier::Each, Tier::Multi, Tier::Clusters];
+        for tier in tiers.into_iter().filter(|tier| can(*tier)) {
+            let mut stage = Stage::with_tier(gpu, scene, size, tier);
+            for (number, view) in all.iter().enumerate() {
+                let expected = reference.draw(scene, view, Way::All);
+                pixels += expected.ids.iter().filter(|id| **id > 0).count();
+                for way in [Way::TwoPhases, Way::Cpu, Way::TwoPhases] {
+                    let found = stage.draw(scene, view, way);
+                    let what = format!("{name}, {tier:?}, view {number}");
+                    ties += assert_same(&stage, &expected, &found, &what);
+                }
+                drawn += stage.drawn(Phase::Early);
+            }
+        }
+    }
+    assert!(drawn > 0 && pixels > 1_000_000 && ties * 100 < pixels, "{ties} of {pixels}");
 }
 
 #[test]
