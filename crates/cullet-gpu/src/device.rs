@@ -69,16 +69,25 @@ impl Gpu {
         if bytes == 0 {
             return Ok(Vec::new());
         }
-        let to = self.device.create_buffer(&BufferDescriptor {
-            label: Some("read back"),
-            size: bytes,
-            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 0, &to, 0, bytes);
-        self.queue.submit([encoder.finish()]);
-        to.map_async(MapMode::Read, .., |_| {});
+        // Of a lost device every buffer is invalid.
+        let lost = |error| match error {
+            GpuError::Passes(why) => GpuError::Lost(why),
+            other => other,
+        };
+        let copy = || {
+            let to = self.device.create_buffer(&BufferDescriptor {
+                label: Some("read back"),
+                size: bytes,
+                usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            });
+            let mut encoder = self.device.create_command_encoder(&Default::default());
+            encoder.copy_buffer_to_buffer(buffer, 0, &to, 0, bytes);
+            self.queue.submit([encoder.finish()]);
+            to.map_async(MapMode::Read, .., |_| {});
+            to
+        };
+        let to = checked(&self.device, copy).map_err(lost)?;
         self.finish()?;
         let mapped = to.get_mapped_range(..).map_err(|e| GpuError::Lost(e.to_string()))?;
         Ok(mapped.to_vec())
@@ -97,8 +106,13 @@ pub(crate) fn checked<T>(device: &Device, make: impl FnOnce() -> T) -> Result<T,
     let found = [wait(inner.pop()), wait(outer.pop())];
     match found.into_iter().flatten().next() {
         None => Ok(made),
-        Some(error) => Err(GpuError::Passes(error.to_string())),
+        Some(error) => Err(GpuError::Passes(innermost(&error))),
     }
+}
+
+/// What an error comes from.
+fn innermost(error: &dyn std::error::Error) -> String {
+    error.source().map_or_else(|| error.to_string(), innermost)
 }
 
 fn wait<T>(future: impl Future<Output = T>) -> T {

@@ -437,3 +437,20 @@ fn scenes_of_nothing_and_of_one_and_pictures_too_large() {
     let made = IdTarget::new(&gpu.device, &stage.all.ids, &stage.all.culling, [side, 1]);
     assert!(matches!(made, Err(GpuError::Size { .. })));
 }
+
+#[test]
+fn a_device_that_is_lost_is_an_error() {
+    let Some(_) = able() else { return };
+    let gpu = Gpu::open().unwrap();
+    let mut scene = city(3, 1, 5);
+    scene.commit();
+    let size = [64, 64];
+    let view = &walk(size)[0];
+    let mut all = OffScreen::new(&gpu.device, &gpu.queue, &scene, size).unwrap();
+    all.draw(&gpu.device, &gpu.queue, (&scene, view), true).unwrap();
+    gpu.device.destroy();
+    // What is handed in now goes nowhere, and whoever waits for it is told.
+    all.draw(&gpu.device, &gpu.queue, (&scene, view), true).unwrap();
+    let told = gpu.read(all.culling.visible(), 4).unwrap_err();
+    assert!(matches!(told, GpuError::Lost(_)), "{told}");
+}
