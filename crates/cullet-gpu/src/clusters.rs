@@ -19,6 +19,7 @@ use super::lists::{DrawArguments, ListSource};
 /// stands for each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ClusterInstances {
+    lanes: Lanes,
     slots: Vec<u32>,
     clusters: Vec<u32>,
     arguments: Vec<DrawArguments>,
@@ -30,12 +31,13 @@ impl ClusterInstances {
     #[must_use]
     pub fn of(scene: &Scene, on_device: &GpuScene) -> Self {
         let mut all: Vec<(Draw, u32, u32)> = Vec::new();
-        for (Bucket { kind, .. }, slots) in Lanes::of(scene).split() {
+        let lanes = Lanes::of(scene);
+        for (Bucket { kind, .. }, slots) in lanes.split() {
             let of = |slot: &u32| of_instance(scene, on_device, (*kind, *slot));
             all.extend(slots.iter().flat_map(of));
         }
         all.sort_by_key(|(draw, slot, cluster)| (draw.way(), *slot, *cluster));
-        let mut made = Self::default();
+        let mut made = Self { lanes, ..Self::default() };
         for alike in all.chunk_by(|a, b| a.0.way() == b.0.way()) {
             let first = made.slots.len() as u32;
             made.runs.push((alike[0].0, first..first + alike.len() as u32));
@@ -48,6 +50,12 @@ impl ClusterInstances {
             arguments.first_instance = number;
         }
         made
+    }
+
+    /// Whether they are those of a scene of the same meshes. O(slots).
+    #[must_use]
+    pub fn are_of(&self, scene: &Scene) -> bool {
+        self.lanes.are_of(scene)
     }
 
     /// How many there are.

@@ -106,7 +106,8 @@ impl Culling {
     }
 
     /// Follows a scene whose instances moved, uploading what changed. Where instances came or went, or are drawn in another way,
-    /// everything is uploaded again and nothing counts as seen. Meshes must be the same. O(slots) reading, or O(clusters).
+    /// everything is uploaded again, nothing counts as seen, and the
+    /// answer is true: buffers are others, and what binds them has to be made again. Meshes must be the same. O(slots) reading, or O(clusters).
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -116,12 +117,10 @@ impl Culling {
         queue: &Queue,
         passes: &Passes,
         scene: &Scene,
-    ) -> Result<(), GpuError> {
+    ) -> Result<bool, GpuError> {
         let same = match &self.units {
-            Units::Instances { lanes, .. } => Lanes::of(scene) == *lanes,
-            Units::Clusters { clusters, .. } => {
-                ClusterInstances::of(scene, &self.scene) == *clusters
-            }
+            Units::Instances { lanes, .. } => lanes.are_of(scene),
+            Units::Clusters { clusters, .. } => clusters.are_of(scene),
         };
         if same {
             match &self.units {
@@ -131,10 +130,12 @@ impl Culling {
                 }
             }
         }
-        if !(same && self.passed.update(queue, &self.blocks) && self.scene.update(queue, scene)) {
+        let same =
+            same && self.passed.update(queue, &self.blocks) && self.scene.update(queue, scene);
+        if !same {
             *self = Self::with_tier(device, queue, passes, scene, self.tier())?;
         }
-        Ok(())
+        Ok(!same)
     }
 
     /// Uploads what the passes need to know of a view, drawn with so many samples a pixel. To be called once between two submissions.

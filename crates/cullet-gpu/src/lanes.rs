@@ -38,11 +38,8 @@ impl Lanes {
     /// The instances of a scene. Those with a transform that is not finite are never drawn, as levels of detail are not by themselves. O(n log n).
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
-        let drawable = |&slot: &u32| !scene.is_removed(slot) && scene.transform(slot).is_finite();
-        let mut all: Vec<(Kind, u32)> = (0..scene.slot_count())
-            .filter(drawable)
-            .map(|slot| (kind_of(scene, slot), slot))
-            .collect();
+        let mut all: Vec<(Kind, u32)> =
+            drawable(scene).map(|slot| (kind_of(scene, slot), slot)).collect();
         all.sort_unstable();
         let mut made =
             Self { slots: all.iter().map(|(_, slot)| *slot).collect(), ..Self::default() };
@@ -53,6 +50,17 @@ impl Lanes {
             first = end;
         }
         made
+    }
+
+    /// Whether they are [those](Self::of) of a scene. O(n).
+    #[must_use]
+    pub fn are_of(&self, scene: &Scene) -> bool {
+        let has = |kind: &Kind, slot: u32| {
+            slot < scene.slot_count() && can_be_drawn(scene, slot) && kind_of(scene, slot) == *kind
+        };
+        // As many, each of its kind: the same.
+        drawable(scene).count() == self.slots.len()
+            && self.split().all(|(bucket, slots)| slots.iter().all(|slot| has(&bucket.kind, *slot)))
     }
 
     /// One bucket of all slots, for those who want to know what is visible and nothing else.
@@ -79,6 +87,14 @@ impl Lanes {
     pub fn buckets(&self) -> &[Bucket] {
         &self.buckets
     }
+}
+
+fn can_be_drawn(scene: &Scene, slot: u32) -> bool {
+    !scene.is_removed(slot) && scene.transform(slot).is_finite()
+}
+
+fn drawable(scene: &Scene) -> impl Iterator<Item = u32> + '_ {
+    (0..scene.slot_count()).filter(|slot| can_be_drawn(scene, *slot))
 }
 
 fn kind_of(scene: &Scene, slot: u32) -> Kind {

@@ -71,10 +71,9 @@ impl OffScreen {
         queue: &Queue,
         scene: &Scene,
     ) -> Result<(), GpuError> {
-        self.culling.follow(device, queue, &self.passes, scene)?;
-        // The scene's buffers may be others now.
-        self.target = IdTarget::new(device, &self.ids, &self.culling, self.size)?;
-        self.pyramid = Pyramid::new(device, &self.passes.pyramid, self.target.depth());
+        if self.culling.follow(device, queue, &self.passes, scene)? {
+            self.resize(device, self.size)?;
+        }
         Ok(())
     }
 
@@ -117,6 +116,13 @@ impl OffScreen {
         Ok(())
     }
 
+    fn resize(&mut self, device: &Device, size: [u32; 2]) -> Result<(), GpuError> {
+        self.size = size;
+        self.target = IdTarget::new(device, &self.ids, &self.culling, size)?;
+        self.pyramid = Pyramid::new(device, &self.passes.pyramid, self.target.depth());
+        Ok(())
+    }
+
     fn set(
         &mut self,
         device: &Device,
@@ -124,9 +130,7 @@ impl OffScreen {
         (scene, view): (&Scene, &View),
     ) -> Result<(), GpuError> {
         if view.viewport() != self.size {
-            self.size = view.viewport();
-            self.target = IdTarget::new(device, &self.ids, &self.culling, self.size)?;
-            self.pyramid = Pyramid::new(device, &self.passes.pyramid, self.target.depth());
+            self.resize(device, view.viewport())?;
         }
         self.culling.set(queue, scene, view, 1)?;
         self.target.set(queue, view);
