@@ -13,7 +13,6 @@ use super::clusters::ClusterInstances;
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::instances::InstanceBits;
-use super::lanes::Lanes;
 use super::occlusion::VisibleBits;
 use super::passes::Passes;
 use super::planes::BlockPlanes;

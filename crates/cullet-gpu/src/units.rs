@@ -52,7 +52,6 @@ impl Tier {
 
 /// What is culled, and lists or arguments of it by phase.
 #[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one for a scene")]
 pub(crate) enum Units {
     Instances {
         lanes: Lanes,
