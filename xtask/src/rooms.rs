@@ -16,7 +16,7 @@ const CRATES: &[&[&str]] = &[
     &["cullet-methods", "cullet-testkit"],
     &["cullet-bake", "cullet-draw", "cullet-io"],
     &["cullet-command", "cullet-cut", "cullet-gpu"],
-    &["cullet-measure"],
+    &["cullet-browser", "cullet-measure"],
     &["cullet-baker", "cullet-cli", "cullet-serve", "cullet-viewer"],
 ];
 

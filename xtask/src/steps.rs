@@ -33,6 +33,7 @@ const STEPS: &[Step] = &[
     Step { name: "examples", run: checked::examples },
     Step { name: "readers", run: readers::test },
     Step { name: "web", run: web::test },
+    Step { name: "lists", run: web::lists },
 ];
 
 /// Runs the steps whose name contains `filter`.

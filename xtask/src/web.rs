@@ -38,14 +38,12 @@ pub(crate) fn serve(scene: Option<&str>) -> Done {
 /// Builds the page into its folder, which is replaced as a whole once everything is there.
 pub(crate) fn build() -> Done {
     let start = Instant::now();
-    let wasm = compile()?;
+    let wasm = compile(&["cullet-viewer"])?.join("cullet_viewer.wasm");
     let new = target().join("page.new");
     let fail = |path: &Path, e: std::io::Error| format!("{}: {e}", path.display());
     let _ = fs::remove_dir_all(&new);
     fs::create_dir_all(&new).map_err(|e| fail(&new, e))?;
-    let bind = ["run", "--quiet", "--package", "cullet-bindgen", "--"];
-    let (wasm, out) = (wasm.to_string_lossy(), new.to_string_lossy());
-    cargo(&[&bind[..], &[&wasm, &out]].concat())?;
+    bind(&wasm, &new)?;
     let sources = root().join(SOURCES);
     for entry in fs::read_dir(&sources).map_err(|e| fail(&sources, e))?.flatten() {
         let path = entry.path();
@@ -90,18 +88,25 @@ fn compress(path: &Path) -> std::io::Result<(u64, u64)> {
     Ok((bytes.len() as u64, small.len() as u64))
 }
 
-/// Compiles the viewer for the page; returns the module's path.
-fn compile() -> Result<PathBuf, String> {
+/// Compiles libraries for a browser; returns the folder with their modules.
+fn compile(packages: &[&str]) -> Result<PathBuf, String> {
     let folder = target().join("wasm");
     let compiler = Compiler::get(TARGET)?;
-    let words = ["build", "--lib", "--package", "cullet-viewer", "--profile", "web"];
+    let mut words = vec!["build", "--lib", "--profile", "web"];
+    words.extend(packages.iter().flat_map(|package| ["--package", package]));
     let mut build = compiler.cargo(&words, TARGET, &folder);
     if let Compiler::Debian = compiler {
         build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", wasm_linker()?);
     }
     build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", "-Ctarget-feature=+simd128");
     run(build)?;
-    Ok(folder.join(TARGET).join("web/cullet_viewer.wasm"))
+    Ok(folder.join(TARGET).join("web"))
+}
+
+/// Writes a module into a folder, and the JavaScript that loads it.
+fn bind(wasm: &Path, out: &Path) -> Done {
+    let words = ["run", "--quiet", "--package", "cullet-bindgen", "--"];
+    cargo(&[&words[..], &[&wasm.to_string_lossy(), &out.to_string_lossy()]].concat())
 }
 
 /// Packages that tests in JavaScript need.
@@ -114,6 +119,32 @@ const BROWSER: &str = "/usr/bin/chromium";
 pub(crate) fn test() -> Ended {
     match in_browser("page.mjs", "the page, built and used in a browser")? {
         Ok(node) => all(run(node)),
+        Err(skip) => Ok(End::Skipped(skip)),
+    }
+}
+
+/// The step of `test`: the passes of cullet-gpu list in a browser what the CPU lists natively, to the byte.
+pub(crate) fn lists() -> Ended {
+    let what = "lists of the browser's device, held against the CPU's";
+    let browser = match browser(what)? {
+        Ok(browser) => browser,
+        Err(skip) => return Ok(End::Skipped(skip)),
+    };
+    // With the page, whose features of its dependencies are more: these are built once.
+    let folder = compile(&["cullet-viewer", "cullet-browser"])?;
+    let out = target().join("lists");
+    bind(&folder.join("cullet_browser.wasm"), &out)?;
+    let program = checked::program("examples/lists")?;
+    let answers = out.join("answers.txt");
+    let file = fs::File::create(&answers).map_err(|e| format!("{}: {e}", answers.display()))?;
+    let mut native = command(&program.to_string_lossy(), &[]);
+    native.stdout(file);
+    run(native)?;
+    match script(&format!("{SOURCES}/tests"), "lists.mjs", what)? {
+        Ok(mut node) => {
+            node.env("CHROMIUM", browser).args([out, answers]);
+            all(run(node))
+        }
         Err(skip) => Ok(End::Skipped(skip)),
     }
 }
@@ -135,6 +166,21 @@ pub(crate) fn picture(scene: &str, state: &str, out: &Path) -> Done {
 /// Builds the page and its server, and readies a script that uses them in a browser, or says what is skipped where
 /// that cannot be had.
 fn in_browser(script: &str, what: &str) -> Result<Result<Command, Skip>, String> {
+    let browser = match browser(what)? {
+        Ok(browser) => browser,
+        Err(skip) => return Ok(Err(skip)),
+    };
+    build()?;
+    let serve = checked::program("cullet-serve")?;
+    let node = self::script(&format!("{SOURCES}/tests"), script, what)?;
+    Ok(node.map(|mut node| {
+        node.env("CHROMIUM", browser).args([serve, page()]);
+        node
+    }))
+}
+
+/// The browser, where node and a compiler for it are there too; in CI they are installed.
+fn browser(what: &str) -> Result<Result<String, Skip>, String> {
     let browser = std::env::var("CHROMIUM").unwrap_or_else(|_| BROWSER.to_owned());
     if !is_ci() {
         let no_tools = !has_node() || !Path::new(&browser).is_file();
@@ -145,19 +191,13 @@ fn in_browser(script: &str, what: &str) -> Result<Result<Command, Skip>, String>
         }
     }
     if let Err(e) = prepare(&browser) {
-        // A missing tool is no failure of the page, unless it is required.
+        // A missing tool is no failure of what it is needed for, unless it is required.
         if std::env::var_os("CULLET_REQUIRE_WEB").is_some() {
             return Err(e);
         }
         return Ok(Err(Skip::new(what, e)));
     }
-    build()?;
-    let serve = checked::program("cullet-serve")?;
-    let node = self::script(&format!("{SOURCES}/tests"), script, what)?;
-    Ok(node.map(|mut node| {
-        node.env("CHROMIUM", browser).args([serve, page()]);
-        node
-    }))
+    Ok(Ok(browser))
 }
 
 /// Installs what is missing of node, the browser and the compiler.

@@ -11,7 +11,7 @@ use wgpu::{
 use super::error::GpuError;
 
 /// Workgroups in a row of a dispatch, as in the shaders: 65,535 are the most along one dimension.
-const ROW: u32 = 32768;
+pub(crate) const ROW: u32 = 32768;
 
 /// Items that a workgroup takes.
 pub(crate) const GROUP: u32 = 256;

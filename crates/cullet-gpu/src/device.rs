@@ -1,29 +1,33 @@
 //! A device without a window: for tests, measurements and programs that have none of their own.
 
-use std::pin::pin;
-use std::task::{Context, Poll, Waker};
+use std::sync::{Arc, OnceLock};
 
+use wgpu::util::new_instance_with_webgpu_detection;
 use wgpu::{
-    Adapter, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, ErrorFilter,
-    Features, Instance, InstanceDescriptor, MapMode, PollType, Queue, RequestAdapterOptions,
+    Adapter, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, DeviceLostReason,
+    Features, InstanceDescriptor, Limits, PollType, Queue, RequestAdapterOptions,
 };
 
+use super::checked::checked_later;
 use super::error::GpuError;
+use super::read_back::{mapped, wait};
 
 /// A graphics device without a window.
 #[derive(Debug)]
 pub struct Gpu {
     /// The graphics card, or a program in its place.
     pub adapter: Adapter,
-    /// Opened, with the adapter's own limits.
+    /// Opened.
     pub device: Device,
     /// Where work for it is handed in.
     pub queue: Queue,
+    /// Why it went away, once it has.
+    lost: Arc<OnceLock<String>>,
 }
 
 impl Gpu {
     /// The first adapter there is, with its own limits, and a clock and draws of [many meshes](super::Tier::Multi) where it has them; what
-    /// the environment says of backends (`WGPU_BACKEND`) is followed.
+    /// the environment says of backends (`WGPU_BACKEND`) is followed. Not in browsers: see [`request`](Self::request).
     ///
     /// # Errors
     /// If there is none, or it cannot be opened.
@@ -36,36 +40,90 @@ impl Gpu {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_with(more: Features) -> Result<Self, GpuError> {
-        let instance = Instance::new(InstanceDescriptor::new_without_display_handle_from_env());
-        let adapter = wait(instance.request_adapter(&RequestAdapterOptions::default()))
-            .map_err(|e| GpuError::NoAdapter(e.to_string()))?;
+        wait(Self::request(Features::TIMESTAMP_QUERY | more, None))
+    }
+
+    /// The same with no optional feature, and with limits of one's own, as a lesser device has them.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), and if the adapter has less than these limits.
+    pub fn open_least(limits: Limits) -> Result<Self, GpuError> {
+        wait(Self::request(Features::empty(), Some(limits)))
+    }
+
+    /// Opens the first adapter with those of some features that it has, and with its own limits where none are given. It is awaited: in
+    /// a browser, where nobody may wait, there is no other way.
+    ///
+    /// # Errors
+    /// If there is no adapter, or it cannot be opened like this.
+    pub async fn request(features: Features, limits: Option<Limits>) -> Result<Self, GpuError> {
+        let environment = InstanceDescriptor::new_without_display_handle_from_env();
+        let instance = new_instance_with_webgpu_detection(environment).await;
+        let adapter = instance.request_adapter(&RequestAdapterOptions::default()).await;
+        let adapter = adapter.map_err(|e| GpuError::NoAdapter(e.to_string()))?;
+        Self::of(adapter, features, limits).await
+    }
+
+    /// The same of an adapter that was chosen before.
+    ///
+    /// # Errors
+    /// If it cannot be opened like this.
+    pub async fn of(
+        adapter: Adapter,
+        features: Features,
+        limits: Option<Limits>,
+    ) -> Result<Self, GpuError> {
         let wanted = DeviceDescriptor {
-            required_limits: adapter.limits(),
-            required_features: adapter.features() & (Features::TIMESTAMP_QUERY | more),
+            required_limits: limits.unwrap_or_else(|| adapter.limits()),
+            required_features: adapter.features() & features,
             ..DeviceDescriptor::default()
         };
-        let opened = wait(adapter.request_device(&wanted));
+        let opened = adapter.request_device(&wanted).await;
         let (device, queue) = opened.map_err(|e| GpuError::NoDevice {
             adapter: adapter.get_info().name,
             why: e.to_string(),
         })?;
-        Ok(Self { adapter, device, queue })
+        let lost = Arc::new(OnceLock::new());
+        let told = lost.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            // Only the first reason is one.
+            let _ = told.set(why_lost(reason, &message));
+        });
+        Ok(Self { adapter, device, queue, lost })
     }
 
-    /// Waits until the device has nothing left to do.
+    /// Waits until the device has nothing left to do. In a browser it only asks whether the device is still there.
     ///
     /// # Errors
     /// If it is lost.
     pub fn finish(&self) -> Result<(), GpuError> {
         let polled = self.device.poll(PollType::wait_indefinitely());
+        self.is_there()?;
         polled.map(|_| ()).map_err(|e| GpuError::Lost(e.to_string()))
     }
 
-    /// What a buffer holds, when all work before is done; it must have been made to be copied from.
+    /// Whether the device is still there, as far as is known: it says so itself, at the latest when it is [waited for](Self::finish).
     ///
     /// # Errors
-    /// If the device is lost.
+    /// If it is lost.
+    pub fn is_there(&self) -> Result<(), GpuError> {
+        self.lost.get().map_or(Ok(()), |why| Err(GpuError::Lost(why.clone())))
+    }
+
+    /// What a buffer holds, when all work before is done; it must have been made to be copied from. Not in browsers: see
+    /// [`read_later`](Self::read_later).
+    ///
+    /// # Errors
+    /// If the device is lost, or has no memory left for a copy.
     pub fn read(&self, buffer: &Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        wait(self.read_later(buffer, bytes))
+    }
+
+    /// The same, awaited: for browsers too.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub async fn read_later(&self, buffer: &Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
         if bytes == 0 {
             return Ok(Vec::new());
         }
@@ -84,43 +142,21 @@ impl Gpu {
             let mut encoder = self.device.create_command_encoder(&Default::default());
             encoder.copy_buffer_to_buffer(buffer, 0, &to, 0, bytes);
             self.queue.submit([encoder.finish()]);
-            to.map_async(MapMode::Read, .., |_| {});
-            to
+            let ready = mapped(&to);
+            (to, ready)
         };
-        let to = checked(&self.device, copy).map_err(lost)?;
+        let (to, ready) = checked_later(&self.device, copy).await.map_err(lost)?;
         self.finish()?;
+        ready.await.map_err(|e| GpuError::Lost(e.to_string()))?;
         let mapped = to.get_mapped_range(..).map_err(|e| GpuError::Lost(e.to_string()))?;
         Ok(mapped.to_vec())
     }
 }
 
-/// What `make` makes, unless the device says that it is not valid. In a browser, where nobody may wait for that, it says so later.
-pub(crate) fn checked<T>(device: &Device, make: impl FnOnce() -> T) -> Result<T, GpuError> {
-    if cfg!(target_arch = "wasm32") {
-        return Ok(make());
-    }
-    // What a driver does not link is an internal error.
-    let outer = device.push_error_scope(ErrorFilter::Internal);
-    let inner = device.push_error_scope(ErrorFilter::Validation);
-    let made = make();
-    let found = [wait(inner.pop()), wait(outer.pop())];
-    match found.into_iter().flatten().next() {
-        None => Ok(made),
-        Some(error) => Err(GpuError::Passes(innermost(&error))),
-    }
-}
-
-/// What an error comes from.
-fn innermost(error: &dyn std::error::Error) -> String {
-    error.source().map_or_else(|| error.to_string(), innermost)
-}
-
-fn wait<T>(future: impl Future<Output = T>) -> T {
-    let mut future = pin!(future);
-    loop {
-        if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
-            return value;
-        }
-        std::thread::yield_now();
+fn why_lost(reason: DeviceLostReason, message: &str) -> String {
+    match (reason, message.trim().trim_end_matches('.')) {
+        (DeviceLostReason::Destroyed, "") => "it was closed".to_owned(),
+        (_, "") => "the driver does not say why".to_owned(),
+        (_, message) => message.to_owned(),
     }
 }

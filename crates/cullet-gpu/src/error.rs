@@ -16,6 +16,23 @@ pub enum GpuError {
         /// What it says.
         why: String,
     },
+    /// It was opened with less than the passes take.
+    #[error(
+        "these passes take {needed} {what}, but this device was opened with {limit}; ask for the limits of its adapter, or let the CPU decide"
+    )]
+    Limit {
+        /// Of what.
+        what: &'static str,
+        /// How many they take.
+        needed: u32,
+        /// How many it has.
+        limit: u32,
+    },
+    /// It has no memory left.
+    #[error(
+        "the device is out of memory: {0}; close other programs that draw, draw in parts, or let the CPU decide"
+    )]
+    OutOfMemory(String),
     /// Something is larger than a buffer may be.
     #[error(
         "{what}: {bytes} bytes, but a buffer of this device has at most {limit}; draw in parts, or let the CPU decide"

@@ -27,6 +27,7 @@
 
 mod blocks;
 mod buffers;
+mod checked;
 mod clusters;
 mod culling;
 mod device;
@@ -42,6 +43,7 @@ mod off_screen;
 mod passes;
 mod planes;
 mod pyramid;
+mod read_back;
 mod reference;
 mod units;
 
@@ -61,5 +63,6 @@ pub use off_screen::OffScreen;
 pub use passes::Passes;
 pub use planes::{BlockPlanes, GridPlane, InUse};
 pub use pyramid::{Pyramid, PyramidPass, level_sizes, pyramid_ref};
+pub use read_back::wait;
 pub use reference::visible_ref;
 pub use units::{Phase, Tier};

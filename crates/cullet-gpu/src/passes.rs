@@ -1,14 +1,18 @@
 //! All passes, compiled once.
 
-use wgpu::Device;
+use wgpu::{Device, Limits};
 
+use super::buffers::{GROUP, ROW};
+use super::checked::{checked, checked_later, unchecked};
 use super::clusters::ArgumentPass;
-use super::device::checked;
 use super::error::GpuError;
 use super::instances::InstancePass;
 use super::lists::ListPass;
 use super::occlusion::OcclusionPass;
 use super::pyramid::PyramidPass;
+
+/// Of the pass that takes most.
+const MOST_STORAGE_BUFFERS: u32 = 8;
 
 /// All passes, compiled once for a device.
 #[derive(Debug)]
@@ -23,23 +27,79 @@ pub struct Passes {
     pub occlusion: OcclusionPass,
     /// Says of clusters whether they are drawn.
     pub arguments: ArgumentPass,
+    has_occlusion: bool,
 }
 
 impl Passes {
     /// Compiles them.
     ///
     /// # Errors
-    /// If the device cannot run them.
+    /// If the device cannot run them, or was opened with limits below theirs.
     pub fn new(device: &Device) -> Result<Self, GpuError> {
-        checked(device, || {
-            let pyramid = PyramidPass::new(device);
-            Self {
-                instances: InstancePass::new(device),
-                lists: ListPass::new(device),
-                occlusion: OcclusionPass::new(device, &pyramid),
-                arguments: ArgumentPass::new(device),
-                pyramid,
-            }
-        })
+        suits(&device.limits())?;
+        checked(device, || Self::made(device, true))
     }
+
+    /// The same, awaited: in a browser, where nobody may wait, only this says whether the device can run them.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub async fn request(device: &Device) -> Result<Self, GpuError> {
+        suits(&device.limits())?;
+        checked_later(device, || Self::made(device, true)).await
+    }
+
+    /// The same without tests against a pyramid, for a device that cannot read a depth texture, as OpenGL cannot: it lists what is in the
+    /// view, or what the CPU [decided](super::Culling::decide). Not in browsers.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), but for those of the pyramid.
+    pub fn without_occlusion(device: &Device) -> Result<Self, GpuError> {
+        suits(&device.limits())?;
+        checked(device, || Self::made(device, false))
+    }
+
+    /// Whether they test against a pyramid; where not, [`Culling::record_late`](super::Culling::record_late) is not valid.
+    #[must_use]
+    pub fn has_occlusion(&self) -> bool {
+        self.has_occlusion
+    }
+
+    fn made(device: &Device, has_occlusion: bool) -> Self {
+        let of_pyramid = || {
+            let pyramid = PyramidPass::new(device);
+            (OcclusionPass::new(device, &pyramid), pyramid)
+        };
+        let (occlusion, pyramid) =
+            if has_occlusion { of_pyramid() } else { unchecked(device, of_pyramid) };
+        Self {
+            instances: InstancePass::new(device),
+            lists: ListPass::new(device),
+            arguments: ArgumentPass::new(device),
+            occlusion,
+            pyramid,
+            has_occlusion,
+        }
+    }
+}
+
+/// Whether a device has what the passes take, which is no more than any device for [WebGPU](https://www.w3.org/TR/webgpu/#limits) has.
+fn suits(limits: &Limits) -> Result<(), GpuError> {
+    let taken = [
+        (
+            "storage buffers a shader stage",
+            MOST_STORAGE_BUFFERS,
+            limits.max_storage_buffers_per_shader_stage,
+        ),
+        ("invocations a workgroup", GROUP, limits.max_compute_invocations_per_workgroup),
+        ("invocations of a workgroup along x", GROUP, limits.max_compute_workgroup_size_x),
+        ("workgroups a dimension", ROW, limits.max_compute_workgroups_per_dimension),
+        ("storage textures a shader stage", 1, limits.max_storage_textures_per_shader_stage),
+    ];
+    for (what, needed, limit) in taken {
+        if limit < needed {
+            return Err(GpuError::Limit { what, needed, limit });
+        }
+    }
+    Ok(())
 }
