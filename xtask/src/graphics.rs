@@ -3,10 +3,11 @@
 use crate::runner::{End, Ended, Skip};
 use crate::tools::{install, install_words, is_ci, optional};
 
-/// Debian's packages: software Vulkan, a virtual screen, and what a window needs when it starts.
+/// Debian's packages: software Vulkan and OpenGL, a virtual screen, and what a window needs when it starts.
 pub(crate) const DEBIAN: &[&str] = &[
     "mesa-vulkan-drivers",
     "libvulkan1",
+    "libegl1",
     "xvfb",
     "xauth",
     "libxkbcommon-x11-0",

@@ -136,10 +136,17 @@ pub(crate) fn lists() -> Ended {
     bind(&folder.join("cullet_browser.wasm"), &out)?;
     let program = checked::program("examples/lists")?;
     let answers = out.join("answers.txt");
-    let file = fs::File::create(&answers).map_err(|e| format!("{}: {e}", answers.display()))?;
-    let mut native = command(&program.to_string_lossy(), &[]);
-    native.stdout(file);
-    run(native)?;
+    let mut first = None;
+    for backend in ["vulkan", "gl"] {
+        let fail = |e: std::io::Error| format!("{}: {e}", answers.display());
+        let mut native = command(&program.to_string_lossy(), &[]);
+        native.env("WGPU_BACKEND", backend).stdout(fs::File::create(&answers).map_err(fail)?);
+        run(native)?;
+        let text = fs::read_to_string(&answers).map_err(fail)?;
+        if first.get_or_insert_with(|| text.clone()) != &text {
+            return Err(format!("lists made with {backend} differ from those made with vulkan"));
+        }
+    }
     match script(&format!("{SOURCES}/tests"), "lists.mjs", what)? {
         Ok(mut node) => {
             node.env("CHROMIUM", browser).args([out, answers]);

@@ -147,7 +147,7 @@ mod tests {
             Answer { scene: "s", instances: 1, listed: 1, hash: hash(&own), differs: None };
         assert_ne!(hash(&own), hash(&other));
         let wrong = Answer { differs: said, ..answer.clone() };
-        assert_eq!(report(&[answer.clone()]).unwrap().lines().count(), 1);
+        assert_eq!(report(std::slice::from_ref(&answer)).unwrap().lines().count(), 1);
         assert!(report(&[answer, wrong]).unwrap_err().contains("words of bits differs"));
         let mut with = own.clone();
         (with.lists[1], other.lists[1]) = (vec![vec![7]], vec![vec![]]);

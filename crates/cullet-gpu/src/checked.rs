@@ -1,6 +1,6 @@
 //! What a device makes, and whether it says that it could.
 
-use wgpu::{Device, Error, ErrorFilter};
+use wgpu::{BufferDescriptor, BufferUsages, Device, Error, ErrorFilter, MapMode};
 
 use super::error::GpuError;
 use super::read_back::wait;
@@ -28,7 +28,28 @@ pub(crate) async fn checked_later<T>(
     let (validation, internal, memory) = (validation.pop(), internal.pop(), memory.pop());
     // Without memory what is made of it is not valid either: the cause is told.
     let found = [memory.await, validation.await, internal.await];
-    found.into_iter().flatten().next().map_or(Ok(made), |error| Err(told(&error)))
+    let Some(error) = found.into_iter().flatten().next() else { return Ok(made) };
+    let why = innermost(&error);
+    Err(match error {
+        Error::OutOfMemory { .. } => GpuError::OutOfMemory(why),
+        _ if is_lost(device).await => GpuError::Lost(why),
+        _ => GpuError::Passes(why),
+    })
+}
+
+/// Whether not even four bytes can be made any more: a lost device says nothing when it makes a buffer, only when that is used.
+async fn is_lost(device: &Device) -> bool {
+    let memory = device.push_error_scope(ErrorFilter::OutOfMemory);
+    let validation = device.push_error_scope(ErrorFilter::Validation);
+    let four = device.create_buffer(&BufferDescriptor {
+        label: Some("four bytes"),
+        size: 4,
+        usage: BufferUsages::MAP_WRITE,
+        mapped_at_creation: false,
+    });
+    four.map_async(MapMode::Write, .., |_| {});
+    let (validation, memory) = (validation.pop(), memory.pop());
+    validation.await.is_some() && memory.await.is_none()
 }
 
 /// What `make` makes, valid or not: nobody is told.
@@ -42,15 +63,80 @@ pub(crate) fn unchecked<T>(device: &Device, make: impl FnOnce() -> T) -> T {
     made
 }
 
-fn told(error: &Error) -> GpuError {
-    let why = innermost(error);
-    match error {
-        Error::OutOfMemory { .. } => GpuError::OutOfMemory(why),
-        _ => GpuError::Passes(why),
-    }
-}
-
 /// What an error comes from.
 fn innermost(error: &dyn std::error::Error) -> String {
     error.source().map_or_else(|| error.to_string(), innermost)
+}
+
+#[cfg(test)]
+mod tests {
+    use wgpu::{Extent3d, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages};
+
+    use super::*;
+    use crate::buffers::{buffers_layout, pipelines};
+    use crate::device::Gpu;
+
+    fn gpu() -> Option<Gpu> {
+        let gpu = Gpu::open().ok();
+        if gpu.is_none() {
+            let cure = "apt-get install mesa-vulkan-drivers libvulkan1 (software Vulkan will do)";
+            cullet_testkit::skip("no graphics adapter", cure);
+        }
+        gpu
+    }
+
+    #[test]
+    fn what_there_is_no_memory_for_is_an_error() {
+        let Some(gpu) = gpu() else { return };
+        let limits = gpu.device.limits();
+        let side = limits.max_texture_dimension_2d;
+        // Terabytes.
+        let size = Extent3d {
+            width: side,
+            height: side,
+            depth_or_array_layers: limits.max_texture_array_layers,
+        };
+        let make = || {
+            gpu.device.create_texture(&TextureDescriptor {
+                label: Some("more than there is"),
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format: TextureFormat::Rgba32Float,
+                usage: TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        };
+        let told = checked(&gpu.device, make).unwrap_err();
+        assert!(matches!(told, GpuError::OutOfMemory(_)), "{told}");
+        assert!(told.to_string().contains("let the CPU decide"), "{told}");
+        // The device is there, and small things find room.
+        assert!(!wait(is_lost(&gpu.device)));
+        gpu.device.destroy();
+        assert!(wait(is_lost(&gpu.device)));
+    }
+
+    #[test]
+    fn a_shader_that_does_not_compile_is_an_error_with_its_cause() {
+        let Some(gpu) = gpu() else { return };
+        let compile = |source: &str| {
+            let layout = buffers_layout(&gpu.device, "broken", &[]);
+            let make = || pipelines(&gpu.device, "broken", source, &[&layout], &[], ["main"]);
+            checked(&gpu.device, make).map(|_| ())
+        };
+        let good = "@compute @workgroup_size(1) fn main() {}";
+        compile(good).unwrap();
+        for (source, cause) in [
+            ("@compute fn main( {}", "expected"),
+            ("@compute @workgroup_size(1) fn main() { let a: u32 = 1.5; }", "a"),
+            ("@compute @workgroup_size(1) fn other() {}", "main"),
+            ("@compute @workgroup_size(9999) fn main() {}", "9999"),
+        ] {
+            let told = compile(source).unwrap_err();
+            assert!(matches!(&told, GpuError::Passes(why) if why.contains(cause)), "{told}");
+        }
+        // What came before is as it was.
+        compile(good).unwrap();
+    }
 }

@@ -9,6 +9,7 @@ use wgpu::{
 
 use super::blocks::Blocks;
 use super::buffers::buffer;
+use super::checked::checked;
 use super::clusters::ClusterInstances;
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
@@ -50,7 +51,7 @@ impl Culling {
     /// Uploads a scene, to be drawn one draw after the other. O(triangles + slots log slots).
     ///
     /// # Errors
-    /// If a buffer would be larger than the device allows; the message says which.
+    /// If a buffer would be larger than the device allows, the message says which; if the device has no memory left, or is lost.
     pub fn new(
         device: &Device,
         queue: &Queue,
@@ -74,6 +75,14 @@ impl Culling {
         if tier != Tier::Each && !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
             return Err(GpuError::Tier);
         }
+        checked(device, || Self::upload((device, queue, passes), scene, tier))?
+    }
+
+    fn upload(
+        (device, queue, passes): (&Device, &Queue, &Passes),
+        scene: &Scene,
+        tier: Tier,
+    ) -> Result<Self, GpuError> {
         let on_device = GpuScene::new(device, queue, scene)?;
         let mut blocks = Blocks::default();
         let clusters = (tier == Tier::Clusters).then(|| ClusterInstances::of(scene, &on_device));

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use wgpu::util::new_instance_with_webgpu_detection;
 use wgpu::{
     Adapter, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, DeviceLostReason,
-    Features, InstanceDescriptor, Limits, PollType, Queue, RequestAdapterOptions,
+    Features, Instance, InstanceDescriptor, Limits, PollType, Queue, RequestAdapterOptions,
 };
 
 use super::checked::checked_later;
@@ -58,21 +58,20 @@ impl Gpu {
     /// If there is no adapter, or it cannot be opened like this.
     pub async fn request(features: Features, limits: Option<Limits>) -> Result<Self, GpuError> {
         let environment = InstanceDescriptor::new_without_display_handle_from_env();
-        let instance = new_instance_with_webgpu_detection(environment).await;
-        let adapter = instance.request_adapter(&RequestAdapterOptions::default()).await;
-        let adapter = adapter.map_err(|e| GpuError::NoAdapter(e.to_string()))?;
-        Self::of(adapter, features, limits).await
+        Self::on(&new_instance_with_webgpu_detection(environment).await, features, limits).await
     }
 
-    /// The same of an adapter that was chosen before.
+    /// The same of an instance of one's own, whatever the environment says.
     ///
     /// # Errors
-    /// If it cannot be opened like this.
-    pub async fn of(
-        adapter: Adapter,
+    /// As [`request`](Self::request).
+    pub async fn on(
+        instance: &Instance,
         features: Features,
         limits: Option<Limits>,
     ) -> Result<Self, GpuError> {
+        let adapter = instance.request_adapter(&RequestAdapterOptions::default()).await;
+        let adapter = adapter.map_err(|e| GpuError::NoAdapter(e.to_string()))?;
         let wanted = DeviceDescriptor {
             required_limits: limits.unwrap_or_else(|| adapter.limits()),
             required_features: adapter.features() & features,

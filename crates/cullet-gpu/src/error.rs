@@ -2,6 +2,7 @@
 
 /// What can go wrong with a device, and what can be done.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// There is none.
     #[error(

@@ -3,6 +3,7 @@
 use cullet::{Scene, View, Visible};
 use wgpu::{CommandEncoder, Device, Queue};
 
+use super::checked::checked;
 use super::culling::Culling;
 use super::error::GpuError;
 use super::ids::{IdPass, IdTarget};
@@ -53,11 +54,23 @@ impl OffScreen {
         size: [u32; 2],
         tier: Tier,
     ) -> Result<Self, GpuError> {
-        let passes = Passes::new(device)?;
-        let ids = IdPass::new(device);
+        Self::with_passes((device, queue, Passes::new(device)?), scene, size, tier)
+    }
+
+    /// The same with passes of one's own, such as those [without occlusion](Passes::without_occlusion): then the CPU
+    /// [decides](Self::draw_decided), or everything in the view is drawn.
+    ///
+    /// # Errors
+    /// As [`with_tier`](Self::with_tier).
+    pub fn with_passes(
+        (device, queue, passes): (&Device, &Queue, Passes),
+        scene: &Scene,
+        size: [u32; 2],
+        tier: Tier,
+    ) -> Result<Self, GpuError> {
+        let ids = checked(device, || IdPass::new(device))?;
         let culling = Culling::with_tier(device, queue, &passes, scene, tier)?;
-        let target = IdTarget::new(device, &ids, &culling, size)?;
-        let pyramid = Pyramid::new(device, &passes.pyramid, target.depth());
+        let (target, pyramid) = pictures(device, (&passes, &ids, &culling), size)?;
         Ok(Self { passes, culling, ids, target, pyramid, size })
     }
 
@@ -80,7 +93,7 @@ impl OffScreen {
     /// Draws a view of its own size, with occlusion culling or without, and hands it in. Pictures are made anew for another size.
     ///
     /// # Errors
-    /// If there are no textures of that size, or the view has too many planes.
+    /// If there are no textures of that size, or the view has too many planes, or the passes are without occlusion and it is asked for.
     pub fn draw(
         &mut self,
         device: &Device,
@@ -88,6 +101,10 @@ impl OffScreen {
         (scene, view): (&Scene, &View),
         occlusion: bool,
     ) -> Result<(), GpuError> {
+        if occlusion && !self.passes.has_occlusion() {
+            let why = "they were made without occlusion".to_owned();
+            return Err(GpuError::Passes(why));
+        }
         self.set(device, queue, (scene, view))?;
         let mut encoder = device.create_command_encoder(&Default::default());
         self.record(&mut encoder, view, occlusion);
@@ -117,9 +134,9 @@ impl OffScreen {
     }
 
     fn resize(&mut self, device: &Device, size: [u32; 2]) -> Result<(), GpuError> {
+        let of = (&self.passes, &self.ids, &self.culling);
+        (self.target, self.pyramid) = pictures(device, of, size)?;
         self.size = size;
-        self.target = IdTarget::new(device, &self.ids, &self.culling, size)?;
-        self.pyramid = Pyramid::new(device, &self.passes.pyramid, self.target.depth());
         Ok(())
     }
 
@@ -150,4 +167,17 @@ impl OffScreen {
         }
         self.ids.draw(encoder, &self.target, on, &rest, !occlusion);
     }
+}
+
+/// What a scene is drawn into.
+fn pictures(
+    device: &Device,
+    (passes, ids, culling): (&Passes, &IdPass, &Culling),
+    size: [u32; 2],
+) -> Result<(IdTarget, Pyramid), GpuError> {
+    checked(device, || {
+        let target = IdTarget::new(device, ids, culling, size)?;
+        let pyramid = Pyramid::new(device, &passes.pyramid, target.depth());
+        Ok((target, pyramid))
+    })?
 }

@@ -84,7 +84,7 @@ impl Passes {
 }
 
 /// Whether a device has what the passes take, which is no more than any device for [WebGPU](https://www.w3.org/TR/webgpu/#limits) has.
-fn suits(limits: &Limits) -> Result<(), GpuError> {
+pub(crate) fn suits(limits: &Limits) -> Result<(), GpuError> {
     let taken = [
         (
             "storage buffers a shader stage",
