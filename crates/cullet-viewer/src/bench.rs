@@ -5,10 +5,11 @@ use std::io::Write;
 use std::time::Instant;
 
 use cullet::{CullFace, Output, View, ViewState, Visible};
+use cullet_gpu::GpuError;
 use cullet_io::paths::PathSpec;
 
 use crate::draw::{DrawError, Pane, Renderer, Style};
-use crate::headless::Gpu;
+use crate::headless::{self, Gpu};
 use crate::numbers::grouped;
 use crate::state::Stages;
 use crate::world::World;
@@ -25,14 +26,9 @@ const GROUND: [f32; 3] = [0.1, 0.12, 0.15];
 /// Why there is no measurement.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
-    /// No device.
-    #[error(
-        "there is no graphics device: software Vulkan will do (Debian: mesa-vulkan-drivers libvulkan1)"
-    )]
-    NoDevice,
-    /// The device went away.
-    #[error("the graphics device was lost")]
-    Lost,
+    /// There is no device, or it went away.
+    #[error(transparent)]
+    Device(#[from] GpuError),
     /// The scene does not fit.
     #[error(transparent)]
     Draw(#[from] DrawError),
@@ -85,7 +81,7 @@ struct Took {
 /// # Errors
 /// See [`BenchError`].
 pub fn run(world: &World, out: &mut impl Write) -> Result<u64, BenchError> {
-    let gpu = Gpu::open().ok_or(BenchError::NoDevice)?;
+    let gpu = Gpu::open()?;
     let info = gpu.adapter.get_info();
     let mut renderer = Renderer::new(&gpu.adapter, &gpu.device);
     renderer.set_scene(&gpu.device, &gpu.queue, &world.model)?;
@@ -203,9 +199,7 @@ impl Bench<'_> {
                     ghosts: &[],
                 };
                 self.renderer.draw(device, queue, SIZE, GROUND, &[pane]);
-                if !self.gpu.finish() {
-                    return Err(BenchError::Lost);
-                }
+                self.gpu.finish()?;
                 if frame > 0 {
                     frames.push((began.elapsed(), culled));
                 }
@@ -214,7 +208,7 @@ impl Bench<'_> {
             sum.frame_ms += whole.as_secs_f64() * 1e3;
             sum.culling_ms += culled.as_secs_f64() * 1e3;
             sum.triangles += self.renderer.stats().triangles;
-            let (_, pixels) = self.gpu.read(self.renderer).ok_or(BenchError::Lost)?;
+            let (_, pixels) = headless::picture(self.gpu, self.renderer)?;
             if keep {
                 *picture = pixels;
             } else {

@@ -200,7 +200,7 @@ fn bench(start: &Start, what: Measurement, sides: Sides) -> ExitCode {
     match cullet_viewer::bench::run(&world, &mut std::io::stdout().lock()) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(pixels) => told(1, format!("culling changed {pixels} pixels")),
-        Err(error @ (BenchError::NoDevice | BenchError::Lost)) => told(69, error.to_string()),
+        Err(error @ BenchError::Device(_)) => told(69, error.to_string()),
         Err(error) => told(3, error.to_string()),
     }
 }

@@ -12,7 +12,7 @@ use cullet_viewer::compose::{compose, instance_colours};
 use cullet_viewer::decide::pick;
 use cullet_viewer::draw::{Pane, Renderer, Style};
 use cullet_viewer::fades::{Cut, Fades};
-use cullet_viewer::headless::Gpu;
+use cullet_viewer::headless::{self, Gpu};
 use cullet_viewer::session::Session;
 use cullet_viewer::world::Source;
 use eframe::egui;
@@ -69,13 +69,13 @@ type Picture = Vec<[u8; 3]>;
 
 fn picture(gpu: &Gpu, renderer: &mut Renderer, panes: &[Pane<'_>]) -> Picture {
     renderer.draw(&gpu.device, &gpu.queue, SIZE, GROUND, panes);
-    let (_, pixels) = gpu.read(renderer).expect("the device is there");
+    let (_, pixels) = headless::picture(gpu, renderer).expect("the device is there");
     pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
 }
 
 #[test]
 fn at_half_time_there_are_pixels_of_both_and_no_hole() {
-    let Some(gpu) = Gpu::open() else {
+    let Ok(gpu) = Gpu::open() else {
         assert!(std::env::var("CULLET_REQUIRE_GPU").is_err(), "no adapter was found");
         return cullet_testkit::skip("no graphics adapter", "apt-get install mesa-vulkan-drivers");
     };
