@@ -10,13 +10,13 @@ const VIEWS: usize = 6;
 
 /// A scene, and what is looked at in it.
 #[derive(Debug)]
-pub struct Case {
+pub(crate) struct Case {
     /// What it has that others have not.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// Ready to be looked at.
-    pub scene: Scene,
+    pub(crate) scene: Scene,
     /// Planes that point out, in the space of the scene's boxes, and layers.
-    pub views: Vec<(Vec<Plane>, u32)>,
+    pub(crate) views: Vec<(Vec<Plane>, u32)>,
 }
 
 /// Random numbers (`SplitMix64`: Steele, Lea & Flood, *Fast Splittable Pseudorandom Number Generators*, 2014).
@@ -63,7 +63,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// All scenes: few and many instances, about as many as a block has, boxes of every kind, and a hundred thousand at once.
-pub fn scenes() -> impl Iterator<Item = Case> {
+pub(crate) fn scenes() -> impl Iterator<Item = Case> {
     let block = BLOCK as u32;
     let counts = [
         ("nothing", 0),

@@ -23,6 +23,12 @@
 //! [`Culling`] is all of it for one scene and one view at a time, in a program's own device and encoder; lists are in order, and
 //! each bucket of instances that are drawn alike is one indirect draw. Boxes are tested in integers. Against the [`Pyramid`] they
 //! are tested in floating point, which devices round differently: there the promise is that what owns a pixel is drawn.
+//!
+//! [`InView`] is the list alone, for programs that draw nothing, by the device or by the CPU in its place.
+//!
+//! A device that is absent, too small, full or lost is a [`GpuError`] that says what to do. In a browser nobody may wait for a device:
+//! there [`Gpu::request`], [`Gpu::read_later`] and [`Passes::request`] are awaited, and what goes wrong when something is uploaded
+//! comes to the device's own listener (`on_uncaptured_error`).
 #![forbid(unsafe_code)]
 
 mod blocks;
