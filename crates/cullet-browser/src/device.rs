@@ -8,7 +8,7 @@ use cullet_gpu::{
 };
 use wgpu::{BufferDescriptor, BufferUsages, Features, Limits};
 
-use super::answers::Lists;
+use super::lists::Lists;
 
 /// The first device there is, with no optional feature and the least limits that a browser with WebGPU grants.
 ///

@@ -10,6 +10,7 @@
 
 mod answers;
 mod device;
+mod lists;
 #[cfg(target_arch = "wasm32")]
 mod page;
 mod scenes;
