@@ -3,7 +3,7 @@
 mod common;
 
 use cullet::bounds::Plane;
-use cullet::{Culler, Scene, View, ViewState, Visible};
+use cullet::{Culler, Instance, Scene, View, ViewState, Visible};
 use cullet_gpu::{
     BlockPlanes, Blocks, Culling, Gpu, GpuError, InView, OffScreen, Passes, Phase, Tier,
     visible_ref, wait,
@@ -11,12 +11,12 @@ use cullet_gpu::{
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, random_scene};
 use cullet_testkit::views::random_view;
-use wgpu::{Backends, Features, Instance, InstanceDescriptor, Limits};
+use wgpu::{Backends, Features, InstanceDescriptor, Limits};
 
 use common::{gpu, texels};
 
-fn instance(backends: Backends) -> Instance {
-    Instance::new(InstanceDescriptor {
+fn only(backends: Backends) -> wgpu::Instance {
+    wgpu::Instance::new(InstanceDescriptor {
         backends,
         ..InstanceDescriptor::new_without_display_handle()
     })
@@ -49,9 +49,19 @@ fn listed(lists: &mut InView<'_>, scene: &Scene, view: &View) -> Result<Vec<u32>
     lists.list(&planes_of(view, scene), view.layers)
 }
 
+/// The device, where it reads depth in compute shaders.
+fn able() -> Option<&'static Gpu> {
+    let gpu = gpu()?;
+    if Passes::new(&gpu.device).is_err() {
+        cullet_testkit::skip("a device that reads depth in compute shaders", "WGPU_BACKEND=vulkan");
+        return None;
+    }
+    Some(gpu)
+}
+
 #[test]
 fn without_an_adapter_the_error_says_what_to_install_and_the_cpu_lists() {
-    let none = || wait(Gpu::on(&instance(Backends::empty()), Features::empty(), None));
+    let none = || wait(Gpu::on(&only(Backends::empty()), Features::empty(), None));
     let told = none().unwrap_err();
     assert!(matches!(told, GpuError::NoAdapter(_)), "{told}");
     assert!(told.to_string().contains("install mesa-vulkan-drivers"), "{told}");
@@ -109,7 +119,7 @@ fn limits_below_those_of_the_passes_are_said_in_numbers_and_the_cpu_lists() {
 
 #[test]
 fn a_scene_beyond_the_limits_is_said_in_numbers_and_the_cpu_lists() {
-    if gpu().is_none() {
+    if able().is_none() {
         return;
     }
     let limit = 1 << 16;
@@ -143,7 +153,7 @@ fn a_scene_beyond_the_limits_is_said_in_numbers_and_the_cpu_lists() {
 
 #[test]
 fn a_device_lost_in_the_middle_of_a_frame_is_told_and_another_goes_on() {
-    if gpu().is_none() {
+    if able().is_none() {
         return;
     }
     let (lost, other) = (Gpu::open().unwrap(), Gpu::open().unwrap());
@@ -208,9 +218,43 @@ fn lists_go_on_where_the_device_is_lost_if_the_cpu_may_take_over() {
     }
 }
 
+#[test]
+fn lists_follow_a_scene_that_moves_and_grows_whoever_makes_them() {
+    let Some(gpu) = gpu() else { return };
+    let (mut scene, view) = (scene(), &some_views()[0]);
+    let mut by_device = InView::new(gpu, &scene, 6).unwrap();
+    let mut by_cpu = InView::or_cpu(Err(GpuError::NoAdapter("none".into())), &scene, 6);
+    assert_eq!(by_device.uploaded(), 20 * 256 * 16);
+    let mut follow = |scene: &Scene| {
+        by_device.follow(scene).unwrap();
+        by_cpu.follow(scene).unwrap();
+        let list = listed(&mut by_device, scene, view).unwrap();
+        assert!(list == list_ref(scene, view));
+        assert!(list == listed(&mut by_cpu, scene, view).unwrap());
+        (list.len(), by_device.uploaded())
+    };
+    let moved = scene.handle(700).unwrap();
+    let mut transform = *scene.transform(700);
+    transform.translation[0] += 0.25;
+    scene.set_transform(moved, transform).unwrap();
+    scene.commit();
+    assert!(follow(&scene).1 <= 2 * 256 * 16, "what moved and nothing else");
+    // As many blocks, and more than there were.
+    for more in [50, 300] {
+        let before = scene.slot_count();
+        for _ in 0..more {
+            let instance = Instance { layers: view.layers, ..Instance::new(0, transform) };
+            scene.add(instance).unwrap();
+        }
+        scene.commit();
+        assert!(scene.slot_count() > before);
+        follow(&scene);
+    }
+}
+
 /// OpenGL, which runs the exact stages, but reads no depth texture in a compute shader.
 fn open_gl() -> Option<Gpu> {
-    let gl = wait(Gpu::on(&instance(Backends::GL), Features::empty(), None)).ok();
+    let gl = wait(Gpu::on(&only(Backends::GL), Features::empty(), None)).ok();
     if gl.is_none() {
         cullet_testkit::skip("OpenGL", "apt-get install libegl1 libgl1-mesa-dri");
     }
@@ -233,7 +277,7 @@ fn open_gl_lists_what_the_cpu_lists() {
 
 #[test]
 fn open_gl_draws_what_the_cpu_decides_and_what_is_in_the_view() {
-    let (Some(gl), Some(gpu)) = (open_gl(), gpu()) else { return };
+    let (Some(gl), Some(gpu)) = (open_gl(), able()) else { return };
     let mut scene = city(4, 1, 20);
     scene.commit();
     let size = [96, 64];
