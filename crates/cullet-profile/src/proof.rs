@@ -1,0 +1,188 @@
+//! Frames of which the slowest link is known, because hardly anything else is in them.
+
+use bytemuck::{Pod, Zeroable};
+use cullet_gpu::{Gpu, GpuError};
+use wgpu::*;
+
+use super::link::Link;
+use super::measure::Workload;
+
+/// How much work of each kind a frame has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Amounts {
+    /// Draws, of one instance each.
+    pub draws: u32,
+    /// Triangles a draw.
+    pub triangles: u32,
+    /// Whether each triangle covers the picture; else it is a hundredth of a pixel.
+    pub covers: bool,
+    /// Turns of a loop for each vertex.
+    pub vertex_loops: u32,
+    /// Turns of a loop for each fragment.
+    pub fragment_loops: u32,
+    /// Bytes that are uploaded anew.
+    pub upload: u64,
+}
+
+impl Amounts {
+    /// A frame that waits for one link.
+    #[must_use]
+    pub fn of(link: Link) -> Self {
+        let little = Self {
+            draws: 1,
+            triangles: 1,
+            covers: false,
+            vertex_loops: 1,
+            fragment_loops: 1,
+            upload: 0,
+        };
+        match link {
+            Link::Fill => Self { triangles: 4, covers: true, fragment_loops: 64, ..little },
+            Link::Transform => Self { triangles: 1 << 16, vertex_loops: 256, ..little },
+            Link::Bus => Self { upload: 64 << 20, ..little },
+            Link::Cpu => Self { draws: 50_000, ..little },
+        }
+    }
+}
+
+/// The picture's size, nothing doubled.
+const SIZE: u32 = 512;
+
+/// The shader's `Loops`.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct Loops {
+    vertex: u32,
+    fragment: u32,
+    covers: u32,
+    /// Always 0, which no compiler knows.
+    zero: f32,
+}
+
+/// A frame of some amounts of work.
+#[derive(Debug)]
+pub struct Proof {
+    amounts: Amounts,
+    pipeline: RenderPipeline,
+    /// As it is, and with the vertices' work doubled.
+    loops: [BindGroup; 2],
+    /// As large as it is, and of twice the area.
+    targets: [TextureView; 2],
+    uploads: [Buffer; 2],
+    data: Vec<u8>,
+    frames: u8,
+}
+
+impl Proof {
+    /// Makes what it needs.
+    #[must_use]
+    pub fn new(gpu: &Gpu, amounts: Amounts) -> Self {
+        let device = &gpu.device;
+        let module = device.create_shader_module(ShaderModuleDescriptor {
+            label: Some("proof"),
+            source: ShaderSource::Wgsl(include_str!("proof.wgsl").into()),
+        });
+        let pipeline = device.create_render_pipeline(&RenderPipelineDescriptor {
+            label: Some("proof"),
+            layout: None,
+            vertex: VertexState {
+                module: &module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            fragment: Some(FragmentState {
+                module: &module,
+                entry_point: None,
+                compilation_options: Default::default(),
+                targets: &[Some(TextureFormat::Rgba8Unorm.into())],
+            }),
+            primitive: PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: Default::default(),
+            multiview_mask: None,
+            cache: None,
+        });
+        let buffer = |size, usage| {
+            let label = Some("proof");
+            let usage = usage | BufferUsages::COPY_DST;
+            let mapped_at_creation = false;
+            device.create_buffer(&BufferDescriptor { label, size, usage, mapped_at_creation })
+        };
+        let loops = [1, 2].map(|times| {
+            let own = Loops {
+                vertex: amounts.vertex_loops * times,
+                fragment: amounts.fragment_loops,
+                covers: u32::from(amounts.covers),
+                zero: 0.0,
+            };
+            let uniform = buffer(16, BufferUsages::UNIFORM);
+            gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&own));
+            device.create_bind_group(&BindGroupDescriptor {
+                label: Some("proof"),
+                layout: &pipeline.get_bind_group_layout(0),
+                entries: &[BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
+            })
+        });
+        let targets = [SIZE, (f64::from(SIZE) * std::f64::consts::SQRT_2) as u32].map(|side| {
+            let texture = device.create_texture(&TextureDescriptor {
+                label: Some("proof"),
+                size: Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format: TextureFormat::Rgba8Unorm,
+                usage: TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            });
+            texture.create_view(&TextureViewDescriptor::default())
+        });
+        let uploads = [(); 2].map(|()| buffer(amounts.upload.max(4), BufferUsages::STORAGE));
+        let data = vec![0; amounts.upload as usize];
+        Self { amounts, pipeline, loops, targets, uploads, data, frames: 0 }
+    }
+
+    fn record(&self, gpu: &Gpu, doubled: Option<Link>) -> CommandBuffer {
+        let twice = |link| usize::from(doubled == Some(link));
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+            label: Some("proof"),
+            color_attachments: &[Some(RenderPassColorAttachment {
+                view: &self.targets[twice(Link::Fill)],
+                depth_slice: None,
+                resolve_target: None,
+                ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Store },
+            })],
+            depth_stencil_attachment: None,
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.pipeline);
+        for _ in 0..self.amounts.draws {
+            // What a program sets between two draws.
+            pass.set_bind_group(0, &self.loops[twice(Link::Transform)], &[]);
+            pass.draw(0..self.amounts.triangles * 3, 0..1);
+        }
+        drop(pass);
+        encoder.finish()
+    }
+}
+
+impl Workload for Proof {
+    fn frame(&mut self, gpu: &Gpu, doubled: Option<Link>) -> Result<SubmissionIndex, GpuError> {
+        self.frames = self.frames.wrapping_add(1);
+        if let Some(first) = self.data.first_mut() {
+            *first = self.frames;
+            gpu.queue.write_buffer(&self.uploads[0], 0, &self.data);
+            if doubled == Some(Link::Bus) {
+                gpu.queue.write_buffer(&self.uploads[1], 0, &self.data);
+            }
+        }
+        let commands = self.record(gpu, doubled);
+        if doubled == Some(Link::Cpu) {
+            drop(self.record(gpu, doubled));
+        }
+        Ok(gpu.queue.submit([commands]))
+    }
+}
