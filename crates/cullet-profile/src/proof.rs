@@ -10,8 +10,10 @@ use super::measure::Workload;
 /// How much work of each kind a frame has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Amounts {
-    /// Draws, of one instance each.
+    /// Draws.
     pub draws: u32,
+    /// Instances of each; with none the device has nothing to do, and the program as much.
+    pub instances: u32,
     /// Triangles a draw.
     pub triangles: u32,
     /// Whether each triangle covers the picture; else it is a hundredth of a pixel.
@@ -30,6 +32,7 @@ impl Amounts {
     pub fn of(link: Link) -> Self {
         let little = Self {
             draws: 1,
+            instances: 1,
             triangles: 1,
             covers: false,
             vertex_loops: 1,
@@ -40,7 +43,7 @@ impl Amounts {
             Link::Fill => Self { triangles: 4, covers: true, fragment_loops: 64, ..little },
             Link::Transform => Self { triangles: 1 << 16, vertex_loops: 256, ..little },
             Link::Bus => Self { upload: 64 << 20, ..little },
-            Link::Cpu => Self { draws: 50_000, ..little },
+            Link::Cpu => Self { draws: 50_000, instances: 0, ..little },
         }
     }
 }
@@ -162,7 +165,7 @@ impl Proof {
         for _ in 0..self.amounts.draws {
             // What a program sets between two draws.
             pass.set_bind_group(0, &self.loops[twice(Link::Transform)], &[]);
-            pass.draw(0..self.amounts.triangles * 3, 0..1);
+            pass.draw(0..self.amounts.triangles * 3, 0..self.amounts.instances);
         }
         drop(pass);
         encoder.finish()
