@@ -7,6 +7,7 @@
 //! After T. Akenine-Möller, E. Haines and N. Hoffman, *Real-Time Rendering*, 4th ed. 2018, §18.2.
 #![forbid(unsafe_code)]
 
+pub mod drawn;
 pub mod elasticity;
 pub mod link;
 pub mod measure;
