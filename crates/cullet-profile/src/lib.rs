@@ -12,3 +12,5 @@ pub mod elasticity;
 pub mod link;
 pub mod measure;
 pub mod proof;
+pub mod relief;
+pub mod report;
