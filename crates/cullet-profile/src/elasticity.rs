@@ -46,8 +46,11 @@ impl Elasticity {
     }
 }
 
-/// The middle of some numbers, of two of them their mean; at least one.
-fn median(mut all: Vec<f64>) -> f64 {
+/// The middle of some numbers, of two of them their mean; of none 0.
+pub(crate) fn median(mut all: Vec<f64>) -> f64 {
+    if all.is_empty() {
+        return 0.0;
+    }
     all.sort_by(f64::total_cmp);
     let (low, high) = (all[(all.len() - 1) / 2], all[all.len() / 2]);
     low + (high - low) / 2.0

@@ -1,4 +1,4 @@
-//! The links of a frame.
+//! The links of a frame, and how the work of one is doubled.
 
 use serde::Serialize;
 
@@ -6,9 +6,9 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Link {
-    /// Pixels: doubled by a picture of twice the area, of the same view.
+    /// Pixels: doubled by a picture of twice the area, of the same view and the same draws.
     Fill,
-    /// Vertices: doubled by shading each twice.
+    /// Triangles and their vertices: doubled by drawing all again into a single pixel.
     Transform,
     /// Uploads: doubled by writing the frame's into another buffer as well.
     Bus,
@@ -22,12 +22,44 @@ impl Link {
 
     /// Its name.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Fill => "fill",
             Self::Transform => "transform",
             Self::Bus => "bus",
             Self::Cpu => "cpu",
+        }
+    }
+}
+
+/// A way to make a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// As it is.
+    Plain,
+    /// With the work of a link doubled.
+    Doubled(Link),
+    /// With each draw again, of no instance: what recording and handing in the draws of a doubled
+    /// [transform](Link::Transform) takes, which is none of its work.
+    EmptyDraws,
+    /// With another culler, by its number.
+    Culled(usize),
+}
+
+impl Way {
+    /// Whether a link's work is doubled.
+    #[must_use]
+    pub fn doubles(self, link: Link) -> bool {
+        self == Self::Doubled(link)
+    }
+
+    /// How many instances draws that follow the frame's own have, of so many; `None` where there are no such draws.
+    #[must_use]
+    pub fn again(self, instances: u32) -> Option<u32> {
+        match self {
+            Self::Doubled(Link::Transform) => Some(instances),
+            Self::EmptyDraws => Some(0),
+            _ => None,
         }
     }
 }

@@ -1,20 +1,23 @@
-//! Times of frames with the work of one link doubled, round by round.
+//! Times of frames in several ways, round by round.
 
 use std::time::Instant;
 
 use cullet_gpu::{Gpu, GpuError};
 use wgpu::{PollType, SubmissionIndex};
 
-use super::elasticity::Elasticity;
-use super::link::Link;
+use super::elasticity::{Elasticity, median};
+use super::link::{Link, Way};
 
 /// Something that draws frames, and can double the work of one link.
 pub trait Workload {
-    /// Hands in one frame.
+    /// How many frames there are, which are drawn in turn.
+    fn frames(&self) -> usize;
+
+    /// Hands in one of them.
     ///
     /// # Errors
     /// If the device cannot.
-    fn frame(&mut self, gpu: &Gpu, doubled: Option<Link>) -> Result<SubmissionIndex, GpuError>;
+    fn frame(&mut self, gpu: &Gpu, number: usize, way: Way) -> Result<SubmissionIndex, GpuError>;
 }
 
 /// How it is measured.
@@ -32,72 +35,101 @@ impl Default for Effort {
     }
 }
 
-/// Milliseconds a frame, and the elasticities in the order of [`Link::ALL`].
-#[derive(Clone, Copy, Debug)]
-pub struct Measured {
-    /// Median milliseconds a frame, nothing doubled.
-    pub frame_ms: f64,
-    /// Of each link.
-    pub elasticity: [Elasticity; 4],
+/// Seconds a frame, by round and way.
+#[derive(Clone, Debug)]
+pub struct Times {
+    ways: Vec<Way>,
+    rounds: Vec<Vec<f64>>,
 }
 
-/// Draws bursts of frames, with nothing doubled and with each link, in another order each round, so that what else the machine does meets
-/// all alike. At most two frames are under way at a time.
-///
-/// # Errors
-/// If the device cannot.
-pub fn measure(gpu: &Gpu, work: &mut impl Workload, effort: Effort) -> Result<Measured, GpuError> {
-    let mut ways: Vec<Option<Link>> = std::iter::once(None).chain(Link::ALL.map(Some)).collect();
-    // Pipelines and buffers are made, clocks settle.
-    for way in &ways {
-        burst(gpu, work, *way, 2)?;
-    }
-    let one = burst(gpu, work, None, 3)?.max(1e-6);
-    let frames = ((effort.burst / one).ceil() as usize).clamp(1, 1000);
-    let mut rounds = [const { Vec::new() }; 4];
-    let mut bases = Vec::new();
-    for round in 0..effort.rounds {
-        ways.rotate_left(1 + round % 3);
-        if round % 2 == 1 {
-            ways.reverse();
-        }
-        let (mut base, mut doubled) = (0.0, [0.0; 4]);
+impl Times {
+    /// Draws bursts of frames in each way, in another order each round, so that what else the machine does meets all alike. At most two
+    /// frames are under way at a time. After each round `go_on` is asked whether there is time for another.
+    ///
+    /// # Errors
+    /// If the device cannot.
+    pub fn measure(
+        gpu: &Gpu,
+        work: &mut impl Workload,
+        cullers: usize,
+        effort: Effort,
+        mut go_on: impl FnMut() -> bool,
+    ) -> Result<Self, GpuError> {
+        let own = [Way::Plain, Way::EmptyDraws].into_iter();
+        let links = Link::ALL.map(Way::Doubled);
+        let ways: Vec<Way> = own.chain(links).chain((0..cullers).map(Way::Culled)).collect();
+        // Pipelines and buffers are made, clocks settle.
         for way in &ways {
-            let took = burst(gpu, work, *way, frames)?;
-            match way {
-                None => base = took,
-                Some(link) => doubled[*link as usize] = took,
+            burst(gpu, work, *way, 1)?;
+        }
+        let turn = burst(gpu, work, Way::Plain, 1)?.max(1e-6) * work.frames().max(1) as f64;
+        let turns = ((effort.burst / turn).ceil() as usize).clamp(1, 1000);
+        let mut order: Vec<usize> = (0..ways.len()).collect();
+        let mut rounds = Vec::new();
+        for round in 0..effort.rounds {
+            order.rotate_left(1 + round % 3);
+            if round % 2 == 1 {
+                order.reverse();
+            }
+            let mut times = vec![0.0; ways.len()];
+            for at in &order {
+                times[*at] = burst(gpu, work, ways[*at], turns)?;
+            }
+            rounds.push(times);
+            if !go_on() {
+                break;
             }
         }
-        bases.push(base * 1e3);
-        for (own, took) in rounds.iter_mut().zip(doubled) {
-            own.push([base, took]);
-        }
+        Ok(Self { ways, rounds })
     }
-    bases.sort_by(f64::total_cmp);
-    Ok(Measured {
-        frame_ms: bases.get(bases.len() / 2).copied().unwrap_or(0.0),
-        elasticity: rounds.each_ref().map(|own| Elasticity::of(own)),
-    })
+
+    /// How many rounds there are.
+    #[must_use]
+    pub fn rounds(&self) -> usize {
+        self.rounds.len()
+    }
+
+    /// The median of a way's seconds a frame; 0 of none.
+    #[must_use]
+    pub fn seconds(&self, way: Way) -> f64 {
+        let at = self.ways.iter().position(|w| *w == way);
+        median(at.map_or(vec![], |at| self.rounds.iter().map(|times| times[at]).collect()))
+    }
+
+    /// The elasticities in the order of [`Link::ALL`].
+    #[must_use]
+    pub fn elasticities(&self) -> [Elasticity; 4] {
+        Link::ALL.map(|link| {
+            let without = if link == Link::Transform { Way::EmptyDraws } else { Way::Plain };
+            self.change(without, Way::Doubled(link))
+        })
+    }
+
+    /// By how much of a plain frame one way takes longer than another.
+    #[must_use]
+    pub fn change(&self, from: Way, to: Way) -> Elasticity {
+        let at = |way| self.ways.iter().position(|w| *w == way);
+        let (Some(plain), Some(from), Some(to)) = (at(Way::Plain), at(from), at(to)) else {
+            return Elasticity::of(&[]);
+        };
+        let round = |times: &Vec<f64>| [times[plain], times[plain] + (times[to] - times[from])];
+        Elasticity::of(&self.rounds.iter().map(round).collect::<Vec<_>>())
+    }
 }
 
-/// Seconds a frame.
-fn burst(
-    gpu: &Gpu,
-    work: &mut impl Workload,
-    way: Option<Link>,
-    frames: usize,
-) -> Result<f64, GpuError> {
+/// Seconds a frame, over so many turns of all frames.
+fn burst(gpu: &Gpu, work: &mut impl Workload, way: Way, turns: usize) -> Result<f64, GpuError> {
     gpu.finish()?;
+    let frames = work.frames().max(1);
     let began = Instant::now();
     let mut before: Option<SubmissionIndex> = None;
-    for _ in 0..frames {
-        let now = work.frame(gpu, way)?;
+    for number in (0..turns).flat_map(|_| 0..frames) {
+        let now = work.frame(gpu, number, way)?;
         if let Some(index) = before.replace(now) {
             let wait = PollType::Wait { submission_index: Some(index), timeout: None };
             gpu.device.poll(wait).map_err(|e| GpuError::Lost(e.to_string()))?;
         }
     }
     gpu.finish()?;
-    Ok(began.elapsed().as_secs_f64() / frames as f64)
+    Ok(began.elapsed().as_secs_f64() / (frames * turns) as f64)
 }

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use cullet_gpu::{Gpu, GpuError};
 use wgpu::*;
 
-use super::link::Link;
+use super::link::{Link, Way};
 use super::measure::Workload;
 
 /// How much work of each kind a frame has.
@@ -67,13 +67,13 @@ struct Loops {
 pub struct Proof {
     amounts: Amounts,
     pipeline: RenderPipeline,
-    /// As it is, and with the vertices' work doubled.
-    loops: [BindGroup; 2],
+    loops: BindGroup,
     /// As large as it is, and of twice the area.
     targets: [TextureView; 2],
     uploads: [Buffer; 2],
     data: Vec<u8>,
-    frames: u8,
+    /// Another each frame, so that no frame's upload is that of the one before.
+    stamp: u8,
 }
 
 impl Proof {
@@ -112,20 +112,18 @@ impl Proof {
             let mapped_at_creation = false;
             device.create_buffer(&BufferDescriptor { label, size, usage, mapped_at_creation })
         };
-        let loops = [1, 2].map(|times| {
-            let own = Loops {
-                vertex: amounts.vertex_loops * times,
-                fragment: amounts.fragment_loops,
-                covers: u32::from(amounts.covers),
-                zero: 0.0,
-            };
-            let uniform = buffer(16, BufferUsages::UNIFORM);
-            gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&own));
-            device.create_bind_group(&BindGroupDescriptor {
-                label: Some("proof"),
-                layout: &pipeline.get_bind_group_layout(0),
-                entries: &[BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
-            })
+        let own = Loops {
+            vertex: amounts.vertex_loops,
+            fragment: amounts.fragment_loops,
+            covers: u32::from(amounts.covers),
+            zero: 0.0,
+        };
+        let uniform = buffer(16, BufferUsages::UNIFORM);
+        gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&own));
+        let loops = device.create_bind_group(&BindGroupDescriptor {
+            label: Some("proof"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &[BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
         });
         let targets = [SIZE, (f64::from(SIZE) * std::f64::consts::SQRT_2) as u32].map(|side| {
             let texture = device.create_texture(&TextureDescriptor {
@@ -142,16 +140,15 @@ impl Proof {
         });
         let uploads = [(); 2].map(|()| buffer(amounts.upload.max(4), BufferUsages::STORAGE));
         let data = vec![0; amounts.upload as usize];
-        Self { amounts, pipeline, loops, targets, uploads, data, frames: 0 }
+        Self { amounts, pipeline, loops, targets, uploads, data, stamp: 0 }
     }
 
-    fn record(&self, gpu: &Gpu, doubled: Option<Link>) -> CommandBuffer {
-        let twice = |link| usize::from(doubled == Some(link));
+    fn record(&self, gpu: &Gpu, way: Way) -> CommandBuffer {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some("proof"),
             color_attachments: &[Some(RenderPassColorAttachment {
-                view: &self.targets[twice(Link::Fill)],
+                view: &self.targets[usize::from(way.doubles(Link::Fill))],
                 depth_slice: None,
                 resolve_target: None,
                 ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Store },
@@ -162,29 +159,41 @@ impl Proof {
             multiview_mask: None,
         });
         pass.set_pipeline(&self.pipeline);
-        for _ in 0..self.amounts.draws {
-            // What a program sets between two draws.
-            pass.set_bind_group(0, &self.loops[twice(Link::Transform)], &[]);
-            pass.draw(0..self.amounts.triangles * 3, 0..self.amounts.instances);
+        self.draw(&mut pass, self.amounts.instances);
+        if let Some(instances) = way.again(self.amounts.instances) {
+            pass.set_scissor_rect(0, 0, 1, 1);
+            self.draw(&mut pass, instances);
         }
         drop(pass);
         encoder.finish()
     }
+
+    fn draw(&self, pass: &mut RenderPass<'_>, instances: u32) {
+        for _ in 0..self.amounts.draws {
+            // What a program sets between two draws.
+            pass.set_bind_group(0, &self.loops, &[]);
+            pass.draw(0..self.amounts.triangles * 3, 0..instances);
+        }
+    }
 }
 
 impl Workload for Proof {
-    fn frame(&mut self, gpu: &Gpu, doubled: Option<Link>) -> Result<SubmissionIndex, GpuError> {
-        self.frames = self.frames.wrapping_add(1);
+    fn frames(&self) -> usize {
+        1
+    }
+
+    fn frame(&mut self, gpu: &Gpu, _: usize, way: Way) -> Result<SubmissionIndex, GpuError> {
+        self.stamp = self.stamp.wrapping_add(1);
         if let Some(first) = self.data.first_mut() {
-            *first = self.frames;
+            *first = self.stamp;
             gpu.queue.write_buffer(&self.uploads[0], 0, &self.data);
-            if doubled == Some(Link::Bus) {
+            if way.doubles(Link::Bus) {
                 gpu.queue.write_buffer(&self.uploads[1], 0, &self.data);
             }
         }
-        let commands = self.record(gpu, doubled);
-        if doubled == Some(Link::Cpu) {
-            drop(self.record(gpu, doubled));
+        let commands = self.record(gpu, way);
+        if way.doubles(Link::Cpu) {
+            drop(self.record(gpu, way));
         }
         Ok(gpu.queue.submit([commands]))
     }
