@@ -17,7 +17,7 @@ const CRATES: &[&[&str]] = &[
     &["cullet-bake", "cullet-draw", "cullet-io"],
     &["cullet-command", "cullet-cut", "cullet-gpu"],
     &["cullet-measure"],
-    &["cullet-baker", "cullet-cli", "cullet-serve", "cullet-viewer"],
+    &["cullet-baker", "cullet-cli", "cullet-profile", "cullet-serve", "cullet-viewer"],
 ];
 
 /// The rooms of the engine, from the ground up. One may name those of lower floors, and of its own where no circle

@@ -10,13 +10,21 @@ use wgpu::*;
 
 use super::link::{Link, Way};
 
+/// How triangles are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Look {
+    /// Shaded, with these faces culled.
+    Shaded { faces: Option<Face>, blended: bool },
+    /// Where no pixel passes the depth test.
+    Unseen { faces: Option<Face> },
+}
+
 /// Meshes and places of a scene, pipelines, and pictures to draw into.
 #[derive(Debug)]
 pub(crate) struct Drawing {
     scene: GpuScene,
     pub(crate) places: Vec<MeshPlace>,
-    /// By the faces that are culled, and whether what is drawn is blended.
-    pipelines: HashMap<(Option<Face>, bool), RenderPipeline>,
+    pipelines: HashMap<Look, RenderPipeline>,
     eye: Buffer,
     pub(crate) group: BindGroup,
     pub(crate) layout: BindGroupLayout,
@@ -56,11 +64,12 @@ impl Drawing {
                 entry(1, ShaderStages::VERTEX, BufferBindingType::Storage { read_only: true }),
             ],
         });
-        let all = [None, Some(Face::Front), Some(Face::Back)]
-            .into_iter()
-            .flat_map(|faces| [(faces, false), (faces, true)]);
-        let make = |key: (Option<Face>, bool)| pipeline(device, &module, &layout, key);
-        let pipelines = all.map(|key| (key, make(key))).collect();
+        let looks = |faces| {
+            let shaded = |blended| Look::Shaded { faces, blended };
+            [shaded(false), shaded(true), Look::Unseen { faces }]
+        };
+        let all = [None, Some(Face::Front), Some(Face::Back)].into_iter().flat_map(looks);
+        let pipelines = all.map(|look| (look, pipeline(device, &module, &layout, look))).collect();
         let eye = buffer(device, size_of::<EyeUniform>() as u64, BufferUsages::UNIFORM);
         let group = device.create_bind_group(&BindGroupDescriptor {
             label: Some("frame"),
@@ -129,11 +138,11 @@ impl Drawing {
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        let pipeline = |faces, blended| &self.pipelines[&(faces, blended)];
-        self.draw(&mut pass, view, list, pipeline, |instances| instances);
+        let shaded = |faces, blended| &self.pipelines[&Look::Shaded { faces, blended }];
+        self.draw(&mut pass, view, list, shaded, |instances| instances);
         if way.again(1).is_some() {
-            pass.set_scissor_rect(0, 0, 1, 1);
-            self.draw(&mut pass, view, list, pipeline, |n| way.again(n).unwrap_or(0));
+            let unseen = |faces, _| &self.pipelines[&Look::Unseen { faces }];
+            self.draw(&mut pass, view, list, unseen, |n| way.again(n).unwrap_or(0));
         }
         drop(pass);
         encoder.finish()
@@ -192,7 +201,11 @@ pub(crate) fn buffer(device: &Device, size: u64, usage: BufferUsages) -> Buffer 
     })
 }
 
-pub(crate) fn target(device: &Device, [width, height]: [u32; 2], format: TextureFormat) -> TextureView {
+pub(crate) fn target(
+    device: &Device,
+    [width, height]: [u32; 2],
+    format: TextureFormat,
+) -> TextureView {
     let texture = device.create_texture(&TextureDescriptor {
         label: Some("frame"),
         size: Extent3d { width, height, depth_or_array_layers: 1 },
@@ -210,8 +223,12 @@ fn pipeline(
     device: &Device,
     module: &ShaderModule,
     layout: &BindGroupLayout,
-    (cull_mode, blended): (Option<Face>, bool),
+    look: Look,
 ) -> RenderPipeline {
+    let (cull_mode, blended, compare) = match look {
+        Look::Shaded { faces, blended } => (faces, blended, CompareFunction::Greater),
+        Look::Unseen { faces } => (faces, false, CompareFunction::Never),
+    };
     let of_all = device.create_pipeline_layout(&PipelineLayoutDescriptor {
         label: Some("frame"),
         bind_group_layouts: &[Some(layout)],
@@ -240,7 +257,7 @@ fn pipeline(
         depth_stencil: Some(DepthStencilState {
             format: TextureFormat::Depth32Float,
             depth_write_enabled: Some(!blended),
-            depth_compare: Some(CompareFunction::Greater),
+            depth_compare: Some(compare),
             stencil: Default::default(),
             bias: Default::default(),
         }),

@@ -8,7 +8,7 @@ use serde::Serialize;
 pub enum Link {
     /// Pixels: doubled by a picture of twice the area, of the same view and the same draws.
     Fill,
-    /// Triangles and their vertices: doubled by drawing all again into a single pixel.
+    /// Triangles and their vertices: doubled by drawing all again where no pixel passes the depth test.
     Transform,
     /// Uploads: doubled by writing the frame's into another buffer as well.
     Bus,

@@ -95,11 +95,12 @@ fn of_scene(gpu: &Gpu, args: &ProfileArgs, console: &Console) -> Result<Profile,
     }
     drop(bar);
     let times = measure(gpu, &mut frames, others.len(), args, console)?;
-    let elasticity = times.elasticities();
+    let (elasticity, seconds) = (times.elasticities(), times.seconds(Way::Plain));
     let mut profile = Profile::new(&model.name, &gpu.adapter.get_info(), &times);
     for (at, (name, _)) in others.iter().enumerate() {
         let change = times.change(Way::Plain, Way::Culled(at));
-        profile.relief.push(Relief::new(name, &elasticity, (&works[0], &works[at + 1]), &change));
+        let work = (&works[0], &works[at + 1]);
+        profile.relief.push(Relief::new(name, (&elasticity, seconds), work, &change));
     }
     Ok(profile)
 }

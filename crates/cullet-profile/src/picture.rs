@@ -130,3 +130,39 @@ fn rect(out: &mut String, [x, y]: [f64; 2], [width, height]: [f64; 2], color: [u
         hex(color)
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::profile::ByLink;
+    use crate::relief::Relief;
+
+    #[test]
+    fn names_from_files_do_no_harm_and_broken_numbers_stay_on_the_paper() {
+        let nothing = [f64::NEG_INFINITY, f64::INFINITY];
+        let profile = Profile {
+            schema: 1,
+            scene: "<script>".to_owned(),
+            adapter: "a & b".to_owned(),
+            software: true,
+            limit: "mixed".to_owned(),
+            frame_ms: 0.0,
+            rounds: 0,
+            elasticity: ByLink { fill: 0.0, transform: -3.0, bus: 40.0, cpu: 1.0 },
+            interval: ByLink { fill: nothing, transform: nothing, bus: nothing, cpu: nothing },
+            relief: vec![Relief {
+                stage: "frustum".to_owned(),
+                predicted_percent: 278.0,
+                measured_percent: -20.0,
+                interval_percent: [-30.0, -10.0],
+            }],
+        };
+        let drawn = picture(&profile);
+        assert!(drawn.contains("&lt;script&gt;") && drawn.contains("a &amp; b"));
+        assert!(!drawn.contains("<script>") && !drawn.contains("inf") && !drawn.contains("NaN"));
+        let widths = drawn.split("width=\"").skip(1).filter_map(|s| s.split('"').next());
+        for width in widths.map(|w| w.parse::<f64>().unwrap()) {
+            assert!((0.0..=WIDTH).contains(&width), "{width}");
+        }
+    }
+}

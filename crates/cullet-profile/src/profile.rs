@@ -134,8 +134,11 @@ impl Profile {
             let _ = writeln!(out, "\nculling       predicted    measured");
             for own in &self.relief {
                 let Relief { stage, predicted_percent: p, measured_percent: m, .. } = own;
-                let _ =
-                    writeln!(out, "  {stage:11} {p:6.0} %     {m:6.0} %   {:.2} times as fast", own.factor());
+                let _ = writeln!(
+                    out,
+                    "  {stage:11} {p:6.0} %     {m:6.0} %   {:.2} times as fast",
+                    own.factor()
+                );
             }
         }
         let _ = writeln!(out, "\n{}", self.verdict());
@@ -205,10 +208,7 @@ mod tests {
         );
         assert_eq!(profile("cpu", vec![]).verdict(), "you are cpu limited");
         let nothing = vec![relief("frustum", 0.5), relief(ALL, -25.0)];
-        assert_eq!(
-            profile("mixed", nothing).verdict(),
-            "no link stands out, all of it 0.8 times"
-        );
+        assert_eq!(profile("mixed", nothing).verdict(), "no link stands out, all of it 0.8 times");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use cullet_gpu::{Gpu, GpuError};
 use wgpu::*;
 
+use super::drawing::target;
 use super::link::{Link, Way};
 use super::measure::Workload;
 
@@ -40,8 +41,8 @@ impl Amounts {
             upload: 0,
         };
         match link {
-            Link::Fill => Self { triangles: 4, covers: true, fragment_loops: 64, ..little },
-            Link::Transform => Self { triangles: 1 << 16, vertex_loops: 256, ..little },
+            Link::Fill => Self { triangles: 4, covers: true, fragment_loops: 24, ..little },
+            Link::Transform => Self { triangles: 1 << 16, vertex_loops: 64, ..little },
             Link::Bus => Self { upload: 64 << 20, ..little },
             Link::Cpu => Self { draws: 50_000, instances: 0, ..little },
         }
@@ -67,9 +68,11 @@ struct Loops {
 pub struct Proof {
     amounts: Amounts,
     pipeline: RenderPipeline,
+    /// Where no pixel passes the depth test.
+    unseen: RenderPipeline,
     loops: BindGroup,
     /// As large as it is, and of twice the area.
-    targets: [TextureView; 2],
+    targets: [[TextureView; 2]; 2],
     uploads: [Buffer; 2],
     data: Vec<u8>,
     /// Another each frame, so that no frame's upload is that of the one before.
@@ -85,26 +88,57 @@ impl Proof {
             label: Some("proof"),
             source: ShaderSource::Wgsl(include_str!("proof.wgsl").into()),
         });
-        let pipeline = device.create_render_pipeline(&RenderPipelineDescriptor {
+        let layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor {
             label: Some("proof"),
-            layout: None,
-            vertex: VertexState {
-                module: &module,
-                entry_point: None,
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            fragment: Some(FragmentState {
-                module: &module,
-                entry_point: None,
-                compilation_options: Default::default(),
-                targets: &[Some(TextureFormat::Rgba8Unorm.into())],
-            }),
-            primitive: PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            multiview_mask: None,
-            cache: None,
+            entries: &[BindGroupLayoutEntry {
+                binding: 0,
+                visibility: ShaderStages::VERTEX_FRAGMENT,
+                ty: BindingType::Buffer {
+                    ty: BufferBindingType::Uniform,
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
+        });
+        let of_all = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: Some("proof"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let [pipeline, unseen] = [CompareFunction::Always, CompareFunction::Never].map(|compare| {
+            device.create_render_pipeline(&RenderPipelineDescriptor {
+                label: Some("proof"),
+                layout: Some(&of_all),
+                vertex: VertexState {
+                    module: &module,
+                    entry_point: None,
+                    compilation_options: Default::default(),
+                    buffers: &[],
+                },
+                fragment: Some(FragmentState {
+                    module: &module,
+                    entry_point: None,
+                    compilation_options: Default::default(),
+                    targets: &[Some(ColorTargetState {
+                        format: TextureFormat::Rgba8Unorm,
+                        // Of opaque layers a device may fill the last alone.
+                        blend: Some(BlendState::ALPHA_BLENDING),
+                        write_mask: ColorWrites::ALL,
+                    })],
+                }),
+                primitive: PrimitiveState::default(),
+                depth_stencil: Some(DepthStencilState {
+                    format: TextureFormat::Depth32Float,
+                    depth_write_enabled: Some(false),
+                    depth_compare: Some(compare),
+                    stencil: Default::default(),
+                    bias: Default::default(),
+                }),
+                multisample: Default::default(),
+                multiview_mask: None,
+                cache: None,
+            })
         });
         let buffer = |size, usage| {
             let label = Some("proof");
@@ -122,38 +156,34 @@ impl Proof {
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&own));
         let loops = device.create_bind_group(&BindGroupDescriptor {
             label: Some("proof"),
-            layout: &pipeline.get_bind_group_layout(0),
+            layout: &layout,
             entries: &[BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
         });
         let targets = [SIZE, (f64::from(SIZE) * std::f64::consts::SQRT_2) as u32].map(|side| {
-            let texture = device.create_texture(&TextureDescriptor {
-                label: Some("proof"),
-                size: Extent3d { width: side, height: side, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: TextureDimension::D2,
-                format: TextureFormat::Rgba8Unorm,
-                usage: TextureUsages::RENDER_ATTACHMENT,
-                view_formats: &[],
-            });
-            texture.create_view(&TextureViewDescriptor::default())
+            [TextureFormat::Rgba8Unorm, TextureFormat::Depth32Float]
+                .map(|format| target(device, [side; 2], format))
         });
         let uploads = [(); 2].map(|()| buffer(amounts.upload.max(4), BufferUsages::STORAGE));
         let data = vec![0; amounts.upload as usize];
-        Self { amounts, pipeline, loops, targets, uploads, data, stamp: 0 }
+        Self { amounts, pipeline, unseen, loops, targets, uploads, data, stamp: 0 }
     }
 
     fn record(&self, gpu: &Gpu, way: Way) -> CommandBuffer {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let [colour, depth] = &self.targets[usize::from(way.doubles(Link::Fill))];
         let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
             label: Some("proof"),
             color_attachments: &[Some(RenderPassColorAttachment {
-                view: &self.targets[usize::from(way.doubles(Link::Fill))],
+                view: colour,
                 depth_slice: None,
                 resolve_target: None,
                 ops: Operations { load: LoadOp::Clear(Color::BLACK), store: StoreOp::Store },
             })],
-            depth_stencil_attachment: None,
+            depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
+                view: depth,
+                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
+                stencil_ops: None,
+            }),
             timestamp_writes: None,
             occlusion_query_set: None,
             multiview_mask: None,
@@ -161,7 +191,7 @@ impl Proof {
         pass.set_pipeline(&self.pipeline);
         self.draw(&mut pass, self.amounts.instances);
         if let Some(instances) = way.again(self.amounts.instances) {
-            pass.set_scissor_rect(0, 0, 1, 1);
+            pass.set_pipeline(&self.unseen);
             self.draw(&mut pass, instances);
         }
         drop(pass);

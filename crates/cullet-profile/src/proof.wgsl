@@ -28,5 +28,5 @@ fn vs(@builtin(vertex_index) i: u32) -> Varying {
 fn fs(own: Varying) -> @location(0) vec4<f32> {
     var shade = own.shade;
     for (var n = 0u; n < loops.fragment; n++) { shade = shade * loops.zero + sin(own.position.x + shade); }
-    return vec4<f32>(shade, shade, shade, 1.0);
+    return vec4<f32>(shade, shade, shade, 0.5);
 }
