@@ -140,6 +140,9 @@ impl Drawing {
         });
         let shaded = |faces, blended| &self.pipelines[&Look::Shaded { faces, blended }];
         self.draw(&mut pass, view, list, shaded, |instances| instances);
+        if way == Way::VerticesAgain {
+            pass.set_scissor_rect(0, 0, 1, 1);
+        }
         if way.again(1).is_some() {
             let unseen = |faces, _| &self.pipelines[&Look::Unseen { faces }];
             self.draw(&mut pass, view, list, unseen, |n| way.again(n).unwrap_or(0));

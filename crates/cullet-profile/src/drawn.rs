@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cullet::{Culler, DrawList, Scene, View, ViewState, Visible};
+use cullet::{Backface, Culler, DrawList, Output, Scene, View, ViewState, Visible};
 use cullet_gpu::{Gpu, GpuError};
 use wgpu::SubmissionIndex;
 
@@ -70,7 +70,14 @@ impl<'a> Drawn<'a> {
     pub fn work(&mut self, gpu: &Gpu, culler: usize) -> Result<Work, GpuError> {
         /// So often each frame is made, for its time.
         const TURNS: usize = 5;
-        let mut sum = [0.0; 4];
+        let mut sum = Work::default();
+        let own = &self.cullers[culler].culler;
+        let on_screen = Culler {
+            frustum: true,
+            backface: if own.backface == Backface::Off { Backface::Fast } else { own.backface },
+            output: Output::Triangles,
+            ..own.clone()
+        };
         for number in 0..self.views.len() {
             let view = &self.views[number];
             let seconds = (0..TURNS).map(|_| {
@@ -87,11 +94,17 @@ impl<'a> Drawn<'a> {
                 .iter()
                 .map(|c| u64::from(c.index_count / 3) * u64::from(c.instance_count))
                 .sum();
-            let bytes = Drawing::bytes(&self.list);
-            let own = [samples as f64, triangles as f64, bytes as f64, seconds];
-            sum.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+            let mut shown = Visible::default();
+            on_screen.cull_one(self.scene, view, &mut ViewState::default(), &mut shown);
+            sum = sum.plus(&Work {
+                samples: samples as f64,
+                on_screen: shown.triangle_count as f64,
+                triangles: triangles as f64,
+                bytes: Drawing::bytes(&self.list) as f64,
+                seconds,
+            });
         }
-        Ok(sum.map(|sum| sum / self.views.len().max(1) as f64))
+        Ok(sum.times(1.0 / self.views.len().max(1) as f64))
     }
 
     fn cull(&mut self, culler: usize, number: usize) {

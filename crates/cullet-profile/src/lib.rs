@@ -33,4 +33,4 @@ pub use measure::{Effort, Times, Workload};
 pub use picture::picture;
 pub use profile::{ByLink, Profile};
 pub use proof::{Amounts, Proof};
-pub use relief::{Relief, Work, predicted};
+pub use relief::{Relief, Waits, Work, predicted};

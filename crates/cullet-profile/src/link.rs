@@ -42,6 +42,8 @@ pub enum Way {
     /// With each draw again, of no instance: what recording and handing in the draws of a doubled
     /// [transform](Link::Transform) takes, which is none of its work.
     EmptyDraws,
+    /// With each draw again into a single pixel: of a doubled transform the vertices alone.
+    VerticesAgain,
     /// With another culler, by its number.
     Culled(usize),
 }
@@ -57,7 +59,7 @@ impl Way {
     #[must_use]
     pub fn again(self, instances: u32) -> Option<u32> {
         match self {
-            Self::Doubled(Link::Transform) => Some(instances),
+            Self::Doubled(Link::Transform) | Self::VerticesAgain => Some(instances),
             Self::EmptyDraws => Some(0),
             _ => None,
         }

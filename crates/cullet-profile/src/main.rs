@@ -12,7 +12,7 @@ use cullet_command::files::{replace, write_json};
 use cullet_command::{inputs, program};
 use cullet_gpu::{Gpu, GpuError};
 use cullet_profile::{
-    Amounts, Drawn, Effort, Link, Profile, Proof, Relief, Times, Way, Workload, picture,
+    Amounts, Drawn, Effort, Link, Profile, Proof, Relief, Times, Waits, Way, Workload, picture,
 };
 
 /// Names the slowest link of a frame, and the culling that relieves it
@@ -95,12 +95,12 @@ fn of_scene(gpu: &Gpu, args: &ProfileArgs, console: &Console) -> Result<Profile,
     }
     drop(bar);
     let times = measure(gpu, &mut frames, others.len(), args, console)?;
-    let (elasticity, seconds) = (times.elasticities(), times.seconds(Way::Plain));
+    let waits = Waits::of(&times);
     let mut profile = Profile::new(&model.name, &gpu.adapter.get_info(), &times);
     for (at, (name, _)) in others.iter().enumerate() {
         let change = times.change(Way::Plain, Way::Culled(at));
         let work = (&works[0], &works[at + 1]);
-        profile.relief.push(Relief::new(name, (&elasticity, seconds), work, &change));
+        profile.relief.push(Relief::new(name, &waits, work, &change));
     }
     Ok(profile)
 }

@@ -55,7 +55,7 @@ impl Times {
         effort: Effort,
         mut go_on: impl FnMut() -> bool,
     ) -> Result<Self, GpuError> {
-        let own = [Way::Plain, Way::EmptyDraws].into_iter();
+        let own = [Way::Plain, Way::EmptyDraws, Way::VerticesAgain].into_iter();
         let links = Link::ALL.map(Way::Doubled);
         let ways: Vec<Way> = own.chain(links).chain((0..cullers).map(Way::Culled)).collect();
         // Pipelines and buffers are made, clocks settle.
@@ -103,6 +103,12 @@ impl Times {
             let without = if link == Link::Transform { Way::EmptyDraws } else { Way::Plain };
             self.change(without, Way::Doubled(link))
         })
+    }
+
+    /// Of the elasticity of the transform what is of triangles that reach the screen, and not of vertices.
+    #[must_use]
+    pub fn set_up(&self) -> Elasticity {
+        self.change(Way::VerticesAgain, Way::Doubled(Link::Transform))
     }
 
     /// By how much of a plain frame one way takes longer than another.

@@ -33,12 +33,13 @@ pub fn picture(profile: &Profile) -> String {
          font-family=\"sans-serif\" font-size=\"14\" fill=\"{}\">\n",
         hex(INK)
     );
-    let title = format!("{}: {}", profile.scene, profile.verdict());
-    let _ = writeln!(out, "<title>{}</title>", escape(&title));
+    let Profile { scene, frame_ms, adapter, .. } = profile;
+    let verdict = profile.verdict();
+    let _ = writeln!(out, "<title>{}: {}</title>", escape(scene), escape(&verdict));
     let _ = writeln!(out, "<rect width=\"{WIDTH}\" height=\"{height}\" fill=\"{}\"/>", hex(PAPER));
-    text(&mut out, [LEFT, 32.0], "font-size=\"18\"", &title);
-    let device = format!("{:.2} ms a frame on {}", profile.frame_ms, profile.adapter);
-    text(&mut out, [LEFT, 56.0], &fill(DROPPED), &device);
+    text(&mut out, [LEFT, 32.0], "font-size=\"17\"", &verdict);
+    let what = format!("{scene}, {frame_ms:.2} ms a frame on {adapter}");
+    text(&mut out, [LEFT, 56.0], &fill(DROPPED), &what);
     for (at, (name, does, links)) in STAGES.iter().enumerate() {
         let x = LEFT + at as f64 * (BOX + GAP);
         stage(&mut out, profile, [x, 80.0], (name, does, links));
@@ -98,7 +99,7 @@ fn reliefs(out: &mut String, profile: &Profile, top: f64) {
     }
     text(out, [LEFT, top], "font-weight=\"bold\"", "culling, and what of a frame it takes away");
     let (bars, long) = (LEFT + 110.0, 400.0);
-    let key = [("measured", PROVED, 210.0), ("predicted", UNSEEN, 310.0)];
+    let key = [("measured", PROVED, 310.0), ("predicted", UNSEEN, 420.0)];
     for (word, color, at) in key {
         rect(out, [bars + at, top - 10.0], [12.0, 12.0], color);
         text(out, [bars + at + 18.0, top], "", word);

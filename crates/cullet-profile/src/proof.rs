@@ -191,6 +191,9 @@ impl Proof {
         pass.set_pipeline(&self.pipeline);
         self.draw(&mut pass, self.amounts.instances);
         if let Some(instances) = way.again(self.amounts.instances) {
+            if way == Way::VerticesAgain {
+                pass.set_scissor_rect(0, 0, 1, 1);
+            }
             pass.set_pipeline(&self.unseen);
             self.draw(&mut pass, instances);
         }
