@@ -63,6 +63,9 @@ const OTHERS: &[(&str, &str)] = &[
     ("cut-solids.png", "cut solids --plane 0,0,1,0 --cap --size 960x540"),
 ];
 
+/// The chain of a frame, timed on this machine: the file, and what follows `cullet-profile` to draw it.
+const CHAIN: (&str, &str) = ("profile.svg", "profile city --already frustum");
+
 /// Pictures of the viewer's window: a file, its scene, and the state that it shows.
 const WINDOWS: &[(&str, &str, &str)] = &[
     ("viewer-city.png", "city", "layout=split&ghosts.form=solid"),
@@ -90,6 +93,7 @@ pub(crate) fn draw() -> Done {
     let folder = root().join(FOLDER);
     fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     draw_pictures(&folder)?;
+    draw_chain(&folder)?;
     draw_windows(&folder)?;
     web::picture("city", "", &folder.join(PAGE))?;
     all_there()
@@ -108,6 +112,21 @@ fn draw_pictures(folder: &Path) -> Done {
         run(command(&cargo_program(), &words))?;
     }
     Ok(())
+}
+
+fn draw_chain(folder: &Path) -> Done {
+    if !graphics::is_there() {
+        let words = install_words(graphics::DEBIAN);
+        println!("skipped: {} is as it was; {words}", CHAIN.0);
+        return Ok(());
+    }
+    let out = folder.join(CHAIN.0);
+    let out = out.to_string_lossy();
+    let mut words = vec!["run", "--quiet", "--release", "--package", "cullet-profile", "--"];
+    words.push("--quiet");
+    words.extend(CHAIN.1.split(' '));
+    words.extend_from_slice(&["--out", &out]);
+    run(command(&cargo_program(), &words))
 }
 
 /// Draws the viewer's window on a virtual screen, so that no desktop's scale or theme is in the
@@ -157,7 +176,7 @@ pub(crate) fn all_there() -> Done {
             shown.extend(link.rsplit('/').next().map(str::to_owned));
         }
     }
-    let commands = PICTURES.iter().chain(OTHERS).map(|(file, _)| file);
+    let commands = PICTURES.iter().chain(OTHERS).chain([&CHAIN]).map(|(file, _)| file);
     let mut drawn = commands.chain(WINDOWS.iter().map(|(file, ..)| file));
     match drawn.find(|file| !shown.iter().any(|s| s == *file)) {
         Some(file) => Err(format!("{FOLDER}/{file} is drawn, but no page shows it")),

@@ -1,7 +1,9 @@
 //! The command line.
 
 use clap::{Parser, Subcommand};
-use cullet_command::args::{BAKE_HELP, BakeArgs, SIMPLIFY_HELP, SimplifyArgs};
+use cullet_command::args::{
+    BAKE_HELP, BakeArgs, PROFILE_HELP, ProfileArgs, SIMPLIFY_HELP, SimplifyArgs,
+};
 use cullet_measure::bench::BenchArgs;
 use cullet_measure::calibrate::{self, CalibrateArgs};
 use cullet_measure::reproduce::ReproduceArgs;
@@ -51,6 +53,7 @@ Examples
   cullet cells house.glb --cells rooms.glb -o out.glb
                                              cells and portals from the volumes of its rooms
   cullet pvs map.prt -o map.cpvs             which cells of a map see each other, and what proves it
+  cullet profile model.glb                   which link of a frame is the slowest, and which culling helps
   cullet view model.glb                      a window: turn it, freeze it, click what is missing
   cullet serve model.glb                     the same as a page, on localhost
   cullet bench                               the batch tests against this machine's streaming rate
@@ -147,6 +150,9 @@ pub(crate) enum Command {
     /// Write a scene as triangles, boxes and views for comparing occlusion cullers
     #[command(after_help = occscn::HELP)]
     Occscn(Box<OccscnArgs>),
+    /// Name the slowest link of a frame, and the culling that relieves it
+    #[command(after_help = PROFILE_HELP)]
+    Profile(Box<ProfileArgs>),
     /// Show a scene in a window: what is culled, and why
     #[command(after_help = view::HELP)]
     View(WindowArgs),

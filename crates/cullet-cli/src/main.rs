@@ -4,7 +4,6 @@
 mod args;
 mod backfaces;
 mod baked;
-mod baker;
 mod bounds;
 mod cells;
 mod check_occlusion;
@@ -61,19 +60,20 @@ fn run(cli: &Cli) -> Outcome {
         Command::Replay(args) => replay::run(args, &console(args.json.as_deref())),
         Command::Info(args) => info::run(args, &console(args.json.as_deref())),
         Command::Scenes(args) => scenes::run(args, &console(args.json.as_deref())),
-        Command::Bench(args) if args.is_of_levels() => baker::run("bench", cli.quiet),
+        Command::Bench(args) if args.is_of_levels() => peer::BAKER.hand_on("bench", cli.quiet),
         Command::Bench(args) => bench::run(args, &levels::load_with, &console(args.json())),
         Command::Reproduce(args) => reproduce::run(args, &levels::load_with, &console(args.json())),
         Command::Calibrate(args) => calibrate::run(args, &console(args.json())),
         Command::Cut(args) => cut::run(args, &console(args.json.as_deref())),
-        Command::Bake(_) => baker::run("bake", cli.quiet),
-        Command::Simplify(_) => baker::run("simplify", cli.quiet),
+        Command::Bake(_) => peer::BAKER.hand_on("bake", cli.quiet),
+        Command::Simplify(_) => peer::BAKER.hand_on("simplify", cli.quiet),
         Command::Occluders(args) => occluders::run(args, &console(args.json.as_deref())),
         Command::Occscn(args) => occscn::run(args, &console(None)),
         Command::View(args) => view::run(args),
         Command::Serve(args) => serve::run(args),
         Command::Cells(args) => cells::run(args, &console(args.json.as_deref())),
         Command::Pvs(args) => pvs::run(args, &console(args.json.as_deref())),
+        Command::Profile(_) => peer::PROFILER.hand_on("profile", cli.quiet),
         Command::Picture(args) => picture::run(args, &console(None)),
     }
 }

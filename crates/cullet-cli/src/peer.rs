@@ -17,7 +17,25 @@ pub(crate) struct Peer {
     pub(crate) what: &'static str,
     /// A value of it, as an example.
     pub(crate) example: &'static str,
+    /// What building it takes besides Rust.
+    pub(crate) needs: &'static str,
 }
+
+/// The program that bakes levels of detail.
+pub(crate) const BAKER: Peer = Peer {
+    name: "cullet-baker",
+    what: "the baker",
+    example: "simplify city --error 0.001",
+    needs: "a C++ compiler",
+};
+
+/// The program that draws on a graphics device and times that.
+pub(crate) const PROFILER: Peer = Peer {
+    name: "cullet-profile",
+    what: "the profiler",
+    example: "profile city",
+    needs: "some minutes",
+};
 
 impl Peer {
     /// Starts it and ends when it does.
@@ -39,6 +57,12 @@ impl Peer {
         self.run(args)
     }
 
+    /// As [`run_or_build`](Self::run_or_build), with this program's own command line from a command on.
+    pub(crate) fn hand_on(&self, command: &str, quiet: bool) -> Outcome {
+        let args = std::env::args_os().skip(1);
+        self.run_or_build(&handed_on(args, command, quiet), quiet)
+    }
+
     /// As [`run_or_build`](Self::run_or_build), for a step of another command: only its errors are shown.
     pub(crate) fn work(&self, args: &[OsString], quiet: bool) -> Outcome {
         self.be_there(quiet)?;
@@ -57,11 +81,11 @@ impl Peer {
     }
 
     fn build(&self, checkout: &Checkout, quiet: bool) -> Result<(), Failure> {
-        let Self { name, what, .. } = self;
+        let Self { name, what, needs, .. } = self;
         if !quiet {
             let _ = writeln!(
                 std::io::stderr().lock(),
-                "{what} '{name}' is built now, once, with a C++ compiler: cargo build --profile {} -p {name}",
+                "{what} '{name}' is built now, once, which takes {needs}: cargo build --profile {} -p {name}",
                 checkout.profile
             );
         }
@@ -82,7 +106,7 @@ impl Peer {
         match built {
             Ok(status) if status.success() => Ok(()),
             Ok(_) => Err(Failure::input(format!(
-                "{what} '{name}' cannot be built: cargo has said why. It needs a C++ compiler besides Rust"
+                "{what} '{name}' cannot be built: cargo has said why. It takes {needs} besides Rust"
             ))),
             Err(e) => {
                 let missing = self.missing().message;
@@ -109,7 +133,7 @@ impl Peer {
     }
 
     fn missing(&self) -> Failure {
-        let Self { name, what, example } = self;
+        let Self { name, what, example, .. } = self;
         Failure::input(format!(
             "{what} '{name}' is neither beside this program nor in PATH. Build it in the folder of the \
              source:\n  cargo build --release -p {name}\nor let cargo start it:\n  cargo run --release -p \
@@ -154,11 +178,22 @@ impl Checkout {
     }
 }
 
+/// The command and what follows it; what stands before it is said by `quiet`.
+fn handed_on(args: impl Iterator<Item = OsString>, command: &str, quiet: bool) -> Vec<OsString> {
+    let silence = quiet.then(|| "--quiet".into());
+    silence.into_iter().chain(args.skip_while(|a| a != command).filter(|a| !is_quiet(a))).collect()
+}
+
+fn is_quiet(arg: &OsString) -> bool {
+    arg == "--quiet" || arg == "-q"
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const PEER: Peer = Peer { name: "cullet-peer", what: "the peer", example: "city" };
+    const PEER: Peer =
+        Peer { name: "cullet-peer", what: "the peer", example: "city", needs: "time" };
 
     #[test]
     fn the_peer_beside_goes_before_that_in_the_path() {
@@ -201,5 +236,17 @@ mod tests {
         let told = PEER.missing();
         assert_eq!(told.exit, Exit::Input);
         assert!(told.message.contains("cargo build --release -p cullet-peer"));
+    }
+
+    #[test]
+    fn the_command_is_handed_on_with_what_follows() {
+        let args = |line: &str| -> Vec<OsString> { line.split(' ').map(OsString::from).collect() };
+        let handed = |line| handed_on(args(line).into_iter(), "simplify", true);
+        let handed_first = handed("-q simplify a.glb --error 0.1 -o b.ply");
+        assert_eq!(handed_first, args("--quiet simplify a.glb --error 0.1 -o b.ply"));
+        assert_eq!(
+            handed("simplify simplify -q --error 1"),
+            args("--quiet simplify simplify --error 1")
+        );
     }
 }

@@ -9,7 +9,8 @@ use cullet_command::exit::Outcome;
 
 use crate::peer::Peer;
 
-const SERVER: Peer = Peer { name: "cullet-serve", what: "the server", example: "city" };
+const SERVER: Peer =
+    Peer { name: "cullet-serve", what: "the server", example: "city", needs: "some minutes" };
 
 pub(crate) const HELP: &str = "\
 The server is a program of its own, cullet-serve, looked for beside this program and then in PATH. The

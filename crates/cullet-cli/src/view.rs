@@ -7,7 +7,8 @@ use cullet_command::exit::Outcome;
 
 use crate::peer::Peer;
 
-const VIEWER: Peer = Peer { name: "cullet-viewer", what: "the viewer", example: "city" };
+const VIEWER: Peer =
+    Peer { name: "cullet-viewer", what: "the viewer", example: "city", needs: "some minutes" };
 
 pub(crate) const HELP: &str = "\
 The viewer is a program of its own, so that building this one stays quick. It is looked for beside this

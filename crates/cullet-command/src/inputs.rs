@@ -361,12 +361,18 @@ pub fn culling_words(args: &CullArgs, scene: &Scene) -> Vec<String> {
         },
         stage => stage.name().to_owned(),
     };
+    stages(args, scene).map(words).collect()
+}
+
+/// The stages that are on and have something to go by in a scene, in the order in which they run.
+pub fn stages(args: &CullArgs, scene: &Scene) -> impl Iterator<Item = Stage> {
+    let culler = culler(args);
     let has = |stage: Stage| match stage {
         Stage::Pvs => scene.visible_sets().is_some(),
         Stage::Portal => scene.cell_graph().is_some_and(|graph| !graph.portals().is_empty()),
         _ => true,
     };
-    Stage::ALL.into_iter().filter(|&stage| culler.runs(stage) && has(stage)).map(words).collect()
+    Stage::ALL.into_iter().filter(move |&stage| culler.runs(stage) && has(stage))
 }
 
 /// The colours of a model's materials.

@@ -15,7 +15,7 @@ use cullet_io::Model;
 use cullet_measure::Wanted;
 
 use super::cache;
-use crate::baker::BAKER;
+use crate::peer::BAKER;
 
 /// Loads a scene as [`inputs::load`] does; where levels of detail are drawn, [with some](load_with).
 ///

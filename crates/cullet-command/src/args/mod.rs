@@ -2,12 +2,14 @@
 
 mod bake;
 mod cull;
+mod profile;
 mod scene;
 mod simplify;
 mod view;
 
 pub use bake::{BAKE_HELP, BakeArgs, LEVELS_VERSION};
 pub use cull::{CullArgs, OccluderKind, PRESETS, Preset};
+pub use profile::{Already, PROFILE_HELP, ProfileArgs};
 pub use scene::SceneArgs;
 pub use simplify::{LOD_BENCH_HELP, LodBenchArgs, SIMPLIFY_HELP, SimplifyArgs};
 pub use view::{PictureViewArgs, ViewArgs};
