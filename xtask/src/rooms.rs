@@ -16,14 +16,8 @@ const CRATES: &[&[&str]] = &[
     &["cullet-methods", "cullet-testkit"],
     &["cullet-bake", "cullet-draw", "cullet-io"],
     &["cullet-command", "cullet-cut", "cullet-gpu"],
-    &[
-        "cullet-baker",
-        "cullet-browser",
-        "cullet-cli",
-        "cullet-profile",
-        "cullet-serve",
-        "cullet-viewer",
-    ],
+    &["cullet-browser", "cullet-measure"],
+    &["cullet-baker", "cullet-cli", "cullet-profile", "cullet-serve", "cullet-viewer"],
 ];
 
 /// The rooms of the engine, from the ground up. One may name those of lower floors, and of its own where no circle
