@@ -1,6 +1,7 @@
 //! What the CPU lists of many scenes and views, and, where there is a device, that it lists the same.
 //!
-//! `cargo run --release -p cullet-browser --example lists`; `WGPU_BACKEND=gl` asks OpenGL.
+//! `cargo run --release -p cullet-browser --example lists`; `WGPU_BACKEND=gl` asks OpenGL. With `CULLET_REQUIRE_GPU` set there must be a
+//! device.
 
 use cullet_browser::{answers, least, report};
 use cullet_gpu::{GpuError, Passes, wait};
@@ -8,7 +9,7 @@ use cullet_gpu::{GpuError, Passes, wait};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gpu = match wait(least()) {
         Ok(gpu) => gpu,
-        Err(why @ GpuError::NoAdapter(_)) => {
+        Err(why @ GpuError::NoAdapter(_)) if std::env::var_os("CULLET_REQUIRE_GPU").is_none() => {
             eprintln!("by the CPU alone: {why}");
             println!("{}", report(&wait(answers(None))?)?);
             return Ok(());
