@@ -137,7 +137,8 @@ impl Culling {
         Ok(!same)
     }
 
-    /// Uploads what the passes need to know of a view, drawn with so many samples a pixel. To be called once between two submissions.
+    /// Uploads what the passes need to know of a view, drawn with so many samples a pixel. Where views are moved by parts of a pixel from
+    /// frame to frame, it is the moved one that is drawn. To be called once between two submissions.
     ///
     /// # Errors
     /// If the view has more planes than can be.

@@ -13,13 +13,14 @@ use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipel
 use super::error::GpuError;
 use super::instances::InstanceBits;
 use super::planes::BlockPlanes;
-use super::pyramid::{Pyramid, PyramidPass};
+use super::pyramid::{Pyramid, PyramidPass, of_depths};
 
 /// The pipeline that tests instances against a pyramid: five storage buffers and a texture, no optional feature.
 #[derive(Debug)]
 pub struct OcclusionPass {
     layout: BindGroupLayout,
-    late: ComputePipeline,
+    /// Of depth of one sample a pixel and of several.
+    late: [ComputePipeline; 2],
 }
 
 /// What one view sees: a bit a slot, and what the test of it needs.
@@ -66,11 +67,14 @@ impl OcclusionPass {
             Access::Uniform,
         ];
         let layout = buffers_layout(device, "occlusion", &ACCESS);
-        let source =
-            concat!(include_str!("shaders/boxes.wgsl"), include_str!("shaders/occlusion.wgsl"));
-        let layouts = [&layout, pyramid.reading()];
         let constants = [("CLAMPED", f64::from(u8::from(clamped)))];
-        let [late] = pipelines(device, "occlusion", source, &layouts, &constants, ["late"]);
+        let late = |source, has_several| {
+            let layouts = [&layout, pyramid.depth(has_several), pyramid.levels()];
+            let [late] = pipelines(device, "occlusion", source, &layouts, &constants, ["late"]);
+            late
+        };
+        let [one, many] = of_depths!("shaders/boxes.wgsl", "shaders/occlusion.wgsl");
+        let late = [late(one, false), late(many, true)];
         Self { layout, late }
     }
 
@@ -88,8 +92,10 @@ impl OcclusionPass {
             timestamp_writes: None,
         });
         pass.set_bind_group(0, &to.group, &[]);
-        pass.set_bind_group(1, pyramid.reading(), &[]);
-        dispatch_rows(&mut pass, &self.late, planes.in_use().len() as u32);
+        pass.set_bind_group(1, pyramid.depth(), &[]);
+        pass.set_bind_group(2, pyramid.levels(), &[]);
+        let late = &self.late[usize::from(pyramid.has_several())];
+        dispatch_rows(&mut pass, late, planes.in_use().len() as u32);
     }
 }
 

@@ -41,14 +41,16 @@ pub fn pyramid_ref(depths: &[f32], size: [u32; 2]) -> Vec<Vec<f32>> {
     levels
 }
 
-/// Pipelines that make pyramids.
+/// Pipelines that make pyramids of depth of one sample a pixel, or of several.
 #[derive(Debug)]
 pub struct PyramidPass {
+    /// Of the first level and of the others.
     layouts: [BindGroupLayout; 2],
-    first: ComputePipeline,
+    /// Of one sample and of several.
+    depths: [BindGroupLayout; 2],
+    first: [ComputePipeline; 2],
     next: ComputePipeline,
-    /// For those who test against a pyramid.
-    reading: BindGroupLayout,
+    levels: BindGroupLayout,
 }
 
 /// The pyramid of a picture of one size.
@@ -57,11 +59,24 @@ pub struct Pyramid {
     texture: Texture,
     /// Of the picture.
     size: [u32; 2],
+    samples: u32,
     sizes: Vec<[u32; 2]>,
     /// What makes each level.
     groups: Vec<BindGroup>,
-    reading: BindGroup,
+    depth: BindGroup,
+    levels: BindGroup,
 }
+
+/// Shaders that read depth: of one sample a pixel, and of several.
+macro_rules! of_depths {
+    ($($file:literal),*) => {
+        [
+            concat!(include_str!("shaders/depth_one.wgsl"), $(include_str!($file)),*),
+            concat!(include_str!("shaders/depth_many.wgsl"), $(include_str!($file)),*),
+        ]
+    };
+}
+pub(crate) use of_depths;
 
 fn view_entry(binding: u32, view: &TextureView) -> BindGroupEntry<'_> {
     BindGroupEntry { binding, resource: BindingResource::TextureView(view) }
@@ -77,36 +92,49 @@ impl PyramidPass {
             ty,
             count: None,
         };
-        let texture = |sample_type| BindingType::Texture {
+        let texture = |sample_type, multisampled| BindingType::Texture {
             sample_type,
             view_dimension: TextureViewDimension::D2,
-            multisampled: false,
+            multisampled,
         };
         let store = BindingType::StorageTexture {
             access: StorageTextureAccess::WriteOnly,
             format: TextureFormat::R32Float,
             view_dimension: TextureViewDimension::D2,
         };
-        let source = include_str!("shaders/pyramid.wgsl");
-        let make = |name, entries: &[BindGroupLayoutEntry]| {
-            let own = layout(device, name, entries);
-            let [pipeline] = pipelines(device, "pyramid", source, &[&own], &[], [name]);
-            (own, pipeline)
+        let of_level = texture(TextureSampleType::Float { filterable: false }, false);
+        let used = Access::Uniform.entry(0, ShaderStages::COMPUTE);
+        let layouts = [
+            layout(device, "first level", &[used, entry(1, store)]),
+            layout(device, "next level", &[used, entry(1, store), entry(2, of_level)]),
+        ];
+        let depths = [false, true].map(|many| {
+            layout(device, "depth", &[entry(0, texture(TextureSampleType::Depth, many))])
+        });
+        let [one, many] = of_depths!("shaders/pyramid.wgsl");
+        let make = |source, layouts: &[&BindGroupLayout], name| {
+            let [made] = pipelines(device, "pyramid", source, layouts, &[], [name]);
+            made
         };
-        let levels = texture(TextureSampleType::Float { filterable: false });
-        let depth = entry(0, texture(TextureSampleType::Depth));
-        let used = Access::Uniform.entry(3, ShaderStages::COMPUTE);
-        let (of_depth, first) = make("first", &[depth, entry(2, store), used]);
-        let (of_level, next) = make("next", &[entry(1, levels), entry(2, store), used]);
-        let depth = entry(1, texture(TextureSampleType::Depth));
-        let reading = layout(device, "pyramid", &[entry(0, levels), depth]);
-        Self { layouts: [of_depth, of_level], first, next, reading }
+        let first = [
+            make(one, &[&layouts[0], &depths[0]], "first"),
+            make(many, &[&layouts[0], &depths[1]], "first"),
+        ];
+        let next = make(one, &[&layouts[1]], "next");
+        let levels = layout(device, "levels", &[entry(0, of_level)]);
+        Self { layouts, depths, first, next, levels }
     }
 
-    /// The layout of what a shader needs that tests against a pyramid: all levels, and the depth that they are of.
+    /// The layout of [`Pyramid::levels`].
     #[must_use]
-    pub fn reading(&self) -> &BindGroupLayout {
-        &self.reading
+    pub fn levels(&self) -> &BindGroupLayout {
+        &self.levels
+    }
+
+    /// The layout of [`Pyramid::depth`], of one sample a pixel or of several.
+    #[must_use]
+    pub fn depth(&self, has_several: bool) -> &BindGroupLayout {
+        &self.depths[usize::from(has_several)]
     }
 
     /// Records how a pyramid is made of the depth that it was [made for](Pyramid::new).
@@ -118,15 +146,20 @@ impl PyramidPass {
                 label: Some("pyramid"),
                 timestamp_writes: None,
             });
-            pass.set_pipeline(if level == 0 { &self.first } else { &self.next });
             pass.set_bind_group(0, group, &[]);
+            if level == 0 {
+                pass.set_pipeline(&self.first[usize::from(pyramid.has_several())]);
+                pass.set_bind_group(1, &pyramid.depth, &[]);
+            } else {
+                pass.set_pipeline(&self.next);
+            }
             pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
         }
     }
 }
 
 impl Pyramid {
-    /// Room for the pyramid of a depth texture, reversed, of one sample a pixel, that may be bound.
+    /// Room for the pyramid of a depth texture, reversed, that may be bound. Of several samples a pixel the farthest counts.
     #[must_use]
     pub fn new(device: &Device, pass: &PyramidPass, depth: &Texture) -> Self {
         let sizes = level_sizes([depth.width(), depth.height()]).collect();
@@ -163,36 +196,44 @@ impl Pyramid {
                 ..TextureViewDescriptor::default()
             })
         };
+        let bind = |label, layout, entries: &[BindGroupEntry<'_>]| {
+            device.create_bind_group(&BindGroupDescriptor { label: Some(label), layout, entries })
+        };
+        let group = |number: u32| {
+            let below = number.checked_sub(1);
+            let used = [below.map_or(size, |own| sizes[own as usize]), sizes[number as usize]];
+            let used = device.create_buffer_init(&BufferInitDescriptor {
+                label: Some("used of levels"),
+                contents: bytemuck::cast_slice(&used),
+                usage: BufferUsages::UNIFORM,
+            });
+            let used = BindGroupEntry { binding: 0, resource: used.as_entire_binding() };
+            let above = level(number);
+            let entries = [used, view_entry(1, &above)];
+            match below.map(level) {
+                None => bind("first level", &pass.layouts[0], &entries),
+                Some(below) => {
+                    let [used, above] = entries;
+                    bind("next level", &pass.layouts[1], &[used, above, view_entry(2, &below)])
+                }
+            }
+        };
+        let groups = (0..sizes.len() as u32).map(group).collect();
         let of_depth = depth.create_view(&TextureViewDescriptor {
             aspect: TextureAspect::DepthOnly,
             ..TextureViewDescriptor::default()
         });
-        let group = |number: u32| {
-            let (layout, from, binding) = match number.checked_sub(1) {
-                None => (&pass.layouts[0], &of_depth, 0),
-                Some(below) => (&pass.layouts[1], &level(below), 1),
-            };
-            let below = number.checked_sub(1).map_or(size, |below| sizes[below as usize]);
-            let used = device.create_buffer_init(&BufferInitDescriptor {
-                label: Some("used of levels"),
-                contents: bytemuck::cast_slice(&[below, sizes[number as usize]]),
-                usage: BufferUsages::UNIFORM,
-            });
-            let used = BindGroupEntry { binding: 3, resource: used.as_entire_binding() };
-            device.create_bind_group(&BindGroupDescriptor {
-                label: Some("pyramid"),
-                layout,
-                entries: &[view_entry(binding, from), view_entry(2, &level(number)), used],
-            })
-        };
-        let groups = (0..sizes.len() as u32).map(group).collect();
-        let view = texture.create_view(&TextureViewDescriptor::default());
-        let reading = device.create_bind_group(&BindGroupDescriptor {
-            label: Some("pyramid"),
-            layout: &pass.reading,
-            entries: &[view_entry(0, &view), view_entry(1, &of_depth)],
-        });
-        Self { texture, size, sizes, groups, reading }
+        let samples = depth.sample_count();
+        let depth = bind("depth", pass.depth(samples > 1), &[view_entry(0, &of_depth)]);
+        let all = texture.create_view(&TextureViewDescriptor::default());
+        let levels = bind("levels", &pass.levels, &[view_entry(0, &all)]);
+        Self { texture, size, samples, sizes, groups, depth, levels }
+    }
+
+    /// Whether a pixel of the picture has several samples.
+    #[must_use]
+    pub fn has_several(&self) -> bool {
+        self.samples > 1
     }
 
     /// Width and height of the picture.
@@ -207,10 +248,16 @@ impl Pyramid {
         &self.sizes
     }
 
-    /// All levels, and the depth that they are of, for those who test against them.
+    /// All levels, for those who test against them.
     #[must_use]
-    pub fn reading(&self) -> &BindGroup {
-        &self.reading
+    pub fn levels(&self) -> &BindGroup {
+        &self.levels
+    }
+
+    /// The depth that it is of, for the same.
+    #[must_use]
+    pub fn depth(&self) -> &BindGroup {
+        &self.depth
     }
 
     /// The texture.

@@ -4,7 +4,7 @@
 
 struct Frame {
     size: vec2<f32>,
-    // Half a pixel where a pixel has one sample, in its middle; 0 where it has more.
+    // Half a pixel where what is drawn has one sample a pixel, in its middle; 0 where it has more.
     inset: f32,
     blocks: u32,
 }
@@ -17,9 +17,8 @@ struct Frame {
 @group(0) @binding(3) var<storage, read> passed: array<u32>;
 @group(0) @binding(4) var<storage, read_write> visible: array<u32>;
 @group(0) @binding(5) var<uniform> frame: Frame;
-@group(1) @binding(0) var pyramid: texture_2d<f32>;
-// What it was made of.
-@group(1) @binding(1) var depth: texture_depth_2d;
+// Of the depth in group 1.
+@group(2) @binding(0) var pyramid: texture_2d<f32>;
 
 // Sixteen halves of an ulp of the sum of the terms: four products and their sum take four here, and as many where it is drawn.
 const ERROR = 9.5367431640625e-7;
@@ -67,7 +66,7 @@ fn seen_of(b: GridBox, m: mat4x4<f32>) -> Seen {
 override CLAMPED: bool = false;
 
 fn farthest(texel: vec2<u32>, shift: u32) -> f32 {
-    if shift == 0u { return textureLoad(depth, texel, 0); }
+    if shift == 0u { return depth_of(texel); }
     var at = texel;
     if CLAMPED { at = min(at, max(vec2<u32>(frame.size) >> vec2<u32>(shift), vec2<u32>(1u)) - 1u); }
     return textureLoad(pyramid, at, shift - 1u).r;
@@ -81,8 +80,9 @@ fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
     let top_left = vec2<f32>(seen.low.x, -seen.high.y) * half + half;
     let bottom_right = vec2<f32>(seen.high.x, -seen.low.y) * half + half;
     let last = frame.size - 1.0;
-    let from_pixel = max(floor(top_left + frame.inset - SLACK), vec2<f32>(0.0));
-    let to_pixel = min(floor(bottom_right - frame.inset + SLACK), last);
+    let inset = min(frame.inset, INSET);
+    let from_pixel = max(floor(top_left + inset - SLACK), vec2<f32>(0.0));
+    let to_pixel = min(floor(bottom_right - inset + SLACK), last);
     // It covers no pixel.
     if any(from_pixel > to_pixel) { return true; }
     let first = vec2<u32>(from_pixel);

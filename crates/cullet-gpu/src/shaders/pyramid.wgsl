@@ -7,12 +7,11 @@
 
 struct Used { below: vec2<u32>, above: vec2<u32> }
 
-@group(0) @binding(0) var depth: texture_depth_2d;
-@group(0) @binding(1) var below: texture_2d<f32>;
-@group(0) @binding(2) var above: texture_storage_2d<r32float, write>;
-@group(0) @binding(3) var<uniform> used: Used;
+@group(0) @binding(0) var<uniform> used: Used;
+@group(0) @binding(1) var above: texture_storage_2d<r32float, write>;
+@group(0) @binding(2) var below: texture_2d<f32>;
 
-// The first level, of pixels.
+// The first level, of the pixels of group 1.
 @compute @workgroup_size(8, 8)
 fn first(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= used.above) { return; }
@@ -20,7 +19,7 @@ fn first(@builtin(global_invocation_id) id: vec3<u32>) {
     var far = 1.0;
     for (var i = 0u; i < 4u; i++) {
         let at = min(id.xy * 2u + vec2<u32>(i & 1u, i >> 1u), last);
-        far = min(far, textureLoad(depth, at, 0));
+        far = min(far, depth_of(at));
     }
     textureStore(above, id.xy, vec4<f32>(far, 0.0, 0.0, 0.0));
 }
