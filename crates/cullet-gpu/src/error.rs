@@ -18,7 +18,8 @@ pub enum GpuError {
     },
     /// Something is larger than a buffer may be.
     #[error(
-        "{what}: {bytes} bytes, but a buffer of this device has at most {limit}; draw in parts, or let the CPU decide"
+        "{what}: {bytes} bytes, but a buffer of this device has at most {limit}; open it with the limits of its adapter \
+         (max_buffer_size, max_storage_buffer_binding_size), draw in parts, or let the CPU decide"
     )]
     TooLarge {
         /// What it is.

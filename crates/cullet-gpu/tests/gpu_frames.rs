@@ -4,54 +4,13 @@ mod common;
 
 use cullet::{Camera, Depth, Projection, Scene, Transform, View};
 use cullet_gpu::{Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Phase, Pyramid, Tier};
-use cullet_io::paths::{Overrides, PathSpec, views};
-use cullet_io::scenes;
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
 use cullet_testkit::views::{look, mixed_view};
 
 use common::stage::{Stage, Way, able, assert_same, is_set, walk, wrong};
 
-const SIZES: [[u32; 2]; 12] = [
-    [1, 1],
-    [1, 64],
-    [3, 2],
-    [17, 31],
-    [64, 64],
-    [127, 65],
-    [200, 120],
-    [333, 187],
-    [479, 269],
-    [640, 360],
-    [641, 361],
-    [1023, 577],
-];
-
-#[test]
-fn a_walk_with_jumps_is_drawn_as_without_culling_at_every_size() {
-    let Some(gpu) = able() else { return };
-    let mut scene = city(16, 2, 400);
-    scene.commit();
-    let (mut drawn, mut in_view, mut ties, mut late) = (0, 0, 0, 0);
-    for size in SIZES {
-        let mut stage = Stage::new(gpu, &scene, size);
-        let mut reference = Stage::new(gpu, &scene, size);
-        for (number, view) in walk(size).iter().enumerate() {
-            let expected = reference.draw(&scene, view, Way::All);
-            let found = stage.draw(&scene, view, Way::TwoPhases);
-            ties += assert_same(&stage, &expected, &found, &format!("{size:?}, view {number}"));
-            late += stage.drawn(Phase::Late);
-            let again = stage.draw(&scene, view, Way::TwoPhases);
-            assert_same(&stage, &expected, &again, &format!("{size:?}, view {number} again"));
-            if size[0] >= 200 {
-                drawn += stage.drawn(Phase::Early) + stage.drawn(Phase::Late);
-                in_view += reference.drawn(Phase::Late);
-            }
-        }
-    }
-    assert_eq!(ties, 0, "pixels");
-    assert!(late > 0 && drawn * 2 < in_view, "{drawn} drawn of {in_view}, {late} late");
-}
+const SIZES: [[u32; 2]; 6] = [[17, 31], [64, 64], [127, 65], [200, 120], [333, 187], [479, 269]];
 
 #[test]
 fn scenes_of_every_kind_are_drawn_as_without_culling() {
@@ -60,7 +19,7 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
     let (mut ties, mut pixels) = (0, 0);
     for round in 0..60 {
         let mut scene = mixed_scene(&mut rng);
-        let size = SIZES[3 + rng.index(6)];
+        let size = SIZES[rng.index(6)];
         let mut views: Vec<View> = (0..3).map(|_| mixed_view(&mut rng, size)).collect();
         if round % 3 == 2 {
             views = vec![elsewhere(&mut scene, &views[0], &mut rng)];
@@ -87,47 +46,6 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
     }
     // The same instance twice, of which another was seen before.
     assert!(pixels > 100_000 && ties * 20 < pixels, "{ties} of {pixels}");
-}
-
-/// Small ones of the built-in scenes, and the paths that suit them.
-const SCENES: [(&str, PathSpec); 8] = [
-    ("city:cells=10,objects=300,sub=2", PathSpec::Walk),
-    ("city:cells=10,objects=300,ground=0", PathSpec::Orbit),
-    ("solids:n=40", PathSpec::Orbit),
-    ("office:rooms=3,corridors=1", PathSpec::Walk),
-    ("plant:bays=2,floors=2,pipes=2,kinds=3", PathSpec::Walk),
-    ("forest:n=3000", PathSpec::Fly),
-    ("moving:n=40,t=700", PathSpec::Walk),
-    ("knobs:n=10", PathSpec::Orbit),
-];
-
-#[test]
-fn built_in_scenes_are_drawn_as_without_culling_whoever_decides() {
-    let Some(gpu) = able() else { return };
-    let (mut drawn, mut ties, mut pixels) = (0, 0, 0);
-    for (name, path) in SCENES {
-        let model = scenes::build(name).unwrap();
-        let scene = &model.scene;
-        let size = [333, 187];
-        let all = views(&model, &path, 4, size, &Overrides::default()).unwrap();
-        let mut reference = Stage::new(gpu, scene, size);
-        let can = |tier| tier == Tier::Each || Tier::of(&gpu.device, scene) != Tier::Each;
-        let tiers = [Tier::Each, Tier::Multi, Tier::Clusters];
-        for tier in tiers.into_iter().filter(|tier| can(*tier)) {
-            let mut stage = Stage::with_tier(gpu, scene, size, tier);
-            for (number, view) in all.iter().enumerate() {
-                let expected = reference.draw(scene, view, Way::All);
-                pixels += expected.ids.iter().filter(|id| **id > 0).count();
-                for way in [Way::TwoPhases, Way::Cpu, Way::TwoPhases] {
-                    let found = stage.draw(scene, view, way);
-                    let what = format!("{name}, {tier:?}, view {number}");
-                    ties += assert_same(&stage, &expected, &found, &what);
-                }
-                drawn += stage.drawn(Phase::Early);
-            }
-        }
-    }
-    assert!(drawn > 0 && pixels > 1_000_000 && ties * 100 < pixels, "{ties} of {pixels}");
 }
 
 #[test]

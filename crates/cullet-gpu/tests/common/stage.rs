@@ -58,6 +58,10 @@ impl<'a> Stage<'a> {
         Self { gpu, all: OffScreen::with_tier(device, queue, scene, size, tier).unwrap() }
     }
 
+    pub(crate) fn tier(&self) -> Tier {
+        self.all.culling.tier()
+    }
+
     pub(crate) fn draw(&mut self, scene: &Scene, view: &View, way: Way) -> Frame {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         if way == Way::EarlyAlone {
