@@ -3,12 +3,12 @@
 mod common;
 
 use cullet::{Camera, Depth, Projection, Scene, Transform, View};
-use cullet_gpu::{Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Phase, Pyramid, Tier};
+use cullet_gpu::{Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Pyramid, Tier};
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
 use cullet_testkit::views::{look, mixed_view};
 
-use common::stage::{Stage, Way, able, assert_same, is_set, walk, wrong};
+use common::stage::{Stage, Way, able, assert_same, walk, wrong};
 
 const SIZES: [[u32; 2]; 6] = [[17, 31], [64, 64], [127, 65], [200, 120], [333, 187], [479, 269]];
 
@@ -104,63 +104,6 @@ fn with_sizes_rounded_down_things_would_be_missing() {
         assert_same(&stage, &expected, &found, &format!("{view:?}"));
     }
     println!("{missing} pixels missing with sizes rounded down");
-}
-
-/// Whether no pixel of the rectangle of a box is as far as its nearest corner: the best that boxes can do.
-fn is_hidden_ref(scene: &Scene, view: &View, slot: u32, depth: &[f32]) -> bool {
-    let [width, height] = view.viewport();
-    let bounds = scene.bounds(slot);
-    let corner = |i: usize| {
-        let at = |a: usize| f64::from(if i >> a & 1 == 0 { bounds.min[a] } else { bounds.max[a] });
-        [0, 1, 2].map(|a| at(a) + scene.origin()[a])
-    };
-    let clip = glam::DMat4::from_cols_array(&view.clip_from_world());
-    let (mut low, mut high, mut nearest) = ([f64::MAX; 2], [f64::MIN; 2], 0.0_f64);
-    for i in 0..8 {
-        let p = clip * glam::DVec3::from(corner(i)).extend(1.0);
-        // Depth of the city's views is standard.
-        let z = (p.w - p.z) / p.w;
-        if p.w <= 0.0 || z >= 1.0 {
-            return false;
-        }
-        let at = [
-            (p.x / p.w * 0.5 + 0.5) * f64::from(width),
-            (0.5 - p.y / p.w * 0.5) * f64::from(height),
-        ];
-        for a in 0..2 {
-            (low[a], high[a]) = (low[a].min(at[a]), high[a].max(at[a]));
-        }
-        nearest = nearest.max(z);
-    }
-    let from = low.map(|v| (v - 0.5).ceil().max(0.0) as u32);
-    let to = [0, 1].map(|a| ((high[a] + 0.5).floor().max(0.0) as u32).min([width, height][a]));
-    (from[1]..to[1])
-        .flat_map(|y| (from[0]..to[0]).map(move |x| y * width + x))
-        .all(|i| nearest < f64::from(depth[i as usize]))
-}
-
-#[test]
-fn nearly_all_that_boxes_can_tell_hidden_is_found() {
-    let Some(gpu) = able() else { return };
-    let mut scene = city(24, 1, 6000);
-    scene.commit();
-    let size = [1333, 751];
-    let mut stage = Stage::new(gpu, &scene, size);
-    let (mut hidden, mut found) = (0, 0);
-    for view in &walk(size) {
-        // The second time all that is visible is early, and the depth complete.
-        stage.draw(&scene, view, Way::TwoPhases);
-        let frame = stage.draw(&scene, view, Way::TwoPhases);
-        let in_view = stage.bits(stage.all.culling.in_view());
-        let visible = stage.bits(stage.all.culling.visible());
-        for slot in scene.slots().filter(|slot| is_set(&in_view, *slot)) {
-            let could = is_hidden_ref(&scene, view, slot, &frame.depth);
-            hidden += u32::from(could);
-            found += u32::from(could && !is_set(&visible, slot));
-        }
-    }
-    println!("{found} of {hidden} hidden boxes found");
-    assert!(hidden > 10_000 && f64::from(found) > 0.99 * f64::from(hidden), "{found} of {hidden}");
 }
 
 #[test]

@@ -72,6 +72,19 @@ fn farthest(texel: vec2<u32>, shift: u32) -> f32 {
     return textureLoad(pyramid, at, shift - 1u).r;
 }
 
+// Whether a depth is farther than all texels of a rectangle of pixels.
+fn is_behind(nearest: f32, first: vec2<u32>, end: vec2<u32>, shift: u32) -> bool {
+    // Not held against the level's size: one device answers that with the level of another invocation.
+    let from_texel = first >> vec2<u32>(shift);
+    let to_texel = end >> vec2<u32>(shift);
+    for (var y = from_texel.y; y <= to_texel.y; y++) {
+        for (var x = from_texel.x; x <= to_texel.x; x++) {
+            if nearest >= farthest(vec2<u32>(x, y), shift) { return false; }
+        }
+    }
+    return true;
+}
+
 fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
     let seen = seen_of(b, m);
     if seen.is_near { return false; }
@@ -94,9 +107,6 @@ fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
     let wide = (end >> vec2<u32>(shift)) - (first >> vec2<u32>(shift));
     if max(wide.x, wide.y) > 3u { shift += 1u; }
     shift = min(shift, textureNumLevels(pyramid));
-    let from_texel = first >> vec2<u32>(shift);
-    // Not held against the level's size: one device answers that with the level of another invocation.
-    let to_texel = end >> vec2<u32>(shift);
     let nearest = seen.nearest * (1.0 + DEPTH_SHARE) + DEPTH_STEP;
     // Two by two of what is four times as coarse say it of most that is hidden.
     let coarse = shift + 2u;
@@ -109,12 +119,9 @@ fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
         );
         if nearest < far { return true; }
     }
-    for (var y = from_texel.y; y <= to_texel.y; y++) {
-        for (var x = from_texel.x; x <= to_texel.x; x++) {
-            if nearest >= farthest(vec2<u32>(x, y), shift) { return false; }
-        }
-    }
-    return true;
+    if is_behind(nearest, first, end, shift) { return true; }
+    // A level finer finds a third of what is hidden and was not found, and is left at the first texel that is too far.
+    return shift > 0u && is_behind(nearest, first, end, shift - 1u);
 }
 
 var<workgroup> own_bits: array<atomic<u32>, 8>;
