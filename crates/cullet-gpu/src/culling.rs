@@ -3,7 +3,7 @@
 use cullet::bounds::Plane;
 use cullet::{Scene, View, Visible};
 use wgpu::{
-    Buffer, BufferUsages, CommandEncoder, Device, Features, IndexFormat, Queue, RenderPass,
+    Buffer, BufferUsages, CommandEncoder, Device, IndexFormat, Queue, RenderPass,
     VertexBufferLayout, VertexFormat, VertexStepMode,
 };
 
@@ -71,12 +71,14 @@ impl Culling {
         scene: &Scene,
         tier: Tier,
     ) -> Result<Self, GpuError> {
-        if tier != Tier::Each && !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
-            return Err(GpuError::Tier);
+        let missing = tier.needs() - device.features();
+        if !missing.is_empty() {
+            return Err(GpuError::Tier { missing });
         }
         let on_device = GpuScene::new(device, queue, scene)?;
         let mut blocks = Blocks::default();
-        let clusters = (tier == Tier::Clusters).then(|| ClusterInstances::of(scene, &on_device));
+        let is_of_clusters = matches!(tier, Tier::Clusters | Tier::Counted);
+        let clusters = is_of_clusters.then(|| ClusterInstances::of(scene, &on_device));
         match &clusters {
             None => blocks.update(scene),
             Some(all) => blocks.follow(all.len(), |number| all.bounds(scene, number)),
@@ -90,7 +92,7 @@ impl Culling {
         let on = (device, queue, passes);
         let units = match clusters {
             None => Units::instances(on, (scene, &on_device), bits, tier)?,
-            Some(clusters) => Units::clusters(on, clusters, bits)?,
+            Some(clusters) => Units::clusters(on, clusters, bits, tier)?,
         };
         Ok(Self {
             blocks,
@@ -248,7 +250,8 @@ impl Culling {
         &self.scene
     }
 
-    /// The arguments of a phase's draws, and how many there are.
+    /// The arguments of a phase's draws, and how many there are; of [`Tier::Counted`] one for each call, whose number of instances is how many
+    /// draws it makes.
     #[must_use]
     pub fn arguments(&self, phase: Phase) -> (&Buffer, usize) {
         self.units.arguments(phase)
@@ -268,8 +271,7 @@ impl Culling {
     #[must_use]
     pub fn tier(&self) -> Tier {
         match &self.units {
-            Units::Instances { tier, .. } => *tier,
-            Units::Clusters { .. } => Tier::Clusters,
+            Units::Instances { tier, .. } | Units::Clusters { tier, .. } => *tier,
         }
     }
 

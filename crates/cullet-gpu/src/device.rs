@@ -9,6 +9,7 @@ use wgpu::{
 };
 
 use super::error::GpuError;
+use super::units::Tier;
 
 /// A graphics device without a window.
 #[derive(Debug)]
@@ -22,13 +23,13 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// The first adapter there is, with its own limits, and a clock and draws of [many meshes](super::Tier::Multi) where it has them; what
-    /// the environment says of backends (`WGPU_BACKEND`) is followed.
+    /// The first adapter there is, with its own limits, and a clock and what [tiers](Tier) need where it has them; what the
+    /// environment says of backends (`WGPU_BACKEND`) is followed.
     ///
     /// # Errors
     /// If there is none, or it cannot be opened.
     pub fn open() -> Result<Self, GpuError> {
-        Self::open_with(Features::INDIRECT_FIRST_INSTANCE)
+        Self::open_with(Tier::Counted.needs())
     }
 
     /// The same with a clock, and those of some more features that the adapter has.

@@ -28,6 +28,7 @@
 mod blocks;
 mod buffers;
 mod clusters;
+mod counted;
 mod culling;
 mod device;
 mod error;
@@ -47,6 +48,7 @@ mod units;
 
 pub use blocks::{BLOCK, Blocks};
 pub use clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
+pub use counted::{CountedArguments, CountedPass};
 pub use culling::Culling;
 pub use device::Gpu;
 pub use error::GpuError;

@@ -3,6 +3,7 @@
 use wgpu::Device;
 
 use super::clusters::ArgumentPass;
+use super::counted::CountedPass;
 use super::device::checked;
 use super::error::GpuError;
 use super::instances::InstancePass;
@@ -23,6 +24,8 @@ pub struct Passes {
     pub occlusion: OcclusionPass,
     /// Says of clusters whether they are drawn.
     pub arguments: ArgumentPass,
+    /// Puts those that are drawn one after the other.
+    pub counted: CountedPass,
 }
 
 impl Passes {
@@ -38,6 +41,7 @@ impl Passes {
                 lists: ListPass::new(device),
                 occlusion: OcclusionPass::new(device, &pyramid),
                 arguments: ArgumentPass::new(device),
+                counted: CountedPass::new(device),
                 pyramid,
             }
         })

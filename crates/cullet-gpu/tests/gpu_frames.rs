@@ -3,7 +3,10 @@
 mod common;
 
 use cullet::{Camera, Depth, Projection, Scene, Transform, View};
-use cullet_gpu::{Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Pyramid, Tier};
+use cullet_gpu::{
+    ClusterArguments, ClusterInstances, CountedArguments, DrawArguments, Gpu, GpuError, GpuScene,
+    IdTarget, LaneBuffers, ListSource, Listed, OcclusionPass, OffScreen, Passes, Pyramid, Tier,
+};
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
 use cullet_testkit::views::{look, mixed_view};
@@ -27,9 +30,9 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
         scene.commit();
         let mut stage = Stage::new(gpu, &scene, size);
         let mut reference = Stage::new(gpu, &scene, size);
-        let mut others: Vec<_> = [Tier::Multi, Tier::Clusters]
+        let mut others: Vec<_> = [Tier::Multi, Tier::Clusters, Tier::Counted]
             .into_iter()
-            .filter(|_| Tier::of(&gpu.device, &scene) != Tier::Each)
+            .filter(|tier| tier.is_offered(&gpu.device))
             .map(|tier| Stage::with_tier(gpu, &scene, size, tier))
             .collect();
         for view in views.iter().chain(&views) {
@@ -113,8 +116,8 @@ fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
     scene.commit();
     let size = [200, 120];
     let view = look([0.0, 4.0, 0.0], [100.0, 6.0, 10.0], size);
-    let tiers = [Tier::Each, Tier::Clusters];
-    let can = |tier: &Tier| *tier == Tier::Each || Tier::of(&gpu.device, &scene) != Tier::Each;
+    let tiers = [Tier::Each, Tier::Clusters, Tier::Counted];
+    let can = |tier: &Tier| tier.is_offered(&gpu.device);
     let mut stages: Vec<_> = tiers
         .into_iter()
         .filter(can)
@@ -189,4 +192,71 @@ fn a_device_that_is_lost_is_an_error() {
     all.draw(&gpu.device, &gpu.queue, (&scene, view), true).unwrap();
     let told = gpu.read(all.culling.visible(), 4).unwrap_err();
     assert!(matches!(told, GpuError::Lost(_)), "{told}");
+}
+
+#[test]
+fn a_tier_that_a_device_has_not_is_an_error_that_names_what_is_missing() {
+    let Some(_) = able() else { return };
+    let mut scene = city(3, 1, 5);
+    scene.commit();
+    let gpu = Gpu::open_with(wgpu::Features::INDIRECT_FIRST_INSTANCE).unwrap();
+    let made = |tier| OffScreen::with_tier(&gpu.device, &gpu.queue, &scene, [64, 64], tier);
+    let told = made(Tier::Counted).map(|_| ()).unwrap_err().to_string();
+    assert!(told.contains("MULTI_DRAW_INDIRECT_COUNT") && told.contains("Tier::of"), "{told}");
+    // What suits it is something else.
+    let suits = Tier::of(&gpu.device, &scene);
+    assert!(suits != Tier::Counted && made(suits).unwrap().culling.tier() == suits);
+}
+
+#[test]
+fn counted_draws_are_those_of_one_instance_in_their_order() {
+    let Some(gpu) = able() else { return };
+    if !Tier::Counted.is_offered(&gpu.device) {
+        cullet_testkit::skip("counted draws", "a device with MULTI_DRAW_INDIRECT_COUNT");
+        return;
+    }
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let passes = Passes::new(device).unwrap();
+    let arguments = |buffer: &wgpu::Buffer| -> Vec<DrawArguments> {
+        bytemuck::pod_collect_to_vec(&gpu.read(buffer, buffer.size()).unwrap())
+    };
+    let mut rng = Rng(17);
+    let (mut live, mut calls) = (0, 0);
+    for round in 0..20 {
+        let mut scene = if round == 0 { city(20, 1, 900) } else { mixed_scene(&mut rng) };
+        scene.commit();
+        let on_device = GpuScene::new(device, queue, &scene).unwrap();
+        let clusters = ClusterInstances::of(&scene, &on_device);
+        let words: Vec<u32> =
+            (0..clusters.len().div_ceil(32).max(4)).map(|_| rng.bits() as u32).collect();
+        let bits = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: words.len() as u64 * 4,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&bits, 0, bytemuck::cast_slice(&words));
+        let source = ListSource { bits: &bits, seen: &bits, listed: Listed::All };
+        let lanes = LaneBuffers::new(device, queue, &clusters.lanes()).unwrap();
+        let (of, by) = ((&clusters, &lanes), (&passes.counted, &passes.lists));
+        let counted = CountedArguments::new(device, queue, by, of, source).unwrap();
+        let pass = &passes.arguments;
+        let each = ClusterArguments::new(device, queue, pass, &clusters, source).unwrap();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        passes.counted.record(&passes.lists, &mut encoder, &counted);
+        pass.record(&mut encoder, &each);
+        queue.submit([encoder.finish()]);
+        let (all, found) = (arguments(each.arguments()), arguments(counted.arguments()));
+        let counts = arguments(counted.counts());
+        for (bucket, count) in clusters.lanes().buckets().iter().zip(&counts) {
+            let own = bucket.lanes.start as usize..bucket.lanes.end as usize;
+            let is_alive = |one: &&DrawArguments| one.instance_count == 1;
+            let alive: Vec<_> = all[own.clone()].iter().filter(is_alive).copied().collect();
+            assert_eq!(count.instance_count as usize, alive.len(), "round {round}");
+            assert_eq!(found[own][..alive.len()], alive, "round {round}");
+            live += alive.len();
+            calls += 1;
+        }
+    }
+    assert!(live > 500 && calls > 40, "{live} draws of {calls} calls");
 }

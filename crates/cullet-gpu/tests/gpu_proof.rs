@@ -127,8 +127,8 @@ fn every_scene_at_every_size_in_every_tier_is_drawn_as_without_culling() {
         }
         model.scene.commit();
         let scene = &model.scene;
-        let can = |tier| tier == Tier::Each || Tier::of(&gpu.device, scene) != Tier::Each;
-        let tiers = [Tier::Each, Tier::Multi, Tier::Clusters].into_iter().filter(|t| can(*t));
+        let tiers = [Tier::Each, Tier::Multi, Tier::Clusters, Tier::Counted];
+        let tiers = tiers.into_iter().filter(|tier| tier.is_offered(&gpu.device));
         // Each goes on from size to size.
         let stage = |tier| Stage::with_tier(gpu, scene, SIZES[0], tier);
         let mut stages: Vec<_> = tiers.map(stage).collect();
