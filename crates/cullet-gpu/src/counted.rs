@@ -112,7 +112,11 @@ pub(crate) enum ClusterDraws {
     /// One for each, of which some have no instance.
     Each([ClusterArguments; 3]),
     /// Those that are listed.
-    Counted(LaneBuffers, [CountedArguments; 3]),
+    Counted {
+        all: Box<[CountedArguments; 3]>,
+        /// Bytes of their lanes on the device.
+        of_lanes: u64,
+    },
 }
 
 impl ClusterDraws {
@@ -129,7 +133,7 @@ impl ClusterDraws {
             let of =
                 |source| CountedArguments::new(device, queue, both, (clusters, &lanes), source);
             let all = [of(early)?, of(late)?, of(blended)?];
-            return Ok(Self::Counted(lanes, all));
+            return Ok(Self::Counted { all: Box::new(all), of_lanes: lanes.bytes() });
         }
         let of = |source| ClusterArguments::new(device, queue, &passes.arguments, clusters, source);
         Ok(Self::Each([of(early)?, of(late)?, of(blended)?]))
@@ -138,7 +142,7 @@ impl ClusterDraws {
     pub(crate) fn record(&self, passes: &Passes, encoder: &mut CommandEncoder, phase: Phase) {
         match self {
             Self::Each(all) => passes.arguments.record(encoder, &all[phase as usize]),
-            Self::Counted(_, all) => {
+            Self::Counted { all, .. } => {
                 passes.counted.record(&passes.lists, encoder, &all[phase as usize]);
             }
         }
@@ -157,7 +161,7 @@ impl ClusterDraws {
                 let arguments = all[phase as usize].arguments();
                 pass.multi_draw_indexed_indirect(arguments, first, most);
             }
-            Self::Counted(_, all) => {
+            Self::Counted { all, .. } => {
                 /// Of how many instances, among arguments.
                 const COUNT: u64 = 4;
                 let own = &all[phase as usize];
@@ -172,7 +176,7 @@ impl ClusterDraws {
     pub(crate) fn arguments(&self, phase: Phase, clusters: &ClusterInstances) -> (&Buffer, usize) {
         match self {
             Self::Each(all) => (all[phase as usize].arguments(), clusters.slots().len()),
-            Self::Counted(_, all) => {
+            Self::Counted { all, .. } => {
                 let own = &all[phase as usize];
                 (own.counts(), own.calls)
             }
@@ -183,10 +187,10 @@ impl ClusterDraws {
     pub(crate) fn bytes(&self) -> u64 {
         match self {
             Self::Each(all) => all.iter().map(|own| own.arguments().size()).sum(),
-            Self::Counted(lanes, all) => {
+            Self::Counted { all, of_lanes } => {
                 // Both what is gathered and what from.
                 let of = |own: &CountedArguments| 2 * own.arguments.size() + own.list.bytes();
-                lanes.bytes() + all.iter().map(of).sum::<u64>()
+                of_lanes + all.iter().map(of).sum::<u64>()
             }
         }
     }

@@ -7,9 +7,10 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry,
     BindingResource, BindingType, BufferUsages, CommandEncoder, ComputePassDescriptor,
-    ComputePipeline, Device, Extent3d, ShaderStages, StorageTextureAccess, Texture, TextureAspect,
-    TextureDescriptor, TextureDimension, TextureFormat, TextureSampleType, TextureUsages,
-    TextureView, TextureViewDescriptor, TextureViewDimension,
+    ComputePipeline, Device, Extent3d, Sampler, SamplerBindingType, SamplerDescriptor,
+    ShaderStages, StorageTextureAccess, Texture, TextureAspect, TextureDescriptor,
+    TextureDimension, TextureFormat, TextureSampleType, TextureUsages, TextureView,
+    TextureViewDescriptor, TextureViewDimension,
 };
 
 use super::buffers::{Access, layout, pipelines};
@@ -41,16 +42,20 @@ pub fn pyramid_ref(depths: &[f32], size: [u32; 2]) -> Vec<Vec<f32>> {
     levels
 }
 
+/// Levels that a dispatch makes.
+const TOGETHER: usize = 3;
+
 /// Pipelines that make pyramids of depth of one sample a pixel, or of several.
 #[derive(Debug)]
 pub struct PyramidPass {
-    /// Of the first level and of the others.
-    layouts: [BindGroupLayout; 2],
+    /// Of the levels that are made.
+    made: BindGroupLayout,
     /// Of one sample and of several.
     depths: [BindGroupLayout; 2],
-    first: [ComputePipeline; 2],
-    next: ComputePipeline,
     levels: BindGroupLayout,
+    of_depth: [ComputePipeline; 2],
+    of_level: ComputePipeline,
+    nearest: Sampler,
 }
 
 /// The pyramid of a picture of one size.
@@ -61,10 +66,17 @@ pub struct Pyramid {
     size: [u32; 2],
     samples: u32,
     sizes: Vec<[u32; 2]>,
-    /// What makes each level.
-    groups: Vec<BindGroup>,
+    steps: Vec<Step>,
     depth: BindGroup,
     levels: BindGroup,
+}
+
+/// Some levels, made of the one below or of the depth.
+#[derive(Debug)]
+struct Step {
+    made: BindGroup,
+    below: Option<BindGroup>,
+    groups: [u32; 2],
 }
 
 /// Shaders that read depth: of one sample a pixel, and of several.
@@ -102,27 +114,28 @@ impl PyramidPass {
             format: TextureFormat::R32Float,
             view_dimension: TextureViewDimension::D2,
         };
-        let of_level = texture(TextureSampleType::Float { filterable: false }, false);
+        let level = texture(TextureSampleType::Float { filterable: false }, false);
         let used = Access::Uniform.entry(0, ShaderStages::COMPUTE);
-        let layouts = [
-            layout(device, "first level", &[used, entry(1, store)]),
-            layout(device, "next level", &[used, entry(1, store), entry(2, of_level)]),
+        let stored = [1, 2, 3].map(|binding| entry(binding, store));
+        let made = layout(device, "levels made", &[used, stored[0], stored[1], stored[2]]);
+        let depth = |many| entry(0, texture(TextureSampleType::Depth, many));
+        let nearest = entry(1, BindingType::Sampler(SamplerBindingType::NonFiltering));
+        let depths = [
+            layout(device, "depth", &[depth(false), nearest]),
+            layout(device, "depth of samples", &[depth(true)]),
         ];
-        let depths = [false, true].map(|many| {
-            layout(device, "depth", &[entry(0, texture(TextureSampleType::Depth, many))])
-        });
-        let [one, many] = of_depths!("shaders/pyramid.wgsl");
-        let make = |source, layouts: &[&BindGroupLayout], name| {
-            let [made] = pipelines(device, "pyramid", source, layouts, &[], [name]);
+        let levels = layout(device, "levels", &[entry(0, level)]);
+        let make = |source, below| {
+            let [made] = pipelines(device, "pyramid", source, &[&made, below], &[], ["make"]);
             made
         };
-        let first = [
-            make(one, &[&layouts[0], &depths[0]], "first"),
-            make(many, &[&layouts[0], &depths[1]], "first"),
-        ];
-        let next = make(one, &[&layouts[1]], "next");
-        let levels = layout(device, "levels", &[entry(0, of_level)]);
-        Self { layouts, depths, first, next, levels }
+        let [one, many] = of_depths!("shaders/pyramid.wgsl");
+        let below =
+            concat!(include_str!("shaders/below.wgsl"), include_str!("shaders/pyramid.wgsl"));
+        let of_depth = [make(one, &depths[0]), make(many, &depths[1])];
+        let of_level = make(below, &levels);
+        let nearest = device.create_sampler(&SamplerDescriptor::default());
+        Self { made, depths, levels, of_depth, of_level, nearest }
     }
 
     /// The layout of [`Pyramid::levels`].
@@ -139,21 +152,16 @@ impl PyramidPass {
 
     /// Records how a pyramid is made of the depth that it was [made for](Pyramid::new).
     pub fn record(&self, encoder: &mut CommandEncoder, pyramid: &Pyramid) {
-        for (level, (group, [width, height])) in
-            pyramid.groups.iter().zip(&pyramid.sizes).enumerate()
-        {
+        for Step { made, below, groups: [x, y] } in &pyramid.steps {
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
                 label: Some("pyramid"),
                 timestamp_writes: None,
             });
-            pass.set_bind_group(0, group, &[]);
-            if level == 0 {
-                pass.set_pipeline(&self.first[usize::from(pyramid.has_several())]);
-                pass.set_bind_group(1, &pyramid.depth, &[]);
-            } else {
-                pass.set_pipeline(&self.next);
-            }
-            pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
+            let of_depth = &self.of_depth[usize::from(pyramid.has_several())];
+            pass.set_pipeline(if below.is_some() { &self.of_level } else { of_depth });
+            pass.set_bind_group(0, made, &[]);
+            pass.set_bind_group(1, below.as_ref().unwrap_or(&pyramid.depth), &[]);
+            pass.dispatch_workgroups(*x, *y, 1);
         }
     }
 }
@@ -176,22 +184,28 @@ impl Pyramid {
         sizes: Vec<[u32; 2]>,
     ) -> Self {
         let size = [depth.width(), depth.height()];
-        let [width, height] = sizes[0].map(u32::next_power_of_two);
-        let texture = device.create_texture(&TextureDescriptor {
-            label: Some("depth pyramid"),
-            size: Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: sizes.len() as u32,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: TextureFormat::R32Float,
-            usage: TextureUsages::STORAGE_BINDING
-                | TextureUsages::TEXTURE_BINDING
-                | TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
-        let level = |number: u32| {
+        let room = |label, [width, height]: [u32; 2], mip_level_count| {
+            device.create_texture(&TextureDescriptor {
+                label: Some(label),
+                size: Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format: TextureFormat::R32Float,
+                usage: TextureUsages::STORAGE_BINDING
+                    | TextureUsages::TEXTURE_BINDING
+                    | TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        let texture =
+            room("depth pyramid", sizes[0].map(u32::next_power_of_two), sizes.len() as u32);
+        // Bound where there is no level left; each by itself, for nothing may be bound twice to be written.
+        let unused = [(); TOGETHER - 1]
+            .map(|()| room("no level", [1, 1], 1).create_view(&TextureViewDescriptor::default()));
+        let level = |number: usize| {
             texture.create_view(&TextureViewDescriptor {
-                base_mip_level: number,
+                base_mip_level: number as u32,
                 mip_level_count: Some(1),
                 ..TextureViewDescriptor::default()
             })
@@ -199,35 +213,40 @@ impl Pyramid {
         let bind = |label, layout, entries: &[BindGroupEntry<'_>]| {
             device.create_bind_group(&BindGroupDescriptor { label: Some(label), layout, entries })
         };
-        let group = |number: u32| {
-            let below = number.checked_sub(1);
-            let used = [below.map_or(size, |own| sizes[own as usize]), sizes[number as usize]];
+        let step = |first: usize| {
+            let of = |level: usize| sizes.get(level).copied().unwrap_or_default();
+            let below = first.checked_sub(1);
+            let used = [below.map_or(size, of), of(first), of(first + 1), of(first + 2)];
             let used = device.create_buffer_init(&BufferInitDescriptor {
                 label: Some("used of levels"),
                 contents: bytemuck::cast_slice(&used),
                 usage: BufferUsages::UNIFORM,
             });
             let used = BindGroupEntry { binding: 0, resource: used.as_entire_binding() };
-            let above = level(number);
-            let entries = [used, view_entry(1, &above)];
-            match below.map(level) {
-                None => bind("first level", &pass.layouts[0], &entries),
-                Some(below) => {
-                    let [used, above] = entries;
-                    bind("next level", &pass.layouts[1], &[used, above, view_entry(2, &below)])
-                }
-            }
+            let views: Vec<_> = (first..sizes.len()).take(TOGETHER).map(level).collect();
+            let views: Vec<_> = views.iter().chain(&unused).take(TOGETHER).collect();
+            let stored = (1..).zip(views).map(|(binding, view)| view_entry(binding, view));
+            let entries: Vec<_> = [used].into_iter().chain(stored).collect();
+            let below =
+                below.map(|own| bind("level below", &pass.levels, &[view_entry(0, &level(own))]));
+            // Each invocation makes four by four of the first, each group eight by eight of that.
+            let groups = of(first).map(|v| v.div_ceil(32));
+            Step { made: bind("levels made", &pass.made, &entries), below, groups }
         };
-        let groups = (0..sizes.len() as u32).map(group).collect();
+        let steps = (0..sizes.len()).step_by(TOGETHER).map(step).collect();
         let of_depth = depth.create_view(&TextureViewDescriptor {
             aspect: TextureAspect::DepthOnly,
             ..TextureViewDescriptor::default()
         });
         let samples = depth.sample_count();
-        let depth = bind("depth", pass.depth(samples > 1), &[view_entry(0, &of_depth)]);
+        let nearest =
+            BindGroupEntry { binding: 1, resource: BindingResource::Sampler(&pass.nearest) };
+        let entries = [view_entry(0, &of_depth), nearest];
+        let entries = if samples > 1 { &entries[..1] } else { &entries };
+        let depth = bind("depth", pass.depth(samples > 1), entries);
         let all = texture.create_view(&TextureViewDescriptor::default());
         let levels = bind("levels", &pass.levels, &[view_entry(0, &all)]);
-        Self { texture, size, samples, sizes, groups, depth, levels }
+        Self { texture, size, samples, sizes, steps, depth, levels }
     }
 
     /// Whether a pixel of the picture has several samples.

@@ -82,7 +82,7 @@ pub(crate) enum Units {
     Instances {
         lanes: Lanes,
         buffers: LaneBuffers,
-        lists: [SlotList; 3],
+        lists: Box<[SlotList; 3]>,
         draws: [Vec<Draw>; 3],
         tier: Tier,
     },
@@ -122,7 +122,7 @@ impl Units {
             let source = ListSource { bits, seen, listed: LISTED[phase] };
             SlotList::new(device, queue, &passes.lists, &buffers, &draws, source)
         };
-        let lists = [list(0, passed)?, list(1, visible)?, list(2, visible)?];
+        let lists = Box::new([list(0, passed)?, list(1, visible)?, list(2, visible)?]);
         Ok(Self::Instances { lanes, buffers, lists, draws, tier })
     }
 

@@ -12,3 +12,11 @@ fn depth_of(pixel: vec2<u32>) -> f32 {
     }
     return far;
 }
+
+fn farthest_of_four(pixel: vec2<u32>, size: vec2<u32>) -> f32 {
+    var far = 1.0;
+    for (var i = 0u; i < 4u; i++) {
+        far = min(far, depth_of(min(pixel + vec2<u32>(i & 1u, i >> 1u), size - 1u)));
+    }
+    return far;
+}

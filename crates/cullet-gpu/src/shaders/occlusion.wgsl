@@ -15,8 +15,12 @@ struct Frame {
 @group(0) @binding(2) var<storage, read> matrices: array<mat4x4<f32>>;
 // A bit a slot: what passed the exact stages.
 @group(0) @binding(3) var<storage, read> passed: array<u32>;
-@group(0) @binding(4) var<storage, read_write> visible: array<u32>;
+// The same, cleared before.
+@group(0) @binding(4) var<storage, read_write> visible: array<atomic<u32>>;
 @group(0) @binding(5) var<uniform> frame: Frame;
+// For each block in use a box around all of it, and whether that is hidden.
+@group(0) @binding(6) var<storage, read> around: array<GridBox>;
+@group(0) @binding(7) var<storage, read_write> hidden: array<u32>;
 // Of the depth in group 1.
 @group(2) @binding(0) var pyramid: texture_2d<f32>;
 
@@ -124,20 +128,24 @@ fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
     return shift > 0u && is_behind(nearest, first, end, shift - 1u);
 }
 
-var<workgroup> own_bits: array<atomic<u32>, 8>;
+// Whole blocks first: behind a wall are many.
+@compute @workgroup_size(256)
+fn blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let number = (group.x + group.y * ROW) * 256u + lane;
+    if number >= frame.blocks { return; }
+    let own = around[number];
+    hidden[number] = u32(!is_always(own) && is_hidden(own, matrices[number]));
+}
 
+// Without a barrier, so that software may run one invocation after the other; few are visible, so that few wait for each other's bit.
 @compute @workgroup_size(256)
 fn late(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let number = group.x + group.y * ROW;
-    // The same for the whole group.
-    if number >= frame.blocks { return; }
+    if number >= frame.blocks || hidden[number] != 0u { return; }
     let block = in_use[number].block;
-    if ((passed[block * 8u + lane / 32u] >> (lane % 32u)) & 1u) != 0u {
-        let own = boxes[block * 256u + lane];
-        if is_always(own) || !is_hidden(own, matrices[number]) {
-            atomicOr(&own_bits[lane / 32u], 1u << (lane % 32u));
-        }
-    }
-    workgroupBarrier();
-    if lane < 8u { visible[block * 8u + lane] = atomicLoad(&own_bits[lane]); }
+    let word = block * 8u + lane / 32u;
+    let bit = 1u << (lane % 32u);
+    if (passed[word] & bit) == 0u { return; }
+    let own = boxes[block * 256u + lane];
+    if is_always(own) || !is_hidden(own, matrices[number]) { atomicOr(&visible[word], bit); }
 }
