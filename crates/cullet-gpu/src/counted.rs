@@ -1,20 +1,14 @@
 //! Draws of clusters of which the device knows the number: those that are listed, one after the other.
 
-use std::ops::Range;
-
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, Device,
-    Queue, RenderPass,
+    Queue,
 };
 
 use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
-use super::clusters::{ClusterArguments, ClusterInstances};
+use super::clusters::ClusterInstances;
 use super::error::GpuError;
 use super::lists::{DrawArguments, LaneBuffers, ListPass, ListSource, SlotList};
-use super::passes::Passes;
-use super::units::Phase;
-
-const SIZE: u64 = size_of::<DrawArguments>() as u64;
 
 /// The pipeline that puts arguments of listed draws one after the other: five storage buffers, no optional feature. Only to draw them takes
 /// one.
@@ -104,94 +98,17 @@ impl CountedArguments {
     pub fn counts(&self) -> &Buffer {
         self.list.arguments()
     }
-}
 
-/// Draws of clusters by phase.
-#[derive(Debug)]
-pub(crate) enum ClusterDraws {
-    /// One for each, of which some have no instance.
-    Each([ClusterArguments; 3]),
-    /// Those that are listed.
-    Counted {
-        all: Box<[CountedArguments; 3]>,
-        /// Bytes of their lanes on the device.
-        of_lanes: u64,
-    },
-}
-
-impl ClusterDraws {
-    pub(crate) fn new(
-        (device, queue, passes): (&Device, &Queue, &Passes),
-        clusters: &ClusterInstances,
-        sources: [ListSource<'_>; 3],
-        is_counted: bool,
-    ) -> Result<Self, GpuError> {
-        let [early, late, blended] = sources;
-        if is_counted {
-            let lanes = LaneBuffers::new(device, queue, &clusters.lanes())?;
-            let both = (&passes.counted, &passes.lists);
-            let of =
-                |source| CountedArguments::new(device, queue, both, (clusters, &lanes), source);
-            let all = [of(early)?, of(late)?, of(blended)?];
-            return Ok(Self::Counted { all: Box::new(all), of_lanes: lanes.bytes() });
-        }
-        let of = |source| ClusterArguments::new(device, queue, &passes.arguments, clusters, source);
-        Ok(Self::Each([of(early)?, of(late)?, of(blended)?]))
+    /// How many calls there are.
+    #[must_use]
+    pub fn calls(&self) -> usize {
+        self.calls
     }
 
-    pub(crate) fn record(&self, passes: &Passes, encoder: &mut CommandEncoder, phase: Phase) {
-        match self {
-            Self::Each(all) => passes.arguments.record(encoder, &all[phase as usize]),
-            Self::Counted { all, .. } => {
-                passes.counted.record(&passes.lists, encoder, &all[phase as usize]);
-            }
-        }
-    }
-
-    /// Draws one call's.
-    pub(crate) fn draw(
-        &self,
-        pass: &mut RenderPass<'_>,
-        phase: Phase,
-        (call, numbers): (usize, &Range<u32>),
-    ) {
-        let (first, most) = (u64::from(numbers.start) * SIZE, numbers.end - numbers.start);
-        match self {
-            Self::Each(all) => {
-                let arguments = all[phase as usize].arguments();
-                pass.multi_draw_indexed_indirect(arguments, first, most);
-            }
-            Self::Counted { all, .. } => {
-                /// Of how many instances, among arguments.
-                const COUNT: u64 = 4;
-                let own = &all[phase as usize];
-                let count = call as u64 * SIZE + COUNT;
-                let counts = own.counts();
-                pass.multi_draw_indexed_indirect_count(&own.arguments, first, counts, count, most);
-            }
-        }
-    }
-
-    /// Arguments whose instances are the clusters that are drawn, and how many there are.
-    pub(crate) fn arguments(&self, phase: Phase, clusters: &ClusterInstances) -> (&Buffer, usize) {
-        match self {
-            Self::Each(all) => (all[phase as usize].arguments(), clusters.slots().len()),
-            Self::Counted { all, .. } => {
-                let own = &all[phase as usize];
-                (own.counts(), own.calls)
-            }
-        }
-    }
-
-    /// Bytes on the device.
-    pub(crate) fn bytes(&self) -> u64 {
-        match self {
-            Self::Each(all) => all.iter().map(|own| own.arguments().size()).sum(),
-            Self::Counted { all, of_lanes } => {
-                // Both what is gathered and what from.
-                let of = |own: &CountedArguments| 2 * own.arguments.size() + own.list.bytes();
-                of_lanes + all.iter().map(of).sum::<u64>()
-            }
-        }
+    /// Bytes that it takes on the device.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        // Both what is gathered and what from.
+        2 * self.arguments.size() + self.list.bytes()
     }
 }

@@ -9,7 +9,6 @@ use wgpu::{
 };
 
 use super::error::GpuError;
-use super::units::Tier;
 
 /// A graphics device without a window.
 #[derive(Debug)]
@@ -23,13 +22,13 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// The first adapter there is, with its own limits, and a clock and what [tiers](Tier) need where it has them; what the
+    /// The first adapter there is, with its own limits, and a clock and what [tiers](super::Tier) need where it has them; what the
     /// environment says of backends (`WGPU_BACKEND`) is followed.
     ///
     /// # Errors
     /// If there is none, or it cannot be opened.
     pub fn open() -> Result<Self, GpuError> {
-        Self::open_with(Tier::Counted.needs())
+        Self::open_with(Features::INDIRECT_FIRST_INSTANCE | Features::MULTI_DRAW_INDIRECT_COUNT)
     }
 
     /// The same with a clock, and those of some more features that the adapter has.

@@ -27,6 +27,7 @@
 
 mod blocks;
 mod buffers;
+mod cluster_draws;
 mod clusters;
 mod counted;
 mod culling;

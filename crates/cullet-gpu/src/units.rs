@@ -4,8 +4,8 @@ use cullet::{Scene, Visible};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Features, Queue, RenderPass};
 
 use super::buffers::buffer;
+use super::cluster_draws::ClusterDraws;
 use super::clusters::ClusterInstances;
-use super::counted::ClusterDraws;
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::lanes::Lanes;
@@ -185,7 +185,7 @@ impl Units {
     pub(crate) fn record(&self, passes: &Passes, encoder: &mut CommandEncoder, phase: Phase) {
         match self {
             Self::Instances { lists, .. } => passes.lists.record(encoder, &lists[phase as usize]),
-            Self::Clusters { draws, .. } => draws.record(passes, encoder, phase),
+            Self::Clusters { draws, .. } => draws.record(passes, encoder, phase as usize),
         }
     }
 
@@ -201,7 +201,7 @@ impl Units {
                 pass.set_vertex_buffer(1, slots.slice(..));
                 for (call, (draw, numbers)) in clusters.runs().iter().enumerate() {
                     if draw.blended == (phase == Phase::Blended) && prepare(pass, draw) {
-                        draws.draw(pass, phase, (call, numbers));
+                        draws.draw(pass, phase as usize, (call, numbers));
                     }
                 }
             }
@@ -235,7 +235,7 @@ impl Units {
             Self::Instances { lists, draws, .. } => {
                 (lists[phase as usize].arguments(), draws[phase as usize].len())
             }
-            Self::Clusters { clusters, draws, .. } => draws.arguments(phase, clusters),
+            Self::Clusters { clusters, draws, .. } => draws.arguments(phase as usize, clusters),
         }
     }
 
