@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use cullet::{Depth, Instance, Mesh, Projection, Scene, Transform, View};
-use cullet_gpu::{DrawArguments, Gpu, GpuError, Lanes, OffScreen, Phase};
+use cullet_gpu::{Gpu, GpuError, OffScreen, Phase, Tier};
 use cullet_io::paths::{Overrides, PathSpec, views};
 use wgpu::*;
 
@@ -16,8 +16,7 @@ type Failure = Box<dyn std::error::Error>;
 const FRAMES: usize = 9;
 
 fn main() -> Result<(), Failure> {
-    let wanted = Features::MULTI_DRAW_INDIRECT_COUNT | Features::INDIRECT_FIRST_INSTANCE;
-    let gpu = match Gpu::open_with(wanted) {
+    let gpu = match Gpu::open() {
         Ok(gpu) => gpu,
         Err(why @ GpuError::NoAdapter(_)) => {
             println!("not measured: {why}");
@@ -28,9 +27,17 @@ fn main() -> Result<(), Failure> {
     let info = gpu.adapter.get_info();
     println!("{} ({:?})", info.name, info.backend);
     println!("{:44} {:>9} {:>7}", "what", "found", "goal");
-    frames(&gpu, "city, street", &cullet_io::scenes::build("city")?)?;
+    let city = cullet_io::scenes::build("city")?;
+    frames(&gpu, "city, street", &city, Tier::of(&gpu.device, &city.scene))?;
     match castle() {
-        Some(path) => frames(&gpu, "castle", &cullet_io::load(&path, &Default::default())?)?,
+        Some(path) => {
+            let castle = cullet_io::load(&path, &Default::default())?;
+            for tier in [Tier::Clusters, Tier::Counted] {
+                if tier.is_offered(&gpu.device) {
+                    frames(&gpu, &format!("castle, {tier:?}"), &castle, tier)?;
+                }
+            }
+        }
         None => println!("castle: CULLET_DATA names no folder with it"),
     }
     million(&gpu)?;
@@ -71,12 +78,12 @@ fn fastest<const N: usize>(
 }
 
 /// Frames of a walk with occlusion culling over the same without, and the share of the late phase where nothing is new.
-fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model) -> Result<(), Failure> {
+fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, tier: Tier) -> Result<(), Failure> {
     let size = [1280, 720];
     let (device, queue, scene) = (&gpu.device, &gpu.queue, &model.scene);
     let all = views(model, &PathSpec::Walk, 8, size, &Overrides::default())?;
-    let mut stage = OffScreen::new(device, queue, scene, size)?;
-    let mut without = OffScreen::new(device, queue, scene, size)?;
+    let mut stage = OffScreen::with_tier(device, queue, scene, size, tier)?;
+    let mut without = OffScreen::with_tier(device, queue, scene, size, tier)?;
     let (mut sum, mut late, mut same) = ([0.0; 2], [0.0; 2], true);
     for view in &all {
         let on = (scene, view);
@@ -103,7 +110,7 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model) -> Result<(), Failure
         late = [late[0] + whole, late[1] + part];
     }
     assert!(same, "{name}: the pictures differ");
-    let (tier, took) = (stage.culling.tier(), sum[1] / all.len() as f64);
+    let took = sum[1] / all.len() as f64;
     println!("{name}: {took:.2} ms a frame without occlusion culling; {tier:?}");
     row(&format!("{name}: frame with over without"), sum[0] / sum[1], "0.33");
     row(&format!("{name}: late phase over frame"), 1.0 - late[1] / late[0], "0.05");
@@ -130,7 +137,7 @@ fn buffer(gpu: &Gpu, size: u64, usage: BufferUsages) -> Buffer {
     gpu.device.create_buffer(&BufferDescriptor { label, size, usage, mapped_at_creation: false })
 }
 
-/// Boxes in rows, and a view from above of all of them.
+/// Triangles in rows, one in a hundred of them in the second layer too, and a view from above of all of them.
 fn rows(side: u32) -> Result<(Scene, View), Failure> {
     let mut scene = Scene::new();
     let positions = [[-0.4, -0.4, 0.0], [0.4, -0.4, 0.0], [0.0, 0.4, 0.0]].to_vec();
@@ -138,7 +145,9 @@ fn rows(side: u32) -> Result<(Scene, View), Failure> {
     let mesh = scene.add_mesh(Mesh::new(data)?);
     for i in 0..side * side {
         let at = [f64::from(i % side), f64::from(i / side), 0.0];
-        scene.add(Instance::new(mesh, Transform::from_translation(at)))?;
+        let mut instance = Instance::new(mesh, Transform::from_translation(at));
+        instance.layers = if i % 100 == 0 { 3 } else { 1 };
+        scene.add(instance)?;
     }
     scene.commit();
     let half = f64::from(side) / 2.0;
@@ -247,71 +256,40 @@ impl Stream {
     }
 }
 
-/// A hundred thousand things of which one in a hundred is alive: one draw of what is left, over a draw for each that is there or not.
+/// A hundred thousand things of which one in a hundred is alive, drawn by each tier.
 fn many_draws(gpu: &Gpu) -> Result<(), Failure> {
     let (device, queue) = (&gpu.device, &gpu.queue);
     let (scene, view) = rows(316)?;
-    let count = scene.slot_count();
-    let stage = OffScreen::new(device, queue, &scene, [64, 64])?;
-    stage.target.set(queue, &view);
-    let draws = stage.culling.scene().draws(&Lanes::of(&scene));
-    let [one] = &draws[..] else { return Err("one draw".into()) };
-    let indirect = BufferUsages::INDIRECT | BufferUsages::COPY_DST;
-    let size = size_of::<DrawArguments>() as u64;
-    let make = |all: &[DrawArguments]| {
-        let made = buffer(gpu, size * all.len() as u64, indirect);
-        queue.write_buffer(&made, 0, bytemuck::cast_slice(all));
-        made
-    };
-    let alive: Vec<u32> = (0..count).step_by(100).collect();
-    let single = |slot: u32, instance_count| DrawArguments {
-        instance_count,
-        first_instance: slot,
-        ..one.arguments
-    };
-    let left = alive.len() as u32;
-    let zeroed: Vec<_> = (0..count).map(|s| single(s, u32::from(s % 100 == 0))).collect();
-    let counted: Vec<_> = alive.iter().map(|s| single(*s, 1)).collect();
-    let all: Vec<u32> = (0..count).collect();
-    let vertex = BufferUsages::VERTEX | BufferUsages::COPY_DST;
-    let lists = [&all, &alive].map(|slots| {
-        let made = buffer(gpu, slots.len() as u64 * 4, vertex);
-        queue.write_buffer(&made, 0, bytemuck::cast_slice(slots));
-        made
-    });
-    let compacted = DrawArguments { instance_count: alive.len() as u32, ..one.arguments };
-    let arguments = [make(&[compacted]), make(&zeroed), make(&counted)];
-    let counter = buffer(gpu, 4, indirect);
-    queue.write_buffer(&counter, 0, &(alive.len() as u32).to_le_bytes());
-    let has = device
-        .features()
-        .contains(Features::MULTI_DRAW_INDIRECT_COUNT | Features::INDIRECT_FIRST_INSTANCE);
-    if !has {
+    // One in a hundred is in the second layer.
+    let view = view.with_layers(2);
+    if !Tier::Counted.is_offered(device) {
         println!("many draws: the device has neither counted draws nor first instances");
         return Ok(());
     }
-    let draw = |way: usize| {
+    let stage = |tier| {
+        let mut made = OffScreen::with_tier(device, queue, &scene, view.viewport(), tier)?;
+        made.draw(device, queue, (&scene, &view), false)?;
+        Ok::<_, GpuError>(made)
+    };
+    let stages = [stage(Tier::Each)?, stage(Tier::Clusters)?, stage(Tier::Counted)?];
+    let pictures = stages.each_ref().map(|own| picture(gpu, own.target.ids(), view.viewport()));
+    let [one, each, counted] = pictures;
+    assert!(one? == each? && counted? == picture(gpu, stages[0].target.ids(), view.viewport())?);
+    let draw = |own: &OffScreen| {
         let mut encoder = device.create_command_encoder(&Default::default());
-        let mut pass = stage.ids.begin(&mut encoder, &stage.target, true);
-        pass.set_pipeline(stage.ids.pipeline(None, false));
-        pass.set_vertex_buffer(0, stage.culling.scene().vertices().slice(..));
-        pass.set_vertex_buffer(1, lists[usize::from(way == 0)].slice(..));
-        pass.set_index_buffer(stage.culling.scene().indices().slice(..), IndexFormat::Uint32);
-        match way {
-            0 => pass.draw_indexed_indirect(&arguments[0], 0),
-            1 => pass.multi_draw_indexed_indirect(&arguments[1], 0, count),
-            _ => pass.multi_draw_indexed_indirect_count(&arguments[2], 0, &counter, 0, left),
-        }
-        drop(pass);
+        own.ids.draw(&mut encoder, &own.target, (&own.culling, &view), &[Phase::Late], true);
         queue.submit([encoder.finish()]);
         Ok(())
     };
-    let [a, b, c] = fastest(gpu, [&mut || draw(0), &mut || draw(1), &mut || draw(2)])?;
+    let [mut one, mut each, mut counted] = stages.each_ref().map(|own| move || draw(own));
+    let [a, b, c] = fastest(gpu, [&mut one, &mut each, &mut counted])?;
+    let count = scene.slot_count();
+    let alive = count.div_ceil(100);
     println!(
-        "{count} things, {} alive: {a:.2} ms in one draw, {b:.2} in one each, {c:.2} counted",
-        alive.len()
+        "{count} things, {alive} alive: {a:.2} ms in one draw, {b:.2} in one each, {c:.2} counted"
     );
     row("a draw each over one of what is left", b / a, "8");
+    row("a draw each over counted", b / c, "8");
     row("one of what is left over counted", a / c, "1.2");
     Ok(())
 }

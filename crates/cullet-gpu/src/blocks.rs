@@ -40,8 +40,8 @@ impl Blocks {
         });
     }
 
-    /// The same of anything with a box and layers; in no layer where there is nothing.
-    pub(crate) fn follow(&mut self, slots: u32, of: impl Fn(u32) -> (Aabb, u32)) {
+    /// The same of anything else with a box and layers, by its number; in no layer where there is nothing.
+    pub fn follow(&mut self, slots: u32, of: impl Fn(u32) -> (Aabb, u32)) {
         let blocks = (slots as usize).div_ceil(BLOCK);
         let had = self.grids.len();
         self.slots = slots;

@@ -82,6 +82,22 @@ impl ClusterInstances {
         &self.clusters
     }
 
+    /// The draw of each, of no instance.
+    #[must_use]
+    pub fn arguments(&self) -> &[DrawArguments] {
+        &self.arguments
+    }
+
+    /// A lane for each, in buckets of those that are drawn alike.
+    #[must_use]
+    pub fn lanes(&self) -> Lanes {
+        let bucket = |(draw, numbers): &(Draw, Range<u32>)| Bucket {
+            kind: draw.kind,
+            lanes: numbers.clone(),
+        };
+        Lanes::numbered(self.runs.iter().map(bucket).collect())
+    }
+
     /// Those that are drawn alike.
     pub(crate) fn runs(&self) -> &[(Draw, Range<u32>)] {
         &self.runs

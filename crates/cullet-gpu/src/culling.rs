@@ -3,7 +3,7 @@
 use cullet::bounds::Plane;
 use cullet::{Scene, View, Visible};
 use wgpu::{
-    Buffer, BufferUsages, CommandEncoder, Device, Features, IndexFormat, Queue, RenderPass,
+    Buffer, BufferUsages, CommandEncoder, Device, IndexFormat, Queue, RenderPass,
     VertexBufferLayout, VertexFormat, VertexStepMode,
 };
 
@@ -72,8 +72,9 @@ impl Culling {
         scene: &Scene,
         tier: Tier,
     ) -> Result<Self, GpuError> {
-        if tier != Tier::Each && !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
-            return Err(GpuError::Tier);
+        let missing = tier.needs() - device.features();
+        if !missing.is_empty() {
+            return Err(GpuError::Tier { missing });
         }
         checked(device, || Self::upload((device, queue, passes), scene, tier))?
     }
@@ -85,7 +86,8 @@ impl Culling {
     ) -> Result<Self, GpuError> {
         let on_device = GpuScene::new(device, queue, scene)?;
         let mut blocks = Blocks::default();
-        let clusters = (tier == Tier::Clusters).then(|| ClusterInstances::of(scene, &on_device));
+        let is_of_clusters = matches!(tier, Tier::Clusters | Tier::Counted);
+        let clusters = is_of_clusters.then(|| ClusterInstances::of(scene, &on_device));
         match &clusters {
             None => blocks.update(scene),
             Some(all) => blocks.follow(all.len(), |number| all.bounds(scene, number)),
@@ -99,7 +101,7 @@ impl Culling {
         let on = (device, queue, passes);
         let units = match clusters {
             None => Units::instances(on, (scene, &on_device), bits, tier)?,
-            Some(clusters) => Units::clusters(on, clusters, bits)?,
+            Some(clusters) => Units::clusters(on, clusters, bits, tier)?,
         };
         Ok(Self {
             blocks,
@@ -146,7 +148,8 @@ impl Culling {
         Ok(!same)
     }
 
-    /// Uploads what the passes need to know of a view, drawn with so many samples a pixel. To be called once between two submissions.
+    /// Uploads what the passes need to know of a view, drawn with so many samples a pixel. Where views are moved by parts of a pixel from
+    /// frame to frame, it is the moved one that is drawn. To be called once between two submissions.
     ///
     /// # Errors
     /// If the view has more planes than can be.
@@ -256,7 +259,8 @@ impl Culling {
         &self.scene
     }
 
-    /// The arguments of a phase's draws, and how many there are.
+    /// The arguments of a phase's draws, and how many there are; of [`Tier::Counted`] one for each call, whose number of instances is how many
+    /// draws it makes.
     #[must_use]
     pub fn arguments(&self, phase: Phase) -> (&Buffer, usize) {
         self.units.arguments(phase)
@@ -276,8 +280,7 @@ impl Culling {
     #[must_use]
     pub fn tier(&self) -> Tier {
         match &self.units {
-            Units::Instances { tier, .. } => *tier,
-            Units::Clusters { .. } => Tier::Clusters,
+            Units::Instances { tier, .. } | Units::Clusters { tier, .. } => *tier,
         }
     }
 

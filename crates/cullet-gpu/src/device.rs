@@ -26,13 +26,13 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// The first adapter there is, with its own limits, and a clock and draws of [many meshes](super::Tier::Multi) where it has them; what
-    /// the environment says of backends (`WGPU_BACKEND`) is followed. Not in browsers: see [`request`](Self::request).
+    /// The first adapter there is, with its own limits, and a clock and what [tiers](super::Tier) need where it has them; what the
+    /// environment says of backends (`WGPU_BACKEND`) is followed. Not in browsers: see [`request`](Self::request).
     ///
     /// # Errors
     /// If there is none, or it cannot be opened.
     pub fn open() -> Result<Self, GpuError> {
-        Self::open_with(Features::INDIRECT_FIRST_INSTANCE)
+        Self::open_with(Features::INDIRECT_FIRST_INSTANCE | Features::MULTI_DRAW_INDIRECT_COUNT)
     }
 
     /// The same with a clock, and those of some more features that the adapter has.

@@ -36,7 +36,8 @@ pub enum GpuError {
     OutOfMemory(String),
     /// Something is larger than a buffer may be.
     #[error(
-        "{what}: {bytes} bytes, but a buffer of this device has at most {limit}; draw in parts, or let the CPU decide"
+        "{what}: {bytes} bytes, but a buffer of this device has at most {limit}; open it with the limits of its adapter \
+         (max_buffer_size, max_storage_buffer_binding_size), draw in parts, or let the CPU decide"
     )]
     TooLarge {
         /// What it is.
@@ -58,11 +59,14 @@ pub enum GpuError {
         /// The most that a side may have.
         limit: u32,
     },
-    /// The device was opened without what draws of many meshes in one call take.
+    /// The device was opened without what a tier takes.
     #[error(
-        "this device was opened without INDIRECT_FIRST_INSTANCE; open it with that feature, or hand draws in one by one (Tier::Each)"
+        "this device was opened without {missing:?}; open it with that, if its adapter has it, or take the tier that suits it (Tier::of)"
     )]
-    Tier,
+    Tier {
+        /// What it takes and the device has not.
+        missing: wgpu::Features,
+    },
     /// It cannot run the passes, as OpenGL cannot, where no compute shader reads a depth texture.
     #[error(
         "this device cannot run the passes: {0}; choose another with WGPU_BACKEND, or let the CPU decide"

@@ -66,8 +66,13 @@ impl Lanes {
     /// One bucket of all slots, for those who want to know what is visible and nothing else.
     #[must_use]
     pub fn by_slot(count: u32) -> Self {
-        let bucket = Bucket { kind: Kind::default(), lanes: 0..count };
-        Self { slots: (0..count).collect(), buckets: vec![bucket] }
+        Self::numbered(vec![Bucket { kind: Kind::default(), lanes: 0..count }])
+    }
+
+    /// Buckets that follow each other, whose lanes are what is drawn.
+    pub(crate) fn numbered(buckets: Vec<Bucket>) -> Self {
+        let end = buckets.last().map_or(0, |bucket| bucket.lanes.end);
+        Self { slots: (0..end).collect(), buckets }
     }
 
     /// Each bucket with its slots.

@@ -34,7 +34,9 @@
 mod blocks;
 mod buffers;
 mod checked;
+mod cluster_draws;
 mod clusters;
+mod counted;
 mod culling;
 mod device;
 mod error;
@@ -56,6 +58,7 @@ mod units;
 
 pub use blocks::{BLOCK, Blocks};
 pub use clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
+pub use counted::{CountedArguments, CountedPass};
 pub use culling::Culling;
 pub use device::Gpu;
 pub use error::GpuError;

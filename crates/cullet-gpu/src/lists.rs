@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor,
-    ComputePipeline, Device, Queue,
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePass,
+    ComputePassDescriptor, ComputePipeline, Device, Queue,
 };
 
 use super::buffers::{Access, GROUP, buffer, buffers_layout, dispatch_rows, group, pipelines};
@@ -66,6 +66,7 @@ pub struct LaneBuffers {
 pub struct SlotList {
     list: Buffer,
     arguments: Buffer,
+    which: Buffer,
     group: BindGroup,
     lane_groups: u32,
     draws: u32,
@@ -88,17 +89,18 @@ impl ListPass {
     pub fn new(device: &Device) -> Self {
         const ACCESS: [Access; 9] = [
             Access::Read,
-            Access::Read,
-            Access::Read,
-            Access::Read,
             Access::Write,
             Access::Write,
+            Access::Read,
+            Access::Read,
+            Access::Read,
             Access::Write,
             Access::Write,
             Access::Uniform,
         ];
         let layout = buffers_layout(device, "lists", &ACCESS);
-        let source = include_str!("shaders/lists.wgsl");
+        let source =
+            concat!(include_str!("shaders/ranks.wgsl"), include_str!("shaders/lists.wgsl"));
         let names = ["count", "scan", "scatter", "fill"];
         let [count, scan, scatter, fill] =
             pipelines(device, "lists", source, &[&layout], &[], names);
@@ -107,6 +109,16 @@ impl ListPass {
 
     /// Records how a list is made. The bits must be ready by then, and it is right when the passes are done.
     pub fn record(&self, encoder: &mut CommandEncoder, to: &SlotList) {
+        self.record_with(encoder, to, |pass| dispatch_rows(pass, &self.scatter, to.lane_groups));
+    }
+
+    /// The same with something else made of the lanes that are listed than their slots.
+    pub(crate) fn record_with(
+        &self,
+        encoder: &mut CommandEncoder,
+        to: &SlotList,
+        make: impl FnOnce(&mut ComputePass<'_>),
+    ) {
         let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
             label: Some("lists"),
             timestamp_writes: None,
@@ -114,8 +126,8 @@ impl ListPass {
         pass.set_bind_group(0, &to.group, &[]);
         dispatch_rows(&mut pass, &self.count, to.lane_groups);
         dispatch_rows(&mut pass, &self.scan, 1);
-        dispatch_rows(&mut pass, &self.scatter, to.lane_groups);
         dispatch_rows(&mut pass, &self.fill, to.draws.div_ceil(GROUP));
+        make(&mut pass);
     }
 }
 
@@ -141,6 +153,11 @@ impl LaneBuffers {
             count: all.len() as u32,
             buckets: lanes.buckets().iter().map(|b| b.lanes.clone()).collect(),
         })
+    }
+
+    /// Lanes, which of them are listed, and where.
+    pub(crate) fn ranks(&self) -> [&Buffer; 3] {
+        [&self.lanes, &self.words, &self.places]
     }
 
     /// Bytes that they take on the device.
@@ -191,18 +208,18 @@ impl SlotList {
         queue.write_buffer(&which, 0, bytemuck::cast_slice(&numbers));
         let resources = [
             &lanes.lanes,
+            &lanes.words,
+            &lanes.places,
             &table,
             source.bits,
             source.seen,
-            &lanes.words,
-            &lanes.places,
             &list,
             &arguments,
             &which,
         ]
         .map(|b| b.as_entire_binding());
         let group = group(device, "lists", &pass.layout, &resources);
-        Ok(Self { list, arguments, group, lane_groups, draws })
+        Ok(Self { list, arguments, which, group, lane_groups, draws })
     }
 
     /// Slots, u32 each; those of a bucket from its first lane on.
@@ -215,6 +232,11 @@ impl SlotList {
     #[must_use]
     pub fn arguments(&self) -> &Buffer {
         &self.arguments
+    }
+
+    /// How many lanes there are, in groups, and how many draws.
+    pub(crate) fn numbers(&self) -> (&Buffer, u32) {
+        (&self.which, self.lane_groups)
     }
 
     /// Bytes that it takes on the device.

@@ -9,28 +9,32 @@ use wgpu::{
 };
 
 use super::blocks::{BLOCK, Blocks};
-use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
+use super::buffers::{Access, GROUP, buffer, buffers_layout, dispatch_rows, group, pipelines};
 use super::error::GpuError;
+use super::grid::GridBox;
 use super::instances::InstanceBits;
 use super::planes::BlockPlanes;
-use super::pyramid::{Pyramid, PyramidPass};
+use super::pyramid::{Pyramid, PyramidPass, of_depths};
 
-/// The pipeline that tests instances against a pyramid: five storage buffers and a texture, no optional feature.
+/// The pipeline that tests instances against a pyramid: seven storage buffers and two textures, no optional feature.
 #[derive(Debug)]
 pub struct OcclusionPass {
     layout: BindGroupLayout,
-    late: ComputePipeline,
+    /// Of blocks and of what is in them, for depth of one sample a pixel and of several.
+    late: [[ComputePipeline; 2]; 2],
 }
 
 /// What one view sees: a bit a slot, and what the test of it needs.
 #[derive(Debug)]
 pub struct VisibleBits {
     matrices: Buffer,
+    around: Buffer,
     visible: Buffer,
     frame: Buffer,
     group: BindGroup,
     /// Kept from frame to frame, so that none is allocated.
     scratch: Vec<[[f32; 4]; 4]>,
+    boxes: Vec<GridBox>,
 }
 
 /// The shader's `Frame`.
@@ -57,20 +61,25 @@ impl OcclusionPass {
     }
 
     fn made(device: &Device, pyramid: &PyramidPass, clamped: bool) -> Self {
-        const ACCESS: [Access; 6] = [
+        const ACCESS: [Access; 8] = [
             Access::Read,
             Access::Read,
             Access::Read,
             Access::Read,
             Access::Write,
             Access::Uniform,
+            Access::Read,
+            Access::Write,
         ];
         let layout = buffers_layout(device, "occlusion", &ACCESS);
-        let source =
-            concat!(include_str!("shaders/boxes.wgsl"), include_str!("shaders/occlusion.wgsl"));
-        let layouts = [&layout, pyramid.reading()];
         let constants = [("CLAMPED", f64::from(u8::from(clamped)))];
-        let [late] = pipelines(device, "occlusion", source, &layouts, &constants, ["late"]);
+        let late = |source, has_several| {
+            let layouts = [&layout, pyramid.depth(has_several), pyramid.levels()];
+            let names = ["blocks", "late"];
+            pipelines(device, "occlusion", source, &layouts, &constants, names)
+        };
+        let [one, many] = of_depths!("shaders/boxes.wgsl", "shaders/occlusion.wgsl");
+        let late = [late(one, false), late(many, true)];
         Self { layout, late }
     }
 
@@ -88,8 +97,12 @@ impl OcclusionPass {
             timestamp_writes: None,
         });
         pass.set_bind_group(0, &to.group, &[]);
-        pass.set_bind_group(1, pyramid.reading(), &[]);
-        dispatch_rows(&mut pass, &self.late, planes.in_use().len() as u32);
+        pass.set_bind_group(1, pyramid.depth(), &[]);
+        pass.set_bind_group(2, pyramid.levels(), &[]);
+        let [blocks, late] = &self.late[usize::from(pyramid.has_several())];
+        let count = planes.in_use().len() as u32;
+        dispatch_rows(&mut pass, blocks, count.div_ceil(GROUP));
+        dispatch_rows(&mut pass, late, count);
     }
 }
 
@@ -108,14 +121,18 @@ impl VisibleBits {
         let written = BufferUsages::COPY_DST;
         let storage = BufferUsages::STORAGE | written;
         let matrices = buffer(device, "matrices of blocks", count, 64, storage)?;
+        let around = buffer(device, "boxes of blocks", count, size_of::<GridBox>(), storage)?;
+        let hidden = buffer(device, "hidden blocks", count, 4, BufferUsages::STORAGE)?;
         let bits = storage | BufferUsages::COPY_SRC;
         let visible = buffer(device, "visible slots", count * BLOCK / 32, 4, bits)?;
         let frame = buffer(device, "frame", 4, 4, BufferUsages::UNIFORM | written)?;
         let [boxes, in_use] = passed.boxes_in_use();
-        let resources = [boxes, in_use, &matrices, passed.bits(), &visible, &frame]
-            .map(|b| b.as_entire_binding());
+        let resources =
+            [boxes, in_use, &matrices, passed.bits(), &visible, &frame, &around, &hidden]
+                .map(|b| b.as_entire_binding());
         let group = group(device, "occlusion", &pass.layout, &resources);
-        Ok(Self { matrices, visible, frame, group, scratch: Vec::new() })
+        let (scratch, own) = (Vec::new(), Vec::new());
+        Ok(Self { matrices, around, visible, frame, group, scratch, boxes: own })
     }
 
     /// Uploads the matrices of a view of a scene with some origin, for a picture of a size and of so many samples a pixel. To be
@@ -139,6 +156,13 @@ impl VisibleBits {
         self.scratch.clear();
         self.scratch.extend(planes.in_use().iter().map(|own| of_block(own.block)));
         queue.write_buffer(&self.matrices, 0, bytemuck::cast_slice(&self.scratch));
+        self.boxes.clear();
+        self.boxes.extend(planes.in_use().iter().map(|own| {
+            let (grid, around) = &blocks.grids()[own.block as usize];
+            // The grid was made around it.
+            grid.round_out(around).unwrap_or(GridBox::ALWAYS)
+        }));
+        queue.write_buffer(&self.around, 0, bytemuck::cast_slice(&self.boxes));
         let frame = Frame {
             size: size.map(|v| v as f32),
             inset: if samples > 1 { 0.0 } else { 0.5 },

@@ -5,6 +5,7 @@ use wgpu::{Device, Limits};
 use super::buffers::{GROUP, ROW};
 use super::checked::{checked, checked_later, unchecked};
 use super::clusters::ArgumentPass;
+use super::counted::CountedPass;
 use super::error::GpuError;
 use super::instances::InstancePass;
 use super::lists::ListPass;
@@ -27,6 +28,8 @@ pub struct Passes {
     pub occlusion: OcclusionPass,
     /// Says of clusters whether they are drawn.
     pub arguments: ArgumentPass,
+    /// Puts those that are drawn one after the other.
+    pub counted: CountedPass,
     has_occlusion: bool,
 }
 
@@ -76,6 +79,7 @@ impl Passes {
             instances: InstancePass::new(device),
             lists: ListPass::new(device),
             arguments: ArgumentPass::new(device),
+            counted: CountedPass::new(device),
             occlusion,
             pyramid,
             has_occlusion,

@@ -7,9 +7,10 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry,
     BindingResource, BindingType, BufferUsages, CommandEncoder, ComputePassDescriptor,
-    ComputePipeline, Device, Extent3d, ShaderStages, StorageTextureAccess, Texture, TextureAspect,
-    TextureDescriptor, TextureDimension, TextureFormat, TextureSampleType, TextureUsages,
-    TextureView, TextureViewDescriptor, TextureViewDimension,
+    ComputePipeline, Device, Extent3d, Sampler, SamplerBindingType, SamplerDescriptor,
+    ShaderStages, StorageTextureAccess, Texture, TextureAspect, TextureDescriptor,
+    TextureDimension, TextureFormat, TextureSampleType, TextureUsages, TextureView,
+    TextureViewDescriptor, TextureViewDimension,
 };
 
 use super::buffers::{Access, layout, pipelines};
@@ -41,14 +42,20 @@ pub fn pyramid_ref(depths: &[f32], size: [u32; 2]) -> Vec<Vec<f32>> {
     levels
 }
 
-/// Pipelines that make pyramids.
+/// Levels that a dispatch makes.
+const TOGETHER: usize = 3;
+
+/// Pipelines that make pyramids of depth of one sample a pixel, or of several.
 #[derive(Debug)]
 pub struct PyramidPass {
-    layouts: [BindGroupLayout; 2],
-    first: ComputePipeline,
-    next: ComputePipeline,
-    /// For those who test against a pyramid.
-    reading: BindGroupLayout,
+    /// Of the levels that are made.
+    made: BindGroupLayout,
+    /// Of one sample and of several.
+    depths: [BindGroupLayout; 2],
+    levels: BindGroupLayout,
+    of_depth: [ComputePipeline; 2],
+    of_level: ComputePipeline,
+    nearest: Sampler,
 }
 
 /// The pyramid of a picture of one size.
@@ -57,11 +64,31 @@ pub struct Pyramid {
     texture: Texture,
     /// Of the picture.
     size: [u32; 2],
+    samples: u32,
     sizes: Vec<[u32; 2]>,
-    /// What makes each level.
-    groups: Vec<BindGroup>,
-    reading: BindGroup,
+    steps: Vec<Step>,
+    depth: BindGroup,
+    levels: BindGroup,
 }
+
+/// Some levels, made of the one below or of the depth.
+#[derive(Debug)]
+struct Step {
+    made: BindGroup,
+    below: Option<BindGroup>,
+    groups: [u32; 2],
+}
+
+/// Shaders that read depth: of one sample a pixel, and of several.
+macro_rules! of_depths {
+    ($($file:literal),*) => {
+        [
+            concat!(include_str!("shaders/depth_one.wgsl"), $(include_str!($file)),*),
+            concat!(include_str!("shaders/depth_many.wgsl"), $(include_str!($file)),*),
+        ]
+    };
+}
+pub(crate) use of_depths;
 
 fn view_entry(binding: u32, view: &TextureView) -> BindGroupEntry<'_> {
     BindGroupEntry { binding, resource: BindingResource::TextureView(view) }
@@ -77,56 +104,70 @@ impl PyramidPass {
             ty,
             count: None,
         };
-        let texture = |sample_type| BindingType::Texture {
+        let texture = |sample_type, multisampled| BindingType::Texture {
             sample_type,
             view_dimension: TextureViewDimension::D2,
-            multisampled: false,
+            multisampled,
         };
         let store = BindingType::StorageTexture {
             access: StorageTextureAccess::WriteOnly,
             format: TextureFormat::R32Float,
             view_dimension: TextureViewDimension::D2,
         };
-        let source = include_str!("shaders/pyramid.wgsl");
-        let make = |name, entries: &[BindGroupLayoutEntry]| {
-            let own = layout(device, name, entries);
-            let [pipeline] = pipelines(device, "pyramid", source, &[&own], &[], [name]);
-            (own, pipeline)
+        let level = texture(TextureSampleType::Float { filterable: false }, false);
+        let used = Access::Uniform.entry(0, ShaderStages::COMPUTE);
+        let stored = [1, 2, 3].map(|binding| entry(binding, store));
+        let made = layout(device, "levels made", &[used, stored[0], stored[1], stored[2]]);
+        let depth = |many| entry(0, texture(TextureSampleType::Depth, many));
+        let nearest = entry(1, BindingType::Sampler(SamplerBindingType::NonFiltering));
+        let depths = [
+            layout(device, "depth", &[depth(false), nearest]),
+            layout(device, "depth of samples", &[depth(true)]),
+        ];
+        let levels = layout(device, "levels", &[entry(0, level)]);
+        let make = |source, below| {
+            let [made] = pipelines(device, "pyramid", source, &[&made, below], &[], ["make"]);
+            made
         };
-        let levels = texture(TextureSampleType::Float { filterable: false });
-        let depth = entry(0, texture(TextureSampleType::Depth));
-        let used = Access::Uniform.entry(3, ShaderStages::COMPUTE);
-        let (of_depth, first) = make("first", &[depth, entry(2, store), used]);
-        let (of_level, next) = make("next", &[entry(1, levels), entry(2, store), used]);
-        let depth = entry(1, texture(TextureSampleType::Depth));
-        let reading = layout(device, "pyramid", &[entry(0, levels), depth]);
-        Self { layouts: [of_depth, of_level], first, next, reading }
+        let [one, many] = of_depths!("shaders/pyramid.wgsl");
+        let below =
+            concat!(include_str!("shaders/below.wgsl"), include_str!("shaders/pyramid.wgsl"));
+        let of_depth = [make(one, &depths[0]), make(many, &depths[1])];
+        let of_level = make(below, &levels);
+        let nearest = device.create_sampler(&SamplerDescriptor::default());
+        Self { made, depths, levels, of_depth, of_level, nearest }
     }
 
-    /// The layout of what a shader needs that tests against a pyramid: all levels, and the depth that they are of.
+    /// The layout of [`Pyramid::levels`].
     #[must_use]
-    pub fn reading(&self) -> &BindGroupLayout {
-        &self.reading
+    pub fn levels(&self) -> &BindGroupLayout {
+        &self.levels
+    }
+
+    /// The layout of [`Pyramid::depth`], of one sample a pixel or of several.
+    #[must_use]
+    pub fn depth(&self, has_several: bool) -> &BindGroupLayout {
+        &self.depths[usize::from(has_several)]
     }
 
     /// Records how a pyramid is made of the depth that it was [made for](Pyramid::new).
     pub fn record(&self, encoder: &mut CommandEncoder, pyramid: &Pyramid) {
-        for (level, (group, [width, height])) in
-            pyramid.groups.iter().zip(&pyramid.sizes).enumerate()
-        {
+        for Step { made, below, groups: [x, y] } in &pyramid.steps {
             let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
                 label: Some("pyramid"),
                 timestamp_writes: None,
             });
-            pass.set_pipeline(if level == 0 { &self.first } else { &self.next });
-            pass.set_bind_group(0, group, &[]);
-            pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
+            let of_depth = &self.of_depth[usize::from(pyramid.has_several())];
+            pass.set_pipeline(if below.is_some() { &self.of_level } else { of_depth });
+            pass.set_bind_group(0, made, &[]);
+            pass.set_bind_group(1, below.as_ref().unwrap_or(&pyramid.depth), &[]);
+            pass.dispatch_workgroups(*x, *y, 1);
         }
     }
 }
 
 impl Pyramid {
-    /// Room for the pyramid of a depth texture, reversed, of one sample a pixel, that may be bound.
+    /// Room for the pyramid of a depth texture, reversed, that may be bound. Of several samples a pixel the farthest counts.
     #[must_use]
     pub fn new(device: &Device, pass: &PyramidPass, depth: &Texture) -> Self {
         let sizes = level_sizes([depth.width(), depth.height()]).collect();
@@ -143,56 +184,75 @@ impl Pyramid {
         sizes: Vec<[u32; 2]>,
     ) -> Self {
         let size = [depth.width(), depth.height()];
-        let [width, height] = sizes[0].map(u32::next_power_of_two);
-        let texture = device.create_texture(&TextureDescriptor {
-            label: Some("depth pyramid"),
-            size: Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: sizes.len() as u32,
-            sample_count: 1,
-            dimension: TextureDimension::D2,
-            format: TextureFormat::R32Float,
-            usage: TextureUsages::STORAGE_BINDING
-                | TextureUsages::TEXTURE_BINDING
-                | TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
-        let level = |number: u32| {
+        let room = |label, [width, height]: [u32; 2], mip_level_count| {
+            device.create_texture(&TextureDescriptor {
+                label: Some(label),
+                size: Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count,
+                sample_count: 1,
+                dimension: TextureDimension::D2,
+                format: TextureFormat::R32Float,
+                usage: TextureUsages::STORAGE_BINDING
+                    | TextureUsages::TEXTURE_BINDING
+                    | TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        let texture =
+            room("depth pyramid", sizes[0].map(u32::next_power_of_two), sizes.len() as u32);
+        // Bound where there is no level left; each by itself, for nothing may be bound twice to be written.
+        let unused = [(); TOGETHER - 1]
+            .map(|()| room("no level", [1, 1], 1).create_view(&TextureViewDescriptor::default()));
+        let level = |number: usize| {
             texture.create_view(&TextureViewDescriptor {
-                base_mip_level: number,
+                base_mip_level: number as u32,
                 mip_level_count: Some(1),
                 ..TextureViewDescriptor::default()
             })
         };
+        let bind = |label, layout, entries: &[BindGroupEntry<'_>]| {
+            device.create_bind_group(&BindGroupDescriptor { label: Some(label), layout, entries })
+        };
+        let step = |first: usize| {
+            let of = |level: usize| sizes.get(level).copied().unwrap_or_default();
+            let below = first.checked_sub(1);
+            let used = [below.map_or(size, of), of(first), of(first + 1), of(first + 2)];
+            let used = device.create_buffer_init(&BufferInitDescriptor {
+                label: Some("used of levels"),
+                contents: bytemuck::cast_slice(&used),
+                usage: BufferUsages::UNIFORM,
+            });
+            let used = BindGroupEntry { binding: 0, resource: used.as_entire_binding() };
+            let views: Vec<_> = (first..sizes.len()).take(TOGETHER).map(level).collect();
+            let views: Vec<_> = views.iter().chain(&unused).take(TOGETHER).collect();
+            let stored = (1..).zip(views).map(|(binding, view)| view_entry(binding, view));
+            let entries: Vec<_> = [used].into_iter().chain(stored).collect();
+            let below =
+                below.map(|own| bind("level below", &pass.levels, &[view_entry(0, &level(own))]));
+            // Each invocation makes four by four of the first, each group eight by eight of that.
+            let groups = of(first).map(|v| v.div_ceil(32));
+            Step { made: bind("levels made", &pass.made, &entries), below, groups }
+        };
+        let steps = (0..sizes.len()).step_by(TOGETHER).map(step).collect();
         let of_depth = depth.create_view(&TextureViewDescriptor {
             aspect: TextureAspect::DepthOnly,
             ..TextureViewDescriptor::default()
         });
-        let group = |number: u32| {
-            let (layout, from, binding) = match number.checked_sub(1) {
-                None => (&pass.layouts[0], &of_depth, 0),
-                Some(below) => (&pass.layouts[1], &level(below), 1),
-            };
-            let below = number.checked_sub(1).map_or(size, |below| sizes[below as usize]);
-            let used = device.create_buffer_init(&BufferInitDescriptor {
-                label: Some("used of levels"),
-                contents: bytemuck::cast_slice(&[below, sizes[number as usize]]),
-                usage: BufferUsages::UNIFORM,
-            });
-            let used = BindGroupEntry { binding: 3, resource: used.as_entire_binding() };
-            device.create_bind_group(&BindGroupDescriptor {
-                label: Some("pyramid"),
-                layout,
-                entries: &[view_entry(binding, from), view_entry(2, &level(number)), used],
-            })
-        };
-        let groups = (0..sizes.len() as u32).map(group).collect();
-        let view = texture.create_view(&TextureViewDescriptor::default());
-        let reading = device.create_bind_group(&BindGroupDescriptor {
-            label: Some("pyramid"),
-            layout: &pass.reading,
-            entries: &[view_entry(0, &view), view_entry(1, &of_depth)],
-        });
-        Self { texture, size, sizes, groups, reading }
+        let samples = depth.sample_count();
+        let nearest =
+            BindGroupEntry { binding: 1, resource: BindingResource::Sampler(&pass.nearest) };
+        let entries = [view_entry(0, &of_depth), nearest];
+        let entries = if samples > 1 { &entries[..1] } else { &entries };
+        let depth = bind("depth", pass.depth(samples > 1), entries);
+        let all = texture.create_view(&TextureViewDescriptor::default());
+        let levels = bind("levels", &pass.levels, &[view_entry(0, &all)]);
+        Self { texture, size, samples, sizes, steps, depth, levels }
+    }
+
+    /// Whether a pixel of the picture has several samples.
+    #[must_use]
+    pub fn has_several(&self) -> bool {
+        self.samples > 1
     }
 
     /// Width and height of the picture.
@@ -207,10 +267,16 @@ impl Pyramid {
         &self.sizes
     }
 
-    /// All levels, and the depth that they are of, for those who test against them.
+    /// All levels, for those who test against them.
     #[must_use]
-    pub fn reading(&self) -> &BindGroup {
-        &self.reading
+    pub fn levels(&self) -> &BindGroup {
+        &self.levels
+    }
+
+    /// The depth that it is of, for the same.
+    #[must_use]
+    pub fn depth(&self) -> &BindGroup {
+        &self.depth
     }
 
     /// The texture.

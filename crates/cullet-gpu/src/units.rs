@@ -4,7 +4,8 @@ use cullet::{Scene, Visible};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Features, Queue, RenderPass};
 
 use super::buffers::buffer;
-use super::clusters::{ClusterArguments, ClusterInstances};
+use super::cluster_draws::ClusterDraws;
+use super::clusters::ClusterInstances;
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::lanes::Lanes;
@@ -34,19 +35,44 @@ pub enum Tier {
     /// Clusters of instances, each a draw of its own, those that are alike in one call: for scenes of large meshes. As
     /// [`Multi`](Self::Multi).
     Clusters,
+    /// The same with the draws of one instance alone, whose number the device knows: for scenes of which little is visible. The device must
+    /// have been opened with [`Features::MULTI_DRAW_INDIRECT_COUNT`] too, which Vulkan and D3D12 have.
+    Counted,
 }
 
 impl Tier {
+    /// What a device must have been opened with.
+    #[must_use]
+    pub fn needs(self) -> Features {
+        match self {
+            Self::Each => Features::empty(),
+            Self::Multi | Self::Clusters => Features::INDIRECT_FIRST_INSTANCE,
+            Self::Counted => {
+                Features::INDIRECT_FIRST_INSTANCE | Features::MULTI_DRAW_INDIRECT_COUNT
+            }
+        }
+    }
+
+    /// Whether a device was opened with all that it needs.
+    #[must_use]
+    pub fn is_offered(self, device: &Device) -> bool {
+        device.features().contains(self.needs())
+    }
+
     /// What suits a scene, of what a device can: clusters where there are at most 65,536 and eight or more to an instance.
     #[must_use]
     pub fn of(device: &Device, scene: &Scene) -> Self {
-        if !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
+        if !Self::Multi.is_offered(device) {
             return Self::Each;
         }
         let of = |slot| scene.mesh(slot).levels().first().map_or(0, |l| u64::from(l.cluster_count));
         let clusters: u64 = scene.slots().map(of).sum();
         let many = clusters >= 8 * u64::from(scene.instance_count());
-        if many && clusters <= 1 << 16 { Self::Clusters } else { Self::Multi }
+        match many && clusters <= 1 << 16 {
+            false => Self::Multi,
+            true if Self::Counted.is_offered(device) => Self::Counted,
+            true => Self::Clusters,
+        }
     }
 }
 
@@ -56,14 +82,15 @@ pub(crate) enum Units {
     Instances {
         lanes: Lanes,
         buffers: LaneBuffers,
-        lists: [SlotList; 3],
+        lists: Box<[SlotList; 3]>,
         draws: [Vec<Draw>; 3],
         tier: Tier,
     },
     Clusters {
         clusters: ClusterInstances,
         slots: Buffer,
-        arguments: [ClusterArguments; 3],
+        draws: ClusterDraws,
+        tier: Tier,
     },
 }
 
@@ -95,7 +122,7 @@ impl Units {
             let source = ListSource { bits, seen, listed: LISTED[phase] };
             SlotList::new(device, queue, &passes.lists, &buffers, &draws, source)
         };
-        let lists = [list(0, passed)?, list(1, visible)?, list(2, visible)?];
+        let lists = Box::new([list(0, passed)?, list(1, visible)?, list(2, visible)?]);
         Ok(Self::Instances { lanes, buffers, lists, draws, tier })
     }
 
@@ -103,16 +130,16 @@ impl Units {
         (device, queue, passes): (&Device, &Queue, &Passes),
         clusters: ClusterInstances,
         [passed, visible, seen]: [&Buffer; 3],
+        tier: Tier,
     ) -> Result<Self, GpuError> {
         let usage = BufferUsages::VERTEX | BufferUsages::COPY_DST;
         let slots = buffer(device, "slots of clusters", clusters.slots().len(), 4, usage)?;
         queue.write_buffer(&slots, 0, bytemuck::cast_slice(clusters.slots()));
-        let of = |phase: usize, bits| {
-            let source = ListSource { bits, seen, listed: LISTED[phase] };
-            ClusterArguments::new(device, queue, &passes.arguments, &clusters, source)
-        };
-        let arguments = [of(0, passed)?, of(1, visible)?, of(2, visible)?];
-        Ok(Self::Clusters { clusters, slots, arguments })
+        let of = |phase: usize, bits| ListSource { bits, seen, listed: LISTED[phase] };
+        let sources = [of(0, passed), of(1, visible), of(2, visible)];
+        let on = (device, queue, passes);
+        let draws = ClusterDraws::new(on, &clusters, sources, tier == Tier::Counted)?;
+        Ok(Self::Clusters { clusters, slots, draws, tier })
     }
 
     /// A bit for each unit that is listed, in so many words. O(slots + clusters).
@@ -158,9 +185,7 @@ impl Units {
     pub(crate) fn record(&self, passes: &Passes, encoder: &mut CommandEncoder, phase: Phase) {
         match self {
             Self::Instances { lists, .. } => passes.lists.record(encoder, &lists[phase as usize]),
-            Self::Clusters { arguments, .. } => {
-                passes.arguments.record(encoder, &arguments[phase as usize]);
-            }
+            Self::Clusters { draws, .. } => draws.record(passes, encoder, phase as usize),
         }
     }
 
@@ -172,13 +197,11 @@ impl Units {
     ) {
         const SIZE: u64 = size_of::<DrawArguments>() as u64;
         match self {
-            Self::Clusters { clusters, slots, arguments } => {
+            Self::Clusters { clusters, slots, draws, .. } => {
                 pass.set_vertex_buffer(1, slots.slice(..));
-                let arguments = arguments[phase as usize].arguments();
-                for (draw, run) in clusters.runs() {
+                for (call, (draw, numbers)) in clusters.runs().iter().enumerate() {
                     if draw.blended == (phase == Phase::Blended) && prepare(pass, draw) {
-                        let (first, count) = (u64::from(run.start), run.end - run.start);
-                        pass.multi_draw_indexed_indirect(arguments, first * SIZE, count);
+                        draws.draw(pass, phase as usize, (call, numbers));
                     }
                 }
             }
@@ -212,9 +235,7 @@ impl Units {
             Self::Instances { lists, draws, .. } => {
                 (lists[phase as usize].arguments(), draws[phase as usize].len())
             }
-            Self::Clusters { clusters, arguments, .. } => {
-                (arguments[phase as usize].arguments(), clusters.slots().len())
-            }
+            Self::Clusters { clusters, draws, .. } => draws.arguments(phase as usize, clusters),
         }
     }
 
@@ -224,9 +245,7 @@ impl Units {
             Self::Instances { buffers, lists, .. } => {
                 buffers.bytes() + lists.iter().map(SlotList::bytes).sum::<u64>()
             }
-            Self::Clusters { arguments, slots, .. } => {
-                slots.size() + arguments.iter().map(|a| a.arguments().size()).sum::<u64>()
-            }
+            Self::Clusters { draws, slots, .. } => slots.size() + draws.bytes(),
         }
     }
 }

@@ -2,189 +2,18 @@
 
 mod common;
 
-use cullet::{Camera, Culler, Depth, Projection, Scene, Transform, View, ViewState, Visible};
+use cullet::{Camera, Depth, Projection, Scene, Transform, View};
 use cullet_gpu::{
-    DrawArguments, Gpu, GpuError, IdTarget, OcclusionPass, OffScreen, Passes, Phase, Pyramid, Tier,
+    ClusterArguments, ClusterInstances, CountedArguments, DrawArguments, Gpu, GpuError, GpuScene,
+    IdTarget, LaneBuffers, ListSource, Listed, OcclusionPass, OffScreen, Passes, Pyramid, Tier,
 };
-use cullet_io::paths::{Overrides, PathSpec, views};
-use cullet_io::scenes;
 use cullet_testkit::Rng;
 use cullet_testkit::scenes::{city, elsewhere, mixed_scene};
 use cullet_testkit::views::{look, mixed_view};
 
-use common::{gpu, texels};
+use common::stage::{Stage, Way, able, assert_same, walk, wrong};
 
-/// A device that can run the passes: OpenGL cannot.
-fn able() -> Option<&'static Gpu> {
-    let gpu = gpu()?;
-    match Passes::new(&gpu.device) {
-        Ok(_) => Some(gpu),
-        Err(why) => {
-            assert_eq!(gpu.adapter.get_info().backend, wgpu::Backend::Gl, "{why}");
-            assert!(why.to_string().contains("let the CPU decide"), "{why}");
-            cullet_testkit::skip(
-                "a device that reads depth in compute shaders",
-                "WGPU_BACKEND=vulkan",
-            );
-            None
-        }
-    }
-}
-
-/// How a frame is culled.
-#[derive(Clone, Copy, PartialEq)]
-enum Way {
-    /// Not by occlusion.
-    All,
-    TwoPhases,
-    /// What was visible in the frame before and nothing else: wrong.
-    EarlyAlone,
-    /// As the CPU decides.
-    Cpu,
-}
-
-/// A scene on the device, drawn at one size.
-struct Stage<'a> {
-    gpu: &'a Gpu,
-    all: OffScreen,
-}
-
-/// What a frame left.
-struct Frame {
-    ids: Vec<u32>,
-    depth: Vec<f32>,
-}
-
-impl<'a> Stage<'a> {
-    fn new(gpu: &'a Gpu, scene: &Scene, size: [u32; 2]) -> Self {
-        Self::with_tier(gpu, scene, size, Tier::Each)
-    }
-
-    fn with_tier(gpu: &'a Gpu, scene: &Scene, size: [u32; 2], tier: Tier) -> Self {
-        let (device, queue) = (&gpu.device, &gpu.queue);
-        Self { gpu, all: OffScreen::with_tier(device, queue, scene, size, tier).unwrap() }
-    }
-
-    fn draw(&mut self, scene: &Scene, view: &View, way: Way) -> Frame {
-        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        if way == Way::EarlyAlone {
-            let all = &mut self.all;
-            all.culling.set(queue, scene, view, 1).unwrap();
-            all.target.set(queue, view);
-            let mut encoder = device.create_command_encoder(&Default::default());
-            all.culling.record_early(&all.passes, &mut encoder);
-            all.ids.draw(&mut encoder, &all.target, (&all.culling, view), &[Phase::Early], true);
-            all.culling.record_late(&all.passes, &mut encoder, &all.pyramid);
-            queue.submit([encoder.finish()]);
-        } else if way == Way::Cpu {
-            let mut visible = Visible::default();
-            Culler::default().cull_one(scene, view, &mut ViewState::default(), &mut visible);
-            self.all.draw_decided(device, queue, (scene, view), &visible).unwrap();
-        } else {
-            self.all.draw(device, queue, (scene, view), way == Way::TwoPhases).unwrap();
-        }
-        let size = view.viewport();
-        let ids = texels(self.gpu, self.all.target.ids(), 0, size);
-        Frame { ids, depth: texels(self.gpu, self.all.target.depth(), 0, size) }
-    }
-
-    fn bits(&self, buffer: &wgpu::Buffer) -> Vec<u32> {
-        bytemuck::pod_collect_to_vec(&self.gpu.read(buffer, buffer.size()).unwrap())
-    }
-
-    /// Instances or clusters that are drawn in a phase.
-    fn drawn(&self, phase: Phase) -> u32 {
-        let (arguments, count) = self.all.culling.arguments(phase);
-        let bytes = (count * size_of::<DrawArguments>()) as u64;
-        let all: Vec<DrawArguments> =
-            bytemuck::pod_collect_to_vec(&self.gpu.read(arguments, bytes).unwrap());
-        all.iter().map(|a| a.instance_count).sum()
-    }
-}
-
-fn is_set(bits: &[u32], slot: u32) -> bool {
-    bits[slot as usize / 32] >> (slot % 32) & 1 != 0
-}
-
-/// Fails where a frame is not the picture that all instances make. Returns at how many pixels two are equally near, and the other is
-/// seen.
-fn assert_same(stage: &Stage<'_>, expected: &Frame, found: &Frame, what: &str) -> usize {
-    let mut visible = stage.bits(stage.all.culling.visible());
-    if let Some(slots) = stage.all.culling.slots_of_clusters() {
-        let most = slots.iter().max().map_or(0, |slot| slot / 32 + 1);
-        let mut of_slots = vec![0; most as usize];
-        for (number, slot) in (0..).zip(slots) {
-            of_slots[*slot as usize / 32] |= u32::from(is_set(&visible, number)) << (slot % 32);
-        }
-        visible = of_slots;
-    }
-    for id in expected.ids.iter().filter(|id| **id > 0) {
-        assert!(is_set(&visible, id - 1), "{what}: instance {} is seen and was culled", id - 1);
-    }
-    let wrong = expected.depth.iter().zip(&found.depth).filter(|(a, b)| a != b).count();
-    assert_eq!(wrong, 0, "{what}: pixels of another depth");
-    expected.ids.iter().zip(&found.ids).filter(|(a, b)| a != b).count()
-}
-
-/// Pixels of a frame that are not those of another.
-fn wrong(a: &Frame, b: &Frame) -> usize {
-    a.depth.iter().zip(&b.depth).filter(|(a, b)| a != b).count()
-}
-
-/// A walk through the city with jumps and turns.
-fn walk(size: [u32; 2]) -> Vec<View> {
-    let mut views = Vec::new();
-    for step in 0..6 {
-        let at = f64::from(step);
-        views.push(look([at * 3.0, 4.0, at * 0.5], [100.0, 6.0, 10.0 + at * 8.0], size));
-    }
-    // Jumps: back to front, up, and down again.
-    views.push(look([0.0, 4.0, 0.0], [-100.0, 6.0, 30.0], size));
-    views.push(look([0.0, 300.0, 300.0], [0.0, 0.0, 0.0], size));
-    views.push(look([60.0, 4.0, -60.0], [60.0, 6.0, 100.0], size));
-    views
-}
-
-const SIZES: [[u32; 2]; 12] = [
-    [1, 1],
-    [1, 64],
-    [3, 2],
-    [17, 31],
-    [64, 64],
-    [127, 65],
-    [200, 120],
-    [333, 187],
-    [479, 269],
-    [640, 360],
-    [641, 361],
-    [1023, 577],
-];
-
-#[test]
-fn a_walk_with_jumps_is_drawn_as_without_culling_at_every_size() {
-    let Some(gpu) = able() else { return };
-    let mut scene = city(16, 2, 400);
-    scene.commit();
-    let (mut drawn, mut in_view, mut ties, mut late) = (0, 0, 0, 0);
-    for size in SIZES {
-        let mut stage = Stage::new(gpu, &scene, size);
-        let mut reference = Stage::new(gpu, &scene, size);
-        for (number, view) in walk(size).iter().enumerate() {
-            let expected = reference.draw(&scene, view, Way::All);
-            let found = stage.draw(&scene, view, Way::TwoPhases);
-            ties += assert_same(&stage, &expected, &found, &format!("{size:?}, view {number}"));
-            late += stage.drawn(Phase::Late);
-            let again = stage.draw(&scene, view, Way::TwoPhases);
-            assert_same(&stage, &expected, &again, &format!("{size:?}, view {number} again"));
-            if size[0] >= 200 {
-                drawn += stage.drawn(Phase::Early) + stage.drawn(Phase::Late);
-                in_view += reference.drawn(Phase::Late);
-            }
-        }
-    }
-    assert_eq!(ties, 0, "pixels");
-    assert!(late > 0 && drawn * 2 < in_view, "{drawn} drawn of {in_view}, {late} late");
-}
+const SIZES: [[u32; 2]; 6] = [[17, 31], [64, 64], [127, 65], [200, 120], [333, 187], [479, 269]];
 
 #[test]
 fn scenes_of_every_kind_are_drawn_as_without_culling() {
@@ -193,7 +22,7 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
     let (mut ties, mut pixels) = (0, 0);
     for round in 0..60 {
         let mut scene = mixed_scene(&mut rng);
-        let size = SIZES[3 + rng.index(6)];
+        let size = SIZES[rng.index(6)];
         let mut views: Vec<View> = (0..3).map(|_| mixed_view(&mut rng, size)).collect();
         if round % 3 == 2 {
             views = vec![elsewhere(&mut scene, &views[0], &mut rng)];
@@ -201,9 +30,9 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
         scene.commit();
         let mut stage = Stage::new(gpu, &scene, size);
         let mut reference = Stage::new(gpu, &scene, size);
-        let mut others: Vec<_> = [Tier::Multi, Tier::Clusters]
+        let mut others: Vec<_> = [Tier::Multi, Tier::Clusters, Tier::Counted]
             .into_iter()
-            .filter(|_| Tier::of(&gpu.device, &scene) != Tier::Each)
+            .filter(|tier| tier.is_offered(&gpu.device))
             .map(|tier| Stage::with_tier(gpu, &scene, size, tier))
             .collect();
         for view in views.iter().chain(&views) {
@@ -220,47 +49,6 @@ fn scenes_of_every_kind_are_drawn_as_without_culling() {
     }
     // The same instance twice, of which another was seen before.
     assert!(pixels > 100_000 && ties * 20 < pixels, "{ties} of {pixels}");
-}
-
-/// Small ones of the built-in scenes, and the paths that suit them.
-const SCENES: [(&str, PathSpec); 8] = [
-    ("city:cells=10,objects=300,sub=2", PathSpec::Walk),
-    ("city:cells=10,objects=300,ground=0", PathSpec::Orbit),
-    ("solids:n=40", PathSpec::Orbit),
-    ("office:rooms=3,corridors=1", PathSpec::Walk),
-    ("plant:bays=2,floors=2,pipes=2,kinds=3", PathSpec::Walk),
-    ("forest:n=3000", PathSpec::Fly),
-    ("moving:n=40,t=700", PathSpec::Walk),
-    ("knobs:n=10", PathSpec::Orbit),
-];
-
-#[test]
-fn built_in_scenes_are_drawn_as_without_culling_whoever_decides() {
-    let Some(gpu) = able() else { return };
-    let (mut drawn, mut ties, mut pixels) = (0, 0, 0);
-    for (name, path) in SCENES {
-        let model = scenes::build(name).unwrap();
-        let scene = &model.scene;
-        let size = [333, 187];
-        let all = views(&model, &path, 4, size, &Overrides::default()).unwrap();
-        let mut reference = Stage::new(gpu, scene, size);
-        let can = |tier| tier == Tier::Each || Tier::of(&gpu.device, scene) != Tier::Each;
-        let tiers = [Tier::Each, Tier::Multi, Tier::Clusters];
-        for tier in tiers.into_iter().filter(|tier| can(*tier)) {
-            let mut stage = Stage::with_tier(gpu, scene, size, tier);
-            for (number, view) in all.iter().enumerate() {
-                let expected = reference.draw(scene, view, Way::All);
-                pixels += expected.ids.iter().filter(|id| **id > 0).count();
-                for way in [Way::TwoPhases, Way::Cpu, Way::TwoPhases] {
-                    let found = stage.draw(scene, view, way);
-                    let what = format!("{name}, {tier:?}, view {number}");
-                    ties += assert_same(&stage, &expected, &found, &what);
-                }
-                drawn += stage.drawn(Phase::Early);
-            }
-        }
-    }
-    assert!(drawn > 0 && pixels > 1_000_000 && ties * 100 < pixels, "{ties} of {pixels}");
 }
 
 #[test]
@@ -321,63 +109,6 @@ fn with_sizes_rounded_down_things_would_be_missing() {
     println!("{missing} pixels missing with sizes rounded down");
 }
 
-/// Whether no pixel of the rectangle of a box is as far as its nearest corner: the best that boxes can do.
-fn is_hidden_ref(scene: &Scene, view: &View, slot: u32, depth: &[f32]) -> bool {
-    let [width, height] = view.viewport();
-    let bounds = scene.bounds(slot);
-    let corner = |i: usize| {
-        let at = |a: usize| f64::from(if i >> a & 1 == 0 { bounds.min[a] } else { bounds.max[a] });
-        [0, 1, 2].map(|a| at(a) + scene.origin()[a])
-    };
-    let clip = glam::DMat4::from_cols_array(&view.clip_from_world());
-    let (mut low, mut high, mut nearest) = ([f64::MAX; 2], [f64::MIN; 2], 0.0_f64);
-    for i in 0..8 {
-        let p = clip * glam::DVec3::from(corner(i)).extend(1.0);
-        // Depth of the city's views is standard.
-        let z = (p.w - p.z) / p.w;
-        if p.w <= 0.0 || z >= 1.0 {
-            return false;
-        }
-        let at = [
-            (p.x / p.w * 0.5 + 0.5) * f64::from(width),
-            (0.5 - p.y / p.w * 0.5) * f64::from(height),
-        ];
-        for a in 0..2 {
-            (low[a], high[a]) = (low[a].min(at[a]), high[a].max(at[a]));
-        }
-        nearest = nearest.max(z);
-    }
-    let from = low.map(|v| (v - 0.5).ceil().max(0.0) as u32);
-    let to = [0, 1].map(|a| ((high[a] + 0.5).floor().max(0.0) as u32).min([width, height][a]));
-    (from[1]..to[1])
-        .flat_map(|y| (from[0]..to[0]).map(move |x| y * width + x))
-        .all(|i| nearest < f64::from(depth[i as usize]))
-}
-
-#[test]
-fn nearly_all_that_boxes_can_tell_hidden_is_found() {
-    let Some(gpu) = able() else { return };
-    let mut scene = city(24, 1, 6000);
-    scene.commit();
-    let size = [1333, 751];
-    let mut stage = Stage::new(gpu, &scene, size);
-    let (mut hidden, mut found) = (0, 0);
-    for view in &walk(size) {
-        // The second time all that is visible is early, and the depth complete.
-        stage.draw(&scene, view, Way::TwoPhases);
-        let frame = stage.draw(&scene, view, Way::TwoPhases);
-        let in_view = stage.bits(stage.all.culling.in_view());
-        let visible = stage.bits(stage.all.culling.visible());
-        for slot in scene.slots().filter(|slot| is_set(&in_view, *slot)) {
-            let could = is_hidden_ref(&scene, view, slot, &frame.depth);
-            hidden += u32::from(could);
-            found += u32::from(could && !is_set(&visible, slot));
-        }
-    }
-    println!("{found} of {hidden} hidden boxes found");
-    assert!(hidden > 10_000 && f64::from(found) > 0.99 * f64::from(hidden), "{found} of {hidden}");
-}
-
 #[test]
 fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
     let Some(gpu) = able() else { return };
@@ -385,8 +116,8 @@ fn what_moves_and_what_comes_is_drawn_in_the_same_frame() {
     scene.commit();
     let size = [200, 120];
     let view = look([0.0, 4.0, 0.0], [100.0, 6.0, 10.0], size);
-    let tiers = [Tier::Each, Tier::Clusters];
-    let can = |tier: &Tier| *tier == Tier::Each || Tier::of(&gpu.device, &scene) != Tier::Each;
+    let tiers = [Tier::Each, Tier::Clusters, Tier::Counted];
+    let can = |tier: &Tier| tier.is_offered(&gpu.device);
     let mut stages: Vec<_> = tiers
         .into_iter()
         .filter(can)
@@ -461,4 +192,71 @@ fn a_device_that_is_lost_is_an_error() {
     all.draw(&gpu.device, &gpu.queue, (&scene, view), true).unwrap();
     let told = gpu.read(all.culling.visible(), 4).unwrap_err();
     assert!(matches!(told, GpuError::Lost(_)), "{told}");
+}
+
+#[test]
+fn a_tier_that_a_device_has_not_is_an_error_that_names_what_is_missing() {
+    let Some(_) = able() else { return };
+    let mut scene = city(3, 1, 5);
+    scene.commit();
+    let gpu = Gpu::open_with(wgpu::Features::INDIRECT_FIRST_INSTANCE).unwrap();
+    let made = |tier| OffScreen::with_tier(&gpu.device, &gpu.queue, &scene, [64, 64], tier);
+    let told = made(Tier::Counted).map(|_| ()).unwrap_err().to_string();
+    assert!(told.contains("MULTI_DRAW_INDIRECT_COUNT") && told.contains("Tier::of"), "{told}");
+    // What suits it is something else.
+    let suits = Tier::of(&gpu.device, &scene);
+    assert!(suits != Tier::Counted && made(suits).unwrap().culling.tier() == suits);
+}
+
+#[test]
+fn counted_draws_are_those_of_one_instance_in_their_order() {
+    let Some(gpu) = able() else { return };
+    if !Tier::Counted.is_offered(&gpu.device) {
+        cullet_testkit::skip("counted draws", "a device with MULTI_DRAW_INDIRECT_COUNT");
+        return;
+    }
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let passes = Passes::new(device).unwrap();
+    let arguments = |buffer: &wgpu::Buffer| -> Vec<DrawArguments> {
+        bytemuck::pod_collect_to_vec(&gpu.read(buffer, buffer.size()).unwrap())
+    };
+    let mut rng = Rng(17);
+    let (mut live, mut calls) = (0, 0);
+    for round in 0..20 {
+        let mut scene = if round == 0 { city(20, 1, 900) } else { mixed_scene(&mut rng) };
+        scene.commit();
+        let on_device = GpuScene::new(device, queue, &scene).unwrap();
+        let clusters = ClusterInstances::of(&scene, &on_device);
+        let words: Vec<u32> =
+            (0..clusters.len().div_ceil(32).max(4)).map(|_| rng.bits() as u32).collect();
+        let bits = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: words.len() as u64 * 4,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        queue.write_buffer(&bits, 0, bytemuck::cast_slice(&words));
+        let source = ListSource { bits: &bits, seen: &bits, listed: Listed::All };
+        let lanes = LaneBuffers::new(device, queue, &clusters.lanes()).unwrap();
+        let (of, by) = ((&clusters, &lanes), (&passes.counted, &passes.lists));
+        let counted = CountedArguments::new(device, queue, by, of, source).unwrap();
+        let pass = &passes.arguments;
+        let each = ClusterArguments::new(device, queue, pass, &clusters, source).unwrap();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        passes.counted.record(&passes.lists, &mut encoder, &counted);
+        pass.record(&mut encoder, &each);
+        queue.submit([encoder.finish()]);
+        let (all, found) = (arguments(each.arguments()), arguments(counted.arguments()));
+        let counts = arguments(counted.counts());
+        for (bucket, count) in clusters.lanes().buckets().iter().zip(&counts) {
+            let own = bucket.lanes.start as usize..bucket.lanes.end as usize;
+            let is_alive = |one: &&DrawArguments| one.instance_count == 1;
+            let alive: Vec<_> = all[own.clone()].iter().filter(is_alive).copied().collect();
+            assert_eq!(count.instance_count as usize, alive.len(), "round {round}");
+            assert_eq!(found[own][..alive.len()], alive, "round {round}");
+            live += alive.len();
+            calls += 1;
+        }
+    }
+    assert!(live > 500 && calls > 40, "{live} draws of {calls} calls");
 }

@@ -2,6 +2,9 @@
 
 mod common;
 
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
 use cullet::bounds::{Aabb, Plane, Side};
 use cullet::{
     Camera, Culler, Depth, Instance, Projection, Scene, Stage, Transform, View, ViewState, Visible,
@@ -102,6 +105,10 @@ fn planes_of(view: &View, scene: &Scene) -> Vec<Plane> {
     view.frustum().relative_to(scene.origin()).planes().map(|(_, plane)| *plane).collect()
 }
 
+fn words(bytes: Vec<u8>) -> Vec<u32> {
+    bytemuck::pod_collect_to_vec(&bytes)
+}
+
 /// What makes lists of all slots of a scene.
 struct OnDevice {
     passes: (InstancePass, ListPass),
@@ -129,7 +136,6 @@ impl OnDevice {
         self.passes.0.record(&mut encoder, &self.bits, planes);
         self.passes.1.record(&mut encoder, &self.list);
         gpu.queue.submit([encoder.finish()]);
-        let words = |bytes: Vec<u8>| bytemuck::pod_collect_to_vec::<u8, u32>(&bytes);
         let count = words(gpu.read(self.list.arguments(), 20).unwrap())[1];
         words(gpu.read(self.list.list(), u64::from(count) * 4).unwrap())
     }
@@ -268,11 +274,110 @@ fn what_is_too_large_for_the_device_is_said_in_numbers() {
     assert!(matches!(bits.set(&gpu.queue, &planes), Err(GpuError::TooLarge { .. })));
 }
 
-/// Why planes are integers: a device may multiply and add in one step, and f32 says something else then.
+/// Small boxes of so many instances, each block of them somewhere else.
+fn many(instances: u32) -> Blocks {
+    let mut blocks = Blocks::default();
+    blocks.follow(instances, |slot| {
+        let block = slot / BLOCK as u32;
+        let at = [slot % 16, slot / 16 % 16, 0].map(|v| v as f32);
+        let of_block = [block % 64, block / 64 % 64, block / 4096].map(|v| v as f32 * 20.0);
+        let low = [0, 1, 2].map(|a| of_block[a] + at[a]);
+        (Aabb::new(low, low.map(|v| v + 0.5)), 1 << (slot % 3))
+    });
+    blocks
+}
+
+/// More than fit 256 blocks of 65,536 groups.
+const MOST: u32 = (1 << 24) + 1;
+
+#[test]
+fn as_many_instances_as_a_device_has_room_for() {
+    let Some(gpu) = gpu() else { return };
+    let limits = gpu.device.limits();
+    let room = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+    let boxes = u32::try_from(room / 16).unwrap_or(u32::MAX) / BLOCK as u32 * BLOCK as u32;
+    let count = MOST.min(boxes);
+    if count < MOST {
+        println!("{count} instances in place of {MOST}: a binding has {room} bytes here");
+    }
+    let blocks = many(count);
+    let mut on_device = OnDevice::new(gpu, &blocks);
+    let plane = |a: usize, sign: f64, d: f64| {
+        let mut normal = [0.0; 3];
+        normal[a] = sign;
+        Plane::new(normal, d)
+    };
+    // A slab that has some of every row of blocks, and of its blocks a part.
+    let slab = [plane(0, 1.0, 707.7), plane(1, -1.0, -503.3)];
+    let mut planes = BlockPlanes::default();
+    planes.set(&blocks, &slab, 5);
+    let found = on_device.list(gpu, &planes);
+    assert!(found.len() > count as usize / 8 && found.len() < count as usize);
+    assert!(found == visible_ref(&blocks, &planes));
+    planes.set(&blocks, &[], u32::MAX);
+    assert!(on_device.list(gpu, &planes) == (0..count).collect::<Vec<_>>());
+}
+
+#[test]
+fn one_instance_too_many_is_said_in_numbers() {
+    let Some(gpu) = gpu() else { return };
+    // With the limits that every adapter has, a browser's too.
+    let wanted = wgpu::DeviceDescriptor::default();
+    let opened =
+        pin!(gpu.adapter.request_device(&wanted)).poll(&mut Context::from_waker(Waker::noop()));
+    let Poll::Ready(Ok((device, queue))) = opened else { panic!("{opened:?}") };
+    let pass = InstancePass::new(&device);
+    let told = InstanceBits::new(&device, &queue, &pass, &many(MOST), 6).map(|_| ()).unwrap_err();
+    let GpuError::TooLarge { what, bytes, limit } = told else { panic!("{told}") };
+    let expected = (u64::from(MOST).next_multiple_of(256) * 16, 128 << 20);
+    assert_eq!((what, (bytes, limit)), ("boxes of instances", expected));
+    let told = told.to_string();
+    for part in ["268439552 bytes", "134217728", "max_storage_buffer_binding_size", "CPU"] {
+        assert!(told.contains(part), "{told}");
+    }
+}
+
+#[test]
+fn lists_of_more_groups_than_a_row_of_workgroups_has_room_for() {
+    let Some(gpu) = gpu() else { return };
+    let (device, queue) = (&gpu.device, &gpu.queue);
+    let limits = device.limits();
+    let room = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size) / 8;
+    // Two rows of 32,768 groups of 256.
+    let count = (MOST - 1).min(u32::try_from(room).unwrap_or(u32::MAX));
+    let mut rng = Rng(9);
+    // Every other time none of 32.
+    let bits: Vec<u32> = (0..count.div_ceil(32))
+        .map(|i| if i % 2 == 0 { rng.bits() as u32 & rng.bits() as u32 } else { 0 })
+        .collect();
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+    let on_device = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: size_of_val(&bits[..]) as u64,
+        usage,
+        mapped_at_creation: false,
+    });
+    queue.write_buffer(&on_device, 0, bytemuck::cast_slice(&bits));
+    let pass = ListPass::new(device);
+    let lanes = LaneBuffers::new(device, queue, &Lanes::by_slot(count)).unwrap();
+    let source = ListSource { bits: &on_device, seen: &on_device, listed: Listed::All };
+    let draws = [(0, DrawArguments::default())];
+    let list = SlotList::new(device, queue, &pass, &lanes, &draws, source).unwrap();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    pass.record(&mut encoder, &list);
+    queue.submit([encoder.finish()]);
+    let is_set = |slot: &u32| bits[*slot as usize / 32] >> (slot % 32) & 1 != 0;
+    let expected: Vec<u32> = (0..count).filter(is_set).collect();
+    assert_eq!(words(gpu.read(list.arguments(), 20).unwrap())[1] as usize, expected.len());
+    let found = words(gpu.read(list.list(), expected.len() as u64 * 4).unwrap());
+    assert!(found == expected);
+}
+
+/// Why planes are integers: a device may multiply and add in one step, and f32 says something else then of boxes that touch a plane.
 #[test]
 fn in_floating_point_devices_would_differ() {
     let mut rng = Rng(5);
-    let mut differ = 0;
+    let (mut differ, mut rejected) = (0, 0);
     for _ in 0..10_000 {
         let normal = rng.direction().map(|v| v as f32);
         let point = rng.vector(100.0).map(|v| v as f32);
@@ -282,6 +387,24 @@ fn in_floating_point_devices_would_differ() {
         let fused = normal[0]
             .mul_add(point[0], normal[1].mul_add(point[1], normal[2].mul_add(point[2], d)));
         differ += u32::from((apart > 0.0) != (fused > 0.0));
+        // The same box and plane in integers: nothing is rounded, so that sums are what they are in any order.
+        let beyond = std::array::from_fn(|a| point[a] + normal[a].signum());
+        let bounds = Aabb::from_points(&[point, beyond]);
+        let around = bounds.union(&Aabb::new([-128.0; 3], [128.0; 3]));
+        let grid = Grid::around(&around);
+        let steps = grid.round_out(&bounds).unwrap();
+        let plane = Plane::new(normal.map(f64::from), f64::from(-d) - rng.range(0.0, 0.1));
+        let on_grid = GridPlane::new(&plane, &grid);
+        let products = [0, 1, 2].map(|a| {
+            let n = i64::from(on_grid.normal[a]);
+            n * i64::from(if n >= 0 { steps.low[a] } else { steps.high[a] })
+        });
+        let offset = i64::from(on_grid.offset);
+        let in_step = products.iter().rev().fold(offset, |sum, product| product + sum) > 0;
+        let in_one = products.iter().sum::<i64>() + offset > 0;
+        assert_eq!([in_step, in_one], [on_grid.rejects(&steps); 2]);
+        rejected += u32::from(in_one);
+        assert!(!in_one || bounds.side(&plane) == Side::Outside);
     }
-    assert!(differ > 1000, "{differ}");
+    assert!(differ > 1000 && rejected > 1000, "{differ} differ, {rejected} rejected");
 }

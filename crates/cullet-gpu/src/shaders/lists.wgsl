@@ -1,19 +1,13 @@
 // From bits of slots to the lists that draws take: of each bucket the slots in it whose bit is set, in order, from the bucket's
 // first lane on. No counter that several invocations add to: the order is the same each time, and on every device.
 
-struct Lane { slot: u32, first: u32 }
 struct Which { lanes: u32, groups: u32, draws: u32, mode: u32 }
 
-@group(0) @binding(0) var<storage, read> lanes: array<Lane>;
 // First lane and end of the bucket that each draw is of.
-@group(0) @binding(1) var<storage, read> draws: array<vec2<u32>>;
+@group(0) @binding(3) var<storage, read> draws: array<vec2<u32>>;
 // A bit a slot each.
-@group(0) @binding(2) var<storage, read> bits: array<u32>;
-@group(0) @binding(3) var<storage, read> seen: array<u32>;
-// Bits of lanes, and how many are set before in the group: eight words for each group of 256.
-@group(0) @binding(4) var<storage, read_write> words: array<vec2<u32>>;
-// For each group how many of its bits are set; after the scan how many are set before it. One more at the end.
-@group(0) @binding(5) var<storage, read_write> places: array<u32>;
+@group(0) @binding(4) var<storage, read> bits: array<u32>;
+@group(0) @binding(5) var<storage, read> seen: array<u32>;
 @group(0) @binding(6) var<storage, read_write> list: array<u32>;
 // Five words a draw, of which the second is how many instances.
 @group(0) @binding(7) var<storage, read_write> arguments: array<u32>;
@@ -22,8 +16,6 @@ struct Which { lanes: u32, groups: u32, draws: u32, mode: u32 }
 const ALL = 0u;
 const SEEN = 1u;
 const NEW = 2u;
-
-const ROW = 32768u;
 
 fn is_listed(slot: u32) -> bool {
     let at = slot / 32u;
@@ -80,12 +72,6 @@ fn scan(@builtin(local_invocation_index) lane: u32) {
         place += count;
     }
     if lane == 255u { places[which.groups] = sums[255]; }
-}
-
-// How many are set before a lane.
-fn rank(lane: u32) -> u32 {
-    let own = words[lane / 32u];
-    return places[lane / 256u] + own.y + countOneBits(own.x & ((1u << (lane % 32u)) - 1u));
 }
 
 @compute @workgroup_size(256)

@@ -4,7 +4,7 @@
 
 struct Frame {
     size: vec2<f32>,
-    // Half a pixel where a pixel has one sample, in its middle; 0 where it has more.
+    // Half a pixel where what is drawn has one sample a pixel, in its middle; 0 where it has more.
     inset: f32,
     blocks: u32,
 }
@@ -15,11 +15,14 @@ struct Frame {
 @group(0) @binding(2) var<storage, read> matrices: array<mat4x4<f32>>;
 // A bit a slot: what passed the exact stages.
 @group(0) @binding(3) var<storage, read> passed: array<u32>;
-@group(0) @binding(4) var<storage, read_write> visible: array<u32>;
+// The same, cleared before.
+@group(0) @binding(4) var<storage, read_write> visible: array<atomic<u32>>;
 @group(0) @binding(5) var<uniform> frame: Frame;
-@group(1) @binding(0) var pyramid: texture_2d<f32>;
-// What it was made of.
-@group(1) @binding(1) var depth: texture_depth_2d;
+// For each block in use a box around all of it, and whether that is hidden.
+@group(0) @binding(6) var<storage, read> around: array<GridBox>;
+@group(0) @binding(7) var<storage, read_write> hidden: array<u32>;
+// Of the depth in group 1.
+@group(2) @binding(0) var pyramid: texture_2d<f32>;
 
 // Sixteen halves of an ulp of the sum of the terms: four products and their sum take four here, and as many where it is drawn.
 const ERROR = 9.5367431640625e-7;
@@ -67,10 +70,23 @@ fn seen_of(b: GridBox, m: mat4x4<f32>) -> Seen {
 override CLAMPED: bool = false;
 
 fn farthest(texel: vec2<u32>, shift: u32) -> f32 {
-    if shift == 0u { return textureLoad(depth, texel, 0); }
+    if shift == 0u { return depth_of(texel); }
     var at = texel;
     if CLAMPED { at = min(at, max(vec2<u32>(frame.size) >> vec2<u32>(shift), vec2<u32>(1u)) - 1u); }
     return textureLoad(pyramid, at, shift - 1u).r;
+}
+
+// Whether a depth is farther than all texels of a rectangle of pixels.
+fn is_behind(nearest: f32, first: vec2<u32>, end: vec2<u32>, shift: u32) -> bool {
+    // Not held against the level's size: one device answers that with the level of another invocation.
+    let from_texel = first >> vec2<u32>(shift);
+    let to_texel = end >> vec2<u32>(shift);
+    for (var y = from_texel.y; y <= to_texel.y; y++) {
+        for (var x = from_texel.x; x <= to_texel.x; x++) {
+            if nearest >= farthest(vec2<u32>(x, y), shift) { return false; }
+        }
+    }
+    return true;
 }
 
 fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
@@ -81,8 +97,9 @@ fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
     let top_left = vec2<f32>(seen.low.x, -seen.high.y) * half + half;
     let bottom_right = vec2<f32>(seen.high.x, -seen.low.y) * half + half;
     let last = frame.size - 1.0;
-    let from_pixel = max(floor(top_left + frame.inset - SLACK), vec2<f32>(0.0));
-    let to_pixel = min(floor(bottom_right - frame.inset + SLACK), last);
+    let inset = min(frame.inset, INSET);
+    let from_pixel = max(floor(top_left + inset - SLACK), vec2<f32>(0.0));
+    let to_pixel = min(floor(bottom_right - inset + SLACK), last);
     // It covers no pixel.
     if any(from_pixel > to_pixel) { return true; }
     let first = vec2<u32>(from_pixel);
@@ -94,9 +111,6 @@ fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
     let wide = (end >> vec2<u32>(shift)) - (first >> vec2<u32>(shift));
     if max(wide.x, wide.y) > 3u { shift += 1u; }
     shift = min(shift, textureNumLevels(pyramid));
-    let from_texel = first >> vec2<u32>(shift);
-    // Not held against the level's size: one device answers that with the level of another invocation.
-    let to_texel = end >> vec2<u32>(shift);
     let nearest = seen.nearest * (1.0 + DEPTH_SHARE) + DEPTH_STEP;
     // Two by two of what is four times as coarse say it of most that is hidden.
     let coarse = shift + 2u;
@@ -109,28 +123,29 @@ fn is_hidden(b: GridBox, m: mat4x4<f32>) -> bool {
         );
         if nearest < far { return true; }
     }
-    for (var y = from_texel.y; y <= to_texel.y; y++) {
-        for (var x = from_texel.x; x <= to_texel.x; x++) {
-            if nearest >= farthest(vec2<u32>(x, y), shift) { return false; }
-        }
-    }
-    return true;
+    if is_behind(nearest, first, end, shift) { return true; }
+    // A level finer finds a third of what is hidden and was not found, and is left at the first texel that is too far.
+    return shift > 0u && is_behind(nearest, first, end, shift - 1u);
 }
 
-var<workgroup> own_bits: array<atomic<u32>, 8>;
+// Whole blocks first: behind a wall are many.
+@compute @workgroup_size(256)
+fn blocks(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let number = (group.x + group.y * ROW) * 256u + lane;
+    if number >= frame.blocks { return; }
+    let own = around[number];
+    hidden[number] = u32(!is_always(own) && is_hidden(own, matrices[number]));
+}
 
+// Without a barrier, so that software may run one invocation after the other; few are visible, so that few wait for each other's bit.
 @compute @workgroup_size(256)
 fn late(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let number = group.x + group.y * ROW;
-    // The same for the whole group.
-    if number >= frame.blocks { return; }
+    if number >= frame.blocks || hidden[number] != 0u { return; }
     let block = in_use[number].block;
-    if ((passed[block * 8u + lane / 32u] >> (lane % 32u)) & 1u) != 0u {
-        let own = boxes[block * 256u + lane];
-        if is_always(own) || !is_hidden(own, matrices[number]) {
-            atomicOr(&own_bits[lane / 32u], 1u << (lane % 32u));
-        }
-    }
-    workgroupBarrier();
-    if lane < 8u { visible[block * 8u + lane] = atomicLoad(&own_bits[lane]); }
+    let word = block * 8u + lane / 32u;
+    let bit = 1u << (lane % 32u);
+    if (passed[word] & bit) == 0u { return; }
+    let own = boxes[block * 256u + lane];
+    if is_always(own) || !is_hidden(own, matrices[number]) { atomicOr(&visible[word], bit); }
 }

@@ -5,35 +5,33 @@
 // what has no partner is repeated. Levels of a texture are rounded down, so the texture's first has sides of powers of two, of which a
 // part is used.
 
-struct Used { below: vec2<u32>, above: vec2<u32> }
+struct Used { below: vec2<u32>, first: vec2<u32>, second: vec2<u32>, third: vec2<u32> }
 
-@group(0) @binding(0) var depth: texture_depth_2d;
-@group(0) @binding(1) var below: texture_2d<f32>;
-@group(0) @binding(2) var above: texture_storage_2d<r32float, write>;
-@group(0) @binding(3) var<uniform> used: Used;
+// Of a level that is not there nothing is used.
+@group(0) @binding(0) var<uniform> used: Used;
+@group(0) @binding(1) var first: texture_storage_2d<r32float, write>;
+@group(0) @binding(2) var second: texture_storage_2d<r32float, write>;
+@group(0) @binding(3) var third: texture_storage_2d<r32float, write>;
 
-// The first level, of pixels.
+// Three levels of the depth or level in group 1: each invocation makes one texel of the third, and what is below it. A third of the
+// passes, and no invocation waits for another. What it reads beyond the edge is of the edge, and that is below the same texel.
 @compute @workgroup_size(8, 8)
-fn first(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= used.above) { return; }
-    let last = used.below - 1u;
-    var far = 1.0;
-    for (var i = 0u; i < 4u; i++) {
-        let at = min(id.xy * 2u + vec2<u32>(i & 1u, i >> 1u), last);
-        far = min(far, textureLoad(depth, at, 0));
+fn make(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy * 4u >= used.first) { return; }
+    var of_third = 1.0;
+    for (var j = 0u; j < 4u; j++) {
+        let above = id.xy * 2u + vec2<u32>(j & 1u, j >> 1u);
+        var of_second = 1.0;
+        for (var i = 0u; i < 4u; i++) {
+            let at = above * 2u + vec2<u32>(i & 1u, i >> 1u);
+            let far = farthest_of_four(min(at * 2u, used.below - 1u), used.below);
+            if all(at < used.first) { textureStore(first, at, vec4<f32>(far, 0.0, 0.0, 0.0)); }
+            of_second = min(of_second, far);
+        }
+        if all(above < used.second) {
+            textureStore(second, above, vec4<f32>(of_second, 0.0, 0.0, 0.0));
+        }
+        of_third = min(of_third, of_second);
     }
-    textureStore(above, id.xy, vec4<f32>(far, 0.0, 0.0, 0.0));
-}
-
-// A level of the one below.
-@compute @workgroup_size(8, 8)
-fn next(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= used.above) { return; }
-    let last = used.below - 1u;
-    var far = 1.0;
-    for (var i = 0u; i < 4u; i++) {
-        let at = min(id.xy * 2u + vec2<u32>(i & 1u, i >> 1u), last);
-        far = min(far, textureLoad(below, at, 0).r);
-    }
-    textureStore(above, id.xy, vec4<f32>(far, 0.0, 0.0, 0.0));
+    if all(id.xy < used.third) { textureStore(third, id.xy, vec4<f32>(of_third, 0.0, 0.0, 0.0)); }
 }

@@ -1,5 +1,8 @@
 //! A device for tests, and what lies on it.
 
+#[allow(dead_code, reason = "not every test draws frames")]
+pub(crate) mod stage;
+
 use std::sync::OnceLock;
 
 use bytemuck::Pod;
