@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use cullet::{Depth, Instance, Mesh, Projection, Scene, Transform, View};
-use cullet_gpu::{DrawArguments, Gpu, GpuError, Lanes, OffScreen, Phase};
+use cullet_gpu::{DrawArguments, Gpu, GpuError, Lanes, OffScreen, Phase, Tier};
 use cullet_io::paths::{Overrides, PathSpec, views};
 use wgpu::*;
 
@@ -77,13 +77,17 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model) -> Result<(), Failure
     let all = views(model, &PathSpec::Walk, 8, size, &Overrides::default())?;
     let mut stage = OffScreen::new(device, queue, scene, size)?;
     let mut without = OffScreen::new(device, queue, scene, size)?;
-    let (mut sum, mut late, mut same) = ([0.0; 2], [0.0; 2], true);
+    without.culling.settings.backfaces = false;
+    let mut with_backs = OffScreen::new(device, queue, scene, size)?;
+    with_backs.culling.settings.backfaces = false;
+    let (mut sum, mut late, mut same) = ([0.0; 3], [0.0; 2], true);
     for view in &all {
         let on = (scene, view);
         let mut culled = || stage.draw(device, queue, on, true);
         let mut plain = || without.draw(device, queue, on, false);
-        let [a, b] = fastest(gpu, [&mut culled, &mut plain])?;
-        sum = [sum[0] + a, sum[1] + b];
+        let mut backs = || with_backs.draw(device, queue, on, true);
+        let [a, b, c] = fastest(gpu, [&mut culled, &mut plain, &mut backs])?;
+        sum = [sum[0] + a, sum[1] + b, sum[2] + c];
         let pixels = |of: &OffScreen| picture(gpu, of.target.ids(), size);
         same &= pixels(&stage)? == pixels(&without)?;
         // The same frame without its second phase.
@@ -106,6 +110,9 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model) -> Result<(), Failure
     let (tier, took) = (stage.culling.tier(), sum[1] / all.len() as f64);
     println!("{name}: {took:.2} ms a frame without occlusion culling; {tier:?}");
     row(&format!("{name}: frame with over without"), sum[0] / sum[1], "0.33");
+    if tier == Tier::Clusters {
+        row(&format!("{name}: the same with clusters' backs"), sum[2] / sum[1], "");
+    }
     row(&format!("{name}: late phase over frame"), 1.0 - late[1] / late[0], "0.05");
     Ok(())
 }

@@ -113,6 +113,14 @@ fn fill(given: &[(Aabb, u32)], own: &mut [GridBox; BLOCK]) -> (Grid, Aabb) {
 
 /// The box of an instance; of one that is never culled, everything.
 pub(crate) fn bounds_of(scene: &Scene, slot: u32) -> Aabb {
-    let exempt = scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 != 0);
-    if exempt { Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]) } else { scene.bounds(slot) }
+    if is_exempt(scene, slot) {
+        Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3])
+    } else {
+        scene.bounds(slot)
+    }
+}
+
+/// Whether an instance is never culled.
+pub(crate) fn is_exempt(scene: &Scene, slot: u32) -> bool {
+    scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 != 0)
 }

@@ -10,6 +10,7 @@ use wgpu::{
 use super::blocks::Blocks;
 use super::buffers::buffer;
 use super::clusters::ClusterInstances;
+use super::cones::{ConeBits, Cones};
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::instances::InstanceBits;
@@ -21,6 +22,21 @@ use super::units::{Phase, Tier, Units};
 
 /// Planes of a view at the most.
 const MOST_PLANES: usize = 32;
+
+/// Which stages run besides those that always do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Whether clusters are dropped that face away with all of their triangles, where the view culls such faces. They would show
+    /// nothing. Default on; only [`Tier::Clusters`] has them.
+    pub backfaces: bool,
+}
+
+impl Default for Settings {
+    /// All that changes no picture.
+    fn default() -> Self {
+        Self { backfaces: true }
+    }
+}
 
 /// A scene on a device, and what one view saw of it last.
 ///
@@ -37,8 +53,11 @@ const MOST_PLANES: usize = 32;
 pub struct Culling {
     blocks: Blocks,
     planes: BlockPlanes,
+    /// To be changed at will: it counts from the next view that is [set](Self::set) on.
+    pub settings: Settings,
     scene: GpuScene,
     passed: InstanceBits,
+    cones: Option<ConeBits>,
     visible: VisibleBits,
     /// A bit each: what was visible in the frame before.
     seen: Buffer,
@@ -82,6 +101,9 @@ impl Culling {
             Some(all) => blocks.follow(all.len(), |number| all.bounds(scene, number)),
         }
         let passed = InstanceBits::new(device, queue, &passes.instances, &blocks, MOST_PLANES)?;
+        let cones =
+            |all| ConeBits::new(device, queue, &passes.cones, Cones::new(scene, all), &passed);
+        let cones = clusters.as_ref().map(cones).transpose()?;
         let visible = VisibleBits::new(device, &passes.occlusion, &blocks, &passed)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let words = visible.bits().size() as usize / 4;
@@ -95,8 +117,10 @@ impl Culling {
         Ok(Self {
             blocks,
             planes: BlockPlanes::default(),
+            settings: Settings::default(),
             scene: on_device,
             passed,
+            cones,
             visible,
             seen,
             units,
@@ -132,7 +156,9 @@ impl Culling {
         let same =
             same && self.passed.update(queue, &self.blocks) && self.scene.update(queue, scene);
         if !same {
+            let settings = self.settings;
             *self = Self::with_tier(device, queue, passes, scene, self.tier())?;
+            self.settings = settings;
         }
         Ok(!same)
     }
@@ -153,6 +179,13 @@ impl Culling {
         self.scratch.extend(frustum.planes().map(|(_, plane)| *plane));
         self.planes.set(&self.blocks, &self.scratch, view.layers);
         self.passed.set(queue, &self.planes)?;
+        match &mut self.cones {
+            Some(cones) if self.settings.backfaces => {
+                cones.set(queue, scene, view, &self.planes);
+            }
+            Some(cones) => cones.clear(),
+            None => {}
+        }
         let picture = (view.viewport(), samples);
         let on = (&self.blocks, &self.planes);
         self.visible.set(queue, on, (view, scene.origin()), picture);
@@ -161,7 +194,7 @@ impl Culling {
 
     /// Records the early phase: what is in the view, and of that what was seen before.
     pub fn record_early(&self, passes: &Passes, encoder: &mut CommandEncoder) {
-        passes.instances.record(encoder, &self.passed, &self.planes);
+        self.record_exact(passes, encoder);
         self.units.record(passes, encoder, Phase::Early);
     }
 
@@ -174,7 +207,7 @@ impl Culling {
 
     /// Records a frame without occlusion culling: everything in the view is late.
     pub fn record_all(&self, passes: &Passes, encoder: &mut CommandEncoder) {
-        passes.instances.record(encoder, &self.passed, &self.planes);
+        self.record_exact(passes, encoder);
         encoder.copy_buffer_to_buffer(self.passed.bits(), 0, self.visible.bits(), 0, None);
         self.forget(encoder);
         self.record_rest(passes, encoder);
@@ -194,6 +227,14 @@ impl Culling {
     pub fn record_decided(&self, passes: &Passes, encoder: &mut CommandEncoder) {
         self.forget(encoder);
         self.record_rest(passes, encoder);
+    }
+
+    /// Records what is in the view, by the stages that are the same on every device.
+    fn record_exact(&self, passes: &Passes, encoder: &mut CommandEncoder) {
+        passes.instances.record(encoder, &self.passed, &self.planes);
+        if let Some(cones) = &self.cones {
+            passes.cones.record(encoder, cones, &self.planes);
+        }
     }
 
     fn record_rest(&self, passes: &Passes, encoder: &mut CommandEncoder) {
@@ -239,6 +280,12 @@ impl Culling {
         const SLOT: [wgpu::VertexAttribute; 1] =
             [wgpu::VertexAttribute { format: VertexFormat::Uint32, offset: 0, shader_location: 1 }];
         [layout(12, VertexStepMode::Vertex, &POSITION), layout(4, VertexStepMode::Instance, &SLOT)]
+    }
+
+    /// The blocks and planes of the view that was set last, and the cones of its clusters: what the lists are made of.
+    #[must_use]
+    pub fn exact(&self) -> (&Blocks, &BlockPlanes, Option<&Cones>) {
+        (&self.blocks, &self.planes, self.cones.as_ref().map(ConeBits::cones))
     }
 
     /// Meshes and places.
@@ -293,6 +340,7 @@ impl Culling {
     /// Bytes that the passes take on the device, besides the scene's triangles and places.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.passed.bytes() + self.units.bytes() + 2 * self.seen.size()
+        let cones = self.cones.as_ref().map_or(0, ConeBits::bytes);
+        cones + self.passed.bytes() + self.units.bytes() + 2 * self.seen.size()
     }
 }

@@ -28,11 +28,13 @@
 mod blocks;
 mod buffers;
 mod clusters;
+mod cones;
 mod culling;
 mod device;
 mod error;
 mod geometry;
 mod grid;
+mod grid_cone;
 mod ids;
 mod instances;
 mod lanes;
@@ -47,11 +49,13 @@ mod units;
 
 pub use blocks::{BLOCK, Blocks};
 pub use clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
-pub use culling::Culling;
+pub use cones::{ConeBits, ConePass, Cones};
+pub use culling::{Culling, Settings};
 pub use device::Gpu;
 pub use error::GpuError;
 pub use geometry::{Draw, GpuScene, Place};
 pub use grid::{Grid, GridBox};
+pub use grid_cone::{ConeEye, GridCone};
 pub use ids::{EyeUniform, IdPass, IdTarget, culled_faces};
 pub use instances::{InstanceBits, InstancePass};
 pub use lanes::{Bucket, Kind, Lanes};

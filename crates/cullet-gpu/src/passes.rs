@@ -3,6 +3,7 @@
 use wgpu::Device;
 
 use super::clusters::ArgumentPass;
+use super::cones::ConePass;
 use super::device::checked;
 use super::error::GpuError;
 use super::instances::InstancePass;
@@ -15,6 +16,8 @@ use super::pyramid::PyramidPass;
 pub struct Passes {
     /// Tests instances.
     pub instances: InstancePass,
+    /// Tests which clusters face away.
+    pub cones: ConePass,
     /// Makes lists.
     pub lists: ListPass,
     /// Makes pyramids.
@@ -35,6 +38,7 @@ impl Passes {
             let pyramid = PyramidPass::new(device);
             Self {
                 instances: InstancePass::new(device),
+                cones: ConePass::new(device),
                 lists: ListPass::new(device),
                 occlusion: OcclusionPass::new(device, &pyramid),
                 arguments: ArgumentPass::new(device),
