@@ -6,17 +6,17 @@ use bytemuck::{Pod, Zeroable};
 use cullet::cull::backface::{Facing, ViewEye};
 use cullet::{MeshId, Scene, View};
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor,
-    ComputePipeline, Device, Queue,
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, Device,
+    Queue,
 };
 
 use super::blocks::{BLOCK, is_exempt};
-use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
+use super::buffers::{Access, buffer, buffers_layout, group, pipelines};
 use super::clusters::ClusterInstances;
 use super::error::GpuError;
 use super::grid::Grid;
 use super::grid_cone::{ConeEye, GridCone};
-use super::instances::InstanceBits;
+use super::instances::{InstanceBits, InstancePass};
 use super::planes::BlockPlanes;
 
 /// Where the cone of a cluster of an instance is, and its eye: 8 bytes, as they lie on the device.
@@ -153,7 +153,7 @@ impl Cones {
     }
 }
 
-/// The pipeline that tests cones: five storage buffers, no optional feature.
+/// The pipeline that tests boxes against planes and clusters by their cones: seven storage buffers, no optional feature.
 #[derive(Debug)]
 pub struct ConePass {
     layout: BindGroupLayout,
@@ -162,10 +162,12 @@ pub struct ConePass {
 
 /// Cones on a device, and what one view needs of them.
 #[derive(Debug)]
-pub struct ConeBits {
+pub struct ConeBuffers {
     cones: Cones,
     eyes: Buffer,
-    view: Buffer,
+    side: Buffer,
+    /// What that holds.
+    known_side: u32,
     group: BindGroup,
     bytes: u64,
 }
@@ -173,38 +175,41 @@ pub struct ConeBits {
 impl ConePass {
     /// Compiles the pass.
     #[must_use]
-    pub fn new(device: &Device) -> Self {
-        const ACCESS: [Access; 6] = [
-            Access::Read,
-            Access::Read,
-            Access::Read,
-            Access::Read,
-            Access::Write,
-            Access::Uniform,
-        ];
+    pub fn new(device: &Device, instances: &InstancePass) -> Self {
+        const ACCESS: [Access; 4] = [Access::Read, Access::Read, Access::Read, Access::Uniform];
         let layout = buffers_layout(device, "cones", &ACCESS);
-        let source =
-            concat!(include_str!("shaders/boxes.wgsl"), include_str!("shaders/cones.wgsl"));
-        let [face] = pipelines(device, "cones", source, &[&layout], &[], ["face"]);
+        let source = concat!(
+            include_str!("shaders/boxes.wgsl"),
+            include_str!("shaders/instances.wgsl"),
+            include_str!("shaders/cones.wgsl"),
+        );
+        let layouts = [instances.layout(), &layout];
+        let [face] = pipelines(device, "cones", source, &layouts, &[], ["face"]);
         Self { layout, face }
     }
 
-    /// Records that bits of clusters are cleared that face away from the view that was [set](ConeBits::set) last.
-    pub fn record(&self, encoder: &mut CommandEncoder, to: &ConeBits, planes: &BlockPlanes) {
-        if to.cones.side.is_none() {
-            return;
+    /// Records the test of a view in place of [that of boxes alone](InstancePass::record): one dispatch for both, since each costs more
+    /// than the test of many clusters where the device is a program. False, and nothing is recorded, where the view that was
+    /// [set](ConeBuffers::set) last culls no side that cones were made for.
+    #[must_use]
+    pub fn record(
+        &self,
+        encoder: &mut CommandEncoder,
+        to: &InstanceBits,
+        cones: &ConeBuffers,
+        planes: &BlockPlanes,
+    ) -> bool {
+        let is_used = cones.cones.side.is_some();
+        if is_used {
+            let more = Some(&cones.group);
+            to.record(encoder, &self.face, more, planes);
         }
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
-            label: Some("cones"),
-            timestamp_writes: None,
-        });
-        pass.set_bind_group(0, &to.group, &[]);
-        dispatch_rows(&mut pass, &self.face, planes.in_use().len() as u32);
+        is_used
     }
 }
 
-impl ConeBits {
-    /// Uploads cones, to clear bits of what passed the planes. O(clusters).
+impl ConeBuffers {
+    /// Uploads cones. O(clusters).
     ///
     /// # Errors
     /// If a buffer would be larger than the device allows.
@@ -213,7 +218,6 @@ impl ConeBits {
         queue: &Queue,
         pass: &ConePass,
         cones: Cones,
-        passed: &InstanceBits,
     ) -> Result<Self, GpuError> {
         let written = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let make = |what, items, size| buffer(device, what, items, size, written);
@@ -221,14 +225,14 @@ impl ConeBits {
         let table = make("cones", cones.cones.len(), size_of::<GridCone>())?;
         let eyes = make("eyes of instances", cones.eyes.len(), size_of::<ConeEye>())?;
         let uniform = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        let view = buffer(device, "view of cones", 4, 4, uniform)?;
+        let side = buffer(device, "side of cones", 4, 4, uniform)?;
         queue.write_buffer(&units, 0, bytemuck::cast_slice(&cones.units));
         queue.write_buffer(&table, 0, bytemuck::cast_slice(&cones.cones));
-        let [_, in_use] = passed.boxes_in_use();
-        let all = [in_use, &units, &table, &eyes, passed.bits(), &view];
+        let all = [&units, &table, &eyes, &side];
         let group = group(device, "cones", &pass.layout, &all.map(|b| b.as_entire_binding()));
-        let bytes = [&units, &table, &eyes].into_iter().map(Buffer::size).sum();
-        Ok(Self { cones, eyes, view, group, bytes })
+        let bytes = all.into_iter().map(Buffer::size).sum();
+        // Buffers begin with zeros.
+        Ok(Self { cones, eyes, side, known_side: 0, group, bytes })
     }
 
     /// Uploads the eyes of a view. To be called before the pass is [recorded](ConePass::record); once between two submissions.
@@ -236,11 +240,13 @@ impl ConeBits {
         self.cones.set(scene, view, planes);
         let Some(side) = self.cones.side else { return };
         queue.write_buffer(&self.eyes, 0, bytemuck::cast_slice(&self.cones.eyes));
-        let numbers = [planes.in_use().len() as u32, self.cones.units.len() as u32, side, 0];
-        queue.write_buffer(&self.view, 0, bytemuck::cast_slice(&numbers));
+        if side != self.known_side {
+            queue.write_buffer(&self.side, 0, &side.to_ne_bytes());
+            self.known_side = side;
+        }
     }
 
-    /// Has the pass clear nothing until a view is set again.
+    /// Has the pass test nothing until a view is set again.
     pub fn clear(&mut self) {
         self.cones.side = None;
     }

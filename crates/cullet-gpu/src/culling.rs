@@ -10,7 +10,7 @@ use wgpu::{
 use super::blocks::Blocks;
 use super::buffers::buffer;
 use super::clusters::ClusterInstances;
-use super::cones::{ConeBits, Cones};
+use super::cones::{ConeBuffers, Cones};
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::instances::InstanceBits;
@@ -57,7 +57,7 @@ pub struct Culling {
     pub settings: Settings,
     scene: GpuScene,
     passed: InstanceBits,
-    cones: Option<ConeBits>,
+    cones: Option<ConeBuffers>,
     visible: VisibleBits,
     /// A bit each: what was visible in the frame before.
     seen: Buffer,
@@ -101,9 +101,8 @@ impl Culling {
             Some(all) => blocks.follow(all.len(), |number| all.bounds(scene, number)),
         }
         let passed = InstanceBits::new(device, queue, &passes.instances, &blocks, MOST_PLANES)?;
-        let cones =
-            |all| ConeBits::new(device, queue, &passes.cones, Cones::new(scene, all), &passed);
-        let cones = clusters.as_ref().map(cones).transpose()?;
+        let upload = |own| ConeBuffers::new(device, queue, &passes.cones, own);
+        let cones = clusters.as_ref().map(|all| upload(Cones::new(scene, all))).transpose()?;
         let visible = VisibleBits::new(device, &passes.occlusion, &blocks, &passed)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let words = visible.bits().size() as usize / 4;
@@ -231,9 +230,9 @@ impl Culling {
 
     /// Records what is in the view, by the stages that are the same on every device.
     fn record_exact(&self, passes: &Passes, encoder: &mut CommandEncoder) {
-        passes.instances.record(encoder, &self.passed, &self.planes);
-        if let Some(cones) = &self.cones {
-            passes.cones.record(encoder, cones, &self.planes);
+        let with_cones = |cones| passes.cones.record(encoder, &self.passed, cones, &self.planes);
+        if !self.cones.as_ref().is_some_and(with_cones) {
+            passes.instances.record(encoder, &self.passed, &self.planes);
         }
     }
 
@@ -285,7 +284,7 @@ impl Culling {
     /// The blocks and planes of the view that was set last, and the cones of its clusters: what the lists are made of.
     #[must_use]
     pub fn exact(&self) -> (&Blocks, &BlockPlanes, Option<&Cones>) {
-        (&self.blocks, &self.planes, self.cones.as_ref().map(ConeBits::cones))
+        (&self.blocks, &self.planes, self.cones.as_ref().map(ConeBuffers::cones))
     }
 
     /// Meshes and places.
@@ -340,7 +339,7 @@ impl Culling {
     /// Bytes that the passes take on the device, besides the scene's triangles and places.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let cones = self.cones.as_ref().map_or(0, ConeBits::bytes);
+        let cones = self.cones.as_ref().map_or(0, ConeBuffers::bytes);
         cones + self.passed.bytes() + self.units.bytes() + 2 * self.seen.size()
     }
 }

@@ -47,13 +47,12 @@ impl InstancePass {
 
     /// Records the test of a view, of the planes that were [set](InstanceBits::set) last.
     pub fn record(&self, encoder: &mut CommandEncoder, to: &InstanceBits, planes: &BlockPlanes) {
-        encoder.clear_buffer(&to.bits, 0, None);
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
-            label: Some("instances"),
-            timestamp_writes: None,
-        });
-        pass.set_bind_group(0, &to.group, &[]);
-        dispatch_rows(&mut pass, &self.test, planes.in_use().len() as u32);
+        to.record(encoder, &self.test, None, planes);
+    }
+
+    /// What a pipeline needs to do the same and more.
+    pub(crate) fn layout(&self) -> &BindGroupLayout {
+        &self.layout
     }
 }
 
@@ -123,6 +122,26 @@ impl InstanceBits {
         let view = [planes.in_use.len() as u32, planes.layers(), 0, 0];
         queue.write_buffer(&self.view, 0, bytemuck::cast_slice(&view));
         Ok(())
+    }
+
+    /// Records a test by a pipeline, of bind group 0, and of 1 where it needs more.
+    pub(crate) fn record(
+        &self,
+        encoder: &mut CommandEncoder,
+        pipeline: &ComputePipeline,
+        more: Option<&BindGroup>,
+        planes: &BlockPlanes,
+    ) {
+        encoder.clear_buffer(&self.bits, 0, None);
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+            label: Some("instances"),
+            timestamp_writes: None,
+        });
+        pass.set_bind_group(0, &self.group, &[]);
+        if more.is_some() {
+            pass.set_bind_group(1, more, &[]);
+        }
+        dispatch_rows(&mut pass, pipeline, planes.in_use().len() as u32);
     }
 
     /// A bit a slot, lowest first: whether the view keeps it.

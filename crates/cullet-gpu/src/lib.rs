@@ -49,7 +49,7 @@ mod units;
 
 pub use blocks::{BLOCK, Blocks};
 pub use clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
-pub use cones::{ConeBits, ConePass, Cones};
+pub use cones::{ConeBuffers, ConePass, Cones};
 pub use culling::{Culling, Settings};
 pub use device::Gpu;
 pub use error::GpuError;

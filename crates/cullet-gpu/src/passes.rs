@@ -36,9 +36,10 @@ impl Passes {
     pub fn new(device: &Device) -> Result<Self, GpuError> {
         checked(device, || {
             let pyramid = PyramidPass::new(device);
+            let instances = InstancePass::new(device);
             Self {
-                instances: InstancePass::new(device),
-                cones: ConePass::new(device),
+                cones: ConePass::new(device, &instances),
+                instances,
                 lists: ListPass::new(device),
                 occlusion: OcclusionPass::new(device, &pyramid),
                 arguments: ArgumentPass::new(device),

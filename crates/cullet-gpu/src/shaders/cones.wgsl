@@ -1,18 +1,15 @@
-// Which of the clusters that passed the planes face away with all of their triangles. Integers only: every device gives the same
-// answer, and what is rounded is added to the side of "kept".
+// Which clusters no plane rejects and whose triangles do not all face away. Integers only: every device gives the same answer, and
+// what is rounded is added to the side of "kept".
 
 struct Unit { cone: u32, slot: u32 }
 struct Eye { at: vec3<i32>, shift: u32 }
-struct View { blocks: u32, units: u32, first_cone: u32, padding: u32 }
 
-@group(0) @binding(0) var<storage, read> in_use: array<InUse>;
-@group(0) @binding(1) var<storage, read> units: array<Unit>;
+@group(1) @binding(0) var<storage, read> units: array<Unit>;
 // Six words a cone: its apex and three vectors, 16 bits a number.
-@group(0) @binding(2) var<storage, read> cones: array<u32>;
-@group(0) @binding(3) var<storage, read> eyes: array<Eye>;
-// A bit a unit, eight words a block.
-@group(0) @binding(4) var<storage, read_write> bits: array<u32>;
-@group(0) @binding(5) var<uniform> view: View;
+@group(1) @binding(1) var<storage, read> cones: array<u32>;
+@group(1) @binding(2) var<storage, read> eyes: array<Eye>;
+// Where the cones of the side begin that the view culls.
+@group(1) @binding(3) var<uniform> first_cone: u32;
 
 // What the way to the eye is off by at the most, in each coordinate.
 const OFF = 2;
@@ -49,21 +46,19 @@ fn is_behind(cone: u32, eye: Eye) -> bool {
     return square(behind >> shift) > square((along_s >> shift) + 1) + square((along_t >> shift) + 1);
 }
 
-var<workgroup> behind_bits: array<atomic<u32>, 8>;
-
 @compute @workgroup_size(256)
 fn face(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let number = group.x + group.y * ROW;
     // The same for the whole group.
     if number >= view.blocks { return; }
-    let block = in_use[number].block;
-    let at = block * 256u + lane;
-    if at < view.units && ((bits[block * 8u + lane / 32u] >> (lane % 32u)) & 1u) != 0u {
+    let block = in_use[number];
+    let at = block.block * 256u + lane;
+    if is_visible(boxes[at], block) {
         let own = units[at];
-        if is_behind(own.cone + view.first_cone, eyes[own.slot]) {
-            atomicOr(&behind_bits[lane / 32u], 1u << (lane % 32u));
+        if !is_behind(own.cone + first_cone, eyes[own.slot]) {
+            atomicOr(&own_bits[lane / 32u], 1u << (lane % 32u));
         }
     }
     workgroupBarrier();
-    if lane < 8u { bits[block * 8u + lane] &= ~atomicLoad(&behind_bits[lane]); }
+    if lane < 8u { bits[block.block * 8u + lane] = atomicLoad(&own_bits[lane]); }
 }
