@@ -87,8 +87,8 @@ impl ClusterInstances {
         &self.runs
     }
 
-    /// The box of one, and its layers. Where an instance does not lie as its mesh says, the instance's own.
-    pub(crate) fn bounds(&self, scene: &Scene, number: u32) -> (Aabb, u32) {
+    /// The box of one, its layers, and the weight of its size. Where an instance does not lie as its mesh says, the instance's own.
+    pub(crate) fn bounds(&self, scene: &Scene, number: u32) -> (Aabb, u32, f32) {
         let slot = self.slots[number as usize];
         let whole = super::blocks::bounds_of(scene, slot);
         let bounds = if whole.is_finite() && scene.is_rigid(slot) {
@@ -97,7 +97,7 @@ impl ClusterInstances {
         } else {
             whole
         };
-        (bounds, scene.layers(slot))
+        (bounds, scene.layers(slot), scene.size_weight(slot))
     }
 }
 

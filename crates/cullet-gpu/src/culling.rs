@@ -18,6 +18,7 @@ use super::occlusion::VisibleBits;
 use super::passes::Passes;
 use super::planes::BlockPlanes;
 use super::pyramid::Pyramid;
+use super::sizes::{ROWS, SizeRule};
 use super::units::{Phase, Tier, Units};
 
 /// Planes of a view at the most.
@@ -29,12 +30,16 @@ pub struct Settings {
     /// Whether clusters are dropped that face away with all of their triangles, where the view culls such faces. They would show
     /// nothing. Default on; only [`Tier::Clusters`] has them.
     pub backfaces: bool,
+    /// Instances, or clusters of them, are dropped whose box is narrower and lower than so many pixels in the picture, from 0, at
+    /// which none is. Lossy: what is dropped may show that much. Default 0. Clusters are dropped by themselves with [`Tier::Clusters`],
+    /// which leaves holes in what is made of clusters as small, as with [`Detail::clusters`](cullet::cull::detail::Detail).
+    pub small_px: f32,
 }
 
 impl Default for Settings {
     /// All that changes no picture.
     fn default() -> Self {
-        Self { backfaces: true }
+        Self { backfaces: true, small_px: 0.0 }
     }
 }
 
@@ -100,7 +105,8 @@ impl Culling {
             None => blocks.update(scene),
             Some(all) => blocks.follow(all.len(), |number| all.bounds(scene, number)),
         }
-        let passed = InstanceBits::new(device, queue, &passes.instances, &blocks, MOST_PLANES)?;
+        let most = MOST_PLANES + ROWS;
+        let passed = InstanceBits::new(device, queue, &passes.instances, &blocks, most)?;
         let upload = |own| ConeBuffers::new(device, queue, &passes.cones, own);
         let cones = clusters.as_ref().map(|all| upload(Cones::new(scene, all))).transpose()?;
         let visible = VisibleBits::new(device, &passes.occlusion, &blocks, &passed)?;
@@ -176,7 +182,8 @@ impl Culling {
         self.scratch.clear();
         let frustum = view.frustum().relative_to(scene.origin());
         self.scratch.extend(frustum.planes().map(|(_, plane)| *plane));
-        self.planes.set(&self.blocks, &self.scratch, view.layers);
+        let sizes = SizeRule::new(view, scene.origin(), self.settings.small_px);
+        self.planes.set_with(&self.blocks, &self.scratch, view.layers, sizes.as_ref());
         self.passed.set(queue, &self.planes)?;
         match &mut self.cones {
             Some(cones) if self.settings.backfaces => {

@@ -45,6 +45,7 @@ mod passes;
 mod planes;
 mod pyramid;
 mod reference;
+mod sizes;
 mod units;
 
 pub use blocks::{BLOCK, Blocks};
@@ -66,4 +67,5 @@ pub use passes::Passes;
 pub use planes::{BlockPlanes, GridPlane, InUse};
 pub use pyramid::{Pyramid, PyramidPass, level_sizes, pyramid_ref};
 pub use reference::visible_ref;
+pub use sizes::SizeRule;
 pub use units::{Phase, Tier};

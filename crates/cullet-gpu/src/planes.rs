@@ -5,6 +5,7 @@ use cullet::bounds::{Aabb, Plane, Side};
 
 use super::blocks::Blocks;
 use super::grid::{Grid, GridBox, MOST};
+use super::sizes::{SizeRows, SizeRule};
 
 /// Components of normals reach so far, and 3 · 8191 · 32767 fits 30 bits.
 const NORMAL: f64 = 8191.0;
@@ -58,12 +59,17 @@ impl GridPlane {
     /// Whether a box is outside. The device's shader does the same.
     #[must_use]
     pub fn rejects(&self, of: &GridBox) -> bool {
+        self.lowest(of) > 0
+    }
+
+    /// N·q + offset at the lowest corner of a box along N.
+    pub(crate) fn lowest(&self, of: &GridBox) -> i32 {
         let mut sum = self.offset;
         for a in 0..3 {
             let n = self.normal[a];
             sum += n * i32::from(if n >= 0 { of.low[a] } else { of.high[a] });
         }
-        sum > 0
+        sum
     }
 }
 
@@ -77,8 +83,8 @@ pub struct InUse {
     pub first_plane: u32,
     /// How many planes cross it.
     pub plane_count: u32,
-    /// Nothing.
-    pub padding: u32,
+    /// How many rows follow its planes that say which of its boxes are small: four, or none.
+    pub size_rows: u32,
 }
 
 /// The blocks that one view tests: those that are not outside as a whole, each with the planes that cross it, on its own grid.
@@ -95,14 +101,30 @@ impl BlockPlanes {
     /// A block beyond one of them is left out, and a plane that all of a block is within is not tested there. Of instances those
     /// in one of the `layers` are drawn.
     pub fn set(&mut self, blocks: &Blocks, planes: &[Plane], layers: u32) {
+        self.set_with(blocks, planes, layers, None);
+    }
+
+    /// The same without boxes that are small by a rule.
+    pub fn set_with(
+        &mut self,
+        blocks: &Blocks,
+        planes: &[Plane],
+        layers: u32,
+        sizes: Option<&SizeRule>,
+    ) {
         self.in_use.clear();
         self.planes.clear();
         self.layers = layers;
-        for (block, (grid, bounds)) in (0..).zip(blocks.grids()) {
+        for (block, ((grid, bounds), weight)) in
+            (0..).zip(blocks.grids().iter().zip(blocks.weights()))
+        {
             let first_plane = self.planes.len() as u32;
             if self.add(grid, bounds, planes) {
                 let plane_count = self.planes.len() as u32 - first_plane;
-                self.in_use.push(InUse { block, first_plane, plane_count, padding: 0 });
+                let rows = sizes.and_then(|rule| rule.on(grid, bounds, *weight));
+                self.planes.extend(rows.iter().flat_map(|rows| rows.0));
+                let size_rows = rows.map_or(0, |rows| rows.0.len() as u32);
+                self.in_use.push(InUse { block, first_plane, plane_count, size_rows });
             } else {
                 self.planes.truncate(first_plane as usize);
             }
@@ -131,6 +153,12 @@ impl BlockPlanes {
     #[must_use]
     pub fn layers(&self) -> u32 {
         self.layers
+    }
+
+    /// Whether a box of one of them is small.
+    pub(crate) fn is_small(&self, block: &InUse, own: &GridBox) -> bool {
+        let rows = &self.planes[(block.first_plane + block.plane_count) as usize..];
+        rows.first_chunk().is_some_and(|rows| block.size_rows > 0 && SizeRows(*rows).is_small(own))
     }
 
     /// Their planes.

@@ -14,8 +14,6 @@ struct Eye { at: vec3<i32>, shift: u32 }
 // What the way to the eye is off by at the most, in each coordinate.
 const OFF = 2;
 
-fn sum(v: vec3<i32>) -> i32 { return v.x + v.y + v.z; }
-
 fn largest(v: vec3<i32>) -> i32 { return max(v.x, max(v.y, v.z)); }
 
 // Three numbers from a half of a word on.
