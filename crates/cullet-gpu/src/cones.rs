@@ -70,7 +70,9 @@ impl Cones {
                     used.push(id);
                     made.add_mesh(scene, id, Facing::Back)
                 });
-                let cone = if draw.two_sided || first == 0 { 0 } else { first + cluster };
+                // Cones are of the mesh itself.
+                let has_none = draw.two_sided || first == 0 || clusters.levels()[number] > 0;
+                let cone = if has_none { 0 } else { first + cluster };
                 made.units.push(Unit { cone, slot });
             }
         }

@@ -14,10 +14,12 @@ use super::cones::{ConeBuffers, Cones};
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::instances::InstanceBits;
+use super::levels::{LevelBuffers, LevelChoice};
 use super::occlusion::VisibleBits;
 use super::passes::Passes;
 use super::planes::BlockPlanes;
 use super::pyramid::Pyramid;
+use super::reference::visible_ref;
 use super::sizes::{ROWS, SizeRule};
 use super::units::{Phase, Tier, Units};
 
@@ -34,12 +36,16 @@ pub struct Settings {
     /// which none is. Lossy: what is dropped may show that much. Default 0. Clusters are dropped by themselves with [`Tier::Clusters`],
     /// which leaves holes in what is made of clusters as small, as with [`Detail::clusters`](cullet::cull::detail::Detail).
     pub small_px: f32,
+    /// By how many pixels a surface may be off that is drawn by a [level of detail](Scene::add_levels), at the centre of the picture, as
+    /// with [`Lod::pixels`](cullet::lod::Lod); from 0, at which everything is drawn in full. Lossy. Default 0; only [`Tier::Clusters`]
+    /// has levels.
+    pub level_px: f32,
 }
 
 impl Default for Settings {
     /// All that changes no picture.
     fn default() -> Self {
-        Self { backfaces: true, small_px: 0.0 }
+        Self { backfaces: true, small_px: 0.0, level_px: 0.0 }
     }
 }
 
@@ -63,6 +69,7 @@ pub struct Culling {
     scene: GpuScene,
     passed: InstanceBits,
     cones: Option<ConeBuffers>,
+    levels: Option<LevelBuffers>,
     visible: VisibleBits,
     /// A bit each: what was visible in the frame before.
     seen: Buffer,
@@ -109,6 +116,9 @@ impl Culling {
         let passed = InstanceBits::new(device, queue, &passes.instances, &blocks, most)?;
         let upload = |own| ConeBuffers::new(device, queue, &passes.cones, own);
         let cones = clusters.as_ref().map(|all| upload(Cones::new(scene, all))).transpose()?;
+        let upload = |own| LevelBuffers::new(device, queue, &passes.levels, own, &passed);
+        let levels = clusters.as_ref().and_then(|all| LevelChoice::new(scene, all));
+        let levels = levels.map(upload).transpose()?;
         let visible = VisibleBits::new(device, &passes.occlusion, &blocks, &passed)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let words = visible.bits().size() as usize / 4;
@@ -126,6 +136,7 @@ impl Culling {
             scene: on_device,
             passed,
             cones,
+            levels,
             visible,
             seen,
             units,
@@ -192,6 +203,9 @@ impl Culling {
             Some(cones) => cones.clear(),
             None => {}
         }
+        if let Some(levels) = &mut self.levels {
+            levels.set(queue, (scene, view), self.settings.level_px, &self.planes);
+        }
         let picture = (view.viewport(), samples);
         let on = (&self.blocks, &self.planes);
         self.visible.set(queue, on, (view, scene.origin()), picture);
@@ -241,6 +255,9 @@ impl Culling {
         if !self.cones.as_ref().is_some_and(with_cones) {
             passes.instances.record(encoder, &self.passed, &self.planes);
         }
+        if let Some(levels) = &self.levels {
+            passes.levels.record(encoder, levels, &self.planes);
+        }
     }
 
     fn record_rest(&self, passes: &Passes, encoder: &mut CommandEncoder) {
@@ -288,10 +305,27 @@ impl Culling {
         [layout(12, VertexStepMode::Vertex, &POSITION), layout(4, VertexStepMode::Instance, &SLOT)]
     }
 
-    /// The blocks and planes of the view that was set last, and the cones of its clusters: what the lists are made of.
+    /// What the stages before occlusion leave of the view that was set last, ascending: the bits that are set
+    /// [in view](Self::in_view), by the CPU. Slow and obvious.
     #[must_use]
-    pub fn exact(&self) -> (&Blocks, &BlockPlanes, Option<&Cones>) {
-        (&self.blocks, &self.planes, self.cones.as_ref().map(ConeBuffers::cones))
+    pub fn in_view_ref(&self) -> Vec<u32> {
+        let mut list = visible_ref(&self.blocks, &self.planes);
+        if let Some(cones) = &self.cones {
+            list = cones.cones().keep_ref(&list);
+        }
+        if let Some(levels) = &self.levels {
+            list = levels.choice().keep_ref(&list);
+        }
+        list
+    }
+
+    /// The clusters that the bits are of; `None` where they are of slots.
+    #[must_use]
+    pub fn clusters(&self) -> Option<&ClusterInstances> {
+        match &self.units {
+            Units::Instances { .. } => None,
+            Units::Clusters { clusters, .. } => Some(clusters),
+        }
     }
 
     /// Meshes and places.
@@ -347,6 +381,7 @@ impl Culling {
     #[must_use]
     pub fn bytes(&self) -> u64 {
         let cones = self.cones.as_ref().map_or(0, ConeBuffers::bytes);
-        cones + self.passed.bytes() + self.units.bytes() + 2 * self.seen.size()
+        let levels = self.levels.as_ref().map_or(0, LevelBuffers::bytes);
+        cones + levels + self.passed.bytes() + self.units.bytes() + 2 * self.seen.size()
     }
 }

@@ -7,6 +7,7 @@ use super::cones::ConePass;
 use super::device::checked;
 use super::error::GpuError;
 use super::instances::InstancePass;
+use super::levels::LevelPass;
 use super::lists::ListPass;
 use super::occlusion::OcclusionPass;
 use super::pyramid::PyramidPass;
@@ -18,6 +19,8 @@ pub struct Passes {
     pub instances: InstancePass,
     /// Tests which clusters face away.
     pub cones: ConePass,
+    /// Chooses levels of detail.
+    pub levels: LevelPass,
     /// Makes lists.
     pub lists: ListPass,
     /// Makes pyramids.
@@ -40,6 +43,7 @@ impl Passes {
             Self {
                 cones: ConePass::new(device, &instances),
                 instances,
+                levels: LevelPass::new(device),
                 lists: ListPass::new(device),
                 occlusion: OcclusionPass::new(device, &pyramid),
                 arguments: ArgumentPass::new(device),

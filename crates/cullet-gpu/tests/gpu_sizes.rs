@@ -166,9 +166,7 @@ fn devices_agree_to_the_byte_in_every_tier() {
                 let mut in_view = |small_px| {
                     stage.culling.settings.small_px = small_px;
                     stage.draw(device, queue, (&scene, &view), false).unwrap();
-                    let (blocks, planes, cones) = stage.culling.exact();
-                    let list = visible_ref(blocks, planes);
-                    let expected = cones.map_or(list.clone(), |cones| cones.keep_ref(&list));
+                    let expected = stage.culling.in_view_ref();
                     let bits = stage.culling.in_view();
                     let words: Vec<u32> =
                         bytemuck::pod_collect_to_vec(&gpu.read(bits, bits.size()).unwrap());
