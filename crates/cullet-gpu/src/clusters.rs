@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use cullet::Scene;
 use cullet::bounds::Aabb;
+use cullet::lod::Levels;
+use cullet::{MeshId, Scene};
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor,
     ComputePipeline, Device, Queue,
@@ -13,7 +14,6 @@ use super::buffers::{Access, GROUP, buffer, buffers_layout, dispatch_rows, group
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::lanes::{Bucket, Kind, Lanes};
-use super::levels::levels_of;
 use super::lists::{DrawArguments, ListSource};
 
 /// The clusters of all instances of a scene, those that are drawn alike one after the other, else in the order of slots. A number
@@ -127,6 +127,24 @@ fn of_instance<'a>(
         let draw = move |cluster| on_device.draw_of_cluster(scene, kind, cluster);
         clusters.map(move |cluster| (draw(cluster), slot, level, cluster))
     })
+}
+
+/// The levels of a mesh that are chosen on a device, with their number, and the group that the mesh's own
+/// clusters are simplified in.
+///
+/// The first of its [levels](Scene::levels) that are no impostor, and either a chain that the mesh itself is the finest of, or a
+/// hierarchy that holds the original's clusters, too, so that the mesh's own are never drawn and in no group.
+pub(crate) fn levels_of(scene: &Scene, mesh: MeshId) -> Option<(u32, &Levels, Option<u32>)> {
+    let (number, of) = (1..).zip(scene.levels(mesh)).find(|(_, l)| l.impostor.is_none())?;
+    let levels = &of.levels;
+    let has_inputs = |g: &u32| levels.replaced_by().contains(g);
+    let mut without = (0..levels.group_count() as u32).filter(|g| !has_inputs(g));
+    let own = match (without.next(), without.next(), levels.original_clusters()) {
+        (None, _, 1..) => None,
+        (Some(finest), None, 0) => Some(finest),
+        _ => return None,
+    };
+    Some((number, levels, own))
 }
 
 /// The pipeline that says of each cluster whether it is drawn: three storage buffers.

@@ -9,7 +9,8 @@ use super::blocks::{BLOCK, Blocks};
 use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
 use super::error::GpuError;
 use super::grid::GridBox;
-use super::planes::{BlockPlanes, GridPlane, InUse};
+use super::grid_plane::GridPlane;
+use super::planes::{BlockPlanes, InUse};
 
 /// The pipeline that tests instances: four storage buffers, no optional feature.
 #[derive(Debug)]

@@ -12,7 +12,7 @@ use wgpu::{
 
 use super::blocks::is_exempt;
 use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
-use super::clusters::ClusterInstances;
+use super::clusters::{ClusterInstances, levels_of};
 use super::error::GpuError;
 use super::grid::Grid;
 use super::grid_group::{GridGroup, GroupEye};
@@ -32,23 +32,6 @@ struct Unit {
     made_from: u32,
     replaced_by: u32,
     padding: u32,
-}
-
-/// The levels of a mesh that are chosen on a device, with their number, and the group that the mesh's own clusters are simplified in.
-///
-/// The first of its [levels](Scene::levels) that are no impostor, and either a chain that the mesh itself is the finest of, or a
-/// hierarchy that holds the original's clusters, too, so that the mesh's own are never drawn.
-pub(crate) fn levels_of(scene: &Scene, mesh: MeshId) -> Option<(u32, &Levels, u32)> {
-    let (number, of) = (1..).zip(scene.levels(mesh)).find(|(_, l)| l.impostor.is_none())?;
-    let levels = &of.levels;
-    let has_inputs = |g: &u32| levels.replaced_by().contains(g);
-    let mut without = (0..levels.group_count() as u32).filter(|g| !has_inputs(g));
-    let own = match (without.next(), without.next(), levels.original_clusters()) {
-        (None, _, 1..) => NEVER,
-        (Some(finest), None, 0) => finest,
-        _ => return None,
-    };
-    Some((number, levels, own))
 }
 
 /// The groups of clusters of instances, and the eye of one view in the space of each instance.
@@ -90,8 +73,7 @@ impl LevelChoice {
             let at = cluster as usize;
             let [made_from, replaced_by] = match (known[scene.mesh_id(slot) as usize], level) {
                 (None, _) => [NEVER, ALWAYS],
-                (Some((_, NEVER, _)), 0) => [NEVER; 2],
-                (Some((_, own, first)), 0) => [NEVER, first + own],
+                (Some((_, own, first)), 0) => [NEVER, own.map_or(NEVER, |own| first + own)],
                 (Some((levels, _, first)), _) => [
                     number(first, levels.made_from()[at], NEVER),
                     number(first, levels.replaced_by()[at], ALWAYS),

@@ -11,7 +11,7 @@ use cullet::{Depth, View};
 use glam::{DMat4, DVec3, DVec4};
 
 use super::grid::{Grid, GridBox, MOST};
-use super::planes::GridPlane;
+use super::grid_plane::GridPlane;
 
 /// Rows of a test: of the threshold times w, of the near plane, of G for x and for y.
 pub(crate) const ROWS: usize = 4;

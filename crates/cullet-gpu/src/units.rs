@@ -4,11 +4,10 @@ use cullet::{Scene, Visible};
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Features, Queue, RenderPass};
 
 use super::buffers::buffer;
-use super::clusters::{ClusterArguments, ClusterInstances};
+use super::clusters::{ClusterArguments, ClusterInstances, levels_of};
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::lanes::Lanes;
-use super::levels::levels_of;
 use super::lists::{DrawArguments, LaneBuffers, ListSource, Listed, SlotList};
 use super::passes::Passes;
 

@@ -41,7 +41,8 @@ fn is_behind(cone: u32, eye: Eye) -> bool {
     let along_s = abs(sum(s * way)) + off(s) + around;
     let along_t = abs(sum(t * way)) + off(t) + around;
     let shift = u32(max(firstLeadingBit(max(behind, max(along_s, along_t))) - 14, 0));
-    return square(behind >> shift) > square((along_s >> shift) + 1) + square((along_t >> shift) + 1);
+    let across = square((along_s >> shift) + 1) + square((along_t >> shift) + 1);
+    return square(behind >> shift) > across;
 }
 
 @compute @workgroup_size(256)

@@ -38,8 +38,7 @@ fn is_visible(b: GridBox, own: InUse) -> bool {
     for (var p = own.first_plane; p < own.first_plane + own.plane_count; p++) {
         if rejects(planes[p], low, high) { return false; }
     }
-    if own.size_rows > 0u && is_small(own.first_plane + own.plane_count, low, high) { return false; }
-    return true;
+    return own.size_rows == 0u || !is_small(own.first_plane + own.plane_count, low, high);
 }
 
 var<workgroup> own_bits: array<atomic<u32>, 8>;

@@ -27,7 +27,8 @@ fn product(a: u32, b: u32) -> vec2<u32> {
     let low = a_low * b_low;
     let middle = a_high * b_low + (low >> 16u);
     let rest = a_low * b_high + (middle & 0xffffu);
-    return vec2<u32>((rest << 16u) | (low & 0xffffu), a_high * b_high + (middle >> 16u) + (rest >> 16u));
+    let high = a_high * b_high + (middle >> 16u) + (rest >> 16u);
+    return vec2<u32>((rest << 16u) | (low & 0xffffu), high);
 }
 
 fn plus(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
@@ -44,9 +45,10 @@ fn is_over(number: u32, eye: Eye) -> bool {
     let reach = product(own.error, eye.reach);
     let whole = select((reach.y << 16u) | (reach.x >> 16u), 0xffffffffu, reach.y > 0xffffu);
     let far = saturating(saturating(own.radius, eye.ball), saturating(whole, 1u));
-    let centre = vec3<i32>(lower_half(own.centre_xy), upper_half(own.centre_xy), lower_half(own.centre_z));
-    let away = vec3<u32>(abs(eye.at - centre));
-    let square = plus(plus(product(away.x, away.x), product(away.y, away.y)), product(away.z, away.z));
+    let xy = vec2<i32>(lower_half(own.centre_xy), upper_half(own.centre_xy));
+    let away = vec3<u32>(abs(eye.at - vec3<i32>(xy, lower_half(own.centre_z))));
+    let across = plus(product(away.x, away.x), product(away.y, away.y));
+    let square = plus(across, product(away.z, away.z));
     let limit = product(far, far);
     return square.y < limit.y || (square.y == limit.y && square.x <= limit.x);
 }
