@@ -20,6 +20,9 @@
 //!                                   bits ──► list of what is new ──► drawn
 //! ```
 //!
+//! By the same means go clusters that [face away](GridCone), what is [too small](SizeRule), and clusters of other levels of detail than
+//! that which is [near enough](GridGroup): what is rounded keeps more, or is finer. [`Settings`] has their switches and thresholds.
+//!
 //! [`Culling`] is all of it for one scene and one view at a time, in a program's own device and encoder; lists are in order, and
 //! each bucket of instances that are drawn alike is one indirect draw. Boxes are tested in integers. Against the [`Pyramid`] they
 //! are tested in floating point, which devices round differently: there the promise is that what owns a pixel is drawn.
