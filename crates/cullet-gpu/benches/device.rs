@@ -122,6 +122,10 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model) -> Result<(), Failure
 /// Frames by levels of detail over those of everything in full.
 fn levels(gpu: &Gpu) -> Result<(), Failure> {
     let (device, queue, size) = (&gpu.device, &gpu.queue, [1280, 720]);
+    if !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
+        println!("levels: the device does not draw clusters");
+        return Ok(());
+    }
     let mut scene = Scene::new();
     let balls = Balls::new(&[64, 32, 16, 8, 4], 1.0).add_to(&mut scene);
     for i in 0..100 {
