@@ -84,8 +84,8 @@ impl GridCone {
     /// With w the way from the apex to the eye and K the factor of the vectors, the cone is K axis·w < 0 and
     /// (K axis·w)² > (K s·w)² + (K t·w)². Of w it knows v, which is off by half a unit for the rounding of the eye, one for that of the
     /// shifted apex and a quarter for that of the apex itself, or by half and half without shift; halved, or quartered, rounded down, and
-    /// so off by [`OFF`] at the most in each coordinate. A vector n is off by half in each. So n·v is off by at most
-    /// `OFF` |n|₁ + (|v|₁ + 3 `OFF`) / 2.
+    /// so off by 2 at the most in each coordinate. A vector n is off by half in each. So n·v is off by at most
+    /// 2 |n|₁ + (|v|₁ + 6) / 2.
     #[must_use]
     pub fn is_behind(&self, eye: &ConeEye) -> bool {
         let way: [i32; 3] =
