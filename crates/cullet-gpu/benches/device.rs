@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use cullet::{Depth, Instance, Mesh, Projection, Scene, Transform, View};
-use cullet_gpu::{Gpu, GpuError, OffScreen, Phase, Tier};
+use cullet_gpu::{Gpu, GpuError, OffScreen, Phase, Settings, Tier};
 use cullet_io::paths::{Overrides, PathSpec, views};
+use cullet_testkit::steps::Balls;
 use wgpu::*;
 
 type Failure = Box<dyn std::error::Error>;
@@ -40,6 +41,7 @@ fn main() -> Result<(), Failure> {
         }
         None => println!("castle: CULLET_DATA names no folder with it"),
     }
+    levels(&gpu)?;
     million(&gpu)?;
     many_draws(&gpu)
 }
@@ -55,7 +57,7 @@ fn row(what: &str, found: f64, goal: &str) {
     println!("{what:44} {found:9.4} {goal:>7}");
 }
 
-/// Milliseconds of the fastest of some turns of each of two works, one after the other.
+/// Milliseconds of the fastest of some turns of each of some works, one after the other; the first turn is not counted.
 fn fastest<const N: usize>(
     gpu: &Gpu,
     mut works: [&mut dyn FnMut() -> Result<(), GpuError>; N],
@@ -84,13 +86,17 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, tier: Tier) -> Result
     let all = views(model, &PathSpec::Walk, 8, size, &Overrides::default())?;
     let mut stage = OffScreen::with_tier(device, queue, scene, size, tier)?;
     let mut without = OffScreen::with_tier(device, queue, scene, size, tier)?;
-    let (mut sum, mut late, mut same) = ([0.0; 2], [0.0; 2], true);
+    without.culling.settings.backfaces = false;
+    let mut with_backs = OffScreen::with_tier(device, queue, scene, size, tier)?;
+    with_backs.culling.settings.backfaces = false;
+    let (mut sum, mut late, mut same) = ([0.0; 3], [0.0; 2], true);
     for view in &all {
         let on = (scene, view);
         let mut culled = || stage.draw(device, queue, on, true);
         let mut plain = || without.draw(device, queue, on, false);
-        let [a, b] = fastest(gpu, [&mut culled, &mut plain])?;
-        sum = [sum[0] + a, sum[1] + b];
+        let mut backs = || with_backs.draw(device, queue, on, true);
+        let [a, b, c] = fastest(gpu, [&mut culled, &mut plain, &mut backs])?;
+        sum = [sum[0] + a, sum[1] + b, sum[2] + c];
         let pixels = |of: &OffScreen| picture(gpu, of.target.ids(), size);
         same &= pixels(&stage)? == pixels(&without)?;
         // The same frame without its second phase.
@@ -113,7 +119,38 @@ fn frames(gpu: &Gpu, name: &str, model: &cullet_io::Model, tier: Tier) -> Result
     let took = sum[1] / all.len() as f64;
     println!("{name}: {took:.2} ms a frame without occlusion culling; {tier:?}");
     row(&format!("{name}: frame with over without"), sum[0] / sum[1], "0.33");
+    if tier == Tier::Clusters {
+        row(&format!("{name}: the same with clusters' backs"), sum[2] / sum[1], "");
+    }
     row(&format!("{name}: late phase over frame"), 1.0 - late[1] / late[0], "0.05");
+    Ok(())
+}
+
+/// Frames by levels of detail over those of everything in full.
+fn levels(gpu: &Gpu) -> Result<(), Failure> {
+    let (device, queue, size) = (&gpu.device, &gpu.queue, [1280, 720]);
+    if !device.features().contains(Features::INDIRECT_FIRST_INSTANCE) {
+        println!("levels: the device does not draw clusters");
+        return Ok(());
+    }
+    let mut scene = Scene::new();
+    let balls = Balls::new(&[64, 32, 16, 8, 4], 1.0).add_to(&mut scene);
+    for i in 0..100 {
+        let at = [f64::from(i % 10) * 3.0 - 15.0, 0.0, -f64::from(i / 10) * 3.0];
+        scene.add(Instance::new(balls, Transform::from_translation(at)))?;
+    }
+    scene.commit();
+    let projection =
+        Projection::Perspective { fov_y_radians: 1.0, aspect: 1.78, near: 0.1, far: f64::INFINITY };
+    let camera = cullet::Camera::look_at([0.0, 15.0, 30.0], [0.0, 0.0, -15.0], projection);
+    let view = View::new(&camera, Depth::Reversed, size)?;
+    let stage = || OffScreen::with_tier(device, queue, &scene, size, Tier::Clusters);
+    let (mut coarse, mut full) = (stage()?, stage()?);
+    coarse.culling.settings = Settings { level_px: 1.0, ..Settings::default() };
+    let mut coarse = || coarse.draw(device, queue, (&scene, &view), true);
+    let mut full = || full.draw(device, queue, (&scene, &view), true);
+    let [a, b] = fastest(gpu, [&mut coarse, &mut full])?;
+    row("balls of 16,128 triangles: levels at a pixel", a / b, "");
     Ok(())
 }
 

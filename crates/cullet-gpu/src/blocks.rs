@@ -17,6 +17,8 @@ pub struct Blocks {
     boxes: Vec<GridBox>,
     /// Of each block the grid, and the box around those of its instances that have a finite one; everything, where one has not.
     grids: Vec<(Grid, Aabb)>,
+    /// Of each block the most that the size of one of its instances counts; infinite where that of one does not count.
+    weights: Vec<f32>,
     slots: u32,
     /// Blocks that changed since they were uploaded, ascending.
     changed: Vec<u32>,
@@ -36,17 +38,18 @@ impl Blocks {
     pub fn update(&mut self, scene: &Scene) {
         self.follow(scene.slot_count(), |slot| {
             let layers = if scene.is_removed(slot) { 0 } else { scene.layers(slot) };
-            (bounds_of(scene, slot), layers)
+            (bounds_of(scene, slot), layers, scene.size_weight(slot))
         });
     }
 
-    /// The same of anything else with a box and layers, by its number; in no layer where there is nothing.
-    pub fn follow(&mut self, slots: u32, of: impl Fn(u32) -> (Aabb, u32)) {
+    /// The same of anything else with a box, layers, and a weight of its size, by its number; in no layer where there is nothing.
+    pub fn follow(&mut self, slots: u32, of: impl Fn(u32) -> (Aabb, u32, f32)) {
         let blocks = (slots as usize).div_ceil(BLOCK);
         let had = self.grids.len();
         self.slots = slots;
         self.grids.resize(blocks, (Grid { origin: [0.0; 3], step: 1.0 }, Aabb::EMPTY));
         self.boxes.resize(blocks * BLOCK, GridBox::default());
+        self.weights.resize(blocks, 0.0);
         self.changed.clear();
         let (mut given, mut own) = (Vec::with_capacity(BLOCK), [GridBox::default(); BLOCK]);
         for block in 0..blocks {
@@ -54,6 +57,11 @@ impl Blocks {
             given.clear();
             given.extend((first..slots.min(first + BLOCK as u32)).map(&of));
             let grid = fill(&given, &mut own);
+            // What is no weight is of something that is never small.
+            let weight = |most: f32, (_, _, own): &(Aabb, u32, f32)| {
+                if *own >= 0.0 { most.max(*own) } else { f32::INFINITY }
+            };
+            self.weights[block] = given.iter().fold(0.0, weight);
             let boxes = &mut self.boxes[block * BLOCK..][..BLOCK];
             if block >= had || self.grids[block] != grid || boxes != own {
                 self.grids[block] = grid;
@@ -81,6 +89,11 @@ impl Blocks {
         &self.grids
     }
 
+    /// Of each block the most that the size of one of its instances counts.
+    pub(crate) fn weights(&self) -> &[f32] {
+        &self.weights
+    }
+
     /// Blocks that the last [update](Self::update) changed, ascending.
     #[must_use]
     pub fn changed(&self) -> &[u32] {
@@ -89,11 +102,11 @@ impl Blocks {
 }
 
 /// Boxes and layers on the finest grid that has them all.
-fn fill(given: &[(Aabb, u32)], own: &mut [GridBox; BLOCK]) -> (Grid, Aabb) {
+fn fill(given: &[(Aabb, u32, f32)], own: &mut [GridBox; BLOCK]) -> (Grid, Aabb) {
     own.fill(GridBox::default());
     let mut around = Aabb::EMPTY;
     let mut always = false;
-    for (bounds, _) in given.iter().filter(|(_, layers)| *layers != 0) {
+    for (bounds, ..) in given.iter().filter(|(_, layers, _)| *layers != 0) {
         let is_box = bounds.is_finite() && !bounds.is_empty();
         if is_box {
             around = around.union(bounds);
@@ -103,7 +116,7 @@ fn fill(given: &[(Aabb, u32)], own: &mut [GridBox; BLOCK]) -> (Grid, Aabb) {
         always |= is_nan || !is_box && !bounds.is_empty();
     }
     let grid = Grid::around(&around);
-    for (own, (bounds, layers)) in own.iter_mut().zip(given).filter(|(_, (_, l))| *l != 0) {
+    for (own, (bounds, layers, _)) in own.iter_mut().zip(given).filter(|(_, (_, l, _))| *l != 0) {
         // All of them lie on a grid that was made around them.
         let found = grid.round_out(bounds).unwrap_or(GridBox::ALWAYS);
         *own = GridBox { layers: found.layers & layers, ..found };
@@ -113,6 +126,14 @@ fn fill(given: &[(Aabb, u32)], own: &mut [GridBox; BLOCK]) -> (Grid, Aabb) {
 
 /// The box of an instance; of one that is never culled, everything.
 pub(crate) fn bounds_of(scene: &Scene, slot: u32) -> Aabb {
-    let exempt = scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 != 0);
-    if exempt { Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]) } else { scene.bounds(slot) }
+    if is_exempt(scene, slot) {
+        Aabb::new([f32::NEG_INFINITY; 3], [f32::INFINITY; 3])
+    } else {
+        scene.bounds(slot)
+    }
+}
+
+/// Whether an instance is never culled.
+pub(crate) fn is_exempt(scene: &Scene, slot: u32) -> bool {
+    scene.exempt().get(slot as usize / 64).is_some_and(|w| w >> (slot % 64) & 1 != 0)
 }

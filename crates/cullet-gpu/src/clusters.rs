@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use cullet::Scene;
 use cullet::bounds::Aabb;
+use cullet::lod::Levels;
+use cullet::{MeshId, Scene};
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePassDescriptor,
     ComputePipeline, Device, Queue,
@@ -22,27 +23,29 @@ pub struct ClusterInstances {
     lanes: Lanes,
     slots: Vec<u32>,
     clusters: Vec<u32>,
+    levels: Vec<u32>,
     arguments: Vec<DrawArguments>,
     runs: Vec<(Draw, Range<u32>)>,
 }
 
 impl ClusterInstances {
-    /// All of those that can be drawn, of the finest level. O(n log n).
+    /// All of those that can be drawn: of meshes with levels of detail also those of the coarser ones. O(n log n).
     #[must_use]
     pub fn of(scene: &Scene, on_device: &GpuScene) -> Self {
-        let mut all: Vec<(Draw, u32, u32)> = Vec::new();
+        let mut all: Vec<(Draw, u32, u32, u32)> = Vec::new();
         let lanes = Lanes::of(scene);
         for (Bucket { kind, .. }, slots) in lanes.split() {
             let of = |slot: &u32| of_instance(scene, on_device, (*kind, *slot));
             all.extend(slots.iter().flat_map(of));
         }
-        all.sort_by_key(|(draw, slot, cluster)| (draw.way(), *slot, *cluster));
+        all.sort_by_key(|(draw, slot, level, cluster)| (draw.way(), *slot, *level, *cluster));
         let mut made = Self { lanes, ..Self::default() };
         for alike in all.chunk_by(|a, b| a.0.way() == b.0.way()) {
             let first = made.slots.len() as u32;
             made.runs.push((alike[0].0, first..first + alike.len() as u32));
             made.slots.extend(alike.iter().map(|one| one.1));
-            made.clusters.extend(alike.iter().map(|one| one.2));
+            made.levels.extend(alike.iter().map(|one| one.2));
+            made.clusters.extend(alike.iter().map(|one| one.3));
             made.arguments.extend(alike.iter().map(|one| one.0.arguments));
         }
         // Its own number is where its slot is read.
@@ -76,7 +79,7 @@ impl ClusterInstances {
         &self.slots
     }
 
-    /// The cluster of its instance's mesh that each is.
+    /// The cluster of its instance's mesh, or of the mesh that holds its level, that each is.
     #[must_use]
     pub fn clusters(&self) -> &[u32] {
         &self.clusters
@@ -98,22 +101,29 @@ impl ClusterInstances {
         Lanes::numbered(self.runs.iter().map(bucket).collect())
     }
 
+    /// The number of the level of each, as in [`DrawRange`](cullet::DrawRange): 0 of the mesh itself.
+    #[must_use]
+    pub fn levels(&self) -> &[u32] {
+        &self.levels
+    }
+
     /// Those that are drawn alike.
     pub(crate) fn runs(&self) -> &[(Draw, Range<u32>)] {
         &self.runs
     }
 
-    /// The box of one, and its layers. Where an instance does not lie as its mesh says, the instance's own.
-    pub(crate) fn bounds(&self, scene: &Scene, number: u32) -> (Aabb, u32) {
+    /// The box of one, its layers, and the weight of its size. Where an instance does not lie as its mesh says, the instance's own.
+    pub(crate) fn bounds(&self, scene: &Scene, number: u32) -> (Aabb, u32, f32) {
         let slot = self.slots[number as usize];
         let whole = super::blocks::bounds_of(scene, slot);
         let bounds = if whole.is_finite() && scene.is_rigid(slot) {
-            let own = scene.mesh(slot).cluster_boxes().get(self.clusters[number as usize] as usize);
+            let mesh = scene.mesh_at(slot, self.levels[number as usize]);
+            let own = mesh.cluster_boxes().get(self.clusters[number as usize] as usize);
             scene.transform(slot).transform_box(&own, scene.origin())
         } else {
             whole
         };
-        (bounds, scene.layers(slot))
+        (bounds, scene.layers(slot), scene.size_weight(slot))
     }
 }
 
@@ -121,11 +131,36 @@ fn of_instance<'a>(
     scene: &'a Scene,
     on_device: &'a GpuScene,
     (kind, slot): (Kind, u32),
-) -> impl Iterator<Item = (Draw, u32, u32)> + 'a {
-    let mesh = scene.mesh(slot);
-    let level = mesh.levels().first();
-    let clusters = level.map_or(0..0, |l| l.first_cluster..l.first_cluster + l.cluster_count);
-    clusters.map(move |cluster| (on_device.draw_of_cluster(scene, kind, cluster), slot, cluster))
+) -> impl Iterator<Item = (Draw, u32, u32, u32)> + 'a {
+    let of_mesh = |level: u32| {
+        let mesh = scene.mesh_id_at(slot, level);
+        let all = scene.meshes()[mesh as usize].levels().first();
+        let clusters = all.map_or(0..0, |l| l.first_cluster..l.first_cluster + l.cluster_count);
+        (Kind { mesh, ..kind }, level, clusters)
+    };
+    let coarser = levels_of(scene, kind.mesh).map(|(level, ..)| of_mesh(level));
+    [of_mesh(0)].into_iter().chain(coarser).flat_map(move |(kind, level, clusters)| {
+        let draw = move |cluster| on_device.draw_of_cluster(scene, kind, cluster);
+        clusters.map(move |cluster| (draw(cluster), slot, level, cluster))
+    })
+}
+
+/// The levels of a mesh that are chosen on a device, with their number, and the group that the mesh's own
+/// clusters are simplified in.
+///
+/// The first of its [levels](Scene::levels) that are no impostor, and either a chain that the mesh itself is the finest of, or a
+/// hierarchy that holds the original's clusters, too, so that the mesh's own are never drawn and in no group.
+pub(crate) fn levels_of(scene: &Scene, mesh: MeshId) -> Option<(u32, &Levels, Option<u32>)> {
+    let (number, of) = (1..).zip(scene.levels(mesh)).find(|(_, l)| l.impostor.is_none())?;
+    let levels = &of.levels;
+    let has_inputs = |g: &u32| levels.replaced_by().contains(g);
+    let mut without = (0..levels.group_count() as u32).filter(|g| !has_inputs(g));
+    let own = match (without.next(), without.next(), levels.original_clusters()) {
+        (None, _, 1..) => None,
+        (Some(finest), None, 0) => Some(finest),
+        _ => return None,
+    };
+    Some((number, levels, own))
 }
 
 /// The pipeline that says of each cluster whether it is drawn: three storage buffers.

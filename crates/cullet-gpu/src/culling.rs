@@ -11,17 +11,44 @@ use super::blocks::Blocks;
 use super::buffers::buffer;
 use super::checked::checked;
 use super::clusters::ClusterInstances;
+use super::cones::{ConeBuffers, Cones};
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::instances::InstanceBits;
+use super::levels::{LevelBuffers, LevelChoice};
 use super::occlusion::VisibleBits;
 use super::passes::Passes;
 use super::planes::BlockPlanes;
 use super::pyramid::Pyramid;
+use super::reference::visible_ref;
+use super::sizes::{ROWS, SizeRule};
 use super::units::{Phase, Tier, Units};
 
 /// Planes of a view at the most.
 const MOST_PLANES: usize = 32;
+
+/// Which stages run besides those that always do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Whether clusters are dropped that face away with all of their triangles, where the view culls such faces. They would show
+    /// nothing. Default on; only [`Tier::Clusters`] has them.
+    pub backfaces: bool,
+    /// Instances, or clusters of them, are dropped whose box is narrower and lower than so many pixels in the picture, from 0, at
+    /// which none is. Lossy: what is dropped may show that much. Default 0. Clusters are dropped by themselves with [`Tier::Clusters`],
+    /// which leaves holes in what is made of clusters as small, as with [`Detail::clusters`](cullet::cull::detail::Detail).
+    pub small_px: f32,
+    /// By how many pixels a surface may be off that is drawn by a [level of detail](Scene::add_levels), at the centre of the picture, as
+    /// with [`Lod::pixels`](cullet::lod::Lod); from 0, at which everything is drawn in full. Lossy. Default 0; only [`Tier::Clusters`]
+    /// has levels.
+    pub level_px: f32,
+}
+
+impl Default for Settings {
+    /// All that changes no picture.
+    fn default() -> Self {
+        Self { backfaces: true, small_px: 0.0, level_px: 0.0 }
+    }
+}
 
 /// A scene on a device, and what one view saw of it last.
 ///
@@ -38,8 +65,12 @@ const MOST_PLANES: usize = 32;
 pub struct Culling {
     blocks: Blocks,
     planes: BlockPlanes,
+    /// To be changed at will: it counts from the next view that is [set](Self::set) on.
+    pub settings: Settings,
     scene: GpuScene,
     passed: InstanceBits,
+    cones: Option<ConeBuffers>,
+    levels: Option<LevelBuffers>,
     visible: VisibleBits,
     /// A bit each: what was visible in the frame before.
     seen: Buffer,
@@ -92,7 +123,13 @@ impl Culling {
             None => blocks.update(scene),
             Some(all) => blocks.follow(all.len(), |number| all.bounds(scene, number)),
         }
-        let passed = InstanceBits::new(device, queue, &passes.instances, &blocks, MOST_PLANES)?;
+        let most = MOST_PLANES + ROWS;
+        let passed = InstanceBits::new(device, queue, &passes.instances, &blocks, most)?;
+        let upload = |own| ConeBuffers::new(device, queue, &passes.cones, own);
+        let cones = clusters.as_ref().map(|all| upload(Cones::new(scene, all))).transpose()?;
+        let upload = |own| LevelBuffers::new(device, queue, &passes.levels, own, &passed);
+        let levels = clusters.as_ref().and_then(|all| LevelChoice::new(scene, all));
+        let levels = levels.map(upload).transpose()?;
         let visible = VisibleBits::new(device, &passes.occlusion, &blocks, &passed)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let words = visible.bits().size() as usize / 4;
@@ -106,8 +143,11 @@ impl Culling {
         Ok(Self {
             blocks,
             planes: BlockPlanes::default(),
+            settings: Settings::default(),
             scene: on_device,
             passed,
+            cones,
+            levels,
             visible,
             seen,
             units,
@@ -143,7 +183,9 @@ impl Culling {
         let same =
             same && self.passed.update(queue, &self.blocks) && self.scene.update(queue, scene);
         if !same {
+            let settings = self.settings;
             *self = Self::with_tier(device, queue, passes, scene, self.tier())?;
+            self.settings = settings;
         }
         Ok(!same)
     }
@@ -163,8 +205,19 @@ impl Culling {
         self.scratch.clear();
         let frustum = view.frustum().relative_to(scene.origin());
         self.scratch.extend(frustum.planes().map(|(_, plane)| *plane));
-        self.planes.set(&self.blocks, &self.scratch, view.layers);
+        let sizes = SizeRule::new(view, scene.origin(), self.settings.small_px);
+        self.planes.set_with(&self.blocks, &self.scratch, view.layers, sizes.as_ref());
         self.passed.set(queue, &self.planes)?;
+        match &mut self.cones {
+            Some(cones) if self.settings.backfaces => {
+                cones.set(queue, scene, view, &self.planes);
+            }
+            Some(cones) => cones.clear(),
+            None => {}
+        }
+        if let Some(levels) = &mut self.levels {
+            levels.set(queue, (scene, view), self.settings.level_px, &self.planes);
+        }
         let picture = (view.viewport(), samples);
         let on = (&self.blocks, &self.planes);
         self.visible.set(queue, on, (view, scene.origin()), picture);
@@ -173,7 +226,7 @@ impl Culling {
 
     /// Records the early phase: what is in the view, and of that what was seen before.
     pub fn record_early(&self, passes: &Passes, encoder: &mut CommandEncoder) {
-        passes.instances.record(encoder, &self.passed, &self.planes);
+        self.record_exact(passes, encoder);
         self.units.record(passes, encoder, Phase::Early);
     }
 
@@ -186,7 +239,7 @@ impl Culling {
 
     /// Records a frame without occlusion culling: everything in the view is late.
     pub fn record_all(&self, passes: &Passes, encoder: &mut CommandEncoder) {
-        passes.instances.record(encoder, &self.passed, &self.planes);
+        self.record_exact(passes, encoder);
         encoder.copy_buffer_to_buffer(self.passed.bits(), 0, self.visible.bits(), 0, None);
         self.forget(encoder);
         self.record_rest(passes, encoder);
@@ -206,6 +259,17 @@ impl Culling {
     pub fn record_decided(&self, passes: &Passes, encoder: &mut CommandEncoder) {
         self.forget(encoder);
         self.record_rest(passes, encoder);
+    }
+
+    /// Records what is in the view, by the stages that are the same on every device.
+    fn record_exact(&self, passes: &Passes, encoder: &mut CommandEncoder) {
+        let with_cones = |cones| passes.cones.record(encoder, &self.passed, cones, &self.planes);
+        if !self.cones.as_ref().is_some_and(with_cones) {
+            passes.instances.record(encoder, &self.passed, &self.planes);
+        }
+        if let Some(levels) = &self.levels {
+            passes.levels.record(encoder, levels, &self.planes);
+        }
     }
 
     fn record_rest(&self, passes: &Passes, encoder: &mut CommandEncoder) {
@@ -251,6 +315,29 @@ impl Culling {
         const SLOT: [wgpu::VertexAttribute; 1] =
             [wgpu::VertexAttribute { format: VertexFormat::Uint32, offset: 0, shader_location: 1 }];
         [layout(12, VertexStepMode::Vertex, &POSITION), layout(4, VertexStepMode::Instance, &SLOT)]
+    }
+
+    /// What the stages before occlusion leave of the view that was set last, ascending: the bits that are set
+    /// [in view](Self::in_view), by the CPU. Slow and obvious.
+    #[must_use]
+    pub fn in_view_ref(&self) -> Vec<u32> {
+        let mut list = visible_ref(&self.blocks, &self.planes);
+        if let Some(cones) = &self.cones {
+            list = cones.cones().keep_ref(&list);
+        }
+        if let Some(levels) = &self.levels {
+            list = levels.choice().keep_ref(&list);
+        }
+        list
+    }
+
+    /// The clusters that the bits are of; `None` where they are of slots.
+    #[must_use]
+    pub fn clusters(&self) -> Option<&ClusterInstances> {
+        match &self.units {
+            Units::Instances { .. } => None,
+            Units::Clusters { clusters, .. } => Some(clusters),
+        }
     }
 
     /// Meshes and places.
@@ -305,6 +392,8 @@ impl Culling {
     /// Bytes that the passes take on the device, besides the scene's triangles and places.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.passed.bytes() + self.units.bytes() + 2 * self.seen.size()
+        let cones = self.cones.as_ref().map_or(0, ConeBuffers::bytes);
+        let levels = self.levels.as_ref().map_or(0, LevelBuffers::bytes);
+        cones + levels + self.passed.bytes() + self.units.bytes() + 2 * self.seen.size()
     }
 }

@@ -9,7 +9,8 @@ use super::blocks::{BLOCK, Blocks};
 use super::buffers::{Access, buffer, buffers_layout, dispatch_rows, group, pipelines};
 use super::error::GpuError;
 use super::grid::GridBox;
-use super::planes::{BlockPlanes, GridPlane, InUse};
+use super::grid_plane::GridPlane;
+use super::planes::{BlockPlanes, InUse};
 
 /// The pipeline that tests instances: four storage buffers, no optional feature.
 #[derive(Debug)]
@@ -47,13 +48,12 @@ impl InstancePass {
 
     /// Records the test of a view, of the planes that were [set](InstanceBits::set) last.
     pub fn record(&self, encoder: &mut CommandEncoder, to: &InstanceBits, planes: &BlockPlanes) {
-        encoder.clear_buffer(&to.bits, 0, None);
-        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
-            label: Some("instances"),
-            timestamp_writes: None,
-        });
-        pass.set_bind_group(0, &to.group, &[]);
-        dispatch_rows(&mut pass, &self.test, planes.in_use().len() as u32);
+        to.record(encoder, &self.test, None, planes);
+    }
+
+    /// What a pipeline needs to do the same and more.
+    pub(crate) fn layout(&self) -> &BindGroupLayout {
+        &self.layout
     }
 }
 
@@ -123,6 +123,26 @@ impl InstanceBits {
         let view = [planes.in_use.len() as u32, planes.layers(), 0, 0];
         queue.write_buffer(&self.view, 0, bytemuck::cast_slice(&view));
         Ok(())
+    }
+
+    /// Records a test by a pipeline, of bind group 0, and of 1 where it needs more.
+    pub(crate) fn record(
+        &self,
+        encoder: &mut CommandEncoder,
+        pipeline: &ComputePipeline,
+        more: Option<&BindGroup>,
+        planes: &BlockPlanes,
+    ) {
+        encoder.clear_buffer(&self.bits, 0, None);
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+            label: Some("instances"),
+            timestamp_writes: None,
+        });
+        pass.set_bind_group(0, &self.group, &[]);
+        if more.is_some() {
+            pass.set_bind_group(1, more, &[]);
+        }
+        dispatch_rows(&mut pass, pipeline, planes.in_use().len() as u32);
     }
 
     /// A bit a slot, lowest first: whether the view keeps it.

@@ -20,6 +20,9 @@
 //!                                   bits ──► list of what is new ──► drawn
 //! ```
 //!
+//! By the same means go clusters that [face away](GridCone), what is [too small](SizeRule), and clusters of other levels of detail than
+//! that which is [near enough](GridGroup): what is rounded keeps more, or is finer. [`Settings`] has their switches and thresholds.
+//!
 //! [`Culling`] is all of it for one scene and one view at a time, in a program's own device and encoder; lists are in order, and
 //! each bucket of instances that are drawn alike is one indirect draw. Boxes are tested in integers. Against the [`Pyramid`] they
 //! are tested in floating point, which devices round differently: there the promise is that what owns a pixel is drawn.
@@ -36,16 +39,21 @@ mod buffers;
 mod checked;
 mod cluster_draws;
 mod clusters;
+mod cones;
 mod counted;
 mod culling;
 mod device;
 mod error;
 mod geometry;
 mod grid;
+mod grid_cone;
+mod grid_group;
+mod grid_plane;
 mod ids;
 mod in_view;
 mod instances;
 mod lanes;
+mod levels;
 mod lists;
 mod occlusion;
 mod off_screen;
@@ -54,26 +62,33 @@ mod planes;
 mod pyramid;
 mod read_back;
 mod reference;
+mod sizes;
 mod units;
 
 pub use blocks::{BLOCK, Blocks};
 pub use clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
+pub use cones::{ConeBuffers, ConePass, Cones};
 pub use counted::{CountedArguments, CountedPass};
-pub use culling::Culling;
+pub use culling::{Culling, Settings};
 pub use device::Gpu;
 pub use error::GpuError;
 pub use geometry::{Draw, GpuScene, Place};
 pub use grid::{Grid, GridBox};
+pub use grid_cone::{ConeEye, GridCone};
+pub use grid_group::{GridGroup, GroupEye};
+pub use grid_plane::GridPlane;
 pub use ids::{EyeUniform, IdPass, IdTarget, culled_faces};
 pub use in_view::InView;
 pub use instances::{InstanceBits, InstancePass};
 pub use lanes::{Bucket, Kind, Lanes};
+pub use levels::{LevelBuffers, LevelChoice, LevelPass};
 pub use lists::{DrawArguments, LaneBuffers, ListPass, ListSource, Listed, SlotList};
 pub use occlusion::{OcclusionPass, VisibleBits};
 pub use off_screen::OffScreen;
 pub use passes::Passes;
-pub use planes::{BlockPlanes, GridPlane, InUse};
+pub use planes::{BlockPlanes, InUse};
 pub use pyramid::{Pyramid, PyramidPass, level_sizes, pyramid_ref};
 pub use read_back::wait;
 pub use reference::visible_ref;
+pub use sizes::SizeRule;
 pub use units::{Phase, Tier};

@@ -5,9 +5,11 @@ use wgpu::{Device, Limits};
 use super::buffers::{GROUP, ROW};
 use super::checked::{checked, checked_later, unchecked};
 use super::clusters::ArgumentPass;
+use super::cones::ConePass;
 use super::counted::CountedPass;
 use super::error::GpuError;
 use super::instances::InstancePass;
+use super::levels::LevelPass;
 use super::lists::ListPass;
 use super::occlusion::OcclusionPass;
 use super::pyramid::PyramidPass;
@@ -20,6 +22,10 @@ const MOST_STORAGE_BUFFERS: u32 = 8;
 pub struct Passes {
     /// Tests instances.
     pub instances: InstancePass,
+    /// Tests which clusters face away.
+    pub cones: ConePass,
+    /// Chooses levels of detail.
+    pub levels: LevelPass,
     /// Makes lists.
     pub lists: ListPass,
     /// Makes pyramids.
@@ -75,8 +81,11 @@ impl Passes {
         };
         let (occlusion, pyramid) =
             if has_occlusion { of_pyramid() } else { unchecked(device, of_pyramid) };
+        let instances = InstancePass::new(device);
         Self {
-            instances: InstancePass::new(device),
+            cones: ConePass::new(device, &instances),
+            instances,
+            levels: LevelPass::new(device),
             lists: ListPass::new(device),
             arguments: ArgumentPass::new(device),
             counted: CountedPass::new(device),

@@ -3,7 +3,7 @@
 use super::blocks::{BLOCK, Blocks};
 use super::planes::BlockPlanes;
 
-/// The slots in the layers of a view that no plane rejects, ascending: what the passes answer, byte for byte.
+/// The slots in the layers of a view that no plane rejects and that are not small, ascending: what the passes answer, byte for byte.
 #[must_use]
 pub fn visible_ref(blocks: &Blocks, planes: &BlockPlanes) -> Vec<u32> {
     let mut list = Vec::new();
@@ -11,7 +11,8 @@ pub fn visible_ref(blocks: &Blocks, planes: &BlockPlanes) -> Vec<u32> {
         let first = of.block as usize * BLOCK;
         for (slot, own) in (first..).zip(&blocks.boxes()[first..first + BLOCK]) {
             let rejected = || planes.planes_of(of).iter().any(|plane| plane.rejects(own));
-            if own.layers & planes.layers() != 0 && (own.is_always() || !rejected()) {
+            let dropped = || rejected() || planes.is_small(of, own);
+            if own.layers & planes.layers() != 0 && (own.is_always() || !dropped()) {
                 list.push(slot as u32);
             }
         }

@@ -5,7 +5,7 @@ use wgpu::{Buffer, BufferUsages, CommandEncoder, Device, Features, Queue, Render
 
 use super::buffers::buffer;
 use super::cluster_draws::ClusterDraws;
-use super::clusters::ClusterInstances;
+use super::clusters::{ClusterInstances, levels_of};
 use super::error::GpuError;
 use super::geometry::{Draw, GpuScene};
 use super::lanes::Lanes;
@@ -156,17 +156,24 @@ impl Units {
                 (0..).zip(&whole).filter(|(_, own)| **own).for_each(|(slot, _)| set(slot));
             }
             Self::Clusters { clusters, .. } => {
+                // Of other levels than those that are here the mesh itself is drawn.
+                for of in visible.partial.iter().filter(|of| of.level > 0) {
+                    let known = levels_of(scene, scene.mesh_id(of.slot)).map(|(level, ..)| level);
+                    whole[of.slot as usize] |= known != Some(of.level);
+                }
                 // In the order of slots.
-                let listed = |slot: u32, cluster: u32| {
+                let listed = |slot: u32, level: u32, cluster: u32| {
                     let first = visible.partial.partition_point(|of| of.slot < slot);
                     let own = visible.partial[first..].iter().take_while(|of| of.slot == slot);
                     own.clone().any(|of| {
-                        (of.first_cluster..of.first_cluster + of.cluster_count).contains(&cluster)
+                        let clusters = of.first_cluster..of.first_cluster + of.cluster_count;
+                        of.level == level && clusters.contains(&cluster)
                     })
                 };
-                let units = (0..).zip(clusters.slots().iter().zip(clusters.clusters()));
-                for (number, (&slot, &cluster)) in units {
-                    if whole[slot as usize] || listed(slot, cluster) {
+                let units = clusters.slots().iter().zip(clusters.levels()).zip(clusters.clusters());
+                for (number, ((&slot, &level), &cluster)) in (0..).zip(units) {
+                    let is_whole = level == 0 && whole[slot as usize];
+                    if is_whole || listed(slot, level, cluster) {
                         set(number);
                     }
                 }

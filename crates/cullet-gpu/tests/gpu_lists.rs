@@ -282,7 +282,7 @@ fn many(instances: u32) -> Blocks {
         let at = [slot % 16, slot / 16 % 16, 0].map(|v| v as f32);
         let of_block = [block % 64, block / 64 % 64, block / 4096].map(|v| v as f32 * 20.0);
         let low = [0, 1, 2].map(|a| of_block[a] + at[a]);
-        (Aabb::new(low, low.map(|v| v + 0.5)), 1 << (slot % 3))
+        (Aabb::new(low, low.map(|v| v + 0.5)), 1 << (slot % 3), 1.0)
     });
     blocks
 }

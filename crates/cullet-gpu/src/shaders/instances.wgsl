@@ -1,4 +1,4 @@
-// Which instances no plane rejects. Integers only: every device gives the same answer.
+// Which instances no plane rejects and are not small. Integers only: every device gives the same answer.
 
 struct View { blocks: u32, layers: u32, padding: vec2<u32> }
 
@@ -9,9 +9,25 @@ struct View { blocks: u32, layers: u32, padding: vec2<u32> }
 @group(0) @binding(3) var<storage, read_write> bits: array<u32>;
 @group(0) @binding(4) var<uniform> view: View;
 
+fn sum(v: vec3<i32>) -> i32 { return v.x + v.y + v.z; }
+
+// What a plane has at the lowest corner of a box.
+fn lowest(plane: vec4<i32>, low: vec3<i32>, high: vec3<i32>) -> i32 {
+    return plane.w + sum(plane.xyz * select(high, low, plane.xyz >= vec3<i32>(0)));
+}
+
 fn rejects(plane: vec4<i32>, low: vec3<i32>, high: vec3<i32>) -> bool {
-    let lowest = plane.xyz * select(high, low, plane.xyz >= vec3<i32>(0));
-    return plane.w + lowest.x + lowest.y + lowest.z > 0;
+    return lowest(plane, low, high) > 0;
+}
+
+// By four rows: the threshold times w, the near plane, and how wide each unit of an extent looks across and up.
+fn is_small(rows: u32, low: vec3<i32>, high: vec3<i32>) -> bool {
+    if !rejects(planes[rows + 1u], low, high) { return false; }
+    let across = planes[rows + 2u];
+    let up = planes[rows + 3u];
+    let least = lowest(planes[rows], low, high) >> u32(across.w);
+    let extent = high - low;
+    return sum(across.xyz * extent) < least && sum(up.xyz * extent) < least;
 }
 
 fn is_visible(b: GridBox, own: InUse) -> bool {
@@ -22,7 +38,7 @@ fn is_visible(b: GridBox, own: InUse) -> bool {
     for (var p = own.first_plane; p < own.first_plane + own.plane_count; p++) {
         if rejects(planes[p], low, high) { return false; }
     }
-    return true;
+    return own.size_rows == 0u || !is_small(own.first_plane + own.plane_count, low, high);
 }
 
 var<workgroup> own_bits: array<atomic<u32>, 8>;

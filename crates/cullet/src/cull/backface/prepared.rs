@@ -249,6 +249,12 @@ impl BackfaceEye {
     pub fn facing(&self) -> Facing {
         self.facing
     }
+
+    /// The eye in the space of the mesh: a positive multiple of (position, 1), or of (direction towards the viewer, 0).
+    #[must_use]
+    pub fn homogeneous(&self) -> [f64; 4] {
+        self.eye
+    }
 }
 
 /// The cones of a mesh's clusters, for one of their sides: 48 bytes a cluster.
@@ -264,6 +270,16 @@ impl ClusterCones {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !self.any
+    }
+
+    /// The cone of a cluster; `None` for one that is never culled. For those who test cones elsewhere, as on a graphics device:
+    /// an eye for which [`Backfaces::eye`] has an answer, and which is within the cone, is behind every triangle.
+    ///
+    /// # Panics
+    /// If there is no such cluster.
+    #[must_use]
+    pub fn get(&self, cluster: usize) -> Option<EllipticCone> {
+        self.bounds.get(cluster)
     }
 
     /// Sets bit i of `culled` where every triangle of cluster i is proved to be culled. Nothing is for an

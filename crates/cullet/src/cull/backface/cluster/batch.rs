@@ -62,6 +62,18 @@ impl EllipticCones {
         self.len == 0
     }
 
+    /// The cone of a cluster; `None` for one that is never culled.
+    ///
+    /// # Panics
+    /// If there is no such cluster.
+    #[must_use]
+    pub fn get(&self, cluster: usize) -> Option<EllipticCone> {
+        assert!(cluster < self.len, "cluster {cluster} of {}", self.len);
+        let block = &self.blocks[cluster / 16].0;
+        let [apex, axis, s, t] = block.map(|rows| rows.map(|row| row[cluster % 16]));
+        (axis != [0.0; 3]).then_some(EllipticCone { apex, axis, s, t })
+    }
+
     /// Words `first..` of the mask of the clusters that the eye is proved behind, as many as `culled` has;
     /// the bits beyond the last cluster are 0. The same at every level.
     ///
