@@ -23,6 +23,9 @@
 //! [`Culling`] is all of it for one scene and one view at a time, in a program's own device and encoder; lists are in order, and
 //! each bucket of instances that are drawn alike is one indirect draw. Boxes are tested in integers. Against the [`Pyramid`] they
 //! are tested in floating point, which devices round differently: there the promise is that what owns a pixel is drawn.
+//!
+//! [`TrianglePass`] tests the triangles of single draws, by the class of their normal or by their plane, and lists what is left
+//! for one indirect draw each: for what is drawn more than once a frame, and for devices to which a back face is dear.
 #![forbid(unsafe_code)]
 
 mod blocks;
@@ -31,18 +34,22 @@ mod clusters;
 mod culling;
 mod device;
 mod error;
+mod facing;
 mod geometry;
 mod grid;
 mod ids;
 mod instances;
 mod lanes;
 mod lists;
+mod masks;
 mod occlusion;
 mod off_screen;
 mod passes;
 mod planes;
 mod pyramid;
 mod reference;
+mod rounding;
+mod triangles;
 mod units;
 
 pub use blocks::{BLOCK, Blocks};
@@ -50,16 +57,19 @@ pub use clusters::{ArgumentPass, ClusterArguments, ClusterInstances};
 pub use culling::Culling;
 pub use device::Gpu;
 pub use error::GpuError;
+pub use facing::{PlaneUniform, TriangleTest, TriangleView};
 pub use geometry::{Draw, GpuScene, Place};
 pub use grid::{Grid, GridBox};
 pub use ids::{EyeUniform, IdPass, IdTarget, culled_faces};
 pub use instances::{InstanceBits, InstancePass};
 pub use lanes::{Bucket, Kind, Lanes};
 pub use lists::{DrawArguments, LaneBuffers, ListPass, ListSource, Listed, SlotList};
+pub use masks::{TriangleBlock, Triangles};
 pub use occlusion::{OcclusionPass, VisibleBits};
 pub use off_screen::OffScreen;
 pub use passes::Passes;
 pub use planes::{BlockPlanes, GridPlane, InUse};
 pub use pyramid::{Pyramid, PyramidPass, level_sizes, pyramid_ref};
-pub use reference::visible_ref;
+pub use reference::{triangles_ref, visible_ref};
+pub use triangles::{MeshTriangles, TriangleList, TrianglePass};
 pub use units::{Phase, Tier};
