@@ -14,14 +14,14 @@ use super::error::GpuError;
 const BLOCK: u32 = 256;
 /// A triangle is too thin for its class, so that others need not be doubted as much as it, where so few are thinner,
 const THIN: usize = 64;
-/// or where it is so much less high than half of all.
+/// or where its inscribed circle is so much smaller than those of half of all.
 const THINNER: f64 = 8.0;
 /// The bit of a mask that is always set: no grid has as many classes. What has it is never drawn.
 pub(crate) const NO_AREA: NormalMask = NormalMask { byte_offset: 254, bit_mask: 1 };
 /// The same as a plane: no other has a number as low.
 const NO_AREA_PLANE: [u8; 4] = [0; 4];
-/// The height of what has none that is certain: it is kept.
-const NO_HEIGHT: u8 = u8::MAX;
+/// Of what has no size that is certain: it is kept.
+const NO_SIZE: u8 = u8::MAX;
 
 /// A run of at most 256 triangles of one group: 16 bytes, as they lie on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -42,16 +42,14 @@ pub struct TriangleBlock {
 pub(crate) struct Shape {
     /// Around all triangles.
     pub(crate) sphere: Sphere,
-    /// The most that the lengths of two edges of a triangle add up to.
-    pub(crate) edges: f64,
-    /// The largest height of a triangle: twice its area over the length of two edges.
-    pub(crate) tallest: f64,
-    /// No triangle that has a class is less high.
-    pub(crate) thinnest: f64,
+    /// The radius of the largest circle inscribed in a triangle.
+    pub(crate) largest: f64,
+    /// No triangle that has a class has a smaller one.
+    pub(crate) smallest: f64,
 }
 
 /// Triangles that are drawn together and from their front alone, prepared to be tested: the class of each normal in two bytes,
-/// each plane in four and its height in one.
+/// each plane in four and the size of each in one.
 ///
 /// In groups, each of which gets a mask of its own each frame: the smaller a group, the more it culls.
 #[derive(Clone, Debug)]
@@ -60,7 +58,7 @@ pub struct Triangles {
     classes: Vec<NormalMask>,
     planes: Planes8,
     bytes: Vec<[u8; 4]>,
-    heights: Vec<u8>,
+    sizes: Vec<u8>,
     blocks: Vec<TriangleBlock>,
     groups: Vec<Sphere>,
     grid: MaskGrid,
@@ -91,33 +89,32 @@ impl Triangles {
     ) -> Result<Self, GpuError> {
         let triangles = check(positions.len(), indices, groups)?;
         let corners = |t: &[u32; 3]| t.map(|v| positions[v as usize]);
-        let shapes: Vec<(f64, f64)> =
-            triangles.iter().map(|t| height_and_edges(corners(t))).collect();
-        let shape = shape(positions, indices, &shapes);
+        let radii: Vec<f64> = triangles.iter().map(|t| inscribed(corners(t))).collect();
+        let shape = shape(positions, indices, &radii);
         let planes = Planes8::new(positions, indices);
         let mut made = Self {
             indices: indices.to_vec(),
             classes: Vec::with_capacity(triangles.len()),
             bytes: planes.bytes().iter().map(known).collect(),
             planes,
-            heights: Vec::with_capacity(triangles.len()),
+            sizes: Vec::with_capacity(triangles.len()),
             blocks: Vec::new(),
             groups: Vec::with_capacity(groups.len()),
             grid: grid.clone(),
             shape,
         };
-        for (i, (triangle, (height, _))) in triangles.iter().zip(shapes).enumerate() {
+        for (i, (triangle, radius)) in triangles.iter().zip(radii).enumerate() {
             let corners = corners(triangle);
             let class = if has_equal_corners(&corners) {
                 made.bytes[i] = NO_AREA_PLANE;
                 NO_AREA
-            } else if height >= shape.thinnest {
+            } else if radius >= shape.smallest {
                 grid.encode_triangle(corners)
             } else {
                 NormalMask::NEVER
             };
             made.classes.push(class);
-            made.heights.push(height_code(height, shape.tallest));
+            made.sizes.push(size_code(radius, shape.largest));
         }
         let mut points = Vec::new();
         let mut first = 0;
@@ -166,11 +163,11 @@ impl Triangles {
         &self.bytes
     }
 
-    /// How many times as high as each the highest triangle is: at most (4 + the lowest two bits) / 4 times 2 to the power of the
-    /// others; 255 where that is not known.
+    /// The size of each: the largest inscribed circle is at most (4 + the lowest two bits) / 4 times 2 to the power of the
+    /// others as large as its own; 255 where that is not known.
     #[must_use]
-    pub fn heights(&self) -> &[u8] {
-        &self.heights
+    pub fn sizes(&self) -> &[u8] {
+        &self.sizes
     }
 
     /// Runs of at most 256, in order and without gap.
@@ -232,35 +229,31 @@ fn has_equal_corners([a, b, c]: &[[f32; 3]; 3]) -> bool {
     a == b || b == c || c == a
 }
 
-/// Twice the area of a triangle over the length of two edges, and that length; a NaN is the height of what is not finite.
-fn height_and_edges(corners: [[f32; 3]; 3]) -> (f64, f64) {
+/// The radius of the circle inscribed in a triangle; NaN for one that is a point, or not finite.
+fn inscribed(corners: [[f32; 3]; 3]) -> f64 {
     let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
     let (u, v) = (b - a, c - a);
-    let edges = u.length() + v.length();
-    (u.cross(v).length() / edges, edges)
+    u.cross(v).length() / (u.length() + v.length() + (c - b).length())
 }
 
-fn shape(positions: &[[f32; 3]], indices: &[u32], shapes: &[(f64, f64)]) -> Shape {
-    let mut heights: Vec<f64> =
-        shapes.iter().map(|s| s.0).filter(|h| *h > 0.0 && h.is_finite()).collect();
-    heights.sort_unstable_by(f64::total_cmp);
-    let edges = shapes.iter().map(|s| s.1).filter(|e| e.is_finite());
-    let at = |place: usize| heights.get(place).copied().unwrap_or(1.0);
+fn shape(positions: &[[f32; 3]], indices: &[u32], radii: &[f64]) -> Shape {
+    let mut radii: Vec<f64> = radii.iter().copied().filter(|r| *r > 0.0 && r.is_finite()).collect();
+    radii.sort_unstable_by(f64::total_cmp);
+    let at = |place: usize| radii.get(place).copied().unwrap_or(1.0);
     let used: Vec<[f32; 3]> = indices.iter().map(|i| positions[*i as usize]).collect();
     Shape {
         sphere: Sphere::from_points(&used),
-        edges: edges.fold(0.0, f64::max),
-        tallest: heights.last().copied().unwrap_or(1.0),
-        thinnest: at(heights.len() / THIN).max(at(heights.len() / 2) / THINNER),
+        largest: radii.last().copied().unwrap_or(1.0),
+        smallest: at(radii.len() / THIN).max(at(radii.len() / 2) / THINNER),
     }
 }
 
-/// How many times as high the highest is, as [`Triangles::heights`] has it.
-fn height_code(height: f64, tallest: f64) -> u8 {
-    let ratio = tallest / height;
-    // Written so that NaN has no height; a little more for the rounding of both.
+/// A size, as [`Triangles::sizes`] has it.
+fn size_code(radius: f64, largest: f64) -> u8 {
+    let ratio = largest / radius;
+    // Written so that NaN has no size; a little more for the rounding of both.
     let fits = |code: &u8| ratio * (1.0 + 1e-12) <= ratio_of(*code);
-    (0..NO_HEIGHT).find(fits).unwrap_or(NO_HEIGHT)
+    (0..NO_SIZE).find(fits).unwrap_or(NO_SIZE)
 }
 
 /// The ratio that a code stands for.

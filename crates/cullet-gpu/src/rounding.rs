@@ -6,12 +6,17 @@ use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::ids::EyeUniform;
 
-/// A device may put a vertex one step of the finest grid of all away from where it is on the screen: 8 bits below the pixel, which
-/// Direct3D demands and others have.
-const SNAP_PX: f64 = 1.0 / 256.0;
-/// A vertex shader in f32 has some twenty operations from the vertex to its clip coordinates, each off by half an epsilon of
-/// what it handles.
-const OPERATIONS: f64 = 24.0 * (f32::EPSILON as f64) / 2.0;
+/// A device puts a vertex on a grid of 8 bits below the pixel, at most 0.6 steps from where it is: Direct3D's rule, and what
+/// others do.
+const SNAP_PX: f64 = 0.6 / 256.0;
+/// Half an epsilon: what an operation in f32 is off by, of its result.
+const U: f64 = f32::EPSILON as f64 / 2.0;
+/// From a vertex to its place relative to the eye: three products, three sums, and a difference of two halves each.
+const TO_EYE: f64 = 6.0 * U;
+/// From there to clip coordinates: what the matrix was rounded by, three products and three sums.
+const TO_CLIP: f64 = 6.0 * U;
+/// From there to pixels: a division, of which two and a half epsilons are allowed, a product and a sum.
+const TO_SCREEN: f64 = 8.0 * U;
 /// A place as the sum of two f32 numbers holds so much of it.
 const HALVES: f64 = 1.0 / (1_u64 << 46) as f64;
 
@@ -19,11 +24,12 @@ const HALVES: f64 = 1.0 / (1_u64 << 46) as f64;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rounding {
     eye: DVec3,
-    /// Rows x, y and w of the clip matrix: their lengths, and what they add at the eye.
-    rows: [f64; 3],
-    at_eye: [f64; 3],
+    /// Rows x, y and w of the clip matrix.
+    rows: [DVec4; 3],
     /// How far the world moves for one unit of clip x, y and w.
     moves: [f64; 3],
+    /// The cosine of the angle between those for x and y.
+    skew: f64,
     /// Of w.
     snap: [f64; 2],
 }
@@ -44,15 +50,10 @@ impl Rounding {
         // There w is the same everywhere.
         let by_w = if parallel { DVec3::ZERO } else { inverse.z_axis };
         let moves = [inverse.x_axis, inverse.y_axis, by_w].map(DVec3::length);
-        let made = Self {
-            eye,
-            rows: [x, y, w].map(DVec3::length),
-            at_eye: rows.map(|row| row.dot(eye.extend(1.0)).abs()),
-            moves,
-            snap: view.viewport().map(|side| 2.0 * SNAP_PX / f64::from(side.max(1))),
-        };
-        let known = made.moves.iter().chain(&made.rows).all(|v| v.is_finite()) && eye.is_finite();
-        known.then_some(made)
+        let skew = inverse.x_axis.dot(inverse.y_axis).abs() / (moves[0] * moves[1]);
+        let snap = view.viewport().map(|side| 2.0 * SNAP_PX / f64::from(side.max(1)));
+        let known = moves.iter().chain(&eye.to_array()).all(|v| v.is_finite()) && skew.is_finite();
+        known.then_some(Self { eye, rows, moves, skew, snap })
     }
 
     /// The most that a vertex of an instance is moved by, in units of its mesh; `None` where that is not known. `sphere` is around the
@@ -61,21 +62,29 @@ impl Rounding {
         let linear = DMat3::from_cols_array_2d(&transform.linear.map(|c| c.map(f64::from)));
         let inverse = linear.inverse();
         let to = DVec3::from(transform.translation);
-        let reach = DVec3::from(sphere.center.map(f64::from)).length() + f64::from(sphere.radius);
+        let centre = DVec3::from(sphere.center.map(f64::from));
+        let stretch = norm(&linear);
+        let radius = stretch * f64::from(sphere.radius);
         // Of the coordinates relative to the eye, and of the terms that they are the sums of.
-        let size = (to - self.eye).length() + norm(&linear) * reach;
-        let lost = OPERATIONS * size + HALVES * (to.abs() + self.eye.abs()).element_sum();
-        let most = |row: usize| self.rows[row] * size + self.at_eye[row];
-        let off = |row: usize| OPERATIONS * most(row) + self.rows[row] * lost;
-        let on_screen = |row: usize| off(row) + (self.snap[row] + OPERATIONS) * most(2);
-        let world = self.moves[0] * on_screen(0) + self.moves[1] * on_screen(1);
+        let size = (to - self.eye).length() + stretch * centre.length() + radius;
+        let lost = (TO_EYE + TO_CLIP) * size + HALVES * (to.abs() + self.eye.abs()).element_sum();
+        let in_world = (linear * centre + to).extend(1.0);
+        let clip = self.rows.map(|row| row.dot(in_world).abs() + row.truncate().length() * radius);
+        let off = |k: usize| self.rows[k].truncate().length() * lost;
+        let on_screen =
+            |k: usize| off(k) + TO_SCREEN * (clip[k] + clip[2]) + self.snap[k] * clip[2];
+        let [x, y] = [0, 1].map(|k| self.moves[k] * on_screen(k));
+        let world = (x * x + y * y + 2.0 * self.skew * x * y).sqrt();
         let object = (world + self.moves[2] * off(2)) * norm(&inverse);
         object.is_finite().then_some(object)
     }
 }
 
-/// No vector becomes longer by more than this factor.
+/// No vector becomes longer by more than this factor; of a rotation it is 1. The square of the longest is the largest
+/// eigenvalue of the product with the transpose, at most the largest sum of a row's absolute values.
 fn norm(m: &DMat3) -> f64 {
-    let squares = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length_squared);
-    squares.into_iter().sum::<f64>().sqrt()
+    let squares = m.transpose() * *m;
+    let sums = [squares.x_axis, squares.y_axis, squares.z_axis].map(|c| c.abs().element_sum());
+    // A sum that is NaN must not be passed over.
+    sums.into_iter().fold(0.0, |most: f64, sum| if sum <= most { most } else { sum }).sqrt()
 }

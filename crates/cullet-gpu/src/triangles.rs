@@ -30,7 +30,7 @@ pub struct TrianglePass {
 pub struct MeshTriangles {
     classes: Buffer,
     planes: Buffer,
-    heights: Buffer,
+    sizes: Buffer,
     indices: Buffer,
     blocks: Buffer,
     block_count: u32,
@@ -137,7 +137,7 @@ impl MeshTriangles {
         Ok(Self {
             classes: upload("classes of normals", bytemuck::cast_slice(triangles.classes()))?,
             planes: upload("planes of triangles", triangles.planes().as_flattened())?,
-            heights: upload("heights of triangles", triangles.heights())?,
+            sizes: upload("sizes of triangles", triangles.sizes())?,
             indices: upload("indices of triangles", bytemuck::cast_slice(triangles.indices()))?,
             blocks: upload("blocks of triangles", bytemuck::cast_slice(triangles.blocks()))?,
             block_count: triangles.blocks().len() as u32,
@@ -149,7 +149,7 @@ impl MeshTriangles {
     /// Bytes that they take on the device.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let all = [&self.classes, &self.planes, &self.heights, &self.indices, &self.blocks];
+        let all = [&self.classes, &self.planes, &self.sizes, &self.indices, &self.blocks];
         all.into_iter().map(Buffer::size).sum()
     }
 }
@@ -193,7 +193,7 @@ impl TriangleList {
         Ok(Self {
             lists_group: bind(&pass.lists, &own),
             masks_group: bind(&pass.masks, &[&mesh.classes, &masks]),
-            planes_group: bind(&pass.planes, &[&mesh.planes, &mesh.heights, &eye]),
+            planes_group: bind(&pass.planes, &[&mesh.planes, &mesh.sizes, &eye]),
             list,
             arguments,
             masks,

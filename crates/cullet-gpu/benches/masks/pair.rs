@@ -21,7 +21,7 @@ const DISTANCE: f64 = 6.0;
 /// Pixels of a view.
 pub(crate) const SIZE: [u32; 2] = [640, 480];
 /// Views, spread over a sphere.
-pub(crate) const VIEWS: usize = 6;
+pub(crate) const VIEWS: usize = 4;
 
 /// How the hardware is told to cull.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use std::time::Instant;
 use cullet_gpu::{Gpu, GpuError};
 
 /// Turns that count: what else a machine does only adds.
-pub(crate) const TURNS: usize = 12;
+pub(crate) const TURNS: usize = 9;
 
 /// Milliseconds of each of some works in each of some turns, one work after the other, so that what disturbs one disturbs all.
 pub(crate) fn turns(
