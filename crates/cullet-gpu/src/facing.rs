@@ -123,8 +123,7 @@ impl TriangleView {
 
 impl PlaneUniform {
     /// Whether a triangle with that plane and size is culled.
-    #[must_use]
-    pub fn culls(&self, plane: [u8; 4], size: u8) -> bool {
+    fn culls(&self, plane: [u8; 4], size: u8) -> bool {
         if plane == [0; 4] {
             return true;
         }
@@ -161,7 +160,7 @@ impl<'a> Seen<'a> {
     ///
     /// With the normal as long as twice the area A it is the determinant of the three corners and the eye. One corner moved by ρ changes
     /// that by ρ times the opposite edge times Q = |eye − w·a| at most, and all three, with edges that add up to P, by
-    /// ρPQ + 3ρ²Q + wρ³. Over 2A = rP, where P is at least 10.39 r and Q at least wr, and with ρ at most r/4, that is
+    /// ρ P Q + 3ρ² Q + wρ³. Over 2A = rP, where P is at least 10.39 r and Q at least wr, and with ρ at most r/4, that is
     /// (1 + 0.073 + 0.002) ρQ/r at most.
     fn doubt(&self, r: f64) -> Option<f64> {
         (self.moved <= r / 4.0).then_some(1.08 * self.moved)

@@ -1,4 +1,10 @@
 //! The pass that tests the triangles of single draws, and what is left of them.
+//!
+//! ```text
+//!  once         Triangles ──► MeshTriangles        what is known of a mesh, on the CPU and on the device
+//!  each frame   TriangleView::set ──► TriangleList::set ──► TrianglePass::record ──► TriangleList::draw
+//!               masks, or an eye      upload                test, scan, scatter       one indirect draw
+//! ```
 
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePass,
@@ -155,8 +161,8 @@ impl MeshTriangles {
 }
 
 impl TriangleList {
-    /// Room for what is left of the triangles of a mesh, and for the masks of its groups. `draw` is how they are drawn; its indices are the
-    /// list's.
+    /// Room for what is left of the triangles of a mesh, and for the masks of its groups. Of `draw` the number of instances and the base
+    /// vertex are taken; a list is of one instance, for another is seen from elsewhere.
     ///
     /// # Errors
     /// If a buffer would be larger than the device allows.
@@ -182,7 +188,7 @@ impl TriangleList {
         let eye = buffer(device, "eye for planes", 1, size_of::<PlaneUniform>(), uniform)?;
         let which = buffer(device, "how many blocks", 4, 4, uniform)?;
         // Nothing is drawn before the pass ran.
-        let empty = DrawArguments { index_count: 0, first_index: 0, ..draw };
+        let empty = DrawArguments { index_count: 0, first_index: 0, first_instance: 0, ..draw };
         queue.write_buffer(&arguments, 0, bytemuck::bytes_of(&empty));
         queue.write_buffer(&which, 0, bytemuck::cast_slice(&[mesh.block_count, 0, 0, 0]));
         let bind = |layout: &BindGroupLayout, buffers: &[&Buffer]| {
@@ -223,7 +229,8 @@ impl TriangleList {
         }
     }
 
-    /// Draws what is left, in one indirect draw. Pipeline, bind groups and vertex buffers are set.
+    /// Draws what is left, in one indirect draw, by the pipeline, bind groups and vertex buffers that are set. Instances count from 0: the
+    /// vertex buffer of instances begins at the one that is drawn.
     pub fn draw(&self, pass: &mut RenderPass<'_>) {
         pass.set_index_buffer(self.list.slice(..), IndexFormat::Uint32);
         pass.draw_indexed_indirect(&self.arguments, 0);

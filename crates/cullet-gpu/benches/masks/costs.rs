@@ -81,6 +81,21 @@ pub(crate) fn measure(gpu: &Gpu) -> Result<DeviceCosts, Failure> {
     Ok(DeviceCosts { named, mask, plane, lit })
 }
 
+/// The day in universal time, as 2026-03-09.
+fn today() -> String {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let days = now.map_or(0, |t| t.as_secs() / 86_400) as u32;
+    // Years from 1 March of the year 0, in eras of 400.
+    let since = days + 719_468;
+    let (era, day) = (since / 146_097, since % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let of_year = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month + 2) / 5 + 1;
+    let (month, later) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    format!("{:04}-{month:02}-{day:02}", era * 400 + year + later)
+}
+
 /// The slope of the line of least squares through milliseconds over counts, in nanoseconds.
 fn slope(counts: &[f64], ms: &[f64]) -> f64 {
     let n = counts.len() as f64;
@@ -384,7 +399,7 @@ impl DeviceCosts {
         let named: serde_json::Map<_, _> =
             self.named.iter().map(|(name, s)| ((*name).to_owned(), spread(s))).collect();
         json!({
-            "schema": 1, "version": env!("CARGO_PKG_VERSION"), "date": "not kept",
+            "schema": 1, "version": env!("CARGO_PKG_VERSION"), "date": today(),
             "machine": device, "renderer": format!("{device}, by bench-gpu masks"),
             "rounds": TURNS, "costs": named,
             "t_over_r": self.of("cluster_test") / self.of("opaque_triangle"),
