@@ -14,7 +14,7 @@ use cullet_gpu::{
 use cullet_io::scenes::knobbly_ball;
 use cullet_testkit::Rng;
 use glam::{DMat4, DVec3};
-use wgpu::{Buffer, BufferDescriptor, BufferUsages};
+use wgpu::{Backend, Buffer, BufferDescriptor, BufferUsages};
 
 use common::{gpu, texels};
 
@@ -352,6 +352,11 @@ fn views_of_a_pair(rng: &mut Rng) -> Vec<View> {
 #[test]
 fn pictures_are_those_of_the_hardware_alone() {
     let Some(gpu) = gpu() else { return };
+    // The scene's own passes, which draw what lists are held against, read depth in compute shaders.
+    if gpu.adapter.get_info().backend == Backend::Gl {
+        let cure = "WGPU_BACKEND=vulkan";
+        return cullet_testkit::skip("a device that reads depth in compute shaders", cure);
+    }
     let (positions, indices) = knobbly_ball(40);
     let part = Part { triangle_count: (indices.len() / 3) as u32, ..Part::default() };
     let data = MeshData { positions, indices, parts: vec![part], ..MeshData::default() };
