@@ -37,6 +37,9 @@ cargo xtask bench      cullet bench, then the criterion benches
 cargo xtask bench-viewer [SCENE]
                        what each stage saves the viewer's renderer, against the hardware's back-face culling alone
 cargo xtask bench-gpu  what culling on the graphics device takes and saves; of any device, software ones too
+cargo xtask bench-gpu masks [FOLDER]
+                       the table and graph of normal masks with the device's own back-face culling on, and what tests and
+                       triangles cost there, as --costs takes it; into FOLDER, else target/bench-gpu
 cargo xtask peers-cut  cullet's cuts beside those of trimesh and VTK, in a Python environment made for it
 cargo xtask peers-occlusion [--prototype FOLDER] [--scene NAME]... [--rounds N] [--passes N]
                        drawing occluders beside a prototype in C++, on castle, sponza and city, or on any scene that
@@ -65,6 +68,8 @@ fn main() -> ExitCode {
         ["bench-viewer"] => bench_viewer::measure(None),
         ["bench-viewer", scene] if !scene.starts_with('-') => bench_viewer::measure(Some(scene)),
         ["bench-gpu"] => steps::bench_gpu(),
+        ["bench-gpu", "masks"] => steps::bench_gpu_masks(None),
+        ["bench-gpu", "masks", folder] => steps::bench_gpu_masks(Some(folder)),
         ["peers-cut"] => steps::peers_cut(),
         ["peers-occlusion", ref options @ ..] => match peers_occlusion::Options::parse(options) {
             Ok(options) => peers_occlusion::compare(&options),

@@ -136,6 +136,19 @@ pub(crate) fn bench_gpu() -> Done {
     cargo(&["bench", "-p", "cullet-gpu", "--bench", "device"])
 }
 
+/// The normal masks' table and graph on the graphics device, into a folder.
+pub(crate) fn bench_gpu_masks(folder: Option<&str>) -> Done {
+    // The bench runs in the folder of its crate.
+    let out = match folder {
+        Some(folder) => std::env::current_dir().map_err(|e| e.to_string())?.join(folder),
+        None => target().join("bench-gpu"),
+    };
+    let out = out.to_string_lossy().into_owned();
+    cargo(&["bench", "-p", "cullet-gpu", "--bench", "masks", "--", "--out", &out])?;
+    println!("written to {out}");
+    Ok(())
+}
+
 /// The cuts of `cullet bench`, and of trimesh and VTK beside them.
 pub(crate) fn peers_cut() -> Done {
     cargo(&["build", "--release"])?;

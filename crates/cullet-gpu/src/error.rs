@@ -67,6 +67,24 @@ pub enum GpuError {
         /// What it takes and the device has not.
         missing: wgpu::Features,
     },
+    /// An index of a triangle has no position.
+    #[error("index {index}, but there are {vertices} positions; indices count from 0")]
+    Index {
+        /// The index.
+        index: u32,
+        /// How many positions there are.
+        vertices: usize,
+    },
+    /// Indices are not three for each triangle of the groups.
+    #[error(
+        "{indices} indices, but three for each of the {grouped} triangles in groups are needed"
+    )]
+    Groups {
+        /// How many indices there are.
+        indices: usize,
+        /// How many triangles the groups have together.
+        grouped: u64,
+    },
     /// It cannot run the passes, as OpenGL cannot, where no compute shader reads a depth texture.
     #[error(
         "this device cannot run the passes: {0}; choose another with WGPU_BACKEND, or let the CPU decide"

@@ -32,6 +32,9 @@
 //! A device that is absent, too small, full or lost is a [`GpuError`] that says what to do. In a browser nobody may wait for a device:
 //! there [`Gpu::request`], [`Gpu::read_later`] and [`Passes::request`] are awaited, and what goes wrong when something is uploaded
 //! comes to the device's own listener (`on_uncaptured_error`).
+//!
+//! [`TrianglePass`] tests the triangles of single draws, by the class of their normal or by their plane, and lists what is left
+//! for one indirect draw each: for what is drawn more than once a frame, and for devices to which a back face is dear.
 #![forbid(unsafe_code)]
 
 mod blocks;
@@ -44,6 +47,7 @@ mod counted;
 mod culling;
 mod device;
 mod error;
+mod facing;
 mod geometry;
 mod grid;
 mod grid_cone;
@@ -55,6 +59,7 @@ mod instances;
 mod lanes;
 mod levels;
 mod lists;
+mod masks;
 mod occlusion;
 mod off_screen;
 mod passes;
@@ -62,7 +67,9 @@ mod planes;
 mod pyramid;
 mod read_back;
 mod reference;
+mod rounding;
 mod sizes;
+mod triangles;
 mod units;
 
 pub use blocks::{BLOCK, Blocks};
@@ -72,6 +79,7 @@ pub use counted::{CountedArguments, CountedPass};
 pub use culling::{Culling, Settings};
 pub use device::Gpu;
 pub use error::GpuError;
+pub use facing::{PlaneUniform, TriangleTest, TriangleView};
 pub use geometry::{Draw, GpuScene, Place};
 pub use grid::{Grid, GridBox};
 pub use grid_cone::{ConeEye, GridCone};
@@ -83,12 +91,14 @@ pub use instances::{InstanceBits, InstancePass};
 pub use lanes::{Bucket, Kind, Lanes};
 pub use levels::{LevelBuffers, LevelChoice, LevelPass};
 pub use lists::{DrawArguments, LaneBuffers, ListPass, ListSource, Listed, SlotList};
+pub use masks::{TriangleBlock, Triangles};
 pub use occlusion::{OcclusionPass, VisibleBits};
 pub use off_screen::OffScreen;
 pub use passes::Passes;
 pub use planes::{BlockPlanes, InUse};
 pub use pyramid::{Pyramid, PyramidPass, level_sizes, pyramid_ref};
 pub use read_back::wait;
-pub use reference::visible_ref;
+pub use reference::{triangles_ref, visible_ref};
 pub use sizes::SizeRule;
+pub use triangles::{MeshTriangles, TriangleList, TrianglePass};
 pub use units::{Phase, Tier};

@@ -100,6 +100,19 @@ pub struct PlaneEye {
 }
 
 impl PlaneEye {
+    /// What a plane is multiplied by: a triangle is culled where the product is below minus the
+    /// [`bound`](Self::bound).
+    #[must_use]
+    pub fn numbers(&self) -> [i32; 4] {
+        self.eye
+    }
+
+    /// By how much a product may be off; positive.
+    #[must_use]
+    pub fn bound(&self) -> i32 {
+        self.bound
+    }
+
     /// The eye for the other side of the triangles: what it culls, this one can never.
     fn turned(self) -> Self {
         Self { eye: self.eye.map(|v| -v), ..self }
@@ -167,6 +180,23 @@ impl Planes8 {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
+    }
+
+    /// The plane of each triangle, (n, −d) in units of the mesh with 128 added to each number; for tests
+    /// elsewhere, as on a graphics device. All 128 is a plane that no eye is behind, and none of them is 0.
+    #[must_use]
+    pub fn bytes(&self) -> &[[u8; 4]] {
+        &self.bytes[..self.len]
+    }
+
+    /// The largest number of a homogeneous eye in units of the mesh: what the `doubt` of [`eye`](Self::eye) is a
+    /// share of. `None` where there is no eye.
+    #[must_use]
+    pub fn size_of_eye(&self, eye: [f64; 4]) -> Option<f64> {
+        self.frame.relative(eye)?;
+        let eye = DVec4::from(eye);
+        let away = (eye.truncate() - self.frame.centre * eye.w).abs().max_element();
+        Some(away.max(eye.w * self.frame.scale))
     }
 
     /// The homogeneous eye, in the space of the mesh (as [`ObjectEye`](super::ObjectEye) has it), made ready once for a

@@ -205,6 +205,14 @@ impl ObjectEye {
         value * self.direction() > error
     }
 
+    /// The eye in the space of the mesh, up to a positive factor: (position, 1) in perspective, or (direction towards the
+    /// viewer, 0). `None` where it decides nothing.
+    #[must_use]
+    pub fn homogeneous(&self) -> Option<[f64; 4]> {
+        let decides = self.eye_error[0].is_finite();
+        decides.then(|| self.eye.extend(self.weight).to_array())
+    }
+
     /// Whether there is an eye at all, and faces that it culls. If not, every triangle is kept.
     #[must_use]
     pub(crate) fn culls_any(&self) -> bool {
