@@ -20,6 +20,10 @@ impl Session {
     /// Whether the graphics device decides what is drawn.
     #[must_use]
     pub fn by_device(&self) -> bool {
-        self.state.device.on && self.state.stages.on && self.device.ready
+        // On a page it never does, and need not load what would tell of it.
+        cfg!(not(target_arch = "wasm32"))
+            && self.state.device.on
+            && self.state.stages.on
+            && self.device.ready
     }
 }
