@@ -108,7 +108,7 @@ fn pictures_are_like_the_golden_ones() {
 
 #[test]
 fn the_window_is_the_same_whoever_decides() {
-    for (scene, state) in [("city:sub=1", "look.fine=true"), ("office", "frozen.distance=9")] {
+    for (scene, state) in [("city:sub=1", "look.fine=true"), ("office", "look.colour=clusters")] {
         let shown = ["false", "true"].map(|on| {
             let name = format!("cullet-by-{scene}-{on}-{}.png", std::process::id());
             let path = std::env::temp_dir().join(name.replace(':', "-"));

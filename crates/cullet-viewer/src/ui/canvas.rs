@@ -193,9 +193,7 @@ fn labels(ui: &egui::Ui, rect: egui::Rect, ratio: f32, session: &Session, made: 
         });
         if by_device {
             let (level, [w, h]) = session.state.device.shown(session.culling_size());
-            words = format!(
-                "depth pyramid, level {level}, {w} × {h}: the farthest of each; blue is open"
-            );
+            words = format!("depth pyramid, level {level}, {w} × {h}: blue is open");
         }
         put(at, egui::Align2::LEFT_TOP, &words);
     }
