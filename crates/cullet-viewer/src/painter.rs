@@ -106,7 +106,7 @@ impl Painter {
         };
         let changed = self.last.as_ref() != Some(&now);
         let again = std::mem::take(&mut session.refresh) || session.state.always;
-        let again = self.wait_for_figures(session, changed || again) || again;
+        let again = self.wait_for_figures(session, changed) || again;
         // Before anything is decided there is nothing to draw: all of a large scene would take long.
         if !(changed || again) || world.is_none() || session.decision.is_none() {
             return;
@@ -167,8 +167,8 @@ impl Painter {
         }
     }
 
-    /// Takes in what the device tells of its pictures; true while the next picture has to be drawn to hear more. One that `begins` is told of when the
-    /// one after it is drawn, too: what it hides is tested against what it showed.
+    /// Takes in what the device tells of its pictures; true while the next has to be drawn to hear more. One that `begins` is told of when the one
+    /// after it is drawn, too: what it hides is tested against what it showed.
     fn wait_for_figures(&mut self, session: &mut Session, begins: bool) -> bool {
         if !session.by_device() {
             session.device.awaited = false;

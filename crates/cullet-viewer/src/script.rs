@@ -98,7 +98,7 @@ pub const TOGGLES: &[&str] = &[
     "device.on=true",
     "device.on=true&layout=wipe&device.compare=true",
     "device.on=true&layout=buffer&device.level=3",
-    "device.on=true&look.fine=true&look.wireframe=true&stages.occlusion=false",
+    "device.on=true&look.fine=true&look.wireframe=true&stages.occlusion=false&always=true",
     "sides=one-sided",
     "sides=two-sided",
     "stages.depth=instances",
